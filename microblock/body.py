@@ -1,0 +1,193 @@
+"""A Cosserat body on a mesh: the compound H1 space of (u1, u2, psi), its energy, loads and supports."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import ngsolve as ng
+
+from .errors import BadArgument, NotConverged
+from .material import Cosserat
+
+FIELDS = ("u1", "u2", "psi")
+SINGULAR = 1e-8      # relative residual of a direct solve beyond which the matrix counts as singular
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Dead loads of (8); every value a number or an NGSolve CoefficientFunction.
+
+    Parameters
+    ----------
+    force : body force (f1, f2) (force per volume)
+    couple : body couple l, counterclockwise (moment per volume)
+    traction : {boundary: (t1, t2)} (force per area)
+    micromoment : {boundary: M} (moment per area)
+    """
+
+    force: tuple = (0, 0)
+    couple: object = 0
+    traction: Mapping = field(default_factory=dict)
+    micromoment: Mapping = field(default_factory=dict)
+
+
+class Body:
+    """A linear Cosserat body: mesh, material, spaces and supports.
+
+    Parameters
+    ----------
+    mesh : ngsolve.Mesh
+        Triangles, quadrilaterals (curved or not), or a 1D mesh of the depth x2 (`meshes.line`).
+    solid : Cosserat
+    order : int
+        Polynomial order of u; `order_psi` that of psi (the same without it).
+    fixed : str or mapping
+        Boundaries on which u1 = u2 = psi = 0, or {field: boundaries}; names as NGSolve's patterns.
+        Prescribed values other than 0 sit on the same boundaries, see `solve`.
+    periodic : bool
+        Identify the fields on boundaries that the mesh identifies.
+    """
+
+    def __init__(self, mesh, solid: Cosserat, order=2, *, order_psi=None, fixed=(), periodic=False):
+        orders = (order, order, order if order_psi is None else order_psi)
+        for name, value in (("order", orders[0]), ("order_psi", orders[2])):
+            if not (isinstance(value, int) and value >= 1):
+                raise BadArgument(name, value, "must be an integer of at least 1")
+        self.mesh, self.solid, self.periodic = mesh, solid, periodic
+        self.order, self.order_psi = orders[0], orders[2]
+        self.fixed = self._patterns(fixed)
+        self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
+        self.space = self.spaces[0]*self.spaces[1]*self.spaces[2]
+
+    def scalar(self, order, **options):
+        """A scalar H1 space of this body, periodic where the body is."""
+        space = ng.H1(self.mesh, order=order, **options)
+        return ng.Periodic(space) if self.periodic else space
+
+    def _patterns(self, fixed):
+        if isinstance(fixed, str):
+            fixed = {name: fixed for name in FIELDS}
+        fixed = dict(fixed)
+        known = set(self.mesh.GetBoundaries())
+        for name, pattern in fixed.items():
+            if name not in FIELDS:
+                raise BadArgument("fixed", name, f"fields are {', '.join(FIELDS)}")
+            if not any(self.mesh.Boundaries(pattern).Mask()):
+                raise BadArgument("fixed", pattern, f"matches none of the boundaries {', '.join(sorted(known))}")
+        return fixed
+
+    def gradients(self, u1, u2, psi):
+        """Displacement gradient (2x2) and grad psi as expressions, in 1D with d/dx1 = 0."""
+        if self.mesh.dim == 1:
+            zero = ng.CF(0)
+            gradient = ng.CF((zero, ng.grad(u1)[0], zero, ng.grad(u2)[0]), dims=(2, 2))
+            return gradient, ng.CF((zero, ng.grad(psi)[0]))
+        return ng.CF((ng.grad(u1), ng.grad(u2)), dims=(2, 2)), ng.grad(psi)
+
+    def energy(self, u1, u2, psi):
+        """Energy density (10) as an expression."""
+        gradient, kappa = self.gradients(u1, u2, psi)
+        return self.solid.energy(gradient, psi, kappa)
+
+    def potential(self, u1, u2, psi, loads=Loads()):
+        """Potential energy (8) as integrals, for ``ngsolve.Variation`` or ``Integrate``."""
+        potential = self.energy(u1, u2, psi)*ng.dx
+        work = loads.force[0]*u1 + loads.force[1]*u2 + loads.couple*psi
+        if not isinstance(work, (int, float)):
+            potential -= work*ng.dx
+        for boundary, (t1, t2) in loads.traction.items():
+            potential -= (t1*u1 + t2*u2)*ng.ds(self._boundary(boundary))
+        for boundary, micromoment in loads.micromoment.items():
+            potential -= micromoment*psi*ng.ds(self._boundary(boundary))
+        return potential
+
+    def _boundary(self, pattern):
+        region = self.mesh.Boundaries(pattern)
+        if not any(region.Mask()):
+            raise BadArgument("boundary", pattern, f"is none of {', '.join(sorted(set(self.mesh.GetBoundaries())))}")
+        return region
+
+    def solve(self, loads=Loads(), prescribed=None):
+        """Equilibrium without contact.
+
+        Parameters
+        ----------
+        loads : Loads
+        prescribed : {field: {boundary: value}}
+            Values on the boundaries where the field is fixed; 0 where none is given.
+
+        Raises
+        ------
+        NotConverged
+            If the supports leave a rigid motion free.
+        """
+        state = ng.GridFunction(self.space)
+        for name, values in (prescribed or {}).items():
+            self._prescribe(state, name, values)
+        trial = self.space.TrialFunction()
+        form = ng.BilinearForm(self.space, symmetric=True)
+        form += ng.Variation(self.potential(*trial, loads))
+        residual = state.vec.CreateVector()
+        form.Apply(state.vec, residual)
+        form.AssembleLinearization(state.vec)
+        step = solve_linear(form.mat, self.space.FreeDofs(), residual, "the bulk; are rigid motions fixed?")
+        state.vec.data -= step
+        return Fields(self, state.components)
+
+    def _prescribe(self, state, name, values):
+        if name not in FIELDS:
+            raise BadArgument("prescribed", name, f"fields are {', '.join(FIELDS)}")
+        region = None
+        for boundary in values:
+            region = self._boundary(boundary) if region is None else region + self._boundary(boundary)
+        free = self.spaces[FIELDS.index(name)].FreeDofs()
+        if any(self.spaces[FIELDS.index(name)].GetDofs(region) & free):
+            raise BadArgument("prescribed", name, "is prescribed where it is not fixed")
+        component = state.components[FIELDS.index(name)]
+        component.Set(self.mesh.BoundaryCF(dict(values)), definedon=region)
+
+
+class Fields:
+    """The fields of a state: u1, u2, psi and what follows from them, as NGSolve functions."""
+
+    def __init__(self, body, components):
+        self.body = body
+        self.u1, self.u2, self.psi = components[:3]
+
+    def __iter__(self):
+        return iter((self.u1, self.u2, self.psi))
+
+    @property
+    def stress(self):
+        """Force stress (16), 2x2."""
+        gradient, _ = self.body.gradients(*self)
+        rows = self.body.solid.stress(gradient, self.psi)
+        return ng.CF((*rows[0], *rows[1]), dims=(2, 2))
+
+    @property
+    def couple_stress(self):
+        """Couple stress m, two components."""
+        return ng.CF(self.body.solid.couple_stress(self.body.gradients(*self)[1]))
+
+    def energy(self):
+        """Elastic energy (in 1D: per area)."""
+        return ng.Integrate(self.body.energy(*self), self.body.mesh, order=2*self.body.order)
+
+
+def solve_linear(matrix, freedofs, rhs, what):
+    """Solve matrix x = rhs on freedofs by UMFPACK, and check: a singular matrix raises NotConverged."""
+    try:
+        inverse = matrix.Inverse(freedofs, "umfpack")
+    except Exception as failure:
+        raise NotConverged(f"no factorisation of {what}: {failure}") from failure
+    solution = rhs.CreateVector()
+    solution.data = inverse*rhs
+    left = rhs.CreateVector()
+    left.data = rhs - matrix*solution
+    kept = ng.Projector(freedofs, True)
+    scale = rhs.CreateVector()
+    scale.data = rhs
+    kept.Project(left)
+    kept.Project(scale)
+    if not left.Norm() <= SINGULAR*max(scale.Norm(), 1e-300):
+        raise NotConverged(f"singular matrix of {what}")
+    return solution

@@ -1,0 +1,40 @@
+"""The errors microblock raises on purpose; each says what was wrong and what to try."""
+
+
+class MicroblockError(Exception):
+    """Base of all errors raised on purpose."""
+
+
+class BadArgument(MicroblockError, ValueError):
+    """An argument outside its range: names it, its value and what is allowed."""
+
+    def __init__(self, name, value, allowed):
+        super().__init__(f"{name} = {value!r}: {allowed}")
+        self.name, self.value, self.allowed = name, value, allowed
+
+
+class Inadmissible(BadArgument):
+    """Moduli for which the elastic energy is not elliptic, (13)."""
+
+
+class NotConverged(MicroblockError, RuntimeError):
+    """A computation stopped short of what was asked: says where it stood and what to try.
+
+    Attributes
+    ----------
+    reached : float or None
+        The last load or approach (or the accuracy) that was reached, None if there is none.
+    iterations : int
+        Iterations spent at the point of failure.
+    """
+
+    def __init__(self, message, *, reached=None, iterations=0):
+        super().__init__(message)
+        self.reached, self.iterations = reached, iterations
+
+
+def require_finite(**arguments):
+    """Raise BadArgument for the first argument that is no finite real number."""
+    for name, value in arguments.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < float("inf"):
+            raise BadArgument(name, value, "must be a finite number")

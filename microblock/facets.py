@@ -1,0 +1,185 @@
+"""The contact law as NGSolve boundary-facet terms on a nodal rule, (25)-(40).
+
+Gaps are checked, and multipliers live, at the Gauss-Lobatto points of each facet (the paper's
+nodal quadrature, for any order): `ContactFacets` numbers these nodes and builds the penalty
+term (31) and the augmented Lagrangian term (37).
+"""
+
+import ngsolve as ng
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.linalg import splu
+from scipy.special import roots_jacobi
+
+from .body import FIELDS
+from .errors import BadArgument
+
+
+def lobatto(order):
+    """Gauss-Lobatto rule of order + 1 points on [0, 1], exact for degree 2 order - 1: points, weights."""
+    inner = roots_jacobi(order - 1, 1, 1)[0] if order > 1 else np.zeros(0)
+    points = np.concatenate(([-1.0], inner, [1.0]))
+    legendre = np.polynomial.legendre.Legendre.basis(order)(points)
+    return (points + 1)/2, 1/(order*(order + 1)*legendre**2)
+
+
+class ContactFacets:
+    """The nodes of a contact boundary and the terms of a contact law on them.
+
+    Parameters
+    ----------
+    body : Body
+    law : a law of `microblock.law`
+    obstacle : see `microblock.obstacles.gap`
+    boundary : str, name or pattern of the contact boundary
+
+    Attributes
+    ----------
+    points, normals : arrays (n, 2); in 1D the contact point is (0, x2) with normal e2
+    weights : array (n,), lengths (1 in 1D)
+    corners : names of the law's corners
+    levers, initial_gaps : {corner: array (n,)}
+    can_touch : {corner: boolean array (n,)}; False where there is no obstacle above the corner, and
+        for all corners but one where psi is prescribed and the gaps are therefore one function
+    multipliers : the H1 space of one corner's multiplier
+    """
+
+    def __init__(self, body, law, obstacle, boundary="contact"):
+        self.body, self.law, self.corners = body, law, law.corners
+        self.region = body.mesh.Boundaries(boundary)
+        if not any(self.region.Mask()):
+            raise BadArgument("boundary", boundary, f"is none of {', '.join(sorted(set(body.mesh.GetBoundaries())))}")
+        self.order = min(body.order, body.order_psi)
+        self._number_nodes()
+        ell = body.solid.ell
+        self.levers = law.levers(self.points[:, 0])
+        self.initial_gaps = law.initial_gaps(self.points, self.normals, ell, obstacle)
+        self.can_touch = self._reachable()
+        if not any(mask.any() for mask in self.can_touch.values()):
+            raise BadArgument("obstacle", obstacle, "lies over no point of the contact boundary")
+
+    def _number_nodes(self):
+        """Nodes are the Lobatto points of all facets, those on shared vertices once."""
+        body, mesh = self.body, self.body.mesh
+        self.multipliers = ng.Compress(body.scalar(self.order, definedon=self.region))
+        spaces = dict(zip(FIELDS, body.spaces), multiplier=self.multipliers)
+        points, weights = lobatto(self.order) if mesh.dim == 2 else (np.zeros(1), np.ones(1))
+        self.rule = ng.IntegrationRule(points=[(float(t),) for t in points], weights=[float(w) for w in weights])
+        outward = ng.specialcf.normal(mesh.dim)
+        numbers, nodes, rows = {}, [], {name: [] for name in spaces}
+        for facet in self.region.Elements():
+            local = {name: (space.GetFE(facet), space.GetDofNrs(facet)) for name, space in spaces.items()}
+            transformation = mesh.GetTrafo(facet)
+            for j, (xi, weight) in enumerate(zip(points, weights)):
+                shape = {name: _point_row(element, dofs, xi) for name, (element, dofs) in local.items()}
+                at_vertex = j in (0, len(points) - 1)
+                key = ("vertex", *shape["multiplier"]) if at_vertex else (facet.nr, j)
+                mapped = transformation(xi)
+                normal = outward(mapped)
+                measure = weight*(mapped.measure if mesh.dim == 2 else 1.0)
+                if key in numbers:
+                    nodes[numbers[key]][1] += measure
+                    nodes[numbers[key]][2] += measure*_plane(normal, mesh.dim)
+                    continue
+                numbers[key] = len(nodes)
+                nodes.append([_plane(mapped.point, mesh.dim), measure, measure*_plane(normal, mesh.dim)])
+                for name in spaces:
+                    rows[name].append(shape[name])
+        order = np.lexsort(np.array([point for point, _, _ in nodes]).T[::-1])
+        self.points = np.array([nodes[i][0] for i in order])
+        self.weights = np.array([nodes[i][1] for i in order])
+        normals = np.array([nodes[i][2] for i in order])
+        self.normals = normals/np.linalg.norm(normals, axis=1)[:, None]
+        self._values = {name: _matrix([rows[name][i] for i in order], space.ndof) for name, space in spaces.items()}
+        self._interpolation = splu(self._values["multiplier"].tocsc())
+
+    def _reachable(self):
+        free = self.body.spaces[FIELDS.index("psi")].FreeDofs()
+        fixed = np.array([not any(free[int(d)] for d in row.indices) for row in self._values["psi"]])
+        if self.law.clamps_rotation and not fixed.all():
+            raise BadArgument("law", self.law, "prescribes psi on the surface: the body must fix psi "
+                              "on its contact boundary")
+        masks = {corner: np.isfinite(gap) for corner, gap in self.initial_gaps.items()}
+        first, *others = self.corners
+        for corner in others:
+            same = fixed & masks[first] & np.isclose(self.initial_gaps[corner], self.initial_gaps[first],
+                                                     rtol=1e-12, atol=0)
+            masks[corner] &= ~same
+        return masks
+
+    def at_nodes(self, name, function):
+        """Values at the nodes of a grid function of the field `name` ("u1", "u2", "psi", "multiplier")."""
+        return self._values[name] @ function.vec.FV().NumPy()
+
+    def interpolate(self, values):
+        """Grid function of the multiplier space with these values (array (n,)) at the nodes."""
+        function = ng.GridFunction(self.multipliers)
+        function.vec.FV().NumPy()[:] = self._interpolation.solve(np.asarray(values, float))
+        return function
+
+    def gap_changes(self, u1, u2, psi, approach):
+        """{corner: gap minus initial gap, at the nodes} of grid functions, the obstacle lowered by `approach`."""
+        un = self.normals[:, 0]*self.at_nodes("u1", u1) + self.normals[:, 1]*self.at_nodes("u2", u2)
+        turn = self.body.solid.ell/2*self.at_nodes("psi", psi)
+        return {corner: self.levers[corner]*turn - un - approach*self.normals[:, 1] for corner in self.corners}
+
+    def nodal_gaps(self, u1, u2, psi, approach):
+        """{corner: gap (22) at the nodes} of grid functions, the obstacle lowered by `approach` along -e2."""
+        changes = self.gap_changes(u1, u2, psi, approach)
+        return {corner: self.initial_gaps[corner] + change for corner, change in changes.items()}
+
+    def gap(self, corner, u1, u2, psi, approach):
+        """The gap (22) of a corner as an expression, exact at the nodes."""
+        finite = np.where(self.can_touch[corner], self.initial_gaps[corner], 0.0)
+        n1, n2 = (self.interpolate(component) for component in self.normals.T)
+        return (self.interpolate(finite) - n2*approach - (n1*u1 + n2*u2)
+                + self.body.solid.ell/2*self.interpolate(self.levers[corner])*psi)
+
+    def integral(self, density):
+        """Integral of an expression over the contact boundary by the nodal rule."""
+        return density*ng.ds(definedon=self.region, intrules={ng.SEGM: self.rule})
+
+    def penalty(self, rho, u1, u2, psi, approach):
+        """The contact term of (31): sum over the corners of rho/2 <g>_-^2."""
+        total = 0
+        for corner in self.corners:
+            gap = self.gap(corner, u1, u2, psi, approach)
+            total += self._where(corner, ng.IfPos(gap, 0, rho/2*gap**2), 0)
+        return self.integral(total)
+
+    def augmented_lagrangian(self, rho, u1, u2, psi, multipliers, approach):
+        """The contact term of (37): sum over the corners of L(g, lambda), (38); `multipliers` by corner."""
+        total = 0
+        for corner, multiplier in zip(self.corners, multipliers, strict=True):
+            gap = self.gap(corner, u1, u2, psi, approach)
+            separation = -multiplier**2/(2*rho)
+            contact = (multiplier + rho/2*gap)*gap
+            total += self._where(corner, ng.IfPos(multiplier + rho*gap, separation, contact), separation)
+        return self.integral(total)
+
+    def _where(self, corner, term, otherwise):
+        """`term` where the corner can touch."""
+        mask = self.can_touch[corner]
+        if mask.all():
+            return term
+        return ng.IfPos(self.interpolate(mask.astype(float)) - 0.5, term, otherwise)
+
+
+def _point_row(element, dofs, xi):
+    """{dof: value} of the shape functions that do not vanish at xi (identified dofs added up)."""
+    row = {}
+    for dof, value in zip(dofs, element.CalcShape(float(xi))):
+        if abs(value) > 1e-14:
+            row[dof] = row.get(dof, 0.0) + value
+    return row
+
+
+def _plane(vector, dim):
+    """A point or normal in the plane; in 1D the only coordinate is x2."""
+    return np.array([0.0, vector[0]]) if dim == 1 else np.array(vector[:2])
+
+
+def _matrix(rows, width):
+    entries = [(i, dof, value) for i, row in enumerate(rows) for dof, value in row.items()]
+    i, j, values = zip(*entries)
+    return csr_matrix((values, (i, j)), shape=(len(rows), width))

@@ -1,0 +1,106 @@
+"""The contact law: corners of a microblock, their levers and initial gaps, (20)-(22), (29), (41).
+
+A law names its corners. Each corner alpha has the gap
+
+    g_alpha = g0_alpha - u.n + (ell/2) lever_alpha psi,     lever_A = n.(S + N), lever_B = n.(S - N),
+
+and a multiplier lambda_alpha <= 0, which together give traction and micromoment (29)
+
+    t_n = sum lambda_alpha,     M = -(ell/2) sum lever_alpha lambda_alpha.
+
+With the small-angle form (41) in the local frame, n.N = 1 and n.S = psi0. Everything here is plain
+numbers: no mesh, no NGSolve.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import obstacles
+from .errors import BadArgument
+
+READINGS = ("gap", "lever")
+
+
+@dataclass(frozen=True)
+class Microblock:
+    """The microblock law of section 3: two corners at each point of the surface.
+
+    Parameters
+    ----------
+    psi0 : float or callable
+        Initial rotation of the blocks (radians, counterclockwise), or a function of x1.
+    reading : "gap" or "lever"
+        Where psi0 acts: in gaps and levers, or in the levers alone (docs/theory.md, "Fig. 9").
+    """
+
+    psi0: float | Callable = 0.0
+    reading: str = "gap"
+
+    clamps_rotation = False
+    corners = ("A", "B")
+
+    def __post_init__(self):
+        if self.reading not in READINGS:
+            raise BadArgument("reading", self.reading, f"must be one of {', '.join(READINGS)}")
+        self.angle(np.zeros(1))
+
+    def angle(self, x):
+        """psi0 at the abscissae x, shape (n,)."""
+        psi0 = np.asarray(self.psi0(x) if callable(self.psi0) else self.psi0, float)
+        if not np.all(np.isfinite(psi0)) or not np.all(np.abs(psi0) < 1):
+            raise BadArgument("psi0", self.psi0, "must be finite and below 1 in absolute value (radians): "
+                              "beyond it the levers of (41) change sign")
+        return np.broadcast_to(psi0, np.shape(x)).astype(float)
+
+    def levers(self, x):
+        """n.(S + N) of corner A and n.(S - N) of corner B at the abscissae x."""
+        psi0 = self.angle(x)
+        return {"A": psi0 + 1, "B": psi0 - 1}
+
+    def initial_gaps(self, points, normals, ell, obstacle):
+        """Gap over each corner, the corners being at ``x -+ (ell/2) S`` with ``S = s + psi0 n``, (20).
+
+        Parameters
+        ----------
+        points, normals : arrays (n, 2), the contact points C and outward normals
+        ell : side of the block (length)
+        obstacle : see `microblock.obstacles.gap`
+        """
+        turn = self.angle(points[:, 0]) if self.reading == "gap" else np.zeros(len(points))
+        tangent = np.column_stack((normals[:, 1], -normals[:, 0]))
+        side = ell/2*(tangent + turn[:, None]*normals)
+        return {"A": obstacles.gap(obstacle, points - side, normals),
+                "B": obstacles.gap(obstacle, points + side, normals)}
+
+
+@dataclass(frozen=True)
+class Unilateral:
+    """The classic law: one gap at the contact point itself and M = 0."""
+
+    clamps_rotation = False
+    corners = ("C",)
+
+    def levers(self, x):
+        return {"C": np.zeros(np.shape(x))}
+
+    def initial_gaps(self, points, normals, ell, obstacle):
+        return {"C": obstacles.gap(obstacle, points, normals)}
+
+
+@dataclass(frozen=True)
+class Microclamped(Unilateral):
+    """The classic gap with psi = 0 on the whole contact surface."""
+
+    clamps_rotation = True
+
+
+def traction(multipliers):
+    """t_n of (29) from the multipliers of all corners."""
+    return sum(multipliers.values())
+
+
+def micromoment(multipliers, levers, ell):
+    """M of (29) from multipliers and levers of all corners."""
+    return -ell/2*sum(levers[corner]*multiplier for corner, multiplier in multipliers.items())

@@ -1,0 +1,137 @@
+"""The plane Cosserat solid: moduli, admissibility, energy density and stresses, (10)-(18).
+
+The constitutive law is plain arithmetic on components, so that one formula serves NGSolve's
+symbolic expressions, numpy arrays and numbers; this module imports neither.
+"""
+
+import math
+from dataclasses import dataclass
+
+from .errors import BadArgument, Inadmissible, require_finite
+
+
+@dataclass(frozen=True, init=False)
+class Cosserat:
+    """Linear isotropic Cosserat solid in plane strain.
+
+    Parameters
+    ----------
+    E, nu : float
+        Young's modulus (stress) and Poisson's ratio.
+    ell : float
+        Length scale of the material, and side of a microblock (length).
+    beta, eta, mu_c : float
+        The coupling; exactly one is given: ``beta = 2 eta/(1 + eta)`` in [0, 2),
+        ``eta = mu_c/mu`` or the modulus ``mu_c`` (stress). 0 is classical elasticity with an
+        independent microrotation, ``beta -> 2`` the couple-stress limit.
+    curvature : float
+        ``gamma'`` of (12): ``m = gamma' ell^2 mu grad psi``. The printed (18) has 1, but the
+        paper's own closed form needs 2 (docs/theory.md, "Curvature coefficient").
+
+    Raises
+    ------
+    Inadmissible
+        If the moduli violate (13).
+    BadArgument
+        If a value is not a finite number, or not exactly one of beta, eta, mu_c is given.
+    """
+
+    E: float
+    nu: float
+    ell: float
+    eta: float
+    curvature: float
+
+    def __init__(self, E, nu, ell, *, beta=None, eta=None, mu_c=None, curvature=2.0):
+        require_finite(E=E, nu=nu, ell=ell, curvature=curvature)
+        if not E > 0:
+            raise Inadmissible("E", E, "must be positive")
+        if not -1 < nu < 0.5:
+            raise Inadmissible("nu", nu, "must satisfy -1 < nu < 1/2")
+        if not ell > 0:
+            raise BadArgument("ell", ell, "must be positive")
+        if not curvature > 0:
+            raise Inadmissible("curvature", curvature, "gamma' must be positive, (13)")
+        mu = E/(2*(1 + nu))
+        for name, value in dict(E=E, nu=nu, ell=ell, eta=_coupling_ratio(mu, beta, eta, mu_c), curvature=curvature).items():
+            object.__setattr__(self, name, float(value))
+
+    @property
+    def mu(self):
+        """Shear modulus."""
+        return self.E/(2*(1 + self.nu))
+
+    @property
+    def lam(self):
+        """Lame's first constant."""
+        return self.E*self.nu/((1 + self.nu)*(1 - 2*self.nu))
+
+    @property
+    def beta(self):
+        """Coupling number 2 eta/(1 + eta), 0 <= beta < 2."""
+        return 2*self.eta/(1 + self.eta)
+
+    @property
+    def mu_c(self):
+        """Coupling modulus (stress)."""
+        return self.eta*self.mu
+
+    @property
+    def E_star(self):
+        """Plane-strain contact modulus E/(1 - nu^2), (50)."""
+        return self.E/(1 - self.nu**2)
+
+    @property
+    def layer_length(self):
+        """Decay length of the micropolar boundary layer, ell sqrt(gamma'/(2 beta)); infinite for beta = 0."""
+        return self.ell*math.sqrt(self.curvature/(2*self.beta)) if self.beta else math.inf
+
+    def energy(self, gradient, psi, kappa):
+        """Energy density (10)-(12) in plane strain.
+
+        Parameters
+        ----------
+        gradient : displacement gradient, ``gradient[i, j] = u_i,j``
+        psi : microrotation, counterclockwise positive
+        kappa : gradient of psi, two components
+        """
+        (u11, u12), (u21, u22) = _components(gradient)
+        spin = (u12 - u21)/2 + psi
+        return (self.lam/2*(u11 + u22)**2
+                + self.mu*(u11**2 + u22**2 + (u12 + u21)**2/2)
+                + 2*self.mu_c*spin**2
+                + self.curvature/2*self.ell**2*self.mu*(kappa[0]**2 + kappa[1]**2))
+
+    def stress(self, gradient, psi):
+        """Force stress (16) as rows ((s11, s12), (s21, s22)); sigma_12 works on gamma_12 = u1,2 + psi."""
+        (u11, u12), (u21, u22) = _components(gradient)
+        pressure = self.lam*(u11 + u22)
+        shear = self.mu*(u12 + u21)
+        skew = 2*self.mu_c*((u12 - u21)/2 + psi)
+        return ((pressure + 2*self.mu*u11, shear + skew),
+                (shear - skew, pressure + 2*self.mu*u22))
+
+    def couple_stress(self, kappa):
+        """Couple stress m = gamma' ell^2 mu grad psi, (17) in the plane."""
+        stiffness = self.curvature*self.ell**2*self.mu
+        return stiffness*kappa[0], stiffness*kappa[1]
+
+
+def _components(gradient):
+    return ((gradient[0, 0], gradient[0, 1]), (gradient[1, 0], gradient[1, 1]))
+
+
+def _coupling_ratio(mu, beta, eta, mu_c):
+    """eta from whichever of the three measures of the coupling was given; eta keeps its digits at both ends."""
+    given = {name: value for name, value in (("beta", beta), ("eta", eta), ("mu_c", mu_c)) if value is not None}
+    if len(given) != 1:
+        raise BadArgument("coupling", given, "give exactly one of beta, eta, mu_c")
+    require_finite(**given)
+    (name, value), = given.items()
+    if value < 0:
+        raise Inadmissible(name, value, "the coupling must not be negative")
+    if name == "beta":
+        if not value < 2:
+            raise Inadmissible(name, value, "must satisfy 0 <= beta < 2 (2 is the couple-stress limit)")
+        return value/(2 - value)
+    return value if name == "eta" else value/mu

@@ -1,0 +1,120 @@
+"""Rigid obstacles: their height over the plane x2 = 0, and the gap that they leave to a point.
+
+An obstacle's ``height(x)`` takes an array of x1 and returns x2 of its lower surface, ``inf``
+where there is no obstacle. It approaches along -e2. Any callable height serves as well.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .errors import BadArgument, require_finite
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Horizontal plane at x2 = level (length)."""
+
+    level: float = 0.0
+
+    def __post_init__(self):
+        require_finite(level=self.level)
+
+    def height(self, x):
+        return np.full(np.shape(x), float(self.level))
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """Cylinder of radius R (length) as the parabola x^2/(2 R), section 4.2."""
+
+    R: float
+
+    def __post_init__(self):
+        require_finite(R=self.R)
+        if not self.R > 0:
+            raise BadArgument("R", self.R, "must be positive")
+
+    def height(self, x):
+        return np.asarray(x, float)**2/(2*self.R)
+
+
+@dataclass(frozen=True)
+class Wedge:
+    """Blunt wedge whose flanks rise by `slope` (radians) from its edge at x1 = 0."""
+
+    slope: float
+
+    def __post_init__(self):
+        require_finite(slope=self.slope)
+        if not self.slope > 0:
+            raise BadArgument("slope", self.slope, "must be positive (radians)")
+
+    def height(self, x):
+        return self.slope*np.abs(x)
+
+
+@dataclass(frozen=True)
+class Punch:
+    """Flat punch |x1| <= half_width, turned counterclockwise by `tilt` (radians)."""
+
+    half_width: float
+    tilt: float = 0.0
+
+    def __post_init__(self):
+        require_finite(half_width=self.half_width, tilt=self.tilt)
+        if not self.half_width > 0:
+            raise BadArgument("half_width", self.half_width, "must be positive")
+
+    def height(self, x):
+        x = np.asarray(x, float)
+        return np.where(np.abs(x) <= self.half_width, self.tilt*x, np.inf)
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Sampled profile: piecewise linear through (x, z), no obstacle outside.
+
+    `x` ascending and finite, shape (n,), n >= 2; `z` of the same shape.
+    """
+
+    x: np.ndarray
+    z: np.ndarray
+
+    def __post_init__(self):
+        x, z = np.asarray(self.x, float), np.asarray(self.z, float)
+        if x.ndim != 1 or x.size < 2 or not np.all(np.diff(x) > 0):
+            raise BadArgument("x", self.x, "must be a strictly ascending sequence of at least two numbers")
+        if z.shape != x.shape or not (np.all(np.isfinite(x)) and np.all(np.isfinite(z))):
+            raise BadArgument("z", self.z, f"must hold {x.size} finite numbers, one for each x")
+        object.__setattr__(self, "x", x)
+        object.__setattr__(self, "z", z)
+
+    def height(self, x):
+        return np.interp(x, self.x, self.z, left=np.inf, right=np.inf)
+
+
+def gap(obstacle, points, normals):
+    """Initial gap between points of a body's surface and the obstacle, along the surface normal.
+
+    ``(height(x1) - x2) n2``: the distance along e2, in which the obstacle approaches, seen along
+    n; for n = e2 the gap of section 4.2.
+
+    Parameters
+    ----------
+    obstacle : object with ``height``, or a callable height
+    points, normals : arrays (n, 2)
+
+    Returns
+    -------
+    array (n,), ``inf`` where the obstacle has no surface above the point, or the
+        surface faces away
+    """
+    height = getattr(obstacle, "height", obstacle)
+    if not callable(height):
+        raise BadArgument("obstacle", obstacle, "must have a method height(x), or be a callable height(x)")
+    above = np.asarray(height(points[:, 0]), float)
+    if above.shape != points[:, 0].shape or np.any(np.isnan(above)) or np.any(above == -np.inf):
+        raise BadArgument("obstacle", obstacle, "its height(x) must return one number (or inf) for each x")
+    seen = normals[:, 1] > 0
+    return np.where(seen, (above - points[:, 1])*np.where(seen, normals[:, 1], 1.0), np.inf)
