@@ -179,13 +179,13 @@ def solve_linear(matrix, freedofs, rhs, what):
         inverse = matrix.Inverse(freedofs, "umfpack")
     except Exception as failure:
         raise NotConverged(f"no factorisation of {what}: {failure}") from failure
-    solution = rhs.CreateVector()
+    solution, left, scale = (rhs.CreateVector() for _ in range(3))
     solution.data = inverse*rhs
-    left = rhs.CreateVector()
     left.data = rhs - matrix*solution
-    kept = ng.Projector(freedofs, True)
-    scale = rhs.CreateVector()
+    solution.data += inverse*left      # one step of refinement
+    left.data = rhs - matrix*solution
     scale.data = rhs
+    kept = ng.Projector(freedofs, True)
     kept.Project(left)
     kept.Project(scale)
     if not left.Norm() <= SINGULAR*max(scale.Norm(), 1e-300):

@@ -11,16 +11,17 @@ from dataclasses import dataclass
 
 import ngsolve as ng
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from . import law
-from .body import Fields, Loads, solve_linear
+from .body import Fields, Loads
 from .errors import BadArgument, NotConverged, require_finite
 
 METHODS = ("al", "penalty")
 CONTROLS = ("approach", "load")
 MAX_ITERATIONS = 60
 RESIDUAL = 1e-11       # relative; direct solves with one refinement reach some 1e-14
-PENALTY = 1e6          # penalty stiffness over that of the body: penetrations of about 1e-6 of the compression
+PENALTY = 1e4          # penalty stiffness over that of the body: penetrations of some 1e-4 of the compression
 ROUNDING = 1e-14       # some rounding errors of double precision
 SMALLEST_STEP = 1e-4   # of the whole way to a target, before load stepping gives up
 
@@ -31,6 +32,8 @@ class State:
 
     Attributes
     ----------
+    level : float
+        The control parameter: approach or load.
     approach, load : float
         Approach d of the obstacle along -e2 (length) and its resultant force (per thickness; per
         area for a 1D body).
@@ -45,6 +48,7 @@ class State:
     vector : NGSolve vector of all unknowns, to start from
     """
 
+    level: float
     approach: float
     load: float
     fields: Fields
@@ -80,7 +84,7 @@ class Newton:
     method : "al" or "penalty"
     rho : float
         Regularisation (stress per length). Without it (lambda + 2 mu) over the body's height, and
-        10^6 times that for the penalty method.
+        10^4 times that for the penalty method.
     control : "approach" or "load"
     """
 
@@ -120,6 +124,7 @@ class Newton:
         self.form += ng.Variation(contact)
         self.free = ng.BitArray(self.space.FreeDofs())
         self.free[self._approach] = self.control == "load"
+        self._magnitudes = None
         self._free_fields = np.array([self.free[i] for i in range(self._ranges[2].stop)])
 
     @property
@@ -147,13 +152,15 @@ class Newton:
         if start is not None:
             unknowns.vec.data = start.vector
         self._prescribe(unknowns, level, start)
-        seen, current, inverse = {}, None, None
+        seen, current, inverse, before = {}, None, None, np.inf
         residual = unknowns.vec.CreateVector()
         for iteration in range(MAX_ITERATIONS + 1):
             closed = self._closed(unknowns)
             kkt = self._kkt(unknowns, closed, level, residual)
-            if kkt <= max(RESIDUAL, self._attainable(unknowns)):      # on the active set of this very iterate
-                return self._state(unknowns, closed, iteration, kkt)
+            # both on the active set of this very iterate; at the limit of rounding refine while it helps
+            if kkt <= RESIDUAL or before/2 <= kkt <= self._attainable(unknowns):
+                return self._state(unknowns, closed, level, iteration, kkt)
+            before = kkt
             active = b"".join(mask.tobytes() for mask in closed.values())
             if active != current:
                 if active in seen:
@@ -168,44 +175,6 @@ class Newton:
                                     "and is something in contact?")
         raise self._failure(level, MAX_ITERATIONS, kkt, "take a smaller step, or another rho")
 
-    def rate(self, state):
-        """Derivative of a state with respect to the control parameter while its active set stays.
-
-        Returns {"gaps": {corner: array}, "multipliers": {corner: array}, "vector": vector}.
-        """
-        unknowns = ng.GridFunction(self.space)
-        unknowns.vec.data = state.vector
-        self._load.Set(state.load if self.control == "load" else 0.0)
-        self.form.AssembleLinearization(unknowns.vec)
-        change = ng.GridFunction(self.space)
-        unit = unknowns.vec.CreateVector()
-        unit[:] = 0.0
-        unit[self._approach] = 1.0
-        if self.control == "approach":
-            right = (-self.form.mat*unit).Evaluate()
-            change.vec.data = unit + solve_linear(self.form.mat, self.free, right, "the tangent")
-        else:
-            change.vec.data = solve_linear(self.form.mat, self.free, unit, "the tangent")
-        gaps = self.facets.gap_changes(*change.components[:3], change.vec[self._approach])
-        return {"gaps": gaps, "multipliers": self._multipliers(change, gaps, state.closed), "vector": change.vec}
-
-    def next_event(self, state):
-        """The first corner to change its state as the control parameter rises, or None.
-
-        Exact for a linear body: within one active set everything is affine in the parameter.
-        """
-        rate = self.rate(state)
-        here = state.approach if self.control == "approach" else state.load
-        events = []
-        for corner in self.facets.corners:
-            closed, touch = state.closed[corner], self.facets.can_touch[corner]
-            for nodes, value, slope, kind in (
-                    (touch & ~closed, state.gaps[corner], -rate["gaps"][corner], "closes"),
-                    (touch & closed, -state.multipliers[corner], rate["multipliers"][corner], "opens")):
-                for node in np.flatnonzero(nodes & (slope > 0)):
-                    events.append(Event(float(here + value[node]/slope[node]), corner, int(node), kind))
-        return min(events, key=lambda event: event.level, default=None)
-
     def _prescribe(self, unknowns, level, start):
         if self.control == "approach":
             unknowns.vec[self._approach] = level
@@ -218,6 +187,10 @@ class Newton:
             unknowns.vec[self._approach] = gaps.min() + 1e-9*max(np.ptp(gaps), self.body.solid.ell)
 
     def _factorise(self, level):
+        values, columns, starts = self.form.mat.CSR()
+        shape = (self.space.ndof, self.space.ndof)
+        matrix = csr_matrix((np.abs(values), np.array(columns), np.array(starts)), shape=shape)
+        self._magnitudes = matrix[:len(self._free_fields)]
         try:
             return self.form.mat.Inverse(self.free, "umfpack")
         except Exception as failure:
@@ -262,10 +235,11 @@ class Newton:
         return max(parts)
 
     def _attainable(self, unknowns):
-        """Relative residual that rounding leaves to the penalty method, whose forces are rho times a difference."""
-        if self.method == "al":
+        """Relative residual that rounding leaves: that of the sum of all |K_ij x_j| beside the force they leave."""
+        if self._magnitudes is None:
             return 0.0
-        return ROUNDING*self.rho*self._length(unknowns)*self.facets.weights.max()/max(self._force(unknowns), 1e-300)
+        terms = self._magnitudes @ np.abs(unknowns.vec.FV().NumPy())
+        return ROUNDING*terms.max()/max(self._force(unknowns), 1e-300)
 
     def _force(self, unknowns):
         """Largest internal nodal force, reactions included: the scale of equilibrium."""
@@ -282,10 +256,10 @@ class Newton:
     def _resultant(self, multipliers):
         return float(-self.facets.weights*self.facets.normals[:, 1] @ law.traction(multipliers))
 
-    def _state(self, unknowns, closed, iterations, kkt):
+    def _state(self, unknowns, closed, level, iterations, kkt):
         facets, gaps = self.facets, self._gaps(unknowns)
         multipliers = self._multipliers(unknowns, gaps, closed)
-        return State(approach=float(unknowns.vec[self._approach]), load=self._resultant(multipliers),
+        return State(level=level, approach=float(unknowns.vec[self._approach]), load=self._resultant(multipliers),
                      fields=Fields(self.body, unknowns.components),
                      psi=facets.at_nodes("psi", unknowns.components[2]),
                      gaps=gaps, multipliers=multipliers, closed=closed,
@@ -299,6 +273,25 @@ def default_rho(body, method):
     heights = [vertex.point[-1] for vertex in body.mesh.vertices]
     stiffness = (body.solid.lam + 2*body.solid.mu)/(max(heights) - min(heights))
     return stiffness if method == "al" else PENALTY*stiffness
+
+
+def next_event(first, second):
+    """The first corner to change its contact state beyond two states of one path, or None.
+
+    Between events everything is affine in the level for a linear body, so two states with the same
+    active set, `second` at the higher level, give the event exactly.
+    """
+    changed = [corner for corner in first.closed if np.any(first.closed[corner] != second.closed[corner])]
+    if changed or not second.level > first.level:
+        raise BadArgument("second", second.level, f"must lie above {first.level:g} with the same active set")
+    events = []
+    for corner, closed in second.closed.items():
+        for nodes, before, now, kind in ((~closed, first.gaps[corner], second.gaps[corner], "closes"),
+                                         (closed, -first.multipliers[corner], -second.multipliers[corner], "opens")):
+            for node in np.flatnonzero(nodes & np.isfinite(now) & (now < before)):
+                ahead = (second.level - first.level)*now[node]/(before[node] - now[node])
+                events.append(Event(float(second.level + ahead), corner, int(node), kind))
+    return min(events, key=lambda event: event.level, default=None)
 
 
 def load_path(newton, levels, *, start=None):

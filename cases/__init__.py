@@ -1,0 +1,1 @@
+"""The cases, one file each; `python -m cases` lists and runs them."""

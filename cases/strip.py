@@ -1,0 +1,330 @@
+"""Infinite strip with turned microblocks, compressed by two rigid planes (section 4.1).
+
+Geometry   thickness 2 H; by symmetry the half 0 <= x2 <= H, u1 = u2 = 0 at x2 = 0. The blocks of
+           the surface are turned by psi0; the plane at x2 = H starts in touch with one corner of each
+           and moves by delta. Fields depend on x2 only.
+Equations  (10)-(18) in the strip, the corner gaps (42), (43) at the surface.
+Model      line: the depth alone, a 1D mesh; column: one column of 2D elements, periodic sideways.
+           Both run the contact terms (31), (37).
+Reference  the closed form (46)-(49), microblock.references; not used in the computation.
+Look at    the layers of thickness ell/sqrt(beta) in psi and u1, and the kink of everything at
+           delta_fc, where the second corner closes.
+Units      lengths over H, stresses over mu.
+"""
+
+import time
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from cases.options import option
+from microblock import meshes, plots
+from microblock.adapt import climb
+from microblock.body import Body
+from microblock.errors import BadArgument, Inadmissible, NotConverged, require_finite
+from microblock.facets import ContactFacets
+from microblock.law import Microblock
+from microblock.material import Cosserat
+from microblock.newton import METHODS, Newton, State, next_event
+from microblock.obstacles import Plane
+from microblock.observables import layer_lengths, relative_error
+from microblock.study import versions
+
+MODELS = ("line", "column")
+RTOL = (1e-9, 1e-6)        # where nothing is asked for; the second where rounding keeps from the first
+PAPER = dict(order=1, elements=20)   # the paper's mesh of the half-thickness
+ORDERS = (2, 4, 6, 8, 10, 12, 14, 16)
+LAYERS_PER_ELEMENT = 8     # coarsest rung: exp(-8) over an element is within reach of order 16
+PENALTIES = 12             # powers of ten that rho may rise
+DOUBLINGS = 3              # of the coarsest mesh before the ladder ends
+MOST_ELEMENTS = 4000
+MOST_ORDER = 20
+AT_EVENT = 1e-11           # relative distance to delta_fc that counts as "at" it: rounding of a solve
+SMALL_ANGLE = np.radians(10)   # beyond it sin and tan leave the small-angle form (41) by over 1 %
+
+
+@dataclass(frozen=True)
+class Parameters:
+    ell_over_H: float = option(0.5, "length scale of the material over H")
+    psi0_deg: float = option(1.0, "initial rotation of the blocks in degrees, counterclockwise")
+    nu: float = option(0.3, "Poisson's ratio, -1 < nu < 1/2")
+    beta: float = option(1.0, "coupling number 2 eta/(1 + eta), 0 < beta < 2")
+    delta_over_H: float = option(0.02, "approach of each plane over H, counted from first touch")
+    curvature: float = option(2.0, "coefficient gamma' of the curvature energy")
+    model: str = option("line", "depth alone, or one periodic column of 2D elements", str, choices=MODELS)
+    method: str = option("al", "augmented Lagrangian or penalty", str, choices=METHODS)
+    rho: float | None = option(None, "regularisation over mu/H; without it the stiffness of the strip (al), "
+                               "or what rtol asks for (penalty)")
+    order: int | None = option(None, "polynomial order of u and psi, 1 to 20 (1 if only --elements is given)", int)
+    elements: int | None = option(None, "elements per half-thickness (20 if only --order is given)", int)
+    rtol: float | None = option(None, "relative L2 error asked for; chooses order and elements, not together "
+                                f"with them ({RTOL[0]:g} if nothing is given)")
+
+    def __post_init__(self):
+        numbers = {name: value for name, value in asdict(self).items()
+                   if value is not None and name not in ("model", "method")}
+        require_finite(**numbers)
+        for name, allowed in (("model", MODELS), ("method", METHODS)):
+            if getattr(self, name) not in allowed:
+                raise BadArgument(name, getattr(self, name), f"must be one of {', '.join(allowed)}")
+        for name in ("ell_over_H", "rho", "curvature"):
+            if numbers.get(name, 1) <= 0:
+                raise BadArgument(name, numbers[name], "must be positive")
+        if not -1 < self.nu < 0.5:
+            raise Inadmissible("nu", self.nu, "must satisfy -1 < nu < 1/2")
+        if not 0 < self.beta < 2:
+            raise Inadmissible("beta", self.beta, "must satisfy 0 < beta < 2")
+        if not abs(self.psi0_deg) <= 45:
+            raise BadArgument("psi0_deg", self.psi0_deg, "must lie within 45 degrees")
+        if self.order is not None and not 1 <= self.order <= MOST_ORDER:
+            raise BadArgument("order", self.order, f"must lie between 1 and {MOST_ORDER}")
+        if self.elements is not None and not 1 <= self.elements <= MOST_ELEMENTS:
+            raise BadArgument("elements", self.elements, f"must lie between 1 and {MOST_ELEMENTS}")
+        if self.rtol is not None:
+            if not 0 < self.rtol < 1:
+                raise BadArgument("rtol", self.rtol, "must satisfy 0 < rtol < 1")
+            if self.order is not None or self.elements is not None:
+                raise BadArgument("rtol", self.rtol, "chooses order and elements: not together with them")
+
+    @property
+    def psi0(self):
+        """Initial rotation in radians."""
+        return float(np.radians(self.psi0_deg))
+
+    @property
+    def solid(self):
+        """The material in units of mu and H."""
+        return Cosserat(E=2*(1 + self.nu), nu=self.nu, ell=self.ell_over_H, beta=self.beta,
+                        curvature=self.curvature)
+
+    def resolved(self):
+        """These parameters with every default filled in that does not need a computation."""
+        if self.order is None and self.elements is None:
+            return replace(self, rtol=RTOL[0] if self.rtol is None else self.rtol)
+        return replace(self, order=self.order or PAPER["order"], elements=self.elements or PAPER["elements"])
+
+
+@dataclass(frozen=True)
+class Solution:
+    """One discretisation of the strip, solved: its fields over the depth and its state."""
+
+    parameters: Parameters
+    newton: Newton
+    state: State
+    delta_fc: float
+    setup: float
+    solve: float
+
+    def fields(self, x2):
+        """psi (n,) and u (2, n) over H at the depths x2, array (n,) in [0, 1]."""
+        mesh = self.newton.body.mesh
+        if mesh.dim == 1:
+            points = mesh(np.asarray(x2) - 1)
+        else:
+            side = max(vertex.point[0] for vertex in mesh.vertices)
+            points = mesh(np.full(np.shape(x2), side/2), np.asarray(x2) - 1)
+        u1, u2, psi = (field(points).ravel() for field in self.state.fields)
+        return psi, np.array((u1, u2))
+
+    def rule(self):
+        """Gauss points and weights over the half-thickness, exact for what the errors need."""
+        elements, order = self.parameters.elements, self.parameters.order
+        points, weights = np.polynomial.legendre.leggauss(order + 8)
+        left = np.arange(elements)[:, None]
+        return ((left + (points + 1)/2)/elements).ravel(), np.tile(weights/(2*elements), elements)
+
+
+def solve_once(parameters):
+    """The strip on the mesh and with the order that the parameters name."""
+    start = time.perf_counter()
+    build = meshes.line if parameters.model == "line" else meshes.column
+    body = Body(build(1.0, parameters.elements), parameters.solid, parameters.order,
+                fixed={"u1": "middle", "u2": "middle"}, periodic=parameters.model == "column")
+    # counted from first touch: the plane begins over the corner that sticks out
+    plane = Plane(parameters.ell_over_H/2*abs(parameters.psi0))
+    facets = ContactFacets(body, Microblock(parameters.psi0), plane)
+    newton = Newton(body, facets, method=parameters.method, rho=parameters.rho)
+    ready = time.perf_counter()
+    delta_fc = full_contact(newton, parameters.psi0)
+    state = newton.solve(parameters.delta_over_H)
+    done = time.perf_counter()
+    return Solution(replace(parameters, rho=newton.rho), newton, state, delta_fc, ready - start, done - ready)
+
+
+def full_contact(newton, psi0):
+    """The approach delta_fc at which the lagging corner closes: the event ahead of two partial states."""
+    gaps = newton.facets.initial_gaps
+    lag = float(np.abs(gaps["A"] - gaps["B"]).max())
+    if lag == 0:
+        return 0.0
+    rigid = lag/2*(1 - abs(psi0))      # closes the lag if the blocks turn as if free, so delta_fc lies above
+    return next_event(*(newton.solve(share*rigid) for share in (0.25, 0.5))).level
+
+
+def solve(parameters):
+    """The strip to the accuracy, or on the discretisation, that the parameters ask for.
+
+    Returns (Solution, error estimate or None, all solutions on the way); raises NotConverged where
+    rounding, or a rho given, keeps from the accuracy.
+    """
+    parameters = parameters.resolved()
+    passes = []
+
+    def rung(discretisation):
+        passes.append(solve_once(replace(parameters, **discretisation, rtol=None)))
+        return passes[-1]
+
+    if parameters.rtol is None:
+        return rung({}), None, passes
+    reach = _climb_penalty if parameters.method == "penalty" else _climb
+    return *reach(parameters, rung), passes
+
+
+def _climb(parameters, rung):
+    return climb(rung, ladder(parameters), distance, parameters.rtol)
+
+
+def _climb_penalty(parameters, rung):
+    """Penalty: half of rtol for the discretisation, half for the penetration, which falls like 1/rho."""
+    half = parameters.rtol/2
+    softest = parameters.rho or rung(dict(order=1, elements=1)).parameters.rho
+    fine, discretisation = climb(lambda step: rung(dict(step, rho=softest)), ladder(parameters), distance, half)
+    mesh = dict(order=fine.parameters.order, elements=fine.parameters.elements)
+    if parameters.rho is None:
+        stiffer = (dict(mesh, rho=softest*10**power) for power in range(PENALTIES))
+        fine, penetration = climb(rung, stiffer, distance, half)
+    else:
+        penetration = 10/9*distance(fine, rung(dict(mesh, rho=10*parameters.rho)))
+        if penetration > half:
+            raise NotConverged(f"rtol = {parameters.rtol:g} was not reached: rho = {parameters.rho:g} leaves an error of "
+                               f"{penetration:.1e}; take another rho, or the augmented Lagrangian", reached=penetration)
+    return fine, discretisation + penetration
+
+
+def ladder(parameters):
+    """Orders 2 to 16 on a mesh of the layer's scale, then on its halvings."""
+    coarsest = max(1, int(np.ceil(1/(LAYERS_PER_ELEMENT*parameters.solid.layer_length))))
+    if coarsest > MOST_ELEMENTS:
+        raise NotConverged(f"the layer of thickness {parameters.solid.layer_length:.1e} H is too thin for a uniform "
+                           f"mesh of {MOST_ELEMENTS} elements; take a larger ell_over_H")
+    for doubling in range(DOUBLINGS + 1):
+        for order in ORDERS:
+            yield dict(elements=coarsest*2**doubling, order=order)
+
+
+def distance(coarse, fine):
+    """Largest relative difference of psi and u in L2, and of delta_fc."""
+    x2, weights = fine.rule()
+    scale = abs(fine.parameters.delta_over_H)
+    errors = [relative_error(*pair, weights, scale) for pair in zip(coarse.fields(x2), fine.fields(x2))]
+    errors.append(abs(coarse.delta_fc - fine.delta_fc)/(fine.delta_fc or 1.0))
+    return max(float("inf") if error is None else error for error in errors)
+
+
+def state_name(solution, slack=AT_EVENT):
+    """separation, partial or full (from delta_fc on, which is known to `slack`)."""
+    delta = solution.parameters.delta_over_H
+    if delta <= 0:
+        return "separation"
+    return "full" if delta >= solution.delta_fc*(1 - slack) else "partial"
+
+
+def reference(parameters, curvature=None):
+    """The closed form (46)-(49) for these parameters."""
+    from microblock.references import Strip
+    return Strip(ell=parameters.ell_over_H, psi0=parameters.psi0, nu=parameters.nu, beta=parameters.beta,
+                 delta=parameters.delta_over_H, curvature=curvature or parameters.curvature)
+
+
+def errors(solution):
+    """Relative L2 errors over the thickness against the closed form: of psi, of u, and of psi as printed."""
+    x2, weights = solution.rule()
+    psi, u = solution.fields(x2)
+    parameters = solution.parameters
+    exact, printed = reference(parameters), reference(parameters, curvature=2.0)
+    scale = abs(parameters.delta_over_H)
+    return {"error_psi": relative_error(psi, exact.psi(x2), weights, scale),
+            "error_u": relative_error(u, np.array((exact.u1(x2), exact.u2(x2))), weights, scale),
+            "error_psi_paper": relative_error(psi, printed.psi(x2), weights, scale)}
+
+
+def observe(solution, estimate=None):
+    """Everything that a solution shows, as plain numbers."""
+    state, name = solution.state, state_name(solution)
+    micromoment, traction = float(state.micromoment[0]), float(state.traction[0])
+    psi, u1 = float(state.psi[0]), float(solution.newton.facets.at_nodes("u1", state.fields.u1)[0])
+    lengths = layer_lengths(solution.parameters.solid, psi, u1, micromoment, traction)
+    if name == "separation":
+        lengths = (None, None)
+    x2 = np.linspace(0, 1, solution.parameters.elements + 1)
+    profile_psi, profile_u = solution.fields(x2)
+    return {"state": name,
+            "psi_surface": psi, "u1_surface": u1,
+            "u2_surface": float(solution.newton.facets.at_nodes("u2", state.fields.u2)[0]),
+            "traction": traction, "micromoment": micromoment, "delta_fc": solution.delta_fc,
+            "L_psi": lengths[0], "L_u": lengths[1], "error_estimate": estimate,
+            "unknowns": solution.newton.unknowns, "iterations": state.iterations, "kkt": state.kkt,
+            "profile": {"x2": x2.tolist(), "psi": profile_psi.tolist(),
+                        "u1": profile_u[0].tolist(), "u2": profile_u[1].tolist()}}
+
+
+def warnings(parameters):
+    """Where the small-strain model leaves its ground."""
+    found = []
+    if abs(parameters.psi0) > SMALL_ANGLE:
+        found.append(f"psi0 = {parameters.psi0_deg:g} degrees: beyond the small-angle form (41)")
+    if parameters.delta_over_H > 0.1:
+        found.append(f"delta = {parameters.delta_over_H:g} H: beyond small strain")
+    if parameters.ell_over_H > 1:
+        found.append(f"ell = {parameters.ell_over_H:g} H: the blocks are larger than the half-thickness")
+    return found
+
+
+def result(parameters):
+    """The contract's object: parameters as resolved, versions, seconds, observables and errors."""
+    told = warnings(parameters)
+    asked = parameters.resolved()
+    try:
+        solution, estimate, passes = solve(asked)
+    except NotConverged as failure:
+        if asked == parameters or asked.rtol is None:
+            raise
+        asked = replace(asked, rtol=RTOL[1])
+        told.append(f"computed to rtol = {RTOL[1]:g}: {failure}")
+        solution, estimate, passes = solve(asked)
+    observed = observe(solution, estimate)
+    try:
+        compared = errors(solution)
+    except ModuleNotFoundError:
+        compared = dict.fromkeys(("error_psi", "error_u", "error_psi_paper"))
+        told.append("microblock.references is missing: no errors against the closed form")
+    return {"parameters": {**asdict(solution.parameters), "rtol": asked.rtol},
+            "versions": versions(),
+            "seconds": {"setup": sum(one.setup for one in passes), "solve": sum(one.solve for one in passes)},
+            **observed, **compared, "warnings": told}
+
+
+def run(parameters, out=None, quiet=False):
+    """Solve, print a table, draw the profile into the folder `out`."""
+    answer = result(parameters)
+    if not quiet:
+        for name, value in answer.items():
+            if name not in ("profile", "versions"):
+                print(f"{name:16} {value}")
+    if out:
+        plots.save(figure(answer), out, "strip")
+    return answer
+
+
+def figure(answer):
+    """psi and u1 over the depth, the computed nodes on the closed form."""
+    parameters = Parameters(**{**answer["parameters"], "rtol": None})
+    x2 = np.linspace(0, 1, 201)
+    exact = reference(parameters)
+    drawing, axes = plots.figure(1, 2)
+    for axis, name, symbol in ((axes[0], "psi", r"$\psi$"), (axes[1], "u1", "$u_1/H$")):
+        axis.plot(x2, getattr(exact, name)(x2), label="closed form")
+        axis.plot(answer["profile"]["x2"], answer["profile"][name], "o", label=parameters.model)
+        axis.set(xlabel="$x_2/H$", ylabel=symbol)
+    axes[0].legend()
+    return drawing

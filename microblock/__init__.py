@@ -1,0 +1,31 @@
+"""microblock: contact of bodies with microstructure, on NGSolve.
+
+The names below are what a script needs; those that live on a mesh load NGSolve when first used.
+"""
+
+from importlib import import_module
+
+__version__ = "0.1.0"
+
+_ROOMS = {
+    "Cosserat": "material",
+    "Plane": "obstacles", "Cylinder": "obstacles", "Wedge": "obstacles", "Punch": "obstacles",
+    "Profile": "obstacles",
+    "Microblock": "law", "Unilateral": "law", "Microclamped": "law",
+    "Body": "body", "Loads": "body", "Fields": "body",
+    "ContactFacets": "facets",
+    "Newton": "newton", "State": "newton", "Event": "newton", "load_path": "newton",
+    "MicroblockError": "errors", "BadArgument": "errors", "Inadmissible": "errors", "NotConverged": "errors",
+}
+
+__all__ = sorted(_ROOMS)
+
+
+def __getattr__(name):
+    if name in _ROOMS:
+        return getattr(import_module(f".{_ROOMS[name]}", __name__), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__():
+    return sorted([*globals(), *__all__])

@@ -1,0 +1,31 @@
+"""One figure style: sizes for print, colours that the colour-blind can tell apart."""
+
+import matplotlib
+from matplotlib.figure import Figure
+
+COLUMN = 3.5     # inches, one column of a journal page
+# Okabe and Ito's palette (2008), ordered for contrast on white
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+STYLE = {
+    "font.size": 8, "axes.labelsize": 9, "legend.fontsize": 7, "xtick.labelsize": 8, "ytick.labelsize": 8,
+    "lines.linewidth": 1.2, "lines.markersize": 4, "axes.linewidth": 0.6, "legend.frameon": False,
+    "axes.prop_cycle": matplotlib.cycler(color=COLOURS), "savefig.dpi": 200, "mathtext.fontset": "cm",
+    "axes.spines.top": False, "axes.spines.right": False,
+}
+
+
+def figure(rows=1, columns=1, height=2.6, width=None):
+    """An empty figure in the house style: (Figure, Axes or array of Axes); sizes in inches a panel."""
+    with matplotlib.rc_context(STYLE):
+        drawing = Figure(figsize=((width or COLUMN)*columns, height*rows), layout="constrained")
+        return drawing, drawing.subplots(rows, columns)
+
+
+def save(drawing, folder, name):
+    """Write PNG and PDF; returns the paths."""
+    paths = [folder/f"{name}.{kind}" for kind in ("png", "pdf")]
+    with matplotlib.rc_context(STYLE):
+        for path in paths:
+            drawing.savefig(path)
+    return paths

@@ -1,0 +1,118 @@
+"""Closed forms to check against. numpy only: nothing here knows of a mesh."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Strip:
+    """The strip between rigid planes, (44)-(49), for any curvature coefficient gamma'.
+
+    Lengths over H, stresses over mu. The strip occupies -1 <= x2 <= 1; fields at depths 0 <= x2 <= 1.
+    With ``k = sqrt(2 beta/gamma')/ell`` (sqrt(beta)/ell in the paper, where gamma' = 2) the fields are
+    ``psi = -a cosh(k x2)/cosh(k)``, ``u1 = a (beta/k) sinh(k x2)/cosh(k)`` and u2 linear; `a` is the
+    rotation of the surface blocks back towards the plane. ``psi0 < 0`` is the mirror image.
+
+    Parameters
+    ----------
+    ell, psi0, nu, beta, delta : float
+        ell/H, initial rotation (radians), Poisson's ratio, coupling, approach over H from first touch.
+    curvature : float
+        gamma'; 2 is the paper's closed form as printed.
+    """
+
+    ell: float
+    psi0: float
+    nu: float
+    beta: float
+    delta: float
+    curvature: float = 2.0
+
+    @property
+    def k(self):
+        """Inverse decay length of the layer, over 1/H."""
+        return math.sqrt(2*self.beta/self.curvature)/self.ell
+
+    @property
+    def oedometric(self):
+        """(lambda + 2 mu)/mu."""
+        return 2*(1 - self.nu)/(1 - 2*self.nu)
+
+    @property
+    def _lever(self):
+        return self.ell/2*(1 - abs(self.psi0))
+
+    @property
+    def _compression(self):
+        """u2(1) over the rotation a while one corner carries all, from M = lever t_n, (45)."""
+        micromoment = self.curvature*self.ell**2*self.k*math.tanh(self.k)
+        return micromoment/(self._lever*self.oedometric)
+
+    @property
+    def delta_fc(self):
+        """Approach at which the second corner closes, (47)."""
+        return abs(self.psi0)*(self._lever + self._compression)
+
+    @property
+    def state(self):
+        """"separation" (delta <= 0), "partial" or "full" (from delta_fc on)."""
+        if self.delta <= 0:
+            return "separation"
+        return "full" if self.delta >= self.delta_fc else "partial"
+
+    @property
+    def rotation(self):
+        """a = -psi(1), with the sign of psi0."""
+        if self.state == "separation":
+            return 0.0
+        if self.state == "full":
+            return self.psi0
+        return math.copysign(self.delta/(self._lever + self._compression), self.psi0)
+
+    def psi(self, x2):
+        """Microrotation (46)."""
+        return -self.rotation*self._even(x2)
+
+    def u1(self, x2):
+        """Horizontal displacement (46) over H."""
+        return self.rotation*self.beta/self.k*self._odd(x2)
+
+    def u2(self, x2):
+        """Vertical displacement (46) over H."""
+        return self.traction/self.oedometric*np.asarray(x2, float)
+
+    @property
+    def traction(self):
+        """t_n = sigma_22 over mu."""
+        if self.state == "separation":
+            return 0.0
+        if self.state == "full":
+            return -self.oedometric*(self.delta - self._lever*abs(self.psi0))
+        return -self.oedometric*abs(self.rotation)*self._compression
+
+    @property
+    def micromoment(self):
+        """M = m_2 at x2 = 1 over mu H, with gamma' of (12)."""
+        return -self.curvature*self.ell**2*self.k*math.tanh(self.k)*self.rotation
+
+    @property
+    def L_psi(self):
+        """Layer length of psi over H, coth(k)/k, (49)."""
+        return 1/(self.k*math.tanh(self.k))
+
+    @property
+    def L_u(self):
+        """Layer length of u1 over H, tanh(k)/k, (49)."""
+        return math.tanh(self.k)/self.k
+
+    def _even(self, x2):
+        """cosh(k x2)/cosh(k) without overflow."""
+        x2 = np.asarray(x2, float)
+        return (np.exp(self.k*(x2 - 1)) + np.exp(-self.k*(x2 + 1)))/(1 + math.exp(-2*self.k))
+
+    def _odd(self, x2):
+        """sinh(k x2)/cosh(k) without overflow or cancellation."""
+        x2 = np.asarray(x2, float)
+        return -np.exp(self.k*(x2 - 1))*np.expm1(-2*self.k*x2)/(1 + math.exp(-2*self.k))

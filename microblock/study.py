@@ -1,0 +1,77 @@
+"""Records of runs: CSV tables and JSON objects that carry all parameters and the versions."""
+
+import csv
+import json
+import os
+import platform
+import tempfile
+from importlib import metadata
+from pathlib import Path
+
+from . import __version__
+from .errors import BadArgument
+
+
+def versions():
+    """Versions of everything that a result depends on."""
+    packages = {name: metadata.version(name) for name in ("ngsolve", "netgen-mesher", "numpy", "scipy")}
+    return {"microblock": __version__, **packages, "python": platform.python_version()}
+
+
+def write_json(path, result):
+    """Write one JSON object, whole or not at all; NaN or infinity raise ValueError."""
+    _replace(path, json.dumps(result, indent=1, allow_nan=False) + "\n")
+
+
+def write_records(path, rows):
+    """Write a CSV file, whole or not at all: one row a run, the columns of the first row, versions last."""
+    known = {f"version_{name}": version for name, version in versions().items()}
+    with tempfile.SpooledTemporaryFile(mode="w+", newline="", max_size=10**8) as text:
+        table = csv.DictWriter(text, fieldnames=[*rows[0], *known])
+        table.writeheader()
+        for row in rows:
+            table.writerow({**row, **known})
+        text.seek(0)
+        _replace(path, text.read())
+
+
+def read_records(path):
+    """Rows of a CSV file as dictionaries; numbers as numbers, empty cells as None."""
+    with open(path, newline="") as table:
+        return [{name: _number(cell) for name, cell in row.items()} for row in csv.DictReader(table)]
+
+
+def column(rows, name):
+    """One column of records as a list."""
+    return [row[name] for row in rows]
+
+
+def check_writable(name, path):
+    """Raise BadArgument unless a file can be written at `path`: before the work, not after it."""
+    parent = Path(path).resolve().parent
+    if not parent.is_dir() or not os.access(parent, os.W_OK) or Path(path).is_dir():
+        raise BadArgument(name, str(path), "must be a file in an existing folder that can be written to")
+
+
+def _number(cell):
+    if cell == "":
+        return None
+    for kind in (int, float):
+        try:
+            return kind(cell)
+        except ValueError:
+            pass
+    return cell
+
+
+def _replace(path, text):
+    path = Path(path)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+    try:
+        with os.fdopen(handle, "w", newline="") as file:
+            file.write(text)
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise
