@@ -256,7 +256,7 @@ def observe(solution, estimate=None):
     lengths = layer_lengths(solution.parameters.solid, psi, u1, micromoment, traction)
     if name == "separation":
         lengths = (None, None)
-    x2 = np.linspace(0, 1, solution.parameters.elements + 1)
+    x2 = np.linspace(0, 1, max(solution.parameters.elements, PAPER["elements"]) + 1)
     profile_psi, profile_u = solution.fields(x2)
     return {"state": name,
             "psi_surface": psi, "u1_surface": u1,
@@ -312,7 +312,7 @@ def run(parameters, out=None, quiet=False):
             if name not in ("profile", "versions"):
                 print(f"{name:16} {value}")
     if out:
-        plots.save(figure(answer), out, "strip")
+        plots.draw(figure, answer, out, "strip")
     return answer
 
 

@@ -15,17 +15,22 @@ STYLE = {
 }
 
 
-def figure(rows=1, columns=1, height=2.6, width=None):
-    """An empty figure in the house style: (Figure, Axes or array of Axes); sizes in inches a panel."""
-    with matplotlib.rc_context(STYLE):
-        drawing = Figure(figsize=((width or COLUMN)*columns, height*rows), layout="constrained")
-        return drawing, drawing.subplots(rows, columns)
+def figure(rows=1, columns=1, height=2.6, width=COLUMN, **grid):
+    """An empty figure: (Figure, Axes or array of Axes); sizes in inches a panel, `grid` as for subplots."""
+    drawing = Figure(figsize=(width*columns, height*rows), layout="constrained")
+    return drawing, drawing.subplots(rows, columns, **grid)
 
 
-def save(drawing, folder, name):
-    """Write PNG and PDF; returns the paths."""
+def legend_below(axis, columns=2):
+    """A legend under the panel, where it cannot cover data."""
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.32), ncols=columns)
+
+
+def draw(drawing, data, folder, name):
+    """Call ``drawing(data) -> Figure`` in the house style and write PNG and PDF; returns their paths."""
     paths = [folder/f"{name}.{kind}" for kind in ("png", "pdf")]
     with matplotlib.rc_context(STYLE):
+        finished = drawing(data)
         for path in paths:
-            drawing.savefig(path)
+            finished.savefig(path)
     return paths

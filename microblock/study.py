@@ -18,9 +18,23 @@ def versions():
     return {"microblock": __version__, **packages, "python": platform.python_version()}
 
 
+def write_text(path, text):
+    """Write a text file, whole or not at all."""
+    path = Path(path)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+    try:
+        with os.fdopen(handle, "w", newline="") as file:
+            file.write(text)
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+
+
 def write_json(path, result):
     """Write one JSON object, whole or not at all; NaN or infinity raise ValueError."""
-    _replace(path, json.dumps(result, indent=1, allow_nan=False) + "\n")
+    write_text(path, json.dumps(result, indent=1, allow_nan=False) + "\n")
 
 
 def write_records(path, rows):
@@ -32,7 +46,7 @@ def write_records(path, rows):
         for row in rows:
             table.writerow({**row, **known})
         text.seek(0)
-        _replace(path, text.read())
+        write_text(path, text.read())
 
 
 def read_records(path):
@@ -62,16 +76,3 @@ def _number(cell):
         except ValueError:
             pass
     return cell
-
-
-def _replace(path, text):
-    path = Path(path)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-    try:
-        with os.fdopen(handle, "w", newline="") as file:
-            file.write(text)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise

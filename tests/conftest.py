@@ -1,0 +1,37 @@
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")      # before numpy: threads stall small dense work
+
+import netgen.occ as occ  # noqa: E402
+import ngsolve as ng  # noqa: E402
+import pytest  # noqa: E402
+from netgen.geom2d import SplineGeometry  # noqa: E402
+
+
+def rectangle(width, height, maxh, quads=False):
+    """Irregular mesh of [0, width] x [0, height] with boundaries left, right, bottom, top."""
+    geometry = SplineGeometry()
+    geometry.AddRectangle((0, 0), (width, height), bcs=("bottom", "right", "top", "left"))
+    mesh = ng.Mesh(geometry.GenerateMesh(maxh=maxh, quad_dominated=quads))
+    kinds = {element.type for element in mesh.Elements()}
+    assert (ng.ET.QUAD in kinds) == quads
+    return mesh
+
+
+def half_disc(order=3, maxh=0.4, radius=1.0):
+    """Half-disc below x2 = 0: straight "contact" on top, curved "far" below; vertices at (-1, 0), (0, 0), (1, 0)."""
+    face = occ.WorkPlane().MoveTo(0, 0).Circle(radius).Face()
+    face = face*occ.WorkPlane().MoveTo(-2*radius, -2*radius).Rectangle(4*radius, 2*radius).Face()
+    face.edges.name = "far"
+    face.edges.Max(occ.Y).name = "contact"
+    return ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=maxh)).Curve(order)
+
+
+@pytest.fixture
+def block():
+    """A unit block of quadrilaterals with its contact boundary on top, at x2 = 0."""
+    from ngsolve.meshes import MakeStructured2DMesh
+    mesh = MakeStructured2DMesh(quads=True, nx=6, ny=3, mapping=lambda x, y: (2*x - 1, y - 1))
+    for number, name in enumerate(mesh.GetBoundaries()):
+        mesh.ngmesh.SetBCName(number, {"top": "contact"}.get(name, name))
+    return ng.Mesh(mesh.ngmesh)
