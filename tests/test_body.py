@@ -1,0 +1,203 @@
+"""The bulk without contact: patch tests, Cosserat glide, rates, rigid motions, limits."""
+
+import ngsolve as ng
+import numpy as np
+import pytest
+from conftest import half_disc, rectangle
+from ngsolve import x, y
+
+from microblock import meshes
+from microblock.body import Body, Fields, Loads
+from microblock.errors import BadArgument, NotConverged
+from microblock.material import Cosserat
+
+SHAPES = pytest.mark.parametrize("quads", [False, True], ids=["triangles", "quadrilaterals"])
+# Providas and Kattis (2002): mu = 1000, nu = 0.25, mu_c = 500, m = 4 mu ell^2 grad psi with ell = 0.1
+PATCH = Cosserat(E=2500, nu=0.25, ell=0.1, mu_c=500, curvature=4)
+PATCHES = {      # microrotation over 1e-3, loads, sigma_12 - 1.5, m
+    1: (0.25 + 0*x, Loads(), 0*x, (0, 0)),
+    2: (0.75 + 0*x, Loads(couple=1), 0.5 + 0*x, (0, 0)),
+    3: (0.25 + (x - y), Loads(force=(1, 1), couple=2*(x - y)), x - y, (0.04, -0.04)),
+}
+
+
+def patch(mesh, order, case, loads=None):
+    psi, own, _, _ = PATCHES[case]
+    values = {"u1": 1e-3*(x + y/2), "u2": 1e-3*(x + y), "psi": 1e-3*psi}
+    body = Body(mesh, PATCH, order, fixed=".*")
+    return body.solve(own if loads is None else loads, {name: {".*": value} for name, value in values.items()})
+
+
+def stress_error(fields, case):
+    _, _, excess, m = PATCHES[case]
+    expected = ng.CF((4, 1.5 + excess, 1.5 - excess, 4, *m))
+    found = ng.CF((fields.stress, fields.couple_stress))
+    return ng.sqrt(ng.Integrate(ng.InnerProduct(found - expected, found - expected), fields.body.mesh)
+                   / ng.Integrate(ng.InnerProduct(expected, expected), fields.body.mesh))
+
+
+@SHAPES
+@pytest.mark.parametrize("order", [1, 2, 3, 4])
+@pytest.mark.parametrize("case", PATCHES)
+def test_patch(quads, order, case):
+    # the solution is linear, so any mesh is exact up to rounding
+    assert stress_error(patch(rectangle(0.24, 0.12, 0.05, quads), order, case), case) < 1e-11
+
+
+@pytest.mark.parametrize("case, loads", [(2, Loads(couple=-1)), (3, Loads(force=(1, 1), couple=-2*(x - y))),
+                                         (3, Loads(force=(-1, -1), couple=2*(x - y)))])
+def test_patch_with_the_sign_of_printed_19_misses(case, loads):
+    # (19)_2 with the paper's own eps:A would have sigma_12 - sigma_21 = -l; negative control, eight decades above rounding
+    assert stress_error(patch(rectangle(0.24, 0.12, 0.05), 2, case, loads), case) > 1e-3
+
+
+# MOOSE's cosserat_glide: mu = 2, mu_c = 3, curvature modulus 1.2, psi = sinh 2 y
+GLIDE = Cosserat(E=5, nu=0.25, ell=1, mu_c=3, curvature=0.6)
+GLIDE_FIELDS = {"u1": 0.6*(1 - (ng.exp(2*y) + ng.exp(-2*y))/2), "u2": 0*y, "psi": (ng.exp(2*y) - ng.exp(-2*y))/2}
+
+
+def glide(order, maxh, quads):
+    body = Body(rectangle(0.05, 1, maxh, quads), GLIDE, order, fixed=".*")
+    fields = body.solve(prescribed={name: {".*": value} for name, value in GLIDE_FIELDS.items()})
+    difference = fields.psi - GLIDE_FIELDS["psi"]
+    return fields, ng.sqrt(ng.Integrate(difference**2, body.mesh, order=2*order + 6))
+
+
+@SHAPES
+def test_glide(quads):
+    fields, error = glide(4, 0.025, quads)
+    assert error < 1e-9
+    # the published values at y = 1, and sigma_21 = -4.8 sinh 2 y, m = 2.4 cosh 2 y inside
+    mesh = fields.body.mesh
+    assert fields.psi(mesh(0.02, 1.0)) == pytest.approx(3.626860407847, rel=1e-9)
+    assert fields.u1(mesh(0.02, 1.0)) == pytest.approx(-1.65731741465, rel=1e-9)
+    inside = mesh(0.021, 0.513)
+    # derivatives lose one order: h^4 with h = 1/40 and the small constant of sinh
+    assert fields.stress(inside)[2] == pytest.approx(-4.8*np.sinh(1.026), rel=1e-6)
+    assert fields.stress(inside)[1] == pytest.approx(0, abs=1e-5)
+    assert fields.couple_stress(inside)[1] == pytest.approx(2.4*np.cosh(1.026), rel=1e-6)
+
+
+@SHAPES
+@pytest.mark.parametrize("order", [1, 2, 3, 4])
+def test_glide_converges(quads, order):
+    coarse, fine = glide(order, 0.05, quads)[1], glide(order, 0.0125, quads)[1]
+    # two halvings of an irregular mesh: netgen's meshes scatter by a few tenths of an order
+    assert np.log2(coarse/fine)/2 == pytest.approx(order + 1, abs=0.5)
+
+
+SMOOTH = Cosserat(E=2.6, nu=0.3, ell=0.3, beta=1)
+SMOOTH_FIELDS = (ng.sin(2*x + y), ng.cos(x - 2*y), ng.sin(x)*ng.cos(3*y))
+
+
+def smooth_loads():
+    """Body force and couple that make SMOOTH_FIELDS an equilibrium: f = -div sigma, l = sigma_12 - sigma_21 - div m."""
+    u1, u2, psi = SMOOTH_FIELDS
+    gradient = ng.CF((u1.Diff(x), u1.Diff(y), u2.Diff(x), u2.Diff(y)), dims=(2, 2))
+    (s11, s12), (s21, s22) = SMOOTH.stress(gradient, psi)
+    m1, m2 = SMOOTH.couple_stress((psi.Diff(x), psi.Diff(y)))
+    return Loads(force=(-s11.Diff(x) - s12.Diff(y), -s21.Diff(x) - s22.Diff(y)), couple=s12 - s21 - m1.Diff(x) - m2.Diff(y))
+
+
+def smooth_errors(order, cells, quads):
+    """L2 error and H1 seminorm error of the manufactured solution on a sheared structured mesh."""
+    from ngsolve.meshes import MakeStructured2DMesh
+    mesh = MakeStructured2DMesh(quads=quads, nx=cells, ny=cells, mapping=lambda s, t: (s + 0.2*t, t + 0.1*s*t))
+    fields = Body(mesh, SMOOTH, order, fixed=".*").solve(
+        smooth_loads(), {name: {".*": value} for name, value in zip(("u1", "u2", "psi"), SMOOTH_FIELDS)})
+    l2 = h1 = 0
+    for field, exact in zip(fields, SMOOTH_FIELDS):
+        slope = ng.grad(field) - ng.CF((exact.Diff(x), exact.Diff(y)))
+        l2 += ng.Integrate((field - exact)**2, mesh, order=2*order + 6)
+        h1 += ng.Integrate(ng.InnerProduct(slope, slope), mesh, order=2*order + 6)
+    return np.sqrt((l2, h1))
+
+
+@SHAPES
+@pytest.mark.parametrize("order", [1, 2, 3, 4, 5])
+def test_rates(quads, order):
+    errors = np.array([smooth_errors(order, cells, quads) for cells in (4, 8)])
+    rates = np.log2(errors[0]/errors[1])
+    assert rates == pytest.approx([order + 1, order], abs=0.25)      # asymptotic to this much at h = 1/8
+
+
+def test_curved_boundary_converges():
+    def error(order):
+        mesh = half_disc(order)
+        fields = Body(mesh, SMOOTH, order, fixed=".*").solve(
+            smooth_loads(), {name: {".*": value} for name, value in zip(("u1", "u2", "psi"), SMOOTH_FIELDS)})
+        return ng.sqrt(ng.Integrate((fields.psi - SMOOTH_FIELDS[2])**2, mesh, order=2*order + 6))
+
+    # a straight-sided mesh would stop near 1e-2; raising the order on the curved one gains a digit each time
+    errors = [error(order) for order in (2, 4, 6)]
+    assert errors[2] < 1e-5 and errors[0] > 10*errors[1] > 100*errors[2]
+
+
+def test_orders_of_u_and_psi_are_independent():
+    body = Body(rectangle(1, 1, 0.3), SMOOTH, 3, order_psi=2, fixed=".*")
+    assert body.spaces[0].ndof > body.spaces[2].ndof
+    fields = body.solve(prescribed={"u1": {".*": x**3}, "u2": {".*": 0*x}, "psi": {".*": x*y}})
+    assert fields.psi(body.mesh(1.0, 0.5)) == pytest.approx(0.5, abs=1e-12)      # a value of the boundary
+
+
+@SHAPES
+def test_rigid_motion_carries_no_energy(quads):
+    body = Body(rectangle(1, 0.5, 0.2, quads), SMOOTH, 2, fixed=".*")
+    turned = body.solve(prescribed={"u1": {".*": 0.3 - 0.1*y}, "u2": {".*": 0.1*x}, "psi": {".*": 0.1}})
+    assert abs(turned.energy()) < 1e-25      # squares of rounding, against some 1e-2 of the next
+    held = body.solve(prescribed={"u1": {".*": 0.3 - 0.1*y}, "u2": {".*": 0.1*x}, "psi": {".*": 0}})
+    assert held.energy() > 1e-3
+
+
+def test_no_coupling_is_classical_elasticity():
+    # uniaxial compression of a block free to widen: sigma_22 = t only, psi stays 0
+    solid = Cosserat(E=2.0, nu=0.3, ell=0.1, beta=0)
+    body = Body(rectangle(1, 1, 0.4), solid, 2, fixed={"u1": "left", "u2": "bottom", "psi": "bottom"})
+    fields = body.solve(Loads(traction={"top": (0, -0.1)}))
+    assert fields.stress(body.mesh(0.3, 0.4)) == pytest.approx((0, 0, 0, -0.1), abs=1e-13)
+    assert fields.u2(body.mesh(0.5, 1.0)) == pytest.approx(-0.1/solid.E_star, rel=1e-12)      # plane strain
+    assert fields.psi(body.mesh(0.5, 1.0)) == pytest.approx(0, abs=1e-14)
+
+
+def test_traction_and_micromoment_on_their_own_boundaries():
+    # one-dimensional in y: sigma_22 = -0.2 throughout, and m_2 = 0.3 on top decays downwards like the layer
+    solid = Cosserat(E=2.6, nu=0.3, ell=0.05, beta=1)
+    body = Body(meshes.line(1.0, 20), solid, 8, fixed={"u1": "middle", "u2": "middle"})
+    fields = body.solve(Loads(traction={"contact": (0, -0.2)}, micromoment={"contact": 0.3}))
+    top, down = body.mesh(0.0), body.mesh(-0.05)
+    assert fields.stress(top)[3] == pytest.approx(-0.2, rel=1e-12)
+    assert fields.couple_stress(top)[1] == pytest.approx(0.3, rel=1e-8)      # a slope, of order 8 with h = ell
+    # the other end of the strip is felt by exp(-40)
+    assert fields.psi(down)/fields.psi(top) == pytest.approx(np.exp(-1), rel=1e-10)
+
+
+def test_energy_is_half_the_work_of_the_loads():
+    body = Body(rectangle(1, 0.5, 0.2), SMOOTH, 3, fixed="bottom")
+    fields = body.solve(Loads(force=(0.1, -0.2), couple=0.3, traction={"top": (0.2, -0.1)}, micromoment={"top": 0.1}))
+    work = ng.Integrate(0.1*fields.u1 - 0.2*fields.u2 + 0.3*fields.psi, body.mesh)
+    work += ng.Integrate(0.2*fields.u1 - 0.1*fields.u2 + 0.1*fields.psi, body.mesh.Boundaries("top"), order=8)
+    assert fields.energy() == pytest.approx(work/2, rel=1e-12)
+
+
+def test_free_body_is_reported():
+    with pytest.raises(NotConverged, match="rigid"):
+        Body(rectangle(1, 1, 0.5), SMOOTH, 1).solve(Loads(force=(1, 0)))
+
+
+@pytest.mark.parametrize("make, name", [
+    (lambda mesh: Body(mesh, SMOOTH, 0), "order"), (lambda mesh: Body(mesh, SMOOTH, 2, order_psi=1.5), "order_psi"),
+    (lambda mesh: Body(mesh, SMOOTH, fixed="nowhere"), "fixed"),
+    (lambda mesh: Body(mesh, SMOOTH, fixed={"u3": "left"}), "fixed"),
+    (lambda mesh: Body(mesh, SMOOTH, fixed="left").solve(Loads(traction={"nowhere": (1, 0)})), "boundary"),
+    (lambda mesh: Body(mesh, SMOOTH, fixed="left").solve(prescribed={"u1": {"right": 1}}), "prescribed"),
+    (lambda mesh: Body(mesh, SMOOTH, fixed="left").solve(prescribed={"v": {"left": 1}}), "prescribed"),
+    (lambda mesh: meshes.line(0, 3), "depth"), (lambda mesh: meshes.column(1.0, 0), "elements")])
+def test_bad_bodies_are_named(make, name):
+    with pytest.raises(BadArgument) as caught:
+        make(rectangle(1, 1, 0.5))
+    assert caught.value.name == name
+
+
+def test_fields_are_iterable():
+    body = Body(rectangle(1, 1, 0.5), SMOOTH, 1, fixed="left")
+    assert len(list(Fields(body, ng.GridFunction(body.space).components))) == 3
