@@ -23,6 +23,7 @@ MAX_ITERATIONS = 60
 RESIDUAL = 1e-11       # relative; direct solves with one refinement reach some 1e-14
 PENALTY = 1e4          # penalty stiffness over that of the body: penetrations of some 1e-4 of the compression
 ROUNDING = 1e-14       # some rounding errors of double precision
+RETURNS = 3            # visits of one active set that rounding excuses where a corner is just about to close
 UNSOLVED = 0.1         # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
 SMALLEST_STEP = 1e-4   # of the whole way to a target, before load stepping gives up
 
@@ -153,21 +154,24 @@ class Newton:
         if start is not None:
             unknowns.vec.data = start.vector
         self._prescribe(unknowns, level, start)
-        seen, current, inverse, before = {}, None, None, np.inf
+        seen, current, inverse, best = {}, None, None, None
         residual, step = unknowns.vec.CreateVector(), unknowns.vec.CreateVector()
         for iteration in range(MAX_ITERATIONS + 1):
             closed = self._closed(unknowns)
             kkt = self._kkt(unknowns, closed, level, residual)
-            # both on the active set of this very iterate; at the limit of rounding refine while it helps
-            if kkt <= RESIDUAL or before/2 <= kkt <= self._attainable(unknowns):
+            if kkt <= RESIDUAL:      # on the active set of this very iterate
                 return self._state(unknowns, closed, level, iteration, kkt)
-            before = kkt
+            if best and kkt > best.kkt/2:
+                return best
+            if kkt <= self._attainable(unknowns):      # the limit of rounding: refine while it helps
+                best = self._state(unknowns, closed, level, iteration, kkt)
             active = b"".join(mask.tobytes() for mask in closed.values())
             if active != current:
-                if active in seen:
+                visits = seen.setdefault(active, [])
+                if len(visits) == RETURNS:
                     raise self._failure(level, iteration, kkt, "the active set cycles with period "
-                                        f"{iteration - seen[active]}; take a smaller step, or another rho")
-                seen[active] = iteration
+                                        f"{iteration - visits[-1]}; take a smaller step, or another rho")
+                visits.append(iteration)
                 self.form.AssembleLinearization(unknowns.vec)
                 current, inverse = active, self._factorise(level)
             step.data = inverse*residual
@@ -266,15 +270,17 @@ class Newton:
         return float(-self.facets.weights*self.facets.normals[:, 1] @ law.traction(multipliers))
 
     def _state(self, unknowns, closed, level, iterations, kkt):
-        facets, gaps = self.facets, self._gaps(unknowns)
-        multipliers = self._multipliers(unknowns, gaps, closed)
-        return State(level=level, approach=float(unknowns.vec[self._approach]), load=self._resultant(multipliers),
-                     fields=Fields(self.body, unknowns.components),
-                     psi=facets.at_nodes("psi", unknowns.components[2]),
+        kept = ng.GridFunction(self.space)
+        kept.vec.data = unknowns.vec
+        facets, gaps = self.facets, self._gaps(kept)
+        multipliers = self._multipliers(kept, gaps, closed)
+        return State(level=level, approach=float(kept.vec[self._approach]), load=self._resultant(multipliers),
+                     fields=Fields(self.body, kept.components),
+                     psi=facets.at_nodes("psi", kept.components[2]),
                      gaps=gaps, multipliers=multipliers, closed=closed,
                      traction=law.traction(multipliers),
                      micromoment=law.micromoment(multipliers, facets.levers, self.body.solid.ell),
-                     iterations=iterations, kkt=kkt, vector=unknowns.vec)
+                     iterations=iterations, kkt=kkt, vector=kept.vec)
 
 
 def default_rho(body, method):

@@ -1,0 +1,100 @@
+"""The command line: its contract with other programs."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cases.__main__ import main, modules
+
+ROOT = Path(__file__).parent.parent
+NUMBERS = ("psi_surface", "u1_surface", "u2_surface", "traction", "micromoment", "delta_fc", "L_psi", "L_u",
+           "error_psi", "error_u", "error_psi_paper", "unknowns", "iterations")
+
+
+def cases(*words, cwd=ROOT):
+    return subprocess.run([sys.executable, "-m", "cases", *words], cwd=cwd, capture_output=True, text=True,
+                          env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+
+
+def test_cases_are_listed_one_line_each():
+    listed = cases()
+    assert listed.returncode == 0
+    assert [line.split()[0] for line in listed.stdout.splitlines()] == sorted(modules())
+
+
+def test_every_case_has_the_one_shape():
+    for name, module in modules().items():
+        assert module.__doc__.count("\n") > 2 and len(module.__doc__.partition("\n")[0]) < 100, name
+        assert "--json" in cases(name, "--help").stdout
+    for heading in ("Geometry", "Equations", "Model", "Reference", "Look at"):
+        assert heading in modules()["strip"].__doc__
+
+
+def test_json_on_standard_output_is_all_there_is():
+    ran = cases("strip", "--ell-over-H", "0.2", "--delta-over-H", "0.03", "--json", "-")
+    result = json.loads(ran.stdout, parse_constant=lambda word: pytest.fail(f"{word} in the JSON"))
+    assert ran.returncode == 0 and ran.stderr == ""
+    assert result["state"] == "full" and all(isinstance(result[name], (int, float)) for name in NUMBERS)
+    assert result["parameters"]["ell_over_H"] == 0.2 and result["parameters"]["order"] > 1
+    assert set(result["seconds"]) == {"setup", "solve"} and "ngsolve" in result["versions"]
+
+
+def test_json_file_and_figures(tmp_path, capsys):
+    assert main(["strip", "--json", str(tmp_path/"a.json"), "--out", str(tmp_path/"figures")]) == 0
+    assert json.loads((tmp_path/"a.json").read_text())["state"] == "partial"
+    assert {path.name for path in (tmp_path/"figures").iterdir()} == {"strip.png", "strip.pdf"}
+    assert "delta_fc" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("words, named", [
+    ("strip --nu 0.5", "--nu 0.5"), ("strip --beta 2", "--beta 2"), ("strip --beta 0", "--beta 0"),
+    ("strip --ell-over-H 0", "--ell-over-H"), ("strip --ell-over-H -1", "--ell-over-H"),
+    ("strip --nu nan", "--nu nan"), ("strip --delta-over-H inf", "--delta-over-H inf"), ("strip --nu abc", "--nu"),
+    ("strip --method newton", "--method"), ("strip --model plane", "--model"), ("strip --psi0-deg 60", "--psi0-deg"),
+    ("strip --rtol 1e-3 --order 2", "--rtol"), ("strip --rtol 1e-3 --elements 2", "--rtol"), ("strip --rtol 0", "--rtol"),
+    ("strip --order 0", "--order"), ("strip --order 2.5", "--order"), ("strip --elements 0", "--elements"),
+    ("strip --rho 0", "--rho"), ("strip --curvature -1", "--curvature"), ("strip --unknown 1", "--unknown"),
+    ("strip --json /nowhere/at/all.json", "--json"), ("strip --out /dev/null/figures", "--out"),
+    ("report --only fig99", "--only fig99"), ("strap", "strap")])
+def test_bad_arguments_get_one_clear_line(words, named, capsys):
+    try:
+        status = main(words.split())
+    except SystemExit as stop:      # argparse's own way out
+        status = stop.code
+    printed = capsys.readouterr()
+    assert status == 2 and printed.out == ""
+    assert printed.err.count("\n") == 1 and named in printed.err
+
+
+def test_bad_arguments_leave_nothing_behind(tmp_path):
+    ran = cases("strip", "--nu", "0.5", "--json", str(tmp_path/"a.json"), "--out", str(tmp_path/"figures"))
+    assert ran.returncode == 2 and "Traceback" not in ran.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_cannot_be_reached_gets_status_1_and_one_line(tmp_path):
+    ran = cases("strip", "--rtol", "1e-17", "--json", str(tmp_path/"a.json"))
+    assert ran.returncode == 1 and ran.stdout == "" and ran.stderr.count("\n") == 1
+    assert "1e-17" in ran.stderr and list(tmp_path.iterdir()) == []
+
+
+def test_the_closed_form_is_nowhere_in_the_computation(tmp_path):
+    """The same numbers with references.py deleted; only the errors against it are gone, and that is said."""
+    for package in ("microblock", "cases"):
+        shutil.copytree(ROOT/package, tmp_path/package, ignore=shutil.ignore_patterns("references.py", "__pycache__"))
+    words = ("strip", "--psi0-deg", "-1.5", "--json", "-")
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    without = subprocess.run([sys.executable, "-P", "-c", "import sys; sys.path.insert(0, '.'); "
+                              "from cases.__main__ import main; sys.exit(main(sys.argv[1:]))", *words],
+                             cwd=tmp_path, capture_output=True, text=True, env=environment)
+    assert without.returncode == 0, without.stderr
+    bare, full = json.loads(without.stdout), json.loads(cases(*words).stdout)
+    assert bare["error_psi"] is None and "references" in bare["warnings"][0]
+    for name in NUMBERS:
+        if not name.startswith("error_"):
+            assert bare[name] == full[name], name

@@ -1,0 +1,40 @@
+"""Who may import whom, what runs without NGSolve, what the package says of itself."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import microblock
+
+ROOT = Path(microblock.__file__).parent
+# a room and the rooms that it may use; errors may be used by all
+MAY_IMPORT = {
+    "errors": set(), "material": set(), "obstacles": set(), "meshes": set(), "references": set(), "observables": set(),
+    "plots": set(), "adapt": set(), "study": {"__init__"}, "law": {"obstacles"}, "body": {"material"},
+    "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
+}
+
+
+def imported(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.level == 1:
+            yield from [node.module] if node.module else (
+                alias.name if (ROOT/f"{alias.name}.py").exists() else "__init__" for alias in node.names)
+
+
+def test_imports_run_one_way():
+    for path in ROOT.glob("*.py"):
+        assert set(imported(path)) - {"errors"} <= MAY_IMPORT[path.stem], path.name
+
+
+def test_numbers_do_without_ngsolve():
+    code = ("import sys; import microblock as mb; import microblock.references; "
+            "mb.Cosserat(1, 0.3, 0.1, beta=1); mb.Microblock(); mb.Cylinder(1.0); "
+            "assert 'ngsolve' not in sys.modules")
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+
+
+def test_public_names_exist():
+    for name in microblock.__all__:
+        assert getattr(microblock, name).__doc__
