@@ -89,8 +89,11 @@ def test_the_closed_form_is_nowhere_in_the_computation(tmp_path):
         shutil.copytree(ROOT/package, tmp_path/package, ignore=shutil.ignore_patterns("references.py", "__pycache__"))
     words = ("strip", "--psi0-deg", "-1.5", "--json", "-")
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    without = subprocess.run([sys.executable, "-P", "-c", "import sys; sys.path.insert(0, '.'); "
-                              "from cases.__main__ import main; sys.exit(main(sys.argv[1:]))", *words],
+    # an editable installation must not find the module that is missing here
+    code = ("import sys; sys.path.insert(0, '.'); "
+            "sys.meta_path = [finder for finder in sys.meta_path if 'editable' not in repr(finder)]; "
+            "from cases.__main__ import main; sys.exit(main(sys.argv[1:]))")
+    without = subprocess.run([sys.executable, "-c", code, *words],
                              cwd=tmp_path, capture_output=True, text=True, env=environment)
     assert without.returncode == 0, without.stderr
     bare, full = json.loads(without.stdout), json.loads(cases(*words).stdout)
