@@ -59,7 +59,7 @@ def main(words=None):
         parameters = module.Parameters(**arguments)
         if json_path not in (None, "-"):
             check_writable("json", json_path)
-        out = out and _folder(out)
+        out = None if out is None else _folder(out)
         result = module.run(parameters, out, quiet=json_path == "-")
         if json_path == "-":
             print(json.dumps(result, indent=1, allow_nan=False))
@@ -74,6 +74,8 @@ def main(words=None):
 
 def _folder(out):
     try:
+        if not out:
+            raise BadArgument("out", repr(out), "must name a folder")
         Path(out).mkdir(parents=True, exist_ok=True)
     except OSError as failure:
         raise BadArgument("out", out, f"is no folder that can be made ({failure.strerror})") from failure
@@ -86,5 +88,13 @@ def _fail(status, name, message):
     return status
 
 
+def _silence_libraries():
+    """Leave standard output to Python: what compiled libraries print there themselves is dropped."""
+    sys.stdout.flush()
+    sys.stdout = os.fdopen(os.dup(1), "w")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+
 if __name__ == "__main__":
+    _silence_libraries()
     sys.exit(main())

@@ -31,14 +31,16 @@ from microblock.observables import layer_lengths, relative_error
 from microblock.study import versions
 
 MODELS = ("line", "column")
-RTOL = (1e-9, 1e-6)        # where nothing is asked for; the second where rounding keeps from the first
+RTOL = (1e-9, 1e-6, 1e-3)  # where nothing is asked for: the first that rounding lets us have
 PAPER = dict(order=1, elements=20)   # the paper's mesh of the half-thickness
 ORDERS = (2, 4, 6, 8, 10, 12, 14, 16)
 LAYERS_PER_ELEMENT = 8     # coarsest rung: exp(-8) over an element is within reach of order 16
-PENALTIES = 12             # powers of ten that rho may rise
 DOUBLINGS = 3              # of the coarsest mesh before the ladder ends
 MOST_ELEMENTS = 4000
-MOST_ORDER = 20
+RANGES = {                 # beyond them lies no strip, or nothing that doubles can hold
+    "ell_over_H": (1e-6, 1e6), "psi0_deg": (-45, 45), "delta_over_H": (-1, 1), "curvature": (1e-6, 1e6),
+    "rho": (1e-12, 1e16), "order": (1, 20), "elements": (1, MOST_ELEMENTS),
+}
 AT_EVENT = 1e-11           # relative distance to delta_fc that counts as "at" it: rounding of a solve
 SMALL_ANGLE = np.radians(10)   # beyond it sin and tan leave the small-angle form (41) by over 1 %
 
@@ -67,19 +69,13 @@ class Parameters:
         for name, allowed in (("model", MODELS), ("method", METHODS)):
             if getattr(self, name) not in allowed:
                 raise BadArgument(name, getattr(self, name), f"must be one of {', '.join(allowed)}")
-        for name in ("ell_over_H", "rho", "curvature"):
-            if numbers.get(name, 1) <= 0:
-                raise BadArgument(name, numbers[name], "must be positive")
+        for name, (least, most) in RANGES.items():
+            if not least <= numbers.get(name, least) <= most:
+                raise BadArgument(name, numbers[name], f"must lie between {least:g} and {most:g}")
         if not -1 < self.nu < 0.5:
             raise Inadmissible("nu", self.nu, "must satisfy -1 < nu < 1/2")
         if not 0 < self.beta < 2:
             raise Inadmissible("beta", self.beta, "must satisfy 0 < beta < 2")
-        if not abs(self.psi0_deg) <= 45:
-            raise BadArgument("psi0_deg", self.psi0_deg, "must lie within 45 degrees")
-        if self.order is not None and not 1 <= self.order <= MOST_ORDER:
-            raise BadArgument("order", self.order, f"must lie between 1 and {MOST_ORDER}")
-        if self.elements is not None and not 1 <= self.elements <= MOST_ELEMENTS:
-            raise BadArgument("elements", self.elements, f"must lie between 1 and {MOST_ELEMENTS}")
         if self.rtol is not None:
             if not 0 < self.rtol < 1:
                 raise BadArgument("rtol", self.rtol, "must satisfy 0 < rtol < 1")
@@ -162,12 +158,11 @@ def full_contact(newton, psi0):
 
 
 def solve(parameters):
-    """The strip to the accuracy, or on the discretisation, that the parameters ask for.
+    """The strip to the accuracy, or on the discretisation, that the resolved parameters ask for.
 
     Returns (Solution, error estimate or None, all solutions on the way); raises NotConverged where
     rounding, or a rho given, keeps from the accuracy.
     """
-    parameters = parameters.resolved()
     passes = []
 
     def rung(discretisation):
@@ -176,54 +171,51 @@ def solve(parameters):
 
     if parameters.rtol is None:
         return rung({}), None, passes
-    reach = _climb_penalty if parameters.method == "penalty" else _climb
-    return *reach(parameters, rung), passes
-
-
-def _climb(parameters, rung):
-    return climb(rung, ladder(parameters), distance, parameters.rtol)
-
-
-def _climb_penalty(parameters, rung):
-    """Penalty: half of rtol for the discretisation, half for the penetration, which falls like 1/rho."""
-    half = parameters.rtol/2
-    softest = parameters.rho or rung(dict(order=1, elements=1)).parameters.rho
-    fine, discretisation = climb(lambda step: rung(dict(step, rho=softest)), ladder(parameters), distance, half)
-    mesh = dict(order=fine.parameters.order, elements=fine.parameters.elements)
-    if parameters.rho is None:
-        stiffer = (dict(mesh, rho=softest*10**power) for power in range(PENALTIES))
-        fine, penetration = climb(rung, stiffer, distance, half)
-    else:
-        penetration = 10/9*distance(fine, rung(dict(mesh, rho=10*parameters.rho)))
-        if penetration > half:
-            raise NotConverged(f"rtol = {parameters.rtol:g} was not reached: rho = {parameters.rho:g} leaves an error of "
-                               f"{penetration:.1e}; take another rho, or the augmented Lagrangian", reached=penetration)
-    return fine, discretisation + penetration
+    solution, estimate = climb(rung, ladder(parameters), distance, parameters.rtol)
+    if parameters.method == "penalty" and parameters.rho is not None:
+        estimate += penetration_error(solution, rung)
+    return solution, estimate, passes
 
 
 def ladder(parameters):
-    """Orders 2 to 16 on a mesh of the layer's scale, then on its halvings."""
-    coarsest = max(1, int(np.ceil(1/(LAYERS_PER_ELEMENT*parameters.solid.layer_length))))
+    """Orders 2 to 16 on a mesh of the layer's scale, then on its halvings; rho rises along unless it is given."""
+    solid = parameters.solid
+    coarsest = max(1, int(np.ceil(1/(LAYERS_PER_ELEMENT*solid.layer_length))))
     if coarsest > MOST_ELEMENTS:
-        raise NotConverged(f"the layer of thickness {parameters.solid.layer_length:.1e} H is too thin for a uniform "
-                           f"mesh of {MOST_ELEMENTS} elements; take a larger ell_over_H")
+        raise NotConverged(f"the layer of thickness {solid.layer_length:.1e} H is too thin for a uniform mesh of "
+                           f"{MOST_ELEMENTS} elements; take a larger ell_over_H")
     for doubling in range(DOUBLINGS + 1):
         for order in ORDERS:
-            yield dict(elements=coarsest*2**doubling, order=order)
+            step = dict(elements=coarsest*2**doubling, order=order)
+            if parameters.method == "penalty" and parameters.rho is None:
+                step["rho"] = (solid.lam + 2*solid.mu)*10.0**(order//2 + 1)      # its error falls along with the mesh's
+            yield step
 
 
 def distance(coarse, fine):
-    """Largest relative difference of psi and u in L2, and of delta_fc."""
+    """Estimated relative error: of psi and u in L2 and of delta_fc by their difference, and what rounding leaves."""
     x2, weights = fine.rule()
-    scale = abs(fine.parameters.delta_over_H)
+    parameters = fine.parameters
+    scale = abs(parameters.delta_over_H)
     errors = [relative_error(*pair, weights, scale) for pair in zip(coarse.fields(x2), fine.fields(x2))]
     errors.append(abs(coarse.delta_fc - fine.delta_fc)/(fine.delta_fc or 1.0))
+    errors.append(fine.state.kkt)
+    lag = parameters.ell_over_H*abs(parameters.psi0)
+    if lag:      # the corner gaps are differences of lengths as large as delta
+        errors.append(np.finfo(float).eps*scale/lag)
     return max(float("inf") if error is None else error for error in errors)
 
 
-def state_name(solution, slack=AT_EVENT):
-    """separation, partial or full (from delta_fc on, which is known to `slack`)."""
-    delta = solution.parameters.delta_over_H
+def penetration_error(solution, rung):
+    """The penalty's own error, like 1/rho, from a state with tenfold rho on the same mesh."""
+    parameters = solution.parameters
+    stiffer = rung(dict(order=parameters.order, elements=parameters.elements, rho=10*parameters.rho))
+    return 10/9*distance(solution, stiffer)
+
+
+def state_name(solution):
+    """separation, partial or full (from delta_fc on, up to rounding)."""
+    delta, slack = solution.parameters.delta_over_H, max(AT_EVENT, solution.state.kkt)
     if delta <= 0:
         return "separation"
     return "full" if delta >= solution.delta_fc*(1 - slack) else "partial"
@@ -254,7 +246,8 @@ def observe(solution, estimate=None):
     micromoment, traction = float(state.micromoment[0]), float(state.traction[0])
     psi, u1 = float(state.psi[0]), float(solution.newton.facets.at_nodes("u1", state.fields.u1)[0])
     lengths = layer_lengths(solution.parameters.solid, psi, u1, micromoment, traction)
-    if name == "separation":
+    noise = 10*state.kkt*solution.parameters.ell_over_H*abs(traction)
+    if name == "separation" or abs(micromoment) <= noise:
         lengths = (None, None)
     x2 = np.linspace(0, 1, max(solution.parameters.elements, PAPER["elements"]) + 1)
     profile_psi, profile_u = solution.fields(x2)
@@ -282,16 +275,19 @@ def warnings(parameters):
 
 def result(parameters):
     """The contract's object: parameters as resolved, versions, seconds, observables and errors."""
-    told = warnings(parameters)
     asked = parameters.resolved()
+    told = warnings(parameters)
+    demanded = parameters.rtol is not None or asked.rtol is None
     try:
         solution, estimate, passes = solve(asked)
     except NotConverged as failure:
-        if asked == parameters or asked.rtol is None:
+        if demanded:
             raise
-        asked = replace(asked, rtol=RTOL[1])
-        told.append(f"computed to rtol = {RTOL[1]:g}: {failure}")
-        solution, estimate, passes = solve(asked)
+        asked, (solution, estimate, passes) = _as_good_as_it_gets(asked, failure)
+        told.append(f"computed to rtol = {asked.rtol:g}: {failure}")
+    if demanded and asked.rtol and estimate > asked.rtol:
+        raise NotConverged(f"rtol = {asked.rtol:g} was not reached: rho = {asked.rho:g} leaves an error of "
+                           f"{estimate:.1e}; take another rho, or the augmented Lagrangian", reached=estimate)
     observed = observe(solution, estimate)
     try:
         compared = errors(solution)
@@ -302,6 +298,16 @@ def result(parameters):
             "versions": versions(),
             "seconds": {"setup": sum(one.setup for one in passes), "solve": sum(one.solve for one in passes)},
             **observed, **compared, "warnings": told}
+
+
+def _as_good_as_it_gets(asked, failure):
+    """Where nothing was asked for and rounding keeps from the first of RTOL: the next that can be had."""
+    for rtol in RTOL[1:]:
+        try:
+            return replace(asked, rtol=rtol), solve(replace(asked, rtol=rtol))
+        except NotConverged as another:
+            failure = another
+    raise failure
 
 
 def run(parameters, out=None, quiet=False):

@@ -20,7 +20,8 @@ from .errors import BadArgument, NotConverged, require_finite
 METHODS = ("al", "penalty")
 CONTROLS = ("approach", "load")
 MAX_ITERATIONS = 60
-RESIDUAL = 1e-11       # relative; direct solves with one refinement reach some 1e-14
+RESIDUAL = 1e-11       # relative, at which an iterate counts as converged
+ROUNDED = 1e-15        # relative, below which a refinement has nothing to gain
 PENALTY = 1e4          # penalty stiffness over that of the body: penetrations of some 1e-4 of the compression
 ROUNDING = 1e-14       # some rounding errors of double precision
 RETURNS = 3            # visits of one active set that rounding excuses where a corner is just about to close
@@ -159,12 +160,13 @@ class Newton:
         for iteration in range(MAX_ITERATIONS + 1):
             closed = self._closed(unknowns)
             kkt = self._kkt(unknowns, closed, level, residual)
-            if kkt <= RESIDUAL:      # on the active set of this very iterate
-                return self._state(unknowns, closed, level, iteration, kkt)
             if best and kkt > best.kkt/2:
                 return best
-            if kkt <= self._attainable(unknowns):      # the limit of rounding: refine while it helps
+            # measured on the active set of this very iterate; then refined while that helps
+            if kkt <= max(RESIDUAL, self._attainable(unknowns)):
                 best = self._state(unknowns, closed, level, iteration, kkt)
+                if kkt <= ROUNDED:
+                    return best
             active = b"".join(mask.tobytes() for mask in closed.values())
             if active != current:
                 visits = seen.setdefault(active, [])

@@ -29,12 +29,12 @@ def layer_lengths(solid, psi, u1, micromoment, pressure):
 def relative_error(values, reference, weights, scale):
     """Relative L2 error of `values` against `reference` in a quadrature rule.
 
-    Where the reference vanishes: 0 if the values do too, up to rounding of `scale`, else None.
+    Where the reference vanishes, up to rounding of `scale`: 0 if the values do too, else None.
     """
     def norm(field):
         return float(np.sqrt(weights @ np.sum(np.atleast_2d(field)**2, axis=0)))
 
     error, size = norm(np.subtract(values, reference)), norm(reference)
-    if size > 0:
+    if size > NEGLIGIBLE*scale:
         return error/size
     return 0.0 if error <= NEGLIGIBLE*scale else None

@@ -19,8 +19,11 @@ def versions():
 
 
 def write_text(path, text):
-    """Write a text file, whole or not at all."""
+    """Write a text file, whole or not at all; a device or pipe is written to as it is."""
     path = Path(path)
+    if path.exists() and not path.is_file():
+        path.write_text(text)
+        return
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
     try:
         with os.fdopen(handle, "w", newline="") as file:

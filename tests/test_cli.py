@@ -59,7 +59,8 @@ def test_json_file_and_figures(tmp_path, capsys):
     ("strip --rtol 1e-3 --order 2", "--rtol"), ("strip --rtol 1e-3 --elements 2", "--rtol"), ("strip --rtol 0", "--rtol"),
     ("strip --order 0", "--order"), ("strip --order 2.5", "--order"), ("strip --elements 0", "--elements"),
     ("strip --rho 0", "--rho"), ("strip --curvature -1", "--curvature"), ("strip --unknown 1", "--unknown"),
-    ("strip --json /nowhere/at/all.json", "--json"), ("strip --out /dev/null/figures", "--out"),
+    ("strip --ell-over-H 1e200", "--ell-over-H"), ("strip --delta-over-H 1e150", "--delta-over-H"),
+    ("strip --rho 1e300", "--rho"), ("strip --json /nowhere/at/all.json", "--json"), ("strip --out /dev/null/figures", "--out"),
     ("report --only fig99", "--only fig99"), ("strap", "strap")])
 def test_bad_arguments_get_one_clear_line(words, named, capsys):
     try:
@@ -69,6 +70,19 @@ def test_bad_arguments_get_one_clear_line(words, named, capsys):
     printed = capsys.readouterr()
     assert status == 2 and printed.out == ""
     assert printed.err.count("\n") == 1 and named in printed.err
+
+
+def test_json_goes_through_a_pipe_and_leaves_it_one(tmp_path):
+    pipe = tmp_path/"pipe"
+    os.mkfifo(pipe)
+    reader = subprocess.Popen(["cat", str(pipe)], stdout=subprocess.PIPE, text=True)
+    assert main(["strip", "--order", "2", "--json", str(pipe)]) == 0
+    assert json.loads(reader.communicate(timeout=60)[0])["state"] == "partial" and pipe.is_fifo()
+
+
+def test_what_compiled_libraries_print_stays_off_standard_output():
+    ran = cases("strip", "--rho", "1e16", "--json", "-")      # UMFPACK gives up, with words of its own
+    assert ran.returncode == 1 and ran.stdout == "" and ran.stderr.count("\n") == 1
 
 
 def test_bad_arguments_leave_nothing_behind(tmp_path):

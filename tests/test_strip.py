@@ -71,9 +71,13 @@ def test_error_obtained_is_below_the_error_asked_for(method, rtol):
         assert found["error_estimate"] <= rtol
 
 
-@pytest.mark.parametrize("order, elements", [(1, 20), (2, 5), (5, 3), (12, 2)])
+# a micromoment that is small beside the forces that balance it, so that it shows the rounding first
+LEAST_COUPLED = Parameters(ell_over_H=3.976, psi0_deg=0.93, nu=0.362, beta=0.914, delta_over_H=0.0872)
+
+
+@pytest.mark.parametrize("order, elements", [(1, 20), (2, 5), (5, 3), (12, 2), (8, 20)])
 def test_line_and_column_agree(order, elements):
-    for parameters in sample(5, seed=5):
+    for parameters in [*sample(5, seed=5), LEAST_COUPLED]:
         line, column = (strip.result(replace(parameters, model=model, order=order, elements=elements))
                         for model in strip.MODELS)
         assert line["state"] == column["state"]
@@ -125,6 +129,28 @@ def test_layer_lengths_49(thickness, beta):
     assert math.sqrt(beta)*found["L_u"]/ell == pytest.approx(math.tanh(thickness), rel=1e-9)
 
 
+def test_one_order_more_for_u_does_not_lock():
+    """Towards the couple-stress limit bilinear elements lock; u of order 2 with psi of order 1 does not."""
+    from microblock import meshes, obstacles
+    from microblock.body import Body
+    from microblock.facets import ContactFacets
+    from microblock.law import Microblock
+    from microblock.newton import Newton
+
+    def error(order, elements, beta):
+        parameters = Parameters(beta=beta)
+        body = Body(meshes.line(1.0, elements), parameters.solid, order, order_psi=1,
+                    fixed={"u1": "middle", "u2": "middle"})
+        plane = obstacles.Plane(parameters.ell_over_H/2*parameters.psi0)
+        state = Newton(body, ContactFacets(body, Microblock(parameters.psi0), plane)).solve(0.02)
+        exact = float(strip.reference(parameters).psi(1.0))
+        return abs(state.psi[0] - exact)/abs(exact)
+
+    locked, free = error(1, 8, 1.999), error(2, 6, 1.999)
+    assert locked > 0.1 and free < 0.01      # negative control: equal orders lose the solution
+    assert free < 2*error(2, 6, 1.0)
+
+
 def test_layer_lengths_do_not_depend_on_the_branch():
     partial, full = (strip.result(Parameters(delta_over_H=delta)) for delta in (0.01, 0.05))
     assert (partial["state"], full["state"]) == ("partial", "full")
@@ -151,6 +177,28 @@ def test_penalty_error_falls_like_one_over_rho():
     rho = 10.0**np.arange(3, 8)
     error = [strip.result(Parameters(method="penalty", rho=float(value), order=12, elements=1))["error_psi"] for value in rho]
     assert np.polyfit(np.log(rho), np.log(error), 1)[0] == pytest.approx(-1, abs=0.01)
+
+
+@pytest.mark.parametrize("method, model", [("al", "line"), ("al", "column"), ("penalty", "line")])
+def test_aligned_blocks_are_in_full_contact_at_once(method, model):
+    for parameters in sample(8, seed=6):
+        found = strip.result(replace(parameters, psi0_deg=0.0, delta_over_H=0.03, method=method, model=model))
+        assert (found["state"], found["delta_fc"], found["L_psi"], found["error_psi"]) == ("full", 0.0, None, 0.0)
+        assert found["error_u"] <= found["parameters"]["rtol"]
+
+
+def test_rounding_of_the_gaps_is_part_of_the_estimate():
+    """Corner gaps are differences of lengths as large as delta: tiny psi0 cannot be had to nine digits."""
+    for psi0_deg in (1e-6, -1e-8):
+        found = strip.result(Parameters(ell_over_H=0.05, psi0_deg=psi0_deg, delta_over_H=0.1))
+        assert found["error_psi"] <= found["error_estimate"]
+        assert "1e-09 was not reached" in found["warnings"][0]
+
+
+def test_penalty_stiffness_given_is_kept_and_its_error_told():
+    found = strip.result(Parameters(method="penalty", rho=1e4))
+    assert found["parameters"]["rho"] == 1e4
+    assert 1e-5 < max(found["error_psi"], found["error_u"]) <= found["error_estimate"]
 
 
 def test_accuracy_out_of_reach_is_reported():
