@@ -158,7 +158,7 @@ def convergence_draw(rows):
     """Accuracy of the strip on its 1D mesh. (a) Bilinear elements: error of psi over elements per layer
     length ell/sqrt(beta), with slope 2. (b) Error over unknowns by order, ell/H = 0.1. (c) Accuracy asked
     for by rtol and the larger of the errors of psi and u obtained."""
-    drawing, axes = plots.figure(1, 3, width=2.6)
+    drawing, axes = plots.figure(1, 3, width=2.6, height=3.0)
     fixed, asked = [row for row in rows if row["rtol"] is None], [row for row in rows if row["rtol"] is not None]
     for number, (ratio, runs) in enumerate(by(fixed, "ell_over_H").items()):
         runs = [row for row in runs if row["order"] == 1 and row["elements"] >= 4]
@@ -193,16 +193,21 @@ def regularisation_records():
 
 
 def regularisation_draw(rows):
-    """What rho does, strip of ell/H = 0.5 in full contact: error of psi against the closed form. The augmented
-    Lagrangian does not depend on rho; the penalty error falls like 1/rho until rounding takes over."""
-    drawing, axis = plots.figure()
-    for number, (method, runs) in enumerate(by(rows, "method").items()):
-        label = {"al": "augmented Lagrangian", "penalty": "penalty"}[method]
-        axis.loglog(column(runs, "rho"), column(runs, "error_psi"), plots.MARKERS[number] + "-", label=label)
+    """What rho does, strip of ell/H = 0.5 in full contact: errors against the closed form. The augmented
+    Lagrangian does not depend on rho; the penalty error falls like 1/rho, in psi down to rounding, in the
+    traction until the rounding of rho times a difference takes over."""
+    drawing, axis = plots.figure(height=3.2)
+    runs = by(rows, "method")
+    traction = [abs(row["traction"]/exact(row).traction - 1) for row in runs["penalty"]]
+    curves = ((runs["al"], column(runs["al"], "error_psi"), r"augmented Lagrangian, $\psi$"),
+              (runs["penalty"], column(runs["penalty"], "error_psi"), r"penalty, $\psi$"),
+              (runs["penalty"], traction, r"penalty, $t_n$"))
+    for number, (points, error, label) in enumerate(curves):
+        axis.loglog(column(points, "rho"), error, plots.MARKERS[number] + "-", markersize=3, label=label)
     slope = np.array([1e2, 1e8])
-    axis.loglog(slope, 3/slope, "k:", label=r"slope $-1$")
-    axis.set(xlabel=r"$\varrho H/\mu$", ylabel=r"relative $L_2$ error of $\psi$")
-    axis.legend(loc="upper right")
+    axis.loglog(slope, 0.3/slope, "k:", label=r"slope $-1$")
+    axis.set(xlabel=r"$\varrho H/\mu$", ylabel="relative error")
+    plots.legend_below(axis)
     return drawing
 
 

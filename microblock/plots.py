@@ -23,7 +23,7 @@ def figure(rows=1, columns=1, height=2.6, width=COLUMN, **grid):
 
 def legend_below(axis, columns=2):
     """A legend under the panel, where it cannot cover data."""
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.32), ncols=columns)
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.25), ncols=columns)
 
 
 def draw(drawing, data, folder, name):

@@ -48,9 +48,14 @@ def test_values_at_nodes_and_back(block, order):
     assert facets.at_nodes("u2", field) == pytest.approx(1 + 2*facets.points[:, 0], rel=1e-12)
 
 
-def test_nodal_gaps_are_the_expression_at_the_nodes(block):
+@pytest.mark.parametrize("slope", [0.0, 0.3])
+def test_nodal_gaps_are_the_expression_at_the_nodes(slope):
     """The gap as a form sees it, integrated by the nodal rule, is the weighted sum of the nodal gaps."""
-    facets = block_facets(block, 4, law.Microblock(lambda x: 0.1*x))
+    from ngsolve.meshes import MakeStructured2DMesh
+    mesh = MakeStructured2DMesh(quads=True, nx=4, ny=2, mapping=lambda x, y: (x, y - 1 + slope*x*y))
+    body = Body(mesh, SOLID, 4, fixed="bottom")
+    facets = ContactFacets(body, law.Microblock(lambda x: 0.1*x), obstacles.Cylinder(1.0), "top")
+    assert np.abs(facets.normals[:, 0]).max() == pytest.approx(slope/np.hypot(1, slope), abs=1e-12)
     state = random_state(facets.body.space, 3, 0.1)
     nodal = facets.nodal_gaps(*state.components, 0.05)
     for corner in "AB":
@@ -135,6 +140,18 @@ def test_energy_residual_and_tangent_belong_together(block, method, model, order
     assert difference.Norm() < 1e-7*tangent.Norm()
     other = random_state(space, 6, 1.0).vec
     assert ng.InnerProduct(other, tangent) == pytest.approx(ng.InnerProduct(along, form.mat*other), rel=1e-12)
+
+
+@pytest.mark.parametrize("multiplier, gap, energy", [
+    # (38) with rho = 7: contact where lambda + rho g <= 0 has (lambda + rho/2 g) g, separation -lambda^2/(2 rho)
+    (-0.5, -0.1, 0.085), (-0.5, 0.05, -0.01625), (-0.5, 0.1, -0.25/14), (0.2, -0.01, -0.04/14), (0.2, -0.1, 0.015)])
+def test_augmented_lagrangian_38(multiplier, gap, energy):
+    """Numbers worked out by hand for one corner on the depth alone."""
+    body = Body(meshes.line(1.0, 1), SOLID, 1)
+    form = contact_form(ContactFacets(body, law.Unilateral(), obstacles.Plane(gap + 0.3)), "al")
+    state = ng.GridFunction(form.space)
+    state.components[3].vec[:] = multiplier
+    assert form.Energy(state.vec) == pytest.approx(energy, rel=1e-12)      # the approach is 0.3
 
 
 def penalty_law(gap_at_point, psi, ell=0.4, rho=7.0):

@@ -172,9 +172,10 @@ class Reluctant:
     control = "load"
 
     def __init__(self, reach, wall=np.inf):
-        self.reach, self.wall, self.levels = reach, wall, []
+        self.reach, self.wall, self.levels, self.tries = reach, wall, [], 0
 
     def solve(self, level, start):
+        self.tries += 1
         if level - (start or 0.0) > self.reach or level > self.wall:
             raise NotConverged("no", iterations=3)
         self.levels.append(level)
@@ -185,6 +186,7 @@ def test_load_path_cuts_the_step_and_arrives():
     newton = Reluctant(0.3)
     assert list(load_path(newton, [0.2, 1.0])) == [0.2, 1.0]
     assert newton.levels[0] == 0.2 and max(np.diff(newton.levels)) <= 0.3
+    assert newton.tries == 1 + 2 + 4      # 0.2; then 0.8 and 0.4 fail and four steps of 0.2 arrive
 
 
 def test_load_path_says_where_it_stopped():
