@@ -8,6 +8,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import json  # noqa: E402
 import pkgutil  # noqa: E402
 import sys  # noqa: E402
+from argparse import RawDescriptionHelpFormatter  # noqa: E402
 from importlib import import_module  # noqa: E402
 from pathlib import Path  # noqa: E402
 
@@ -34,16 +35,11 @@ def parser(known):
     for name, module in known.items():
         headline, _, text = module.__doc__.partition("\n")
         command = commands.add_parser(name, help=headline, description=headline, epilog=text.strip(),
-                                      formatter_class=_formatter(), allow_abbrev=False)
+                                      formatter_class=RawDescriptionHelpFormatter, allow_abbrev=False)
         add_options(command, module.Parameters)
         command.add_argument("--json", metavar="FILE", help="write the result as one JSON object (- for standard output)")
         command.add_argument("--out", metavar="DIR", help="folder for figures", default=getattr(module, "OUT", None))
     return top
-
-
-def _formatter():
-    from argparse import RawDescriptionHelpFormatter
-    return RawDescriptionHelpFormatter
 
 
 def main(words=None):
@@ -69,6 +65,8 @@ def main(words=None):
         return _fail(2, name, complaint(failure, module.Parameters))
     except MicroblockError as failure:
         return _fail(1, name, failure)
+    except (MemoryError, OSError, RuntimeError) as failure:      # NGSolve's own are RuntimeErrors
+        return _fail(1, name, f"stopped by {type(failure).__name__}: {failure}")
     return 0
 
 

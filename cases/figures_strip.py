@@ -1,11 +1,11 @@
-"""Figures of section 4.1: what is computed for each, and how it is drawn. Drawings read records only."""
+"""Figures of section 4.1: what is computed for each, and how it is drawn.
 
-from dataclasses import asdict
+Markers are records; the lines beside them are the closed form for the parameters in the same records.
+"""
 
 import numpy as np
 
 from cases import strip
-from cases.options import command
 from microblock import plots
 from microblock.study import column
 
@@ -14,19 +14,16 @@ PAPER_MESH = dict(model="column", order=1, elements=20)
 U1_MAGNIFIED, TURN_MAGNIFIED = 25, 30  # as in the paper's Fig. 3
 
 
-def run_row(**changes):
-    """One run of the strip as a record: its command, its parameters and what it gave."""
-    parameters = strip.Parameters(**changes)
-    answer = strip.result(parameters)
-    kept = {name: value for name, value in answer.items()
-            if name not in ("parameters", "versions", "seconds", "profile", "warnings")}
-    return {"command": command("strip", parameters), **asdict(parameters), **kept}, answer["profile"]
-
-
 def profile_rows(**changes):
     """One run as records along the depth: each row a node."""
-    row, profile = run_row(**changes)
-    return [{**row, **dict(zip(profile, node))} for node in zip(*profile.values())]
+    parameters = strip.Parameters(**changes)
+    return strip.rows(parameters, strip.result(parameters))
+
+
+def run_row(**changes):
+    """One run as a record: its command, its parameters and what it gave."""
+    row = profile_rows(**changes)[0]
+    return {name: value for name, value in row.items() if name not in ("x2", "psi", "u1", "u2")}
 
 
 def exact(row, **changes):
@@ -49,7 +46,7 @@ def fields_records():
 def fig3_draw(rows):
     """Boundary layers in the compressed strip for four thicknesses, lengths in units of ell: u1 (lines,
     magnified 25 times) off the dashed initial positions, and microblocks turned by psi0 + psi (magnified 30
-    times) at the surface and at three depths, each on a line of its own."""
+    times, so that their corners pass the plane) at the surface and at three depths, each on a line of its own."""
     drawing, axes = plots.figure(1, len(RATIOS), height=3.6, width=1.8, sharey=True)
     for axis, (ratio, nodes) in zip(axes, by(rows, "ell_over_H").items()):
         x2, psi, u1 = (np.array(column(nodes, name)) for name in ("x2", "psi", "u1"))
@@ -62,7 +59,8 @@ def fig3_draw(rows):
             turn = TURN_MAGNIFIED*(np.radians(nodes[0]["psi0_deg"]) + np.interp(depth, x2, psi))
             square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])/2
             rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-            axis.plot(*((square @ rotation) + (line, centre)).T, color=plots.COLOURS[1], linewidth=0.9)
+            shift = line + U1_MAGNIFIED*H*np.interp(depth, x2, u1)
+            axis.plot(*((square @ rotation) + (shift, centre)).T, color=plots.COLOURS[1], linewidth=0.9)
         axis.axhline(H, color="k", linewidth=1)
         axis.set(title=rf"$\ell/H = {ratio:g}$", xlabel=r"$x_1/\ell$", aspect="equal", xlim=(-1, 5.5), ylim=(-1, 10.5),
                  xticks=[0, 2, 4])
@@ -81,18 +79,20 @@ def fig4_draw(rows):
         for axis, name, scale, length in ((axes[0], "psi", -psi0, strip_exact.L_psi), (axes[1], "u1", delta, strip_exact.L_u)):
             line, = axis.plot(fine, getattr(strip_exact, name)(fine)/scale, label=rf"$\ell/H = {ratio:g}$")
             axis.plot(column(nodes, "x2")[::2], np.array(column(nodes, name))[::2]/scale, plots.MARKERS[number],
-                      color=line.get_color(), markerfacecolor="none")
+                      color=line.get_color(), markerfacecolor="none", clip_on=False)
             surface = getattr(strip_exact, name)(1.0)/scale
             axis.plot([1 - length, 1], [0, surface], "--", color=line.get_color(), linewidth=0.7)
-    axes[0].set(xlabel="$x_2/H$", ylabel=r"$-\psi/\psi_0$", title="(a)", xlim=(0, 1.02))
+    axes[0].set(xlabel="$x_2/H$", ylabel=r"$-\psi/\psi_0$", title="(a)", xlim=(-0.35, 1.02))
     axes[1].set(xlabel="$x_2/H$", ylabel=r"$u_1/\delta$", title="(b)", xlim=(0, 1.02))
+    axes[1].plot([], [], "ko", markerfacecolor="none", label="finite elements")
+    axes[1].plot([], [], "k--", linewidth=0.7, label="tangent at the surface")
     axes[1].legend(loc="upper left")
     return drawing
 
 
 def fig5_records():
     thickness = np.geomspace(0.1, 20, 17)       # sqrt(beta) H/ell
-    return [run_row(ell_over_H=float(1/ratio), rtol=1e-9)[0] for ratio in thickness]
+    return [run_row(ell_over_H=float(1/ratio), rtol=1e-9) for ratio in thickness]
 
 
 def fig5_draw(rows):
@@ -103,17 +103,17 @@ def fig5_draw(rows):
     beta = np.array(column(rows, "beta"))
     thickness = np.sqrt(beta)/np.array(column(rows, "ell_over_H"))
     for name, symbol, form, marker in (("L_psi", r"\psi", 1/np.tanh(fine), "o"), ("L_u", "u", np.tanh(fine), "s")):
-        line, = axis.plot(fine, form, label=rf"$\sqrt{{\beta}}L_{symbol}/\ell$, closed form")
+        line, = axis.plot(fine, form, label=rf"$L_{symbol}$, closed form")
         axis.plot(thickness, np.array(column(rows, name))*thickness, marker, color=line.get_color(),
-                  markerfacecolor="none", label="computed")
-    axis.set(xscale="log", yscale="log", xlabel=r"$\sqrt{\beta}H/\ell$", ylabel=r"$\sqrt{\beta}L/\ell$")
+                  markerfacecolor="none", label=rf"$L_{symbol}$, computed")
+    axis.set(xscale="log", yscale="log", xlabel=r"$\beta^{1/2}H/\ell$", ylabel=r"$\beta^{1/2}L/\ell$")
     axis.legend()
     return drawing
 
 
 def fig6_records():
-    delta_fc = run_row(**PAPER_MESH)[0]["delta_fc"]
-    return [run_row(delta_over_H=float(share*delta_fc), **PAPER_MESH)[0] for share in np.linspace(0.125, 2, 16)]
+    delta_fc = run_row(**PAPER_MESH)["delta_fc"]
+    return [run_row(delta_over_H=float(share*delta_fc), **PAPER_MESH) for share in np.linspace(0.125, 2, 16)]
 
 
 def fig6_draw(rows):
@@ -140,7 +140,7 @@ def fig6_draw(rows):
     for axis, name in zip(axes, "ab"):
         axis.set(xlabel=r"$\delta/\delta_{fc}$", title=f"({name})")
         axis.legend()
-    axes[0].set(ylim=(0, 1.1), ylabel="micromoment")
+    axes[0].set(ylim=(0, 1.1), ylabel="normalised micromoment")
     axes[1].set(ylabel="surface values")
     return drawing
 
@@ -149,9 +149,9 @@ def convergence_records():
     meshes = [(1, 2**k) for k in range(2, 10)]
     meshes += [(order, 2**k) for order in (2, 4, 8) for k in range(0, 7) if order*2**k <= 130]
     meshes += [(order, 1) for order in range(2, 19, 2)]
-    runs = [run_row(ell_over_H=ratio, order=order, elements=elements)[0]
+    runs = [run_row(ell_over_H=ratio, order=order, elements=elements)
             for ratio in (0.1, 0.5) for order, elements in dict.fromkeys(meshes)]
-    return runs + [run_row(ell_over_H=ratio, rtol=10.0**-digits)[0] for ratio in (0.1, 0.5) for digits in range(2, 12)]
+    return runs + [run_row(ell_over_H=ratio, rtol=10.0**-digits) for ratio in (0.1, 0.5) for digits in range(2, 12)]
 
 
 def convergence_draw(rows):
@@ -177,7 +177,7 @@ def convergence_draw(rows):
         axes[2].loglog(column(runs, "rtol"), obtained, plots.MARKERS[number], label=rf"$\ell/H = {ratio:g}$")
     limits = np.array([1e-11, 1e-2])
     axes[2].loglog(limits, limits, "k:", label="obtained = asked")
-    for axis, name, label in zip(axes, "abc", (r"elements per $\ell/\sqrt{\beta}$", "unknowns", "rtol asked for")):
+    for axis, name, label in zip(axes, "abc", (r"elements per $\ell/\beta^{1/2}$", r"unknowns ($\ell/H = 0.1$)", "rtol asked for")):
         axis.set(title=f"({name})", xlabel=label)
         plots.legend_below(axis)
     axes[0].set_ylabel(r"relative $L_2$ error of $\psi$")
@@ -187,23 +187,24 @@ def convergence_draw(rows):
 
 
 def regularisation_records():
-    strength = [float(10**power) for power in np.arange(-4.0, 12.1, 0.5)]
-    return [run_row(method=method, rho=rho, order=12, elements=1, delta_over_H=0.04)[0]
-            for method in ("al", "penalty") for rho in strength if method == "penalty" or rho <= 1e4]
+    strength = [float(10**power) for power in np.arange(-4.0, 10.1, 0.5)]
+    return [run_row(method=method, rho=rho, order=12, elements=1, delta_over_H=0.04)
+            for method in ("al", "penalty") for rho in strength]
 
 
 def regularisation_draw(rows):
-    """What rho does, strip of ell/H = 0.5 in full contact: errors against the closed form. The augmented
-    Lagrangian does not depend on rho; the penalty error falls like 1/rho, in psi down to rounding, in the
-    traction until the rounding of rho times a difference takes over."""
+    """What rho does, strip of ell/H = 0.5 in full contact: errors against the closed form. psi of the augmented
+    Lagrangian does not depend on rho, the penalty's error falls like 1/rho; the tractions of both carry the
+    rounding of rho times a difference of displacements."""
     drawing, axis = plots.figure(height=3.2)
     runs = by(rows, "method")
-    traction = [abs(row["traction"]/exact(row).traction - 1) for row in runs["penalty"]]
-    curves = ((runs["al"], column(runs["al"], "error_psi"), r"augmented Lagrangian, $\psi$"),
-              (runs["penalty"], column(runs["penalty"], "error_psi"), r"penalty, $\psi$"),
-              (runs["penalty"], traction, r"penalty, $t_n$"))
-    for number, (points, error, label) in enumerate(curves):
-        axis.loglog(column(points, "rho"), error, plots.MARKERS[number] + "-", markersize=3, label=label)
+    names = {"al": "augmented Lagrangian", "penalty": "penalty"}
+    for number, (method, points) in enumerate(runs.items()):
+        # a difference of exactly nothing is drawn at the last digit
+        traction = [max(abs(row["traction"]/exact(row).traction - 1), 1e-16) for row in points]
+        for error, symbol, style in ((column(points, "error_psi"), r"\psi", "-"), (traction, "t_n", "--")):
+            axis.loglog(column(points, "rho"), error, plots.MARKERS[number] + style, color=plots.COLOURS[number],
+                        markersize=3, label=f"{names[method]}, ${symbol}$")
     slope = np.array([1e2, 1e8])
     axis.loglog(slope, 0.3/slope, "k:", label=r"slope $-1$")
     axis.set(xlabel=r"$\varrho H/\mu$", ylabel="relative error")
@@ -249,14 +250,16 @@ def table_strip():
     """The strip at the paper's parameters, computed (rtol 1e-9) and by the closed form."""
     rows = []
     for ratio in RATIOS:
-        row, _ = run_row(ell_over_H=ratio, rtol=1e-9)
+        row = run_row(ell_over_H=ratio, rtol=1e-9)
         form = exact(row)
         pairs = {"delta_fc": form.delta_fc, "psi_surface": form.psi(1.0), "u1_surface": form.u1(1.0),
                  "u2_surface": form.u2(1.0), "traction": form.traction, "micromoment": form.micromoment,
                  "L_psi": form.L_psi, "L_u": form.L_u}
-        rows += [{"ell_over_H": ratio, "state": row["state"], "quantity": name, "computed": row[name],
-                  "closed_form": float(value), "difference": row[name] - float(value), "unknowns": row["unknowns"],
-                  "command": row["command"]} for name, value in pairs.items()]
+        kept = {name: row[name] for name in ("ell_over_H", "psi0_deg", "nu", "beta", "delta_over_H", "curvature", "model",
+                                             "method", "state", "unknowns")}
+        rows += [{"quantity": name, "computed": row[name], "closed_form": float(value),
+                  "difference": row[name] - float(value), **kept, "command": row["command"]}
+                 for name, value in pairs.items()]
     return rows
 
 

@@ -13,11 +13,11 @@ Units      lengths over H, stresses over mu.
 """
 
 import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 
 import numpy as np
 
-from cases.options import option
+from cases.options import command, option
 from microblock import meshes, plots
 from microblock.adapt import climb
 from microblock.body import Body
@@ -28,7 +28,7 @@ from microblock.material import Cosserat
 from microblock.newton import METHODS, Newton, State, next_event
 from microblock.obstacles import Plane
 from microblock.observables import layer_lengths, relative_error
-from microblock.study import versions
+from microblock.study import column, read_records, versions, write_records
 
 MODELS = ("line", "column")
 RTOL = (1e-9, 1e-6, 1e-3)  # where nothing is asked for: the first that rounding lets us have
@@ -154,7 +154,10 @@ def full_contact(newton, psi0):
     if lag == 0:
         return 0.0
     rigid = lag/2*(1 - abs(psi0))      # closes the lag if the blocks turn as if free, so delta_fc lies above
-    return next_event(*(newton.solve(share*rigid) for share in (0.25, 0.5))).level
+    event = next_event(*(newton.solve(share*rigid) for share in (0.25, 0.5)))
+    if event is None:
+        raise NotConverged(f"the lagging corner does not close: rounding at rho = {newton.rho:g}; take a smaller rho")
+    return event.level
 
 
 def solve(parameters):
@@ -193,14 +196,18 @@ def ladder(parameters):
 
 
 def distance(coarse, fine):
-    """Estimated relative error: of psi and u in L2 and of delta_fc by their difference, and what rounding leaves."""
+    """Estimated relative error: of psi and u in L2, delta_fc and forces by their difference, and what rounding leaves."""
     x2, weights = fine.rule()
     parameters = fine.parameters
     scale = abs(parameters.delta_over_H)
     errors = [relative_error(*pair, weights, scale) for pair in zip(coarse.fields(x2), fine.fields(x2))]
     errors.append(abs(coarse.delta_fc - fine.delta_fc)/(fine.delta_fc or 1.0))
+    ell, pressure = parameters.ell_over_H, abs(float(fine.state.traction[0]))
+    for name, size in (("traction", 1.0), ("micromoment", ell)):
+        pair = (getattr(one.state, name)[:1] for one in (coarse, fine))
+        errors.append(relative_error(*pair, np.ones(1), size*pressure))
     errors.append(fine.state.kkt)
-    lag = parameters.ell_over_H*abs(parameters.psi0)
+    lag = ell*abs(parameters.psi0)
     if lag:      # the corner gaps are differences of lengths as large as delta
         errors.append(np.finfo(float).eps*scale/lag)
     return max(float("inf") if error is None else error for error in errors)
@@ -318,19 +325,32 @@ def run(parameters, out=None, quiet=False):
             if name not in ("profile", "versions"):
                 print(f"{name:16} {value}")
     if out:
-        plots.draw(figure, answer, out, "strip")
+        records = out/"strip.csv"
+        write_records(records, rows(parameters, answer))
+        plots.draw(figure, read_records(records), out, "strip")
     return answer
 
 
-def figure(answer):
-    """psi and u1 over the depth, the computed nodes on the closed form."""
-    parameters = Parameters(**{**answer["parameters"], "rtol": None})
-    x2 = np.linspace(0, 1, 201)
-    exact = reference(parameters)
+def rows(parameters, answer):
+    """A result as records along the depth: its command, its parameters and what it gave, a row a node."""
+    kept = {name: value for name, value in answer.items()
+            if name not in ("parameters", "versions", "seconds", "profile", "warnings")}
+    common = {"command": command("strip", parameters), **asdict(parameters), **kept}
+    return [{**common, **dict(zip(answer["profile"], node))} for node in zip(*answer["profile"].values())]
+
+
+def figure(records):
+    """psi and u1 over the depth: markers from the records, on the closed form for the same parameters."""
+    given = {entry.name: records[0][entry.name] for entry in fields(Parameters)}
     drawing, axes = plots.figure(1, 2)
     for axis, name, symbol in ((axes[0], "psi", r"$\psi$"), (axes[1], "u1", "$u_1/H$")):
-        axis.plot(x2, getattr(exact, name)(x2), label="closed form")
-        axis.plot(answer["profile"]["x2"], answer["profile"][name], "o", label=parameters.model)
+        axis.plot(column(records, "x2"), column(records, name), "o", color=plots.COLOURS[1], label=given["model"])
         axis.set(xlabel="$x_2/H$", ylabel=symbol)
+        try:
+            exact = reference(Parameters(**given))
+        except ModuleNotFoundError:
+            continue
+        x2 = np.linspace(0, 1, 201)
+        axis.plot(x2, getattr(exact, name)(x2), color=plots.COLOURS[0], label="closed form", zorder=1)
     axes[0].legend()
     return drawing

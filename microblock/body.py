@@ -9,6 +9,7 @@ from .errors import BadArgument, NotConverged
 from .material import Cosserat
 
 FIELDS = ("u1", "u2", "psi")
+CURVED = 4           # more integration orders for the energy, for elements with curved sides
 SINGULAR = 1e-8      # relative residual of a direct solve beyond which the matrix counts as singular
 
 
@@ -42,18 +43,20 @@ class Body:
         Polynomial order of u; `order_psi` that of psi (the same without it).
     fixed : str or mapping
         Boundaries on which u1 = u2 = psi = 0, or {field: boundaries}; names as NGSolve's patterns.
-        Prescribed values other than 0 sit on the same boundaries, see `solve`.
+    prescribed : {field: {boundary: value}}
+        Boundaries on which a field has this value (a number or CoefficientFunction).
     periodic : bool
         Identify the fields on boundaries that the mesh identifies.
     """
 
-    def __init__(self, mesh, solid: Cosserat, order=2, *, order_psi=None, fixed=(), periodic=False):
+    def __init__(self, mesh, solid: Cosserat, order=2, *, order_psi=None, fixed=(), prescribed=None, periodic=False):
         orders = (order, order, order if order_psi is None else order_psi)
         for name, value in (("order", orders[0]), ("order_psi", orders[2])):
             if not (isinstance(value, int) and value >= 1):
                 raise BadArgument(name, value, "must be an integer of at least 1")
         self.mesh, self.solid, self.periodic = mesh, solid, periodic
         self.order, self.order_psi = orders[0], orders[2]
+        self.prescribed = dict(prescribed or {})
         self.fixed = self._patterns(fixed)
         self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
         self.space = self.spaces[0]*self.spaces[1]*self.spaces[2]
@@ -64,16 +67,30 @@ class Body:
         return ng.Periodic(space) if self.periodic else space
 
     def _patterns(self, fixed):
-        if isinstance(fixed, str):
-            fixed = {name: fixed for name in FIELDS}
-        fixed = dict(fixed)
-        known = set(self.mesh.GetBoundaries())
-        for name, pattern in fixed.items():
+        """{field: pattern of all boundaries where it is fixed or prescribed}."""
+        patterns = {name: [fixed] for name in FIELDS} if isinstance(fixed, str) else {
+            name: [pattern] for name, pattern in dict(fixed).items()}
+        for name, values in self.prescribed.items():
+            patterns.setdefault(name, []).extend(values)
+        for name, named in patterns.items():
             if name not in FIELDS:
-                raise BadArgument("fixed", name, f"fields are {', '.join(FIELDS)}")
-            if not any(self.mesh.Boundaries(pattern).Mask()):
-                raise BadArgument("fixed", pattern, f"matches none of the boundaries {', '.join(sorted(known))}")
-        return fixed
+                raise BadArgument("field", name, f"fields are {', '.join(FIELDS)}")
+            for pattern in named:
+                self.boundary(pattern)
+        return {name: "|".join(named) for name, named in patterns.items()}
+
+    def boundary(self, pattern):
+        """The region of the boundaries that a pattern names; BadArgument if there are none."""
+        region = self.mesh.Boundaries(pattern)
+        if not any(region.Mask()):
+            raise BadArgument("boundary", pattern, f"is none of {', '.join(sorted(set(self.mesh.GetBoundaries())))}")
+        return region
+
+    def prescribe(self, components):
+        """Set the prescribed values in the grid functions of u1, u2, psi."""
+        for name, values in self.prescribed.items():
+            region = self.boundary("|".join(values))
+            components[FIELDS.index(name)].Set(self.mesh.BoundaryCF(dict(values)), definedon=region)
 
     def gradients(self, u1, u2, psi):
         """Displacement gradient (2x2) and grad psi as expressions, in 1D with d/dx1 = 0."""
@@ -91,29 +108,15 @@ class Body:
     def potential(self, u1, u2, psi, loads=Loads()):
         """Potential energy (8) as integrals, for ``ngsolve.Variation`` or ``Integrate``."""
         potential = self.energy(u1, u2, psi)*ng.dx
-        work = loads.force[0]*u1 + loads.force[1]*u2 + loads.couple*psi
-        if not isinstance(work, (int, float)):
-            potential -= work*ng.dx
+        potential -= (loads.force[0]*u1 + loads.force[1]*u2 + loads.couple*psi)*ng.dx
         for boundary, (t1, t2) in loads.traction.items():
-            potential -= (t1*u1 + t2*u2)*ng.ds(self._boundary(boundary))
+            potential -= (t1*u1 + t2*u2)*ng.ds(self.boundary(boundary))
         for boundary, micromoment in loads.micromoment.items():
-            potential -= micromoment*psi*ng.ds(self._boundary(boundary))
+            potential -= micromoment*psi*ng.ds(self.boundary(boundary))
         return potential
 
-    def _boundary(self, pattern):
-        region = self.mesh.Boundaries(pattern)
-        if not any(region.Mask()):
-            raise BadArgument("boundary", pattern, f"is none of {', '.join(sorted(set(self.mesh.GetBoundaries())))}")
-        return region
-
-    def solve(self, loads=Loads(), prescribed=None):
-        """Equilibrium without contact.
-
-        Parameters
-        ----------
-        loads : Loads
-        prescribed : {field: {boundary: value}}
-            Values on the boundaries where the field is fixed; 0 where none is given.
+    def solve(self, loads=Loads()):
+        """Equilibrium without contact, as Fields.
 
         Raises
         ------
@@ -121,29 +124,15 @@ class Body:
             If the supports leave a rigid motion free.
         """
         state = ng.GridFunction(self.space)
-        for name, values in (prescribed or {}).items():
-            self._prescribe(state, name, values)
-        trial = self.space.TrialFunction()
+        self.prescribe(state.components)
         form = ng.BilinearForm(self.space, symmetric=True)
-        form += ng.Variation(self.potential(*trial, loads))
+        form += ng.Variation(self.potential(*self.space.TrialFunction(), loads))
         residual = state.vec.CreateVector()
         form.Apply(state.vec, residual)
         form.AssembleLinearization(state.vec)
         step = solve_linear(form.mat, self.space.FreeDofs(), residual, "the bulk; are rigid motions fixed?")
         state.vec.data -= step
         return Fields(self, state.components)
-
-    def _prescribe(self, state, name, values):
-        if name not in FIELDS:
-            raise BadArgument("prescribed", name, f"fields are {', '.join(FIELDS)}")
-        region = None
-        for boundary in values:
-            region = self._boundary(boundary) if region is None else region + self._boundary(boundary)
-        free = self.spaces[FIELDS.index(name)].FreeDofs()
-        if any(self.spaces[FIELDS.index(name)].GetDofs(region) & free):
-            raise BadArgument("prescribed", name, "is prescribed where it is not fixed")
-        component = state.components[FIELDS.index(name)]
-        component.Set(self.mesh.BoundaryCF(dict(values)), definedon=region)
 
 
 class Fields:
@@ -170,7 +159,8 @@ class Fields:
 
     def energy(self):
         """Elastic energy (in 1D: per area)."""
-        return ng.Integrate(self.body.energy(*self), self.body.mesh, order=2*self.body.order)
+        order = 2*max(self.body.order, self.body.order_psi) + CURVED
+        return ng.Integrate(self.body.energy(*self), self.body.mesh, order=order)
 
 
 def solve_linear(matrix, freedofs, rhs, what):

@@ -1,6 +1,9 @@
 """The errors microblock raises on purpose; each says what was wrong and what to try."""
 
 
+from numbers import Real
+
+
 class MicroblockError(Exception):
     """Base of all errors raised on purpose."""
 
@@ -36,5 +39,5 @@ class NotConverged(MicroblockError, RuntimeError):
 def require_finite(**arguments):
     """Raise BadArgument for the first argument that is no finite real number."""
     for name, value in arguments.items():
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < float("inf"):
+        if isinstance(value, bool) or not isinstance(value, Real) or not abs(value) < float("inf"):
             raise BadArgument(name, value, "must be a finite number")

@@ -15,6 +15,9 @@ from .body import FIELDS
 from .errors import BadArgument
 
 
+SAME_GAP = 1e-12     # of ell: two corner gaps that differ by less are one function
+
+
 def lobatto(order):
     """Gauss-Lobatto rule of order + 1 points on [0, 1], exact for degree 2 order - 1: points, weights."""
     inner = roots_jacobi(order - 1, 1, 1)[0] if order > 1 else np.zeros(0)
@@ -40,15 +43,14 @@ class ContactFacets:
     corners : names of the law's corners
     levers, initial_gaps : {corner: array (n,)}
     can_touch : {corner: boolean array (n,)}; False where there is no obstacle above the corner, and
-        for all corners but one where psi is prescribed and the gaps are therefore one function
+        for all corners but the nearest where psi is prescribed, so that the others never get nearer
+    twins : boolean array (n,); there all corners have the same gap, and share the nearest one's multiplier
     multipliers : the H1 space of one corner's multiplier
     """
 
     def __init__(self, body, law, obstacle, boundary="contact"):
         self.body, self.law, self.corners = body, law, law.corners
-        self.region = body.mesh.Boundaries(boundary)
-        if not any(self.region.Mask()):
-            raise BadArgument("boundary", boundary, f"is none of {', '.join(sorted(set(body.mesh.GetBoundaries())))}")
+        self.region = body.boundary(boundary)
         self.order = min(body.order, body.order_psi)
         self._number_nodes()
         ell = body.solid.ell
@@ -99,13 +101,15 @@ class ContactFacets:
         if self.law.clamps_rotation and not fixed.all():
             raise BadArgument("law", self.law, "prescribes psi on the surface: the body must fix psi "
                               "on its contact boundary")
-        masks = {corner: np.isfinite(gap) for corner, gap in self.initial_gaps.items()}
-        first, *others = self.corners
-        for corner in others:
-            same = fixed & masks[first] & np.isclose(self.initial_gaps[corner], self.initial_gaps[first],
-                                                     rtol=1e-12, atol=0)
-            masks[corner] &= ~same
-        return masks
+        supports = ng.GridFunction(self.body.space)
+        self.body.prescribe(supports.components)
+        turn = self.body.solid.ell/2*self.at_nodes("psi", supports.components[2])
+        gaps = np.array([self.initial_gaps[corner] + self.levers[corner]*turn for corner in self.corners])
+        nearest = np.argmin(gaps, axis=0)
+        spread = np.where(np.isfinite(gaps.max(axis=0)), gaps.max(axis=0), 0) - gaps.min(axis=0, initial=np.inf)
+        self.twins = fixed & (len(self.corners) > 1) & (np.abs(spread) <= SAME_GAP*self.body.solid.ell)
+        return {corner: np.isfinite(self.initial_gaps[corner]) & (~fixed | (nearest == number))
+                for number, corner in enumerate(self.corners)}
 
     def at_nodes(self, name, function):
         """Values at the nodes of a grid function of the field `name` ("u1", "u2", "psi", "multiplier")."""

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import obstacles
-from .errors import BadArgument
+from .errors import BadArgument, require_finite
 
 READINGS = ("gap", "lever")
 
@@ -44,15 +44,20 @@ class Microblock:
     def __post_init__(self):
         if self.reading not in READINGS:
             raise BadArgument("reading", self.reading, f"must be one of {', '.join(READINGS)}")
-        self.angle(np.zeros(1))
+        if not callable(self.psi0):
+            require_finite(psi0=self.psi0)
+            self.angle(np.zeros(1))
 
     def angle(self, x):
         """psi0 at the abscissae x, shape (n,)."""
-        psi0 = np.asarray(self.psi0(x) if callable(self.psi0) else self.psi0, float)
+        try:
+            psi0 = np.broadcast_to(np.asarray(self.psi0(x) if callable(self.psi0) else self.psi0, float), np.shape(x))
+        except (TypeError, ValueError) as failure:
+            raise BadArgument("psi0", self.psi0, f"must take an array of x and return as many ({failure})") from failure
         if not np.all(np.isfinite(psi0)) or not np.all(np.abs(psi0) < 1):
             raise BadArgument("psi0", self.psi0, "must be finite and below 1 in absolute value (radians): "
                               "beyond it the levers of (41) change sign")
-        return np.broadcast_to(psi0, np.shape(x)).astype(float)
+        return psi0.copy()
 
     def levers(self, x):
         """n.(S + N) of corner A and n.(S - N) of corner B at the abscissae x."""

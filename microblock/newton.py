@@ -7,7 +7,7 @@ conjugate to the load under load control. An iteration is a step of the primal-d
 method; it has converged when the set of closed corners stays the same *and* the residual is small.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import ngsolve as ng
 import numpy as np
@@ -21,10 +21,11 @@ METHODS = ("al", "penalty")
 CONTROLS = ("approach", "load")
 MAX_ITERATIONS = 60
 RESIDUAL = 1e-11       # relative, at which an iterate counts as converged
+WORST = 1e-6           # relative, that may be accepted where rounding keeps from RESIDUAL (high rho)
 ROUNDED = 1e-15        # relative, below which a refinement has nothing to gain
-PENALTY = 1e4          # penalty stiffness over that of the body: penetrations of some 1e-4 of the compression
 ROUNDING = 1e-14       # some rounding errors of double precision
-RETURNS = 3            # visits of one active set that rounding excuses where a corner is just about to close
+PENALTY = 1e4          # penalty stiffness over that of the body: penetrations of some 1e-4 of the compression
+MAX_VISITS = 3         # of one active set, which rounding excuses where a corner is just about to close
 UNSOLVED = 0.1         # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
 SMALLEST_STEP = 1e-4   # of the whole way to a target, before load stepping gives up
 
@@ -43,8 +44,9 @@ class State:
     fields : Fields
     psi : array (n,), microrotation at the contact nodes
     gaps, multipliers, closed : {corner: array (n,)}
-        Gaps (22), lambda <= 0 (stress) and whether the corner counts as closed.
-    traction, micromoment : arrays (n,), t_n and M of (29)
+        Gaps (22), effective multipliers lambda <= 0 of (40) (stress) and whether the corner is closed.
+    traction, micromoment : arrays (n,), t_n and M of (29); where psi is prescribed the corners share
+        what symmetry cannot tell apart, and M is the law's part of the reaction
     iterations : int
     kkt : float
         Largest relative residual of equilibrium, closed gaps, open multipliers and load.
@@ -118,6 +120,7 @@ class Newton:
             contact = self.facets.augmented_lagrangian(self.rho, u1, u2, psi, multipliers, approach)
         else:
             contact = self.facets.penalty(self.rho, u1, u2, psi, approach)
+        self._loaded = loads != Loads()
         if self.control == "load":
             contact -= self.facets.integral(self._load/self.facets.weights.sum()*approach)
         self._bulk = ng.BilinearForm(self.space)
@@ -127,7 +130,6 @@ class Newton:
         self.form += ng.Variation(contact)
         self.free = ng.BitArray(self.space.FreeDofs())
         self.free[self._approach] = self.control == "load"
-        self._magnitudes = None
         self._free_fields = np.array([self.free[i] for i in range(self._ranges[2].stop)])
 
     @property
@@ -149,61 +151,118 @@ class Newton:
         ------
         NotConverged
             If the active set cycles, the residual stalls or the matrix is singular.
+        BadArgument
+            If the load is negative.
         """
         require_finite(level=level)
-        unknowns = ng.GridFunction(self.space)
-        if start is not None:
-            unknowns.vec.data = start.vector
-        self._prescribe(unknowns, level, start)
-        seen, current, inverse, best = {}, None, None, None
-        residual, step = unknowns.vec.CreateVector(), unknowns.vec.CreateVector()
+        if self.control == "load" and level <= 0:
+            return self._first_touch(level)
+        unknowns, visits, factor, best = self._first_guess(level, start), {}, None, None
         for iteration in range(MAX_ITERATIONS + 1):
-            closed = self._closed(unknowns)
-            kkt = self._kkt(unknowns, closed, level, residual)
-            if best and kkt > best.kkt/2:
+            now = self._look(unknowns, level)
+            if best and now.kkt > best.kkt/2:
                 return best
-            # measured on the active set of this very iterate; then refined while that helps
-            if kkt <= max(RESIDUAL, self._attainable(unknowns)):
-                best = self._state(unknowns, closed, level, iteration, kkt)
-                if kkt <= ROUNDED:
+            if now.kkt <= self._tolerance(factor, unknowns):      # then refined while that helps
+                best = self._state(unknowns, now, level, iteration)
+                if now.kkt <= ROUNDED:
                     return best
-            active = b"".join(mask.tobytes() for mask in closed.values())
-            if active != current:
-                visits = seen.setdefault(active, [])
-                if len(visits) == RETURNS:
-                    raise self._failure(level, iteration, kkt, "the active set cycles with period "
-                                        f"{iteration - visits[-1]}; take a smaller step, or another rho")
-                visits.append(iteration)
-                self.form.AssembleLinearization(unknowns.vec)
-                current, inverse = active, self._factorise(level)
-            step.data = inverse*residual
-            if not self._solves(step, residual):
-                raise self._failure(level, iteration, kkt, "the matrix is singular; is the body supported, "
+            if factor is None or factor.active != now.active:
+                visits.setdefault(now.active, []).append(iteration)
+                if len(visits[now.active]) > MAX_VISITS:
+                    if best:
+                        return best
+                    period = iteration - visits[now.active][-2]
+                    raise self._failure(level, iteration, now.kkt, f"the active set cycles with period {period}; "
+                                        "take a smaller step, or another rho")
+                factor = self._factorise(unknowns, now.active, level)
+            step = factor.inverse*now.residual
+            if not self._solves(step.Evaluate(), now.residual):
+                raise self._failure(level, iteration, now.kkt, "the matrix is singular; is the body supported, "
                                     "and is something in contact?")
             unknowns.vec.data -= step
-        raise self._failure(level, MAX_ITERATIONS, kkt, "take a smaller step, or another rho")
+        raise self._failure(level, MAX_ITERATIONS, now.kkt, "the residual stalls; take a smaller step, "
+                            "or a rho whose rounding leaves more digits")
 
-    def _prescribe(self, unknowns, level, start):
+    def _first_guess(self, level, start):
+        unknowns = ng.GridFunction(self.space)
+        if start is None:
+            self.body.prescribe(unknowns.components)
+        else:
+            unknowns.vec.data = start.vector
         if self.control == "approach":
             unknowns.vec[self._approach] = level
-            return
+            return unknowns
         self._load.Set(level)
         if start is None or not any(mask.any() for mask in start.closed.values()):
             # with no contact the rigid approach is free: begin where the nearest corner has just closed
-            gaps = np.concatenate([gap[self.facets.can_touch[corner]]
-                                   for corner, gap in self.facets.initial_gaps.items()])
-            unknowns.vec[self._approach] = gaps.min() + 1e-9*max(np.ptp(gaps), self.body.solid.ell)
+            ahead = self._touches(unknowns)
+            unknowns.vec[self._approach] = ahead.min() + 1e-9*max(np.ptp(ahead), self.body.solid.ell)
+        return unknowns
 
-    def _factorise(self, level):
+    def _touches(self, unknowns):
+        """Approaches at which the corners that can touch would do so, the body staying as it is."""
+        unknowns.vec[self._approach] = 0.0
+        return np.concatenate([(gap/self.facets.normals[:, 1])[self.facets.can_touch[corner]]
+                               for corner, gap in self._gaps(unknowns).items()])
+
+    def _first_touch(self, load):
+        """The state of load 0: the unloaded body just touched."""
+        if load < 0:
+            raise BadArgument("load", load, "must not be negative: contact cannot pull")
+        if self._loaded:
+            raise BadArgument("load", load, "must be positive if other loads act: else the approach is free")
+        unknowns = ng.GridFunction(self.space)
+        self.body.prescribe(unknowns.components)
+        unknowns.vec[self._approach] = self._touches(unknowns).min()
+        self._load.Set(0.0)
+        now = self._look(unknowns, 0.0)
+        nowhere = {corner: np.zeros(len(self.facets.points), bool) for corner in self.facets.corners}
+        return self._state(unknowns, replace(now, closed=nowhere, kkt=0.0), 0.0, 0)
+
+    def _look(self, unknowns, level):
+        """Gaps, effective multipliers, active set and residual of an iterate."""
+        gaps = self._gaps(unknowns)
+        own = {corner: np.zeros(len(gap)) for corner, gap in gaps.items()}
+        if self.method == "al":
+            own = {corner: self.facets.at_nodes("multiplier", component)
+                   for corner, component in zip(self.facets.corners, unknowns.components[3:-1])}
+        # (40): closed where the augmented multiplier lambda + rho g is not positive, and this is its force
+        augmented = {corner: own[corner] + self.rho*np.where(self.facets.can_touch[corner], gap, np.inf)
+                     for corner, gap in gaps.items()}
+        closed = {corner: value <= 0 for corner, value in augmented.items()}
+        forces = {corner: np.where(closed[corner], value, 0.0) for corner, value in augmented.items()}
+        residual = unknowns.vec.CreateVector()
+        self.form.Apply(unknowns.vec, residual)
+        unbalanced = residual.FV().NumPy()[:len(self._free_fields)][self._free_fields]
+        parts = [_ratio(unbalanced, self._force(unknowns))]
+        if self.method == "al":
+            length = self._length(unknowns)
+            stress = max(np.abs(force).max() for force in forces.values())
+            parts += [_ratio(gaps[corner][closed[corner]], length) for corner in gaps]
+            parts += [_ratio(own[corner] - forces[corner], stress) for corner in gaps]
+        if self.control == "load":
+            parts.append(_ratio(np.array([self._resultant(forces) - level]), abs(level)))
+        active = b"".join(mask.tobytes() for mask in closed.values())
+        return _Iterate(gaps, forces, closed, active, residual, max(parts))
+
+    def _tolerance(self, factor, unknowns):
+        """RESIDUAL, or what the rounding of the sum of all |K_ij x_j| leaves beside the forces if that is more."""
+        if factor is None:
+            return RESIDUAL
+        terms = factor.magnitudes @ np.abs(unknowns.vec.FV().NumPy())
+        return max(RESIDUAL, min(WORST, ROUNDING*terms.max()/max(self._force(unknowns), 1e-300)))
+
+    def _factorise(self, unknowns, active, level):
+        self.form.AssembleLinearization(unknowns.vec)
         values, columns, starts = self.form.mat.CSR()
         shape = (self.space.ndof, self.space.ndof)
-        matrix = csr_matrix((np.abs(values), np.array(columns), np.array(starts)), shape=shape)
-        self._magnitudes = matrix[:len(self._free_fields)]
+        magnitudes = csr_matrix((np.abs(values), np.array(columns), np.array(starts)), shape=shape)
         try:
-            return self.form.mat.Inverse(self.free, "umfpack")
+            inverse = self.form.mat.Inverse(self.free, "umfpack")
         except Exception as failure:
             raise NotConverged(f"no factorisation at {self.control} {level:g}: {failure}; "
                                "is the body supported, and is something in contact?") from failure
+        return _Factor(active, inverse, magnitudes[:len(self._free_fields)])
 
     def _solves(self, step, residual):
         """Whether a step of the direct solver satisfies its equations: UMFPACK does not report every singular matrix."""
@@ -219,43 +278,6 @@ class Newton:
     def _gaps(self, unknowns):
         return self.facets.nodal_gaps(*unknowns.components[:3], unknowns.vec[self._approach])
 
-    def _multipliers(self, unknowns, gaps, closed):
-        if self.method == "penalty":
-            return {corner: self.rho*np.where(closed[corner], gap, 0.0) for corner, gap in gaps.items()}
-        return {corner: self.facets.at_nodes("multiplier", component)
-                for corner, component in zip(self.facets.corners, unknowns.components[3:-1])}
-
-    def _closed(self, unknowns):
-        """The active set: corners with augmented multiplier lambda + rho g <= 0 (penalty: g <= 0)."""
-        gaps = self._gaps(unknowns)
-        nowhere = {corner: np.zeros(len(gap), bool) for corner, gap in gaps.items()}
-        multipliers = self._multipliers(unknowns, gaps, nowhere)
-        return {corner: self.facets.can_touch[corner] & (multipliers[corner] + self.rho*gaps[corner] <= 0)
-                for corner in gaps}
-
-    def _kkt(self, unknowns, closed, level, residual):
-        """Largest relative residual; leaves the residual vector in `residual`."""
-        self.form.Apply(unknowns.vec, residual)
-        unbalanced = residual.FV().NumPy()[:len(self._free_fields)][self._free_fields]
-        parts = [_ratio(unbalanced, self._force(unknowns))]
-        gaps = self._gaps(unknowns)
-        multipliers = self._multipliers(unknowns, gaps, closed)
-        if self.method == "al":
-            length = self._length(unknowns)
-            stress = max(np.abs(multiplier).max() for multiplier in multipliers.values())
-            parts += [_ratio(gaps[corner][closed[corner]], length) for corner in gaps]
-            parts += [_ratio(multipliers[corner][~closed[corner]], stress) for corner in gaps]
-        if self.control == "load":
-            parts.append(_ratio(np.array([self._resultant(multipliers) - level]), abs(level)))
-        return max(parts)
-
-    def _attainable(self, unknowns):
-        """Relative residual that rounding leaves: that of the sum of all |K_ij x_j| beside the force they leave."""
-        if self._magnitudes is None:
-            return 0.0
-        terms = self._magnitudes @ np.abs(unknowns.vec.FV().NumPy())
-        return ROUNDING*terms.max()/max(self._force(unknowns), 1e-300)
-
     def _force(self, unknowns):
         """Largest internal nodal force, reactions included: the scale of equilibrium."""
         internal = unknowns.vec.CreateVector()
@@ -268,21 +290,40 @@ class Newton:
                    for i, name in ((1, "u2"), (2, "psi")))
         return max(abs(unknowns.vec[self._approach]), u2, self.body.solid.ell*psi)
 
-    def _resultant(self, multipliers):
-        return float(-self.facets.weights*self.facets.normals[:, 1] @ law.traction(multipliers))
+    def _resultant(self, forces):
+        return float(-self.facets.weights*self.facets.normals[:, 1] @ law.traction(forces))
 
-    def _state(self, unknowns, closed, level, iterations, kkt):
+    def _state(self, unknowns, now, level, iterations):
         kept = ng.GridFunction(self.space)
         kept.vec.data = unknowns.vec
-        facets, gaps = self.facets, self._gaps(kept)
-        multipliers = self._multipliers(kept, gaps, closed)
-        return State(level=level, approach=float(kept.vec[self._approach]), load=self._resultant(multipliers),
-                     fields=Fields(self.body, kept.components),
-                     psi=facets.at_nodes("psi", kept.components[2]),
-                     gaps=gaps, multipliers=multipliers, closed=closed,
-                     traction=law.traction(multipliers),
-                     micromoment=law.micromoment(multipliers, facets.levers, self.body.solid.ell),
-                     iterations=iterations, kkt=kkt, vector=kept.vec)
+        facets, forces = self.facets, self._shared(now.forces)
+        return State(level=level, approach=float(kept.vec[self._approach]), load=self._resultant(forces),
+                     fields=Fields(self.body, kept.components), psi=facets.at_nodes("psi", kept.components[2]),
+                     gaps=now.gaps, multipliers=forces, closed=now.closed, traction=law.traction(forces),
+                     micromoment=law.micromoment(forces, facets.levers, self.body.solid.ell),
+                     iterations=iterations, kkt=now.kkt, vector=kept.vec)
+
+    def _shared(self, forces):
+        """Forces of twin corners, which one multiplier carries, shared evenly."""
+        mean = law.traction(forces)/len(forces)
+        return {corner: np.where(self.facets.twins, mean, force) for corner, force in forces.items()}
+
+
+@dataclass(frozen=True)
+class _Iterate:
+    gaps: dict
+    forces: dict
+    closed: dict
+    active: bytes
+    residual: object
+    kkt: float
+
+
+@dataclass(frozen=True)
+class _Factor:
+    active: bytes
+    inverse: object
+    magnitudes: object
 
 
 def default_rho(body, method):
@@ -317,8 +358,9 @@ def load_path(newton, levels, *, start=None):
     A step at which Newton fails is halved; a target is approached as closely as SMALLEST_STEP of
     its distance before NotConverged is raised, with `reached` the last level that converged.
     """
-    reached = 0.0
+    reached = 0.0 if start is None else start.level
     for target in levels:
+        require_finite(level=target)
         step = whole = target - reached
         while True:
             trial = target if abs(step) >= abs(target - reached) else reached + step

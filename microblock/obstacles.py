@@ -11,6 +11,9 @@ import numpy as np
 from .errors import BadArgument, require_finite
 
 
+STEEPEST = 0.5      # n2 of the steepest surface that can touch
+
+
 @dataclass(frozen=True)
 class Plane:
     """Horizontal plane at x2 = level (length)."""
@@ -107,14 +110,17 @@ def gap(obstacle, points, normals):
 
     Returns
     -------
-    array (n,), ``inf`` where the obstacle has no surface above the point, or the
-        surface faces away
+    array (n,), ``inf`` where the obstacle has no surface above the point, or the body's surface is
+        steeper than 60 degrees: there a gap seen along n is no measure of nearness
     """
     height = getattr(obstacle, "height", obstacle)
     if not callable(height):
         raise BadArgument("obstacle", obstacle, "must have a method height(x), or be a callable height(x)")
-    above = np.asarray(height(points[:, 0]), float)
+    try:
+        above = np.asarray(height(points[:, 0]), float)
+    except (TypeError, ValueError) as failure:
+        raise BadArgument("obstacle", obstacle, f"its height(x) must take an array of x ({failure})") from failure
     if above.shape != points[:, 0].shape or np.any(np.isnan(above)) or np.any(above == -np.inf):
         raise BadArgument("obstacle", obstacle, "its height(x) must return one number (or inf) for each x")
-    seen = normals[:, 1] > 0
+    seen = normals[:, 1] > STEEPEST
     return np.where(seen, (above - points[:, 1])*np.where(seen, normals[:, 1], 1.0), np.inf)

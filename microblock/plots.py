@@ -10,7 +10,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 STYLE = {
     "font.size": 8, "axes.labelsize": 9, "legend.fontsize": 7, "xtick.labelsize": 8, "ytick.labelsize": 8,
     "lines.linewidth": 1.2, "lines.markersize": 4, "axes.linewidth": 0.6, "legend.frameon": False,
-    "axes.prop_cycle": matplotlib.cycler(color=COLOURS), "savefig.dpi": 200, "mathtext.fontset": "cm",
+    "axes.prop_cycle": matplotlib.cycler(color=COLOURS), "savefig.dpi": 200, "mathtext.fontset": "stix",
     "axes.spines.top": False, "axes.spines.right": False,
 }
 

@@ -13,9 +13,10 @@ from .errors import BadArgument
 
 
 def versions():
-    """Versions of everything that a result depends on."""
+    """Versions of everything that a result depends on, and the machine."""
     packages = {name: metadata.version(name) for name in ("ngsolve", "netgen-mesher", "numpy", "scipy")}
-    return {"microblock": __version__, **packages, "python": platform.python_version()}
+    return {"microblock": __version__, **packages, "python": platform.python_version(),
+            "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"}
 
 
 def write_text(path, text):

@@ -18,12 +18,11 @@ def rectangle(width, height, maxh, quads=False):
     return mesh
 
 
-def half_disc(order=3, maxh=0.4, radius=1.0):
-    """Half-disc below x2 = 0: straight "contact" on top, curved "far" below; vertices at (-1, 0), (0, 0), (1, 0)."""
-    face = occ.WorkPlane().MoveTo(0, 0).Circle(radius).Face()
-    face = face*occ.WorkPlane().MoveTo(-2*radius, -2*radius).Rectangle(4*radius, 2*radius).Face()
-    face.edges.name = "far"
-    face.edges.Max(occ.Y).name = "contact"
+def dome(order=3, maxh=0.3):
+    """Half-disc above x2 = 0: curved "contact" on top, straight "base" below."""
+    face = occ.WorkPlane().Circle(1.0).Face()*occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
+    face.edges.name = "contact"
+    face.edges.Min(occ.Y).name = "base"
     return ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=maxh)).Curve(order)
 
 

@@ -47,7 +47,7 @@ def test_json_on_standard_output_is_all_there_is():
 def test_json_file_and_figures(tmp_path, capsys):
     assert main(["strip", "--json", str(tmp_path/"a.json"), "--out", str(tmp_path/"figures")]) == 0
     assert json.loads((tmp_path/"a.json").read_text())["state"] == "partial"
-    assert {path.name for path in (tmp_path/"figures").iterdir()} == {"strip.png", "strip.pdf"}
+    assert {path.name for path in (tmp_path/"figures").iterdir()} == {"strip.png", "strip.pdf", "strip.csv"}
     assert "delta_fc" in capsys.readouterr().out
 
 
@@ -101,7 +101,7 @@ def test_the_closed_form_is_nowhere_in_the_computation(tmp_path):
     """The same numbers with references.py deleted; only the errors against it are gone, and that is said."""
     for package in ("microblock", "cases"):
         shutil.copytree(ROOT/package, tmp_path/package, ignore=shutil.ignore_patterns("references.py", "__pycache__"))
-    words = ("strip", "--psi0-deg", "-1.5", "--json", "-")
+    words = ("strip", "--psi0-deg", "-1.5", "--json", "-", "--out", str(tmp_path/"figures"))
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     # an editable installation must not find the module that is missing here
     code = ("import sys; sys.path.insert(0, '.'); "

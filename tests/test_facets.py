@@ -3,7 +3,7 @@
 import ngsolve as ng
 import numpy as np
 import pytest
-from conftest import half_disc
+from conftest import dome
 
 from microblock import law, meshes, obstacles
 from microblock.body import Body
@@ -66,11 +66,34 @@ def test_nodal_gaps_are_the_expression_at_the_nodes(slope):
 
 
 def test_curved_contact_boundary():
-    facets = ContactFacets(Body(half_disc(4), SOLID, 4, fixed="contact"), law.Unilateral(), obstacles.Plane(2.0), "far")
+    facets = ContactFacets(Body(dome(4), SOLID, 4, fixed="base"), law.Unilateral(), obstacles.Plane(1.0))
     radius = np.linalg.norm(facets.points, axis=1)
-    assert radius == pytest.approx(np.ones_like(radius), abs=1e-5)      # a curved mesh of order 4
-    assert facets.normals == pytest.approx(facets.points/radius[:, None], abs=1e-3)      # its normals lose an order
-    assert facets.weights.sum() == pytest.approx(np.pi, rel=1e-6)
+    assert radius == pytest.approx(np.ones_like(radius), abs=1e-4)      # a curved mesh of order 4
+    assert facets.normals == pytest.approx(facets.points/radius[:, None], abs=1e-2)      # its normals lose an order
+    assert facets.weights.sum() == pytest.approx(np.pi, rel=1e-5)
+    # what is steeper than 60 degrees cannot touch
+    assert np.array_equal(facets.can_touch["C"], facets.normals[:, 1] > 0.5)
+
+
+def test_gap_22_on_an_inclined_surface_by_hand():
+    """n = (-0.6, 0.8), s = n x e3 = (0.8, 0.6), psi0 = 0.1, ell = 0.4, u = (0.03, -0.02), psi = 0.05, approach 0.01.
+
+    At C = (0, 0): corners -+0.2 (s + 0.1 n), so A = (-0.148, -0.136) and B = (0.148, 0.136). Plane at height 0.5:
+    g0_A = (0.5 + 0.136) 0.8 = 0.5088, g0_B = 0.2912. Then -u.n = 0.018 + 0.016 = 0.034, the approach takes
+    0.01*0.8 = 0.008, and ell/2 psi times 1.1 and -0.9 is 0.011 and -0.009.
+    """
+    from ngsolve.meshes import MakeStructured2DMesh
+    mesh = MakeStructured2DMesh(quads=True, nx=2, ny=1, mapping=lambda x, y: (1.6*x - 0.8, y - 1 + 0.75*(1.6*x - 0.8)))
+    body = Body(mesh, SOLID, 1, fixed="bottom")
+    facets = ContactFacets(body, law.Microblock(0.1), obstacles.Plane(0.5), "top")
+    state = ng.GridFunction(body.space)
+    for component, value in zip(state.components, (0.03, -0.02, 0.05)):
+        component.vec[:] = value
+    gaps = facets.nodal_gaps(*state.components, 0.01)
+    middle = np.argmin(np.abs(facets.points[:, 0]))
+    assert facets.normals[middle] == pytest.approx([-0.6, 0.8])
+    assert gaps["A"][middle] == pytest.approx(0.5088 + 0.034 - 0.008 + 0.011, abs=1e-14)
+    assert gaps["B"][middle] == pytest.approx(0.2912 + 0.034 - 0.008 - 0.009, abs=1e-14)
 
 
 def test_corners_without_obstacle_or_with_a_twin_cannot_touch(block):
@@ -78,6 +101,13 @@ def test_corners_without_obstacle_or_with_a_twin_cannot_touch(block):
     x = facets.points[:, 0]
     assert np.array_equal(facets.can_touch["A"], np.abs(x - 0.2) <= 0.5)
     assert np.array_equal(facets.can_touch["B"], np.abs(x + 0.2) <= 0.5)
+    # where psi is prescribed only the nearer corner can ever touch: B on the left of the vertex of a cylinder, A on the right
+    clamped = block_facets(block, 2, fixed={"u1": "bottom", "u2": "bottom", "psi": "contact"})
+    aside = np.abs(x) > 1e-9
+    assert np.array_equal(clamped.can_touch["A"][aside], x[aside] > 0)
+    assert np.array_equal(clamped.can_touch["B"][aside], x[aside] < 0)
+    turned = Body(block, SOLID, 2, fixed={"u1": "bottom", "u2": "bottom"}, prescribed={"psi": {"contact": -0.1}})
+    assert ContactFacets(turned, law.Microblock(), obstacles.Plane()).can_touch["A"].all()      # psi < 0 lowers A
     # on an axis of symmetry psi = 0 makes the gaps of A and B one function: one multiplier is dropped
     half = Body(block, SOLID, 2, fixed={"u1": "left", "u2": "bottom", "psi": "left"})
     facets = ContactFacets(half, law.Microblock(), obstacles.Plane())

@@ -1,8 +1,12 @@
 """Semismooth Newton: independence of rho, penalty rate, both controls, load stepping, typed failures."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import ngsolve as ng
 import numpy as np
 import pytest
+from conftest import dome
 
 from microblock import law, meshes, obstacles
 from microblock.body import Body, Loads
@@ -99,6 +103,68 @@ def test_the_load_is_the_derivative_of_the_energy(block):
     assert slope == pytest.approx(states[1].load, rel=1e-8)
 
 
+def dome_under_a_plane(model, **options):
+    body = Body(dome(), SOLID, 3, fixed="base")
+    return Newton(body, ContactFacets(body, model, obstacles.Plane(1.0)), **options)
+
+
+@pytest.mark.parametrize("model", [law.Microblock(0.0), law.Microblock(0.05), law.Unilateral()],
+                         ids=["aligned", "turned", "unilateral"])
+def test_contact_of_a_curved_body(model):
+    newton = dome_under_a_plane(model)
+    states = [newton.solve(approach) for approach in (0.15 - 1e-6, 0.15, 0.15 + 1e-6)]
+    # the derivative of the energy knows nothing of normals, corners and levers; on curved elements the energy is
+    # integrated to a higher order than the form, which differs by some 1e-7
+    slope = (states[2].fields.energy() - states[0].fields.energy())/2e-6
+    assert slope == pytest.approx(states[1].load, rel=1e-6)
+    loaded = dome_under_a_plane(model, control="load").solve(states[1].load)
+    assert loaded.approach == pytest.approx(0.15, rel=1e-9)
+
+
+def test_inclined_surface_carries_the_derivative_of_its_energy():
+    from ngsolve.meshes import MakeStructured2DMesh
+    mesh = MakeStructured2DMesh(quads=True, nx=6, ny=3, mapping=lambda x, y: (2*x - 1, y - 1 + 0.5*(2*x - 1)))
+    body = Body(mesh, SOLID, 2, fixed="bottom")
+    newton = Newton(body, ContactFacets(body, law.Microblock(0.05), lambda x: 0.5*x + x**2, "top"))
+    states = [newton.solve(approach) for approach in (0.1 - 1e-5, 0.1, 0.1 + 1e-5)]
+    slope = (states[2].fields.energy() - states[0].fields.energy())/2e-5
+    assert slope == pytest.approx(states[1].load, rel=1e-7)
+
+
+def test_microclamped_surface_may_be_turned(block):
+    """psi prescribed other than zero on the surface, and a support that is displaced, take part in contact."""
+    body = Body(block, SOLID, 2, fixed={"u1": "bottom"}, prescribed={"u2": {"bottom": 0.05}, "psi": {"contact": 0.02}})
+    pushed = Newton(body, ContactFacets(body, law.Microclamped(), obstacles.Cylinder(1.0))).solve(0.05)
+    assert pushed.psi == pytest.approx(np.full(13, 0.02), abs=1e-14)
+    level = Body(block, SOLID, 2, fixed={"u1": "bottom", "u2": "bottom"}, prescribed={"psi": {"contact": 0.02}})
+    same = Newton(level, ContactFacets(level, law.Microclamped(), obstacles.Cylinder(1.0))).solve(0.1)
+    assert pushed.traction == pytest.approx(same.traction, abs=1e-11)      # a rigid translation apart
+
+
+def test_microblocks_on_a_clamped_surface(block):
+    body = Body(block, SOLID, 2, fixed=BOTTOM | {"psi": "contact"})
+    state = Newton(body, ContactFacets(body, law.Microblock(0.0), obstacles.Cylinder(1.0))).solve(0.1)
+    # the block's nearer corner is half a block closer to the vertex
+    free = Newton(body, ContactFacets(body, law.Unilateral(), obstacles.Cylinder(1.0))).solve(0.1)
+    assert state.kkt < 1e-11 and state.load > free.load
+
+
+def test_no_load_is_first_touch(block):
+    newton = indented(block, law.Microblock(0.05), control="load")
+    touch = newton.solve(0.0)
+    assert touch.load == 0 and min(gap.min() for gap in touch.gaps.values()) == pytest.approx(0, abs=1e-15)
+    path = list(load_path(newton, [0.0, 0.1, 0.05, 0.0]))
+    assert [state.load for state in path] == pytest.approx([0.0, 0.1, 0.05, 0.0], abs=1e-11)
+    with pytest.raises(BadArgument, match="cannot pull"):
+        newton.solve(-0.1)
+
+
+@pytest.mark.parametrize("method", ["al", "penalty"])
+def test_rounding_of_a_high_rho_is_an_error_not_a_result(block, method):
+    with pytest.raises(NotConverged):
+        indented(block, method=method, rho=1e16).solve(0.1)
+
+
 def test_mirrored_blocks_mirror_the_result(block):
     left, right = (indented(block, law.Microblock(turn)).solve(0.1) for turn in (0.05, -0.05))
     assert left.traction[::-1] == pytest.approx(right.traction, abs=1e-11)
@@ -121,7 +187,7 @@ def test_symmetric_half_is_half_of_the_whole():
     half = solved(3, 0.0, {"u1": "bottom|left", "u2": "bottom", "psi": "left"})
     assert 2*half.load == pytest.approx(whole.load, rel=1e-12)
     assert half.traction == pytest.approx(whole.traction[6:], abs=1e-11)
-    assert half.micromoment[1:] == pytest.approx(whole.micromoment[7:], abs=1e-11)
+    assert half.micromoment == pytest.approx(whole.micromoment[6:], abs=1e-11)      # 0 on the axis
 
 
 def test_punch_presses_only_where_it_is(block):
@@ -176,17 +242,23 @@ class Reluctant:
 
     def solve(self, level, start):
         self.tries += 1
-        if level - (start or 0.0) > self.reach or level > self.wall:
+        if level - (start.level if start else 0.0) > self.reach or level > self.wall:
             raise NotConverged("no", iterations=3)
         self.levels.append(level)
-        return level
+        return SimpleNamespace(level=level)
 
 
 def test_load_path_cuts_the_step_and_arrives():
     newton = Reluctant(0.3)
-    assert list(load_path(newton, [0.2, 1.0])) == [0.2, 1.0]
+    assert [state.level for state in load_path(newton, [0.2, 1.0])] == [0.2, 1.0]
     assert newton.levels[0] == 0.2 and max(np.diff(newton.levels)) <= 0.3
     assert newton.tries == 1 + 2 + 4      # 0.2; then 0.8 and 0.4 fail and four steps of 0.2 arrive
+
+
+def test_load_path_goes_on_from_its_start():
+    newton = Reluctant(0.05)
+    list(load_path(newton, [1.0], start=SimpleNamespace(level=0.9)))
+    assert min(newton.levels) > 0.9
 
 
 def test_load_path_says_where_it_stopped():
@@ -197,15 +269,12 @@ def test_load_path_says_where_it_stopped():
 
 def test_cycling_is_named(block, monkeypatch):
     newton = indented(block)
-    closed = newton._closed
-    flips = iter(range(1000))
+    look, flips = newton._look, iter(range(1000))
 
-    def flip(unknowns):
-        found = closed(unknowns)
-        found["A"][:] = next(flips) % 2
-        return found
+    def flip(unknowns, level):
+        return replace(look(unknowns, level), active=bytes([next(flips) % 2]), kkt=1.0)
 
-    monkeypatch.setattr(newton, "_closed", flip)
+    monkeypatch.setattr(newton, "_look", flip)
     with pytest.raises(NotConverged, match="cycles with period 2"):
         newton.solve(0.1)
 
