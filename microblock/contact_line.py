@@ -1,0 +1,301 @@
+"""Contact of a half-plane on its contact line alone: panels fitted to the zones of each corner.
+
+A corner's pressure lives on intervals of the contact point x. It starts like the square root of the distance from
+its own edges, and has a square root on one side of the other corner's edges: panels break at all of them and run
+``x = e + h v^2`` from there. The unknown on a panel is ``q = p |dx/dv|`` at Gauss points v, where the gap of the
+corner is closed (collocation). At a free edge p must vanish; with ``p = K0/sqrt(r) + K1 sqrt(r)`` at a trial edge
+the solution has ``dK0_i/de_j = -delta_ij K1_i/2``, so that moving each edge outwards by ``2 K0/K1`` is Newton's
+method without a Jacobian.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+
+from .errors import NotConverged
+from .halfplane import kernels
+
+NEAR = 1.0           # panel lengths within which the kernel's logarithm asks for a quadrature of its own
+CLUSTER = 8          # which puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
+GROWTH = 4.0         # of panels away from an edge
+FIRST = 1.0          # length of a panel at an edge, over ell
+EDGE_STEPS = 40      # of Newton's method for the edges
+LONGEST_MOVE = 0.4   # of an edge in one step, over the distance to its neighbour
+
+
+@dataclass(frozen=True)
+class Line:
+    """The problem on the line: solid, law and obstacle, in one place.
+
+    `mirror`: obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x >= 0 if
+    the law has one corner only.
+    """
+
+    solid: object
+    law: object
+    obstacle: object
+    mirror: bool = False
+
+    @property
+    def corners(self):
+        """Numbers of the corners that are computed."""
+        return range(1 if self.mirror else len(self.law.corners))
+
+    def lever(self, corner, x):
+        """Levers of (29) for corner numbers and abscissae of the same shape."""
+        if self.law.clamps_rotation:
+            return np.zeros(np.shape(x))
+        values = list(self.law.levers(np.asarray(x)).values())
+        return values[0] if len(values) == 1 else np.where(corner == 0, *values)
+
+    def initial_gap(self, corner, x):
+        """Initial gaps of the corners numbered `corner` at x, arrays (n,)."""
+        points = np.column_stack((x, np.zeros_like(x)))
+        normals = np.tile([0.0, 1.0], (len(x), 1))
+        values = list(self.law.initial_gaps(points, normals, self.solid.ell, self.obstacle).values())
+        return values[0] if len(values) == 1 else np.where(corner == 0, *values)
+
+    def kernel(self, distance, target, source):
+        """Gap of a corner with lever `target` under a unit force on one with lever `source` (length/force)."""
+        table = kernels(self.solid.nu, self.solid.beta, self.solid.curvature)
+        scaled, c = distance/self.solid.ell, (1 - self.solid.nu)/self.solid.mu
+        if self.law.clamps_rotation:
+            return c*table(scaled, (3,))[0]
+        if len(self.law.corners) == 1:
+            U, V = table(scaled, (0, 1)) if np.any(target) else (table(scaled, (0,))[0], 0.0)
+            return c*(U + target*V)
+        U, V, W = table(scaled)
+        return c*(U + target*source*W + (target - source)*V)
+
+
+@dataclass(frozen=True)
+class Panels:
+    """Panels of all corners: anchors e and signed lengths h, ``x = e + h v^2`` (root) or ``e + h v``, 0 <= v <= 1."""
+
+    corner: np.ndarray
+    e: np.ndarray
+    h: np.ndarray
+    root: np.ndarray
+    order: int
+
+    def x(self, panel, v):
+        """Abscissae at the parameters v of the panels numbered `panel`."""
+        return self.e[panel] + self.h[panel]*np.where(self.root[panel], v*v, v)
+
+    def slope(self, panel, v):
+        """|dx/dv|."""
+        return np.abs(self.h[panel])*np.where(self.root[panel], 2*v, 1.0)
+
+    def mirrored(self):
+        """The panels of the other corner by symmetry."""
+        return replace(self, corner=1 - self.corner, e=-self.e, h=-self.h)
+
+    @property
+    def points(self):
+        """Gauss points and weights of v on one panel."""
+        points, weights = leggauss(self.order)
+        return (points + 1)/2, weights/2
+
+
+def zone_edges(zones):
+    """All edges of {corner: ((left, right), ...)}, ascending."""
+    return sorted({edge for intervals in zones.values() for interval in intervals for edge in interval})
+
+
+def make_panels(line, zones, kinks, order):
+    """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at the kinks of the obstacle."""
+    rows, edges = [], zone_edges(zones)
+    if line.mirror:
+        edges += [-edge for edge in edges]
+    for corner, intervals in zones.items():
+        for left, right in intervals:
+            start = 0.0 if _half(line) else left
+            breaks = sorted({start, right, *(x for x in (*edges, *kinks) if start < x < right)})
+            for pair in zip(breaks, breaks[1:]):
+                roots = tuple(x in edges or x in kinks for x in pair)
+                rows += [(corner, *row) for row in _between(*pair, roots, FIRST*line.solid.ell)]
+    corner, e, h, root = zip(*rows)
+    return Panels(np.array(corner), np.array(e), np.array(h), np.array(root), order)
+
+
+def _half(line):
+    """Whether the one corner of a symmetric problem is computed on x >= 0 only."""
+    return line.mirror and len(line.law.corners) == 1
+
+
+def _between(left, right, roots, first):
+    """Panels between two breaks, growing away from those with a square root: (anchor, signed length, root)."""
+    if not any(roots):
+        return [(left, right - left, False)]
+    meet = (left + right)/2 if all(roots) else (left if roots[1] else right)
+    found = []
+    for end, sign, root in ((left, 1, roots[0]), (right, -1, roots[1])):
+        whole = abs(meet - end)
+        if not root:
+            continue
+        done, width = 0.0, first
+        while done < whole:
+            # no panel is left that is much shorter than its neighbour
+            if whole - done - width < width/2:
+                width = whole - done
+            found.append((end + sign*done, sign*width, done == 0.0))
+            done += width
+            width *= GROWTH if done > first else GROWTH - 1
+    return found
+
+
+def gap_matrix(line, panels, x, corner):
+    """Gaps of corners at x (arrays (n,)) from q at the Gauss points of the panels: array (n, m)."""
+    target = line.lever(corner, x)
+    matrix = _block(line, panels, x, target)
+    if line.mirror:
+        matrix = matrix + _block(line, panels.mirrored(), x, target)
+    return matrix
+
+
+def _block(line, panels, x, target):
+    points, weights = panels.points
+    panel = np.repeat(np.arange(len(panels.e)), panels.order)
+    v = np.tile(points, len(panels.e))
+    source = panels.x(panel, v)
+    lever = line.lever(panels.corner[panel], source)
+    matrix = line.kernel(x[:, None] - source, target[:, None], lever)*np.tile(weights, len(panels.e))
+    ends = np.sort(np.array((panels.e, panels.e + panels.h)), axis=0)
+    distance = np.maximum(ends[0] - x[:, None], x[:, None] - ends[1])
+    row, near = np.nonzero(distance < NEAR*np.abs(panels.h))
+    columns = near[:, None]*panels.order + np.arange(panels.order)
+    matrix[row[:, None], columns] = _near_rows(line, panels, x[row], target[row], near)
+    return matrix
+
+
+def _near_rows(line, panels, x, target, panel):
+    """Integrals of the kernel against the basis of a near panel: array (pairs, order).
+
+    The panel is cut at the parameter v0 nearest to the target, and ``v = v0 -+ length sigma^CLUSTER`` flattens
+    the logarithm on either side.
+    """
+    sigma, gauss = leggauss(2*panels.order + 8)
+    sigma, gauss = (sigma + 1)/2, gauss/2
+    flat, slope = sigma**CLUSTER, CLUSTER*sigma**(CLUSTER - 1)*gauss
+    along = np.clip((x - panels.e[panel])/panels.h[panel], 0, 1)
+    v0 = np.where(panels.root[panel], np.sqrt(along), along)[:, None]
+    sides = np.concatenate((-v0*flat, (1 - v0)*flat), axis=1)
+    v = v0 + sides
+    weights = np.concatenate((v0*slope, (1 - v0)*slope), axis=1)
+    h, root, panel = panels.h[panel][:, None], panels.root[panel][:, None], panel[:, None]
+    # x - x(v) without the cancellation near v0
+    difference = x[:, None] - panels.x(panel, v0) - h*np.where(root, sides*(v + v0), sides)
+    lever = line.lever(np.broadcast_to(panels.corner[panel], v.shape), panels.x(panel, v))
+    values = line.kernel(difference, target[:, None], lever)*weights
+    return np.einsum("ps,psj->pj", values, _lagrange(panels.points[0], v))
+
+
+def _lagrange(points, v):
+    """Lagrange polynomials of the points at v: array v.shape + (points,)."""
+    difference = points[:, None] - points + np.eye(len(points))
+    apart = v[..., None] - points
+    apart[np.abs(apart) < 1e-100] = 1e-100      # at a point itself its own term outweighs all others
+    terms = 1/(difference.prod(axis=1)*apart)
+    return terms/terms.sum(axis=-1, keepdims=True)
+
+
+@dataclass(frozen=True)
+class LineState:
+    """A state on fitted panels: q at the Gauss points, zones with their edges, and the approach (arbitrary level)."""
+
+    line: Line
+    load: float
+    zones: dict
+    panels: Panels
+    q: np.ndarray
+    approach: float
+    iterations: int
+    edge_error: float
+
+
+def solve_zones(line, panels, load):
+    """q and approach with the gaps closed on given zones: arrays (m,) and a float."""
+    points, weights = panels.points
+    panel = np.repeat(np.arange(len(panels.e)), panels.order)
+    v = np.tile(points, len(panels.e))
+    x = panels.x(panel, v)
+    count, sides = len(x), 2 if line.mirror else 1
+    system = np.zeros((count + 1, count + 1))
+    system[:count, :count] = gap_matrix(line, panels, x, panels.corner[panel])
+    system[:count, count] = -1.0
+    system[count, :count] = sides*np.tile(weights, len(panels.e))
+    right = np.append(-line.initial_gap(panels.corner[panel], x), load)
+    solution = np.linalg.solve(system, right)
+    return solution[:-1], solution[-1]
+
+
+def edge_coefficients(panels, q):
+    """{(corner, edge, side): (K0, K1)} of ``p = K0/sqrt(r) + K1 sqrt(r)`` at the anchors of all root panels.
+
+    side is +1 where the panel lies right of its anchor.
+    """
+    basis = np.linalg.inv(np.vander(panels.points[0], panels.order, increasing=True))[[0, 2]]
+    found = {}
+    for number in np.flatnonzero(panels.root):
+        constant, quadratic = basis @ q[number*panels.order:(number + 1)*panels.order]
+        h = abs(panels.h[number])
+        key = int(panels.corner[number]), float(panels.e[number]), 1 if panels.h[number] > 0 else -1
+        found[key] = constant/(2*np.sqrt(h)), quadratic/(2*h**1.5)
+    return found
+
+
+def fit(line, load, zones, *, order, tolerance, kinks=(), fixed=()):
+    """Move the free edges of trial zones until p vanishes there, for one topology.
+
+    Parameters
+    ----------
+    line : Line
+    load : float, resultant force per thickness
+    zones : {corner number: ((left, right), ...)}
+    order : Gauss points on a panel
+    tolerance : of the edges, relative to the width of the contact
+    kinks, fixed : abscissae at which the obstacle has a kink, and where its end fixes an edge
+
+    Raises
+    ------
+    NotConverged
+        If an edge runs away or K1 turns negative: the topology is another one.
+    """
+    for iteration in range(EDGE_STEPS):
+        panels = make_panels(line, zones, kinks, order)
+        q, approach = solve_zones(line, panels, load)
+        moved, step = _moved(line, zones, edge_coefficients(panels, q), fixed)
+        if step <= tolerance:
+            return LineState(line, load, zones, panels, q, approach, iteration + 1, step)
+        zones = moved
+    raise NotConverged(f"edges of the zones still moving by {step:.1e} of the contact width at load {load:g}",
+                       iterations=EDGE_STEPS)
+
+
+def _moved(line, zones, coefficients, fixed):
+    """Zones with each free edge moved by 2 K0/K1, and the largest move over the width of the contact."""
+    edges = zone_edges(zones)
+    edges = sorted({*edges, *(-edge for edge in edges)}) if line.mirror else edges
+    width, largest, moved = edges[-1] - edges[0], 0.0, {}
+    for corner, intervals in zones.items():
+        moved[corner] = tuple(tuple(sorted(_moved_edge(corner, interval, side, coefficients, edges, fixed, line)
+                                           for side in (1, -1))) for interval in intervals)
+        for old, new in zip(intervals, moved[corner]):
+            largest = max(largest, abs(old[0] - new[0])/width, abs(old[1] - new[1])/width)
+    return moved, largest
+
+
+def _moved_edge(corner, interval, side, coefficients, edges, fixed, line):
+    """One edge after the step: left (side 1) or right (side -1) of its interval."""
+    edge = interval[0] if side == 1 else interval[1]
+    if edge in fixed:
+        return edge
+    if _half(line) and side == 1:
+        return -_moved_edge(corner, interval, -1, coefficients, edges, fixed, line)
+    K0, K1 = coefficients[corner, float(edge), side]
+    if not K1 > 0:
+        raise NotConverged(f"the pressure is negative at the edge x = {edge:g}: another topology of the zones")
+    others = [abs(edge - other) for other in edges if other != edge]
+    reach = LONGEST_MOVE*min(others)
+    return edge - side*float(np.clip(2*K0/K1, -reach, reach))

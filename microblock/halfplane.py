@@ -1,0 +1,183 @@
+"""The homogeneous half-plane x2 < 0 without a mesh: its surface response in Fourier space and on the line.
+
+Classical displacement with psi equal to its rotation, and one micropolar mode exp(s x2), solve the field
+equations (docs/theory.md, "Half-plane"). At the surface, for loads exp(i k x1), k > 0, with s^2 = k^2 + 1/L^2,
+L the layer length, c = (1 - nu)/mu and D = 1 + gamma' ell^2 (1 - nu) k^2 (s - k)/s,
+
+    sinking u = -u2:      u   = U p + i V m,       U = c/(k D)
+    turning phi:          phi = -i V p + W m,      V = (c ell/2) (s - k)/(s D)
+                                                   W = (c ell^2/4) [1/(gamma' ell^2 (1 - nu)) + k (s - k)]/(s D)
+
+where phi = ell psi/2 and m = 2 M/ell, so that p and m are sums and differences of corner pressures. Turning the
+wavenumber to k = i t makes the kernels on the line Laplace integrals of real weights. Over c they depend on x/ell,
+nu, beta and gamma' alone, and are tabulated once in log x.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.polynomial.legendre import leggauss
+
+from .compliance import Compliance
+from .errors import BadArgument
+from .material import Cosserat
+
+NEAREST, FARTHEST = 1e-16, 1e10     # x/ell between which the kernels are tabulated
+POINTS, PIECE = 16, 1.4             # Chebyshev points on a piece of the table, pieces this wide in log x: 1e-14
+GAUSS = 12                          # Gauss points on a piece of width 1 in log t of a Laplace integral: rounding
+KERNELS, ODD = 5, (1, 4)
+FAR_TAIL = 40.0                     # exp(-40) is nothing
+
+
+def symbol(solid, k):
+    """U, V, W at the wavenumbers k > 0 (array (n,)): array (3, n) of lengths per stress, see above."""
+    k = np.asarray(k, float)
+    if not np.all(k > 0):
+        raise BadArgument("k", k, "wavenumbers must be positive")
+    rate = 1/solid.layer_length
+    s = np.hypot(k, rate)
+    return _symbol(solid, k, s, rate/(s + k)*rate)
+
+
+def _symbol(solid, k, s, s_minus_k):
+    """The formulas above; `s_minus_k` is given, so that nothing cancels."""
+    c, g = (1 - solid.nu)/solid.mu, solid.curvature*solid.ell**2
+    D = 1 + g*(1 - solid.nu)*k*(k/s)*s_minus_k
+    return np.array((c/(k*D),
+                     c*solid.ell/2*s_minus_k/(s*D),
+                     c*solid.ell**2/4*(1/(g*(1 - solid.nu)) + k*s_minus_k)/(s*D)))
+
+
+def clamped(U, V, W):
+    """u over p where psi = 0 is prescribed on the whole surface: m = i V p/W takes the turning away."""
+    return U - V**2/W
+
+
+class Kernels:
+    """The responses on the line to a unit line load, over c = (1 - nu)/mu.
+
+    Number 0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with ``*`` the convolution in x. Where
+    psi = 0 on the whole surface, 3 is u from p and 4, over 1/c, is -m from p. V and number 4 are odd, the others
+    even. U carries the arbitrary level of a half-plane, here such that U -> -log(x/ell)/pi for x -> infinity.
+
+    Parameters
+    ----------
+    nu, beta, curvature : float, as of `Cosserat`
+    """
+
+    def __init__(self, nu, beta, curvature=2.0):
+        solid = Cosserat(E=2*(1 + nu), nu=nu, ell=1.0, beta=beta, curvature=curvature)
+        self._pieces = int(np.ceil(np.log(FARTHEST/NEAREST)/PIECE))
+        angles = np.cos(np.pi*(np.arange(POINTS) + 0.5)/POINTS)
+        self._start = np.log(NEAREST)
+        logarithms = self._start + PIECE*(np.arange(self._pieces)[:, None] + (angles + 1)/2)
+        values = _laplace(solid, np.exp(logarithms).ravel()).reshape(KERNELS, self._pieces, POINTS)
+        fit = np.linalg.inv(chebyshev.chebvander(angles, POINTS - 1))
+        self._table = np.moveaxis(values @ fit.T, 2, 0)      # (POINTS, KERNELS, pieces)
+
+    def __call__(self, x, which=(0, 1, 2)):
+        """The kernels numbered `which` at x/ell, array of any shape: array (len(which), ...)."""
+        x = np.asarray(x, float)
+        place = (np.log(np.clip(np.abs(x), NEAREST, FARTHEST)) - self._start)/PIECE
+        piece = np.minimum(place.astype(int), self._pieces - 1)
+        t = 2*(place - piece) - 1
+        rows = self._table[:, list(which)]
+        later = last = 0.0
+        for coefficients in rows[:0:-1]:      # Clenshaw
+            last, later = later, coefficients[:, piece] + 2*t*later - last
+        values = rows[0][:, piece] + t*later - last
+        for row, number in zip(values, which):
+            if number in ODD:
+                row *= np.sign(x)
+        return values
+
+
+class HalfPlane:
+    """The half-plane x2 < 0 of one solid.
+
+    Its level is arbitrary: displacements hold up to a constant, approaches of a scene up to the same.
+    """
+
+    def __init__(self, solid):
+        self.solid = solid
+
+    def compliance(self, x, clamped=False):
+        """Compliance of n equal cells of constant pressure and micromoment, centred at the uniform abscissae x.
+
+        Displacement and rotation are those at the centres. With `clamped` psi = 0 on the whole surface.
+        """
+        x = np.asarray(x, float)
+        width = np.diff(x)
+        if x.ndim != 1 or len(x) < 2 or not np.allclose(width, width[0], rtol=1e-9, atol=0) or not width[0] > 0:
+            raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")
+        U, V, W, fixed, _ = self._cells(len(x), width[0])
+        apart = np.arange(len(x))[:, None] - np.arange(len(x))
+        near, sign, half = np.abs(apart), np.sign(apart), self.solid.ell/2
+        if clamped:
+            matrix = np.block([[fixed[near], 0*near], [0*near, 0*near]])
+        else:
+            # (u.n, psi) from (force along n, moment): u = -u.n, p = -force, phi = ell psi/2, m = 2 M/ell
+            matrix = np.block([[U[near], sign*V[near]/half], [-sign*V[near]/half, W[near]/half**2]])
+        points = np.column_stack((x, np.zeros_like(x)))
+        return Compliance(points, np.tile([0.0, 1.0], (len(x), 1)), np.full(len(x), width[0]), matrix, self.solid.ell)
+
+    def _cells(self, count, width):
+        """Kernels (length/force) averaged over a cell at the distances 0, 1, ... cells: array (KERNELS, count)."""
+        solid = self.solid
+        table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu)/solid.mu
+        points, gauss = leggauss(24)
+        spread = np.arange(count)[:, None] + points/2
+        averages = table(spread*width/solid.ell, range(KERNELS)) @ (gauss/2)
+        # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
+        sigma = (points + 1)/2
+        averages[:, 0] = table(sigma**8*width/2/solid.ell, range(KERNELS)) @ (gauss/2*8*sigma**7)
+        averages[list(ODD), 0] = 0
+        return c*averages
+
+
+@lru_cache(maxsize=64)
+def kernels(nu, beta, curvature):
+    """The tables of a material, made once."""
+    return Kernels(nu, beta, curvature)
+
+
+def _laplace(solid, x):
+    """All kernels at x > 0, array (n,), by Gauss quadrature of their Laplace integrals: array (KERNELS, n)."""
+    k, s, s_minus_k, t, dt = _turned_wavenumbers(1/solid.layer_length)
+    U, V, W = _symbol(solid, k, s, s_minus_k)
+    c = (1 - solid.nu)/solid.mu
+    weights = np.array(((1j*U/c).real, (V/c).real, (1j*W/c).real, (1j*clamped(U, V, W)/c).real, (V/W).real))*dt/np.pi
+    values = np.empty((KERNELS, x.size))
+    level = np.exp(-t)/t @ dt      # taken off, it leaves -log(x) of the classical 1/t
+    for block in np.array_split(np.arange(x.size), 1 + x.size//256):
+        values[:, block] = weights @ np.exp(-np.outer(t, x[block]))
+    values[[0, 3]] -= level/np.pi
+    return values
+
+
+def _turned_wavenumbers(rate):
+    """k = i t on Gauss points, with s on the side reached from real k: arrays k, s, s - k, t and weights of t.
+
+    Below the branch point t = rate the points are in log t and then in the angle of t = rate sin(angle), above in
+    the hyperbolic angle of t = rate cosh(angle): the square root at the branch point is gone.
+    """
+    points, gauss = leggauss(GAUSS)
+    points, gauss = (points + 1)/2, gauss/2
+
+    def spread(breaks):
+        widths = np.diff(breaks)
+        return (breaks[:-1, None] + widths[:, None]*points).ravel(), (widths[:, None]*gauss).ravel()
+
+    low, high = 1e-3/FARTHEST, FAR_TAIL/NEAREST
+    logs, dlogs = spread(np.linspace(np.log(low), np.log(rate/2), 1 + max(1, int(np.log(rate/2/low)))))
+    # for weak coupling D turns within a distance of the order of rate^2 from the branch point
+    halvings = 0.25*0.5**np.arange(0, 4 + max(0, int(-2*np.log2(rate))))
+    angles, dangles = spread(np.concatenate((np.linspace(np.pi/6, np.pi/2 - 0.25, 5)[:-1], np.pi/2 - halvings, [np.pi/2])))
+    tops, dtops = spread(np.concatenate(([0.0], halvings[::-1], np.linspace(0.25, np.log(2*high/rate), 60)[1:])))
+    t = np.concatenate((np.exp(logs), rate*np.sin(angles), rate*np.cosh(tops)))
+    dt = np.concatenate((np.exp(logs)*dlogs, rate*np.cos(angles)*dangles, rate*np.sinh(tops)*dtops))
+    below = t.size - tops.size
+    s = np.concatenate((np.sqrt(rate**2 - np.exp(logs)**2), rate*np.cos(angles), 1j*rate*np.sinh(tops)))
+    s_minus_k = np.concatenate((s[:below] - 1j*t[:below], -1j*rate*np.exp(-tops)))
+    return 1j*t, s, s_minus_k, t, dt
