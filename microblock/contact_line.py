@@ -1,208 +1,39 @@
-"""Contact of a half-plane on its contact line alone: panels fitted to the zones of each corner.
+"""Contact of a half-plane on its contact line alone: the zones' edges, and the state on the panels fitted to them.
 
-A corner's pressure lives on intervals of the contact point x. It starts like the square root of the distance from
-its own edges, and has a square root on one side of the other corner's edges: panels break at all of them and run
-``x = e + h v^2`` from there. The unknown on a panel is ``q = p |dx/dv|`` at Gauss points v, where the gap of the
-corner is closed (collocation). At a free edge p must vanish; with ``p = K0/sqrt(r) + K1 sqrt(r)`` at a trial edge
-the solution has ``dK0_i/de_j = -delta_ij K1_i/2``, so that moving each edge outwards by ``2 K0/K1`` is Newton's
-method without a Jacobian.
+On trial zones the gaps of the corners in contact are closed at all Gauss points (collocation). At a free edge the
+pressure must vanish; with ``p = K0/sqrt(r) + K1 sqrt(r)`` at a trial edge the solution has ``dK0_i/de_j =
+-delta_ij K1_i/2``, so that moving each edge outwards by ``2 K0/K1`` is Newton's method without a Jacobian.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
+from numpy.polynomial.legendre import legvander
 
 from .errors import NotConverged
-from .halfplane import kernels
+from .panels import Line, Panels, gap_matrix, half_line, lagrange, make_panels, response, zone_edges
 
-NEAR = 1.0           # panel lengths within which the kernel's logarithm asks for a quadrature of its own
-CLUSTER = 8          # which puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
-GROWTH = 4.0         # of panels away from an edge
-FIRST = 1.0          # length of a panel at an edge, over ell
 EDGE_STEPS = 40      # of Newton's method for the edges
 LONGEST_MOVE = 0.4   # of an edge in one step, over the distance to its neighbour
-
-
-@dataclass(frozen=True)
-class Line:
-    """The problem on the line: solid, law and obstacle, in one place.
-
-    `mirror`: obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x >= 0 if
-    the law has one corner only.
-    """
-
-    solid: object
-    law: object
-    obstacle: object
-    mirror: bool = False
-
-    @property
-    def corners(self):
-        """Numbers of the corners that are computed."""
-        return range(1 if self.mirror else len(self.law.corners))
-
-    def lever(self, corner, x):
-        """Levers of (29) for corner numbers and abscissae of the same shape."""
-        if self.law.clamps_rotation:
-            return np.zeros(np.shape(x))
-        values = list(self.law.levers(np.asarray(x)).values())
-        return values[0] if len(values) == 1 else np.where(corner == 0, *values)
-
-    def initial_gap(self, corner, x):
-        """Initial gaps of the corners numbered `corner` at x, arrays (n,)."""
-        points = np.column_stack((x, np.zeros_like(x)))
-        normals = np.tile([0.0, 1.0], (len(x), 1))
-        values = list(self.law.initial_gaps(points, normals, self.solid.ell, self.obstacle).values())
-        return values[0] if len(values) == 1 else np.where(corner == 0, *values)
-
-    def kernel(self, distance, target, source):
-        """Gap of a corner with lever `target` under a unit force on one with lever `source` (length/force)."""
-        table = kernels(self.solid.nu, self.solid.beta, self.solid.curvature)
-        scaled, c = distance/self.solid.ell, (1 - self.solid.nu)/self.solid.mu
-        if self.law.clamps_rotation:
-            return c*table(scaled, (3,))[0]
-        if len(self.law.corners) == 1:
-            U, V = table(scaled, (0, 1)) if np.any(target) else (table(scaled, (0,))[0], 0.0)
-            return c*(U + target*V)
-        U, V, W = table(scaled)
-        return c*(U + target*source*W + (target - source)*V)
-
-
-@dataclass(frozen=True)
-class Panels:
-    """Panels of all corners: anchors e and signed lengths h, ``x = e + h v^2`` (root) or ``e + h v``, 0 <= v <= 1."""
-
-    corner: np.ndarray
-    e: np.ndarray
-    h: np.ndarray
-    root: np.ndarray
-    order: int
-
-    def x(self, panel, v):
-        """Abscissae at the parameters v of the panels numbered `panel`."""
-        return self.e[panel] + self.h[panel]*np.where(self.root[panel], v*v, v)
-
-    def slope(self, panel, v):
-        """|dx/dv|."""
-        return np.abs(self.h[panel])*np.where(self.root[panel], 2*v, 1.0)
-
-    def mirrored(self):
-        """The panels of the other corner by symmetry."""
-        return replace(self, corner=1 - self.corner, e=-self.e, h=-self.h)
-
-    @property
-    def points(self):
-        """Gauss points and weights of v on one panel."""
-        points, weights = leggauss(self.order)
-        return (points + 1)/2, weights/2
-
-
-def zone_edges(zones):
-    """All edges of {corner: ((left, right), ...)}, ascending."""
-    return sorted({edge for intervals in zones.values() for interval in intervals for edge in interval})
-
-
-def make_panels(line, zones, kinks, order):
-    """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at the kinks of the obstacle."""
-    rows, edges = [], zone_edges(zones)
-    if line.mirror:
-        edges += [-edge for edge in edges]
-    for corner, intervals in zones.items():
-        for left, right in intervals:
-            start = 0.0 if _half(line) else left
-            breaks = sorted({start, right, *(x for x in (*edges, *kinks) if start < x < right)})
-            for pair in zip(breaks, breaks[1:]):
-                roots = tuple(x in edges or x in kinks for x in pair)
-                rows += [(corner, *row) for row in _between(*pair, roots, FIRST*line.solid.ell)]
-    corner, e, h, root = zip(*rows)
-    return Panels(np.array(corner), np.array(e), np.array(h), np.array(root), order)
-
-
-def _half(line):
-    """Whether the one corner of a symmetric problem is computed on x >= 0 only."""
-    return line.mirror and len(line.law.corners) == 1
-
-
-def _between(left, right, roots, first):
-    """Panels between two breaks, growing away from those with a square root: (anchor, signed length, root)."""
-    if not any(roots):
-        return [(left, right - left, False)]
-    meet = (left + right)/2 if all(roots) else (left if roots[1] else right)
-    found = []
-    for end, sign, root in ((left, 1, roots[0]), (right, -1, roots[1])):
-        whole = abs(meet - end)
-        if not root:
-            continue
-        done, width = 0.0, first
-        while done < whole:
-            # no panel is left that is much shorter than its neighbour
-            if whole - done - width < width/2:
-                width = whole - done
-            found.append((end + sign*done, sign*width, done == 0.0))
-            done += width
-            width *= GROWTH if done > first else GROWTH - 1
-    return found
-
-
-def gap_matrix(line, panels, x, corner):
-    """Gaps of corners at x (arrays (n,)) from q at the Gauss points of the panels: array (n, m)."""
-    target = line.lever(corner, x)
-    matrix = _block(line, panels, x, target)
-    if line.mirror:
-        matrix = matrix + _block(line, panels.mirrored(), x, target)
-    return matrix
-
-
-def _block(line, panels, x, target):
-    points, weights = panels.points
-    panel = np.repeat(np.arange(len(panels.e)), panels.order)
-    v = np.tile(points, len(panels.e))
-    source = panels.x(panel, v)
-    lever = line.lever(panels.corner[panel], source)
-    matrix = line.kernel(x[:, None] - source, target[:, None], lever)*np.tile(weights, len(panels.e))
-    ends = np.sort(np.array((panels.e, panels.e + panels.h)), axis=0)
-    distance = np.maximum(ends[0] - x[:, None], x[:, None] - ends[1])
-    row, near = np.nonzero(distance < NEAR*np.abs(panels.h))
-    columns = near[:, None]*panels.order + np.arange(panels.order)
-    matrix[row[:, None], columns] = _near_rows(line, panels, x[row], target[row], near)
-    return matrix
-
-
-def _near_rows(line, panels, x, target, panel):
-    """Integrals of the kernel against the basis of a near panel: array (pairs, order).
-
-    The panel is cut at the parameter v0 nearest to the target, and ``v = v0 -+ length sigma^CLUSTER`` flattens
-    the logarithm on either side.
-    """
-    sigma, gauss = leggauss(2*panels.order + 8)
-    sigma, gauss = (sigma + 1)/2, gauss/2
-    flat, slope = sigma**CLUSTER, CLUSTER*sigma**(CLUSTER - 1)*gauss
-    along = np.clip((x - panels.e[panel])/panels.h[panel], 0, 1)
-    v0 = np.where(panels.root[panel], np.sqrt(along), along)[:, None]
-    sides = np.concatenate((-v0*flat, (1 - v0)*flat), axis=1)
-    v = v0 + sides
-    weights = np.concatenate((v0*slope, (1 - v0)*slope), axis=1)
-    h, root, panel = panels.h[panel][:, None], panels.root[panel][:, None], panel[:, None]
-    # x - x(v) without the cancellation near v0
-    difference = x[:, None] - panels.x(panel, v0) - h*np.where(root, sides*(v + v0), sides)
-    lever = line.lever(np.broadcast_to(panels.corner[panel], v.shape), panels.x(panel, v))
-    values = line.kernel(difference, target[:, None], lever)*weights
-    return np.einsum("ps,psj->pj", values, _lagrange(panels.points[0], v))
-
-
-def _lagrange(points, v):
-    """Lagrange polynomials of the points at v: array v.shape + (points,)."""
-    difference = points[:, None] - points + np.eye(len(points))
-    apart = v[..., None] - points
-    apart[np.abs(apart) < 1e-100] = 1e-100      # at a point itself its own term outweighs all others
-    terms = 1/(difference.prod(axis=1)*apart)
-    return terms/terms.sum(axis=-1, keepdims=True)
+LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
+VIOLATION = 1e-3     # of the gaps' and the pressure's size, beyond which a topology is refused
 
 
 @dataclass(frozen=True)
 class LineState:
-    """A state on fitted panels: q at the Gauss points, zones with their edges, and the approach (arbitrary level)."""
+    """A state on fitted panels.
+
+    Attributes
+    ----------
+    line : Line
+    load : float, resultant force per thickness
+    zones : {corner number: ((left, right), ...)} of the corners that are computed
+    panels, q : the unknowns, see `microblock.panels`
+    approach : float, up to the arbitrary level of a half-plane
+    fixed : edges that the obstacle's ends fix
+    iterations, edge_error : steps of Newton's method, and the last move of an edge over the width of the contact
+    """
 
     line: Line
     load: float
@@ -210,24 +41,118 @@ class LineState:
     panels: Panels
     q: np.ndarray
     approach: float
+    fixed: tuple
     iterations: int
     edge_error: float
+
+    @cached_property
+    def all_zones(self):
+        """{corner number: intervals} of all corners, also those known by symmetry."""
+        if not self.line.mirror or half_line(self.line):
+            return self.zones
+        return {0: self.zones[0], 1: tuple((-right, -left) for left, right in reversed(self.zones[0]))}
+
+    @cached_property
+    def edge_values(self):
+        """q that is left at the corner's own free edges, panel by panel: taken off before q is divided by dx/dv."""
+        basis = lagrange(self.panels.points[0], np.zeros(1))[0]
+        values = self.q.reshape(-1, self.panels.order) @ basis
+        own = [{edge for interval in self.zones[corner] for edge in interval} - set(self.fixed) for corner in self.panels.corner]
+        free = np.array([e in edges for e, edges in zip(self.panels.e, own)])
+        return np.where(self.panels.root & free, values, 0.0)
+
+    def pressure(self, corner, x):
+        """Pressure of a corner at x, array (n,)."""
+        x = np.asarray(x, float)
+        if half_line(self.line):
+            x = np.abs(x)
+        elif self.line.mirror and corner == 1:
+            return self.pressure(0, -x)
+        found = np.zeros_like(x)
+        for number in np.flatnonzero(self.panels.corner == corner):
+            e, h, root = (getattr(self.panels, name)[number] for name in ("e", "h", "root"))
+            along = (x - e)/h
+            here = (along >= 0) & (along <= 1) & (x != e)
+            v = np.sqrt(along[here]) if root else along[here]
+            q = lagrange(self.panels.points[0], v) @ self.q[number*self.panels.order:(number + 1)*self.panels.order]
+            found[here] = (q - self.edge_values[number])/self.panels.slope(number, v)
+        return found
+
+    @cached_property
+    def x(self):
+        """All Gauss points of the whole line, ascending, those of both corners once."""
+        x = self.panels.nodes[2]
+        return _distinct(np.concatenate((x, -x)) if self.line.mirror else x)
+
+    @cached_property
+    def weights(self):
+        """Weights at `x`: their sum with the pressure is the load."""
+        panel, v, x, gauss = self.panels.nodes
+        weights = gauss*self.panels.slope(panel, v)
+        if self.line.mirror:
+            x, weights = np.concatenate((x, -x)), np.tile(weights, 2)
+        found = np.zeros_like(self.x)
+        found[_places(self.x, x)] = weights
+        return found
+
+    @cached_property
+    def pressures(self):
+        """Pressure of each corner at `x`, array (corners, n)."""
+        panel, v, x, _ = self.panels.nodes
+        p = (self.q - self.edge_values[panel])/self.panels.slope(panel, v)
+        found = np.zeros((len(self.line.law.corners), len(self.x)))
+        found[self.panels.corner[panel], _places(self.x, x)] = p
+        if self.line.mirror:
+            found = found + found[::-1, ::-1]
+        return found
+
+    @cached_property
+    def micromoment(self):
+        """M of (29) at `x`; where psi is prescribed, the reaction to it."""
+        if self.line.law.clamps_rotation:
+            return response(self.line, self.panels, self.x, 0*self.x, self.line.clamping_kernel) @ self.q
+        levers = [self.line.lever(np.full(len(self.x), corner), self.x) for corner in range(len(self.pressures))]
+        return self.line.solid.ell/2*np.sum(levers*self.pressures, axis=0)
+
+    @cached_property
+    def psi(self):
+        """Microrotation at `x`."""
+        return self.rotation(self.x)
+
+    def rotation(self, x):
+        """Microrotation of the surface at x, array (n,)."""
+        if self.line.law.clamps_rotation:
+            return np.zeros_like(x)
+        sunk, turned = (response(self.line, self.panels, x, np.full_like(x, lever), self.line.kernel) @ self.q
+                        for lever in (0.0, 1.0))
+        return 2/self.line.solid.ell*(turned - sunk)
+
+    def gaps(self, corner, x):
+        """Gaps of a corner at x, array (n,)."""
+        numbers = np.full(len(x), corner)
+        return (self.line.initial_gap(numbers, x) - self.approach
+                + gap_matrix(self.line, self.panels, x, numbers) @ self.q)
+
+    @cached_property
+    def energy(self):
+        """Elastic energy, up to the arbitrary level: half the work of the corner forces."""
+        numbers = np.arange(len(self.pressures))
+        sunk = [self.approach - self.line.initial_gap(np.full(len(self.x), number), self.x) for number in numbers]
+        work = np.where(self.pressures != 0, self.pressures*np.where(np.isfinite(sunk), sunk, 0.0), 0.0)
+        return float(np.sum(work @ self.weights)/2)
 
 
 def solve_zones(line, panels, load):
     """q and approach with the gaps closed on given zones: arrays (m,) and a float."""
-    points, weights = panels.points
-    panel = np.repeat(np.arange(len(panels.e)), panels.order)
-    v = np.tile(points, len(panels.e))
-    x = panels.x(panel, v)
+    panel, _, x, weights = panels.nodes
     count, sides = len(x), 2 if line.mirror else 1
     system = np.zeros((count + 1, count + 1))
     system[:count, :count] = gap_matrix(line, panels, x, panels.corner[panel])
     system[:count, count] = -1.0
-    system[count, :count] = sides*np.tile(weights, len(panels.e))
+    system[count, :count] = sides*weights
     right = np.append(-line.initial_gap(panels.corner[panel], x), load)
     solution = np.linalg.solve(system, right)
-    return solution[:-1], solution[-1]
+    return solution[:-1], float(solution[-1])
 
 
 def edge_coefficients(panels, q):
@@ -235,7 +160,11 @@ def edge_coefficients(panels, q):
 
     side is +1 where the panel lies right of its anchor.
     """
-    basis = np.linalg.inv(np.vander(panels.points[0], panels.order, increasing=True))[[0, 2]]
+    # Legendre series by the Gauss rule itself; value and half the second derivative at v = 0
+    points, weights = panels.points
+    k = np.arange(panels.order)
+    series = (2*k + 1)[:, None]*legvander(2*points - 1, panels.order - 1).T*weights
+    basis = np.array(((-1.0)**k, (-1.0)**k*(k - 1)*k*(k + 1)*(k + 2)/4)) @ series
     found = {}
     for number in np.flatnonzero(panels.root):
         constant, quadratic = basis @ q[number*panels.order:(number + 1)*panels.order]
@@ -267,7 +196,7 @@ def fit(line, load, zones, *, order, tolerance, kinks=(), fixed=()):
         q, approach = solve_zones(line, panels, load)
         moved, step = _moved(line, zones, edge_coefficients(panels, q), fixed)
         if step <= tolerance:
-            return LineState(line, load, zones, panels, q, approach, iteration + 1, step)
+            return LineState(line, load, zones, panels, q, approach, tuple(fixed), iteration + 1, step)
         zones = moved
     raise NotConverged(f"edges of the zones still moving by {step:.1e} of the contact width at load {load:g}",
                        iterations=EDGE_STEPS)
@@ -291,7 +220,7 @@ def _moved_edge(corner, interval, side, coefficients, edges, fixed, line):
     edge = interval[0] if side == 1 else interval[1]
     if edge in fixed:
         return edge
-    if _half(line) and side == 1:
+    if half_line(line) and side == 1:
         return -_moved_edge(corner, interval, -1, coefficients, edges, fixed, line)
     K0, K1 = coefficients[corner, float(edge), side]
     if not K1 > 0:
@@ -299,3 +228,49 @@ def _moved_edge(corner, interval, side, coefficients, edges, fixed, line):
     others = [abs(edge - other) for other in edges if other != edge]
     reach = LONGEST_MOVE*min(others)
     return edge - side*float(np.clip(2*K0/K1, -reach, reach))
+
+
+def check(state):
+    """Raise NotConverged if a corner is pressed in, or pulled, anywhere: then the topology is another one."""
+    largest = state.pressures.max()
+    if state.pressures.min() < -VIOLATION*largest:
+        raise NotConverged(f"negative pressure within the zones at load {state.load:g}")
+    edges = np.array(zone_edges(state.all_zones))
+    width = edges[-1] - edges[0]
+    steps = width*0.5*(np.arange(1, LOOKOUTS + 1)/LOOKOUTS)**3
+    x = np.unique(np.concatenate([edge + sign*steps for edge in edges for sign in (1, -1)]))
+    size = np.ptp(state.line.initial_gap(np.zeros(len(edges), int), edges)[np.isfinite(edges)]) or width
+    for corner in state.line.corners:
+        outside = np.all([(x < left) | (x > right) for left, right in state.zones[corner]], axis=0)
+        places = x[outside]
+        if half_line(state.line):
+            places = places[places >= 0]
+        gaps = state.gaps(corner, places)
+        if len(gaps) and np.min(gaps) < -VIOLATION*size:
+            place = places[np.argmin(gaps)]
+            raise NotConverged(f"corner {state.line.law.corners[corner]} would be pressed in at x = {place:g}")
+
+
+def difference(coarse, fine):
+    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, between two states of one scene."""
+    x, weights, ell = fine.x, fine.weights, fine.line.solid.ell
+    p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
+    if fine.line.law.clamps_rotation:
+        moment = np.zeros_like(x)
+    else:
+        levers = [fine.line.lever(np.full(len(x), corner), x) for corner in range(len(p))]
+        moment = (ell/2*np.sum(levers*p, axis=0) - fine.micromoment)/ell
+    total = fine.pressures.sum(axis=0)
+    errors = (weights @ (p.sum(axis=0) - total)**2, weights @ moment**2)
+    return float(np.sqrt(max(errors)/(weights @ total**2)))
+
+
+def _distinct(x):
+    x = np.sort(x)
+    return x[np.concatenate(([True], np.diff(x) > 1e-13*(x[-1] - x[0])))]
+
+
+def _places(sorted_x, x):
+    """Indices of x in sorted_x, up to rounding."""
+    right = np.clip(np.searchsorted(sorted_x, x), 1, len(sorted_x) - 1)
+    return np.where(np.abs(sorted_x[right - 1] - x) < np.abs(sorted_x[right] - x), right - 1, right)

@@ -12,7 +12,7 @@ ROOT = Path(microblock.__file__).parent
 MAY_IMPORT = {
     "errors": set(), "material": set(), "obstacles": set(), "meshes": set(), "references": set(), "observables": set(),
     "plots": set(), "adapt": set(), "study": {"__init__"}, "law": {"obstacles"}, "body": {"material"},
-    "compliance": set(), "halfplane": {"compliance", "material"}, "contact_line": {"halfplane", "law"},
+    "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane"}, "contact_line": {"panels"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
 }
 
