@@ -151,7 +151,10 @@ def solve_zones(line, panels, load):
     system[:count, count] = -1.0
     system[count, :count] = sides*weights
     right = np.append(-line.initial_gap(panels.corner[panel], x), load)
-    solution = np.linalg.solve(system, right)
+    try:
+        solution = np.linalg.solve(system, right)
+    except np.linalg.LinAlgError as failure:
+        raise NotConverged(f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} at load {load:g}") from failure
     return solution[:-1], float(solution[-1])
 
 

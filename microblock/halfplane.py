@@ -30,6 +30,13 @@ KERNELS, ODD = 5, (1, 4)
 FAR_TAIL = 40.0                     # exp(-40) is nothing
 
 
+@lru_cache(maxsize=64)
+def gauss_rule(order):
+    """Gauss points and weights on [0, 1]."""
+    points, weights = leggauss(order)
+    return (points + 1)/2, weights/2
+
+
 def symbol(solid, k):
     """U, V, W at the wavenumbers k > 0 (array (n,)): array (3, n) of lengths per stress, see above."""
     k = np.asarray(k, float)
@@ -126,12 +133,11 @@ class HalfPlane:
         """Kernels (length/force) averaged over a cell at the distances 0, 1, ... cells: array (KERNELS, count)."""
         solid = self.solid
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu)/solid.mu
-        points, gauss = leggauss(24)
-        spread = np.arange(count)[:, None] + points/2
-        averages = table(spread*width/solid.ell, range(KERNELS)) @ (gauss/2)
+        points, gauss = gauss_rule(24)
+        spread = np.arange(count)[:, None] + points - 0.5
+        averages = table(spread*width/solid.ell, range(KERNELS)) @ gauss
         # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
-        sigma = (points + 1)/2
-        averages[:, 0] = table(sigma**8*width/2/solid.ell, range(KERNELS)) @ (gauss/2*8*sigma**7)
+        averages[:, 0] = table(points**8*width/2/solid.ell, range(KERNELS)) @ (gauss*8*points**7)
         averages[list(ODD), 0] = 0
         return c*averages
 
@@ -162,8 +168,7 @@ def _turned_wavenumbers(rate):
     Below the branch point t = rate the points are in log t and then in the angle of t = rate sin(angle), above in
     the hyperbolic angle of t = rate cosh(angle): the square root at the branch point is gone.
     """
-    points, gauss = leggauss(GAUSS)
-    points, gauss = (points + 1)/2, gauss/2
+    points, gauss = gauss_rule(GAUSS)
 
     def spread(breaks):
         widths = np.diff(breaks)

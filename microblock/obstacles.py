@@ -1,7 +1,8 @@
 """Rigid obstacles: their height over the plane x2 = 0, and the gap that they leave to a point.
 
 An obstacle's ``height(x)`` takes an array of x1 and returns x2 of its lower surface, ``inf``
-where there is no obstacle. It approaches along -e2. Any callable height serves as well.
+where there is no obstacle. It approaches along -e2. Any callable height serves as well. `kinks` are
+the abscissae at which the slope jumps, `ends` those beyond which there is no obstacle.
 """
 
 from dataclasses import dataclass
@@ -48,6 +49,8 @@ class Wedge:
 
     slope: float
 
+    kinks = (0.0,)
+
     def __post_init__(self):
         require_finite(slope=self.slope)
         if not self.slope > 0:
@@ -63,6 +66,10 @@ class Punch:
 
     half_width: float
     tilt: float = 0.0
+
+    @property
+    def ends(self):
+        return -self.half_width, self.half_width
 
     def __post_init__(self):
         require_finite(half_width=self.half_width, tilt=self.tilt)
@@ -83,6 +90,14 @@ class Profile:
 
     x: np.ndarray
     z: np.ndarray
+
+    @property
+    def kinks(self):
+        return tuple(self.x[1:-1])
+
+    @property
+    def ends(self):
+        return self.x[0], self.x[-1]
 
     def __post_init__(self):
         x, z = np.asarray(self.x, float), np.asarray(self.z, float)

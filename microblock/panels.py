@@ -8,13 +8,12 @@ run ``x = e + h v^2`` from there. The unknown on a panel is ``q = p |dx/dv|`` at
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
-
-from .halfplane import kernels
+from .halfplane import gauss_rule, kernels
 
 NEAR = 1.0           # panel lengths within which the kernel's logarithm asks for a quadrature of its own
 CLUSTER = 8          # which puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
 GROWTH = 4.0         # of panels away from an edge
+SLIVER = 1e-9        # of a length, that rounding may leave of it
 FIRST = 1.0          # length of a panel at an edge, over ell
 
 
@@ -94,8 +93,7 @@ class Panels:
     @property
     def points(self):
         """Gauss points and weights of v on one panel."""
-        points, weights = leggauss(self.order)
-        return (points + 1)/2, weights/2
+        return gauss_rule(self.order)
 
     @property
     def nodes(self):
@@ -121,7 +119,8 @@ def make_panels(line, zones, kinks, order):
             breaks = sorted({start, right, *(x for x in (*edges, *kinks) if start < x < right)})
             for pair in zip(breaks, breaks[1:]):
                 roots = tuple(x in edges or x in kinks for x in pair)
-                rows += [(corner, *row) for row in _between(*pair, roots, FIRST*line.solid.ell)]
+                first = tuple(min([FIRST*line.solid.ell, *(abs(x - edge) for edge in edges if edge != x)]) for x in pair)
+                rows += [(corner, *row) for row in _between(*pair, roots, first)]
     corner, e, h, root = zip(*rows)
     return Panels(np.array(corner), np.array(e), np.array(h), np.array(root), order)
 
@@ -132,23 +131,25 @@ def half_line(line):
 
 
 def _between(left, right, roots, first):
-    """Panels between two breaks, growing away from those with a square root: (anchor, signed length, root)."""
+    """Panels between two breaks, growing away from those with a square root: (anchor, signed length, root).
+
+    The first at a break is as long as `first` says: no longer than ell, nor than the way to the next edge.
+    """
     if not any(roots):
         return [(left, right - left, False)]
     meet = (left + right)/2 if all(roots) else (left if roots[1] else right)
     found = []
-    for end, sign, root in ((left, 1, roots[0]), (right, -1, roots[1])):
-        whole = abs(meet - end)
+    for end, sign, root, width in ((left, 1, roots[0], first[0]), (right, -1, roots[1], first[1])):
         if not root:
             continue
-        done, width = 0.0, first
-        while done < whole:
+        whole, done, start = abs(meet - end), 0.0, width
+        while whole - done > SLIVER*whole:
             # no panel is left that is much shorter than its neighbour
             if whole - done - width < width/2:
                 width = whole - done
             found.append((end + sign*done, sign*width, done == 0.0))
             done += width
-            width *= GROWTH if done > first else GROWTH - 1
+            width *= GROWTH if done > start else GROWTH - 1
     return found
 
 
@@ -183,8 +184,7 @@ def _near_rows(line, panels, x, target, panel, kernel):
     The panel is cut at the parameter v0 nearest to the target, and ``v = v0 -+ length sigma^CLUSTER`` flattens
     the logarithm on either side.
     """
-    sigma, gauss = leggauss(2*panels.order + 8)
-    sigma, gauss = (sigma + 1)/2, gauss/2
+    sigma, gauss = gauss_rule(2*panels.order + 8)
     flat, slope = sigma**CLUSTER, CLUSTER*sigma**(CLUSTER - 1)*gauss
     along = np.clip((x - panels.e[panel])/panels.h[panel], 0, 1)
     v0 = np.where(panels.root[panel], np.sqrt(along), along)[:, None]
