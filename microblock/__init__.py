@@ -12,6 +12,7 @@ _ROOMS = {
     "Plane": "obstacles", "Cylinder": "obstacles", "Wedge": "obstacles", "Punch": "obstacles",
     "Profile": "obstacles",
     "Microblock": "law", "Unilateral": "law", "Microclamped": "law",
+    "HalfPlane": "halfplane", "Compliance": "compliance", "Contact": "scene",
     "Body": "body", "Loads": "body", "Fields": "body",
     "ContactFacets": "facets",
     "Newton": "newton", "State": "newton", "Event": "newton", "load_path": "newton",
