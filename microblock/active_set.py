@@ -14,19 +14,22 @@ Free approach. Let corner r be closed. Then g_r = 0 gives d, c.f = P gives f_r, 
 
 in which H + tau c c^T leaves K and q as they are: the rigid level of H touches no force. K is positive definite
 if and only if H is on zero-sum vectors, so a P-matrix, and (b) has one solution. If it has f_r >= 0 it solves (a). If
-f_r < 0 corner r is open in (a), as a state with it closed would be a second solution of (b); it is dropped for good and
-the largest force becomes r. So at most m problems (b) give (a). With d prescribed (a) itself is (b), K = H, q = g0 - c d.
+f_r < 0 corner r is open in (a), as a state with it closed would be a second solution of (b); it is dropped for good
+and the largest force becomes r. So at most m problems (b) give (a). With d prescribed (a) itself is (b), with K = H
+and q = g0 - c d.
 
 Safeguard. Problem (b) with a P-matrix is what the proof covers. Block pivoting exchanges all corners with z or w < 0;
 when PATIENCE exchanges bring no fewer of them, the first such corner alone is exchanged until there are fewer
-(Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Portugal, Judice and Vicente, Math. Comp. 63 (1994) 625). Exchanging
-the first one ends for every P-matrix and q, degenerate or not (Murty, Opsearch 11 (1974) 123; Kostreva, Linear Algebra
-Appl. 21 (1978) 207; Rohn, Math. Program. 46 (1990) 255), by induction: the last corner moves only when the others are solved with it fixed. Were it to move
-back, the two solutions x, y would have (x - y)_i (K (x - y))_i <= 0 for all i, which no P-matrix allows.
+(Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Portugal, Judice and Vicente, Math. Comp. 63 (1994) 625).
+Exchanging the first one ends for every P-matrix and q, degenerate or not (Murty, Opsearch 11 (1974) 123; Kostreva,
+Linear Algebra Appl. 21 (1978) 207; Rohn, Math. Program. 46 (1990) 255), by induction: the last corner moves only when
+the others are solved with it fixed. Were it to move back, the two solutions x, y would have
+(x - y)_i (K (x - y))_i <= 0 for all i, which no P-matrix allows. All this in exact arithmetic; against rounding stands
+a budget of pivots.
 
 Duplicated rows make H semidefinite. H + D is what is solved, D a diagonal just above rounding, and the forces found,
 f', shift the gaps to g0 - D f' for the next solve (proximal point method, Rockafellar, SIAM J. Control Optim. 14 (1976)
-877). What a solve leaves in (a) is D (f - f'); forces that (a) leaves open are shared by the duplicates.
+877). What a solve leaves in (a) is D (f - f'). Duplicates share their force, evenly to 1e-16/D or so.
 """
 
 from collections import Counter
@@ -40,8 +43,8 @@ from .errors import BadArgument, NotConverged, require_finite
 ROUNDING = 1e-14           # relative to its own terms, some rounding errors: below it a sign means nothing
 ROUNDED = 1e-15            # relative residual that no refinement improves
 ACCEPTED = 1e-11           # relative residual at which a state counts as solved
-REGULARISATION = (1e-12, 1e-10, 1e-8)      # D over the largest entry of the row: the first above the rounding of H and
-                                           # of the factorisation, m 1e-16; the others for compliances less well computed
+REGULARISATION = (1e-12, 1e-10, 1e-8)      # D over the largest entry of the row: above the rounding of H and of its
+                                           # factors, m 1e-16; the others for compliances computed less well
 REFINEMENTS = 30           # solves of the proximal point method; 2 or 3 do unless H is nearly singular
 PATIENCE = 5               # block exchanges without progress before single ones; 3 to 10 in the literature
 SYMMETRY = 1e-8            # of the largest entry: a compliance off by more was put together wrongly
@@ -147,14 +150,21 @@ def path(H, g0, loads, *, c=None):
     """
     loads = _loads(loads, "loads")
     problem = _problem(H, g0, c, free=True)
+    pieces = []
+    try:
+        for piece in _pieces(problem, loads[-1]):
+            pieces.append(piece)
+    except (NotConverged, np.linalg.LinAlgError) as failure:
+        reached = pieces[-1][0] if pieces else 0.0
+        raise NotConverged(f"path stopped at load {reached:g} on the way to {loads[-1]:g}: {failure}; ask for smaller "
+                           "loads, or for single states", reached=reached) from failure
     states, events, before = [], [], np.zeros(len(problem.touch), bool)
-    pieces = _pieces(problem, loads[-1])
-    load, approach, closed = next(pieces)
-    for begin, ahead, following in [*pieces, (np.inf, None, None)]:
+    ends = [load for load, _, _ in pieces[1:]] + [np.inf]
+    for (load, approach, closed), end in zip(pieces, ends, strict=True):
         events += [Event(load, approach, int(problem.touch[i]), "closes" if closed[i] else "opens")
                    for i in np.flatnonzero(closed != before)]
-        states += [_state(problem, closed, load=asked) for asked in loads if load <= asked < begin]
-        before, load, approach, closed = closed, begin, ahead, following
+        states += [_state(problem, closed, load=asked) for asked in loads if load <= asked < end]
+        before = closed
     return Path(states, events)
 
 
@@ -304,8 +314,8 @@ def _pivoting(K, q, closed, steps, patience=PATIENCE):
         else:
             closed[np.argmax(wrong)] ^= True
             steps["single"] += 1
-    raise NotConverged(f"contact set of {len(q)} corners still changing after {budget} pivots, at best {fewest} corners "
-                       "wrong; start from a state at a nearby load, or follow the path", iterations=budget)
+    raise NotConverged(f"contact set of {len(q)} corners still changing after {budget} pivots, at best {fewest} "
+                       "corners wrong; start from a state at a nearby load, or follow the path", iterations=budget)
 
 
 def _complementary(K, q, closed):
@@ -328,18 +338,19 @@ def _pieces(problem, last):
     closed[tied] = _at_load(H[np.ix_(tied, tied)], np.zeros(tied.sum()), 1.0, closed[tied], steps, {})[1]
     tableau = _tableau(H, g0, closed)
     terms = np.abs(H).max(axis=1)
-    for _ in range(1000 + 50*len(g0)):
+    budget = 1000 + 50*len(g0)      # far above what is met, one or two for each corner
+    for _ in range(budget):
         yield load, float(tableau[-1, -2] + load*tableau[-1, -1]), closed
         start, slope = tableau[:-1, -2:].T
         # corners just sorted have slopes >= 0: they do not end this piece
         falling = (slope < 0) & ~tied
         ends = np.divide(-start, slope, out=np.full(len(g0), np.inf), where=falling)
-        end = max(ends.min(), load)
+        end = max(float(ends.min()), load)
         if end > last:
             return
-        rounding = ROUNDING*np.where(closed, end, np.abs(g0 - g0.min()) + terms*end)
-        now = start + slope*end <= np.maximum(TIE*(np.abs(start) + np.abs(slope)*end), rounding)
-        tied = now | (ends <= end) | (tied & (end <= load*(1 + TIE)))
+        rounding = ROUNDING*np.where(closed, end, g0 - g0.min() + terms*end)
+        nothing = start + slope*end <= np.maximum(TIE*(np.abs(start) + np.abs(slope)*end), rounding)
+        tied = nothing | (ends <= end) | (tied & (end <= load*(1 + TIE)))      # one load, one growing tie: no cycle
         load = end
         flip = np.flatnonzero(tied)
         flip = flip[_pivoting(tableau[np.ix_(flip, flip)], slope[flip], np.zeros(len(flip), bool), steps)[1]]
@@ -350,8 +361,7 @@ def _pieces(problem, last):
             _exchange(tableau, flip)
         else:
             tableau, updates = _tableau(H, g0, closed), 0
-    raise NotConverged(f"path still changing at load {load:g} after {1000 + 50*len(g0)} events; ask for smaller loads, "
-                       "or for single states", reached=load)
+    raise NotConverged(f"contact set still changing after {budget} events")
 
 
 def _tableau(H, g0, closed):

@@ -12,10 +12,14 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from .errors import NotConverged
+from .halfplane import coalescence_exponent
 from .panels import Line, Panels, gap_matrix, half_line, lagrange, make_panels, response, zone_edges
 
 EDGE_STEPS = 40      # of Newton's method for the edges
 LONGEST_MOVE = 0.4   # of an edge in one step, over the distance to its neighbour
+OUTER_STEP = 1e-7    # of an edge that is not asked for: its square is left
+INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over ell, extrapolated to coalescence
+MERGED = 0.1         # of the tolerance, times the width: the least way to the next edge that is resolved
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
 VIOLATION = 1e-3     # of the gaps' and the pressure's size, beyond which a topology is refused
 
@@ -32,7 +36,7 @@ class LineState:
     panels, q : the unknowns, see `microblock.panels`
     approach : float, up to the arbitrary level of a half-plane
     fixed : edges that the obstacle's ends fix
-    iterations, edge_error : steps of Newton's method, and the last move of an edge over the width of the contact
+    iterations, edge_error : steps of Newton's method, and the last step of an edge over the way to the next
     """
 
     line: Line
@@ -143,19 +147,20 @@ class LineState:
 
 
 def solve_zones(line, panels, load):
-    """q and approach with the gaps closed on given zones: arrays (m,) and a float."""
+    """q and approach with the gaps closed on given zones: an array (m,) and a float, or (m, n) and (n,) for n loads."""
     panel, _, x, weights = panels.nodes
     count, sides = len(x), 2 if line.mirror else 1
     system = np.zeros((count + 1, count + 1))
     system[:count, :count] = gap_matrix(line, panels, x, panels.corner[panel])
     system[:count, count] = -1.0
     system[count, :count] = sides*weights
-    right = np.append(-line.initial_gap(panels.corner[panel], x), load)
+    gaps = -line.initial_gap(panels.corner[panel], x)
+    right = np.append(gaps, load) if np.isscalar(load) else np.vstack((np.tile(gaps, (len(load), 1)).T, load))
     try:
         solution = np.linalg.solve(system, right)
     except np.linalg.LinAlgError as failure:
         raise NotConverged(f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} at load {load:g}") from failure
-    return solution[:-1], float(solution[-1])
+    return solution[:-1], solution[-1]
 
 
 def edge_coefficients(panels, q):
@@ -186,7 +191,7 @@ def fit(line, load, zones, *, order, tolerance, kinks=(), fixed=()):
     load : float, resultant force per thickness
     zones : {corner number: ((left, right), ...)}
     order : Gauss points on a panel
-    tolerance : of the edges, relative to the width of the contact
+    tolerance : of the edges' last step, relative to the way to the next edge
     kinks, fixed : abscissae at which the obstacle has a kink, and where its end fixes an edge
 
     Raises
@@ -197,61 +202,112 @@ def fit(line, load, zones, *, order, tolerance, kinks=(), fixed=()):
     for iteration in range(EDGE_STEPS):
         panels = make_panels(line, zones, kinks, order)
         q, approach = solve_zones(line, panels, load)
-        moved, step = _moved(line, zones, edge_coefficients(panels, q), fixed)
+        moved, step = _moved(line, zones, edge_coefficients(panels, q), fixed, tolerance)
         if step <= tolerance:
-            return LineState(line, load, zones, panels, q, approach, tuple(fixed), iteration + 1, step)
+            return LineState(line, load, zones, panels, q, float(approach), tuple(fixed), iteration + 1, step)
         zones = moved
-    raise NotConverged(f"edges of the zones still moving by {step:.1e} of the contact width at load {load:g}",
+    raise NotConverged(f"edges of the zones still moving by {step:.1e} of the way to the next at load {load:g}",
                        iterations=EDGE_STEPS)
 
 
-def _moved(line, zones, coefficients, fixed):
-    """Zones with each free edge moved by 2 K0/K1, and the largest move over the width of the contact."""
+def _moved(line, zones, coefficients, fixed, tolerance):
+    """Zones with each free edge moved by 2 K0/K1, and the largest such step over the way to the next edge.
+
+    Edges nearer than a fraction of tolerance^2 of the width are as good as one: next to coalescence neither side of it
+    can be told from the other.
+    """
     edges = zone_edges(zones)
     edges = sorted({*edges, *(-edge for edge in edges)}) if line.mirror else edges
-    width, largest, moved = edges[-1] - edges[0], 0.0, {}
+    moved, steps, least = {}, [0.0], MERGED*tolerance*(edges[-1] - edges[0])
     for corner, intervals in zones.items():
-        moved[corner] = tuple(tuple(sorted(_moved_edge(corner, interval, side, coefficients, edges, fixed, line)
-                                           for side in (1, -1))) for interval in intervals)
-        for old, new in zip(intervals, moved[corner]):
-            largest = max(largest, abs(old[0] - new[0])/width, abs(old[1] - new[1])/width)
-    return moved, largest
+        new = []
+        for left, right in intervals:
+            right_step = _step(corner, right, -1, coefficients, fixed)
+            left_step = right_step if half_line(line) else _step(corner, left, 1, coefficients, fixed)
+            pair = []
+            for edge, step in ((left, -left_step), (right, right_step)):
+                way = min(abs(edge - other) for other in edges if other != edge)
+                steps.append(abs(step)/max(way, least))
+                pair.append(edge + float(np.clip(step, -LONGEST_MOVE*way, LONGEST_MOVE*way)))
+            new.append(tuple(pair))
+        moved[corner] = tuple(new)
+    return moved, max(steps)
 
 
-def _moved_edge(corner, interval, side, coefficients, edges, fixed, line):
-    """One edge after the step: left (side 1) or right (side -1) of its interval."""
-    edge = interval[0] if side == 1 else interval[1]
+def _step(corner, edge, side, coefficients, fixed):
+    """Outward step of one edge: left (side 1) or right (side -1) of its interval; infinite where K1 has no say."""
     if edge in fixed:
-        return edge
-    if half_line(line) and side == 1:
-        return -_moved_edge(corner, interval, -1, coefficients, edges, fixed, line)
+        return 0.0
     K0, K1 = coefficients[corner, float(edge), side]
-    if not K1 > 0:
-        raise NotConverged(f"the pressure is negative at the edge x = {edge:g}: another topology of the zones")
-    others = [abs(edge - other) for other in edges if other != edge]
-    reach = LONGEST_MOVE*min(others)
-    return edge - side*float(np.clip(2*K0/K1, -reach, reach))
+    return 2*K0/K1 if K1 > 0 else np.copysign(np.inf, K0)
+
+
+def load_at_inner_edge(line, inner, outer, order):
+    """Load at which two symmetric zones of partial contact are `inner` from the axis: (load, outer edge).
+
+    The inner edge of corner A is prescribed (> 0 leaves a gap, < 0 an overlap) and the load is free: both
+    coefficients K0 are affine in it. `outer` is a first guess.
+    """
+    for _ in range(EDGE_STEPS):
+        panels = make_panels(line, {0: ((inner, outer),)}, (), order)
+        first, second = (edge_coefficients(panels, q) for q in solve_zones(line, panels, (1.0, 2.0))[0].T)
+        at = (0, float(inner), 1)
+        load = 1 + first[at][0]/(first[at][0] - second[at][0])
+        at = (0, float(outer), -1)
+        K0, K1 = (first[at][i]*(2 - load) + second[at][i]*(load - 1) for i in (0, 1))
+        step = 2*K0/K1
+        if abs(step) < OUTER_STEP*outer:
+            return load, outer
+        outer += float(np.clip(step, -LONGEST_MOVE*outer, LONGEST_MOVE*outer))
+    raise NotConverged(f"the outer edge still moves by {step:.1e} at the inner edge {inner:g}", iterations=EDGE_STEPS)
+
+
+def coalescence(line, outer, order=14):
+    """Load at which two symmetric zones of partial contact touch: (load, its error).
+
+    With the inner edge at the distance b the load misses it by b^(2 s) and b^(4 s), where p ~ x^s at coalescence
+    (`halfplane.coalescence_exponent`): two Richardson steps on shrinking b, from the side of a gap and from that of an
+    overlap. The error is the larger of the last correction and the distance of the two sides.
+    """
+    exponent = coalescence_exponent(line.solid)
+    limits, corrections = [], []
+    for side in (1, -1):
+        column = []
+        for digits in INNER_EDGES:
+            load, outer = load_at_inner_edge(line, side*line.solid.ell*10.0**-digits, outer, order)
+            column.append(load)
+        for power in (2, 4):
+            ratio = 10.0**(-power*exponent*(INNER_EDGES[1] - INNER_EDGES[0]))
+            column = [(fine - ratio*coarse)/(1 - ratio) for coarse, fine in zip(column, column[1:])]
+        limits.append(column[-1])
+        corrections.append(abs(column[-1] - column[-2]))
+    return sum(limits)/2, max(*corrections, abs(limits[0] - limits[1]))
 
 
 def check(state):
     """Raise NotConverged if a corner is pressed in, or pulled, anywhere: then the topology is another one."""
-    largest = state.pressures.max()
-    if state.pressures.min() < -VIOLATION*largest:
-        raise NotConverged(f"negative pressure within the zones at load {state.load:g}")
+    if violation(state) > VIOLATION:
+        raise NotConverged(f"corners would be pressed in, or pulled, on these zones at load {state.load:g}")
+
+
+def violation(state):
+    """Largest violation of (26): pull over the largest pressure, overlap over the size of the gaps, load."""
+    total = state.weights @ state.pressures.sum(axis=0)
+    found = [abs(total/state.load - 1), -state.pressures.min()/state.pressures.max()]
     edges = np.array(zone_edges(state.all_zones))
     width = edges[-1] - edges[0]
     steps = width*0.5*(np.arange(1, LOOKOUTS + 1)/LOOKOUTS)**3
     x = np.unique(np.concatenate([edge + sign*steps for edge in edges for sign in (1, -1)]))
-    size = np.ptp(state.line.initial_gap(np.zeros(len(edges), int), edges)[np.isfinite(edges)]) or width
+    heights = state.line.initial_gap(np.zeros(len(x), int), x)
+    size = np.ptp(heights[np.isfinite(heights)]) or width
     for corner in state.line.corners:
-        outside = np.all([(x < left) | (x > right) for left, right in state.zones[corner]], axis=0)
-        places = x[outside]
-        if half_line(state.line):
-            places = places[places >= 0]
-        gaps = state.gaps(corner, places)
-        if len(gaps) and np.min(gaps) < -VIOLATION*size:
-            place = places[np.argmin(gaps)]
-            raise NotConverged(f"corner {state.line.law.corners[corner]} would be pressed in at x = {place:g}")
+        outside = np.ones(len(x), bool)
+        for left, right in state.zones[corner]:
+            outside &= (x < left) | (x > right)
+        places = x[outside & (x >= 0)] if half_line(state.line) else x[outside]
+        if len(places):
+            found.append(-float(state.gaps(corner, places).min())/size)
+    return float(max(0.0, *found))
 
 
 def difference(coarse, fine):

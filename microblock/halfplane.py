@@ -61,6 +61,16 @@ def clamped(U, V, W):
     return U - V**2/W
 
 
+def coalescence_exponent(solid):
+    """s of p ~ x^s at the axis when two zones of partial contact touch there.
+
+    ``cos(pi s) = (c_u - c_phi)/(c_u + c_phi)`` with the limits of k U and k W for k -> infinity (docs/theory.md).
+    """
+    sinking = 1/(1 + (1 - solid.nu)*solid.beta)
+    turning = 1/(4*solid.curvature*(1 - solid.nu))
+    return float(np.arccos((sinking - turning)/(sinking + turning))/np.pi)
+
+
 class Kernels:
     """The responses on the line to a unit line load, over c = (1 - nu)/mu.
 

@@ -38,3 +38,71 @@ def relative_error(values, reference, weights, scale):
     if size > NEGLIGIBLE*scale:
         return error/size
     return 0.0 if error <= NEGLIGIBLE*scale else None
+
+
+def joined(intervals):
+    """Union of intervals [(left, right), ...], ascending and disjoint."""
+    found = []
+    for left, right in sorted(intervals):
+        if found and left <= found[-1][1]:
+            found[-1] = (found[-1][0], max(found[-1][1], right))
+        else:
+            found.append((left, right))
+    return found
+
+
+def common(first, second):
+    """Intersection of two lists of intervals."""
+    pairs = [(max(a[0], b[0]), min(a[1], b[1])) for a in first for b in second]
+    return sorted(pair for pair in pairs if pair[0] < pair[1])
+
+
+def contact_zones(zones, corners):
+    """{"A", "B", "full", "contact": intervals} from the zones of each corner; A, B and full empty without corners."""
+    own = [list(zones[number]) for number in range(len(corners))]
+    if len(corners) == 1:
+        return {"A": [], "B": [], "full": [], "contact": own[0]}
+    return {"A": own[0], "B": own[1], "full": common(*own), "contact": joined(own[0] + own[1])}
+
+
+def half_widths(contact):
+    """Half-width of the contact, and of the gap in its middle if there is one (else 0)."""
+    inner = [(left[1], right[0]) for left, right in zip(contact, contact[1:])]
+    middle = max(inner, key=lambda gap: gap[1] - gap[0], default=(0.0, 0.0))
+    return (contact[-1][1] - contact[0][0])/2, (middle[1] - middle[0])/2
+
+
+def zone_changes(before, after):
+    """What happened to a list of intervals between two neighbouring states: [(kind, x), ...].
+
+    Kinds are "born", "merged", "split" and "vanished"; x is where.
+    """
+    def touching(interval, others):
+        return [other for other in others if other[0] <= interval[1] and interval[0] <= other[1]]
+
+    changes = [("born", sum(new)/2) for new in after if not touching(new, before)]
+    changes += [("vanished", sum(old)/2) for old in before if not touching(old, after)]
+    for kind, many, few in (("merged", before, after), ("split", after, before)):
+        for interval in few:
+            parts = touching(interval, many)
+            changes += [(kind, (left[1] + right[0])/2) for left, right in zip(parts, parts[1:])]
+    return changes
+
+
+def largest(function, x, tolerance=1e-10):
+    """Largest value of a function of arrays, and where: (value, [x, ...]), refined between the samples x (ascending)."""
+    values = function(x)
+    peaks = []
+    for i in np.flatnonzero(values >= values.max()*(1 - 1e-2)):
+        left, right = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
+        while right - left > tolerance*(x[-1] - x[0]):      # ternary search: a maximum between its neighbours
+            inner = np.array((2*left + right, left + 2*right))/3
+            low, high = function(inner)
+            left, right = (inner[0], right) if low < high else (left, inner[1])
+        place = np.array([(left + right)/2, x[i]])
+        best = function(place)
+        peaks.append((float(best.max()), float(place[np.argmax(best)])))
+    top = max(value for value, _ in peaks)
+    places = sorted(place for value, place in peaks if value >= top*(1 - 1e-9))
+    apart = [place for number, place in enumerate(places) if number == 0 or place - places[number - 1] > 1e-6*(x[-1] - x[0])]
+    return top, apart

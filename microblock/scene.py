@@ -10,13 +10,15 @@ from .adapt import climb
 from .errors import BadArgument, NotConverged, require_finite
 from .law import Microblock
 
+OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of partial contact touch: a first guess
 CELLS = 80            # of the coarse grid that finds the topology of the zones; doubled while the fit objects
 REFINEMENTS = 3
 MARGIN = 1.3          # of the coarse grid around the contact
 PARTIAL = 2.4         # width of a partial zone over ell as ell -> 0 (2.39 at nu = 0.3, beta = 1): a first guess
 ORDERS = (6, 10, 14, 18, 22)
+FIXED_ORDER_EDGES = 1e-11      # tolerance of the edges where the order is fixed: rounding
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
-KINK_LEVELS = 12      # panels shrinking by 4 towards a kink, where the pressure is logarithmic
+KINK_LEVELS, KINK_RATIO = 5, 0.15      # panels that shrink towards a kink, where the pressure is logarithmic
 
 
 @dataclass(frozen=True)
@@ -46,13 +48,14 @@ class Contact:
             isinstance(self.obstacle, obstacles.Punch) and self.obstacle.tilt == 0)
         return even and (not isinstance(self.law, Microblock) or (not callable(self.law.psi0) and self.law.psi0 == 0))
 
-    def at(self, load, rtol=1e-3, order=None, near=None):
+    def at(self, load, rtol=1e-3, order=None, near=None, search=True):
         """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
 
         Parameters
         ----------
         rtol : float; chooses the order of the panels, unless `order` fixes it
         near : LineState of a nearby load to start from
+        search : whether another topology is looked for if that of `near` does not hold
 
         Returns
         -------
@@ -68,36 +71,44 @@ class Contact:
             raise BadArgument("load", load, "must be positive")
         zones = near.zones if near else self._topology(load, CELLS)
         if order is not None:
-            return self._fit(load, order, zones, 1e-12), None
+            return self._fit(load, order, zones, FIXED_ORDER_EDGES, search=search), None
         tolerance = EDGE_SHARE*rtol
         states = {}
 
         def rung(order):
             start = states[max(states)].zones if states else zones
-            states[order] = self._fit(load, order, start, tolerance, looked=not states)
+            states[order] = self._fit(load, order, start, tolerance, looked=not states, search=search)
             return states[order]
 
         return climb(rung, ORDERS, contact_line.difference, rtol)
 
-    def _fit(self, load, order, zones, tolerance, looked=True):
-        """Fit the edges; where the topology does not hold, look again on a finer coarse grid."""
+    def _fit(self, load, order, zones, tolerance, looked=True, search=True):
+        """Fit the edges; where the topology does not hold, look again on finer and finer coarse grids."""
         kinks, fixed = self._features()
         failure = None
-        for refinement in range(REFINEMENTS + 1):
-            try:
-                state = contact_line.fit(self.line, load, zones, order=order, tolerance=tolerance, kinks=kinks, fixed=fixed)
-                if looked:
-                    contact_line.check(state)
-                return state
-            except NotConverged as objection:
-                failure = objection
+        for refinement in range(REFINEMENTS + 1 if search else 1):
+            for trial in (zones, _toggled(zones, self.line.mirror)):
+                try:
+                    state = contact_line.fit(self.line, load, trial, order=order, tolerance=tolerance, kinks=kinks, fixed=fixed)
+                    if looked:
+                        contact_line.check(state)
+                    return state
+                except NotConverged as objection:
+                    failure = objection
+            if search:
                 zones = self._topology(load, CELLS*2**refinement)
         raise NotConverged(f"no zones fit at load {load:g}: {failure}") from failure
+
+    def coalescence(self):
+        """Load at which the two zones of partial contact touch on the axis, and its error; symmetric scenes only."""
+        if not self.symmetric or len(self.law.corners) == 1 or self._features()[0] or self._features()[1]:
+            raise BadArgument("scene", self, "must be a symmetric one of microblocks under a smooth obstacle")
+        return contact_line.coalescence(self.line, OUTER_AT_TOUCH*self.body.solid.ell)
 
     def _features(self):
         """Abscissae of the contact point at which a corner meets a kink, or an end, of the obstacle."""
         shifts = self._shifts()
-        grading = self.body.solid.ell*4.0**-np.arange(KINK_LEVELS)
+        grading = self.body.solid.ell*KINK_RATIO**np.arange(KINK_LEVELS)
         kinks = {kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in shifts}
         graded = {float(kink + sign*step) for kink in kinks for step in (0.0, *grading) for sign in (1, -1)}
         return tuple(sorted(graded)), tuple(end + shift for end in getattr(self.obstacle, "ends", ()) for shift in shifts)
@@ -146,13 +157,17 @@ class Contact:
         """Outer edges of the two corners that fall on one cell are moved a partial zone's width apart."""
         if len(self.law.corners) == 1:      # exactly symmetric where the scene is
             return {0: ((-zones[0][-1][1], zones[0][-1][1]),)} if self.line.mirror else zones
+        if not all(zones.values()):
+            return zones
         apart = PARTIAL*self.body.solid.ell
-        (first, last) = zones[0][0][0], zones[0][-1][1]
+        first, last = zones[0][0][0], zones[0][-1][1]
         if self.line.mirror:
             if abs(last + first) < 1.5*width and apart < 3*width:
                 return {0: ((apart - last, last), *zones[0][1:])} if len(zones[0]) == 1 else zones
             return zones
         a, b = list(map(list, zones[0])), list(map(list, zones[1]))
+        if abs(a[0][0] - b[-1][1]) < width/4:      # the two meet on one cell: overlapping a little, to begin with
+            a[0][0], b[-1][1] = a[0][0] - width/4, b[-1][1] + width/4
         if abs(a[0][0] - b[0][0]) < 1.5*width and apart < 3*width:
             a[0][0] = b[0][0] + apart
         if abs(a[-1][1] - b[-1][1]) < 1.5*width and apart < 3*width:
@@ -169,3 +184,15 @@ class Contact:
                 return 1.5*reach + self.body.solid.ell
             reach *= 1.3
         raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
+
+
+def _toggled(zones, mirror):
+    """The same zones with those of the two corners that meet taken apart, or joined: near coalescence either may hold."""
+    if mirror:
+        (left, right), *rest = zones[0] or ((0.0, 0.0),)
+        return {0: ((-0.3*left, right), *rest)}
+    if len(zones) == 1 or not all(zones.values()):
+        return zones
+    (a, outer), (b, inner) = zones[0][0], zones[1][-1]
+    middle, half = (a + inner)/2, 0.15*(a - inner)
+    return {0: ((middle - half, outer), *zones[0][1:]), 1: (*zones[1][:-1], (b, middle + half))}

@@ -1,0 +1,318 @@
+"""Rigid obstacle pressed on a Cosserat half-plane with microblocks (section 4.2).
+
+Geometry   half-plane x2 < 0; a cylinder x^2/(2 R), a wedge or a flat punch (tilted or not) pressed down by a force
+           P per thickness; blocks of side ell at each point of the surface, turned by psi0.
+Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
+Model      halfplane: the contact line alone, no mesh; the surface response from Fourier's symbol, panels fitted to
+           the zones of each corner.
+Reference  the Hertz ellipse for alpha -> 0; scaling: at fixed psi0 R/a_Hz results depend on nu, beta, alpha only.
+Look at    two zones above alpha_mid, kinks of pressure and micromoment where full contact ends.
+Units      those of the cylinder at load P, (50): lengths over a_Hz, pressures over p_Hz, M over p_Hz ell, psi as
+           psi R/a_Hz, energy over p_Hz a_Hz^3/R (up to the level of a half-plane); angles in degrees as they are.
+"""
+
+import math
+import time
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from cases.options import option
+from microblock import contact_line, law, obstacles, plots
+from microblock.errors import BadArgument, NotConverged, require_finite
+from microblock.halfplane import HalfPlane
+from microblock.material import Cosserat
+from microblock.observables import contact_zones, half_widths, largest, zone_changes
+from microblock.scene import Contact
+from microblock.study import versions
+
+RTOL = 1e-3
+ALPHA = 0.25
+SCAN = 13              # loads, geometric, at which the topology is looked at for events
+FIRST_LOAD = 1e-4      # of them, over the last
+EVENT_RTOL = 1e-6      # to which the load of an event is bracketed
+EVENT_ORDER = 10       # of the panels meanwhile
+SAMPLES = 24           # on each panel for largest values
+FE_ONLY = ("domain", "method", "rho", "mesh", "h")
+
+
+@dataclass(frozen=True)
+class Parameters:
+    alpha: float | None = option(None, f"ell over a_Hz ({ALPHA} if neither it nor --ell is given)")
+    ell: float | None = option(None, "length scale of the material, in the length unit of R")
+    E: float = option(100.0, "Young's modulus")
+    nu: float = option(0.3, "Poisson's ratio, -1 < nu < 1/2")
+    beta: float = option(1.0, "coupling number, 0 < beta < 2")
+    R: float = option(10.0, "radius of the cylinder; with E, nu and P it sets the units for every obstacle")
+    P: float = option(1.0, "force per thickness")
+    loads: tuple = option((1.0,), "loads at which states are returned, as multiples of P", nargs="+", metavar="LOAD")
+    obstacle: str = option("cylinder", "obstacle", str, choices=("cylinder", "wedge", "punch"))
+    wedge_deg: float = option(1.0, "slope of the wedge's flanks in degrees")
+    punch_half_width: float = option(1.0, "half-width of the punch over a_Hz")
+    tilt_deg: float = option(0.0, "tilt of the punch in degrees, counterclockwise")
+    psi0_deg: float = option(0.0, "initial rotation of the blocks in degrees, counterclockwise")
+    psi0_reading: str = option("gap", "psi0 in gaps and levers, or in the levers only", str, choices=law.READINGS)
+    contact: str = option("microblock", "contact law", str, choices=("microblock", "unilateral", "microclamped"))
+    model: str | None = option(None, "fe or halfplane; without it the smallest that can answer, halfplane", str,
+                               choices=("fe", "halfplane"))
+    domain: str | None = option(None, "fe: size of the square over a_Hz, or inf", str)
+    method: str | None = option(None, "fe: condensed, al or penalty", str, choices=("condensed", "al", "penalty"))
+    rho: float | None = option(None, "fe: regularisation")
+    mesh: str | None = option(None, "fe: fitted or uniform", str, choices=("fitted", "uniform"))
+    h: float | None = option(None, "fe: near-zone element over a_Hz")
+    order: int | None = option(None, "Gauss points on a panel, 4 to 30: fixes what --rtol would choose", int)
+    rtol: float | None = option(None, "relative L2 error of pressure and micromoment over ell, both over the pressure; "
+                                "edges of a punch are left out of nothing: its panels carry the singularity "
+                                f"({RTOL:g} if nothing is given)")
+
+    def __post_init__(self):
+        numbers = {name: value for name, value in asdict(self).items() if isinstance(value, (int, float))}
+        require_finite(**numbers)
+        for name in ("E", "R", "P", "punch_half_width", "wedge_deg", "alpha", "ell", "rtol"):
+            if name in numbers and not numbers[name] > 0:
+                raise BadArgument(name, numbers[name], "must be positive")
+        loads = self.loads if isinstance(self.loads, (tuple, list)) else (self.loads,)
+        for load in loads:
+            require_finite(loads=load)
+            if not load > 0:
+                raise BadArgument("loads", load, "must be positive")
+        object.__setattr__(self, "loads", tuple(float(load) for load in loads))
+        if self.alpha is not None and self.ell is not None:
+            raise BadArgument("ell", self.ell, "does not go together with --alpha: both set the length scale")
+        if not 0 < self.beta < 2:
+            raise BadArgument("beta", self.beta, "must satisfy 0 < beta < 2")
+        for name, most in (("psi0_deg", 45), ("tilt_deg", 45), ("wedge_deg", 45)):
+            if abs(numbers[name]) > most:
+                raise BadArgument(name, numbers[name], f"must lie within {most} degrees")
+        if self.model == "fe":
+            raise BadArgument("model", "fe", "is not there yet; halfplane answers every scene of this command")
+        for name in FE_ONLY:
+            if getattr(self, name) is not None:
+                raise BadArgument(name, getattr(self, name), "belongs to --model fe")
+        if self.order is not None and not 4 <= self.order <= 30:
+            raise BadArgument("order", self.order, "must lie between 4 and 30")
+        if self.order is not None and self.rtol is not None:
+            raise BadArgument("rtol", self.rtol, "chooses the order: not together with --order")
+        if self.rtol is not None and not self.rtol < 1:
+            raise BadArgument("rtol", self.rtol, "must satisfy 0 < rtol < 1")
+        if self.contact != "microblock" and self.psi0_deg != 0:
+            raise BadArgument("psi0_deg", self.psi0_deg, f"has no place in the {self.contact} law")
+        self.solid      # Inadmissible moduli are named here
+
+    @property
+    def a_Hz(self):
+        """Hertz half-width (50)."""
+        return math.sqrt(4*self.P*self.R*(1 - self.nu**2)/(math.pi*self.E))
+
+    @property
+    def p_Hz(self):
+        """Hertz pressure (50)."""
+        return 2*self.P/(math.pi*self.a_Hz)
+
+    @property
+    def solid(self):
+        ell = self.ell if self.ell is not None else (self.alpha or ALPHA)*self.a_Hz
+        return Cosserat(self.E, self.nu, ell, beta=self.beta)
+
+    @property
+    def law(self):
+        if self.contact == "microblock":
+            return law.Microblock(math.radians(self.psi0_deg), self.psi0_reading)
+        return law.Unilateral() if self.contact == "unilateral" else law.Microclamped()
+
+    @property
+    def shape(self):
+        if self.obstacle == "cylinder":
+            return obstacles.Cylinder(self.R)
+        if self.obstacle == "wedge":
+            return obstacles.Wedge(math.tan(math.radians(self.wedge_deg)))
+        return obstacles.Punch(self.punch_half_width*self.a_Hz, math.tan(math.radians(self.tilt_deg)))
+
+    @property
+    def scene(self):
+        return Contact(HalfPlane(self.solid), self.shape, self.law)
+
+    def resolved(self):
+        """These parameters with the defaults filled in."""
+        solid = self.solid
+        return replace(self, model="halfplane", alpha=solid.ell/self.a_Hz, ell=None,
+                       rtol=RTOL if self.rtol is None and self.order is None else self.rtol)
+
+
+def solve(parameters):
+    """LineState and error estimate at each load, ascending or not as the loads are given."""
+    scene, states = parameters.scene, []
+    for load in parameters.loads:
+        near = states[-1][0] if states else None
+        states.append(scene.at(load*parameters.P, parameters.rtol or RTOL, parameters.order, near=near))
+    return states
+
+
+def observe(parameters, state, estimate):
+    """The contract's record of one state, normalised."""
+    a, p, ell = parameters.a_Hz, parameters.p_Hz, parameters.solid.ell
+    zones = {name: [[left/a, right/a] for left, right in intervals]
+             for name, intervals in contact_zones(state.all_zones, state.line.law.corners).items()}
+    outer, inner = half_widths(zones["contact"])
+    infinite = parameters.obstacle == "punch" or (parameters.obstacle == "wedge" and _holds_kink(state))
+    top, where = (None, []) if infinite else largest(lambda x: total_pressure(state, x), samples(state))
+    corners = list(state.pressures/p)
+    load = state.load/parameters.P
+    moment = None if infinite and len(corners) == 2 else _micromoment_max(state)/(p*ell)
+    centre = float(total_pressure(state, np.zeros(1))[0])/p
+    return {"load": load, "pressure_centre": None if infinite and len(corners) == 1 and parameters.obstacle == "wedge" else centre,
+            "pressure_max": None if infinite else top/p, "pressure_max_at": [x/a for x in where], "zones": zones,
+            "half_width": outer, "inner_half_width": inner, "hardness_apparent": load/outer,
+            "hardness_real": load/(outer - inner), "micromoment_max": moment,
+            "energy": state.energy/(p*a**3/parameters.R), "approach": None, "iterations": state.iterations,
+            "kkt": contact_line.violation(state), "error_estimate": estimate, "unknowns": len(state.q) + 1,
+            "profile": {"x": (state.x/a).tolist(), "weight": (state.weights/a).tolist(),
+                        "pressure": (state.pressures.sum(axis=0)/p).tolist(),
+                        "pressure_A": corners[0].tolist() if len(corners) == 2 else None,
+                        "pressure_B": corners[1].tolist() if len(corners) == 2 else None,
+                        "micromoment": (state.micromoment/(p*ell)).tolist(),
+                        "psi": (state.psi*parameters.R/a).tolist()}}
+
+
+def total_pressure(state, x):
+    """Pressure of all corners at x."""
+    return sum(state.pressure(corner, x) for corner in range(len(state.line.law.corners)))
+
+
+def samples(state):
+    """Points between the nodes of a state, ascending."""
+    x = state.x
+    between = x[:-1, None] + np.diff(x)[:, None]*np.linspace(0, 1, max(2, SAMPLES//state.panels.order) + 1)[:-1]
+    return np.append(between.ravel(), x[-1])
+
+
+def _micromoment_max(state):
+    if len(state.line.law.corners) == 1:
+        return float(np.abs(state.micromoment).max())
+    levers = [state.line.lever(np.array([corner]), np.zeros(1)) for corner in (0, 1)]
+    half = state.line.solid.ell/2
+    return largest(lambda x: np.abs(half*sum(lever*state.pressure(corner, x) for corner, lever in enumerate(levers))),
+                   samples(state))[0]
+
+
+def _holds_kink(state):
+    shift = 0.0 if len(state.line.law.corners) == 1 else state.line.solid.ell/2
+    places = {0: shift, 1: -shift}
+    return any(left < places[corner] < right for corner, intervals in state.all_zones.items() for left, right in intervals)
+
+
+def events(parameters, last):
+    """Births, mergers, splits and ends of zones from first touch to the last load, each load bracketed.
+
+    The topology is looked at on a geometric scan of loads; a zone that comes and goes within one step of the scan
+    is not seen.
+    """
+    scene, a = parameters.scene, parameters.a_Hz
+
+    found, loads = [], np.geomspace(FIRST_LOAD*last, last, SCAN)*parameters.P
+    before, _ = scene.at(loads[0], order=EVENT_ORDER)
+    for name, intervals in _named(before).items():
+        late = loads[0]/parameters.P if name == "full" else 0.0      # full contact comes after touch, no later than this
+        found += [_event(late/2, late/2, "born", name, (left + right)/2/a) for left, right in intervals]
+    for load in loads[1:]:
+        after, _ = scene.at(load, order=EVENT_ORDER)
+        found += [{**event, "load": event["load"]/parameters.P, "load_error": event["load_error"]/parameters.P,
+                   "x": event["x"]/a} for event in _between(scene, before, after)]
+        before = after
+    return sorted(found, key=lambda event: event["load"])
+
+
+def _named(state):
+    return contact_zones(state.all_zones, state.line.law.corners)
+
+
+def _between(scene, low, high):
+    """Events between two states, by bisection down to EVENT_RTOL, or to where no state can be computed any more."""
+    before, after = _named(low), _named(high)
+    if all(len(before[name]) == len(after[name]) for name in before):
+        return []
+    half = (high.load - low.load)/2
+    between = None if 2*half <= EVENT_RTOL*high.load else _state_between(scene, low, high)
+    if between is None:
+        return [_event(low.load + half, half, kind, name, x)
+                for name in before for kind, x in zone_changes(before[name], after[name])]
+    return _between(scene, low, between) + _between(scene, between, high)
+
+
+def _state_between(scene, low, high):
+    """A state halfway, with the topology of either neighbour; None where neither holds."""
+    for near in (low, high):
+        try:
+            return scene.at((low.load + high.load)/2, order=EVENT_ORDER, near=near, search=False)[0]
+        except NotConverged:
+            pass
+    return None
+
+
+def _event(load, error, kind, zone, x):
+    return {"load": float(load), "load_error": float(error), "kind": kind, "zone": zone, "x": float(x)}
+
+
+def warnings(parameters, states):
+    """Where the small-strain model leaves its ground."""
+    found = []
+    turn = max(float(np.abs(state.psi).max()) for state, _ in states) + math.radians(abs(parameters.psi0_deg))
+    slope = max(abs(float(edge)) for state, _ in states for edge in state.x[[0, -1]])/parameters.R
+    if turn > math.radians(10):
+        found.append(f"blocks turn by {math.degrees(turn):.0f} degrees: beyond the small-angle form (41)")
+    if slope > 0.2 and parameters.obstacle == "cylinder":
+        found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain and the parabola")
+    if parameters.solid.ell > parameters.a_Hz:
+        found.append("ell is larger than a_Hz: blocks larger than the contact of a classical solid")
+    return found
+
+
+def result(parameters):
+    """The contract's object."""
+    start = time.perf_counter()
+    resolved = parameters.resolved()
+    resolved.scene.line.kernel(np.ones(1), np.zeros(1), np.zeros(1))      # the kernels' table
+    ready = time.perf_counter()
+    states = solve(resolved)
+    observed = [observe(resolved, *state) for state in states]
+    history = events(resolved, max(resolved.loads))
+    return {"parameters": {**asdict(resolved), "loads": list(resolved.loads)}, "versions": versions(),
+            "seconds": {"setup": ready - start, "solve": time.perf_counter() - ready},
+            "model": "halfplane", "unknowns": max(one["unknowns"] for one in observed), "states": observed,
+            "events": history, "warnings": warnings(resolved, states)}
+
+
+def run(parameters, out=None, quiet=False):
+    """Solve, print a table, draw pressure and micromoment into the folder `out`."""
+    answer = result(parameters)
+    if not quiet:
+        show(answer)
+    if out:
+        plots.draw(figure, answer, out, "hertz")
+    return answer
+
+
+def show(answer):
+    """A table of the states and the events."""
+    columns = ("load", "half_width", "inner_half_width", "pressure_centre", "pressure_max", "micromoment_max",
+               "hardness_apparent", "hardness_real", "error_estimate")
+    print("  ".join(f"{name:>17}" for name in columns))
+    for state in answer["states"]:
+        print("  ".join(f"{'-':>17}" if state[name] is None else f"{state[name]:17.9g}" for name in columns))
+    for event in answer["events"]:
+        print(f"load {event['load']:.7f} +- {event['load_error']:.1e}: {event['zone']} {event['kind']} at x = {event['x']:.5f}")
+    for told in answer["warnings"]:
+        print(f"warning: {told}")
+
+
+def figure(answer):
+    """Pressure (a) and micromoment (b) at each load."""
+    drawing, axes = plots.figure(1, 2)
+    for state in answer["states"]:
+        profile = state["profile"]
+        axes[0].plot(profile["x"], profile["pressure"], label=rf"$\bar P = {state['load']:g}$")
+        axes[1].plot(profile["x"], profile["micromoment"])
+    axes[0].set(xlabel=r"$x_1/a_{Hz}$", ylabel=r"$p_n/p_{Hz}$", title="(a)")
+    axes[1].set(xlabel=r"$x_1/a_{Hz}$", ylabel=r"$M/(p_{Hz}\ell)$", title="(b)")
+    plots.legend_below(axes[0])
+    return drawing
