@@ -27,7 +27,9 @@ NEAREST, FARTHEST = 1e-16, 1e10     # x/ell between which the kernels are tabula
 POINTS, PIECE = 16, 1.4             # Chebyshev points on a piece of the table, pieces this wide in log x: 1e-14
 GAUSS = 12                          # Gauss points on a piece of width 1 in log t of a Laplace integral: rounding
 KERNELS, ODD = 5, (1, 4)
+NEGLIGIBLE = 1e-16                  # of a Laplace integral at the farthest x: what lies below t = NEGLIGIBLE/FARTHEST
 FAR_TAIL = 40.0                     # exp(-40) is nothing
+RATES = 1e-12, 1e12                 # ell over the layer length, between which the quadrature is good
 
 
 @lru_cache(maxsize=64)
@@ -65,16 +67,25 @@ class Kernels:
     """The responses on the line to a unit line load, over c = (1 - nu)/mu.
 
     Number 0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with ``*`` the convolution in x. Where
-    psi = 0 on the whole surface, 3 is u from p and 4, over 1/c, is -m from p. V and number 4 are odd, the others
-    even. U carries the arbitrary level of a half-plane, here such that U -> -log(x/ell)/pi for x -> infinity.
+    psi = 0 on the whole surface, 3 is u from p and 4, over 1/ell instead of c, is -m from p. V and number 4 are odd,
+    the others even. U carries the arbitrary level of a half-plane, here such that U -> -log(x/ell)/pi for x -> infinity.
 
     Parameters
     ----------
     nu, beta, curvature : float, as of `Cosserat`
+
+    Raises
+    ------
+    BadArgument
+        For beta = 0 or next to it (ell below 1e-12 layer lengths): W(k = 0) is infinite, for nothing holds the
+        rotation of a half-plane; and for layers below 1e-12 ell.
     """
 
     def __init__(self, nu, beta, curvature=2.0):
         solid = Cosserat(E=2*(1 + nu), nu=nu, ell=1.0, beta=beta, curvature=curvature)
+        if not RATES[0] <= 1/solid.layer_length <= RATES[1]:
+            raise BadArgument("beta", beta, f"2 beta/gamma' must lie between {RATES[0]**2:g} and {RATES[1]**2:g} "
+                              "on a half-plane: for beta = 0 nothing holds its rotation")
         self._pieces = int(np.ceil(np.log(FARTHEST/NEAREST)/PIECE))
         angles = np.cos(np.pi*(np.arange(POINTS) + 0.5)/POINTS)
         self._start = np.log(NEAREST)
@@ -174,7 +185,7 @@ def _turned_wavenumbers(rate):
         widths = np.diff(breaks)
         return (breaks[:-1, None] + widths[:, None]*points).ravel(), (widths[:, None]*gauss).ravel()
 
-    low, high = 1e-3/FARTHEST, FAR_TAIL/NEAREST
+    low, high = NEGLIGIBLE/FARTHEST, FAR_TAIL/NEAREST
     logs, dlogs = spread(np.linspace(np.log(low), np.log(rate/2), 1 + max(1, int(np.log(rate/2/low)))))
     # for weak coupling D turns within a distance of the order of rate^2 from the branch point
     halvings = 0.25*0.5**np.arange(0, 4 + max(0, int(-2*np.log2(rate))))
