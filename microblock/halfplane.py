@@ -24,7 +24,7 @@ from .errors import BadArgument
 from .material import Cosserat
 
 NEAREST, FARTHEST = 1e-16, 1e10     # x/ell between which the kernels are tabulated
-POINTS, PIECE = 16, 1.4             # Chebyshev points on a piece of the table, pieces this wide in log x: 1e-14
+POINTS, PIECE = 16, 1.4             # Chebyshev points on a piece of the table, pieces this wide in log x: 1e-13
 GAUSS = 12                          # Gauss points on a piece of width 1 in log t of a Laplace integral: rounding
 KERNELS, ODD = 5, (1, 4)
 NEGLIGIBLE = 1e-16                  # of a Laplace integral at the farthest x: what lies below t = NEGLIGIBLE/FARTHEST
@@ -161,7 +161,7 @@ def kernels(nu, beta, curvature):
 
 def _laplace(solid, x):
     """All kernels at x > 0, array (n,), by Gauss quadrature of their Laplace integrals: array (KERNELS, n)."""
-    k, s, s_minus_k, t, dt = _turned_wavenumbers(1/solid.layer_length)
+    k, s, s_minus_k, t, dt = _turned_wavenumbers(solid)
     U, V, W = _symbol(solid, k, s, s_minus_k)
     c = (1 - solid.nu)/solid.mu
     weights = np.array(((1j*U/c).real, (V/c).real, (1j*W/c).real, (1j*clamped(U, V, W)/c).real, (V/W).real))*dt/np.pi
@@ -173,12 +173,15 @@ def _laplace(solid, x):
     return values
 
 
-def _turned_wavenumbers(rate):
+def _turned_wavenumbers(solid):
     """k = i t on Gauss points, with s on the side reached from real k: arrays k, s, s - k, t and weights of t.
 
     Below the branch point t = rate the points are in log t and then in the angle of t = rate sin(angle), above in
-    the hyperbolic angle of t = rate cosh(angle): the square root at the branch point is gone.
+    the hyperbolic angle of t = rate cosh(angle): the square root at the branch point is gone. With
+    b = 2 beta (1 - nu), D = 0 at cos(angle) = b sin(angle)^2 exp(-i angle), a quadratic equation for
+    exp(2 i angle). From b = 1/4 on its root comes near: pieces are no longer than their distance from it.
     """
+    rate, b = 1/solid.layer_length, max(0.25, 2*solid.beta*(1 - solid.nu))
     points, gauss = gauss_rule(GAUSS)
 
     def spread(breaks):
@@ -186,10 +189,14 @@ def _turned_wavenumbers(rate):
         return (breaks[:-1, None] + widths[:, None]*points).ravel(), (widths[:, None]*gauss).ravel()
 
     low, high = NEGLIGIBLE/FARTHEST, FAR_TAIL/NEAREST
-    logs, dlogs = spread(np.linspace(np.log(low), np.log(rate/2), 1 + max(1, int(np.log(rate/2/low)))))
+    logs, dlogs = spread(np.linspace(np.log(low), np.log(rate/8), 1 + max(1, int(np.log(rate/8/low)))))
+    pole = -0.5j*np.log((b - 1 + np.sqrt(1 - 4*b + 0j))/(b + 2))
+    steps = pole.imag*2.0**np.arange(8)
+    bends = np.concatenate((np.linspace(np.arcsin(1/8), np.pi/2 - 0.25, 6), pole.real - steps, [pole.real], pole.real + steps))
+    bends = np.unique(bends[(bends >= np.arcsin(1/8)) & (bends < np.pi/2 - 0.25)])
     # for weak coupling D turns within a distance of the order of rate^2 from the branch point
     halvings = 0.25*0.5**np.arange(0, 4 + max(0, int(-2*np.log2(rate))))
-    angles, dangles = spread(np.concatenate((np.linspace(np.pi/6, np.pi/2 - 0.25, 5)[:-1], np.pi/2 - halvings, [np.pi/2])))
+    angles, dangles = spread(np.concatenate((bends, np.pi/2 - halvings, [np.pi/2])))
     tops, dtops = spread(np.concatenate(([0.0], halvings[::-1], np.linspace(0.25, np.log(2*high/rate), 60)[1:])))
     t = np.concatenate((np.exp(logs), rate*np.sin(angles), rate*np.cosh(tops)))
     dt = np.concatenate((np.exp(logs)*dlogs, rate*np.cos(angles)*dangles, rate*np.sinh(tops)*dtops))
