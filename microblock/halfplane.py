@@ -27,7 +27,6 @@ NEAREST, FARTHEST = 1e-16, 1e10     # x/ell between which the kernels are tabula
 POINTS, PIECE = 16, 1.4             # Chebyshev points on a piece of the table, pieces this wide in log x: 1e-13
 GAUSS = 12                          # Gauss points on a piece of width 1 in log t of a Laplace integral: rounding
 KERNELS, ODD = 5, (1, 4)
-NEGLIGIBLE = 1e-16                  # of a Laplace integral at the farthest x: what lies below t = NEGLIGIBLE/FARTHEST
 FAR_TAIL = 40.0                     # exp(-40) is nothing
 RATES = 1e-12, 1e12                 # ell over the layer length, between which the quadrature is good
 
@@ -176,10 +175,10 @@ def _laplace(solid, x):
 def _turned_wavenumbers(solid):
     """k = i t on Gauss points, with s on the side reached from real k: arrays k, s, s - k, t and weights of t.
 
-    Below the branch point t = rate the points are in log t and then in the angle of t = rate sin(angle), above in
-    the hyperbolic angle of t = rate cosh(angle): the square root at the branch point is gone. With
-    b = 2 beta (1 - nu), D = 0 at cos(angle) = b sin(angle)^2 exp(-i angle), a quadratic equation for
-    exp(2 i angle). From b = 1/4 on its root comes near: pieces are no longer than their distance from it.
+    Below the branch point t = rate the points are in t while exp(-t x) is next to 1, then in log t, then in the
+    angle of t = rate sin(angle), above it in the hyperbolic angle of t = rate cosh(angle): the square root at the
+    branch point is gone. With b = 2 beta (1 - nu), D = 0 at cos(angle) = b sin(angle)^2 exp(-i angle), a quadratic
+    equation for exp(2 i angle). From b = 1/4 on its root comes near: no piece is longer than its distance from it.
     """
     rate, b = 1/solid.layer_length, max(0.25, 2*solid.beta*(1 - solid.nu))
     points, gauss = gauss_rule(GAUSS)
@@ -188,8 +187,9 @@ def _turned_wavenumbers(solid):
         widths = np.diff(breaks)
         return (breaks[:-1, None] + widths[:, None]*points).ravel(), (widths[:, None]*gauss).ravel()
 
-    low, high = NEGLIGIBLE/FARTHEST, FAR_TAIL/NEAREST
+    low, high = 1e-3/FARTHEST, FAR_TAIL/NEAREST
     logs, dlogs = spread(np.linspace(np.log(low), np.log(rate/8), 1 + max(1, int(np.log(rate/8/low)))))
+    slow, dslow = np.append(low*points, np.exp(logs)), np.append(low*gauss, np.exp(logs)*dlogs)
     pole = -0.5j*np.log((b - 1 + np.sqrt(1 - 4*b + 0j))/(b + 2))
     steps = pole.imag*2.0**np.arange(8)
     bends = np.concatenate((np.linspace(np.arcsin(1/8), np.pi/2 - 0.25, 6), pole.real - steps, [pole.real], pole.real + steps))
@@ -198,9 +198,9 @@ def _turned_wavenumbers(solid):
     halvings = 0.25*0.5**np.arange(0, 4 + max(0, int(-2*np.log2(rate))))
     angles, dangles = spread(np.concatenate((bends, np.pi/2 - halvings, [np.pi/2])))
     tops, dtops = spread(np.concatenate(([0.0], halvings[::-1], np.linspace(0.25, np.log(2*high/rate), 60)[1:])))
-    t = np.concatenate((np.exp(logs), rate*np.sin(angles), rate*np.cosh(tops)))
-    dt = np.concatenate((np.exp(logs)*dlogs, rate*np.cos(angles)*dangles, rate*np.sinh(tops)*dtops))
+    t = np.concatenate((slow, rate*np.sin(angles), rate*np.cosh(tops)))
+    dt = np.concatenate((dslow, rate*np.cos(angles)*dangles, rate*np.sinh(tops)*dtops))
     below = t.size - tops.size
-    s = np.concatenate((np.sqrt(rate**2 - np.exp(logs)**2), rate*np.cos(angles), 1j*rate*np.sinh(tops)))
+    s = np.concatenate((np.sqrt(rate**2 - slow**2), rate*np.cos(angles), 1j*rate*np.sinh(tops)))
     s_minus_k = np.concatenate((s[:below] - 1j*t[:below], -1j*rate*np.exp(-tops)))
     return 1j*t, s, s_minus_k, t, dt
