@@ -24,10 +24,11 @@ from .errors import BadArgument
 from .material import Cosserat
 
 NEAREST, FARTHEST = 1e-16, 1e10     # x/ell between which the kernels are tabulated
-POINTS, PIECE = 16, 1.4             # Chebyshev points on a piece of the table, pieces this wide in log x: 1e-14
+POINTS, PIECE = 16, 1.4             # Chebyshev points on a piece of the table, pieces this wide in log x: 1e-13
 GAUSS = 12                          # Gauss points on a piece of width 1 in log t of a Laplace integral: rounding
 KERNELS, ODD = 5, (1, 4)
 FAR_TAIL = 40.0                     # exp(-40) is nothing
+RATES = 1e-12, 1e12                 # ell over the layer length, between which the quadrature is good
 
 
 @lru_cache(maxsize=64)
@@ -75,16 +76,25 @@ class Kernels:
     """The responses on the line to a unit line load, over c = (1 - nu)/mu.
 
     Number 0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with ``*`` the convolution in x. Where
-    psi = 0 on the whole surface, 3 is u from p and 4, over 1/c, is -m from p. V and number 4 are odd, the others
-    even. U carries the arbitrary level of a half-plane, here such that U -> -log(x/ell)/pi for x -> infinity.
+    psi = 0 on the whole surface, 3 is u from p and 4, over 1/ell instead of c, is -m from p. V and number 4 are odd,
+    the others even. U carries the arbitrary level of a half-plane, here such that U -> -log(x/ell)/pi for x -> infinity.
 
     Parameters
     ----------
     nu, beta, curvature : float, as of `Cosserat`
+
+    Raises
+    ------
+    BadArgument
+        For beta = 0 or next to it (ell below 1e-12 layer lengths): W(k = 0) is infinite, for nothing holds the
+        rotation of a half-plane; and for layers below 1e-12 ell.
     """
 
     def __init__(self, nu, beta, curvature=2.0):
         solid = Cosserat(E=2*(1 + nu), nu=nu, ell=1.0, beta=beta, curvature=curvature)
+        if not RATES[0] <= 1/solid.layer_length <= RATES[1]:
+            raise BadArgument("beta", beta, f"2 beta/gamma' must lie between {RATES[0]**2:g} and {RATES[1]**2:g} "
+                              "on a half-plane: for beta = 0 nothing holds its rotation")
         self._pieces = int(np.ceil(np.log(FARTHEST/NEAREST)/PIECE))
         angles = np.cos(np.pi*(np.arange(POINTS) + 0.5)/POINTS)
         self._start = np.log(NEAREST)
@@ -160,7 +170,7 @@ def kernels(nu, beta, curvature):
 
 def _laplace(solid, x):
     """All kernels at x > 0, array (n,), by Gauss quadrature of their Laplace integrals: array (KERNELS, n)."""
-    k, s, s_minus_k, t, dt = _turned_wavenumbers(1/solid.layer_length)
+    k, s, s_minus_k, t, dt = _turned_wavenumbers(solid)
     U, V, W = _symbol(solid, k, s, s_minus_k)
     c = (1 - solid.nu)/solid.mu
     weights = np.array(((1j*U/c).real, (V/c).real, (1j*W/c).real, (1j*clamped(U, V, W)/c).real, (V/W).real))*dt/np.pi
@@ -172,12 +182,15 @@ def _laplace(solid, x):
     return values
 
 
-def _turned_wavenumbers(rate):
+def _turned_wavenumbers(solid):
     """k = i t on Gauss points, with s on the side reached from real k: arrays k, s, s - k, t and weights of t.
 
-    Below the branch point t = rate the points are in log t and then in the angle of t = rate sin(angle), above in
-    the hyperbolic angle of t = rate cosh(angle): the square root at the branch point is gone.
+    Below the branch point t = rate the points are in t while exp(-t x) is next to 1, then in log t, then in the
+    angle of t = rate sin(angle), above it in the hyperbolic angle of t = rate cosh(angle): the square root at the
+    branch point is gone. With b = 2 beta (1 - nu), D = 0 at cos(angle) = b sin(angle)^2 exp(-i angle), a quadratic
+    equation for exp(2 i angle). From b = 1/4 on its root comes near: no piece is longer than its distance from it.
     """
+    rate, b = 1/solid.layer_length, max(0.25, 2*solid.beta*(1 - solid.nu))
     points, gauss = gauss_rule(GAUSS)
 
     def spread(breaks):
@@ -185,14 +198,19 @@ def _turned_wavenumbers(rate):
         return (breaks[:-1, None] + widths[:, None]*points).ravel(), (widths[:, None]*gauss).ravel()
 
     low, high = 1e-3/FARTHEST, FAR_TAIL/NEAREST
-    logs, dlogs = spread(np.linspace(np.log(low), np.log(rate/2), 1 + max(1, int(np.log(rate/2/low)))))
+    logs, dlogs = spread(np.linspace(np.log(low), np.log(rate/8), 1 + max(1, int(np.log(rate/8/low)))))
+    slow, dslow = np.append(low*points, np.exp(logs)), np.append(low*gauss, np.exp(logs)*dlogs)
+    pole = -0.5j*np.log((b - 1 + np.sqrt(1 - 4*b + 0j))/(b + 2))
+    steps = pole.imag*2.0**np.arange(8)
+    bends = np.concatenate((np.linspace(np.arcsin(1/8), np.pi/2 - 0.25, 6), pole.real - steps, [pole.real], pole.real + steps))
+    bends = np.unique(bends[(bends >= np.arcsin(1/8)) & (bends < np.pi/2 - 0.25)])
     # for weak coupling D turns within a distance of the order of rate^2 from the branch point
     halvings = 0.25*0.5**np.arange(0, 4 + max(0, int(-2*np.log2(rate))))
-    angles, dangles = spread(np.concatenate((np.linspace(np.pi/6, np.pi/2 - 0.25, 5)[:-1], np.pi/2 - halvings, [np.pi/2])))
+    angles, dangles = spread(np.concatenate((bends, np.pi/2 - halvings, [np.pi/2])))
     tops, dtops = spread(np.concatenate(([0.0], halvings[::-1], np.linspace(0.25, np.log(2*high/rate), 60)[1:])))
-    t = np.concatenate((np.exp(logs), rate*np.sin(angles), rate*np.cosh(tops)))
-    dt = np.concatenate((np.exp(logs)*dlogs, rate*np.cos(angles)*dangles, rate*np.sinh(tops)*dtops))
+    t = np.concatenate((slow, rate*np.sin(angles), rate*np.cosh(tops)))
+    dt = np.concatenate((dslow, rate*np.cos(angles)*dangles, rate*np.sinh(tops)*dtops))
     below = t.size - tops.size
-    s = np.concatenate((np.sqrt(rate**2 - np.exp(logs)**2), rate*np.cos(angles), 1j*rate*np.sinh(tops)))
+    s = np.concatenate((np.sqrt(rate**2 - slow**2), rate*np.cos(angles), 1j*rate*np.sinh(tops)))
     s_minus_k = np.concatenate((s[:below] - 1j*t[:below], -1j*rate*np.exp(-tops)))
     return 1j*t, s, s_minus_k, t, dt
