@@ -30,8 +30,8 @@ RTOL = 1e-3
 ALPHA = 0.25
 SCAN = 13              # loads, geometric, at which the topology is looked at for events
 FIRST_LOAD = 1e-4      # of them, over the last
-EVENT_RTOL = 1e-6      # to which the load of an event is bracketed
-EVENT_ORDER = 10       # of the panels meanwhile
+EVENT_RTOL = 1e-4      # to which the load of an event is bracketed, where it is not computed directly
+EVENT_ORDER = 8        # of the panels meanwhile
 SAMPLES = 24           # on each panel for largest values
 FE_ONLY = ("domain", "method", "rho", "mesh", "h")
 
@@ -232,6 +232,9 @@ def _between(scene, low, high):
     if all(len(before[name]) == len(after[name]) for name in before):
         return []
     half = (high.load - low.load)/2
+    if scene.smooth_and_symmetric:      # all that can happen is that the two zones meet on the axis
+        load, error = scene.coalescence(order=EVENT_ORDER)
+        return [_event(load, error, kind, name, 0.0) for name in before for kind, _ in zone_changes(before[name], after[name])]
     between = None if 2*half <= EVENT_RTOL*high.load else _state_between(scene, low, high)
     if between is None:
         return [_event(low.load + half, half, kind, name, x)

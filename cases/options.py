@@ -30,6 +30,8 @@ def command(case, parameters):
     words = [f"python -m cases {case}"]
     for entry in fields(parameters):
         value = getattr(parameters, entry.name)
+        if isinstance(value, (tuple, list)):
+            value = " ".join(str(one) for one in value) or None
         if value is not None:
             words.append(f"{flag(entry.name)} {value}")
     return " ".join(words)

@@ -19,6 +19,9 @@ EDGE_STEPS = 40      # of Newton's method for the edges
 LONGEST_MOVE = 0.4   # of an edge in one step, over the distance to its neighbour
 OUTER_STEP = 1e-7    # of an edge that is not asked for: its square is left
 INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over ell, extrapolated to coalescence
+EDGE_ROUNDING = 1e-12      # of the width of the contact, to which edges can be found
+MISFIT = 0.1         # of the load's relative error counts as one of an edge: edges are held ten times closer than the load
+TOUCHING = 1e-3      # of that way: edges this near that want to be nearer cross
 MERGED = 0.1         # of the tolerance, times the width: the least way to the next edge that is resolved
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
 VIOLATION = 1e-3     # of the gaps' and the pressure's size, beyond which a topology is refused
@@ -57,13 +60,17 @@ class LineState:
         return {0: self.zones[0], 1: tuple((-right, -left) for left, right in reversed(self.zones[0]))}
 
     @cached_property
-    def edge_values(self):
-        """q that is left at the corner's own free edges, panel by panel: taken off before q is divided by dx/dv."""
+    def _anchored(self):
+        """q at the anchor of each panel with a square root, but for edges that the obstacle's ends fix: 0 in the limit."""
         basis = lagrange(self.panels.points[0], np.zeros(1))[0]
         values = self.q.reshape(-1, self.panels.order) @ basis
-        own = [{edge for interval in self.zones[corner] for edge in interval} - set(self.fixed) for corner in self.panels.corner]
-        free = np.array([e in edges for e, edges in zip(self.panels.e, own)])
-        return np.where(self.panels.root & free, values, 0.0)
+        return np.where(self.panels.root & ~np.isin(self.panels.e, self.fixed), values, 0.0)
+
+    @cached_property
+    def _at_own_edges(self):
+        """The same at the corner's own edges only; at the other's, taking it off would change the load."""
+        own = [{edge for interval in self.zones[corner] for edge in interval} for corner in self.panels.corner]
+        return np.where([e in edges for e, edges in zip(self.panels.e, own)], self._anchored, 0.0)
 
     def pressure(self, corner, x):
         """Pressure of a corner at x, array (n,)."""
@@ -79,7 +86,7 @@ class LineState:
             here = (along >= 0) & (along <= 1) & (x != e)
             v = np.sqrt(along[here]) if root else along[here]
             q = lagrange(self.panels.points[0], v) @ self.q[number*self.panels.order:(number + 1)*self.panels.order]
-            found[here] = (q - self.edge_values[number])/self.panels.slope(number, v)
+            found[here] = (q - self._anchored[number])/self.panels.slope(number, v)
         return found
 
     @cached_property
@@ -103,7 +110,7 @@ class LineState:
     def pressures(self):
         """Pressure of each corner at `x`, array (corners, n)."""
         panel, v, x, _ = self.panels.nodes
-        p = (self.q - self.edge_values[panel])/self.panels.slope(panel, v)
+        p = (self.q - self._at_own_edges[panel])/self.panels.slope(panel, v)
         found = np.zeros((len(self.line.law.corners), len(self.x)))
         found[self.panels.corner[panel], _places(self.x, x)] = p
         if self.line.mirror:
@@ -146,21 +153,23 @@ class LineState:
         return float(np.sum(work @ self.weights)/2)
 
 
-def solve_zones(line, panels, load):
-    """q and approach with the gaps closed on given zones: an array (m,) and a float, or (m, n) and (n,) for n loads."""
+def solve_zones(line, panels, loads):
+    """q and approach with the gaps closed on given zones, at each of the loads: arrays (loads, m) and (loads,)."""
     panel, _, x, weights = panels.nodes
     count, sides = len(x), 2 if line.mirror else 1
     system = np.zeros((count + 1, count + 1))
     system[:count, :count] = gap_matrix(line, panels, x, panels.corner[panel])
     system[:count, count] = -1.0
     system[count, :count] = sides*weights
-    gaps = -line.initial_gap(panels.corner[panel], x)
-    right = np.append(gaps, load) if np.isscalar(load) else np.vstack((np.tile(gaps, (len(load), 1)).T, load))
+    right = np.empty((count + 1, len(loads)))
+    right[:count] = -line.initial_gap(panels.corner[panel], x)[:, None]
+    right[count] = loads
     try:
         solution = np.linalg.solve(system, right)
     except np.linalg.LinAlgError as failure:
-        raise NotConverged(f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} at load {load:g}") from failure
-    return solution[:-1], solution[-1]
+        raise NotConverged(f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} "
+                           f"at load {loads[0]:g}") from failure
+    return solution[:-1].T, solution[-1]
 
 
 def edge_coefficients(panels, q):
@@ -201,8 +210,8 @@ def fit(line, load, zones, *, order, tolerance, kinks=(), fixed=()):
     """
     for iteration in range(EDGE_STEPS):
         panels = make_panels(line, zones, kinks, order)
-        q, approach = solve_zones(line, panels, load)
-        moved, step = _moved(line, zones, edge_coefficients(panels, q), fixed, tolerance)
+        (q, other), (approach, _) = solve_zones(line, panels, (load, 2*load))
+        moved, step = _moved(line, zones, [edge_coefficients(panels, each) for each in (q, other)], fixed, tolerance)
         if step <= tolerance:
             return LineState(line, load, zones, panels, q, float(approach), tuple(fixed), iteration + 1, step)
         zones = moved
@@ -213,21 +222,28 @@ def fit(line, load, zones, *, order, tolerance, kinks=(), fixed=()):
 def _moved(line, zones, coefficients, fixed, tolerance):
     """Zones with each free edge moved by 2 K0/K1, and the largest such step over the way to the next edge.
 
-    Edges nearer than a fraction of tolerance^2 of the width are as good as one: next to coalescence neither side of it
-    can be told from the other.
+    Next to coalescence an edge cannot be told from the next; then its error is that of the load at which K0 would
+    vanish, K0 being affine in the load: `coefficients` holds those at the load and at twice the load.
     """
     edges = zone_edges(zones)
     edges = sorted({*edges, *(-edge for edge in edges)}) if line.mirror else edges
-    moved, steps, least = {}, [0.0], MERGED*tolerance*(edges[-1] - edges[0])
+    moved, steps, width = {}, [0.0], edges[-1] - edges[0]
+    least, rounding = MERGED*tolerance*width, EDGE_ROUNDING*width
     for corner, intervals in zones.items():
         new = []
         for left, right in intervals:
-            right_step = _step(corner, right, -1, coefficients, fixed)
-            left_step = right_step if half_line(line) else _step(corner, left, 1, coefficients, fixed)
+            right_step = _step(corner, right, -1, coefficients[0], fixed)
+            left_step = right_step if half_line(line) else _step(corner, left, 1, coefficients[0], fixed)
             pair = []
             for edge, step in ((left, -left_step), (right, right_step)):
                 way = min(abs(edge - other) for other in edges if other != edge)
-                steps.append(abs(step)/max(way, least))
+                side = 1 if edge == left else -1
+                error = max(abs(step) - rounding, 0)/way
+                if way < least:
+                    error = MISFIT*_misfit(coefficients, corner, edge, side)
+                    if way < TOUCHING*least and error > tolerance:
+                        raise NotConverged(f"two edges run into each other at x = {edge:g}: another topology of the zones")
+                steps.append(error)
                 pair.append(edge + float(np.clip(step, -LONGEST_MOVE*way, LONGEST_MOVE*way)))
             new.append(tuple(pair))
         moved[corner] = tuple(new)
@@ -242,6 +258,12 @@ def _step(corner, edge, side, coefficients, fixed):
     return 2*K0/K1 if K1 > 0 else np.copysign(np.inf, K0)
 
 
+def _misfit(coefficients, corner, edge, side):
+    """Relative distance of the load from the one at which K0 vanishes at this edge."""
+    here, there = (found[corner, float(edge), side][0] for found in coefficients)
+    return abs(here/(there - here))
+
+
 def load_at_inner_edge(line, inner, outer, order):
     """Load at which two symmetric zones of partial contact are `inner` from the axis: (load, outer edge).
 
@@ -250,7 +272,7 @@ def load_at_inner_edge(line, inner, outer, order):
     """
     for _ in range(EDGE_STEPS):
         panels = make_panels(line, {0: ((inner, outer),)}, (), order)
-        first, second = (edge_coefficients(panels, q) for q in solve_zones(line, panels, (1.0, 2.0))[0].T)
+        first, second = (edge_coefficients(panels, q) for q in solve_zones(line, panels, (1.0, 2.0))[0])
         at = (0, float(inner), 1)
         load = 1 + first[at][0]/(first[at][0] - second[at][0])
         at = (0, float(outer), -1)

@@ -1,6 +1,7 @@
 """What a state shows: layer lengths from surface values and fluxes, relative errors."""
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 NEGLIGIBLE = 1e-13   # of the natural scale: some hundred rounding errors
 
@@ -89,17 +90,17 @@ def zone_changes(before, after):
     return changes
 
 
-def largest(function, x, tolerance=1e-10):
+def largest(function, x, tolerance=1e-7):
     """Largest value of a function of arrays, and where: (value, [x, ...]), refined between the samples x (ascending)."""
     values = function(x)
     peaks = []
-    for i in np.flatnonzero(values >= values.max()*(1 - 1e-2)):
+    padded = np.concatenate(([-np.inf], values, [-np.inf]))
+    tops = (values >= padded[:-2]) & (values >= padded[2:]) & (values >= values.max()*(1 - 1e-3))
+    for i in np.flatnonzero(tops):
         left, right = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
-        while right - left > tolerance*(x[-1] - x[0]):      # ternary search: a maximum between its neighbours
-            inner = np.array((2*left + right, left + 2*right))/3
-            low, high = function(inner)
-            left, right = (inner[0], right) if low < high else (left, inner[1])
-        place = np.array([(left + right)/2, x[i]])
+        found = minimize_scalar(lambda place: -function(np.array([place]))[0], bounds=(left, right), method="bounded",
+                                options={"xatol": tolerance*(x[-1] - x[0])})
+        place = np.array([found.x, x[i]])
         best = function(place)
         peaks.append((float(best.max()), float(place[np.argmax(best)])))
     top = max(value for value, _ in peaks)

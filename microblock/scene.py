@@ -16,7 +16,7 @@ REFINEMENTS = 3
 MARGIN = 1.3          # of the coarse grid around the contact
 PARTIAL = 2.4         # width of a partial zone over ell as ell -> 0 (2.39 at nu = 0.3, beta = 1): a first guess
 ORDERS = (6, 10, 14, 18, 22)
-FIXED_ORDER_EDGES = 1e-11      # tolerance of the edges where the order is fixed: rounding
+FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed: rounding
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
 KINK_LEVELS, KINK_RATIO = 5, 0.15      # panels that shrink towards a kink, where the pressure is logarithmic
 
@@ -80,7 +80,17 @@ class Contact:
             states[order] = self._fit(load, order, start, tolerance, looked=not states, search=search)
             return states[order]
 
-        return climb(rung, ORDERS, contact_line.difference, rtol)
+        return climb(rung, self._orders(load, zones, tolerance), contact_line.difference, rtol)
+
+    def _orders(self, load, zones, tolerance):
+        """ORDERS from the first that fits these zones: next to coalescence a coarse one may fit neither topology."""
+        for number, order in enumerate(ORDERS[:2]):
+            try:
+                self._fit(load, order, zones, tolerance, search=False)
+                return ORDERS[number:]
+            except NotConverged:
+                continue
+        return ORDERS[1:]
 
     def _fit(self, load, order, zones, tolerance, looked=True, search=True):
         """Fit the edges; where the topology does not hold, look again on finer and finer coarse grids."""
@@ -99,11 +109,17 @@ class Contact:
                 zones = self._topology(load, CELLS*2**refinement)
         raise NotConverged(f"no zones fit at load {load:g}: {failure}") from failure
 
-    def coalescence(self):
+    @property
+    def smooth_and_symmetric(self):
+        """Whether two corners meet symmetric about x = 0 under an obstacle without kinks and ends."""
+        kinks, fixed = self._features()
+        return self.symmetric and len(self.law.corners) == 2 and not kinks and not fixed
+
+    def coalescence(self, order=14):
         """Load at which the two zones of partial contact touch on the axis, and its error; symmetric scenes only."""
-        if not self.symmetric or len(self.law.corners) == 1 or self._features()[0] or self._features()[1]:
+        if not self.smooth_and_symmetric:
             raise BadArgument("scene", self, "must be a symmetric one of microblocks under a smooth obstacle")
-        return contact_line.coalescence(self.line, OUTER_AT_TOUCH*self.body.solid.ell)
+        return contact_line.coalescence(self.line, OUTER_AT_TOUCH*self.body.solid.ell, order)
 
     def _features(self):
         """Abscissae of the contact point at which a corner meets a kink, or an end, of the obstacle."""

@@ -1,0 +1,139 @@
+"""Figures of section 4.2 on the contact line: Figs 8 to 11."""
+
+from dataclasses import asdict
+
+import numpy as np
+
+from cases import hertz, size_effect
+from cases.options import command
+from microblock import plots
+from microblock.study import column
+
+LOADS = (0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0)
+TURNED_LOADS = (0.25, 0.5, 1.0)
+READINGS = (("gap", 5.0), ("lever", 5.0), ("gap", 0.5))
+SHOWN_ALPHAS = (0.01, 0.25, 0.5, 0.75, 1.0, 1.25)
+FIGURE_RTOL = 1e-4
+
+
+def profile_rows(**changes):
+    """States of one scene as records along the contact line: a row a node."""
+    parameters = hertz.Parameters(rtol=FIGURE_RTOL, **changes)
+    resolved = parameters.resolved()
+    rows = []
+    for state, estimate in hertz.solve(resolved):
+        seen = hertz.observe(resolved, state, estimate)
+        common = {"command": command("hertz", parameters), **asdict(resolved), "loads": None, "load": seen["load"],
+                  "error_estimate": estimate, "half_width": seen["half_width"]}
+        profile = {name: seen["profile"][name] for name in ("x", "pressure", "micromoment", "psi")}
+        rows += [{**common, **dict(zip(profile, node))} for node in zip(*profile.values())]
+    return rows
+
+
+def by(rows, *names):
+    """Records grouped by the values of columns."""
+    keys = dict.fromkeys(tuple(row[name] for name in names) for row in rows)
+    return {key: [row for row in rows if tuple(row[name] for name in names) == key] for key in keys}
+
+
+def draw_profiles(axes, groups, label):
+    """Pressure and micromoment of groups of records into two panels; zero outside the contact and in its gaps."""
+    for number, (key, rows) in enumerate(groups.items()):
+        x, p, moment = (np.array(column(rows, name)) for name in ("x", "pressure", "micromoment"))
+        axes[0].plot(x, p, color=plots.COLOURS[number % len(plots.COLOURS)], label=label(key))
+        axes[1].plot(x, moment, color=plots.COLOURS[number % len(plots.COLOURS)])
+    axes[0].set_ylabel(r"$p_n/p_{Hz}$")
+    axes[1].set_ylabel(r"$M/(p_{Hz}\ell)$")
+    for axis in axes:
+        axis.set_xlabel(r"$x_1/a_{Hz}$")
+
+
+def fig8_draw(rows):
+    """Pressure (a) and micromoment (b) over the load for alpha = 0.25, aligned blocks. As in the paper: two separate zones
+    at first, full contact in the middle later, kinks where it ends. Not as in the paper: the zones meet at
+    P/Pmax = 0.08979, not at about 0.07, since by scaling this is (alpha/alpha_mid)^2 with alpha_mid = 0.83431 instead of 0.8874."""
+    drawing, axes = plots.figure(1, 2, height=3.0)
+    draw_profiles(axes, by(rows, "load"), lambda key: rf"$\bar P = {key[0]:g}$")
+    plots.legend_below(axes[0], columns=4)
+    return drawing
+
+
+def fig9_records():
+    return [row for reading, degrees in READINGS
+            for row in profile_rows(psi0_deg=degrees, psi0_reading=reading, loads=TURNED_LOADS)]
+
+
+def fig9_draw(rows):
+    """Turned blocks, alpha = 0.25. Top: psi0 = 5 degrees in gaps and levers: corner A never touches. Middle: the same in the
+    levers only. Bottom: 0.5 degrees in gaps and levers. The paper's figure (zones of full and partial contact, pressures
+    higher for x1 < 0, transitions shifted to the right) is the kind of the bottom row, and in the middle row the asymmetry is weak;
+    it cannot come from 5 degrees with the strip's geometry."""
+    drawing, axes = plots.figure(3, 2, height=2.1)
+    for pair, (reading, degrees) in zip(axes, READINGS):
+        chosen = [row for row in rows if (row["psi0_reading"], row["psi0_deg"]) == (reading, degrees)]
+        draw_profiles(pair, by(chosen, "load"), lambda key: rf"$\bar P = {key[0]:g}$")
+        pair[0].set_title(rf"$\psi_0 = {degrees:g}^\circ$, {'gaps and levers' if reading == 'gap' else 'levers only'}")
+    plots.legend_below(axes[-1][0], columns=3)
+    return drawing
+
+
+def fig10_records():
+    return [row for contact in size_effect.LAWS for alpha in SHOWN_ALPHAS
+            for row in profile_rows(alpha=alpha, contact=contact)]
+
+
+def fig10_draw(rows):
+    """Pressure over alpha for microblocks (a) and the unilateral law (b), the Hertz ellipse dashed. As in the paper: both tend to
+    Hertz for small alpha; with alpha the unilateral contact narrows and its peak rises, the microblock contact widens, its
+    peak nearly constant beyond 0.5, and splits above alpha_mid."""
+    drawing, axes = plots.figure(1, 2, height=3.0)
+    ellipse = np.linspace(-1, 1, 201)
+    for axis, contact, name in zip(axes, size_effect.LAWS, "ab"):
+        for number, ((alpha,), nodes) in enumerate(by([row for row in rows if row["contact"] == contact], "alpha").items()):
+            axis.plot(column(nodes, "x"), column(nodes, "pressure"), color=plots.COLOURS[number], label=rf"$\alpha = {alpha:g}$")
+        axis.plot(ellipse, np.sqrt(1 - ellipse**2), "k--", linewidth=0.8, label="Hertz")
+        axis.set(xlabel=r"$x_1/a_{Hz}$", ylabel=r"$p_n/p_{Hz}$", title=f"({name}) {contact}", xlim=(-1.45, 1.45), ylim=(0, 1.32))
+        plots.legend_below(axis, columns=4)
+    return drawing
+
+
+def size_records():
+    """One run of the size effect as records: a row for each law and alpha."""
+    parameters = size_effect.Parameters()
+    answer = size_effect.result(parameters)
+    common = {"command": "python -m cases size_effect", "nu": parameters.nu, "beta": parameters.beta, "rtol": parameters.rtol,
+              "alpha_mid": answer["alpha_mid"], "alpha_mid_error": answer["alpha_mid_error"]}
+    return [{"contact": contact, **{name: value for name, value in row.items() if name != "profile"}, **common}
+            for contact, rows in answer["laws"].items() for row in rows]
+
+
+def fig11_draw(rows):
+    """Hardness over 1/alpha; the inset shows where real and apparent hardness part, at alpha_mid (dotted). As in the paper:
+    opposite size effects of the two laws, hardness 1 for small alpha. Not as in the paper: alpha_mid is 0.83431 (0.8874 there), and
+    the real hardness does not rise beyond it but goes on falling, only more slowly than the apparent one. The nominal
+    hardness (Fig. 11b) needs the approach and waits for finite elements."""
+    drawing, axis = plots.figure(height=3.4, width=4.2)
+    inset = axis.inset_axes((0.47, 0.1, 0.5, 0.3))
+    curves = (("microblock", "hardness_apparent", "o-"), ("microblock", "hardness_real", "s--"),
+              ("unilateral", "hardness_apparent", "^-"))
+    for number, (contact, name, style) in enumerate(curves):
+        chosen = [row for row in rows if row["contact"] == contact]
+        inverse = 1/np.array(column(chosen, "alpha"))
+        for panel in (axis, inset)[:1 if contact == "unilateral" else 2]:
+            panel.plot(inverse, column(chosen, name), style, markersize=3, color=plots.COLOURS[number],
+                       label=f"{contact}, {name.split('_')[1]}")
+    for panel in (axis, inset):
+        panel.axvline(1/rows[0]["alpha_mid"], color="0.5", linewidth=0.7, linestyle=":")
+    inset.set(xlim=(0.78, 1.35), ylim=(0.72, 0.87))
+    inset.tick_params(labelsize=6)
+    axis.set(xscale="log", xlabel=r"$1/\alpha$", ylabel=r"$H/H_{Hz}$")
+    plots.legend_below(axis, columns=2)
+    return drawing
+
+
+PLATES = {
+    "fig8": (lambda: profile_rows(loads=LOADS), fig8_draw),
+    "fig9": (fig9_records, fig9_draw),
+    "fig10": (fig10_records, fig10_draw),
+    "fig11": (size_records, fig11_draw),
+}

@@ -1,0 +1,116 @@
+"""Size effects in the Hertz-like problem: contact width, pressure and hardness over alpha = ell/a_Hz (Figs 10, 11).
+
+Geometry   the cylinder on the half-plane of `hertz`, at fixed load.
+Equations  those of `hertz`, for the microblock and the unilateral law.
+Model      halfplane: the contact line alone.
+Reference  alpha -> 0: the Hertz contact, hardness 1; alpha_mid from two sides of coalescence.
+Look at    width and hardness going opposite ways for the two laws; real and apparent hardness parting at alpha_mid.
+Units      those of `hertz`; hardness over P/(2 a_Hz).
+"""
+
+import math
+import time
+from dataclasses import asdict, dataclass, replace
+
+from tqdm import tqdm
+
+from cases import hertz
+from cases.options import option
+from microblock import plots
+from microblock.errors import BadArgument
+from microblock.halfplane import HalfPlane
+from microblock.law import Microblock
+from microblock.material import Cosserat
+from microblock.obstacles import Cylinder
+from microblock.scene import Contact
+from microblock.study import versions
+
+ALPHAS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.25, 0.35, 0.5, 0.65, 0.75, 0.8, 0.83, 0.84, 0.86, 0.9, 1.0, 1.125, 1.25)
+LAWS = ("microblock", "unilateral")
+COARSE = (6, 8, 10, 12, 14)      # orders of the panels for alpha_mid over the size of a panel's Gauss spacing
+KEPT = ("half_width", "inner_half_width", "pressure_max", "hardness_apparent", "hardness_real")
+
+
+@dataclass(frozen=True)
+class Parameters:
+    alphas: tuple = option(ALPHAS, "ratios ell/a_Hz", nargs="+", metavar="ALPHA")
+    nu: float = option(0.3, "Poisson's ratio, -1 < nu < 1/2")
+    beta: float = option(1.0, "coupling number, 0 < beta < 2")
+    model: str | None = option(None, "fe or halfplane; without it the smallest that can answer, halfplane", str,
+                               choices=("fe", "halfplane"))
+    rtol: float = option(1e-6, "relative L2 error of pressure and micromoment")
+
+    def __post_init__(self):
+        object.__setattr__(self, "alphas", tuple(float(alpha) for alpha in self.alphas))
+        if not self.alphas:
+            raise BadArgument("alphas", self.alphas, "must name at least one ratio")
+        for alpha in self.alphas:
+            self.scene(alpha, "microblock")
+
+    def scene(self, alpha, contact):
+        """The parameters of `hertz` at one alpha."""
+        return hertz.Parameters(alpha=alpha, nu=self.nu, beta=self.beta, contact=contact, model=self.model, rtol=self.rtol)
+
+
+def coalescence_ratio(nu, beta, order=14):
+    """alpha_mid, at which the two zones of partial contact touch, and its error.
+
+    By scaling it is ell over the a_Hz that belongs to the load of coalescence.
+    """
+    solid = Cosserat(E=2*(1 - nu**2), nu=nu, ell=1.0, beta=beta)      # E* = 2: a_Hz^2 = 2 P R/pi
+    load, error = Contact(HalfPlane(solid), Cylinder(1.0), Microblock()).coalescence(order)
+    alpha = 1/math.sqrt(2*load/math.pi)
+    return alpha, alpha*error/load/2
+
+
+def result(parameters, quiet=True):
+    """The contract's object."""
+    start = time.perf_counter()
+    alpha_mid, error = coalescence_ratio(parameters.nu, parameters.beta)
+    # panels have no h; the ladder is that of their orders, h the Gauss spacing over a_Hz at an edge panel of length ell
+    of_order = [(alpha_mid/order, coalescence_ratio(parameters.nu, parameters.beta, order)[0]) for order in COARSE]
+    laws = {contact: [] for contact in LAWS}
+    progress = tqdm(LAWS, disable=quiet, unit="law")
+    for contact in progress:
+        for alpha in parameters.alphas:
+            progress.set_description(f"{contact}, alpha = {alpha:g}")
+            chosen = parameters.scene(alpha, contact).resolved()
+            (state, estimate), = hertz.solve(chosen)
+            seen = hertz.observe(chosen, state, estimate)
+            laws[contact].append({"alpha": alpha, **{name: seen[name] for name in KEPT}, "hardness_nominal": None,
+                                  "error_estimate": estimate, "profile": seen["profile"]})
+    return {"parameters": {**asdict(replace(parameters, model="halfplane")), "alphas": list(parameters.alphas)},
+            "versions": versions(), "seconds": {"setup": 0.0, "solve": time.perf_counter() - start},
+            "laws": laws, "alpha_mid": alpha_mid, "alpha_mid_error": error, "alpha_mid_of_h": of_order,
+            "warnings": ["hardness_nominal needs an approach, which a half-plane has not: null"]}
+
+
+def run(parameters, out=None, quiet=False):
+    """Solve, print a table, draw hardness over 1/alpha into the folder `out`."""
+    answer = result(parameters, quiet)
+    if not quiet:
+        print(f"alpha_mid = {answer['alpha_mid']:.10f} +- {answer['alpha_mid_error']:.1e}")
+        print("  ".join(f"{name:>17}" for name in ("law", "alpha", *KEPT)))
+        for contact, rows in answer["laws"].items():
+            for row in rows:
+                print("  ".join([f"{contact:>17}", f"{row['alpha']:17.9g}", *(f"{row[name]:17.9g}" for name in KEPT)]))
+    if out:
+        plots.draw(figure, answer, out, "size_effect")
+    return answer
+
+
+def figure(answer):
+    """Apparent and real hardness over 1/alpha for both laws."""
+    drawing, axis = plots.figure(height=3.0)
+    for number, (contact, rows) in enumerate(answer["laws"].items()):
+        inverse = [1/row["alpha"] for row in rows]
+        axis.semilogx(inverse, [row["hardness_apparent"] for row in rows], plots.MARKERS[number] + "-",
+                      label=f"{contact}, apparent", color=plots.COLOURS[number])
+    rows = answer["laws"]["microblock"]
+    axis.semilogx([1/row["alpha"] for row in rows], [row["hardness_real"] for row in rows], "--", label="microblock, real",
+                  color=plots.COLOURS[2])
+    axis.axvline(1/answer["alpha_mid"], color="0.6", linewidth=0.7, linestyle=":")
+    axis.axhline(1, color="0.6", linewidth=0.7)
+    axis.set(xlabel=r"$1/\alpha$", ylabel=r"$H/H_{Hz}$")
+    plots.legend_below(axis)
+    return drawing
