@@ -30,8 +30,8 @@ def command(case, parameters):
     words = [f"python -m cases {case}"]
     for entry in fields(parameters):
         value = getattr(parameters, entry.name)
-        if value is not None:
-            words.append(f"{flag(entry.name)} {value}")
+        if value is not None and value != ():
+            words.append(" ".join(map(str, (flag(entry.name), *(value if isinstance(value, tuple) else (value,))))))
     return " ".join(words)
 
 

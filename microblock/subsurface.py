@@ -25,7 +25,7 @@ import numpy as np
 
 from .errors import BadArgument
 from .halfplane import gauss_rule
-from .panels import lagrange
+from .panels import lagrange, zone_edges
 
 TURN = np.exp(0.25j*np.pi)
 SKIN = 1e-7          # over ell: depth at which fields "at" the surface are taken; less, and rounding shows in theta,2
@@ -38,6 +38,7 @@ NAMES = ("psi", "theta", "theta_slope", "u1", "u2", "s11", "s12", "s21", "s22", 
 ODD = ("psi", "theta", "theta_slope", "u1", "s12", "s21", "m2")      # real symbols of M, imaginary ones of p
 LONG, MOMENTS = 0.1, 7      # 0.1^7/7! = 2e-11: moments of sources as far as LONG/|k| serve for their transform
 FACTORIALS = np.array([float(factorial(power)) for power in range(MOMENTS)])
+ACROSS, DOWN, NEAR_EDGE, ZOOM = 41, 25, 7, 9     # points of the grids that look for the largest shear
 LOWEST = 1e-9       # wavenumber over 1/size below which the rest of the integral is dropped
 
 
@@ -99,17 +100,41 @@ def fields(state, x1, x2, accuracy=ACCURACY):
     return Fields(x1, x2, psi, theta, slope, np.array((u1, u2)), np.array(((s11, s12), (s21, s22))), np.array((m1, m2)))
 
 
+def largest_shear(state, rtol=1e-4):
+    """The largest shear stress below the contact and where: (value, x1, x2).
+
+    The largest value on a grid that is fine near the surface and the edges of all zones, and on finer ones around it
+    until they span rtol of the contact's width.
+    """
+    edges = np.array(zone_edges(state.all_zones))
+    edges = np.concatenate((edges, -edges)) if state.line.mirror else edges
+    width, ell = np.ptp(edges), min(state.line.solid.ell, np.ptp(edges))
+    steps = ell*np.geomspace(1/32, 2, NEAR_EDGE)
+    across = np.unique(np.concatenate((np.linspace(edges.min() - width/4, edges.max() + width/4, ACROSS),
+                                       np.add.outer(edges, np.concatenate((-steps, [0.0], steps))).ravel())))
+    down = -ell*np.expm1(np.linspace(0, np.log1p(width/ell), DOWN))
+    while True:
+        x1, x2 = (part.ravel() for part in np.meshgrid(across, down))
+        shear = fields(state, x1, x2).shear
+        best = np.argmax(shear)
+        i, j = best % len(across), best//len(across)
+        if np.ptp(across) < rtol*width and np.ptp(down) < rtol*width:
+            return float(shear[best]), float(x1[best]), float(x2[best])
+        across = np.linspace(across[max(i - 1, 0)], across[min(i + 1, len(across) - 1)], ZOOM)
+        down = np.linspace(down[max(j - 1, 0)], down[min(j + 1, len(down) - 1)], ZOOM)
+
+
 def _vertical(state, x1, x2, accuracy):
     """Fields at the points (x1, x2 < 0), x2 an array (n,): array (11, n) in the order of `Fields`."""
     solid = state.line.solid
     edges = np.concatenate((state.panels.e, state.panels.e + state.panels.h))
     size = np.abs(x1) + np.abs(edges).max() + np.abs(x2).max() + solid.ell
-    k, dk = _path(LOWEST/size, FAR_TAIL/np.abs(x2).min(), accuracy)
+    lowest = LOWEST/size
+    k, dk = _path(lowest, FAR_TAIL/np.abs(x2).min(), accuracy)
     p_sum, p_difference, M_sum, M_difference = _transforms(state, x1, k, NEAREST_CUT*np.abs(x2).min(), accuracy + SOURCES)
     # symbols that are real for real k go with the sum of left and right sources, imaginary ones with their difference
     odd = _modes(state.line, k, p_difference, M_sum)
     even = _modes(state.line, k, p_sum, M_difference)
-    even["u2"][0] += (1 - solid.nu)/solid.mu*state.load*np.exp(1j*k*solid.ell)/k      # the level
     chosen = np.array([(odd if name in ODD else even)[name] for name in NAMES])*dk
     s_minus_k = _rates(solid, k)[1]
     classical = np.exp(np.outer(k, x2))
@@ -117,6 +142,8 @@ def _vertical(state, x1, x2, accuracy):
     found = np.real(chosen[:, 0] @ classical + x2*(chosen[:, 1] @ classical) + chosen[:, 2] @ micropolar)/np.pi
     # the path leaves out the arc around k = 0, where u1 -> i (1 - 2 nu) p/(2 mu k)
     found[NAMES.index("u1")] -= (1 - 2*solid.nu)/(8*solid.mu)*p_difference[0].real
+    # the level: there u2 -> -(1 - nu) p/(mu k), and the integral of exp(i k ell)/k, which is this, is taken off
+    found[NAMES.index("u2")] -= (1 - solid.nu)/(np.pi*solid.mu)*state.load*(np.euler_gamma + np.log(lowest*solid.ell))
     return found
 
 
@@ -181,8 +208,8 @@ def _sources(state, x1, nearest, points):
     """
     panels, rows = _all_panels(state)
     v0, direction, start, end = _halves(panels, x1)
-    cuts = nearest*CUT**np.arange(-1, np.ceil(np.log(end.max()/nearest)/np.log(CUT)) + 1)
-    cuts[0] = 0.0
+    count = max(0, int(np.ceil(np.log(end.max()/nearest)/np.log(CUT))))
+    cuts = np.concatenate(([0.0], nearest*CUT**np.arange(count + 1)))
     first, last = np.maximum(start, cuts[:-1, None]), np.minimum(end, cuts[1:, None])
     level, half = np.nonzero(first < last)
     panel = half % len(panels.e)

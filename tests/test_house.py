@@ -13,6 +13,7 @@ MAY_IMPORT = {
     "errors": set(), "material": set(), "obstacles": set(), "meshes": set(), "references": set(), "observables": set(),
     "plots": set(), "adapt": set(), "study": {"__init__"}, "law": {"obstacles"}, "body": {"material"},
     "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane"}, "contact_line": {"panels"}, "active_set": set(),
+    "subsurface": {"halfplane", "panels"},
     "scene": {"active_set", "adapt", "contact_line", "law", "obstacles", "panels"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
 }
