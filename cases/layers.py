@@ -8,9 +8,9 @@ Reference  the bi-exponential decay (51), fitted to the difference of psi along 
            thick strip, (49).
 Look at    L_bl/ell beside mode_length_over_ell: the micropolar mode's share of the difference over its own
            derivative at the surface, which needs no fit. Both tend to 1/sqrt(beta) under the full-contact zone.
-Units      lengths over a_Hz (alpha = ell/a_Hz), psi as psi R/a_Hz. L_bl_error is that of L_bl_over_ell: one standard
-           deviation of the fit and the largest change when its depths are varied. Beyond SENSITIVITY the lengths
-           are null, and reason says why.
+Units      lengths over a_Hz (alpha = ell/a_Hz), psi as psi R/a_Hz. L_bl_error is that of L_bl_over_ell: two standard
+           deviations of the fit and the largest change when its depths are varied. Beyond 10 % a length is null,
+           and reason says why.
 """
 
 import time
@@ -40,6 +40,8 @@ VARIED = ((0.5, 2.0), (0.0, 1.0), (0.0, 4.0))
 LENGTHS = (0.05, 20.0)       # searched: from this times ell to this times a_Hz
 GRID = (300, 30)             # short and long lengths tried before the fit is refined
 APART = np.log(3.0)          # of their logarithms there: two lengths nearly the same fit anything smooth a little
+FAINT = 1e-6                 # amplitude over the largest value, below which it is an error of the states
+CONFIDENCE = 2               # standard deviations of the fit that count as its error
 SENSITIVITY = 0.1            # relative error beyond which a length is not determined
 RESIDUAL = 0.02              # relative L2 residual beyond which (51) is no description
 ALIKE = 10.0                 # amplitude over the largest value, beyond which two exponentials are one
@@ -112,12 +114,17 @@ def fit(x2, values, scale):
     found = least_squares(_misfit, _best_pair(x2, values/largest, bounds), args=(x2, values/largest, bounds),
                           method="lm", xtol=1e-8, ftol=1e-12)
     order = np.argsort(found.x)
-    logarithms, jacobian = found.x[order], found.jac[:, order]
-    variances = np.diag(np.linalg.pinv(jacobian.T @ jacobian))*2*found.cost/(len(x2) - 4)
-    outside = (logarithms <= bounds[0]) | (logarithms >= bounds[1])
-    amplitudes = _projected(logarithms, x2, values, bounds)[1]
-    return Fit(np.exp(np.clip(logarithms, *bounds)), amplitudes, np.where(outside, np.inf, np.sqrt(variances)),
+    logarithms, amplitudes = found.x[order], _projected(found.x[order], x2, values, bounds)[1]
+    lost = (logarithms <= bounds[0]) | (logarithms >= bounds[1]) | (np.abs(amplitudes) <= FAINT*largest)
+    return Fit(np.exp(np.clip(logarithms, *bounds)), amplitudes, np.where(lost, np.inf, _deviations(found, len(x2) - 4)[order]),
                float(np.sqrt(2*found.cost/np.sum((values/largest)**2))))
+
+
+def _deviations(found, freedom):
+    """Standard deviations of both logarithms, from the residual and the Jacobian; infinite where it does not see them."""
+    sizes = np.maximum(np.linalg.norm(found.jac, axis=0), 1e-300)
+    cosine = np.prod(found.jac/sizes, axis=1).sum()
+    return np.sqrt(2*found.cost/freedom/max(1 - cosine**2, 1e-300))/sizes
 
 
 def _best_pair(x2, values, bounds):
@@ -153,7 +160,7 @@ def layer(x2, values, alpha):
     """The fit on DEPTHS and what varying them does: the row's entries, null where nothing is determined."""
     base, *others = [fit_between(x2, values, alpha, *window) for window in (DEPTHS, *VARIED)]
     changes = np.max([np.abs(other.lengths - base.lengths) for other in others], axis=0)
-    errors = changes + base.deviations*base.lengths
+    errors = changes + CONFIDENCE*base.deviations*base.lengths
     (L_bl, L_sol), (A_bl, A_sol) = base.lengths, base.amplitudes
     row = {"L_bl_over_ell": L_bl/alpha, "L_bl_error": errors[0]/alpha, "L_sol": L_sol, "A_bl": A_bl, "A_sol": A_sol,
            "fit_from": DEPTHS[0]*alpha, "fit_to": DEPTHS[1], "fit_residual": base.residual, "reason": None}
