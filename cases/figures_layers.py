@@ -32,10 +32,11 @@ def fig12_records():
 def fig12_draw(rows):
     """Microrotation below the contact. (a) psi over depth for both laws, alpha = 0.05. (b) Their difference at two
     positions for three alpha (lines) and the bi-exponential (51) fitted to it from the surface to 2 a_Hz (dashed).
-    As in the paper the laws differ within a layer of some ell only, psi starts at x1/R under the microblocks and with
-    vanishing slope under the unilateral law, and (51) describes the difference, to a residual of 0.2 % in L2 or less.
-    Unlike what the words of the paper suggest, A_sol is small, of the other sign, and falls with alpha (for
-    alpha = 0.01 below 1 % of A_bl), and L_sol depends on the depths used."""
+    As in the paper, the laws differ within a layer of a few ell only, psi starts at x1/R under the microblocks and with
+    vanishing slope under the unilateral law, and (51) describes the difference, to a residual of 0.2 % in L2. Unlike in
+    the paper, where A_sol and L_sol depend weakly on alpha, here A_sol/A_bl is negative and falls with alpha (at
+    x1 = 0.3 a_Hz from 5 % for 0.1 to 0.03 % for 0.01), and L_sol is a matter of the depths used: what is left below the
+    layer is small and decays algebraically."""
     drawing, axes = plots.figure(1, 2, height=3.4)
     lines = by([row for row in rows if row["panel"] == "a"], "x1")
     for number, (x1, nodes) in enumerate(lines.items()):
@@ -66,9 +67,13 @@ def fig13_records():
 
 
 def fig13_draw(rows):
-    """Layer length over position: L_bl of the fit (51) (markers; bars: deviation of the fit and change with its
-    depths; none where the fit is not determined) and, without a fit, the micropolar mode's share of the difference
-    over its derivative at the surface (lines), which drops where full contact ends."""
+    """Layer length over position: L_bl of the fit (51) (markers; bars: two deviations of the fit and the change with
+    its depths; no marker where the fit is not determined) and, without a fit, the micropolar mode's share of the
+    difference over its derivative at the surface (lines), which drops where full contact ends. As in the paper, L_bl/ell
+    is close to 1 under the zone of full contact: within 0.5 % for alpha = 0.01 and 1.5 % for 0.02 up to x1 = 0.8 a_Hz,
+    within 4.5 % for 0.05 up to 0.7; for 0.1 it is 1.05 to 1.14 up to 0.6. Unlike in the paper, alpha = 0.01 is no
+    exception beyond 0.7: it stays closest to 1 (1.013 at 0.9, 1.05 at 0.95), and the larger alpha leave 1 first, near
+    the end of full contact."""
     drawing, axis = plots.figure(height=3.6)
     layers.draw_lengths(axis, rows, every=2)
     axis.set(ylim=(0.6, 1.3), xlim=(0, 1))

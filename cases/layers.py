@@ -32,14 +32,14 @@ from microblock.study import column, read_records, versions, write_records
 MODELS = ("halfplane", "fe")
 ALPHAS = (0.01, 0.02, 0.05, 0.1)
 POSITIONS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
-RANGES = {"alphas": (1e-3, 10.0), "positions": (1e-3, 100.0)}
+RANGES = {"alphas": (1e-3, 2.0), "positions": (1e-3, 100.0)}
 STATE_RTOL = 1e-7            # of the two pressures: the difference of the laws is some hundredth of either
 SAMPLES = 80                 # depths, evenly in log(1 + depth/ell), so that layer and bulk count alike
 DEPTHS = (0.0, 2.0)          # of the fit: from (over ell) and to (over a_Hz)
 VARIED = ((0.5, 2.0), (0.0, 1.0), (0.0, 4.0))
 LENGTHS = (0.05, 20.0)       # searched: from this times ell to this times a_Hz
 GRID = (300, 30)             # short and long lengths tried before the fit is refined
-APART = np.log(3.0)          # of their logarithms there: two lengths nearly the same fit anything smooth a little
+APART = 0.05                 # of their logarithms there, at least
 FAINT = 1e-6                 # amplitude over the largest value, below which it is an error of the states
 CONFIDENCE = 2               # standard deviations of the fit that count as its error
 SENSITIVITY = 0.1            # relative error beyond which a length is not determined

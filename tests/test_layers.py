@@ -113,6 +113,18 @@ def test_fit_recovers_bi_exponentials(alpha, L_bl, L_sol, A_bl, A_sol):
     assert {name: row[name] for name in expected} == pytest.approx(expected, rel=1e-4)
 
 
+@pytest.mark.parametrize("alpha, x1", [(0.01, 0.2), (0.02, 0.95), (0.1, 0.7), (0.1, 0.9)])
+def test_the_fit_is_the_best_there_is(alpha, x1):
+    """No start of a ladder of pairs leads lower: narrow valleys (small alpha) and two nearly equal lengths (large)."""
+    x2, microblock, unilateral, _, _ = layers.profiles(alpha, (x1,))
+    values = (microblock - unilateral)[0]/np.abs(microblock - unilateral).max()
+    bounds = np.log((layers.LENGTHS[0]*alpha, layers.LENGTHS[1]))
+    costs = [layers.least_squares(layers._misfit, np.log((short*alpha, ratio*short*alpha)), args=(x2, values, bounds),
+                                  method="lm").cost for short in (0.2, 0.5, 0.8, 1.0, 1.02, 1.2) for ratio in (1.2, 3, 10, 50)]
+    found = layers.fit(x2, values, alpha)
+    assert found.residual**2*np.sum(values**2)/2 <= min(costs)*(1 + 1e-6)
+
+
 def test_error_covers_noise():
     """Noise of 1 % of the amplitudes, seeded: the error given covers the error made, nearly always."""
     alpha, rng = 0.05, np.random.default_rng(5)
