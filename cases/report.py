@@ -10,14 +10,14 @@ from dataclasses import asdict, dataclass
 
 from tqdm import tqdm
 
-from cases import figures_hertz, figures_strip
+from cases import figures_hertz, figures_layers, figures_strip
 from cases.options import option
 from microblock import plots
 from microblock.errors import BadArgument
 from microblock.study import read_records, versions, write_records, write_text
 
 OUT = "out"
-PLATES = {**figures_strip.PLATES, **figures_hertz.PLATES}
+PLATES = {**figures_strip.PLATES, **figures_hertz.PLATES, **figures_layers.PLATES}
 TABLES = {**figures_strip.TABLES}
 SHOWN = 4     # significant digits of a table on the page; the CSV has them all
 

@@ -12,7 +12,8 @@ ROOT = Path(microblock.__file__).parent
 MAY_IMPORT = {
     "errors": set(), "material": set(), "obstacles": set(), "meshes": set(), "references": set(), "observables": set(),
     "plots": set(), "adapt": set(), "study": {"__init__"}, "law": {"obstacles"}, "body": {"material"},
-    "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane"}, "contact_line": {"halfplane", "panels"}, "active_set": set(),
+    "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane"}, "active_set": set(),
+    "contact_line": {"halfplane", "panels"}, "subsurface": {"halfplane", "panels"},
     "scene": {"active_set", "adapt", "contact_line", "law", "obstacles", "panels"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
 }

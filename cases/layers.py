@@ -1,0 +1,278 @@
+"""Layers below the contact: what the microblock law adds to the microrotation (Figs 12, 13).
+
+Geometry   half-plane x2 < 0 under a rigid cylinder, the same load with two laws: microblock (psi0 = 0) and
+           unilateral (M = 0).
+Equations  (10)-(18) in the half-plane, corner gaps and micromoment (21), (22), (29) at the surface.
+Model      halfplane: pressures on panels of the contact line, the fields below them from the half-plane's modes.
+Reference  the bi-exponential decay (51), fitted to the difference of psi along vertical lines; 1/sqrt(beta) of the
+           thick strip, (49).
+Look at    L_bl/ell beside mode_length_over_ell: the micropolar mode's share of the difference over its own
+           derivative at the surface, which needs no fit. Both tend to 1/sqrt(beta) under the full-contact zone.
+Units      lengths over a_Hz (alpha = ell/a_Hz), psi as psi R/a_Hz. L_bl_error is that of L_bl_over_ell: two standard
+           deviations of the fit and the largest change when its depths are varied. Beyond 10 % a length is null,
+           and reason says why.
+"""
+
+import time
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from cases.options import command, option
+from microblock import plots, subsurface
+from microblock.errors import BadArgument, Inadmissible, require_finite
+from microblock.halfplane import HalfPlane
+from microblock.law import Microblock, Unilateral
+from microblock.material import Cosserat
+from microblock.obstacles import Cylinder
+from microblock.scene import Contact
+from microblock.study import column, read_records, versions, write_records
+
+MODELS = ("halfplane", "fe")
+ALPHAS = (0.01, 0.02, 0.05, 0.1)
+POSITIONS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
+RANGES = {"alphas": (1e-3, 2.0), "positions": (1e-3, 100.0)}
+STATE_RTOL = 1e-7            # of the two pressures: the difference of the laws is some hundredth of either
+SAMPLES = 80                 # depths, evenly in log(1 + depth/ell), so that layer and bulk count alike
+DEPTHS = (0.0, 2.0)          # of the fit: from (over ell) and to (over a_Hz)
+VARIED = ((0.5, 2.0), (0.0, 1.0), (0.0, 4.0))
+LENGTHS = (0.05, 20.0)       # searched: from this times ell to this times a_Hz
+GRID = (300, 30)             # short and long lengths tried before the fit is refined
+APART = 0.05                 # of their logarithms there, at least
+FAINT = 1e-6                 # amplitude over the largest value, below which it is an error of the states
+CONFIDENCE = 2               # standard deviations of the fit that count as its error
+SENSITIVITY = 0.1            # relative error beyond which a length is not determined
+RESIDUAL = 0.02              # relative L2 residual beyond which (51) is no description
+ALIKE = 10.0                 # amplitude over the largest value, beyond which two exponentials are one
+
+
+@dataclass(frozen=True)
+class Parameters:
+    alphas: tuple = option(ALPHAS, "length scales of the material over a_Hz", nargs="+", metavar="ALPHA")
+    positions: tuple = option(POSITIONS, "abscissae x1 > 0 of the vertical lines over a_Hz", nargs="+", metavar="X1")
+    nu: float = option(0.3, "Poisson's ratio, -1 < nu < 1/2")
+    beta: float = option(1.0, "coupling number 2 eta/(1 + eta), 0 < beta < 2")
+    model: str = option("halfplane", "modes of the half-plane (finite elements are not there yet)", str, choices=MODELS)
+
+    def __post_init__(self):
+        for name, (least, most) in RANGES.items():
+            values = tuple(getattr(self, name))
+            object.__setattr__(self, name, values)
+            if not values:
+                raise BadArgument(name, values, "must be at least one number")
+            for value in values:
+                require_finite(**{name: value})
+                if not least <= value <= most:
+                    raise BadArgument(name, value, f"must lie between {least:g} and {most:g}")
+        require_finite(nu=self.nu, beta=self.beta)
+        if not -1 < self.nu < 0.5:
+            raise Inadmissible("nu", self.nu, "must satisfy -1 < nu < 1/2")
+        if not 0 < self.beta < 2:
+            raise Inadmissible("beta", self.beta, "must satisfy 0 < beta < 2")
+        if self.model not in MODELS:
+            raise BadArgument("model", self.model, f"must be one of {', '.join(MODELS)}")
+        if self.model == "fe":
+            raise BadArgument("model", self.model, "not there yet, take halfplane")
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The bi-exponential (51) fitted to samples over depth; lengths ascending, amplitudes in their order."""
+
+    lengths: np.ndarray
+    amplitudes: np.ndarray
+    deviations: np.ndarray      # relative standard deviations of the lengths
+    residual: float             # relative, in L2 of the samples
+
+    def __call__(self, x2):
+        return np.exp(np.divide.outer(x2, self.lengths)) @ self.amplitudes
+
+
+def solve(alpha, nu=0.3, beta=1.0):
+    """The states of both laws in units a_Hz = p_Hz = R = 1: (microblock, unilateral)."""
+    solid = Cosserat(E=2*(1 - nu**2), nu=nu, ell=alpha, beta=beta)
+    return tuple(Contact(HalfPlane(solid), Cylinder(R=1.0), law).at(np.pi/2, rtol=STATE_RTOL)[0]
+                 for law in (Microblock(), Unilateral()))
+
+
+def depths(alpha):
+    """x2 of the samples, from the surface downwards."""
+    deepest = max(to for _, to in (DEPTHS, *VARIED))
+    return -alpha*np.expm1(np.linspace(0, np.log1p(deepest/alpha), SAMPLES))
+
+
+def fit(x2, values, scale):
+    """Fit (51) by variable projection: amplitudes are linear, the logarithms of two lengths are searched.
+
+    Parameters
+    ----------
+    x2, values : arrays (n,), samples that count alike
+    scale : length of the layer to expect; LENGTHS[0] times it is the shortest that is searched
+    """
+    bounds, largest = np.log((LENGTHS[0]*scale, LENGTHS[1])), np.abs(values).max()
+    found = least_squares(_misfit, _best_pair(x2, values/largest, bounds), args=(x2, values/largest, bounds),
+                          method="lm", xtol=1e-8, ftol=1e-12)
+    order = np.argsort(found.x)
+    logarithms, amplitudes = found.x[order], _projected(found.x[order], x2, values, bounds)[1]
+    lost = (logarithms <= bounds[0]) | (logarithms >= bounds[1]) | (np.abs(amplitudes) <= FAINT*largest)
+    return Fit(np.exp(np.clip(logarithms, *bounds)), amplitudes, np.where(lost, np.inf, _deviations(found, len(x2) - 4)[order]),
+               float(np.sqrt(2*found.cost/np.sum((values/largest)**2))))
+
+
+def _deviations(found, freedom):
+    """Standard deviations of both logarithms, from the residual and the Jacobian; infinite where it does not see them."""
+    sizes = np.maximum(np.linalg.norm(found.jac, axis=0), 1e-300)
+    cosine = np.prod(found.jac/sizes, axis=1).sum()
+    return np.sqrt(2*found.cost/freedom/max(1 - cosine**2, 1e-300))/sizes
+
+
+def _best_pair(x2, values, bounds):
+    """The best of a grid of pairs of logarithms, by the normal equations of their amplitudes."""
+    short, long = (np.linspace(*bounds, count) for count in GRID)
+    first, second = (np.exp(np.divide.outer(x2, np.exp(trials))) for trials in (short, long))
+    a, b, c = np.sum(first**2, axis=0)[:, None], first.T @ second, np.sum(second**2, axis=0)
+    p, q = (first.T @ values)[:, None], second.T @ values
+    explained = (c*p**2 - 2*b*p*q + a*q**2)/np.maximum(a*c - b**2, 1e-300)
+    explained[long - short[:, None] < APART] = 0
+    # where the long part is weak the valley in the short length is narrower than the grid: a parabola finds its floor
+    left, top, right = explained[:-2], explained[1:-1], explained[2:]
+    bend = left - 2*top + right
+    peak = (right > 0) & (top >= left) & (top >= right) & (bend < 0)
+    bend = np.where(peak, bend, -1.0)
+    floor = np.where(peak, top - (right - left)**2/(8*bend), 0)
+    i, j = np.unravel_index(np.argmax(floor), floor.shape)
+    return short[1 + i] + (left - right)[i, j]/(2*bend[i, j])*(short[1] - short[0]), long[j]
+
+
+def _projected(logarithms, x2, values, bounds):
+    """Exponentials of the lengths, and the amplitudes that fit best."""
+    shapes = np.exp(np.divide.outer(x2, np.exp(np.clip(logarithms, *bounds))))
+    return shapes, np.linalg.lstsq(shapes, values, rcond=None)[0]
+
+
+def _misfit(logarithms, x2, values, bounds):
+    shapes, amplitudes = _projected(logarithms, x2, values, bounds)
+    return shapes @ amplitudes - values
+
+
+def layer(x2, values, alpha):
+    """The fit on DEPTHS and what varying them does: the row's entries, null where nothing is determined."""
+    base, *others = [fit_between(x2, values, alpha, *window) for window in (DEPTHS, *VARIED)]
+    changes = np.max([np.abs(other.lengths - base.lengths) for other in others], axis=0)
+    errors = changes + CONFIDENCE*base.deviations*base.lengths
+    (L_bl, L_sol), (A_bl, A_sol) = base.lengths, base.amplitudes
+    row = {"L_bl_over_ell": L_bl/alpha, "L_bl_error": errors[0]/alpha, "L_sol": L_sol, "A_bl": A_bl, "A_sol": A_sol,
+           "fit_from": DEPTHS[0]*alpha, "fit_to": DEPTHS[1], "fit_residual": base.residual, "reason": None}
+    row = {name: value if value is None else float(value) for name, value in row.items()}
+    reason, lost = _doubt(base, errors, np.abs(values).max())
+    return {**row, **dict.fromkeys(lost), "reason": reason}
+
+
+def fit_between(x2, values, alpha, start, stop):
+    chosen = (-x2 >= start*alpha*(1 - 1e-9)) & (-x2 <= stop*(1 + 1e-9))
+    return fit(x2[chosen], values[chosen], alpha)
+
+
+def _doubt(base, errors, largest):
+    """Why a fit, or its slower part, is not determined, and the entries that are lost by it."""
+    everything = ("L_bl_over_ell", "L_bl_error", "L_sol", "A_bl", "A_sol")
+    relative = errors/base.lengths
+    if base.residual > RESIDUAL:
+        return f"the residual of the fit is {base.residual:.0%}: (51) does not describe the difference here", everything
+    if np.abs(base.amplitudes).max() > ALIKE*largest:
+        return "two exponentials of nearly the same length cancel: they cannot be told apart", everything
+    if relative[0] > SENSITIVITY:
+        return f"L_bl moves by {_percent(relative[0])} with the depths used", everything
+    if relative[1] > SENSITIVITY:
+        return f"L_sol and A_sol move by {_percent(relative[1])} with the depths used", ("L_sol", "A_sol")
+    return None, ()
+
+
+def _percent(change):
+    return f"{change:.0%}" if change < 1 else "over 100%"
+
+
+def profiles(alpha, positions, nu=0.3, beta=1.0, x2=None):
+    """Fields of both laws along vertical lines, (positions, depths): psi of each law, and the micropolar difference.
+
+    Returns (x2, psi of microblock, psi of unilateral, theta's difference at the surface over its derivative,
+    seconds of the two states).
+    """
+    start = time.perf_counter()
+    states = solve(alpha, nu, beta)
+    seconds = time.perf_counter() - start
+    x2 = depths(alpha) if x2 is None else np.asarray(x2, float)
+    points = (np.repeat(positions, len(x2)), np.tile(x2, len(positions)))
+    microblock, unilateral = (subsurface.fields(state, *points) for state in states)
+
+    def difference(name):
+        return (getattr(microblock, name) - getattr(unilateral, name)).reshape(len(positions), -1)[:, 0]
+
+    shape = (len(positions), len(x2))
+    mode_length = difference("theta")/difference("theta_slope")
+    return x2, microblock.psi.reshape(shape), unilateral.psi.reshape(shape), mode_length, seconds
+
+
+def result(parameters):
+    """The contract's object: a row for each alpha and position."""
+    start, setup, found = time.perf_counter(), 0.0, []
+    for alpha in parameters.alphas:
+        x2, microblock, unilateral, mode_length, seconds = profiles(alpha, parameters.positions, parameters.nu, parameters.beta)
+        setup += seconds
+        for x1, values, length in zip(parameters.positions, microblock - unilateral, mode_length):
+            found.append({"alpha": alpha, "x1": x1, **layer(x2, values, alpha),
+                          "mode_length_over_ell": float(length/alpha) if np.isfinite(length) else None})
+    return {"parameters": asdict(parameters), "versions": versions(),
+            "seconds": {"setup": setup, "solve": time.perf_counter() - start - setup},
+            "model": parameters.model, "layers": found}
+
+
+def run(parameters, out=None, quiet=False):
+    """Fit all lines, print a table, draw the lengths into the folder `out`."""
+    answer = result(parameters)
+    if not quiet:
+        print(f"{'alpha':>7} {'x1':>6} {'L_bl/ell':>9} {'error':>8} {'L_sol':>7} {'residual':>9} {'mode/ell':>9}  reason")
+        for row in answer["layers"]:
+            shown = [_shown(row[name], form) for name, form in (
+                ("L_bl_over_ell", "9.4f"), ("L_bl_error", "8.4f"), ("L_sol", "7.3f"), ("fit_residual", "9.1e"),
+                ("mode_length_over_ell", "9.4f"))]
+            print(f"{row['alpha']:7g} {row['x1']:6g}", *shown, f" {row['reason'] or ''}")
+    if out:
+        records = out/"layers.csv"
+        write_records(records, rows(parameters, answer))
+        plots.draw(figure, read_records(records), out, "layers")
+    return answer
+
+
+def _shown(value, form):
+    return "-".rjust(int(form.split(".")[0])) if value is None else f"{value:{form}}"
+
+
+def rows(parameters, answer):
+    """A result as records: its command, its parameters, a row a line."""
+    common = {"command": command("layers", parameters), "nu": parameters.nu, "beta": parameters.beta, "model": answer["model"]}
+    return [{**common, **row} for row in answer["layers"]]
+
+
+def figure(found):
+    """Layer length over the position: fit with error bars, and the micropolar mode's own length."""
+    drawing, axis = plots.figure(height=3.2)
+    draw_lengths(axis, found)
+    plots.legend_below(axis)
+    return drawing
+
+
+def draw_lengths(axis, found, every=1):
+    """L_bl/ell with its error bars (markers) and the length of the micropolar mode (lines), a colour for each alpha (of fits only each `every`)."""
+    for number, alpha in enumerate(dict.fromkeys(column(found, "alpha"))):
+        lines = [row for row in found if row["alpha"] == alpha]
+        fitted = [row for row in lines[::every] if row["L_bl_over_ell"] is not None]
+        colour = plots.COLOURS[number % len(plots.COLOURS)]
+        axis.plot(column(lines, "x1"), column(lines, "mode_length_over_ell"), color=colour)
+        axis.errorbar(column(fitted, "x1"), column(fitted, "L_bl_over_ell"), yerr=column(fitted, "L_bl_error"),
+                      fmt=plots.MARKERS[number % len(plots.MARKERS)], color=colour, markerfacecolor="none", capsize=2,
+                      linewidth=0.8, label=rf"$\alpha = {alpha:g}$")
+    axis.plot([], [], "0.4", label="micropolar mode")
+    axis.axhline(1/np.sqrt(found[0]["beta"]), color="k", linestyle=":", linewidth=0.8, label=r"$\beta^{-1/2}$, (49)")
+    axis.set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", ylabel=r"$L_{\mathrm{bl}}/\ell$")
