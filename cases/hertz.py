@@ -28,9 +28,9 @@ from microblock.study import versions
 
 RTOL = 1e-3
 ALPHA = 0.25
-SCAN = 13              # loads, geometric, at which the topology is looked at for events
-FIRST_LOAD = 1e-4      # of them, over the last
-EVENT_RTOL = 1e-4      # to which the load of an event is bracketed, where it is not computed directly
+SCAN = 9               # loads, geometric, at which the topology is looked at for events
+FIRST_LOAD = 1e-3      # of them, over the last
+EVENT_RTOL = 1e-2      # to which the load of an event is bracketed, where it is not extrapolated
 EVENT_ORDER = 8        # of the panels meanwhile
 SAMPLES = 24           # on each panel for largest values
 FE_ONLY = ("domain", "method", "rho", "mesh", "h")
@@ -243,8 +243,11 @@ def _between(scene, low, high):
 
 
 def _state_between(scene, low, high):
-    """A state halfway, with the topology of either neighbour; None where neither holds."""
-    for near in (low, high):
+    """A state halfway, with the topology of either neighbour, the one with more zones first; None where neither holds."""
+    def zones(state):
+        return sum(map(len, _named(state).values()))
+
+    for near in sorted((low, high), key=zones, reverse=True):
         try:
             return scene.at((low.load + high.load)/2, order=EVENT_ORDER, near=near, search=False)[0]
         except NotConverged:

@@ -1,4 +1,4 @@
-"""Size effects in the Hertz-like problem: contact width, pressure and hardness over alpha = ell/a_Hz (Figs 10, 11).
+"""Size effects under the cylinder: width, pressure and hardness over alpha (Figs 10, 11).
 
 Geometry   the cylinder on the half-plane of `hertz`, at fixed load.
 Equations  those of `hertz`, for the microblock and the unilateral law.

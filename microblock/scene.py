@@ -13,6 +13,7 @@ from .law import Microblock
 OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of partial contact touch: a first guess
 CELLS = 80            # of the coarse grid that finds the topology of the zones; doubled while the fit objects
 REFINEMENTS = 3
+MEETING = 0.1         # of the width: zones of the two corners this near to each other may be joined or apart
 MARGIN = 1.3          # of the coarse grid around the contact
 PARTIAL = 2.4         # width of a partial zone over ell as ell -> 0 (2.39 at nu = 0.3, beta = 1): a first guess
 ORDERS = (6, 10, 14, 18, 22)
@@ -97,7 +98,7 @@ class Contact:
         kinks, fixed = self._features()
         failure = None
         for refinement in range(REFINEMENTS + 1 if search else 1):
-            for trial in (zones, _toggled(zones, self.line.mirror)):
+            for trial in _either_side(zones, self.line.mirror):
                 try:
                     state = contact_line.fit(self.line, load, trial, order=order, tolerance=tolerance, kinks=kinks, fixed=fixed)
                     if looked:
@@ -202,13 +203,15 @@ class Contact:
         raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
 
 
-def _toggled(zones, mirror):
-    """The same zones with those of the two corners that meet taken apart, or joined: near coalescence either may hold."""
-    if mirror:
-        (left, right), *rest = zones[0] or ((0.0, 0.0),)
-        return {0: ((-0.3*left, right), *rest)}
-    if len(zones) == 1 or not all(zones.values()):
-        return zones
-    (a, outer), (b, inner) = zones[0][0], zones[1][-1]
-    middle, half = (a + inner)/2, 0.15*(a - inner)
-    return {0: ((middle - half, outer), *zones[0][1:]), 1: (*zones[1][:-1], (b, middle + half))}
+def _either_side(zones, mirror):
+    """These zones, and where two of the corners nearly meet also the same taken apart, or joined."""
+    if mirror and zones[0]:
+        (left, right), *rest = zones[0]
+        if abs(left) < MEETING*right:
+            return [zones, {0: ((-0.3*left, right), *rest)}]
+    elif len(zones) == 2 and all(zones.values()):
+        (a, outer), (b, inner) = zones[0][0], zones[1][-1]
+        if abs(a - inner) < MEETING*(outer - b):
+            middle, half = (a + inner)/2, 0.15*(a - inner)
+            return [zones, {0: ((middle - half, outer), *zones[0][1:]), 1: (*zones[1][:-1], (b, middle + half))}]
+    return [zones]
