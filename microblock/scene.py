@@ -143,8 +143,8 @@ class Contact:
             flexibility, gaps, share = compliance.corner_system(self.law, self.obstacle)
             state = active_set.solve(flexibility, gaps, load=load, c=share)
             closed = state.closed.reshape(len(self.law.corners), -1)
-            outer = np.abs(x[closed.any(axis=0)]).max()
-            if outer > 0.95*reach:
+            outer = np.abs(x[closed.any(axis=0)]).max(initial=0.0)
+            if outer > 0.95*reach or outer == 0:
                 reach *= 1.6
             elif MARGIN*1.5*outer < reach and outer > 3*(x[1] - x[0]):
                 reach = MARGIN*outer
