@@ -1,11 +1,8 @@
 """Figures of section 4.2 on the contact line: Figs 8 to 11."""
 
-from dataclasses import asdict
-
 import numpy as np
 
 from cases import hertz, size_effect
-from cases.options import command
 from microblock import plots
 from microblock.study import column
 
@@ -20,14 +17,7 @@ def profile_rows(**changes):
     """States of one scene as records along the contact line: a row a node."""
     parameters = hertz.Parameters(rtol=FIGURE_RTOL, **changes)
     resolved = parameters.resolved()
-    rows = []
-    for state, estimate in hertz.solve(resolved):
-        seen = hertz.observe(resolved, state, estimate)
-        common = {"command": command("hertz", parameters), **asdict(resolved), "loads": None, "load": seen["load"],
-                  "error_estimate": estimate, "half_width": seen["half_width"]}
-        profile = {name: seen["profile"][name] for name in ("x", "pressure", "micromoment", "psi")}
-        rows += [{**common, **dict(zip(profile, node))} for node in zip(*profile.values())]
-    return rows
+    return hertz.rows(parameters, [hertz.observe(resolved, *found) for found in hertz.solve(resolved)])
 
 
 def by(rows, *names):
@@ -100,11 +90,7 @@ def fig10_draw(rows):
 def size_records():
     """One run of the size effect as records: a row for each law and alpha."""
     parameters = size_effect.Parameters()
-    answer = size_effect.result(parameters)
-    common = {"command": "python -m cases size_effect", "nu": parameters.nu, "beta": parameters.beta, "rtol": parameters.rtol,
-              "alpha_mid": answer["alpha_mid"], "alpha_mid_error": answer["alpha_mid_error"]}
-    return [{"contact": contact, **{name: value for name, value in row.items() if name != "profile"}, **common}
-            for contact, rows in answer["laws"].items() for row in rows]
+    return size_effect.rows(parameters, size_effect.result(parameters))
 
 
 def fig11_draw(rows):

@@ -17,14 +17,14 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
-from cases.options import option
+from cases.options import command, option
 from microblock import contact_line, law, obstacles, plots
 from microblock.errors import BadArgument, NotConverged, require_finite
 from microblock.halfplane import HalfPlane
 from microblock.material import Cosserat
 from microblock.observables import contact_zones, half_widths, largest, zone_changes
 from microblock.scene import Contact
-from microblock.study import versions
+from microblock.study import column, read_records, versions, write_records
 
 RTOL = 1e-3
 ALPHA = 0.25
@@ -294,8 +294,20 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        plots.draw(figure, answer, out, "hertz")
+        write_records(out/"hertz.csv", rows(parameters, answer["states"]))
+        plots.draw(figure, read_records(out/"hertz.csv"), out, "hertz")
     return answer
+
+
+def rows(parameters, states):
+    """Observed states as records along the contact line: command, parameters and what it gave, a row a node."""
+    common = {"command": command("hertz", parameters), **asdict(parameters.resolved()), "loads": None}
+    found = []
+    for state in states:
+        seen = {name: state[name] for name in ("load", "half_width", "error_estimate")}
+        profile = {name: state["profile"][name] for name in ("x", "pressure", "micromoment", "psi")}
+        found += [{**common, **seen, **dict(zip(profile, node))} for node in zip(*profile.values())]
+    return found
 
 
 def show(answer):
@@ -311,13 +323,13 @@ def show(answer):
         print(f"warning: {told}")
 
 
-def figure(answer):
+def figure(records):
     """Pressure (a) and micromoment (b) at each load."""
     drawing, axes = plots.figure(1, 2)
-    for state in answer["states"]:
-        profile = state["profile"]
-        axes[0].plot(profile["x"], profile["pressure"], label=rf"$\bar P = {state['load']:g}$")
-        axes[1].plot(profile["x"], profile["micromoment"])
+    for load in dict.fromkeys(column(records, "load")):
+        nodes = [row for row in records if row["load"] == load]
+        axes[0].plot(column(nodes, "x"), column(nodes, "pressure"), label=rf"$\bar P = {load:g}$")
+        axes[1].plot(column(nodes, "x"), column(nodes, "micromoment"))
     axes[0].set(xlabel=r"$x_1/a_{Hz}$", ylabel=r"$p_n/p_{Hz}$", title="(a)")
     axes[1].set(xlabel=r"$x_1/a_{Hz}$", ylabel=r"$M/(p_{Hz}\ell)$", title="(b)")
     plots.legend_below(axes[0])

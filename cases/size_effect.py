@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, replace
 from tqdm import tqdm
 
 from cases import hertz
-from cases.options import option
+from cases.options import command, option
 from microblock import plots
 from microblock.errors import BadArgument
 from microblock.halfplane import HalfPlane
@@ -23,7 +23,7 @@ from microblock.law import Microblock
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder
 from microblock.scene import Contact
-from microblock.study import versions
+from microblock.study import column, read_records, versions, write_records
 
 ALPHAS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.25, 0.35, 0.5, 0.65, 0.75, 0.8, 0.83, 0.84, 0.86, 0.9, 1.0, 1.125, 1.25)
 LAWS = ("microblock", "unilateral")
@@ -91,26 +91,32 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         print(f"alpha_mid = {answer['alpha_mid']:.10f} +- {answer['alpha_mid_error']:.1e}")
         print("  ".join(f"{name:>17}" for name in ("law", "alpha", *KEPT)))
-        for contact, rows in answer["laws"].items():
-            for row in rows:
+        for contact, found in answer["laws"].items():
+            for row in found:
                 print("  ".join([f"{contact:>17}", f"{row['alpha']:17.9g}", *(f"{row[name]:17.9g}" for name in KEPT)]))
     if out:
-        plots.draw(figure, answer, out, "size_effect")
+        write_records(out/"size_effect.csv", rows(parameters, answer))
+        plots.draw(figure, read_records(out/"size_effect.csv"), out, "size_effect")
     return answer
 
 
-def figure(answer):
+def rows(parameters, answer):
+    """A result as records: command, parameters and what it gave, a row for each law and alpha."""
+    common = {"command": command("size_effect", parameters), "nu": parameters.nu, "beta": parameters.beta,
+              "rtol": parameters.rtol, "alpha_mid": answer["alpha_mid"], "alpha_mid_error": answer["alpha_mid_error"]}
+    return [{"contact": contact, **{name: value for name, value in row.items() if name != "profile"}, **common}
+            for contact, found in answer["laws"].items() for row in found]
+
+
+def figure(records):
     """Apparent and real hardness over 1/alpha for both laws."""
     drawing, axis = plots.figure(height=3.0)
-    for number, (contact, rows) in enumerate(answer["laws"].items()):
-        inverse = [1/row["alpha"] for row in rows]
-        axis.semilogx(inverse, [row["hardness_apparent"] for row in rows], plots.MARKERS[number] + "-",
-                      label=f"{contact}, apparent", color=plots.COLOURS[number])
-    rows = answer["laws"]["microblock"]
-    axis.semilogx([1/row["alpha"] for row in rows], [row["hardness_real"] for row in rows], "--", label="microblock, real",
-                  color=plots.COLOURS[2])
-    axis.axvline(1/answer["alpha_mid"], color="0.6", linewidth=0.7, linestyle=":")
-    axis.axhline(1, color="0.6", linewidth=0.7)
+    curves = (("microblock", "hardness_apparent", "o-"), ("microblock", "hardness_real", "s--"),
+              ("unilateral", "hardness_apparent", "^-"))
+    for contact, name, style in curves:
+        chosen = [row for row in records if row["contact"] == contact]
+        axis.semilogx([1/row["alpha"] for row in chosen], column(chosen, name), style, label=f"{contact}, {name.split('_')[1]}")
+    axis.axvline(1/records[0]["alpha_mid"], color="0.6", linewidth=0.7, linestyle=":")
     axis.set(xlabel=r"$1/\alpha$", ylabel=r"$H/H_{Hz}$")
     plots.legend_below(axis)
     return drawing

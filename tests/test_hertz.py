@@ -113,6 +113,13 @@ def test_events_of_turned_blocks():
             assert len(state_of(psi0_deg=0.5, loads=(load,))["zones"][zone]) == count
 
 
+def test_figures_of_single_runs(tmp_path):
+    assert main(["hertz", "--order", "8", "--out", str(tmp_path)]) == 0
+    assert main(["size_effect", "--alphas", "0.5", "1", "--rtol", "1e-3", "--out", str(tmp_path)]) == 0
+    assert {path.name for path in tmp_path.iterdir()} == {f"{case}.{kind}" for case in ("hertz", "size_effect")
+                                                         for kind in ("csv", "png", "pdf")}
+
+
 def test_size_effect():
     answer = size_effect.result(size_effect.Parameters(alphas=(0.02, 0.5, 1.25), rtol=1e-4))
     json.dumps(answer, allow_nan=False)
