@@ -74,24 +74,25 @@ class Contact:
         if order is not None:
             return self._fit(load, order, zones, FIXED_ORDER_EDGES, search=search), None
         tolerance = EDGE_SHARE*rtol
-        states = {}
+        states = self._first_rung(load, zones, tolerance)
 
         def rung(order):
-            start = states[max(states)].zones if states else zones
-            states[order] = self._fit(load, order, start, tolerance, looked=not states, search=search)
+            if order not in states:
+                start = states[max(states)].zones if states else zones
+                states[order] = self._fit(load, order, start, tolerance, looked=not states, search=search)
             return states[order]
 
-        return climb(rung, self._orders(load, zones, tolerance), contact_line.difference, rtol)
+        first = ORDERS.index(min(states, default=ORDERS[1]))
+        return climb(rung, ORDERS[first:], contact_line.difference, rtol)
 
-    def _orders(self, load, zones, tolerance):
-        """ORDERS from the first that fits these zones: next to coalescence a coarse one may fit neither topology."""
-        for number, order in enumerate(ORDERS[:2]):
+    def _first_rung(self, load, zones, tolerance):
+        """{order: state} of the first of ORDERS that fits these zones: next to coalescence a coarse one may fit neither side."""
+        for order in ORDERS[:2]:
             try:
-                self._fit(load, order, zones, tolerance, search=False)
-                return ORDERS[number:]
+                return {order: self._fit(load, order, zones, tolerance, search=False)}
             except NotConverged:
                 continue
-        return ORDERS[1:]
+        return {}
 
     def _fit(self, load, order, zones, tolerance, looked=True, search=True):
         """Fit the edges; where the topology does not hold, look again on finer and finer coarse grids."""
