@@ -4,7 +4,7 @@ import numpy as np
 
 from cases import hertz, size_effect
 from microblock import plots
-from microblock.study import column
+from microblock.study import column, grouped
 
 LOADS = (0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0)
 TURNED_LOADS = (0.25, 0.5, 1.0)
@@ -18,12 +18,6 @@ def profile_rows(**changes):
     parameters = hertz.Parameters(rtol=FIGURE_RTOL, **changes)
     resolved = parameters.resolved()
     return hertz.rows(parameters, [hertz.observe(resolved, *found) for found in hertz.solve(resolved)])
-
-
-def by(rows, *names):
-    """Records grouped by the values of columns."""
-    keys = dict.fromkeys(tuple(row[name] for name in names) for row in rows)
-    return {key: [row for row in rows if tuple(row[name] for name in names) == key] for key in keys}
 
 
 def draw_profiles(axes, groups, label):
@@ -43,7 +37,7 @@ def fig8_draw(rows):
     at first, full contact in the middle later, kinks where it ends. Not as in the paper: the zones meet at
     P/Pmax = 0.08979, not at about 0.07, since by scaling this is (alpha/alpha_mid)^2 with alpha_mid = 0.83431 instead of 0.8874."""
     drawing, axes = plots.figure(1, 2, height=3.0)
-    draw_profiles(axes, by(rows, "load"), lambda key: rf"$\bar P = {key[0]:g}$")
+    draw_profiles(axes, grouped(rows, "load"), lambda key: rf"$\bar P = {key:g}$")
     plots.legend_below(axes[0], columns=4)
     return drawing
 
@@ -61,7 +55,7 @@ def fig9_draw(rows):
     drawing, axes = plots.figure(3, 2, height=2.1)
     for pair, (reading, degrees) in zip(axes, READINGS):
         chosen = [row for row in rows if (row["psi0_reading"], row["psi0_deg"]) == (reading, degrees)]
-        draw_profiles(pair, by(chosen, "load"), lambda key: rf"$\bar P = {key[0]:g}$")
+        draw_profiles(pair, grouped(chosen, "load"), lambda key: rf"$\bar P = {key:g}$")
         pair[0].set_title(rf"$\psi_0 = {degrees:g}^\circ$, {'gaps and levers' if reading == 'gap' else 'levers only'}")
     plots.legend_below(axes[-1][0], columns=3)
     return drawing
@@ -79,7 +73,7 @@ def fig10_draw(rows):
     drawing, axes = plots.figure(1, 2, height=3.0)
     ellipse = np.linspace(-1, 1, 201)
     for axis, contact, name in zip(axes, size_effect.LAWS, "ab"):
-        for number, ((alpha,), nodes) in enumerate(by([row for row in rows if row["contact"] == contact], "alpha").items()):
+        for number, (alpha, nodes) in enumerate(grouped([row for row in rows if row["contact"] == contact], "alpha").items()):
             axis.plot(column(nodes, "x"), column(nodes, "pressure"), color=plots.COLOURS[number], label=rf"$\alpha = {alpha:g}$")
         axis.plot(ellipse, np.sqrt(1 - ellipse**2), "k--", linewidth=0.8, label="Hertz")
         axis.set(xlabel=r"$x_1/a_{Hz}$", ylabel=r"$p_n/p_{Hz}$", title=f"({name}) {contact}", xlim=(-1.45, 1.45), ylim=(0, 1.32))

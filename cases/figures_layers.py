@@ -3,10 +3,9 @@
 import numpy as np
 
 from cases import layers
-from cases.figures_strip import by
 from cases.options import command
 from microblock import plots
-from microblock.study import column
+from microblock.study import column, grouped
 
 ALPHA, POSITIONS = 0.05, (0.1, 0.3, 0.5, 0.7)      # of Fig. 12a
 FITTED, PAIR = (0.01, 0.05, 0.1), (0.3, 0.6)       # of Fig. 12b
@@ -38,7 +37,7 @@ def fig12_draw(rows):
     x1 = 0.3 a_Hz from 5 % for 0.1 to 0.03 % for 0.01), and L_sol is a matter of the depths used: what is left below the
     layer is small and decays algebraically."""
     drawing, axes = plots.figure(1, 2, height=3.4)
-    lines = by([row for row in rows if row["panel"] == "a"], "x1")
+    lines = grouped([row for row in rows if row["panel"] == "a"], "x1")
     for number, (x1, nodes) in enumerate(lines.items()):
         for name, style in (("psi_microblock", "-"), ("psi_unilateral", "--")):
             axes[0].plot(column(nodes, "x2"), column(nodes, name), style, color=plots.COLOURS[number],
@@ -46,9 +45,9 @@ def fig12_draw(rows):
     axes[0].plot([], [], "0.4", label="microblock")
     axes[0].plot([], [], "--", color="0.4", label="unilateral")
     axes[0].set(title="(a)", xlim=(-0.5, 0.01), ylim=(0, None), ylabel=r"$\psi R/a_{\mathrm{Hz}}$")
-    lines = by([row for row in rows if row["panel"] == "b"], "alpha")
+    lines = grouped([row for row in rows if row["panel"] == "b"], "alpha")
     for number, (alpha, nodes) in enumerate(lines.items()):
-        for shade, (x1, line) in zip((1.0, 0.5), by(nodes, "x1").items()):
+        for shade, (x1, line) in zip((1.0, 0.5), grouped(nodes, "x1").items()):
             difference = np.subtract(column(line, "psi_microblock"), column(line, "psi_unilateral"))
             axes[1].plot(column(line, "x2"), difference, color=plots.COLOURS[number], alpha=shade, linewidth=1.6,
                          label=rf"$\alpha = {alpha:g}$, $x_1 = {x1:g}\,a_{{\mathrm{{Hz}}}}$")

@@ -7,7 +7,7 @@ import numpy as np
 
 from cases import strip
 from microblock import plots
-from microblock.study import column
+from microblock.study import column, grouped
 
 RATIOS = (0.1, 0.2, 0.5, 1.0)          # ell/H
 PAPER_MESH = dict(model="column", order=1, elements=20)
@@ -34,11 +34,6 @@ def exact(row, **changes):
     return Strip(**{**given, **changes})
 
 
-def by(rows, name):
-    """Records grouped by the values of one column."""
-    return {value: [row for row in rows if row[name] == value] for value in dict.fromkeys(column(rows, name))}
-
-
 def fields_records():
     return [row for ratio in RATIOS for row in profile_rows(ell_over_H=ratio, **PAPER_MESH)]
 
@@ -48,7 +43,7 @@ def fig3_draw(rows):
     magnified 25 times) off the dashed initial positions, and microblocks turned by psi0 + psi (magnified 30
     times, so that their corners pass the plane) at the surface and at three depths, each on a line of its own."""
     drawing, axes = plots.figure(1, len(RATIOS), height=3.6, width=1.8, sharey=True)
-    for axis, (ratio, nodes) in zip(axes, by(rows, "ell_over_H").items()):
+    for axis, (ratio, nodes) in zip(axes, grouped(rows, "ell_over_H").items()):
         x2, psi, u1 = (np.array(column(nodes, name)) for name in ("x2", "psi", "u1"))
         H = 1/ratio
         # the uppermost block hangs below the plane, and turns like the surface
@@ -73,7 +68,7 @@ def fig4_draw(rows):
     elements per half-thickness (markers, every second node) and the tangents at the surface (dashed) whose
     feet mark the layer lengths."""
     drawing, axes = plots.figure(1, 2)
-    for number, (ratio, nodes) in enumerate(by(rows, "ell_over_H").items()):
+    for number, (ratio, nodes) in enumerate(grouped(rows, "ell_over_H").items()):
         strip_exact, fine = exact(nodes[0]), np.linspace(0, 1, 301)
         psi0, delta = np.radians(nodes[0]["psi0_deg"]), nodes[0]["delta_over_H"]
         for axis, name, scale, length in ((axes[0], "psi", -psi0, strip_exact.L_psi), (axes[1], "u1", delta, strip_exact.L_u)):
@@ -160,7 +155,7 @@ def convergence_draw(rows):
     for by rtol and the larger of the errors of psi and u obtained."""
     drawing, axes = plots.figure(1, 3, width=2.6, height=3.0)
     fixed, asked = [row for row in rows if row["rtol"] is None], [row for row in rows if row["rtol"] is not None]
-    for number, (ratio, runs) in enumerate(by(fixed, "ell_over_H").items()):
+    for number, (ratio, runs) in enumerate(grouped(fixed, "ell_over_H").items()):
         runs = [row for row in runs if row["order"] == 1 and row["elements"] >= 4]
         per_layer = np.array(column(runs, "elements"))*ratio/np.sqrt(runs[0]["beta"])
         axes[0].loglog(per_layer, column(runs, "error_psi"), plots.MARKERS[number] + "-", label=rf"$\ell/H = {ratio:g}$")
@@ -172,7 +167,7 @@ def convergence_draw(rows):
     for number, (runs, label) in enumerate(families):
         runs = sorted(runs, key=lambda row: row["unknowns"])
         axes[1].loglog(column(runs, "unknowns"), column(runs, "error_psi"), plots.MARKERS[number] + "-", label=label)
-    for number, (ratio, runs) in enumerate(by(asked, "ell_over_H").items()):
+    for number, (ratio, runs) in enumerate(grouped(asked, "ell_over_H").items()):
         obtained = [max(row["error_psi"], row["error_u"]) for row in runs]
         axes[2].loglog(column(runs, "rtol"), obtained, plots.MARKERS[number], label=rf"$\ell/H = {ratio:g}$")
     limits = np.array([1e-11, 1e-2])
@@ -197,7 +192,7 @@ def regularisation_draw(rows):
     Lagrangian does not depend on rho, the penalty's error falls like 1/rho; the tractions of both carry the
     rounding of rho times a difference of displacements."""
     drawing, axis = plots.figure(height=3.2)
-    runs = by(rows, "method")
+    runs = grouped(rows, "method")
     names = {"al": "augmented Lagrangian", "penalty": "penalty"}
     for number, (method, points) in enumerate(runs.items()):
         # a difference of exactly nothing is drawn at the last digit
@@ -226,7 +221,7 @@ def curvature_draw(rows):
     axis.plot(fine, exact(rows[0], curvature=2.0).psi(fine)/-np.radians(rows[0]["psi0_deg"]), "k",
               label="closed form (46) as printed")
     meshed = [row for row in rows if row["rtol"] is None]
-    for number, (curvature, nodes) in enumerate(by(meshed, "curvature").items()):
+    for number, (curvature, nodes) in enumerate(grouped(meshed, "curvature").items()):
         axis.plot(column(nodes, "x2"), np.array(column(nodes, "psi"))/-np.radians(nodes[0]["psi0_deg"]),
                   plots.MARKERS[number], color=plots.COLOURS[number], markerfacecolor="none",
                   label=rf"computed, $\gamma' = {curvature:g}$")

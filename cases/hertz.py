@@ -24,7 +24,7 @@ from microblock.halfplane import HalfPlane
 from microblock.material import Cosserat
 from microblock.observables import contact_zones, half_widths, largest, zone_changes
 from microblock.scene import Contact
-from microblock.study import column, read_records, versions, write_records
+from microblock.study import column, grouped, read_records, versions, write_records
 
 RTOL = 1e-3
 ALPHA = 0.25
@@ -61,9 +61,9 @@ class Parameters:
     mesh: str | None = option(None, "fe: fitted or uniform", str, choices=("fitted", "uniform"))
     h: float | None = option(None, "fe: near-zone element over a_Hz")
     order: int | None = option(None, "Gauss points on a panel, 4 to 30: fixes what --rtol would choose", int)
-    rtol: float | None = option(None, "relative L2 error of pressure and micromoment over ell, both over the pressure; "
-                                "edges of a punch are left out of nothing: its panels carry the singularity "
-                                f"({RTOL:g} if nothing is given)")
+    rtol: float | None = option(None, "relative error of pressure and of micromoment over ell, both over the pressure, in L2 on the "
+                                "Gauss points of the panels, whose weights vanish at edges: for a punch, whose L2 norm is "
+                                f"infinite, it is that of this rule ({RTOL:g} if nothing is given)")
 
     def __post_init__(self):
         numbers = {name: value for name, value in asdict(self).items() if isinstance(value, (int, float))}
@@ -326,8 +326,7 @@ def show(answer):
 def figure(records):
     """Pressure (a) and micromoment (b) at each load."""
     drawing, axes = plots.figure(1, 2)
-    for load in dict.fromkeys(column(records, "load")):
-        nodes = [row for row in records if row["load"] == load]
+    for load, nodes in grouped(records, "load").items():
         axes[0].plot(column(nodes, "x"), column(nodes, "pressure"), label=rf"$\bar P = {load:g}$")
         axes[1].plot(column(nodes, "x"), column(nodes, "micromoment"))
     axes[0].set(xlabel=r"$x_1/a_{Hz}$", ylabel=r"$p_n/p_{Hz}$", title="(a)")

@@ -64,6 +64,11 @@ def column(rows, name):
     return [row[name] for row in rows]
 
 
+def grouped(rows, name):
+    """{value of one column: the records that have it}, in the order in which the values come."""
+    return {value: [row for row in rows if row[name] == value] for value in dict.fromkeys(column(rows, name))}
+
+
 def check_writable(name, path):
     """Raise BadArgument unless a file can be written at `path`: before the work, not after it."""
     parent = Path(path).resolve().parent
