@@ -13,15 +13,18 @@ from numpy.polynomial.legendre import legvander
 
 from .errors import NotConverged
 from .halfplane import coalescence_exponent
-from .panels import Line, Panels, gap_matrix, half_line, lagrange, make_panels, response, zone_edges
+from .panels import Line, Panels, half_line, lagrange, log_response, make_panels, response, zone_edges
 
 EDGE_STEPS = 40      # of Newton's method for the edges
+PATIENCE = 10        # of them that do not halve the error of the edges: they crawl towards another topology
 LONGEST_MOVE = 0.4   # of an edge in one step, over the distance to its neighbour
 OUTER_STEP = 1e-7    # of an edge that is not asked for: its square is left
 INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over ell, extrapolated to coalescence
 MISSED = 4.0         # norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
 MERGED = 1e-4        # of the tolerance, times the width: edges this near that want to be nearer cross
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
+JOINT = 1e-12        # of a panel: two meet up to rounding
+NEXT_TO = 1e-6       # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
 VIOLATION = 1e-3     # of the gaps' and the pressure's size, beyond which a topology is refused
 
 
@@ -36,7 +39,6 @@ class LineState:
     zones : {corner number: ((left, right), ...)} of the corners that are computed
     panels, q : the unknowns, see `microblock.panels`
     approach : float, up to the arbitrary level of a half-plane
-    fixed : edges that the obstacle's ends fix
     iterations, edge_error : steps of Newton's method, and what the edges miss of the pressure, relative in L2
     """
 
@@ -46,7 +48,6 @@ class LineState:
     panels: Panels
     q: np.ndarray
     approach: float
-    fixed: tuple
     iterations: int
     edge_error: float
 
@@ -62,7 +63,8 @@ class LineState:
         """q at the anchor of each panel with a square root, but for edges that the obstacle's ends fix: 0 in the limit."""
         basis = lagrange(self.panels.points[0], np.zeros(1))[0]
         values = self.q.reshape(-1, self.panels.order) @ basis
-        return np.where(self.panels.root & ~np.isin(self.panels.e, self.fixed), values, 0.0)
+        infinite = [end for ends in self.line.ends.values() for end in ends]
+        return np.where(self.panels.root & ~np.isin(self.panels.e, infinite), values, 0.0)
 
     @cached_property
     def _at_own_edges(self):
@@ -79,12 +81,12 @@ class LineState:
             return self.pressure(0, -x)
         found = np.zeros_like(x)
         for number in np.flatnonzero(self.panels.corner == corner):
-            e, h, root = (getattr(self.panels, name)[number] for name in ("e", "h", "root"))
+            e, h = self.panels.e[number], self.panels.h[number]
             along = (x - e)/h
-            here = (along >= 0) & (along <= 1) & (x != e)
-            v = np.sqrt(along[here]) if root else along[here]
+            here = (along >= -JOINT) & (along <= 1 + JOINT)
+            v = np.maximum(self.panels.parameter(number, x[here]), NEXT_TO)
             q = lagrange(self.panels.points[0], v) @ self.q[number*self.panels.order:(number + 1)*self.panels.order]
-            found[here] = (q - self._anchored[number])/self.panels.slope(number, v)
+            found[here] = (q - self._anchored[number])/self.panels.slope(number, v) + self.panels.logarithm(number, v)
         return found
 
     @cached_property
@@ -96,8 +98,7 @@ class LineState:
     @cached_property
     def weights(self):
         """Weights at `x`: their sum with the pressure is the load."""
-        panel, v, x, gauss = self.panels.nodes
-        weights = gauss*self.panels.slope(panel, v)
+        x, weights = self.panels.nodes[2], self.panels.rule
         if self.line.mirror:
             x, weights = np.concatenate((x, -x)), np.tile(weights, 2)
         found = np.zeros_like(self.x)
@@ -108,7 +109,7 @@ class LineState:
     def pressures(self):
         """Pressure of each corner at `x`, array (corners, n); brought to the load, which the trimmed edges miss by little."""
         panel, v, x, _ = self.panels.nodes
-        p = (self.q - self._at_own_edges[panel])/self.panels.slope(panel, v)
+        p = (self.q - self._at_own_edges[panel])/self.panels.slope(panel, v) + self.panels.logarithm(panel, v)
         found = np.zeros((len(self.line.law.corners), len(self.x)))
         found[self.panels.corner[panel], _places(self.x, x)] = p
         if self.line.mirror:
@@ -119,7 +120,7 @@ class LineState:
     def micromoment(self):
         """M of (29) at `x`; where psi is prescribed, the reaction to it."""
         if self.line.law.clamps_rotation:
-            return response(self.line, self.panels, self.x, 0*self.x, self.line.clamping_kernel) @ self.q
+            return self._response(self.x, 0*self.x, self.line.clamping_kernel)
         levers = [self.line.lever(np.full(len(self.x), corner), self.x) for corner in range(len(self.pressures))]
         return self.line.solid.ell/2*np.sum(levers*self.pressures, axis=0)
 
@@ -132,15 +133,17 @@ class LineState:
         """Microrotation of the surface at x, array (n,)."""
         if self.line.law.clamps_rotation:
             return np.zeros_like(x)
-        sunk, turned = (response(self.line, self.panels, x, np.full_like(x, lever), self.line.kernel) @ self.q
-                        for lever in (0.0, 1.0))
+        sunk, turned = (self._response(x, np.full_like(x, lever), self.line.kernel) for lever in (0.0, 1.0))
         return 2/self.line.solid.ell*(turned - sunk)
+
+    def _response(self, x, lever, kernel):
+        return response(self.line, self.panels, x, lever, kernel) @ self.q + log_response(self.line, self.panels, x, lever, kernel)
 
     def gaps(self, corner, x):
         """Gaps of a corner at x, array (n,)."""
         numbers = np.full(len(x), corner)
         return (self.line.initial_gap(numbers, x) - self.approach
-                + gap_matrix(self.line, self.panels, x, numbers) @ self.q)
+                + self._response(x, self.line.lever(numbers, x), self.line.kernel))
 
     @cached_property
     def energy(self):
@@ -156,12 +159,14 @@ def solve_zones(line, panels, loads):
     panel, _, x, weights = panels.nodes
     count, sides = len(x), 2 if line.mirror else 1
     system = np.zeros((count + 1, count + 1))
-    system[:count, :count] = gap_matrix(line, panels, x, panels.corner[panel])
+    corner = panels.corner[panel]
+    lever = line.lever(corner, x)
+    system[:count, :count] = response(line, panels, x, lever, line.kernel)
     system[:count, count] = -1.0
     system[count, :count] = sides*weights
     right = np.empty((count + 1, len(loads)))
-    right[:count] = -line.initial_gap(panels.corner[panel], x)[:, None]
-    right[count] = loads
+    right[:count] = -(line.initial_gap(corner, x) + log_response(line, panels, x, lever, line.kernel))[:, None]
+    right[count] = loads - sides*panels.log_size @ np.abs(panels.h)
     try:
         solution = np.linalg.solve(system, right)
     except np.linalg.LinAlgError as failure:
@@ -189,8 +194,10 @@ def edge_coefficients(panels, q):
     return found
 
 
-def fit(line, load, zones, *, order, tolerance, kinks=(), fixed=()):
+def fit(line, load, zones, *, order, tolerance):
     """Move the free edges of trial zones until p vanishes there, for one topology.
+
+    An edge where the obstacle ends stays while it is pressed.
 
     Parameters
     ----------
@@ -199,25 +206,28 @@ def fit(line, load, zones, *, order, tolerance, kinks=(), fixed=()):
     zones : {corner number: ((left, right), ...)}
     order : Gauss points on a panel
     tolerance : of the edges' share in the relative L2 error of the pressure
-    kinks, fixed : abscissae at which the obstacle has a kink, and where its end fixes an edge
 
     Raises
     ------
     NotConverged
-        If an edge runs away or K1 turns negative: the topology is another one.
+        If an edge runs away, K1 turns negative or no progress is made: the topology is another one.
     """
+    best, idle = np.inf, 0
     for iteration in range(EDGE_STEPS):
-        panels = make_panels(line, zones, kinks, order)
+        panels = make_panels(line, zones, order)
         (q,), (approach,) = solve_zones(line, panels, (load,))
-        moved, error = _moved(line, load, zones, edge_coefficients(panels, q), fixed, tolerance)
+        moved, error = _moved(line, load, zones, edge_coefficients(panels, q), tolerance)
         if error <= tolerance:
-            return LineState(line, load, zones, panels, q, float(approach), tuple(fixed), iteration + 1, error)
-        zones = moved
+            return LineState(line, load, zones, panels, q, float(approach), iteration + 1, error)
+        idle = 0 if error < best/2 else idle + 1
+        if idle == PATIENCE:
+            break
+        zones, best = moved, min(error, best)
     raise NotConverged(f"edges of the zones still off by {error:.1e} of the pressure at load {load:g}",
-                       iterations=EDGE_STEPS)
+                       iterations=iteration + 1)
 
 
-def _moved(line, load, zones, coefficients, fixed, tolerance):
+def _moved(line, load, zones, coefficients, tolerance):
     """Zones with each free edge moved by 2 K0/K1, and what the edges miss of the pressure's L2 norm at most.
 
     That is K0/sqrt(r), not K0/K1: next to coalescence an edge cannot be told from the next, and need not be.
@@ -229,8 +239,9 @@ def _moved(line, load, zones, coefficients, fixed, tolerance):
     for corner, intervals in zones.items():
         new = []
         for left, right in intervals:
-            right_step = _step(corner, right, -1, coefficients, fixed)
-            left_step = right_step if half_line(line) else _step(corner, left, 1, coefficients, fixed)
+            limits = line.ends.get(corner, (-np.inf, np.inf))
+            right_step = _step(coefficients[corner, float(right), -1], right in limits)
+            left_step = right_step if half_line(line) else _step(coefficients[corner, float(left), 1], left in limits)
             pair = []
             for edge, sign, (outwards, missing) in ((left, -1, left_step), (right, 1, right_step)):
                 step = sign*outwards
@@ -239,17 +250,17 @@ def _moved(line, load, zones, coefficients, fixed, tolerance):
                 if way < least and missed > tolerance:
                     raise NotConverged(f"two edges run into each other at x = {edge:g}: another topology of the zones")
                 errors.append(missed)
-                pair.append(edge + float(np.clip(step, -LONGEST_MOVE*way, LONGEST_MOVE*way)))
+                pair.append(float(np.clip(edge + np.clip(step, -LONGEST_MOVE*way, LONGEST_MOVE*way), *limits)))
             new.append(tuple(pair))
         moved[corner] = tuple(new)
     return moved, max(errors)
 
 
-def _step(corner, edge, side, coefficients, fixed):
-    """Outward step of one edge, left (side 1) or right (side -1) of its interval, and |K0|; infinite where K1 has no say."""
-    if edge in fixed:
+def _step(coefficients, ending):
+    """Outward step of an edge, and |K0|; infinite where K1 has no say. Where the obstacle ends, one that is pressed stays."""
+    K0, K1 = coefficients
+    if ending and K0 >= 0:
         return 0.0, 0.0
-    K0, K1 = coefficients[corner, float(edge), side]
     return (2*K0/K1, abs(K0)) if K1 > 0 else (np.copysign(np.inf, K0), np.inf)
 
 
@@ -260,7 +271,7 @@ def load_at_inner_edge(line, inner, outer, order):
     coefficients K0 are affine in it. `outer` is a first guess.
     """
     for _ in range(EDGE_STEPS):
-        panels = make_panels(line, {0: ((inner, outer),)}, (), order)
+        panels = make_panels(line, {0: ((inner, outer),)}, order)
         first, second = (edge_coefficients(panels, q) for q in solve_zones(line, panels, (1.0, 2.0))[0])
         at = (0, float(inner), 1)
         load = 1 + first[at][0]/(first[at][0] - second[at][0])

@@ -63,13 +63,18 @@ def clamped(U, V, W):
     return U - V**2/W
 
 
+def short_waves(solid):
+    """Limits of k U and k W for k -> infinity: sinking under p and turning under m, lengths per stress times k."""
+    c = (1 - solid.nu)/solid.mu
+    return c/(1 + (1 - solid.nu)*solid.beta), c/(4*solid.curvature*(1 - solid.nu))
+
+
 def coalescence_exponent(solid):
     """s of p ~ x^s at the axis when two zones of partial contact touch there.
 
     ``cos(pi s) = (c_u - c_phi)/(c_u + c_phi)`` with the limits of k U and k W for k -> infinity (docs/theory.md).
     """
-    sinking = 1/(1 + (1 - solid.nu)*solid.beta)
-    turning = 1/(4*solid.curvature*(1 - solid.nu))
+    sinking, turning = short_waves(solid)
     return float(np.arccos((sinking - turning)/(sinking + turning))/np.pi)
 
 

@@ -2,7 +2,7 @@
 
 An obstacle's ``height(x)`` takes an array of x1 and returns x2 of its lower surface, ``inf``
 where there is no obstacle. It approaches along -e2. Any callable height serves as well. `kinks` are
-the abscissae at which the slope jumps, `ends` those beyond which there is no obstacle.
+the abscissae at which the slope jumps, `jumps` by how much, `ends` those beyond which there is no obstacle.
 """
 
 from dataclasses import dataclass
@@ -51,6 +51,10 @@ class Wedge:
 
     kinks = (0.0,)
 
+    @property
+    def jumps(self):
+        return (2*self.slope,)
+
     def __post_init__(self):
         require_finite(slope=self.slope)
         if not self.slope > 0:
@@ -94,6 +98,10 @@ class Profile:
     @property
     def kinks(self):
         return tuple(self.x[1:-1])
+
+    @property
+    def jumps(self):
+        return tuple(np.diff(np.diff(self.z)/np.diff(self.x)))
 
     @property
     def ends(self):

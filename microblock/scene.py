@@ -14,12 +14,12 @@ OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of parti
 CELLS = 80            # of the coarse grid that finds the topology of the zones; doubled while the fit objects
 REFINEMENTS = 3
 MEETING = 0.1         # of the width: zones of the two corners this near to each other may be joined or apart
+SNAP = 1.5            # cells within which an edge is taken for an end of the obstacle, to begin with
 MARGIN = 1.3          # of the coarse grid around the contact
 PARTIAL = 2.4         # width of a partial zone over ell as ell -> 0 (2.39 at nu = 0.3, beta = 1): a first guess
 ORDERS = (6, 10, 14, 18, 22)
 FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed: rounding
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
-KINK_LEVELS, KINK_RATIO = 5, 0.15      # panels that shrink towards a kink, where the pressure is logarithmic
 
 
 @dataclass(frozen=True)
@@ -96,44 +96,30 @@ class Contact:
 
     def _fit(self, load, order, zones, tolerance, looked=True, search=True):
         """Fit the edges; where the topology does not hold, look again on finer and finer coarse grids."""
-        kinks, fixed = self._features()
         failure = None
         for refinement in range(REFINEMENTS + 1 if search else 1):
+            if refinement:
+                zones = self._topology(load, CELLS*2**(refinement - 1))
             for trial in _either_side(zones, self.line.mirror):
                 try:
-                    state = contact_line.fit(self.line, load, trial, order=order, tolerance=tolerance, kinks=kinks, fixed=fixed)
+                    state = contact_line.fit(self.line, load, trial, order=order, tolerance=tolerance)
                     if looked:
                         contact_line.check(state)
                     return state
                 except NotConverged as objection:
                     failure = objection
-            if search:
-                zones = self._topology(load, CELLS*2**refinement)
         raise NotConverged(f"no zones fit at load {load:g}: {failure}") from failure
 
     @property
     def smooth_and_symmetric(self):
         """Whether two corners meet symmetric about x = 0 under an obstacle without kinks and ends."""
-        kinks, fixed = self._features()
-        return self.symmetric and len(self.law.corners) == 2 and not kinks and not fixed
+        return self.symmetric and len(self.law.corners) == 2 and not self.line.kinks and not self.line.ends
 
     def coalescence(self, order=14):
         """Load at which the two zones of partial contact touch on the axis, and its error; symmetric scenes only."""
         if not self.smooth_and_symmetric:
             raise BadArgument("scene", self, "must be a symmetric one of microblocks under a smooth obstacle")
         return contact_line.coalescence(self.line, OUTER_AT_TOUCH*self.body.solid.ell, order)
-
-    def _features(self):
-        """Abscissae of the contact point at which a corner meets a kink, or an end, of the obstacle."""
-        shifts = self._shifts()
-        grading = self.body.solid.ell*KINK_RATIO**np.arange(KINK_LEVELS)
-        kinks = {kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in shifts}
-        graded = {float(kink + sign*step) for kink in kinks for step in (0.0, *grading) for sign in (1, -1)}
-        return tuple(sorted(graded)), tuple(end + shift for end in getattr(self.obstacle, "ends", ()) for shift in shifts)
-
-    def _shifts(self):
-        half = self.body.solid.ell/2
-        return (0.0,) if len(self.law.corners) == 1 else (half, -half)
 
     def _topology(self, load, cells):
         """Zones of each corner as a coarse uniform grid sees them."""
@@ -166,15 +152,10 @@ class Contact:
             flags = np.concatenate(([False], closed[corner], [False]))
             starts, stops = np.flatnonzero(np.diff(flags.astype(int)) == 1), np.flatnonzero(np.diff(flags.astype(int)) == -1)
             zones[corner] = tuple((x[i] - width/2, x[j - 1] + width/2) for i, j in zip(starts, stops))
-        _, fixed = self._features()
-        snapped = {corner: tuple(tuple(self._snap(edge, fixed, width) for edge in interval) for interval in intervals)
+        ends = self.line.ends
+        snapped = {corner: tuple(tuple(_snap(edge, ends.get(corner, ()), width) for edge in interval) for interval in intervals)
                    for corner, intervals in zones.items()}
         return self._set_apart(snapped, width)
-
-    @staticmethod
-    def _snap(edge, fixed, width):
-        close = [end for end in fixed if abs(end - edge) < 1.5*width]
-        return min(close, key=lambda end: abs(end - edge), default=edge)
 
     def _set_apart(self, zones, width):
         """Outer edges of the two corners that fall on one cell are moved a partial zone's width apart."""
@@ -207,6 +188,12 @@ class Contact:
                 return 1.5*reach + self.body.solid.ell
             reach *= 1.3
         raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
+
+
+def _snap(edge, ends, width):
+    """An edge next to an end of the obstacle, on it."""
+    close = [end for end in ends if abs(end - edge) < SNAP*width]
+    return min(close, key=lambda end: abs(end - edge), default=edge)
 
 
 def _either_side(zones, mirror):
