@@ -16,7 +16,7 @@ from .halfplane import coalescence_exponent
 from .panels import Line, Panels, half_line, lagrange, log_response, make_panels, response, zone_edges
 
 EDGE_STEPS = 40      # of Newton's method for the edges
-PATIENCE = 10        # of them that do not halve the error of the edges: they crawl towards another topology
+PATIENCE = 6         # of them that do not halve the error of the edges: they crawl towards another topology
 LONGEST_MOVE = 0.4   # of an edge in one step, over the distance to its neighbour
 OUTER_STEP = 1e-7    # of an edge that is not asked for: its square is left
 INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over ell, extrapolated to coalescence
@@ -213,6 +213,8 @@ def fit(line, load, zones, *, order, tolerance):
         If an edge runs away, K1 turns negative or no progress is made: the topology is another one.
     """
     best, idle = np.inf, 0
+    zones = {corner: tuple(tuple(np.clip(interval, *line.ends.get(corner, (-np.inf, np.inf))).tolist()) for interval in intervals)
+             for corner, intervals in zones.items()}
     for iteration in range(EDGE_STEPS):
         panels = make_panels(line, zones, order)
         (q,), (approach,) = solve_zones(line, panels, (load,))
@@ -306,29 +308,34 @@ def coalescence(line, outer, order=14):
     return sum(limits)/2, max(*corrections, abs(limits[0] - limits[1]))
 
 
-def check(state):
-    """Raise NotConverged if a corner is pressed in, or pulled, anywhere: then the topology is another one."""
-    if violation(state) > VIOLATION:
-        raise NotConverged(f"corners would be pressed in, or pulled, on these zones at load {state.load:g}")
-
-
 def violation(state):
     """Largest violation of (26): pull over the largest pressure, and overlap over the size of the gaps."""
-    found = [-state.pressures.min()/state.pressures.max()]
+    return float(max(0.0, *(wrong.max(initial=0.0) for _, wrong in violations(state).values())))
+
+
+def violations(state):
+    """{corner: (x ascending, violation of (26) there)} of the corners that are computed, see `violation`."""
+    line, found = state.line, {}
     edges = np.array(zone_edges(state.all_zones))
-    width = edges[-1] - edges[0]
+    width, top = edges[-1] - edges[0], state.pressures.max()
     steps = width*0.5*(np.arange(1, LOOKOUTS + 1)/LOOKOUTS)**3
-    x = np.unique(np.concatenate([edge + sign*steps for edge in edges for sign in (1, -1)]))
-    heights = state.line.initial_gap(np.zeros(len(x), int), x)
+    around = np.unique(np.concatenate([edge + sign*steps for edge in edges for sign in (1, -1)]))
+    heights = line.initial_gap(np.zeros(len(around), int), around)
     size = np.ptp(heights[np.isfinite(heights)]) or width
-    for corner in state.line.corners:
-        outside = np.ones(len(x), bool)
+    for corner in line.corners:
+        own = np.zeros(len(around), bool)
+        inside = np.zeros(len(state.x), bool)
         for left, right in state.zones[corner]:
-            outside &= (x < left) | (x > right)
-        places = x[outside & (x >= 0)] if half_line(state.line) else x[outside]
-        if len(places):
-            found.append(-float(state.gaps(corner, places).min())/size)
-    return float(max(0.0, *found))
+            own |= (around >= left) & (around <= right)
+            inside |= (state.x >= left) & (state.x <= right)
+        if half_line(line):
+            own |= around < 0
+        places, nodes = around[~own], state.x[inside]
+        x = np.concatenate((places, nodes))
+        wrong = np.concatenate((-state.gaps(corner, places)/size, -state.pressures[corner, inside]/top))
+        order = np.argsort(x)
+        found[corner] = x[order], wrong[order]
+    return found
 
 
 def difference(coarse, fine):

@@ -14,7 +14,7 @@ MAY_IMPORT = {
     "plots": set(), "adapt": set(), "study": {"__init__"}, "law": {"obstacles"}, "body": {"material"},
     "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane"}, "active_set": set(),
     "contact_line": {"halfplane", "panels"}, "subsurface": {"halfplane", "panels"},
-    "scene": {"active_set", "adapt", "contact_line", "law", "obstacles", "panels"},
+    "topology": {"active_set", "contact_line", "panels"}, "scene": {"adapt", "contact_line", "law", "obstacles", "panels", "topology"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
 }
 
