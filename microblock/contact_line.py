@@ -15,6 +15,7 @@ from .errors import NotConverged
 from .halfplane import coalescence_exponent
 from .panels import Line, Panels, half_line, lagrange, log_response, make_panels, response, zone_edges
 
+TABLE_ERROR = 2e-14  # of the kernels, see `halfplane.Kernels`
 EDGE_STEPS = 40      # of Newton's method for the edges
 PATIENCE = 6         # of them that do not halve the error of the edges: they crawl towards another topology
 LONGEST_MOVE = 0.4   # of an edge in one step, over the distance to its neighbour
@@ -29,6 +30,26 @@ VIOLATION = 1e-3     # of the gaps' and the pressure's size, beyond which a topo
 
 
 @dataclass(frozen=True)
+class Estimate:
+    """Parts of the relative L2 error of pressure and micromoment; `total` is their sum.
+
+    Attributes
+    ----------
+    discretisation : float, distance to the next coarser order of panels; None where the order was prescribed
+    edges : float, what pressures that do not vanish at the edges are worth
+    kernel : float, what errors of the kernel's table do to the pressure at worst
+    """
+
+    discretisation: float | None
+    edges: float
+    kernel: float
+
+    @property
+    def total(self):
+        return None if self.discretisation is None else self.discretisation + self.edges + self.kernel
+
+
+@dataclass(frozen=True)
 class LineState:
     """A state on fitted panels.
 
@@ -39,7 +60,8 @@ class LineState:
     zones : {corner number: ((left, right), ...)} of the corners that are computed
     panels, q : the unknowns, see `microblock.panels`
     approach : float, up to the arbitrary level of a half-plane
-    iterations, edge_error : steps of Newton's method, and what the edges miss of the pressure, relative in L2
+    iterations : int, steps of Newton's method
+    estimate : Estimate
     """
 
     line: Line
@@ -49,7 +71,7 @@ class LineState:
     q: np.ndarray
     approach: float
     iterations: int
-    edge_error: float
+    estimate: Estimate
 
     @cached_property
     def all_zones(self):
@@ -155,24 +177,37 @@ class LineState:
 
 
 def solve_zones(line, panels, loads):
-    """q and approach with the gaps closed on given zones, at each of the loads: arrays (loads, m) and (loads,)."""
+    """q and approach with the gaps closed on given zones, at each of the loads, and the noise of the first q.
+
+    Returns
+    -------
+    (arrays (loads, m), array (loads,), array (m,)); the noise is q under gaps off by TABLE_ERROR of the sum of their terms,
+    up and down from node to node.
+    """
     panel, _, x, weights = panels.nodes
-    count, sides = len(x), 2 if line.mirror else 1
-    system = np.zeros((count + 1, count + 1))
-    corner = panels.corner[panel]
+    count, sides, corner = len(x), 2 if line.mirror else 1, panels.corner[panel]
     lever = line.lever(corner, x)
+    system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, len(loads) + 1))
     system[:count, :count] = response(line, panels, x, lever, line.kernel)
     system[:count, count] = -1.0
     system[count, :count] = sides*weights
-    right = np.empty((count + 1, len(loads)))
-    right[:count] = -(line.initial_gap(corner, x) + log_response(line, panels, x, lever, line.kernel))[:, None]
-    right[count] = loads - sides*panels.log_size @ np.abs(panels.h)
+    right[:count, :-1] = -(line.initial_gap(corner, x) + log_response(line, panels, x, lever, line.kernel))[:, None]
+    right[count, :-1] = loads - sides*panels.log_size @ np.abs(panels.h)
+    terms = np.abs(system[:count, :count]).max(axis=1)/weights.max()*loads[0]
+    right[:count, -1] = TABLE_ERROR*terms*(-1.0)**np.arange(count)
     try:
         solution = np.linalg.solve(system, right)
     except np.linalg.LinAlgError as failure:
         raise NotConverged(f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} "
                            f"at load {loads[0]:g}") from failure
-    return solution[:-1].T, solution[-1]
+    return solution[:-1, :-1].T, solution[-1, :-1], solution[:-1, -1]
+
+
+def _share(panels, part, whole):
+    """Relative L2 size over x of one q beside another."""
+    panel, v, _, weights = panels.nodes
+    weights = weights/panels.slope(panel, v)
+    return float(np.sqrt(weights @ part**2/(weights @ whole**2)))
 
 
 def edge_coefficients(panels, q):
@@ -217,10 +252,11 @@ def fit(line, load, zones, *, order, tolerance):
              for corner, intervals in zones.items()}
     for iteration in range(EDGE_STEPS):
         panels = make_panels(line, zones, order)
-        (q,), (approach,) = solve_zones(line, panels, (load,))
+        (q,), (approach,), noise = solve_zones(line, panels, (load,))
         moved, error = _moved(line, load, zones, edge_coefficients(panels, q), tolerance)
         if error <= tolerance:
-            return LineState(line, load, zones, panels, q, float(approach), iteration + 1, error)
+            return LineState(line, load, zones, panels, q, float(approach), iteration + 1,
+                             Estimate(None, error, _share(panels, noise, q)))
         idle = 0 if error < best/2 else idle + 1
         if idle == PATIENCE:
             break
@@ -272,16 +308,17 @@ def load_at_inner_edge(line, inner, outer, order):
     The inner edge of corner A is prescribed (> 0 leaves a gap, < 0 an overlap) and the load is free: both
     coefficients K0 are affine in it. `outer` is a first guess.
     """
+    unit = line.solid.E_star*float(np.ptp(line.initial_gap(np.zeros(2, int), np.array([0.0, outer]))))
     for _ in range(EDGE_STEPS):
         panels = make_panels(line, {0: ((inner, outer),)}, order)
-        first, second = (edge_coefficients(panels, q) for q in solve_zones(line, panels, (1.0, 2.0))[0])
+        first, second = (edge_coefficients(panels, q) for q in solve_zones(line, panels, (unit, 2*unit))[0])
         at = (0, float(inner), 1)
-        load = 1 + first[at][0]/(first[at][0] - second[at][0])
+        share = first[at][0]/(first[at][0] - second[at][0])
         at = (0, float(outer), -1)
-        K0, K1 = (first[at][i]*(2 - load) + second[at][i]*(load - 1) for i in (0, 1))
+        K0, K1 = (first[at][i]*(1 - share) + second[at][i]*share for i in (0, 1))
         step = 2*K0/K1
         if abs(step) < OUTER_STEP*outer:
-            return load, outer
+            return unit*(1 + share), outer
         outer += float(np.clip(step, -LONGEST_MOVE*outer, LONGEST_MOVE*outer))
     raise NotConverged(f"the outer edge still moves by {step:.1e} at the inner edge {inner:g}", iterations=EDGE_STEPS)
 

@@ -1,9 +1,10 @@
 """What a user types: a body, an obstacle and a law put together, and states asked for by load and accuracy."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from . import contact_line, obstacles, topology
 from .panels import Line
+from .path import LinePath
 from .adapt import climb
 from .errors import BadArgument, NotConverged, require_finite
 from .law import Microblock
@@ -53,7 +54,7 @@ class Contact:
 
         Returns
         -------
-        (LineState, error estimate or None)
+        LineState; its `estimate` has no discretisation error where the order is fixed
 
         Raises
         ------
@@ -72,13 +73,20 @@ class Contact:
             try:
                 state = self._settled(load, zones, first, tolerance)
                 if order is not None:
-                    return state, None
+                    return state
                 return self._climb(first, state, rtol, tolerance)
             except NotConverged as objection:
                 if objection.reached is not None:
                     raise
                 failure = objection
         raise NotConverged(f"no zones fit at load {load:g}: {failure}") from failure
+
+    def load(self, last, rtol=1e-3):
+        """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load."""
+        require_finite(load=last)
+        if not last > 0:
+            raise BadArgument("load", last, "must be positive")
+        return LinePath(self, last, rtol)
 
     def _trials(self, load, near, search, orders):
         """Zones and orders to try, the likely ones first: next to coalescence a coarse one may fit neither side."""
@@ -101,7 +109,7 @@ class Contact:
         raise NotConverged(f"zones still changing after {MENDINGS} mendings at load {load:g}")
 
     def _climb(self, first, state, rtol, tolerance):
-        """State and error estimate on the ladder of orders, from a state of the order `first` on."""
+        """State on the ladder of orders, from a state of the order `first` on."""
         states = {first: state}
 
         def rung(order):
@@ -110,7 +118,13 @@ class Contact:
                 states[order] = contact_line.fit(self.line, state.load, zones, order=order, tolerance=tolerance)
             return states[order]
 
-        return climb(rung, ORDERS[ORDERS.index(first):], contact_line.difference, rtol)
+        def error(coarse, fine):
+            parts = replace(fine.estimate, discretisation=contact_line.difference(coarse, fine))
+            states[fine.panels.order] = replace(fine, estimate=parts)
+            return parts.total
+
+        fine, _ = climb(rung, ORDERS[ORDERS.index(first):], error, rtol)
+        return states[fine.panels.order]
 
     @property
     def smooth_and_symmetric(self):

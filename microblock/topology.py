@@ -17,18 +17,30 @@ PARTIAL = 2.4         # width of a partial zone over ell as ell -> 0 (2.39 at nu
 
 def coarse(line, body, load, cells):
     """Zones {corner number: ((left, right), ...)} of a body's line at a load, as so many equal cells see them."""
-    reach = _reach(line, load)
+    centre = 0.0 if line.mirror else _lowest(line)
+    reach = _reach(line, load, centre)
     for _ in range(12):
-        x = np.linspace(-reach, reach, cells + 1 - cells % 2)
-        closed = _closed(line, body, load, x)
-        outer = np.abs(x[closed.any(axis=0)]).max(initial=0.0)
+        around = np.linspace(-reach, reach, cells + 1 - cells % 2)
+        closed = _closed(line, body, load, centre + around)
+        outer = np.abs(around[closed.any(axis=0)]).max(initial=0.0)
         if outer > 0.95*reach or outer == 0:
             reach *= 1.6
-        elif MARGIN*1.5*outer < reach and outer > 3*(x[1] - x[0]):
+        elif MARGIN*1.5*outer < reach and outer > 3*(around[1] - around[0]):
             reach = MARGIN*outer
         else:
             break
-    return _set_apart(line, _intervals(line, x, closed), x[1] - x[0])
+    return _set_apart(line, _intervals(line, centre + around, closed), around[1] - around[0])
+
+
+def _lowest(line):
+    """Where the obstacle is lowest among its ends, its kinks and places around x = 0 at all scales of ell."""
+    scales = line.solid.ell*np.geomspace(1e-3, 1e5, 65)
+    places = np.concatenate(([0.0], scales, -scales, getattr(line.obstacle, "ends", ()), getattr(line.obstacle, "kinks", ())))
+    return float(places[np.argmin(_height(line)(places))])
+
+
+def _height(line):
+    return getattr(line.obstacle, "height", line.obstacle)
 
 
 def _closed(line, body, load, x):
@@ -153,13 +165,13 @@ def _toggled(intervals, left, right, inside):
     return sorted({(a, b) for a, b in pieces if a < b})
 
 
-def _reach(line, load):
+def _reach(line, load, centre):
     """Half-width of a first coarse grid: where a classical contact would carry the load, and a block more."""
-    height, solid = getattr(line.obstacle, "height", line.obstacle), line.solid
+    solid = line.solid
     reach = solid.ell/100
     for _ in range(200):
-        rise = np.ptp(np.minimum(height(np.linspace(-reach, reach, 9)), 1e300))
-        if 1.3*solid.E_star*rise >= load:
+        heights = _height(line)(centre + np.linspace(-reach, reach, 9))
+        if 1.3*solid.E_star*np.ptp(np.minimum(heights, 1e300)) >= load:
             return 1.5*reach + solid.ell
         reach *= 1.3
     raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")

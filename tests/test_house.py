@@ -14,7 +14,8 @@ MAY_IMPORT = {
     "plots": set(), "adapt": set(), "study": {"__init__"}, "law": {"obstacles"}, "body": {"material"},
     "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane"}, "active_set": set(),
     "contact_line": {"halfplane", "panels"}, "subsurface": {"halfplane", "panels"},
-    "topology": {"active_set", "contact_line", "panels"}, "scene": {"adapt", "contact_line", "law", "obstacles", "panels", "topology"},
+    "topology": {"active_set", "contact_line", "panels"}, "path": {"halfplane", "observables"},
+    "scene": {"adapt", "contact_line", "law", "obstacles", "panels", "path", "topology"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
 }
 
