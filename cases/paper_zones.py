@@ -10,6 +10,7 @@ from cases.paper_and_here import Statement, above, below, printed
 from microblock.scene import Contact
 
 RTOL = 1e-6
+FINE = 1e-9          # of the states whose slopes next to an edge are looked at
 EDGE = 10            # errors of edges over that of the pressure: square roots at the edges are weak in L2
 KINK_STEPS = np.geomspace(1e-5, 1e-3, 5)      # over a_Hz, from the end of full contact
 BESIDE = 1e-13       # of it: the value there, to the root of that
@@ -21,7 +22,7 @@ FE = "belongs to the finite elements; the half-plane has no mesh and no truncati
 @lru_cache(maxsize=64)
 def solved(load=1.0, **changes):
     """(parameters, state, error estimate, the contract's record) at one load."""
-    parameters = hertz.Parameters(loads=(load,), rtol=RTOL, **changes).resolved()
+    parameters = hertz.Parameters(**{"loads": (load,), "rtol": RTOL, **changes}).resolved()
     (state, estimate), = hertz.solve(parameters)
     return parameters, state, estimate, hertz.observe(parameters, state, estimate)
 
@@ -100,7 +101,7 @@ def growth(records):
 def exponent(side, moment=False):
     """Exponent e of |f(c + side d) - f(c)| ~ d^e at the end c of full contact, alpha = 0.25: 1 is a finite slope."""
     def compute(records):
-        parameters, state, _, record = solved()
+        parameters, state, _, record = solved(rtol=FINE)
         a = parameters.a_Hz
         c = record["zones"]["full"][0][1]
         signs = (1.0, -1.0) if moment else (1.0, 1.0)
