@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from cases import paper_layers, paper_size, paper_strip, paper_zones
-from cases.__main__ import main
+from cases import paper_layers, paper_size, paper_strip, paper_zones, report
 from cases.paper_and_here import AGREES, DIFFERS, OPEN, Statement, above, below, printed, row
 from cases.report import Records
-from microblock.study import read_records
 
 ALL = (*paper_strip.STATEMENTS, *paper_zones.STATEMENTS, *paper_size.STATEMENTS, *paper_layers.STATEMENTS)
 
@@ -58,14 +56,10 @@ def test_approach_against_the_far_field_tends_to_that_of_hertz():
         assert np.log2(apart[0]/apart[1]) == pytest.approx(2, abs=0.1)      # like alpha^2
 
 
-@pytest.mark.slow
-def test_table_of_a_report(tmp_path):
-    """The whole table from fresh records; --only makes the records that it needs."""
-    assert main(["report", "--out", str(tmp_path), "--only", "paper_and_here"]) == 0
-    rows = read_records(tmp_path/"data"/"paper_and_here.csv")
-    assert len(rows) == len(ALL)
-    for made in rows:
-        assert made["verdict"] in (AGREES, DIFFERS, OPEN) and (made["value"] is None) <= (made["verdict"] == OPEN)
-    by_words = {(made["where"], made["the_paper"]): made for made in rows}
-    assert by_words["4.2, Fig. 10", "alpha_mid = 0.8874"]["verdict"] == DIFFERS
-    assert "the paper" in (tmp_path/"index.html").read_text()
+def test_records_are_made_once_in_a_run(tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setitem(report.TABLES, "strip_table", lambda: made.append(1) or [{"a": 0.5}])
+    records = Records(tmp_path)
+    assert records("strip_table")[0]["a"] == records("strip_table")[0]["a"] == 0.5 and len(made) == 1
+    Records(tmp_path)("strip_table")      # what another run left is not taken for this one's
+    assert len(made) == 2
