@@ -16,7 +16,7 @@ EDGE_SIDE = 1e-9     # of the width: a curve is drawn from this side of an edge 
 
 
 def profile_rows(**changes):
-    """States of one scene as records along the contact line: a row a point of the curve."""
+    """States of one scene as records: a row a point of the curve."""
     parameters = hertz.Parameters(rtol=FIGURE_RTOL, **changes)
     resolved = parameters.resolved()
     found = [(state, hertz.observe(resolved, state, estimate)) for state, estimate in hertz.solve(resolved)]
@@ -24,7 +24,8 @@ def profile_rows(**changes):
 
 
 def drawn(parameters, state):
-    """The profile of a state as it is drawn: between the nodes too, and up to the edges of all zones. M is that of the corners."""
+    """The profile of a state as it is drawn: between the nodes too, and up to the edges of all zones. M is that of the
+    corners."""
     a, p_Hz, law = parameters.a_Hz, parameters.p_Hz, state.line.law
     edges = np.array(sorted({edge for zones in state.all_zones.values() for zone in zones for edge in zone}))
     beside = EDGE_SIDE*(edges[-1] - edges[0])
@@ -53,8 +54,8 @@ def draw_profiles(axes, groups, label, names="ab"):
 
 def fig8_draw(rows):
     """Pressure (a) and micromoment (b) over the load for alpha = 0.25, aligned blocks. As in the paper: two separate zones
-    at first, full contact in the middle later, kinks where it ends. Not as in the paper: the zones meet at
-    P/Pmax = 0.08979, not at about 0.07, since by scaling this is (alpha/alpha_mid)^2 with alpha_mid = 0.83431 instead of 0.8874."""
+    at first, full contact in the middle later, kinks where it ends. Not as in the paper: the zones meet at P/Pmax =
+    0.08979, not at about 0.07, since by scaling this is (alpha/alpha_mid)^2 with alpha_mid = 0.83431 instead of 0.8874."""
     drawing, axes = plots.figure(1, 2, height=3.0)
     draw_profiles(axes, grouped(rows, "load"), lambda key: rf"$\bar P = {key:g}$")
     for axis in axes:
@@ -69,10 +70,10 @@ def fig9_records():
 
 
 def fig9_draw(rows):
-    """Turned blocks, pressure (left) and micromoment (right), alpha = 0.25. Top: psi0 = 5 degrees in gaps and levers: corner A never touches. Middle: the same in the
-    levers only. Bottom: 0.5 degrees in gaps and levers. The paper's figure (zones of full and partial contact, pressures
-    higher for x1 < 0, transitions shifted to the right) is the kind of the bottom row, and in the middle row the asymmetry is weak;
-    it cannot come from 5 degrees with the strip's geometry."""
+    """Turned blocks, pressure (left) and micromoment (right), alpha = 0.25. Top: psi0 = 5 degrees in gaps and levers:
+    corner A never touches. Middle: the same in the levers only. Bottom: 0.5 degrees in gaps and levers. The paper's figure
+    (zones of full and partial contact, pressures higher for x1 < 0, transitions shifted to the right) is the kind of the
+    bottom row, and in the middle row the asymmetry is weak; it cannot come from 5 degrees with the strip's geometry."""
     drawing, axes = plots.figure(3, 2, height=2.1, sharex="col")
     for pair, names, (reading, degrees) in zip(axes, ("ab", "cd", "ef"), READINGS):
         chosen = [row for row in rows if (row["psi0_reading"], row["psi0_deg"]) == (reading, degrees)]
@@ -90,17 +91,18 @@ def fig10_records():
 
 
 def fig10_draw(rows):
-    """Pressure over alpha for microblocks (a) and the unilateral law (b), the Hertz ellipse dashed. As in the paper: both tend to
-    Hertz for small alpha; with alpha the unilateral contact narrows and its peak rises, the microblock contact widens, its
-    peak nearly constant beyond 0.5 (from 0.65 to 1.25 it falls by 1.3 %), and splits for large alpha. Not as in the paper: it
-    splits from alpha_mid = 0.83431 on instead of 0.8874."""
+    """Pressure over alpha for microblocks (a) and the unilateral law (b), the Hertz ellipse dashed. As in the paper: both
+    tend to Hertz for small alpha; with alpha the unilateral contact narrows and its peak rises, the microblock contact
+    widens, its peak nearly constant beyond 0.5 (from 0.65 to 1.25 it falls by 1.3 %), and splits for large alpha. Not as in
+    the paper: it splits from alpha_mid = 0.83431 on instead of 0.8874."""
     drawing, axes = plots.figure(1, 2, height=3.0)
     ellipse = np.linspace(-1, 1, 201)
     for axis, contact, name in zip(axes, size_effect.LAWS, "ab"):
         for number, (alpha, nodes) in enumerate(grouped([row for row in rows if row["contact"] == contact], "alpha").items()):
             axis.plot(column(nodes, "x"), column(nodes, "pressure"), color=plots.COLOURS[number], label=rf"$\alpha = {alpha:g}$")
         axis.plot(ellipse, np.sqrt(1 - ellipse**2), "k--", linewidth=0.8, label="Hertz")
-        axis.set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", ylabel=r"$p_n/p_{\mathrm{Hz}}$", title=f"({name}) {contact}", xlim=(-1.45, 1.45), ylim=(0, 1.32))
+        axis.set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", ylabel=r"$p_n/p_{\mathrm{Hz}}$", title=f"({name}) {contact}",
+                 xlim=(-1.45, 1.45), ylim=(0, 1.32))
         plots.legend_below(axis, columns=4)
     return drawing
 
@@ -113,9 +115,9 @@ def size_records():
 
 def fig11_draw(rows):
     """Hardness over 1/alpha; the inset shows where real and apparent hardness part, at alpha_mid (dotted). As in the paper:
-    opposite size effects of the two laws, hardness 1 for small alpha. Not as in the paper: alpha_mid is 0.83431 (0.8874 there), and
-    the real hardness does not rise beyond it but goes on falling, only more slowly than the apparent one. The nominal
-    hardness (Fig. 11b) needs the approach and waits for finite elements."""
+    opposite size effects of the two laws, hardness 1 for small alpha. Not as in the paper: alpha_mid is 0.83431 (0.8874
+    there), and the real hardness does not rise beyond it but goes on falling, only more slowly than the apparent one. The
+    nominal hardness (Fig. 11b) needs the approach and waits for finite elements."""
     drawing, axis = plots.figure(height=3.4)
     inset = axis.inset_axes((0.47, 0.1, 0.5, 0.3))
     curves = (("microblock", "hardness_apparent", "o-"), ("microblock", "hardness_real", "s--"),

@@ -120,12 +120,14 @@ def table_limits():
     found = []
     for name, law in (("microblock", Microblock()), ("unilateral", Unilateral())):
         pressures, edges = hertz_distances(law)
-        found += [Row(f"{name}: L2 distance from the Hertz ellipse, alpha = {SMALL[-1]:g}", pressures[-1], "-> 0", "classical limit"),
+        found += [Row(f"{name}: L2 distance from the Hertz ellipse, alpha = {SMALL[-1]:g}", pressures[-1], "-> 0",
+                  "classical limit"),
                   Row(f"{name}: its rate in alpha", rate(pressures), "1", "with logarithms and square roots at the edge"),
                   Row(f"{name}: rate of the edge in alpha", rate(edges), "1", "the edge moves by a fixed share of ell")]
     changes = lever_changes()
     found += [Row("other P, R, E at the same R/a_Hz, psi0", units(), "0", "exact: angles and ratios of lengths are kept"),
-              Row(f"fixed psi0 R/a_Hz, psi0 from {HALVED[-2]:g} to {HALVED[-1]:g}", changes[-1], "-> 0", "the levers carry psi0 itself"),
+              Row(f"fixed psi0 R/a_Hz, psi0 from {HALVED[-2]:g} to {HALVED[-1]:g}", changes[-1], "-> 0",
+                  "the levers carry psi0 itself"),
               Row("its rate in psi0", rate(changes), "1", "levers 1 + psi0 and 1 - psi0"),
               Row("-psi0 against the mirror image", mirrored(), "0", "symmetry of half-plane and cylinder"),
               Row("load up against load down", up_and_down(), "0", "no friction: one state a load"),

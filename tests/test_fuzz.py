@@ -71,10 +71,10 @@ def problems(draw):
 
 @settings(fuzzed, max_examples=200)
 @given(problems(), strategies.one_of(strategies.just(0.0), decades(-4, 4)), strategies.booleans())
-def test_active_set_gives_a_state_or_says_why_not(problem, level, by_load):
+def test_active_set_gives_a_state_or_says_why_not(problem, given_level, by_load):
     H, gaps, weights = problem
     try:
-        state = solve(H, gaps, c=weights, **({"load": level} if by_load else {"approach": level}))
+        state = solve(H, gaps, c=weights, **({"load": given_level} if by_load else {"approach": given_level}))
     except BadArgument:
         assert not np.any(np.isfinite(gaps))      # the only thing wrong with these
         return
@@ -85,8 +85,9 @@ def test_active_set_gives_a_state_or_says_why_not(problem, level, by_load):
     assert np.all(np.isfinite(state.forces)) and np.all(state.forces >= 0) and np.isfinite(state.approach)
     assert np.all(state.forces[~np.isfinite(gaps)] == 0)
     touch = np.isfinite(gaps)
-    left = gaps[touch] - weights[touch]*state.approach + H[np.ix_(touch, touch)] @ state.forces[touch]
-    terms = (np.abs(gaps[touch]) + weights[touch]*abs(state.approach) + np.abs(H[np.ix_(touch, touch)]) @ state.forces[touch]).max()
+    sunk, level = H[np.ix_(touch, touch)], weights[touch]*state.approach
+    left = gaps[touch] - level + sunk @ state.forces[touch]
+    terms = (np.abs(gaps[touch]) + np.abs(level) + np.abs(sunk) @ state.forces[touch]).max()
     assert left.min() >= -1e-9*terms      # solved to 1e-11 of each corner's own terms, over weights of four decades
     if by_load:
-        assert weights @ state.forces == pytest.approx(level, rel=1e-9)
+        assert weights @ state.forces == pytest.approx(given_level, rel=1e-9)

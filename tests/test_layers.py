@@ -186,7 +186,8 @@ def test_difference_and_fit_by_other_means():
         psi.append(((np.exp(1j*k*x1)*dk) @ waves).real/np.pi)
     values = psi[0] - psi[1]
     _, microblock, unilateral, _, _ = layers.profiles(alpha, (x1,), x2=x2)
-    assert values == pytest.approx((microblock - unilateral)[0], abs=1e-6*values[0])      # states to 1e-7, their difference to ten times that
+    # states to 1e-7, their difference to ten times that
+    assert values == pytest.approx((microblock - unilateral)[0], abs=1e-6*values[0])
 
     def misfit(q):
         return q[0]*np.exp(x2/np.exp(q[1])) + q[2]*np.exp(x2/np.exp(q[3])) - values/values[0]
