@@ -33,7 +33,7 @@ def hertz_distances(law):
     """Relative L2 distance of the pressure from the Hertz ellipse, and of the edge from 1, for SMALL: arrays."""
     found = []
     for alpha in SMALL:
-        state = scene(alpha, law).at(LOAD, order=ORDER)[0]
+        state = scene(alpha, law).at(LOAD, order=ORDER)
         ellipse = np.sqrt(np.maximum(1 - state.x**2, 0))
         p = state.pressures.sum(axis=0)
         edge = max(right for zones in state.all_zones.values() for _, right in zones)
@@ -48,10 +48,10 @@ def rate(values):
 
 def units():
     """Largest change of normalised pressures and nodes under other P, R, E at fixed R/a_Hz, blocks turned."""
-    one = scene(0.25, Microblock(PSI0)).at(LOAD, order=ORDER)[0]
+    one = scene(0.25, Microblock(PSI0)).at(LOAD, order=ORDER)
     E, R = 70.0, 3.0
     other = Contact(HalfPlane(Cosserat(E=E, nu=NU, ell=0.25*R, beta=BETA)), Cylinder(R),
-                    Microblock(PSI0)).at(math.pi*E*R/(4*(1 - NU**2)), order=ORDER)[0]
+                    Microblock(PSI0)).at(math.pi*E*R/(4*(1 - NU**2)), order=ORDER)
     p_Hz = E/(2*(1 - NU**2))
     return float(max(np.abs(other.x/R - one.x).max(), np.abs(other.pressures/p_Hz - one.pressures).max()))
 
@@ -59,7 +59,7 @@ def units():
 def turned_profile(psi0, x):
     """Normalised pressure at x, with psi0 R/a_Hz = PSI0."""
     R = PSI0/psi0
-    state = scene(0.25, Microblock(psi0), R).at(LOAD/R, order=ORDER)[0]
+    state = scene(0.25, Microblock(psi0), R).at(LOAD/R, order=ORDER)
     return sum(state.pressure(corner, x) for corner in (0, 1))*R
 
 
@@ -72,7 +72,7 @@ def lever_changes():
 
 def mirrored():
     """Largest difference of edges and pressures under -psi0 from the mirror image."""
-    left, right = (scene(0.25, Microblock(turn)).at(LOAD, order=ORDER)[0] for turn in (PSI0, -PSI0))
+    left, right = (scene(0.25, Microblock(turn)).at(LOAD, order=ORDER) for turn in (PSI0, -PSI0))
     edges = [abs(edge + other) for zone, twin in zip(left.all_zones[0], reversed(right.all_zones[1]))
              for edge, other in zip(zone, reversed(twin))]
     return float(max(*edges, np.abs(left.pressures - right.pressures[::-1, ::-1]).max()))
@@ -84,7 +84,7 @@ def up_and_down():
     up, down, near = {}, {}, None
     for states, shares in ((up, PATH), (down, PATH[::-1])):
         for share in shares:
-            states[share] = near = here.at(share*LOAD, order=ORDER, near=near)[0]
+            states[share] = near = here.at(share*LOAD, order=ORDER, near=near)
     for share in PATH:
         differences.append(contact_line.difference(up[share], down[share]))
     return max(differences)
@@ -97,10 +97,10 @@ def work():
     a level tau P of the approach adds tau P^2/2 to the energy.
     """
     here = scene(0.25, Microblock(PSI0))
-    first, last = (here.at(share*LOAD, order=ORDER)[0] for share in (PATH[0], PATH[-1]))
+    first, last = (here.at(share*LOAD, order=ORDER) for share in (PATH[0], PATH[-1]))
     points, weights = np.polynomial.legendre.leggauss(GAUSS)
     half = (last.load - first.load)/2
-    approaches = [here.at(float(load), order=ORDER, near=first)[0].approach for load in (first.load + last.load)/2 + half*points]
+    approaches = [here.at(float(load), order=ORDER, near=first).approach for load in (first.load + last.load)/2 + half*points]
     done = last.load*last.approach - first.load*first.approach - half*(weights @ approaches)
     return float((last.energy - first.energy)/done - 1)
 

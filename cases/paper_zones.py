@@ -51,8 +51,8 @@ def axis_rotation(records):
     """|psi| at x1 = 0 where the symmetry is not made use of, psi R/a_Hz."""
     parameters = hertz.Parameters(rtol=RTOL).resolved()
     scene = Contact(parameters.scene.body, lambda x: x**2/(2*parameters.R), parameters.law)
-    state, estimate = scene.at(parameters.P, rtol=RTOL)
-    return abs(float(state.rotation(np.zeros(1))[0]))*parameters.R/parameters.a_Hz, EDGE*estimate
+    state = scene.at(parameters.P, rtol=RTOL)
+    return abs(float(state.rotation(np.zeros(1))[0]))*parameters.R/parameters.a_Hz, EDGE*state.estimate.total
 
 
 def largest_change(one, other):

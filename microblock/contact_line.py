@@ -15,7 +15,7 @@ from .errors import NotConverged
 from .halfplane import coalescence_exponent
 from .panels import Line, Panels, half_line, lagrange, log_response, make_panels, response, zone_edges
 
-TABLE_ERROR = 2e-14  # of the kernels, see `halfplane.Kernels`
+TABLE_ERROR = 5e-15  # of the kernels as a rule, 2e-14 at most: see `halfplane.Kernels`
 EDGE_STEPS = 40      # of Newton's method for the edges
 PATIENCE = 6         # of them that do not halve the error of the edges: they crawl towards another topology
 LONGEST_MOVE = 0.4   # of an edge in one step, over the distance to its neighbour
@@ -26,7 +26,6 @@ MERGED = 1e-4        # of the tolerance, times the width: edges this near that w
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
 JOINT = 1e-12        # of a panel: two meet up to rounding
 NEXT_TO = 1e-6       # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
-VIOLATION = 1e-3     # of the gaps' and the pressure's size, beyond which a topology is refused
 
 
 @dataclass(frozen=True)
@@ -284,7 +283,7 @@ def _moved(line, load, zones, coefficients, tolerance):
             for edge, sign, (outwards, missing) in ((left, -1, left_step), (right, 1, right_step)):
                 step = sign*outwards
                 way = min(abs(edge - other) for other in edges if other != edge)
-                missed = MISSED*missing*np.sqrt(width)/load
+                missed = float(MISSED*missing*np.sqrt(width)/load)
                 if way < least and missed > tolerance:
                     raise NotConverged(f"two edges run into each other at x = {edge:g}: another topology of the zones")
                 errors.append(missed)

@@ -21,10 +21,12 @@ LEAST = 1e-9          # of the last load, if it never is
 SAME = 1e-9           # of the width: a contact that does not grow with the load, as under a punch
 EVENT_ORDER = 10      # of the panels meanwhile
 APPROACH = 0.05       # of the way to an event that is left between one state and the next
-SETTLED = 1e-7        # relative correction of an event's load that ends its search
-STEPS = 12
+SETTLED = 1e-6        # relative correction of an event's load that ends its search
+STEPS = 16
+MOST = 4              # changes between two states that may be one event
+CAUTION = 0.1         # least share of a step that is tried where no state is found
+NARROW = 1e-5         # of the load: several events within are given as one bracket
 NAMES = ("A", "B", "full", "contact")
-OPPOSITE = {"born": "vanished", "vanished": "born", "merged": "split", "split": "merged"}
 
 
 @dataclass(frozen=True)
@@ -91,63 +93,70 @@ class LinePath:
 
     def _between(self, low, high):
         """Events between two states, ascending in load."""
-        before, after = _named(low), _named(high)
-        changes = [(name, kind, x) for name in NAMES for kind, x in zone_changes(before[name], after[name])]
+        changes = _changes(low, high)
         if not changes:
             return []
         if self.scene.smooth_and_symmetric:      # all that can happen is that the two zones meet on the axis
             load, error = self.scene.coalescence()
-            return [Event(load, error, kind, name, 0.0) for name, kind, _ in changes]
-        if all(abs(len(before[name]) - len(after[name])) <= 1 for name in NAMES):
-            return [self._located(low, high, *change) for change in changes]
-        between = self._state((low.load + high.load)/2, low, high)
-        if between is None:
-            return [_bracketed(low, high, *change) for change in changes]
-        return self._between(low, between) + self._between(between, high)
+            return [Event(load, error, change.kind, change.zone, 0.0) for change in changes]
+        several = len(changes) > MOST or any(abs(change.high - change.low) != 1 for change in changes)
+        if several and high.load - low.load > NARROW*high.load:
+            between = self._state((low.load + high.load)/2, low, high)
+            if between is not None:
+                return self._between(low, between) + self._between(between, high)
+        visited = self._approached(low, high, changes[0])
+        low_side, high_side = _sides(visited, changes[0])
+        found = [self._located(visited, change) for change in _changes(low_side, high_side)]
+        return self._between(low, low_side) + _crossing_once(found) + self._between(high_side, high)
 
-    def _located(self, low, high, name, kind, x):
-        """One event, extrapolated from the side on which something is left to measure."""
-        measured_low = kind in ("merged", "vanished")
-        count = len(_named(low if measured_low else high)[name])
-        sizes = []      # (load, size^power) towards the event
-        guess, error = None, np.inf
+    def _approached(self, low, high, change):
+        """States ascending in load towards an event, from the side on which something is left to measure."""
+        visited, cautious = [low, high], 1.0
         for _ in range(STEPS):
-            near, far = (low, high) if measured_low else (high, low)
-            if not sizes or sizes[-1][0] != near.load:
-                sizes.append((near.load, self._size(near, name, kind if measured_low else OPPOSITE[kind], x)))
-            if len(sizes) > 1:
-                (P, a), (Q, b) = sizes[-2:]
-                new = Q - b*(Q - P)/(b - a) if a != b else None
-                if new is not None and low.load <= new <= high.load:
-                    error = abs(new - guess) if guess is not None else np.inf
-                    guess = new
-                    if error <= SETTLED*new:
-                        break
-            middle = (low.load + high.load)/2
-            target = middle if guess is None else guess + APPROACH*(near.load - guess)
-            if not low.load < target < high.load or target == near.load:
-                target = middle
-            state = self._state(target, near, far)
-            if state is None:
+            low, high = _sides(visited, change)
+            near, far = (low, high) if change.measured_low else (high, low)
+            event = self._located(visited, change)
+            if event.load_error <= SETTLED*event.load:
                 break
-            same = len(_named(state)[name]) == count
-            low, high = (state, high) if same == measured_low else (low, state)
-        event = _bracketed(low, high, name, kind, x)
-        better = guess is not None and error < event.load_error
-        return replace(event, load=float(guess), load_error=float(error)) if better else event
+            target = event.load + APPROACH*(near.load - event.load)
+            if not low.load < target < high.load:
+                target = (low.load + high.load)/2
+            state = self._state(near.load + cautious*(target - near.load), near, far)
+            if state is None:
+                cautious /= 2
+                if cautious < CAUTION:
+                    break
+            else:
+                visited = sorted([*visited, state], key=lambda each: each.load)
+        return visited
 
-    def _size(self, state, name, kind, x):
-        """What is left of a zone that vanishes, or of the gap between two that merge next to x, to the power that is linear."""
-        zones, crossing = _named(state), 2*coalescence_exponent(state.line.solid)
-        intervals = zones[name]
-        own = {edge for corner in state.all_zones.values() for interval in corner for edge in (interval,)}
-        if kind == "vanished":
-            left, right = min(intervals, key=lambda each: abs(each[0] + each[1] - 2*x))
+    def _located(self, visited, change):
+        """An event, extrapolated from the last states before it, or between those that bracket it."""
+        low, high = _sides(visited, change)
+        half = (high.load - low.load)/2
+        if change.measured_low:
+            side = [state for state in visited if state.load <= low.load]
         else:
-            gaps = [(a[1], b[0]) for a, b in zip(intervals, intervals[1:])]
-            left, right = min(gaps, key=lambda each: abs(each[0] + each[1] - 2*x))
-            own = {(a[1], b[0]) for corner in state.all_zones.values() for a, b in zip(corner, corner[1:])}
-        return (right - left)**(2 if (left, right) in own else crossing)
+            side = [state for state in reversed(visited) if state.load >= high.load]
+        sizes = [(state.load, self._size(state, change)) for state in side[-3:]]
+        guesses = [_zero(pair) for pair in zip(sizes, sizes[1:])]
+        load, error = low.load + half, half
+        if guesses and guesses[-1] is not None and low.load <= guesses[-1] <= high.load:
+            load = guesses[-1]
+            if len(guesses) > 1 and guesses[0] is not None:
+                # a correction, but no less than what the way left to go makes likely
+                error = min(half, max(abs(load - guesses[0]), APPROACH**2*abs(load - side[-1].load)))
+        return Event(float(load), float(error), change.kind, change.zone, float(change.x))
+
+    def _size(self, state, change):
+        """What is left of a zone that is born or vanishes, or of the gap next to x, to the power that is linear."""
+        intervals = _named(state)[change.zone]
+        own = [interval for corner in state.all_zones.values() for interval in corner]
+        if change.kind in ("merged", "split"):
+            intervals = [(a[1], b[0]) for a, b in zip(intervals, intervals[1:])]
+            own = [(a[1], b[0]) for corner in state.all_zones.values() for a, b in zip(corner, corner[1:])]
+        left, right = min(intervals, key=lambda each: abs(each[0] + each[1] - 2*change.x))
+        return (right - left)**(2 if (left, right) in own else 2*coalescence_exponent(state.line.solid))
 
     def _state(self, load, *neighbours):
         """A state with the zones of one of its neighbours, the first that fits; None if none does."""
@@ -159,14 +168,58 @@ class LinePath:
         return None
 
 
+@dataclass(frozen=True)
+class Change:
+    """What differs between two neighbouring states; `low`, `high`: the numbers of such zones."""
+
+    zone: str
+    kind: str
+    x: float
+    low: int
+    high: int
+
+    @property
+    def measured_low(self):
+        """Whether there is something to measure before the event, not after it."""
+        return self.kind in ("merged", "vanished")
+
+
+def _changes(low, high):
+    before, after = _named(low), _named(high)
+    return [Change(name, kind, x, len(before[name]), len(after[name]))
+            for name in NAMES for kind, x in zone_changes(before[name], after[name])]
+
+
+def _sides(visited, change):
+    """The neighbouring states between which a change happens, seen from where it is measured."""
+    numbers, last = [len(_named(state)[change.zone]) for state in visited], len(visited) - 2
+    if change.measured_low:
+        last = next((i for i, number in enumerate(numbers[1:]) if number != change.low), last)
+    else:
+        last = max((i for i, number in enumerate(numbers[:-1]) if number != change.high), default=last)
+    return visited[last], visited[last + 1]
+
+
+def _zero(pair):
+    """Load at which the line through two (load, size) crosses zero; None if it does not."""
+    (P, a), (Q, b) = pair
+    return None if a == b else Q - b*(Q - P)/(b - a)
+
+
+def _crossing_once(found):
+    """Where A's and B's edges cross, two zones meet and full contact is born: one load, seen from either side."""
+    meeting = [event for event in found if (event.zone, event.kind) in (("contact", "merged"), ("full", "born"),
+                                                                       ("contact", "split"), ("full", "vanished"))]
+    if len(meeting) != 2 or {event.zone for event in meeting} != {"contact", "full"}:
+        return found
+    best = min(meeting, key=lambda event: event.load_error)
+    error = max(best.load_error, abs(meeting[0].load - meeting[1].load))
+    return [replace(event, load=best.load, load_error=error) if event in meeting else event for event in found]
+
+
 def _named(state):
     return contact_zones(state.all_zones, state.line.law.corners)
 
 
 def _width(state):
     return state.x[-1] - state.x[0]
-
-
-def _bracketed(low, high, name, kind, x):
-    half = (high.load - low.load)/2
-    return Event(float(low.load + half), float(half), kind, name, float(x))

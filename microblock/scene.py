@@ -115,7 +115,7 @@ class Contact:
         def rung(order):
             if order not in states:
                 zones = states[max(states)].zones
-                states[order] = contact_line.fit(self.line, state.load, zones, order=order, tolerance=tolerance)
+                states[order] = self._settled(state.load, zones, order, tolerance)
             return states[order]
 
         def error(coarse, fine):

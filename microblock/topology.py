@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import active_set
-from .contact_line import VIOLATION, violations
+from .contact_line import violations
 from .errors import NotConverged
 from .panels import half_line
 
@@ -129,6 +129,11 @@ def _moved(intervals, number, side, edge):
     return tuple(map(tuple, intervals))
 
 
+def tolerated(order):
+    """Violation of (26) that panels of an order may leave: about ten times their usual error."""
+    return 10**(-(order + 6)/4)
+
+
 def mended(state):
     """Zones without what is pulled and with what is pressed in on a fitted state; None where nothing is.
 
@@ -141,7 +146,7 @@ def mended(state):
     for corner, (x, wrong) in violations(state).items():
         intervals = list(state.zones[corner])
         edges = np.array(intervals).ravel()
-        for first, last in _runs(wrong > VIOLATION):
+        for first, last in _runs(wrong > tolerated(state.panels.order)):
             left = (x[first - 1] + x[first])/2 if first else x[first]
             right = (x[last] + x[last + 1])/2 if last + 1 < len(x) else x[last]
             intervals = _toggled(intervals, left, right, inside=bool(np.searchsorted(edges, (left + right)/2) % 2))
