@@ -117,7 +117,13 @@ def test_a_uniform_grid_tends_to_the_reference():
 def test_judge_sees_what_a_coarse_state_misses():
     draw = accuracy.Draw("psi0", "microblock", 0.25, 0.3, 1.0, psi0=0.3)
     fine, own = accuracy.reference(draw.scene())
-    errors = [accuracy.error(draw.scene().at(accuracy.LOAD, order=order)[0], fine) for order in (6, 10, 14)]
+    states = [draw.scene().at(accuracy.LOAD, order=order)[0] for order in (6, 10, 14)]
+    errors = [accuracy.error(state, fine) for state in states]
+    x = np.linspace(-1.3, 1.3, 100001)
+    p, exact = (np.array([state.pressure(corner, x) for corner in (0, 1)]) for state in (states[0], fine))
+    scale, levers = np.linalg.norm(exact.sum(axis=0)), (1.03, -0.97)      # psi0 = 0.3/R
+    plain = max(np.linalg.norm((p - exact).sum(axis=0)), np.linalg.norm(levers @ (p - exact)/2))/scale
+    assert errors[0] == pytest.approx(plain, rel=0.02)      # points that know nothing of the edges
     assert own < 1e-10
     # a state of low order is no state of rtol 1e-9, and orders converge to the judge
     assert errors[0] > 1e-8 and errors[1] < errors[0]/5 and errors[2] < errors[1]/5
