@@ -15,6 +15,7 @@ MAY_IMPORT = {
     "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane"}, "active_set": set(),
     "contact_line": {"halfplane", "panels"}, "subsurface": {"halfplane", "panels"},
     "scene": {"active_set", "adapt", "contact_line", "law", "obstacles", "panels"},
+    "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "projected_cg"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
 }
 
