@@ -162,8 +162,8 @@ class Cells:
         column[:, :-self.count:-1] = kernels[:, 1:]
         column[list(ODD), :-self.count:-1] *= -1
         U, V, W, fixed, reaction = rfft(column)
-        # kernel 4 is -m, over 1/ell instead of c; on a cell of unit force
-        return U.real, -1j*V.imag, W.real, fixed.real, -1j*reaction.imag/(c*ell)
+        # kernel 4 is -m, over 1/ell instead of c, from a unit force
+        return U.real, -1j*V.imag, W.real, fixed.real, -1j*reaction.imag*self.width/(c*ell)
 
 
 def _clamped(U, iV, W):

@@ -9,7 +9,7 @@ from .errors import BadArgument, NotConverged, require_finite
 from .grid import Cells, PeriodicHalfPlane
 
 FIRST, MOST = 128, 2**21       # cells of the coarsest grid, and of the finest that rtol may ask for
-COARSE_RESIDUAL = 1e-5         # of the coarser grids: far below what the next one changes
+COARSE_RESIDUAL = 0.01         # of the coarser grids, over their nodes: far below what the next one changes
 RESIDUAL = 1e-9                # of the state; its pressures are good to some ten times that
 SLOWEST = 1.4                  # ratio of successive changes from grid to grid taken for the slowest convergence; 2 is expected
 
@@ -116,18 +116,18 @@ class GridContact:
         if not 0 < rtol < 1:
             raise BadArgument("rtol", rtol, "must satisfy 0 < rtol < 1")
         doublings = FIRST*2**np.arange(int(np.log2(MOST/FIRST)) + 1)
-        for state, estimate in self._states(load, approach, doublings, min(residual, rtol*COARSE_RESIDUAL), every=True):
+        for state, estimate in self._states(load, approach, doublings, residual):
             if estimate is not None and estimate <= rtol and len(state.x) >= 4*FIRST:
                 return state, estimate
         raise NotConverged(f"error {estimate:.1e} instead of {rtol:g} on {MOST} nodes; a fitted scene (Contact) reaches more "
                            "under smooth obstacles", reached=estimate)
 
-    def _states(self, load, approach, sizes, residual, every=False):
+    def _states(self, load, approach, sizes, residual):
         """(state, estimate) on grids of the given sizes, each started from the one before."""
         state, changes = None, []
         for size in sizes:
-            last = every or size == sizes[-1]
-            finer = self._solve(int(size), load, approach, state, residual if last else COARSE_RESIDUAL)
+            enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL/size)
+            finer = self._solve(int(size), load, approach, state, enough)
             if state is not None:
                 changes.append(difference(finer, state, self.body.solid.ell, self._period))
             state = finer
@@ -189,11 +189,15 @@ def difference(finer, coarser, ell, period=None):
 
 
 def _estimate(changes):
-    """Error of the last state from the changes from grid to grid: a geometric series of their ratio, 2 at best."""
+    """Error of the last state from the changes from grid to grid, a geometric series of a ratio between SLOWEST and 2.
+
+    A last change that is more than twice smaller than the one before is luck, where a cell falls on an edge.
+    """
     if not changes:
         return None
-    ratio = 2.0 if len(changes) == 1 else min(max(changes[-2]/max(changes[-1], 1e-300), SLOWEST), 2.0)
-    return changes[-1]/(ratio - 1)
+    before, last = changes[-2:] if len(changes) > 1 else (2*changes[-1], changes[-1])
+    last = max(last, before/2)
+    return last/(max(before/last, SLOWEST) - 1) if last else 0.0
 
 
 def _halvings(nodes):

@@ -109,17 +109,23 @@ class _Problem:
 
     def spread(self, values):
         """Values of the corners that can touch among all, 0 at the others."""
+        if len(values) == self.touch.size:
+            return values.reshape(self.touch.shape)
         whole = np.zeros(self.touch.shape)
         whole[self.touch] = values
         return whole
 
+    def kept(self, whole):
+        """Those of the corners that can touch."""
+        return whole.ravel() if len(self.g0) == whole.size else whole[self.touch]
+
     def sinking(self, forces):
         self.count["products"] += 1
-        return (self.H @ self.spread(forces))[self.touch]
+        return self.kept(self.H @ self.spread(forces))
 
     def precondition(self, values, face):
         whole = self.spread(np.where(face, values, 0))
-        return np.where(face, self.H.precondition(whole)[self.touch], 0)
+        return np.where(face, self.kept(self.H.precondition(whole)), 0)
 
     def slope(self, forces):
         """grad q: the gaps, up to the approach if that is free."""
