@@ -1,6 +1,7 @@
 """Contact on uniform cells, matrix-free: large rough problems, and problems that repeat with a period."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -109,7 +110,7 @@ class GridContact:
         if start is not None:
             return self._solve(nodes or len(start.x), load, approach, start, residual), None
         if nodes is not None:
-            *_, last = self._states(load, approach, _halvings(nodes), residual)
+            *_, last = self._states(load, approach, halvings(nodes), residual)
             return last
         rtol = 1e-2 if rtol is None else rtol
         require_finite(rtol=rtol)
@@ -148,13 +149,23 @@ class GridContact:
         gaps = self.law.initial_gaps(np.column_stack((x, np.zeros_like(x))), normals, self.body.solid.ell, obstacle)
         return np.array(list(gaps.values()))
 
+    @cached_property
+    def _grids(self):
+        return {}
+
+    def prepare(self, nodes):
+        """Cells, flexibility and initial gaps on so many nodes, made once and kept for further loads."""
+        if nodes not in self._grids:
+            cells = self._cells(nodes)
+            self._grids[nodes] = cells, cells.flexibility(self.law), self._gaps(cells.x)
+        return self._grids[nodes]
+
     def _solve(self, nodes, load, approach, start, residual):
-        cells = self._cells(nodes)
-        flexibility = cells.flexibility(self.law)
-        guess = None if start is None else np.array([_polygon(cells.x, start.x, p, self._period) for p in start.pressures])
-        gaps = self._gaps(cells.x)
-        found = projected_cg.solve(flexibility, gaps, load=load, approach=approach,
-                                   start=None if guess is None else guess*cells.width, rtol=residual)
+        cells, flexibility, gaps = self.prepare(nodes)
+        forces = None
+        if start is not None:
+            forces = np.array([_polygon(cells.x, start.x, p, self._period) for p in start.pressures])*cells.width
+        found = projected_cg.solve(flexibility, gaps, load=load, approach=approach, start=forces, rtol=residual)
         self._check_window(cells, found.forces)
         return self._state(cells, flexibility, gaps, found)
 
@@ -200,7 +211,8 @@ def _estimate(changes):
     return last/(max(before/last, SLOWEST) - 1) if last else 0.0
 
 
-def _halvings(nodes):
+def halvings(nodes):
+    """Sizes of the grids below one of so many nodes, and its own, ascending."""
     sizes = [nodes]
     while sizes[-1] > FIRST or len(sizes) < 3:
         sizes.append((sizes[-1] + 1)//2)

@@ -6,7 +6,8 @@ Conditions (a) of `microblock.active_set` with c = 1 are those of the minimum of
 
 or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
 
-1. gradient projection: f' = proj(f - alpha grad q), alpha halved until q falls by SHARE |f' - f|^2/alpha;
+1. gradient projection: f' = proj(f - alpha grad q), alpha halved until q falls by SHARE |f' - f|^2/alpha; it begins with
+   the |f' - f|^2/(f' - f).H (f' - f) of the step before (Barzilai and Borwein, IMA J. Numer. Anal. 8 (1988) 141);
 2. conjugate gradients for (c) on the face {f'_i > 0} without the signs, zero-sum by a constraint preconditioner;
 3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else f' itself.
 
@@ -14,12 +15,12 @@ It is the scheme GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the 
 gives back all corners at once, as the primal-dual active set does, and 1 and 3 keep it from cycling.
 
 Proven, in exact arithmetic, for H positive definite on zero-sum vectors (with d given: on all): alpha stays above
-1/|H| times a constant, as every alpha <= 2 (1 - SHARE)/|H| passes the test of 1 (descent lemma). Steps 2 and 3 do not raise q.
-A step of gradient projection lowers q - q* by a fixed factor below 1 (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157:
-the error bound holds for quadratics on polyhedra), so q and with it f converge linearly to the only minimum,
-whatever happens in between; the free approach, the multiplier of sum f = P, is part of it. If no corner has f = g = 0
-the face of 1 is in the end that of the solution (Calamai and More, Math. Program. 39 (1987) 93), where conjugate
-gradients end in finitely many steps.
+1/(2 |H|), as every alpha <= 2 (1 - SHARE)/|H| passes the test of 1 (descent lemma) and it begins above 1/|H|. Steps 2 and 3 do not
+raise q. A step of gradient projection with such alpha lowers q - q* by a fixed factor below 1 (Luo and Tseng, Ann. Oper. Res. 46
+(1993) 157), so q and with it f converge linearly to the only minimum, whatever happens in between; the free approach, the multiplier
+of sum f = P, is part of it. If no corner has f = g = 0 the face of 1 is in the end that of the solution (Calamai and More,
+Math. Program. 39 (1987) 93), where conjugate gradients end in finitely many steps. Not proven: the number of steps, and that
+it does not grow with n, which the preconditioner and a start from a coarser grid see to in practice.
 """
 
 from collections import Counter
@@ -30,9 +31,9 @@ import numpy as np
 from .errors import BadArgument, NotConverged, require_finite
 
 SHARE = 0.1                # of the decrease of q that the gradient promises; any number in (0, 1/2) is proven to do
-INNER = 0.05               # of the residual on the face at which conjugate gradients stop: a better solution of the wrong
+INNER = 0.5               # of the residual on the face at which conjugate gradients stop: a better solution of the wrong
 INNER_STEPS = 60           # face is of no use
-OUTER_STEPS = 200          # 5 to 20 are met
+OUTER_STEPS = 300          # 5 to 40 are met
 SEARCH = 1, 1/4, 1/16      # parts of the way to the minimum on the face
 ROUNDING = 1e-14           # of the range of the sinking, to which products are good
 BACKTRACKS = 60            # halvings of alpha
@@ -202,7 +203,8 @@ def _gradient_step(problem, forces, slope, alpha):
         ahead = problem.slope(moved)
         rise, rounding = _rise(problem, forces, change, slope, ahead)
         if rise <= -SHARE*length/alpha or abs(rise) <= rounding:
-            return moved, ahead, (2 if trial == 0 else 1)*alpha
+            bend = change @ (ahead - slope)
+            return moved, ahead, length/bend if bend > 0 else 2*alpha
         alpha /= 2
     raise NotConverged("no step of gradient projection lowers the energy: is the flexibility positive semidefinite? "
                        "At a given approach it must be so with its level; give the load instead")
