@@ -9,7 +9,8 @@ from . import projected_cg
 from .errors import BadArgument, NotConverged, require_finite
 from .grid import Cells, PeriodicHalfPlane
 
-FIRST, MOST = 128, 2**21       # cells of the coarsest grid, and of the finest that rtol may ask for
+FIRST, MOST = 128, 2**21       # cells of the coarsest and finest grid that rtol may ask for
+COARSEST = 1024                # at which halving a given number of cells ends, after two halvings at the earliest
 COARSE_RESIDUAL = 0.01         # of the coarser grids, over their nodes: far below what the next one changes
 RESIDUAL = 1e-9                # of the state; its pressures are good to some ten times that
 SLOWEST = 1.4                  # ratio of successive changes from grid to grid taken for the slowest convergence; 2 is expected
@@ -214,7 +215,7 @@ def _estimate(changes):
 def halvings(nodes):
     """Sizes of the grids below one of so many nodes, and its own, ascending."""
     sizes = [nodes]
-    while sizes[-1] > FIRST or len(sizes) < 3:
+    while sizes[-1] > 2*COARSEST or len(sizes) < 3:
         sizes.append((sizes[-1] + 1)//2)
     return sizes[::-1]
 
@@ -222,7 +223,7 @@ def halvings(nodes):
 def _polygon(x, nodes, values, period):
     if period is None:
         return np.interp(x, nodes, values, left=0.0, right=0.0)
-    return np.interp(x, nodes, values, period=period)
+    return np.interp(x, np.concatenate((nodes[-1:] - period, nodes, nodes[:1] + period)), np.concatenate((values[-1:], values, values[:1])))
 
 
 def _repeated(obstacle, period):

@@ -85,8 +85,7 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     slope, alpha, best = problem.slope(forces), None, np.inf
     for step in range(OUTER_STEPS):
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
-        face = forces > 0
-        trial, ahead = _face_step(problem, forces, slope, face, rtol)
+        trial, ahead = _face_step(problem, forces, slope, rtol)
         forces, slope = _projected_search(problem, forces, slope, trial, ahead)
         kkt = problem.residual(forces, slope)[0]
         best = min(best, kkt)
@@ -125,8 +124,10 @@ class _Problem:
         return self.kept(self.H @ self.spread(forces))
 
     def precondition(self, values, face):
-        whole = self.spread(np.where(face, values, 0))
-        return np.where(face, self.kept(self.H.precondition(whole)), 0)
+        """Of the corners numbered `face` alone, like the values."""
+        whole = np.zeros(len(self.g0))
+        whole[face] = values
+        return self.kept(self.H.precondition(self.spread(whole)))[face]
 
     def slope(self, forces):
         """grad q: the gaps, up to the approach if that is free."""
@@ -149,7 +150,9 @@ class _Problem:
         """Nearest point of Omega: max(values - tau, 0), tau by Newton's method on sum f = P, convex, from the left."""
         if self.load is None:
             return np.maximum(values, 0)
-        kept, tau = values, -np.inf
+        kept = values[values > 0]
+        if not kept.sum() > self.load:      # tau < 0
+            kept = values
         while True:
             tau = (kept.sum() - self.load)/len(kept)
             above = kept[kept > tau]
@@ -198,7 +201,7 @@ def _gradient_step(problem, forces, slope, alpha):
         moved = problem.project(forces - alpha*slope_here)
         change = moved - forces
         length = change @ change
-        if length == 0:
+        if not length > 0:
             return forces, slope, 2*alpha
         ahead = problem.slope(moved)
         rise, rounding = _rise(problem, forces, change, slope, ahead)
@@ -217,37 +220,38 @@ def _rise(problem, forces, change, slope, ahead):
     return change @ middle, ROUNDING*np.ptp(ahead - problem.g0)*np.abs(change).sum()
 
 
-def _face_step(problem, forces, slope, face, rtol):
-    """2: forces and slope of the minimum on a face, nearly."""
-    ones = problem.precondition(np.ones(len(forces)), face) if problem.load is not None else None
-    residual, size = _on_face(problem, slope, face), problem.residual(forces, slope)[1]
-    enough = max(INNER*np.abs(residual).max(), rtol*size/4)
-    direction, before = 0.0, np.inf
+def _face_step(problem, forces, slope, rtol):
+    """2: forces and slope of the minimum on the face of the corners with force, nearly."""
+    face, free = np.flatnonzero(forces > 0), problem.load is not None
+    ones = problem.precondition(np.ones(len(face)), face) if free else 0.0
+    enough = max(INNER*np.abs(_on_face(slope, face, free)).max(), rtol*problem.residual(forces, slope)[1]/4)
+    forces, direction, before = forces.copy(), np.zeros(len(forces)), np.inf
     for _ in range(INNER_STEPS):
+        residual = _on_face(slope, face, free)
         if np.abs(residual).max() <= enough:
             break
         z = problem.precondition(residual, face)
-        if ones is not None:
+        if free:
             z -= ones*(z.sum()/ones.sum())
         product = residual @ z
-        direction = product/before*direction - z
+        direction[face] = product/before*direction[face] - z
         before = product
         answer = problem.sinking(direction)
         curvature = direction @ answer
         if not curvature > 0:
-            if problem.load is None:
-                raise BadArgument("approach", problem.approach, "needs a flexibility that is positive definite with its level; "
-                                  "give the load instead")
-            break
-        forces, slope = forces + product/curvature*direction, slope + product/curvature*answer
-        residual = _on_face(problem, slope, face)
+            if free:
+                break
+            raise BadArgument("approach", problem.approach, "needs a flexibility that is positive definite with its level; "
+                              "give the load instead")
+        forces += product/curvature*direction
+        slope = slope + product/curvature*answer
     return forces, slope
 
 
-def _on_face(problem, slope, face):
+def _on_face(slope, face, free):
     """Slope on the face, less its mean if sum f = P."""
-    level = slope[face].mean() if problem.load is not None else 0.0
-    return np.where(face, slope - level, 0)
+    residual = slope[face]
+    return residual - residual.mean() if free else residual
 
 
 def _projected_search(problem, forces, slope, trial, ahead):
