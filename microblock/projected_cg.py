@@ -37,6 +37,8 @@ OUTER_STEPS = 300          # 5 to 40 are met
 SEARCH = 1, 1/4, 1/16      # parts of the way to the minimum on the face
 ROUNDING = 1e-14           # of the range of the sinking, to which products are good
 BACKTRACKS = 60            # halvings of alpha
+FLAT = 1e-6                # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
+LEAST = 1e-3               # see `GridForces.kkt`
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,8 @@ class GridForces:
     ----------
     forces, gaps : arrays (corners, n); gaps inf where a corner cannot touch
     approach, load : float
-    kkt : float, largest penetration, or gap of a corner with force, over the range of the sinking H f
+    kkt : float, largest penetration, or gap of a corner with force, over the range of H f where corners can touch; under a
+        punch, where that is 0, over LEAST times what the load on a single corner would make it
     products, steps : int, products with H (and as many preconditioners on faces), outer steps
     """
 
@@ -82,7 +85,7 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     if load == 0 or load is None and approach <= g0.min():
         return _unloaded(g0, g0.min() if load == 0 else approach)
     forces = problem.project(problem.first(start))
-    slope, alpha, best = problem.slope(forces), None, np.inf
+    slope, alpha, best = problem.slope(forces), 1/problem.unit, np.inf
     for step in range(OUTER_STEPS):
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
         trial, ahead = _face_step(problem, forces, slope, rtol)
@@ -105,6 +108,7 @@ class _Problem:
     touch: np.ndarray      # boolean, like the initial gaps
     load: float | None
     approach: float | None
+    unit: float            # range of the sinking under a unit force on one corner
     count: Counter
 
     def spread(self, values):
@@ -139,7 +143,7 @@ class _Problem:
 
     def first(self, start):
         if start is None:
-            return np.full(len(self.g0), 1.0 if self.load is None else self.load/len(self.g0))
+            return np.full(len(self.g0), 0.0 if self.load is None else self.load/len(self.g0))
         start = np.asarray(start, float)
         if start.shape != self.touch.shape or not np.all(np.isfinite(start)):
             raise BadArgument("start", start, f"must be finite, of the shape {self.touch.shape}")
@@ -164,7 +168,7 @@ class _Problem:
         """`GridForces.kkt`, and the range of the sinking that it is over."""
         gaps, sinking = slope - self.level(forces, slope), slope - self.g0
         wrong = np.where(forces > 0, np.abs(gaps), -gaps).max()
-        size = max(np.ptp(sinking), np.abs(sinking).max() if self.load is None else 0.0)
+        size = max(np.ptp(sinking), LEAST*self.unit*forces.sum())
         return (max(wrong, 0)/size if size else 0.0), size
 
     def report(self, forces, slope, kkt, steps):
@@ -185,7 +189,10 @@ def _problem(flexibility, g0, load, approach):
     if load is not None and load < 0:
         raise BadArgument("load", load, "must not be negative")
     touch = np.isfinite(g0)
-    return _Problem(flexibility, g0[touch] - (approach or 0.0), touch, load, approach, Counter())
+    one = np.zeros(g0.shape)
+    one.ravel()[np.argmax(touch)] = 1
+    return _Problem(flexibility, g0[touch] - (approach or 0.0), touch, load, approach, float(np.ptp(flexibility @ one)),
+                    Counter(products=1))
 
 
 def _unloaded(g0, approach):
@@ -195,9 +202,7 @@ def _unloaded(g0, approach):
 def _gradient_step(problem, forces, slope, alpha):
     """1: the projected step, its slope, and the alpha to begin with next time."""
     slope_here = slope - problem.level(forces, slope)
-    if alpha is None:      # a long step: the mean force over the mean slope
-        alpha = forces.max()/max(np.abs(slope_here).max(), np.finfo(float).tiny)
-    for trial in range(BACKTRACKS):
+    for _ in range(BACKTRACKS):
         moved = problem.project(forces - alpha*slope_here)
         change = moved - forces
         length = change @ change
@@ -217,7 +222,7 @@ def _rise(problem, forces, change, slope, ahead):
     """q at the end of a change less q at its beginning, and its rounding."""
     middle = (slope + ahead)/2
     middle = middle - problem.level(forces, middle)      # the change has the sum zero, but for rounding
-    return change @ middle, ROUNDING*np.ptp(ahead - problem.g0)*np.abs(change).sum()
+    return change @ middle, ROUNDING*problem.residual(forces, ahead)[1]*np.abs(change).sum()
 
 
 def _face_step(problem, forces, slope, rtol):
@@ -238,11 +243,11 @@ def _face_step(problem, forces, slope, rtol):
         before = product
         answer = problem.sinking(direction)
         curvature = direction @ answer
-        if not curvature > 0:
+        if not curvature > FLAT*problem.unit*(direction @ direction):
             if free:
                 break
-            raise BadArgument("approach", problem.approach, "needs a flexibility that is positive definite with its level; "
-                              "give the load instead")
+            raise BadArgument("approach", problem.approach, "needs a flexibility that is positive definite with its level, and on "
+                              "a period must stay below the mean height of the obstacle; give the load instead")
         forces += product/curvature*direction
         slope = slope + product/curvature*answer
     return forces, slope
