@@ -222,7 +222,7 @@ def halvings(nodes):
 
 def _polygon(x, nodes, values, period):
     if period is None:
-        return np.interp(x, nodes, values, left=0.0, right=0.0)
+        return np.interp(x, nodes, values)
     return np.interp(x, np.concatenate((nodes[-1:] - period, nodes, nodes[:1] + period)), np.concatenate((values[-1:], values, values[:1])))
 
 
