@@ -5,7 +5,7 @@ Geometry   half-plane x2 < 0; a self-affine profile of one period (seeded phases
 Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
 Model      one period of uniform cells, products by FFT, no mesh (docs/theory.md, "Large problems").
 Reference  four times as many cells.
-Look at    thousands of cells in contact, hundreds of zones, few products; psi0 tears the zones of the corners apart.
+Look at    ten thousand cells in contact, dozens of zones, some 150 products; psi0 tears the zones of the corners apart.
 Units      lengths over the period, pressures over E* times the root mean square slope; M over that and ell.
 """
 

@@ -24,7 +24,6 @@ from microblock.halfplane import symbol
 from microblock.law import Microblock, Microclamped, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Wave
-from microblock.references import Wavy
 from microblock.study import column, grouped, read_records, versions, write_records
 
 RTOL = 1e-3
@@ -86,6 +85,7 @@ def solve(parameters, contact, beta):
 
 def reference(parameters):
     """Westergaard's contact at each load."""
+    from microblock.references import Wavy      # judges only: the computation does without
     return [Wavy(1.0, 1.0, load) for load in parameters.loads]
 
 
