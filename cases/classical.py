@@ -1,4 +1,4 @@
-"""The classical limit: Hertz ellipse, flat punch's inverse square root, wedge's logarithm on uniform cells.
+"""The classical limit on uniform cells: Hertz ellipse, punch's inverse root, wedge's logarithm.
 
 Geometry   half-plane x2 < 0; a cylinder, a flat punch, a blunt wedge pressed down by a force per thickness.
 Equations  classical unilateral contact: the law `Unilateral` at a coupling beta of 1e-10.
