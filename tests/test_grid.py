@@ -13,6 +13,7 @@ from cases.__main__ import main
 from microblock import active_set, projected_cg
 from microblock.errors import BadArgument, NotConverged
 from microblock.grid import Cells
+from microblock.halfplane import gauss_rule, kernels, symbol
 from microblock.references import Wavy
 
 SOLID = mb.Cosserat(E=2.0, nu=0.3, ell=0.2, beta=1.0)
@@ -51,7 +52,6 @@ def test_far_cells_need_fewer_gauss_points():
 
 
 def _averages(body, distance, width):
-    from microblock.halfplane import gauss_rule, kernels
     points, gauss = gauss_rule(40)
     values = kernels(SOLID.nu, SOLID.beta, SOLID.curvature)((distance + points - 0.5)*width/SOLID.ell, range(5)) @ gauss
     return (1 - SOLID.nu)/SOLID.mu*values
@@ -75,6 +75,15 @@ def test_a_period_is_the_sum_of_its_images(law):
     direct, found = direct - direct.mean(), found - found.mean()
     # cells see sin(k h/2)/(k h/2) of a wave, 4e-3 at the third; the images left out 1/images
     assert np.abs(found - direct).max() <= 1e-2*np.abs(found).max()
+
+
+def test_a_uniform_moment_turns_all_blocks_alike():
+    """The mean of p does nothing on a period, that of m what the symbol does for k -> 0."""
+    flexibility = Cells(mb.PeriodicHalfPlane(SOLID, 1.0), -0.5, 0.5, 40).flexibility(mb.Microblock())
+    u, phi = flexibility.surface(np.array([np.full(40, 0.5/40), np.full(40, -0.5/40)]))      # p = 0, m = 1 over the cells
+    assert phi == pytest.approx(np.full(40, symbol(SOLID, [1e-9])[2, 0]), rel=1e-6) and np.abs(u).max() < 1e-15
+    u, phi = flexibility.surface(np.full((2, 40), 1/40))
+    assert np.abs(u).max() < 1e-15 and np.abs(phi).max() < 1e-15      # rounding
 
 
 @pytest.mark.parametrize("periodic", [False, True])
