@@ -37,7 +37,8 @@ OBSTACLES = {"cylinder": (Cylinder(1.0), math.pi/4), "punch": (Punch(1.0), 1.0),
 
 @dataclass(frozen=True)
 class Parameters:
-    nodes: tuple = option((1000, 3000, 10000, 30000, 100000), "cells of the window of 2.5 half-widths", int, nargs="+", metavar="N")
+    nodes: tuple = option((1000, 3000, 10000, 30000, 100000), "cells of the window of 2.5 half-widths", int,
+                          nargs="+", metavar="N")
     rtol: float = option(1e-3, "of the fitted panels")
 
     def __post_init__(self):
@@ -133,8 +134,8 @@ def figure(records):
         cells = [row for row in rows if row["method"] == "cells"]
         axis.loglog([row["nodes"] for row in cells], [row["error"] for row in cells], color=colour, marker=marker, label=obstacle)
         panels = [row for row in rows if row["method"] == "panels" and row["error"]]
-        axis.loglog([row["nodes"] for row in panels], [row["error"] for row in panels], color=colour, marker=marker, linestyle="none",
-                    markerfacecolor="none")
+        axis.loglog([row["nodes"] for row in panels], [row["error"] for row in panels], color=colour, marker=marker,
+                    linestyle="none", markerfacecolor="none")
     axis.set(xlabel="nodes", ylabel="relative $L_2$ error of the pressure")
     plots.legend_below(axis, 3)
     return drawing

@@ -8,8 +8,8 @@ Reference  the Hertz ellipse; for the rough profile our grid of --reference node
            nodes and its difference from tamaas on that half, both of which bound its own error.
 Look at    setup and solving, each at its best of several after a warm-up, one thread.
 Tuned      in favour of tamaas: on the line contact its period, nodes and tolerance, on the rough profile nodes and tolerance, for
-           the least time that meets the bar (`trials` runs are looked through). Here: nodes and residual on the rough profile from
-           the same list; nothing on the line contact, where rtol is the bar and the error obtained is far below it.
+           the least time that meets the bar (`trials` runs are looked through). Here: nodes and residual on the rough profile
+           from the same list; nothing on the line contact, where rtol is the bar and the error obtained is far below it.
 Units      lengths over a_Hz (line) or the period (rough), pressures over E*; seconds.
 """
 

@@ -223,7 +223,8 @@ def halvings(nodes):
 def _polygon(x, nodes, values, period):
     if period is None:
         return np.interp(x, nodes, values)
-    return np.interp(x, np.concatenate((nodes[-1:] - period, nodes, nodes[:1] + period)), np.concatenate((values[-1:], values, values[:1])))
+    return np.interp(x, np.concatenate((nodes[-1:] - period, nodes, nodes[:1] + period)),
+                     np.concatenate((values[-1:], values, values[:1])))
 
 
 def _repeated(obstacle, period):

@@ -286,7 +286,8 @@ def test_classical_orders():
 
 
 def test_commands(tmp_path, capsys):
-    assert main(["wavy", "--nodes", "256", "--loads", "0.5", "1.2", "--json", str(tmp_path/"a.json"), "--out", str(tmp_path)]) == 0
+    words = ["wavy", "--nodes", "256", "--loads", "0.5", "1.2"]
+    assert main([*words, "--json", str(tmp_path/"a.json"), "--out", str(tmp_path)]) == 0
     assert "closed everywhere" in capsys.readouterr().out
     answer = json.loads((tmp_path/"a.json").read_text())
     assert [state["load"] for state in answer["states"]] == pytest.approx([0.5, 1.2])
