@@ -15,12 +15,13 @@ It is the scheme GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the 
 gives back all corners at once, as the primal-dual active set does, and 1 and 3 keep it from cycling.
 
 Proven, in exact arithmetic, for H positive definite on zero-sum vectors (with d given: on all): alpha stays above
-1/(2 |H|), as every alpha <= 2 (1 - SHARE)/|H| passes the test of 1 (descent lemma) and it begins above 1/|H|.
-Steps 2 and 3 do not raise q. A step of gradient projection with such alpha lowers q - q* by a fixed factor below 1 (Luo and Tseng, Ann. Oper. Res. 46
-(1993) 157), so q and with it f converge linearly to the only minimum, whatever happens in between; the free approach, the
-multiplier of sum f = P, is part of it. If no corner has f = g = 0 the face of 1 is in the end that of the solution (Calamai and More,
-Math. Program. 39 (1987) 93), where conjugate gradients end in finitely many steps. Not proven: the number of steps, and that
-it does not grow with n, which the preconditioner and a start from a coarser grid see to in practice.
+1/(2 |H|), as every alpha <= 2 (1 - SHARE)/|H| passes the test of 1 (descent lemma) and it begins above 1/|H|. Steps 2
+and 3 do not raise q. A step of gradient projection with such alpha lowers q - q* by a fixed factor below 1 (Luo and
+Tseng, Ann. Oper. Res. 46 (1993) 157), so q and with it f converge linearly to the only minimum, whatever happens in
+between; the free approach, the multiplier of sum f = P, is part of it. If no corner has f = g = 0 the face of 1 is in
+the end that of the solution (Calamai and More, Math. Program. 39 (1987) 93), where conjugate gradients end in
+finitely many steps. Not proven: the number of steps, and that it does not grow with n, which the preconditioner and a
+start from a coarser grid see to in practice.
 """
 
 from collections import Counter
