@@ -16,6 +16,7 @@ MAY_IMPORT = {
     "contact_line": {"halfplane", "panels"}, "subsurface": {"halfplane", "panels"},
     "topology": {"active_set", "contact_line", "panels"}, "path": {"halfplane", "observables"},
     "scene": {"adapt", "contact_line", "law", "obstacles", "panels", "path", "topology"},
+    "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "projected_cg"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
 }
 
