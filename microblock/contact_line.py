@@ -72,6 +72,11 @@ class LineState:
     iterations: int
     estimate: Estimate
 
+    @property
+    def error_estimate(self):
+        """Relative L2 error of pressure and micromoment, None where the order of the panels was prescribed."""
+        return self.estimate.total
+
     @cached_property
     def all_zones(self):
         """{corner number: intervals} of all corners, also those known by symmetry."""

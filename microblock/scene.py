@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from . import contact_line, obstacles, topology
-from .panels import Line
+from .panels import Line, half_line
 from .path import LinePath
 from .adapt import climb
 from .errors import BadArgument, NotConverged, require_finite
@@ -93,6 +93,8 @@ class Contact:
         line = self.line
         if near:
             yield from ((zones, order) for order in orders for zones in topology.variants(line, near.zones))
+        elif half_line(line):
+            yield from ((topology.classical(line, load), order) for order in orders)
         if near is None or search:
             for cells in topology.CELLS:
                 variants = topology.variants(line, topology.coarse(line, self.body, load, cells))
