@@ -10,7 +10,7 @@ from .errors import BadArgument, NotConverged, require_finite
 from .law import Microblock
 
 OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of partial contact touch: a first guess
-ORDERS = (6, 10, 14, 18, 22)
+ORDERS = (6, 10, 14, 18, 22, 26)
 FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed: rounding
 MENDINGS = 4          # of zones that a fitted state shows wrong
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven

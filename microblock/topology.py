@@ -59,8 +59,8 @@ def _intervals(line, x, closed):
     """{corner: intervals} of the closed cells; next to an end of the obstacle they reach to it."""
     width, zones = x[1] - x[0], {}
     for corner in line.corners:
-        ends = line.ends.get(corner, ())
-        zones[corner] = tuple((_snap(x[i] - width/2, ends, width), _snap(x[j] + width/2, ends, width))
+        first, last = line.ends.get(corner, (-np.inf, np.inf))
+        zones[corner] = tuple((_snap(x[i] - width/2, first, width), _snap(x[j] + width/2, last, width))
                               for i, j in _runs(closed[corner]))
     return zones
 
@@ -71,9 +71,8 @@ def _runs(flags):
     return list(zip(np.flatnonzero(steps == 1), np.flatnonzero(steps == -1) - 1))
 
 
-def _snap(edge, ends, width):
-    close = [end for end in ends if abs(end - edge) < SNAP*width]
-    return float(min(close, key=lambda end: abs(end - edge), default=edge))
+def _snap(edge, end, width):
+    return float(end if abs(end - edge) < SNAP*width else edge)
 
 
 def _set_apart(line, zones, width):
