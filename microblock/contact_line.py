@@ -24,7 +24,7 @@ INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over e
 MISSED = 4.0         # norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
 MERGED = 1e-4        # of the tolerance, times the width: edges this near that want to be nearer cross
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
-JOINT = 1e-12        # of a panel: two meet up to rounding
+JOINT = 1e-12        # of a panel: two meet up to rounding, and there either may answer
 NEXT_TO = 1e-10      # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
 
 
@@ -110,7 +110,7 @@ class LineState:
             e, h = self.panels.e[number], self.panels.h[number]
             along = (x - e)/h
             here = (along >= -JOINT) & (along <= 1 + JOINT)
-            v = np.maximum(self.panels.parameter(number, x[here]), NEXT_TO)
+            v = np.maximum(self.panels.parameter(number, e + h*np.abs(along[here])), NEXT_TO)
             q = lagrange(self.panels.points[0], v) @ self.q[number*self.panels.order:(number + 1)*self.panels.order]
             found[here] = (q - self._anchored[number])/self.panels.slope(number, v) + self.panels.logarithm(number, v)
         return found

@@ -8,6 +8,7 @@ where the two corners' edges cross, the power is 2 s with the exponent s of coal
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import takewhile
 
 import numpy as np
 
@@ -99,14 +100,17 @@ class LinePath:
         if self.scene.smooth_and_symmetric:      # all that can happen is that the two zones meet on the axis
             load, error = self.scene.coalescence()
             return [Event(load, error, change.kind, change.zone, 0.0) for change in changes]
+        if high.load - low.load <= NARROW*high.load:
+            half = (high.load - low.load)/2
+            return [Event(float(low.load + half), float(half), change.kind, change.zone, float(change.x)) for change in changes]
         several = len(changes) > MOST or any(abs(change.high - change.low) != 1 for change in changes)
-        if several and high.load - low.load > NARROW*high.load:
-            between = self._state((low.load + high.load)/2, low, high)
+        if several:
+            between = self._state((low.load + high.load)/2, low)
             if between is not None:
                 return self._between(low, between) + self._between(between, high)
         visited = self._approached(low, high, changes[0])
         low_side, high_side = _sides(visited, changes[0])
-        found = [self._located(visited, change) for change in _changes(low_side, high_side)]
+        found = [self._located(visited, low_side, high_side, change) for change in _changes(low_side, high_side)]
         return self._between(low, low_side) + _crossing_once(found) + self._between(high_side, high)
 
     def _approached(self, low, high, change):
@@ -114,14 +118,14 @@ class LinePath:
         visited, cautious = [low, high], 1.0
         for _ in range(STEPS):
             low, high = _sides(visited, change)
-            near, far = (low, high) if change.measured_low else (high, low)
-            event = self._located(visited, change)
+            near = low if change.measured_low else high
+            event = self._located(visited, low, high, change)
             if event.load_error <= SETTLED*event.load:
                 break
             target = event.load + APPROACH*(near.load - event.load)
             if not low.load < target < high.load:
                 target = (low.load + high.load)/2
-            state = self._state(near.load + cautious*(target - near.load), near, far)
+            state = self._state(near.load + cautious*(target - near.load), near)
             if state is None:
                 cautious /= 2
                 if cautious < CAUTION:
@@ -130,15 +134,16 @@ class LinePath:
                 visited = sorted([*visited, state], key=lambda each: each.load)
         return visited
 
-    def _located(self, visited, change):
-        """An event, extrapolated from the last states before it, or between those that bracket it."""
-        low, high = _sides(visited, change)
+    def _located(self, visited, low, high, change):
+        """An event between two states, extrapolated from up to three on the side where it can be measured."""
         half = (high.load - low.load)/2
         if change.measured_low:
-            side = [state for state in visited if state.load <= low.load]
+            side, number = [state for state in reversed(visited) if state.load <= low.load], change.low
         else:
-            side = [state for state in reversed(visited) if state.load >= high.load]
-        sizes = [(state.load, self._size(state, change)) for state in side[-3:]]
+            side, number = [state for state in visited if state.load >= high.load], change.high
+        alike = list(takewhile(lambda state: len(_named(state)[change.zone]) == number, side[:3]))
+        side = alike[::-1]      # towards the event
+        sizes = [(state.load, self._size(state, change)) for state in side]
         guesses = [_zero(pair) for pair in zip(sizes, sizes[1:])]
         load, error = low.load + half, half
         if guesses and guesses[-1] is not None and low.load <= guesses[-1] <= high.load:
@@ -158,14 +163,12 @@ class LinePath:
         left, right = min(intervals, key=lambda each: abs(each[0] + each[1] - 2*change.x))
         return (right - left)**(2 if (left, right) in own else 2*coalescence_exponent(state.line.solid))
 
-    def _state(self, load, *neighbours):
-        """A state with the zones of one of its neighbours, the first that fits; None if none does."""
-        for near in neighbours:
-            try:
-                return self.scene.at(load, order=EVENT_ORDER, near=near, search=False)
-            except NotConverged:
-                pass
-        return None
+    def _state(self, load, near):
+        """A state from a neighbour on; None where none can be found."""
+        try:
+            return self.scene.at(load, order=EVENT_ORDER, near=near)
+        except NotConverged:
+            return None
 
 
 @dataclass(frozen=True)

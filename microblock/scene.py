@@ -43,14 +43,13 @@ class Contact:
             isinstance(self.obstacle, obstacles.Punch) and self.obstacle.tilt == 0)
         return even and (not isinstance(self.law, Microblock) or (not callable(self.law.psi0) and self.law.psi0 == 0))
 
-    def at(self, load, rtol=1e-3, order=None, near=None, search=True):
+    def at(self, load, rtol=1e-3, order=None, near=None):
         """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
 
         Parameters
         ----------
         rtol : float; chooses the order of the panels, unless `order` fixes it
         near : LineState of a nearby load to start from
-        search : whether another topology is looked for if that of `near` does not hold
 
         Returns
         -------
@@ -69,7 +68,7 @@ class Contact:
         ladder = ORDERS if order is None else (order,)
         tolerance = EDGE_SHARE*rtol if order is None else FIXED_ORDER_EDGES
         failure = None
-        for zones, first in self._trials(load, near, search, ladder[:2]):
+        for zones, first in self._trials(load, near, ladder[:2]):
             try:
                 state = self._settled(load, zones, first, tolerance)
                 if order is not None:
@@ -88,17 +87,16 @@ class Contact:
             raise BadArgument("load", last, "must be positive")
         return LinePath(self, last, rtol)
 
-    def _trials(self, load, near, search, orders):
+    def _trials(self, load, near, orders):
         """Zones and orders to try, the likely ones first: next to coalescence a coarse one may fit neither side."""
         line = self.line
-        if near:
-            yield from ((zones, order) for order in orders for zones in topology.variants(line, near.zones))
+        if near:      # if they do not fit at once, a coarse grid is the shorter way
+            yield near.zones, orders[0]
         elif half_line(line):
             yield from ((topology.classical(line, load), order) for order in orders)
-        if near is None or search:
-            for cells in topology.CELLS:
-                variants = topology.variants(line, topology.coarse(line, self.body, load, cells))
-                yield from ((zones, order) for order in orders for zones in variants)
+        for cells in topology.CELLS:
+            variants = topology.variants(line, topology.coarse(line, self.body, load, cells))
+            yield from ((zones, order) for order in orders for zones in variants)
 
     def _settled(self, load, zones, order, tolerance):
         """The state on these zones, mended where they do not hold."""

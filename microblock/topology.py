@@ -7,7 +7,7 @@ from .contact_line import violations
 from .errors import NotConverged
 from .panels import half_line
 
-CELLS = (80, 160, 320)     # of the coarse grid; finer while no zones fit
+CELLS = (80, 160)     # of the coarse grid; finer while no zones fit
 MEETING = 0.1         # of the width: opposite edges of the two corners this near to each other may be joined or apart
 APART, OVERLAP = 0.3, 0.15      # of the way between such edges, where the other way round is tried
 MARGIN = 1.3          # of the coarse grid around the contact
