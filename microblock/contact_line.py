@@ -13,12 +13,13 @@ from numpy.polynomial.legendre import legvander
 
 from .errors import NotConverged
 from .halfplane import coalescence_exponent
-from .panels import Line, Panels, half_line, lagrange, log_response, make_panels, response, zone_edges
+from .panels import SLIVER, Line, Panels, half_line, lagrange, log_response, make_panels, response, zone_edges
 
 TABLE_ERROR = 5e-15  # of the kernels as a rule, 2e-14 at most: see `halfplane.Kernels`
 EDGE_STEPS = 40      # of Newton's method for the edges
 PATIENCE = 6         # of them that do not halve the error of the edges: they crawl towards another topology
 LONGEST_MOVE = 0.4   # of an edge in one step, over the distance to its neighbour
+PAST = 3.0           # of that distance, where the neighbour is an end of the obstacle for the other corner and draws the edge
 OUTER_STEP = 1e-7    # of an edge that is not asked for: its square is left
 INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over ell, extrapolated to coalescence
 MISSED = 4.0         # norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
@@ -278,6 +279,7 @@ def _moved(line, load, zones, coefficients, tolerance):
     edges = sorted({*edges, *(-edge for edge in edges)}) if line.mirror else edges
     width = edges[-1] - edges[0]
     moved, errors, least = {}, [0.0], MERGED*tolerance*width
+    all_ends = [end for pair in line.ends.values() for end in pair]
     for corner, intervals in zones.items():
         new = []
         for left, right in intervals:
@@ -292,7 +294,10 @@ def _moved(line, load, zones, coefficients, tolerance):
                 if way < least and missed > tolerance:
                     raise NotConverged(f"two edges run into each other at x = {edge:g}: another topology of the zones")
                 errors.append(missed)
-                pair.append(float(np.clip(edge + np.clip(step, -LONGEST_MOVE*way, LONGEST_MOVE*way), *limits)))
+                # drawn to where the obstacle ends for the other corner, an edge has to get past it
+                past = np.isinf(step) and any(abs(edge + np.sign(step)*way - end) < SLIVER*width for end in all_ends)
+                longest = PAST*way if past else LONGEST_MOVE*way
+                pair.append(float(np.clip(edge + np.clip(step, -longest, longest), *limits)))
             new.append(tuple(pair))
         moved[corner] = tuple(new)
     return moved, max(errors)
