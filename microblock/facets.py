@@ -49,6 +49,8 @@ class ContactFacets:
     """
 
     def __init__(self, body, law, obstacle, boundary="contact"):
+        if body.element_orders is not None:
+            raise BadArgument("body", body, "must have one order for all elements: the contact rule is the same on every facet")
         self.body, self.law, self.corners = body, law, law.corners
         self.region = body.boundary(boundary)
         self.order = min(body.order, body.order_psi)
@@ -69,7 +71,7 @@ class ContactFacets:
         self.rule = ng.IntegrationRule(points=[(float(t),) for t in points], weights=[float(w) for w in weights])
         outward = ng.specialcf.normal(mesh.dim)
         numbers, nodes, rows = {}, [], {name: [] for name in spaces}
-        for facet in self.region.Elements():
+        for facet, side in zip(self.region.Elements(), outward_sides(mesh, self.region)):
             local = {name: (space.GetFE(facet), space.GetDofNrs(facet)) for name, space in spaces.items()}
             transformation = mesh.GetTrafo(facet)
             for j, (xi, weight) in enumerate(zip(points, weights)):
@@ -77,7 +79,7 @@ class ContactFacets:
                 at_vertex = j in (0, len(points) - 1)
                 key = ("vertex", *shape["multiplier"]) if at_vertex else (facet.nr, j)
                 mapped = transformation(xi)
-                normal = outward(mapped)
+                normal = side*np.array(outward(mapped))
                 measure = weight*(mapped.measure if mesh.dim == 2 else 1.0)
                 if key in numbers:
                     nodes[numbers[key]][1] += measure
@@ -167,6 +169,22 @@ class ContactFacets:
         if mask.all():
             return term
         return ng.IfPos(self.interpolate(mask.astype(float)) - 0.5, term, otherwise)
+
+
+def outward_sides(mesh, region):
+    """For each facet of a boundary 1, or -1 where NGSolve's normal points inwards: it follows the facet's own orientation."""
+    if mesh.dim == 1:
+        return [1.0 for _ in region.Elements()]
+    points = np.array([vertex.point for vertex in mesh.vertices])
+    facets = [(facet.edges[0].nr, [vertex.nr for vertex in facet.vertices]) for facet in region.Elements()]
+    wanted = {number for number, _ in facets}
+    inside = {edge.nr: points[[vertex.nr for vertex in element.vertices]].mean(axis=0)
+              for element in mesh.Elements() for edge in element.edges if edge.nr in wanted}
+    outward, sides = ng.specialcf.normal(2), []
+    for facet, (number, ends) in zip(region.Elements(), facets):
+        transformation = mesh.GetTrafo(facet)      # a mapped point does not keep it alive
+        sides.append(1.0 if np.dot(points[ends].mean(axis=0) - inside[number], outward(transformation(0.5))) > 0 else -1.0)
+    return sides
 
 
 def _point_row(element, dofs, xi):
