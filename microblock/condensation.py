@@ -151,13 +151,20 @@ class Condensed:
         if not np.linalg.norm(left) <= UNSOLVED*np.linalg.norm(right):
             raise NotConverged("singular matrix of the bulk; are rigid motions fixed?")
         vector[self._order] += self._factors.solve(left)      # one step of refinement
-        if self._form.condense:
-            state.vec.data += self._form.harmonic_extension*state.vec
+        state.vec.data += self._form.harmonic_extension*state.vec
         return Fields(self.body, state.components)
+
+    def reaction(self, fields):
+        """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""
+        width = self.body.spaces[0].ndof
+        vector = np.concatenate([component.vec.FV().NumPy() for component in fields])
+        held = (self._bulk @ vector)[2*width:]
+        used = np.unique(self._values.indices)
+        return np.linalg.solve(self._values[:, used].toarray().T, held[used])
 
     @cached_property
     def interpolation(self):
-        """{facet: (left, right, x of its nodes ascending, their numbers)}, left to right, of a boundary along x1."""
+        """[(left, right, numbers of its nodes)] of the facets of a boundary along x1, all left to right."""
         found = []
         for members in self.facets:
             members = members[np.argsort(self.points[members, 0])]

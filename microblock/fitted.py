@@ -1,0 +1,346 @@
+"""Contact of the ground with a rigid obstacle by finite elements whose mesh follows the edges of the zones.
+
+A pass meshes the ground with vertices at the trial edges, condenses it to the contact nodes and closes the gaps of each
+corner on its zones. At a free edge ``p = K0/sqrt(r) + K1 sqrt(r)``; at the solution ``dK0_i/de_j = -delta_ij K1_i/2``, so
+moving the edges outwards by ``2 K0/K1`` is Newton's method, a mesh a step. The state returned is that of the contact-state
+solver on the last mesh. Mesh and orders climb a ladder until the estimate holds, which has three parts:
+
+discretisation   difference of pressure and micromoment between the last two rungs, each fitted for itself
+edges            what moving the edges by the next step would change: p by K1 delta/(2 sqrt r) beside an edge
+truncation       TRUNCATION (outer edge/far)^2: the image of the load bends the surface like 1/far^2 (docs/theory.md)
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import active_set, obstacles
+from .body import Body
+from .condensation import Condensed
+from .errors import BadArgument, NotConverged, require_finite
+from .law import Microblock
+from .meshes import Ground, falling_orders, graded
+from .panels import Line
+from .surface_state import SurfaceState, difference
+
+FAR = 1000.0         # size of an unbounded domain over the reach
+BEYOND = 1.3         # reach of the contact boundary over the outermost edge
+LADDER = ((3, 3), (4, 3), (5, 4), (6, 4), (7, 5), (8, 5), (9, 6), (10, 6), (11, 7), (12, 7))      # (order, levels)
+SPACING = 0.5        # of the elements on the surface, over the half-width
+LAYERS = 8.0         # of them, over the layer length: order 5 sees a layer of an eighth of the element
+COARSE = 12, 3       # elements over the reach and order of the first mesh, which knows no edges
+RATE = 0.6, 0.25     # digits that an order adds, and that order 0 lacks: where the ladder is entered, no more
+LOCATED = 0.03       # error of the edges at which more order helps more than another step
+STEPS = 6            # of the edges on one rung
+LONGEST_MOVE = 0.4   # of an edge in one step, over the way to the next
+FITTED = 0.4         # of the way to the next edge, from where K0 and K1 are read
+TERMS = 4            # K0, K1, ... of the series in which they are read
+PARTIAL = 2.4        # width of a partial zone over ell as ell -> 0: a first guess where the first mesh does not see it
+SEEN = 0.05          # of the way to the next edge: sets that differ by more are another topology
+TRUNCATION = 1.0     # of (outer edge/far)^2
+
+
+@dataclass(frozen=True)
+class FittedContact:
+    """Frictionless contact of the ground x2 < 0 with a rigid obstacle, by fitted finite elements.
+
+    Parameters
+    ----------
+    solid : Cosserat
+    obstacle : an obstacle of `microblock.obstacles`, or a callable height(x)
+    law : a law of `microblock.law`
+    domain : size of the square that is modelled (length); inf for a half-plane, cut off at FAR times the contact
+    """
+
+    solid: object
+    obstacle: object
+    law: object
+    domain: float = math.inf
+
+    def __post_init__(self):
+        if not self.domain > 0:
+            raise BadArgument("domain", self.domain, "must be positive (length), or inf")
+
+    @property
+    def symmetric(self):
+        """Whether obstacle and blocks are known to be symmetric about x = 0: then half the body is modelled."""
+        even = isinstance(self.obstacle, (obstacles.Plane, obstacles.Cylinder, obstacles.Wedge)) or (
+            isinstance(self.obstacle, obstacles.Punch) and self.obstacle.tilt == 0)
+        return even and (not isinstance(self.law, Microblock) or (not callable(self.law.psi0) and self.law.psi0 == 0))
+
+    @property
+    def line(self):
+        return Line(self.solid, self.law, self.obstacle, self.symmetric)
+
+    def at(self, load, rtol=1e-3, near=None):
+        """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
+
+        Parameters
+        ----------
+        near : SurfaceState of a nearby load, or with the same zones, to start from
+
+        Returns
+        -------
+        (SurfaceState, error estimate); the state's `errors` has its parts
+
+        Raises
+        ------
+        NotConverged
+            If the ladder ends above rtol, or the zones are not found; `reached` is the smallest estimate.
+        """
+        require_finite(load=load, rtol=rtol)
+        if not load > 0:
+            raise BadArgument("load", load, "must be positive")
+        if not 0 < rtol < 1:
+            raise BadArgument("rtol", rtol, "must satisfy 0 < rtol < 1")
+        zones, passes = (near.zones, 0) if near else self.topology(load)
+        trial, passes = self._located(load, zones, passes)
+        coarse, best, zones, first = None, math.inf, trial.moved, _first_rung(rtol)
+        for order, levels in LADDER[first:]:
+            for _ in range(STEPS):
+                trial = self._pass(load, zones, order, levels)
+                passes += 1
+                state = self._state(load, trial, passes)
+                found = self._other_zones(state, trial)
+                zones = found or trial.moved
+                if found:      # another topology: what was computed on the old one says nothing
+                    coarse = None
+                    continue
+                if coarse is None:
+                    break
+                errors = {**state.errors, "discretisation": difference(coarse, state)}
+                estimate = sum(errors.values())
+                if estimate <= rtol:
+                    return replace(state, errors=errors), estimate
+                best = min(best, estimate)
+                if estimate - errors["edges"] > rtol:
+                    break
+            coarse = state
+        raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was {best:.1e}; "
+                           "ask for that, or fix the discretisation instead", reached=best, iterations=passes)
+
+    def _located(self, load, zones, passes):
+        """A pass on the first rung of the ladder whose edges are good to LOCATED, and the number of passes."""
+        for _ in range(STEPS):
+            trial = self._pass(load, zones, *LADDER[0])
+            passes += 1
+            if trial.edge_error <= LOCATED:
+                return trial, passes
+            zones = trial.moved
+            state = self._state(load, trial, passes)
+            zones = self._other_zones(state, trial) or zones
+        raise NotConverged(f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of topology?",
+                           iterations=passes)
+
+    def on_mesh(self, load, zones, order, levels):
+        """The state on one mesh fitted to these zones, whatever it is worth; errors: edges and truncation only."""
+        return self._state(load, self._pass(load, zones, order, levels), 1)
+
+    def _ground(self, outer):
+        reach = BEYOND*outer
+        far = FAR*reach if self.domain == math.inf else self.domain
+        if not reach < far:
+            raise BadArgument("domain", self.domain, f"must be larger than the contact of half-width {outer:g}")
+        return Ground(far, (0.0 if self.symmetric else -reach, reach), self.symmetric)
+
+    def _condense(self, ground, tips, spacing, levels, order):
+        mesh = graded(ground, tips, spacing=spacing, levels=levels)
+        supports = dict(ground.supports)
+        if self.law.clamps_rotation:
+            supports["psi"] += "|contact|free"
+        orders = np.full(mesh.ne, order) if not levels else falling_orders(mesh, ground, tips, order)
+        return Condensed(Body(mesh, self.solid, orders, fixed=supports))
+
+    def topology(self, load):
+        """Zones of the computed part as a mesh without knowledge of them sees them, and the number of meshes."""
+        outer = self._first_guess(load)
+        for passes in range(1, 13):
+            ground = self._ground(outer)
+            cell = ground.reach[1]/COARSE[0]
+            body = self._condense(ground, self._features(ground), cell, 0, COARSE[1])
+            system = body.compliance.corner_system(self.law, self.obstacle)
+            found = active_set.solve(*system[:2], load=self._share(load), c=system[2])
+            x, closed = body.points[:, 0], found.closed.reshape(len(self.law.corners), -1)
+            widest = np.abs(x[closed.any(axis=0)]).max()
+            if widest > 0.95*ground.reach[1]:
+                outer *= 1.6
+            elif 2.5*widest < ground.reach[1]:
+                outer = max(widest, 2*cell)
+            else:
+                return self._set_apart(self._runs(x, closed, found.forces.reshape(closed.shape)/body.weights), cell), passes
+        raise NotConverged(f"no contact zones found at load {load:g} within {outer:g} of x1 = 0")
+
+    def _share(self, load):
+        return load/2 if self.symmetric else load
+
+    def _first_guess(self, load):
+        """Half-width of a classical contact that would carry the load, and a block more."""
+        height = getattr(self.obstacle, "height", self.obstacle)
+        width = self.solid.ell/100
+        for _ in range(200):
+            rise = np.ptp(np.minimum(height(np.linspace(-width, width, 9)), 1e300))
+            if 1.3*self.solid.E_star*rise >= load:
+                return 1.2*width + self.solid.ell
+            width *= 1.3
+        raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
+
+    def _runs(self, x, closed, pressures):
+        """{corner: intervals} of closed nodes, their ends where p^2, continued linearly, vanishes."""
+        closed = closed.copy()
+        if self.symmetric:      # there one multiplier stands for all corners
+            closed[:, 0] = closed[:, 0].any() & closed[:, 1]
+        zones = {}
+        for corner, (own, p) in enumerate(zip(closed, pressures)):
+            jumps = np.diff(np.concatenate(([False], own, [False])).astype(int))
+            runs = zip(np.flatnonzero(jumps == 1), np.flatnonzero(jumps == -1) - 1)
+            zones[corner] = tuple((self._end(x, p, i, j, -1), self._end(x, p, j, i, 1)) for i, j in runs)
+        return zones
+
+    def _end(self, x, p, i, j, side):
+        """End of a run of closed nodes from i to j."""
+        fixed = [end for end in self._ends() if abs(end - x[i]) < 1e-9*abs(end)]
+        if fixed or (self.symmetric and x[i] == 0):
+            return float(x[i])
+        outside = abs(x[min(max(i + side, 0), len(x) - 1)] - x[i])
+        if i == j:
+            return float(x[i] + side*outside/2)
+        step, fall = x[i] - x[i - side], p[i - side]**2 - p[i]**2
+        return float(x[i] + side*min(outside, abs(step)*p[i]**2/fall if fall > 0 else outside))
+
+    def _set_apart(self, zones, cell):
+        """Edges of the two corners that fall on one cell of the first mesh are put a partial zone's width apart."""
+        if len(zones) == 1 or not all(zones.values()):
+            return zones
+        apart = PARTIAL*self.solid.ell
+        a, b = (list(map(list, zones[corner])) for corner in (0, 1))
+        if abs(a[-1][1] - b[-1][1]) < cell and apart < 2*cell:
+            b[-1][1] = a[-1][1] - apart
+        if not self.symmetric and abs(a[0][0] - b[0][0]) < cell and apart < 2*cell:
+            a[0][0] = b[0][0] + apart
+        return {corner: tuple((left, right) for left, right in own if right > left) for corner, own in ((0, a), (1, b))}
+
+    def _shifts(self):
+        half = self.solid.ell/2
+        return (0.0,) if len(self.law.corners) == 1 else (half, -half)
+
+    def _ends(self):
+        """Abscissae of the contact point at which a corner meets an end of the obstacle."""
+        return [end + shift for end in getattr(self.obstacle, "ends", ()) for shift in self._shifts()]
+
+    def _features(self, ground):
+        """The same for kinks and ends, within the reach."""
+        kinks = [kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in self._shifts()]
+        left, right = ground.reach
+        return sorted({abs(x) if self.symmetric else x for x in (*kinks, *self._ends())
+                       if left < (abs(x) if self.symmetric else x) < right})
+
+    def _pass(self, load, zones, order, levels):
+        """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
+        edges = sorted({edge for own in zones.values() for interval in own for edge in interval})
+        if not edges:
+            raise NotConverged(f"no contact at load {load:g}")
+        outer = max(abs(edge) for edge in edges)
+        ground = self._ground(outer)
+        tips = sorted({*self._features(ground), *(edge for edge in edges if edge != 0 or not self.symmetric)})
+        half = (edges[-1] - (0 if self.symmetric else edges[0]))/(1 if self.symmetric else 2)
+        spacing = min(SPACING*half, LAYERS*self.solid.layer_length)
+        body = self._condense(ground, tips, spacing, levels, order)
+        flexibility, gaps, share = body.compliance.corner_system(self.law, self.obstacle)
+        x = body.points[:, 0]
+        closed = np.array([np.any([(x >= left - 1e-11*outer) & (x <= right + 1e-11*outer) for left, right in own]
+                                  or [np.zeros(len(x), bool)], axis=0) for own in zones.values()]).ravel()
+        closed &= np.isfinite(gaps)
+        forces = _closed(flexibility, gaps, share, closed, self._share(load))
+        p = forces.reshape(len(zones), -1)/body.weights
+        moved, squares = {}, 0.0
+        for corner, own in zones.items():
+            moved[corner], found = self._moved(x, p[corner], body.weights, own, tips)
+            squares += found
+        total = p.sum(axis=0)
+        return _Pass(body, (flexibility, gaps, share), closed, zones, moved, ground, tips,
+                     math.sqrt(squares/(body.weights @ total**2)))
+
+    def _moved(self, x, p, weights, intervals, tips):
+        """Intervals with free ends moved by 2 K0/K1, and the square of what that changes in L2."""
+        moved, square, fixed = [], 0.0, self._ends()
+        others = sorted({*tips, *(-tip for tip in tips)}) if self.symmetric else tips
+        for interval in intervals:
+            new = []
+            for edge, inward in zip(interval, (1, -1)):
+                if (edge == 0 and self.symmetric) or any(abs(edge - end) < 1e-9*abs(end) for end in fixed):
+                    new.append(edge)
+                    continue
+                way = min([abs(other - edge) for other in others if other != edge], default=interval[1] - interval[0])
+                K0, K1 = _coefficients((x - edge)*inward, p, weights, FITTED*way)
+                step = 2*K0/K1 if K1 > 0 else math.copysign(math.inf, K0)
+                step = min(max(step, -LONGEST_MOVE*way), LONGEST_MOVE*way)
+                new.append(float(edge - inward*step))
+                if step:
+                    square += (K1*step)**2*(0.5 + 0.25*math.log(way/abs(step)))
+            moved.append(tuple(new))
+        return tuple(moved), square
+
+    def _state(self, load, trial, passes):
+        """The contact state on the mesh of a pass."""
+        flexibility, gaps, share = trial.system
+        found = active_set.solve(flexibility, gaps, load=self._share(load), c=share, start=trial.closed)
+        outer = max(abs(tip) for tip in trial.tips)
+        truncation = TRUNCATION*(outer/trial.ground.far)**2 if self.domain == math.inf else 0.0
+        return SurfaceState(self.line, trial.body, load, found.approach, found.forces.reshape(len(trial.zones), -1),
+                            trial.zones, passes, found.kkt, {"edges": trial.edge_error, "truncation": truncation})
+
+    def _other_zones(self, state, trial):
+        """None if the state is closed on the zones of the pass; else the zones it shows."""
+        x = state.body.points[:, 0]
+        closed = (state.forces > 0).ravel()
+        wrong = (closed != trial.closed).reshape(state.forces.shape)
+        distance = np.min([np.abs(x - tip) for tip in trial.tips], axis=0)
+        way = np.diff([0.0, *trial.tips] if self.symmetric else trial.tips)
+        if not np.any(wrong & (distance > SEEN*way[way > 0].min(initial=trial.ground.reach[1]))):
+            return None
+        return self._runs(x, closed.reshape(wrong.shape), state.forces/state.body.weights)
+
+
+@dataclass(frozen=True)
+class _Pass:
+    body: Condensed
+    system: tuple
+    closed: np.ndarray
+    zones: dict
+    moved: dict
+    ground: Ground
+    tips: list
+    edge_error: float
+
+
+def _closed(flexibility, gaps, share, closed, load):
+    """Forces that close the gaps of a set of corners and carry the load."""
+    n = np.count_nonzero(closed)
+    system = np.zeros((n + 1, n + 1))
+    system[:n, :n] = flexibility[np.ix_(closed, closed)]
+    system[:n, n], system[n, :n] = -share[closed], share[closed]
+    try:
+        solution = np.linalg.solve(system, np.append(-gaps[closed], load))
+    except np.linalg.LinAlgError as failure:
+        raise NotConverged(f"singular flexibility of {n} closed corners") from failure
+    forces = np.zeros(len(gaps))
+    forces[closed] = solution[:-1]
+    return forces
+
+
+def _coefficients(r, p, weights, most):
+    """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...`` for 0 < r < most, least squares in L2."""
+    here = (r > 1e-3*most) & (r < most)
+    if np.count_nonzero(here) < TERMS + 1:
+        raise NotConverged(f"only {np.count_nonzero(here)} contact nodes within {most:g} of an edge")
+    r, scale = r[here]/most, np.sqrt(weights[here])
+    powers = r[:, None]**(np.arange(TERMS) - 0.5)*scale[:, None]
+    K = np.linalg.lstsq(powers, p[here]*scale, rcond=None)[0]
+    return float(K[0]*math.sqrt(most)), float(K[1]/math.sqrt(most))
+
+
+def _first_rung(rtol):
+    """Number of the rung before the one that may reach rtol."""
+    order = (-math.log10(rtol) + RATE[1])/RATE[0]
+    return min(max(0, math.ceil(order) - 1 - LADDER[0][0]), len(LADDER) - 2)
