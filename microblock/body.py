@@ -70,10 +70,11 @@ class Body:
         if self.element_orders is None:
             space = ng.H1(self.mesh, order=order, **options)
             return ng.Periodic(space) if self.periodic else space
-        space = ng.H1(self.mesh, order=1, **options)
+        usual = int(np.bincount(self.element_orders).argmax())
+        space = ng.H1(self.mesh, order=usual, **options)
         for kind, orders in ((ng.ELEMENT, self.element_orders), (ng.EDGE, self._edge_orders)):
-            for number, own in enumerate(orders.tolist()):
-                space.SetOrder(ng.NodeId(kind, number), own)
+            for number in np.flatnonzero(orders != usual).tolist():
+                space.SetOrder(ng.NodeId(kind, number), int(orders[number]))
         space.UpdateDofTables()
         return space
 

@@ -1,16 +1,17 @@
 """A body condensed to the nodes of a contact boundary: its compliance, and the fields of any contact state.
 
 The bulk is assembled once; the interiors of the elements are eliminated while that is done. What is left is
-factorised with the unknowns of the contact boundary last, in a fill-reducing order for the others: of K = L U the
-trailing block of the factors gives the Schur complement, ``S = L_cc U_cc``, with no solve at all. With R the values
-of u.n and psi at the Gauss-Lobatto points of the contact facets the compliance is ``R S^-1 R^T``.
+factorised with the unknowns of the contact boundary last, in a fill-reducing order for the others: of K = L U, L = U^T/diag U,
+the trailing block of U is, row by row over the root of its diagonal, the Cholesky factor of the Schur complement S, with
+no solve at all. With R the values of u.n and psi at the Gauss-Lobatto points of the contact facets the compliance is
+``R S^-1 R^T``.
 """
 
 from functools import cached_property
 
 import ngsolve as ng
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import solve_triangular
 from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
@@ -24,14 +25,14 @@ SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}      
 UNSOLVED = 1e-6   # of a right-hand side that the factors leave if K is singular to rounding
 
 
-class Condensed:
-    """Body condensed to the Gauss-Lobatto points of the facets of a boundary.
+class ContactNodes:
+    """The Gauss-Lobatto points of the facets of a boundary: p + 1 on a facet of order p, those on shared vertices once.
 
-    On a facet of order p there are p + 1 of them, those on shared vertices once, in the order of x1.
+    Nodes are in the order of x1.
 
     Parameters
     ----------
-    body : Body, of any orders
+    body : Body, two-dimensional, of any orders
     boundary : str, name or pattern of the contact boundary
 
     Attributes
@@ -39,27 +40,13 @@ class Condensed:
     points, normals : arrays (n, 2)
     weights : array (n,), lengths
     facets : list of arrays, the nodes of each facet from one of its ends to the other
-    compliance : Compliance
-    unknowns : int, free unknowns of the bulk
-
-    Raises
-    ------
-    NotConverged
-        If the supports leave a rigid motion free.
-    BadArgument
-        If a support prescribes values other than 0.
     """
 
     def __init__(self, body, boundary="contact"):
         if body.mesh.dim != 2:
             raise BadArgument("body", body, "must be two-dimensional")
-        if body.prescribed:
-            raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
         self.body, self.region = body, body.boundary(boundary)
         self._number_nodes()
-        self._assemble()
-        self._factorise()
-        self.compliance = Compliance(self.points, self.normals, self.weights, self._matrix(), body.solid.ell)
 
     def _number_nodes(self):
         """Nodes and the rows of R."""
@@ -92,6 +79,45 @@ class Condensed:
         self.normals = normals/np.linalg.norm(normals, axis=1)[:, None]
         self._values = _rows([rows[i] for i in order], space.ndof)
 
+    @cached_property
+    def interpolation(self):
+        """[(left, right, numbers of its nodes)] of the facets of a boundary along x1, all left to right."""
+        found = []
+        for members in self.facets:
+            members = members[np.argsort(self.points[members, 0])]
+            found.append((self.points[members[0], 0], self.points[members[-1], 0], members))
+        return sorted(found, key=lambda facet: facet[0])
+
+
+class Condensed(ContactNodes):
+    """Body condensed to the nodes of its contact boundary.
+
+    Parameters
+    ----------
+    body : Body, of any orders
+    boundary : str, name or pattern of the contact boundary
+
+    Attributes
+    ----------
+    compliance : Compliance
+    unknowns : int, free unknowns of the bulk
+
+    Raises
+    ------
+    NotConverged
+        If the supports leave a rigid motion free.
+    BadArgument
+        If a support prescribes values other than 0.
+    """
+
+    def __init__(self, body, boundary="contact"):
+        if body.prescribed:
+            raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
+        super().__init__(body, boundary)
+        self._assemble()
+        self._factorise()
+        self.compliance = Compliance(self.points, self.normals, self.weights, self._matrix(), body.solid.ell)
+
     def _assemble(self):
         """The bulk's bilinear form, the second variation of (10)."""
         solid, space = self.body.solid, self.body.space
@@ -119,11 +145,15 @@ class Condensed:
             first = splu(csc_matrix(bulk[inner][:, inner]), permc_spec="MMD_AT_PLUS_A", **SYMMETRIC)
             self._order = np.concatenate((inner[np.argsort(first.perm_c)], contact))
             self._factors = splu(csc_matrix(bulk[self._order][:, self._order]), permc_spec="NATURAL", **SYMMETRIC)
-            n = len(inner)
-            schur = (self._factors.L[n:, n:] @ self._factors.U[n:, n:]).toarray()
-            self._schur = cho_factor((schur + schur.T)/2, lower=True)
-        except (RuntimeError, np.linalg.LinAlgError) as failure:
+            straight = np.arange(len(self._order))
+            if np.any(self._factors.perm_r != straight) or np.any(self._factors.perm_c != straight):
+                raise RuntimeError("the factorisation pivots")
+            upper = self._factors.U[len(inner):, len(inner):].toarray()
+        except RuntimeError as failure:
             raise NotConverged(f"no factorisation of the bulk: {failure}; are rigid motions fixed?") from failure
+        if not np.all(np.diag(upper) > 0):
+            raise NotConverged("the bulk is not positive definite; are rigid motions fixed?")
+        self._cholesky = upper/np.sqrt(np.diag(upper))[:, None]
         self._rows = onto[:, contact].toarray()
         self._bulk = bulk
 
@@ -138,8 +168,8 @@ class Condensed:
         return csr_matrix((data, (row, column)), shape=(2*n, self.body.space.ndof))
 
     def _matrix(self):
-        matrix = self._rows @ cho_solve(self._schur, self._rows.T)
-        return (matrix + matrix.T)/2
+        half = solve_triangular(self._cholesky, self._rows.T, trans="T")
+        return half.T @ half
 
     def fields(self, forces, moments):
         """Fields under nodal forces along n and nodal moments, arrays (n,), by one back-substitution."""
@@ -161,15 +191,6 @@ class Condensed:
         held = (self._bulk @ vector)[2*width:]
         used = np.unique(self._values.indices)
         return np.linalg.solve(self._values[:, used].toarray().T, held[used])
-
-    @cached_property
-    def interpolation(self):
-        """[(left, right, numbers of its nodes)] of the facets of a boundary along x1, all left to right."""
-        found = []
-        for members in self.facets:
-            members = members[np.argsort(self.points[members, 0])]
-            found.append((self.points[members[0], 0], self.points[members[-1], 0], members))
-        return sorted(found, key=lambda facet: facet[0])
 
 
 def _rows(rows, width):

@@ -5,6 +5,8 @@ nodal quadrature, for any order): `ContactFacets` numbers these nodes and builds
 term (31) and the augmented Lagrangian term (37).
 """
 
+from functools import lru_cache
+
 import ngsolve as ng
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -18,6 +20,7 @@ from .errors import BadArgument
 SAME_GAP = 1e-12     # of ell: two corner gaps that differ by less are one function
 
 
+@lru_cache(maxsize=64)
 def lobatto(order):
     """Gauss-Lobatto rule of order + 1 points on [0, 1], exact for degree 2 order - 1: points, weights."""
     inner = roots_jacobi(order - 1, 1, 1)[0] if order > 1 else np.zeros(0)

@@ -15,14 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from . import active_set, obstacles
+from . import active_set
 from .body import Body
 from .condensation import Condensed
 from .errors import BadArgument, NotConverged, require_finite
-from .law import Microblock
+from .ground import GroundScene
 from .meshes import Ground, falling_orders, graded
-from .panels import Line
-from .surface_state import SurfaceState, difference
+from .surface_state import difference, surface_state
 
 FAR = 1000.0         # size of an unbounded domain over the reach
 BEYOND = 1.3         # reach of the contact boundary over the outermost edge
@@ -32,6 +31,7 @@ LAYERS = 8.0         # of them, over the layer length: order 5 sees a layer of a
 COARSE = 12, 3       # elements over the reach and order of the first mesh, which knows no edges
 RATE = 0.6, 0.25     # digits that an order adds, and that order 0 lacks: where the ladder is entered, no more
 LOCATED = 0.03       # error of the edges at which more order helps more than another step
+SKIPPED = 3          # rungs that make one between worthwhile
 STEPS = 6            # of the edges on one rung
 LONGEST_MOVE = 0.4   # of an edge in one step, over the way to the next
 FITTED = 0.4         # of the way to the next edge, from where K0 and K1 are read
@@ -42,36 +42,8 @@ TRUNCATION = 1.0     # of (outer edge/far)^2
 
 
 @dataclass(frozen=True)
-class FittedContact:
-    """Frictionless contact of the ground x2 < 0 with a rigid obstacle, by fitted finite elements.
-
-    Parameters
-    ----------
-    solid : Cosserat
-    obstacle : an obstacle of `microblock.obstacles`, or a callable height(x)
-    law : a law of `microblock.law`
-    domain : size of the square that is modelled (length); inf for a half-plane, cut off at FAR times the contact
-    """
-
-    solid: object
-    obstacle: object
-    law: object
-    domain: float = math.inf
-
-    def __post_init__(self):
-        if not self.domain > 0:
-            raise BadArgument("domain", self.domain, "must be positive (length), or inf")
-
-    @property
-    def symmetric(self):
-        """Whether obstacle and blocks are known to be symmetric about x = 0: then half the body is modelled."""
-        even = isinstance(self.obstacle, (obstacles.Plane, obstacles.Cylinder, obstacles.Wedge)) or (
-            isinstance(self.obstacle, obstacles.Punch) and self.obstacle.tilt == 0)
-        return even and (not isinstance(self.law, Microblock) or (not callable(self.law.psi0) and self.law.psi0 == 0))
-
-    @property
-    def line(self):
-        return Line(self.solid, self.law, self.obstacle, self.symmetric)
+class FittedContact(GroundScene):
+    """A scene on fitted meshes; a half-plane is cut off at FAR times the reach of the contact boundary."""
 
     def at(self, load, rtol=1e-3, near=None):
         """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
@@ -89,14 +61,15 @@ class FittedContact:
         NotConverged
             If the ladder ends above rtol, or the zones are not found; `reached` is the smallest estimate.
         """
-        require_finite(load=load, rtol=rtol)
-        if not load > 0:
-            raise BadArgument("load", load, "must be positive")
+        self.check_load(load)
+        require_finite(rtol=rtol)
         if not 0 < rtol < 1:
             raise BadArgument("rtol", rtol, "must satisfy 0 < rtol < 1")
         zones, passes = (near.zones, 0) if near else self.topology(load)
-        trial, passes = self._located(load, zones, passes)
-        coarse, best, zones, first = None, math.inf, trial.moved, _first_rung(rtol)
+        zones, passes = self._located(load, zones, passes)
+        coarse, best, first = None, math.inf, _first_rung(rtol)
+        if first >= SKIPPED:      # edges from the lowest rung would spoil the difference of two high ones
+            zones, passes = self._pass(load, zones, *LADDER[first//2]).moved, passes + 1
         for order, levels in LADDER[first:]:
             for _ in range(STEPS):
                 trial = self._pass(load, zones, order, levels)
@@ -121,21 +94,36 @@ class FittedContact:
                            "ask for that, or fix the discretisation instead", reached=best, iterations=passes)
 
     def _located(self, load, zones, passes):
-        """A pass on the first rung of the ladder whose edges are good to LOCATED, and the number of passes."""
+        """Zones to which the first rung of the ladder moves edges that were good to LOCATED, and the number of passes."""
         for _ in range(STEPS):
             trial = self._pass(load, zones, *LADDER[0])
             passes += 1
             if trial.edge_error <= LOCATED:
-                return trial, passes
+                return trial.moved, passes
             zones = trial.moved
             state = self._state(load, trial, passes)
             zones = self._other_zones(state, trial) or zones
         raise NotConverged(f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of topology?",
                            iterations=passes)
 
-    def on_mesh(self, load, zones, order, levels):
-        """The state on one mesh fitted to these zones, whatever it is worth; errors: edges and truncation only."""
-        return self._state(load, self._pass(load, zones, order, levels), 1)
+    def of_order(self, load, order, spacing=None):
+        """The state of one order, its edges moved until rounding or ever new meshes stop them; no estimate.
+
+        `spacing` is that of the elements on the surface (length); without it the ladder's.
+        """
+        self.check_load(load)
+        zones, passes = self._located(load, *self.topology(load))
+        levels, last = max(own for top, own in LADDER if top <= max(order, LADDER[0][0])), math.inf
+        for _ in range(STEPS):
+            trial = self._pass(load, zones, order, levels, spacing)
+            passes += 1
+            if trial.edge_error > last/2:
+                break
+            zones, last = trial.moved, trial.edge_error
+        state = self._state(load, trial, passes)
+        if self._other_zones(state, trial):
+            raise NotConverged(f"no zones fit at load {load:g} with order {order}; ask for more", iterations=passes)
+        return state
 
     def _ground(self, outer):
         reach = BEYOND*outer
@@ -154,13 +142,13 @@ class FittedContact:
 
     def topology(self, load):
         """Zones of the computed part as a mesh without knowledge of them sees them, and the number of meshes."""
-        outer = self._first_guess(load)
+        outer = self.first_guess(load)
         for passes in range(1, 13):
             ground = self._ground(outer)
             cell = ground.reach[1]/COARSE[0]
             body = self._condense(ground, self._features(ground), cell, 0, COARSE[1])
             system = body.compliance.corner_system(self.law, self.obstacle)
-            found = active_set.solve(*system[:2], load=self._share(load), c=system[2])
+            found = active_set.solve(*system[:2], load=self.share(load), c=system[2])
             x, closed = body.points[:, 0], found.closed.reshape(len(self.law.corners), -1)
             widest = np.abs(x[closed.any(axis=0)]).max()
             if widest > 0.95*ground.reach[1]:
@@ -168,45 +156,8 @@ class FittedContact:
             elif 2.5*widest < ground.reach[1]:
                 outer = max(widest, 2*cell)
             else:
-                return self._set_apart(self._runs(x, closed, found.forces.reshape(closed.shape)/body.weights), cell), passes
+                return self._set_apart(self.runs(x, closed, found.forces.reshape(closed.shape)/body.weights), cell), passes
         raise NotConverged(f"no contact zones found at load {load:g} within {outer:g} of x1 = 0")
-
-    def _share(self, load):
-        return load/2 if self.symmetric else load
-
-    def _first_guess(self, load):
-        """Half-width of a classical contact that would carry the load, and a block more."""
-        height = getattr(self.obstacle, "height", self.obstacle)
-        width = self.solid.ell/100
-        for _ in range(200):
-            rise = np.ptp(np.minimum(height(np.linspace(-width, width, 9)), 1e300))
-            if 1.3*self.solid.E_star*rise >= load:
-                return 1.2*width + self.solid.ell
-            width *= 1.3
-        raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
-
-    def _runs(self, x, closed, pressures):
-        """{corner: intervals} of closed nodes, their ends where p^2, continued linearly, vanishes."""
-        closed = closed.copy()
-        if self.symmetric:      # there one multiplier stands for all corners
-            closed[:, 0] = closed[:, 0].any() & closed[:, 1]
-        zones = {}
-        for corner, (own, p) in enumerate(zip(closed, pressures)):
-            jumps = np.diff(np.concatenate(([False], own, [False])).astype(int))
-            runs = zip(np.flatnonzero(jumps == 1), np.flatnonzero(jumps == -1) - 1)
-            zones[corner] = tuple((self._end(x, p, i, j, -1), self._end(x, p, j, i, 1)) for i, j in runs)
-        return zones
-
-    def _end(self, x, p, i, j, side):
-        """End of a run of closed nodes from i to j."""
-        fixed = [end for end in self._ends() if abs(end - x[i]) < 1e-9*abs(end)]
-        if fixed or (self.symmetric and x[i] == 0):
-            return float(x[i])
-        outside = abs(x[min(max(i + side, 0), len(x) - 1)] - x[i])
-        if i == j:
-            return float(x[i] + side*outside/2)
-        step, fall = x[i] - x[i - side], p[i - side]**2 - p[i]**2
-        return float(x[i] + side*min(outside, abs(step)*p[i]**2/fall if fall > 0 else outside))
 
     def _set_apart(self, zones, cell):
         """Edges of the two corners that fall on one cell of the first mesh are put a partial zone's width apart."""
@@ -220,22 +171,14 @@ class FittedContact:
             a[0][0] = b[0][0] + apart
         return {corner: tuple((left, right) for left, right in own if right > left) for corner, own in ((0, a), (1, b))}
 
-    def _shifts(self):
-        half = self.solid.ell/2
-        return (0.0,) if len(self.law.corners) == 1 else (half, -half)
-
-    def _ends(self):
-        """Abscissae of the contact point at which a corner meets an end of the obstacle."""
-        return [end + shift for end in getattr(self.obstacle, "ends", ()) for shift in self._shifts()]
-
     def _features(self, ground):
         """The same for kinks and ends, within the reach."""
-        kinks = [kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in self._shifts()]
+        kinks = [kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in self.shifts()]
         left, right = ground.reach
-        return sorted({abs(x) if self.symmetric else x for x in (*kinks, *self._ends())
+        return sorted({abs(x) if self.symmetric else x for x in (*kinks, *self.ends())
                        if left < (abs(x) if self.symmetric else x) < right})
 
-    def _pass(self, load, zones, order, levels):
+    def _pass(self, load, zones, order, levels, spacing=None):
         """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
         edges = sorted({edge for own in zones.values() for interval in own for edge in interval})
         if not edges:
@@ -244,14 +187,14 @@ class FittedContact:
         ground = self._ground(outer)
         tips = sorted({*self._features(ground), *(edge for edge in edges if edge != 0 or not self.symmetric)})
         half = (edges[-1] - (0 if self.symmetric else edges[0]))/(1 if self.symmetric else 2)
-        spacing = min(SPACING*half, LAYERS*self.solid.layer_length)
+        spacing = spacing or min(SPACING*half, LAYERS*self.solid.layer_length)
         body = self._condense(ground, tips, spacing, levels, order)
         flexibility, gaps, share = body.compliance.corner_system(self.law, self.obstacle)
         x = body.points[:, 0]
         closed = np.array([np.any([(x >= left - 1e-11*outer) & (x <= right + 1e-11*outer) for left, right in own]
                                   or [np.zeros(len(x), bool)], axis=0) for own in zones.values()]).ravel()
         closed &= np.isfinite(gaps)
-        forces = _closed(flexibility, gaps, share, closed, self._share(load))
+        forces = _closed(flexibility, gaps, share, closed, self.share(load))
         p = forces.reshape(len(zones), -1)/body.weights
         moved, squares = {}, 0.0
         for corner, own in zones.items():
@@ -263,7 +206,7 @@ class FittedContact:
 
     def _moved(self, x, p, weights, intervals, tips):
         """Intervals with free ends moved by 2 K0/K1, and the square of what that changes in L2."""
-        moved, square, fixed = [], 0.0, self._ends()
+        moved, square, fixed = [], 0.0, self.ends()
         others = sorted({*tips, *(-tip for tip in tips)}) if self.symmetric else tips
         for interval in intervals:
             new = []
@@ -284,11 +227,11 @@ class FittedContact:
     def _state(self, load, trial, passes):
         """The contact state on the mesh of a pass."""
         flexibility, gaps, share = trial.system
-        found = active_set.solve(flexibility, gaps, load=self._share(load), c=share, start=trial.closed)
+        found = active_set.solve(flexibility, gaps, load=self.share(load), c=share, start=trial.closed)
         outer = max(abs(tip) for tip in trial.tips)
         truncation = TRUNCATION*(outer/trial.ground.far)**2 if self.domain == math.inf else 0.0
-        return SurfaceState(self.line, trial.body, load, found.approach, found.forces.reshape(len(trial.zones), -1),
-                            trial.zones, passes, found.kkt, {"edges": trial.edge_error, "truncation": truncation})
+        return surface_state(self.line, trial.body, load, found, trial.zones, passes,
+                             {"edges": trial.edge_error, "truncation": truncation})
 
     def _other_zones(self, state, trial):
         """None if the state is closed on the zones of the pass; else the zones it shows."""
@@ -299,7 +242,7 @@ class FittedContact:
         way = np.diff([0.0, *trial.tips] if self.symmetric else trial.tips)
         if not np.any(wrong & (distance > SEEN*way[way > 0].min(initial=trial.ground.reach[1]))):
             return None
-        return self._runs(x, closed.reshape(wrong.shape), state.forces/state.body.weights)
+        return self.runs(x, closed.reshape(wrong.shape), state.forces/state.body.weights)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from .errors import BadArgument, NotConverged, require_finite
 
 GRADING = 0.6        # of netgen, away from the surface; 0.9 leaves errors of 10 % with no sign of them
 RATIO = 0.15         # of the elements towards a graded vertex
+GROWTH = 3.0         # of equal squares, over their side and times the reach: 1.03 for the paper's 0.02 of 2 a_Hz
 SLIVER = 1e-9        # of the reach, below which two edges are one
 LOW = 2              # order at the tips and in the far field
 OUTSIDE = 1.0        # of the reach: beyond it the orders begin to fall
@@ -138,6 +139,36 @@ def _face(ground, tips, spacing):
         if abs(vertex.p.y) <= 0 and any(abs(vertex.p.x - tip) <= SLIVER*far*1e-6 for tip in tips):
             vertex.hpref = 1
     return occ.OCCGeometry(face, dim=2)
+
+
+def uniform(ground, h):
+    """Squares of side h (length) for 0 < |x1| < reach and as deep, from there growing geometrically to the far field.
+
+    The paper's mesh: with h a fiftieth of a_Hz, the reach 2 a_Hz and the domain 18 a_Hz it has 130 000 unknowns. The whole
+    surface is the boundary "contact".
+    """
+    require_finite(h=h)
+    reach = ground.reach[1]
+    if not 0 < h <= reach:
+        raise BadArgument("h", h, f"must be positive and no longer than the region of equal squares, {reach:g}")
+    lines = _uniform_lines(reach, ground.far, h)
+    across = lines if ground.half else np.concatenate((-lines[:0:-1], lines))
+    nx, ny = len(across) - 1, len(lines) - 1
+    mesh = MakeStructured2DMesh(quads=True, nx=nx, ny=ny,
+                                mapping=lambda x, y: (across[round(x*nx)], -lines[ny - round(y*ny)]))
+    names = {"top": "contact", "bottom": "bottom", "right": "side", "left": "axis" if ground.half else "side"}
+    for number, name in enumerate(mesh.GetBoundaries()):
+        mesh.ngmesh.SetBCName(number, names[name])
+    return ng.Mesh(mesh.ngmesh)
+
+
+def _uniform_lines(reach, far, h):
+    """Ascending distances from 0 to far: steps of h within the reach, then growing by the same factor."""
+    near = np.linspace(0, reach, max(1, round(reach/h)) + 1)
+    growth = 1 + GROWTH*near[1]/reach
+    count = max(1, round(np.log1p((far - reach)*(growth - 1)/near[1])/np.log(growth)))
+    steps = growth**np.arange(1, count + 1)
+    return np.concatenate((near, reach + (far - reach)*np.cumsum(steps)/steps.sum()))
 
 
 def falling_orders(mesh, ground, tips, top, low=LOW):

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .condensation import Condensed
+from .condensation import ContactNodes
 from .panels import Line, lagrange
 
 
@@ -19,29 +19,30 @@ class SurfaceState:
     Attributes
     ----------
     line : Line, the scene; with `mirror` the body is the half x1 > 0 of a symmetric one
-    body : Condensed
+    body : ContactNodes or Condensed
     load, approach : float, resultant force per thickness (of the whole body) and approach of the obstacle
     forces : array (corners, nodes), of the computed part
     zones : {corner number: ((left, right), ...)} of the computed part
     iterations : int, linear or contact problems that were solved on the way
     kkt : float, largest relative residual
     errors : {"discretisation", "edges", "truncation": parts of the error estimate}, None where not estimated
-    unknowns : int, free unknowns of the bulk
+    unknowns : int, free unknowns of the bulk, and what the method adds
+    computed_psi : array (nodes,), microrotation of the computed part
+    found_fields : Fields of the computed part where the method has them; `fields` has them always
     """
 
     line: Line
-    body: Condensed
+    body: ContactNodes
     load: float
     approach: float
     forces: np.ndarray
     zones: dict
     iterations: int
     kkt: float
+    unknowns: int
+    computed_psi: np.ndarray
     errors: dict | None = None
-
-    @property
-    def unknowns(self):
-        return self.body.unknowns
+    found_fields: object = None
 
     @property
     def order(self):
@@ -100,9 +101,7 @@ class SurfaceState:
     @cached_property
     def psi(self):
         """Microrotation at `x`."""
-        count = len(self._x)
-        onto = self.body.compliance.onto_corners(self.line.law)
-        return self._unfold((self.body.compliance.matrix[count:] @ onto.T) @ self.forces.ravel(), -1)
+        return self._unfold(self.computed_psi, -1)
 
     @cached_property
     def energy(self):
@@ -115,6 +114,8 @@ class SurfaceState:
     @cached_property
     def fields(self):
         """Displacement, microrotation and stresses of the computed part as NGSolve functions, by one back-substitution."""
+        if self.found_fields is not None:
+            return self.found_fields
         count = len(self._x)
         loads = self.body.compliance.onto_corners(self.line.law).T @ self.forces.ravel()
         return self.body.fields(loads[:count], loads[count:])
@@ -146,6 +147,14 @@ class SurfaceState:
     def _unfold(self, values, sign):
         """Values of the whole line from those of the computed part, even (sign 1) or odd about x = 0."""
         return np.concatenate((sign*values[:0:-1], values)) if self.line.mirror else np.array(values)
+
+
+def surface_state(line, body, load, found, zones, iterations, errors=None):
+    """The SurfaceState of a ContactState `found` on a Condensed body."""
+    onto = body.compliance.onto_corners(line.law)
+    psi = body.compliance.matrix[len(body.weights):] @ (onto.T @ found.forces)
+    forces = found.forces.reshape(len(line.law.corners), -1)
+    return SurfaceState(line, body, load, found.approach, forces, zones, iterations, found.kkt, body.unknowns, psi, errors)
 
 
 def _joined_at_axis(pieces):
