@@ -19,10 +19,8 @@ EDGE_STEPS = 40      # of Newton's method for the edges
 LONGEST_MOVE = 0.4   # of an edge in one step, over the distance to its neighbour
 OUTER_STEP = 1e-7    # of an edge that is not asked for: its square is left
 INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over ell, extrapolated to coalescence
-EDGE_ROUNDING = 1e-12      # of the width of the contact, to which edges can be found
-MISFIT = 0.1         # of the load's relative error counts as one of an edge: edges are held ten times closer than the load
-TOUCHING = 1e-3      # of that way: edges this near that want to be nearer cross
-MERGED = 0.1         # of the tolerance, times the width: the least way to the next edge that is resolved
+MISSED = 4.0         # norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
+MERGED = 1e-4        # of the tolerance, times the width: edges this near that want to be nearer cross
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
 VIOLATION = 1e-3     # of the gaps' and the pressure's size, beyond which a topology is refused
 
@@ -39,7 +37,7 @@ class LineState:
     panels, q : the unknowns, see `microblock.panels`
     approach : float, up to the arbitrary level of a half-plane
     fixed : edges that the obstacle's ends fix
-    iterations, edge_error : steps of Newton's method, and the last step of an edge over the way to the next
+    iterations, edge_error : steps of Newton's method, and what the edges miss of the pressure, relative in L2
     """
 
     line: Line
@@ -200,7 +198,7 @@ def fit(line, load, zones, *, order, tolerance, kinks=(), fixed=()):
     load : float, resultant force per thickness
     zones : {corner number: ((left, right), ...)}
     order : Gauss points on a panel
-    tolerance : of the edges' last step, relative to the way to the next edge
+    tolerance : of the edges' share in the relative L2 error of the pressure
     kinks, fixed : abscissae at which the obstacle has a kink, and where its end fixes an edge
 
     Raises
@@ -210,58 +208,49 @@ def fit(line, load, zones, *, order, tolerance, kinks=(), fixed=()):
     """
     for iteration in range(EDGE_STEPS):
         panels = make_panels(line, zones, kinks, order)
-        (q, other), (approach, _) = solve_zones(line, panels, (load, 2*load))
-        moved, step = _moved(line, zones, [edge_coefficients(panels, each) for each in (q, other)], fixed, tolerance)
-        if step <= tolerance:
-            return LineState(line, load, zones, panels, q, float(approach), tuple(fixed), iteration + 1, step)
+        (q,), (approach,) = solve_zones(line, panels, (load,))
+        moved, error = _moved(line, load, zones, edge_coefficients(panels, q), fixed, tolerance)
+        if error <= tolerance:
+            return LineState(line, load, zones, panels, q, float(approach), tuple(fixed), iteration + 1, error)
         zones = moved
-    raise NotConverged(f"edges of the zones still moving by {step:.1e} of the way to the next at load {load:g}",
+    raise NotConverged(f"edges of the zones still off by {error:.1e} of the pressure at load {load:g}",
                        iterations=EDGE_STEPS)
 
 
-def _moved(line, zones, coefficients, fixed, tolerance):
-    """Zones with each free edge moved by 2 K0/K1, and the largest such step over the way to the next edge.
+def _moved(line, load, zones, coefficients, fixed, tolerance):
+    """Zones with each free edge moved by 2 K0/K1, and what the edges miss of the pressure's L2 norm at most.
 
-    Next to coalescence an edge cannot be told from the next; then its error is that of the load at which K0 would
-    vanish, K0 being affine in the load: `coefficients` holds those at the load and at twice the load.
+    That is K0/sqrt(r), not K0/K1: next to coalescence an edge cannot be told from the next, and need not be.
     """
     edges = zone_edges(zones)
     edges = sorted({*edges, *(-edge for edge in edges)}) if line.mirror else edges
-    moved, steps, width = {}, [0.0], edges[-1] - edges[0]
-    least, rounding = MERGED*tolerance*width, EDGE_ROUNDING*width
+    width = edges[-1] - edges[0]
+    moved, errors, least = {}, [0.0], MERGED*tolerance*width
     for corner, intervals in zones.items():
         new = []
         for left, right in intervals:
-            right_step = _step(corner, right, -1, coefficients[0], fixed)
-            left_step = right_step if half_line(line) else _step(corner, left, 1, coefficients[0], fixed)
+            right_step = _step(corner, right, -1, coefficients, fixed)
+            left_step = right_step if half_line(line) else _step(corner, left, 1, coefficients, fixed)
             pair = []
-            for edge, step in ((left, -left_step), (right, right_step)):
+            for edge, sign, (outwards, missing) in ((left, -1, left_step), (right, 1, right_step)):
+                step = sign*outwards
                 way = min(abs(edge - other) for other in edges if other != edge)
-                side = 1 if edge == left else -1
-                error = max(abs(step) - rounding, 0)/way
-                if way < least:
-                    error = MISFIT*_misfit(coefficients, corner, edge, side)
-                    if way < TOUCHING*least and error > tolerance:
-                        raise NotConverged(f"two edges run into each other at x = {edge:g}: another topology of the zones")
-                steps.append(error)
+                missed = MISSED*missing*np.sqrt(width)/load
+                if way < least and missed > tolerance:
+                    raise NotConverged(f"two edges run into each other at x = {edge:g}: another topology of the zones")
+                errors.append(missed)
                 pair.append(edge + float(np.clip(step, -LONGEST_MOVE*way, LONGEST_MOVE*way)))
             new.append(tuple(pair))
         moved[corner] = tuple(new)
-    return moved, max(steps)
+    return moved, max(errors)
 
 
 def _step(corner, edge, side, coefficients, fixed):
-    """Outward step of one edge: left (side 1) or right (side -1) of its interval; infinite where K1 has no say."""
+    """Outward step of one edge, left (side 1) or right (side -1) of its interval, and |K0|; infinite where K1 has no say."""
     if edge in fixed:
-        return 0.0
+        return 0.0, 0.0
     K0, K1 = coefficients[corner, float(edge), side]
-    return 2*K0/K1 if K1 > 0 else np.copysign(np.inf, K0)
-
-
-def _misfit(coefficients, corner, edge, side):
-    """Relative distance of the load from the one at which K0 vanishes at this edge."""
-    here, there = (found[corner, float(edge), side][0] for found in coefficients)
-    return abs(here/(there - here))
+    return (2*K0/K1, abs(K0)) if K1 > 0 else (np.copysign(np.inf, K0), np.inf)
 
 
 def load_at_inner_edge(line, inner, outer, order):

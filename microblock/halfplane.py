@@ -24,7 +24,8 @@ from .errors import BadArgument
 from .material import Cosserat
 
 NEAREST, FARTHEST = 1e-16, 1e10     # x/ell between which the kernels are tabulated
-POINTS, PIECE = 16, 1.4             # Chebyshev points on a piece of the table, pieces this wide in log x: 1e-13
+POINTS, PIECE = 16, 1.4             # Chebyshev points on a piece, this wide in log x, from which the table is made: 1e-13
+PARTS, TERMS = 28, 6                # polynomials of so few terms on parts of it, cheap to look up: 1e-13
 GAUSS = 12                          # Gauss points on a piece of width 1 in log t of a Laplace integral: rounding
 KERNELS, ODD = 5, (1, 4)
 FAR_TAIL = 40.0                     # exp(-40) is nothing
@@ -95,29 +96,40 @@ class Kernels:
         if not RATES[0] <= 1/solid.layer_length <= RATES[1]:
             raise BadArgument("beta", beta, f"2 beta/gamma' must lie between {RATES[0]**2:g} and {RATES[1]**2:g} "
                               "on a half-plane: for beta = 0 nothing holds its rotation")
-        self._pieces = int(np.ceil(np.log(FARTHEST/NEAREST)/PIECE))
-        angles = np.cos(np.pi*(np.arange(POINTS) + 0.5)/POINTS)
-        self._start = np.log(NEAREST)
-        logarithms = self._start + PIECE*(np.arange(self._pieces)[:, None] + (angles + 1)/2)
-        values = _laplace(solid, np.exp(logarithms).ravel()).reshape(KERNELS, self._pieces, POINTS)
-        fit = np.linalg.inv(chebyshev.chebvander(angles, POINTS - 1))
-        self._table = np.moveaxis(values @ fit.T, 2, 0)      # (POINTS, KERNELS, pieces)
+        pieces = int(np.ceil(np.log(FARTHEST/NEAREST)/PIECE))
+        self._start, self._step, self._parts = np.log(NEAREST), PIECE/PARTS, PARTS*pieces
+        logarithms = self._start + PIECE*(np.arange(pieces)[:, None] + (_chebyshev_points(POINTS) + 1)/2)
+        values = _laplace(solid, np.exp(logarithms).ravel()).reshape(KERNELS, pieces, POINTS)
+        self._table = np.moveaxis((values @ _parting().T).reshape(KERNELS, self._parts, TERMS), 2, 1).copy()
 
     def __call__(self, x, which=(0, 1, 2)):
         """The kernels numbered `which` at x/ell, array of any shape: array (len(which), ...)."""
         x = np.asarray(x, float)
-        place = (np.log(np.clip(np.abs(x), NEAREST, FARTHEST)) - self._start)/PIECE
-        piece = np.minimum(place.astype(int), self._pieces - 1)
-        t = 2*(place - piece) - 1
-        rows = self._table[:, list(which)]
-        later = last = 0.0
-        for coefficients in rows[:0:-1]:      # Clenshaw
-            last, later = later, coefficients[:, piece] + 2*t*later - last
-        values = rows[0][:, piece] + t*later - last
-        for row, number in zip(values, which):
+        place = (np.log(np.clip(np.abs(x), NEAREST, FARTHEST)) - self._start)/self._step
+        part = np.minimum(place.astype(np.intp), self._parts - 1)
+        t = 2*(place - part) - 1
+        values = np.empty((len(which), *x.shape))
+        for value, number in zip(values, which):
+            coefficients = self._table[number]
+            value[...] = coefficients[-1].take(part)
+            for row in coefficients[-2::-1]:      # Horner
+                value *= t
+                value += row.take(part)
             if number in ODD:
-                row *= np.sign(x)
+                value *= np.sign(x)
         return values
+
+
+def _chebyshev_points(count):
+    return np.cos(np.pi*(np.arange(count) + 0.5)/count)
+
+
+def _parting():
+    """Coefficients in powers of t in [-1, 1] on each part of a piece, from the values on it: array (PARTS TERMS, POINTS)."""
+    points, fine = _chebyshev_points(POINTS), _chebyshev_points(TERMS)
+    places = 2*(np.arange(PARTS)[:, None] + (fine + 1)/2)/PARTS - 1
+    values = chebyshev.chebvander(places, POINTS - 1) @ np.linalg.inv(chebyshev.chebvander(points, POINTS - 1))
+    return (np.linalg.inv(np.vander(fine, increasing=True)) @ values).reshape(-1, POINTS)
 
 
 class HalfPlane:

@@ -6,6 +6,7 @@ run ``x = e + h v^2`` from there. The unknown on a panel is ``q = p |dx/dv|`` at
 """
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from .halfplane import gauss_rule, kernels
@@ -13,6 +14,7 @@ from .halfplane import gauss_rule, kernels
 NEAR = 1.0           # panel lengths within which the kernel's logarithm asks for a quadrature of its own
 CLUSTER = 8          # which puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
 GROWTH = 4.0         # of panels away from an edge
+SAME = 1e-13          # cuts of a panel this near to each other are one: the quadrature does not see it
 SLIVER = 1e-9        # of a length, that rounding may leave of it
 FIRST = 1.0          # length of a panel at an edge, over ell
 
@@ -174,7 +176,8 @@ def _block(line, panels, x, target, kernel):
     distance = np.maximum(ends[0] - x[:, None], x[:, None] - ends[1])
     row, near = np.nonzero(distance < NEAR*np.abs(panels.h))
     columns = near[:, None]*panels.order + np.arange(panels.order)
-    matrix[row[:, None], columns] = _near_rows(line, panels, x[row], target[row], near, kernel)
+    if len(row):
+        matrix[row[:, None], columns] = _near_rows(line, panels, x[row], target[row], near, kernel)
     return matrix
 
 
@@ -182,21 +185,45 @@ def _near_rows(line, panels, x, target, panel, kernel):
     """Integrals of the kernel against the basis of a near panel: array (pairs, order).
 
     The panel is cut at the parameter v0 nearest to the target, and ``v = v0 -+ length sigma^CLUSTER`` flattens
-    the logarithm on either side.
+    the logarithm on either side. Few values of v0 occur: the ends, and the Gauss points of panels that coincide.
     """
-    sigma, gauss = gauss_rule(2*panels.order + 8)
-    flat, slope = sigma**CLUSTER, CLUSTER*sigma**(CLUSTER - 1)*gauss
     along = np.clip((x - panels.e[panel])/panels.h[panel], 0, 1)
-    v0 = np.where(panels.root[panel], np.sqrt(along), along)[:, None]
-    sides = np.concatenate((-v0*flat, (1 - v0)*flat), axis=1)
-    v = v0 + sides
-    weights = np.concatenate((v0*slope, (1 - v0)*slope), axis=1)
-    h, root, panel = panels.h[panel][:, None], panels.root[panel][:, None], panel[:, None]
+    cut = np.rint(np.where(panels.root[panel], np.sqrt(along), along)/SAME)
+    by_cut = np.argsort(cut, kind="stable")
+    cuts, starts = np.unique(cut[by_cut], return_index=True)
+    groups = np.split(by_cut, starts[1:])
+    rules = [_cut_rule(panels.order, float(each)*SAME) for each in cuts]
+    sides = [np.broadcast_to(rule.sides, (len(group), len(rule.sides))).ravel() for rule, group in zip(rules, groups)]
+    counts = np.concatenate([np.full(len(group), len(rule.sides)) for rule, group in zip(rules, groups)])
+    sides, v0 = np.concatenate(sides), np.repeat(cut[by_cut]*SAME, counts)
+    x, target, panel = (np.repeat(values[by_cut], counts) for values in (x, target, panel))
+    h, root = panels.h[panel], panels.root[panel]
     # x - x(v) without the cancellation near v0
-    difference = x[:, None] - panels.x(panel, v0) - h*np.where(root, sides*(v + v0), sides)
-    lever = line.lever(np.broadcast_to(panels.corner[panel], v.shape), panels.x(panel, v))
-    values = kernel(difference, target[:, None], lever)*weights
-    return np.einsum("ps,psj->pj", values, lagrange(panels.points[0], v))
+    difference = x - panels.x(panel, v0) - h*np.where(root, sides*(sides + 2*v0), sides)
+    lever = line.lever(panels.corner[panel], panels.x(panel, v0 + sides))
+    values, found, done = kernel(difference, target, lever), np.empty((len(cut), panels.order)), 0
+    for rule, group in zip(rules, groups):
+        size = len(group)*len(rule.sides)
+        found[group] = values[done:done + size].reshape(len(group), -1) @ rule.basis
+        done += size
+    return found
+
+
+@dataclass(frozen=True)
+class CutRule:
+    """Quadrature on [0, 1] for a logarithm at v0: v - v0, array (n,), and weights times the basis there, array (n, order)."""
+
+    sides: np.ndarray
+    basis: np.ndarray
+
+
+@lru_cache(maxsize=4096)
+def _cut_rule(order, v0):
+    sigma, gauss = gauss_rule(2*order + 8)
+    flat, slope = sigma**CLUSTER, CLUSTER*sigma**(CLUSTER - 1)*gauss
+    parts = [(sign*length*flat, length*slope) for sign, length in ((-1, v0), (1, 1 - v0)) if length > 0]
+    sides, weights = map(np.concatenate, zip(*parts))
+    return CutRule(sides, weights[:, None]*lagrange(gauss_rule(order)[0], v0 + sides))
 
 
 def lagrange(points, v):

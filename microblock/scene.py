@@ -142,8 +142,13 @@ class Contact:
             x = np.linspace(-reach, reach, cells + 1 - cells % 2)
             compliance = self.body.compliance(x, clamped=self.law.clamps_rotation)
             flexibility, gaps, share = compliance.corner_system(self.law, self.obstacle)
-            state = active_set.solve(flexibility, gaps, load=load, c=share)
-            closed = state.closed.reshape(len(self.law.corners), -1)
+            if self.symmetric and len(self.law.corners) == 2:      # B mirrors A
+                half = len(x)
+                folded = flexibility[:half, :half] + flexibility[:half, half:][:, ::-1]
+                closed = active_set.solve(folded, gaps[:half], load=load/2, c=share[:half]).closed
+                closed = np.array((closed, closed[::-1]))
+            else:
+                closed = active_set.solve(flexibility, gaps, load=load, c=share).closed.reshape(len(self.law.corners), -1)
             outer = np.abs(x[closed.any(axis=0)]).max(initial=0.0)
             if outer > 0.95*reach or outer == 0:
                 reach *= 1.6
