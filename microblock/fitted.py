@@ -125,6 +125,13 @@ class FittedContact(GroundScene):
             raise NotConverged(f"no zones fit at load {load:g} with order {order}; ask for more", iterations=passes)
         return state
 
+    def evenly(self, load, order, count):
+        """The body condensed on `count` even elements over the reach that this load needs, without knowledge of the zones."""
+        zones, _ = self.topology(load)
+        outer = max(abs(edge) for own in zones.values() for interval in own for edge in interval)
+        ground = self._ground(outer)
+        return self._condense(ground, self._features(ground), ground.reach[1]/count, 0, order)
+
     def _ground(self, outer):
         reach = BEYOND*outer
         far = FAR*reach if self.domain == math.inf else self.domain
