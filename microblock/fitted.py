@@ -29,16 +29,17 @@ LADDER = ((3, 3), (4, 3), (5, 4), (6, 4), (7, 5), (8, 5), (9, 6), (10, 6), (11, 
 SPACING = 0.5        # of the elements on the surface, over the half-width
 LAYERS = 8.0         # of them, over the layer length: order 5 sees a layer of an eighth of the element
 COARSE = 12, 3       # elements over the reach and order of the first mesh, which knows no edges
-RATE = 0.6, 0.25     # digits that an order adds, and that order 0 lacks: where the ladder is entered, no more
+RATE = 0.5, -0.15    # digits that an order adds, and that order 0 lacks: where the ladder is entered, no more
 LOCATED = 0.03       # error of the edges at which more order helps more than another step
 SKIPPED = 3          # rungs that make one between worthwhile
 STEPS = 6            # of the edges on one rung
 LONGEST_MOVE = 0.4   # of an edge in one step, over the way to the next
-FITTED = 0.4         # of the way to the next edge, from where K0 and K1 are read
+FITTED = 0.4         # of the way to the next edge, or of the layer if that is less, from where K0 and K1 are read
+FURTHEST = 0.8       # of it, on meshes with too few nodes for that
 TERMS = 4            # K0, K1, ... of the series in which they are read
 PARTIAL = 2.4        # width of a partial zone over ell as ell -> 0: a first guess where the first mesh does not see it
 SEEN = 0.05          # of the way to the next edge: sets that differ by more are another topology
-TRUNCATION = 1.0     # of (outer edge/far)^2
+TRUNCATION = 2.0     # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
 
 
 @dataclass(frozen=True)
@@ -222,7 +223,8 @@ class FittedContact(GroundScene):
                     new.append(edge)
                     continue
                 way = min([abs(other - edge) for other in others if other != edge], default=interval[1] - interval[0])
-                K0, K1 = _coefficients((x - edge)*inward, p, weights, FITTED*way)
+                reach = FITTED*min(way, PARTIAL*self.solid.layer_length)
+                K0, K1 = _coefficients((x - edge)*inward, p, weights, reach, FURTHEST*min(way, interval[1] - interval[0]))
                 step = 2*K0/K1 if K1 > 0 else math.copysign(math.inf, K0)
                 step = min(max(step, -LONGEST_MOVE*way), LONGEST_MOVE*way)
                 new.append(float(edge - inward*step))
@@ -279,15 +281,22 @@ def _closed(flexibility, gaps, share, closed, load):
     return forces
 
 
-def _coefficients(r, p, weights, most):
-    """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...`` for 0 < r < most, least squares in L2."""
-    here = (r > 1e-3*most) & (r < most)
-    if np.count_nonzero(here) < TERMS + 1:
-        raise NotConverged(f"only {np.count_nonzero(here)} contact nodes within {most:g} of an edge")
-    r, scale = r[here]/most, np.sqrt(weights[here])
+def _coefficients(r, p, weights, reach, furthest):
+    """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...``, least squares in L2 over 0 < r < reach.
+
+    On coarse meshes the reach grows until it holds enough nodes.
+    """
+    while True:
+        here = (r > 1e-3*reach) & (r < reach)
+        if np.count_nonzero(here) > TERMS:
+            break
+        if reach > furthest:
+            raise NotConverged(f"only {np.count_nonzero(here)} contact nodes within {reach:g} of an edge")
+        reach *= 1.5
+    r, scale = r[here]/reach, np.sqrt(weights[here])
     powers = r[:, None]**(np.arange(TERMS) - 0.5)*scale[:, None]
     K = np.linalg.lstsq(powers, p[here]*scale, rcond=None)[0]
-    return float(K[0]*math.sqrt(most)), float(K[1]/math.sqrt(most))
+    return float(K[0]*math.sqrt(reach)), float(K[1]/math.sqrt(reach))
 
 
 def _first_rung(rtol):

@@ -122,7 +122,13 @@ class SurfaceState:
 
     @cached_property
     def _clamping(self):
-        return self.body.reaction(self.fields)/self.body.weights
+        moment = self.body.reaction(self.fields)/self.body.weights
+        if self.line.mirror:
+            moment[0] = 0.0      # there the axis takes the reaction of its own
+        else:
+            moment[0] = moment[1]      # at its ends the boundary's neighbours add theirs
+        moment[-1] = moment[-2]
+        return moment
 
     def pressure(self, corner, x):
         """Pressure of a corner at x, array (n,): on each facet the polynomial through its nodes."""
@@ -131,6 +137,11 @@ class SurfaceState:
             return self._interpolate(self._computed[corner], x)
         opposite = self._computed[len(self._computed) - 1 - corner]
         return np.where(x < 0, self._interpolate(opposite, -x), self._interpolate(self._computed[corner], x))
+
+    def clamping(self, x):
+        """The reaction to psi = 0 at x, array (n,)."""
+        inside = self._interpolate(self._clamping, np.abs(x) if self.line.mirror else x)
+        return np.where(x < 0, -inside, inside) if self.line.mirror else inside
 
     def _interpolate(self, values, x):
         found = np.zeros_like(x)
@@ -168,8 +179,12 @@ def _joined_at_axis(pieces):
 
 
 def difference(coarse, fine):
-    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, between two states of one scene."""
-    x, weights, ell = fine.x, fine.weights, fine.line.solid.ell
+    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, between two states of one scene.
+
+    Next to an end of the obstacle, where the pressure is infinite, the distance from the end is the weight.
+    """
+    x, ell = fine.x, fine.line.solid.ell
+    weights = fine.weights*_tamed(fine)
     p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
     total = fine.pressures.sum(axis=0)
     errors = [weights @ (p.sum(axis=0) - total)**2]
@@ -177,5 +192,14 @@ def difference(coarse, fine):
         levers = np.array([fine.line.lever(np.full(len(x), corner), x) for corner in range(2)])
         errors.append(weights @ (np.sum(levers*(p - fine.pressures), axis=0)/2)**2)
     elif fine.line.law.clamps_rotation:
-        errors.append(weights @ ((np.interp(x, coarse.x, coarse.micromoment) - fine.micromoment)/ell)**2)
+        errors.append(weights @ ((coarse.clamping(x) - fine.micromoment)*(total > 0)/ell)**2)
     return float(np.sqrt(max(errors)/(weights @ total**2)))
+
+
+def _tamed(state):
+    """1, near the obstacle's ends the distance from them over half of its width."""
+    ends = getattr(state.line.obstacle, "ends", ())
+    half = state.line.solid.ell/2
+    shifts = (0.0,) if len(state.pressures) == 1 else (half, -half)
+    return np.min([np.ones_like(state.x), *(2*np.abs(state.x - end - shift)/(ends[-1] - ends[0])
+                                            for end in ends for shift in shifts)], axis=0)

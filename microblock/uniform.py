@@ -89,7 +89,8 @@ class UniformContact(GroundScene):
         return np.where(np.tile(beyond, len(self.law.corners)), np.inf, gaps)
 
     def _monolithic(self, body, loads):
-        nodes, facets = ContactNodes(body), ContactFacets(body, self.law, self.obstacle)
+        nodes = (Condensed if self.law.clamps_rotation else ContactNodes)(body)      # the bulk's matrix gives the reaction
+        facets = ContactFacets(body, self.law, self.obstacle)
         newton = Newton(body, facets, method=self.method, rho=self.rho or self._rho(), control="load")
         for load, state in zip(loads, load_path(newton, [self.share(load) for load in loads])):
             forces = np.array([-state.multipliers[corner]*facets.weights for corner in facets.corners])
