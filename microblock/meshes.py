@@ -14,8 +14,8 @@ GRADING = 0.5        # of netgen, away from the surface; from 0.6 on some meshes
 RATIO = 0.15         # of the elements towards a graded vertex
 GROWTH = 3.0         # of equal squares, over their side and times the reach: 1.03 for the paper's 0.02 of 2 a_Hz
 SLIVER = 1e-9        # of the reach, below which two edges are one
-FALL = 1.5           # over the linear fall in the logarithm of the distance: the far field has the low order everywhere
-OUTSIDE = 1.0        # of the reach: beyond it the orders begin to fall
+FALL = 1.5, 1.0      # on a half and on a whole body, over the linear fall of the order in the logarithm of the distance: errors
+                     # of a far field that is not symmetric tilt the surface
 FIRST = 0.2          # of the reach: within it of a tip the orders begin to fall
 
 
@@ -172,19 +172,22 @@ def _uniform_lines(reach, far, h):
 
 
 def falling_orders(mesh, ground, tips, top):
-    """Orders of the elements (array (elements,)): `top` near the surface, falling linearly in the logarithm of the distance
-    to nearly half of it at the tips of the grading and in the far field: their errors have to fall with it."""
+    """Orders of the elements (array (elements,)): `top` near the surface, falling linearly in the logarithm of the distance.
+
+    The lowest, at the tips of the grading and in the far field, is nearly half of it: their errors have to fall with the rest.
+    """
     centres, sizes = _elements(mesh)
     reach = max(abs(x) for x in ground.reach)
-    away = np.log(np.maximum(np.hypot(*centres.T)/(OUTSIDE*reach), 1))/np.log(ground.far/(OUTSIDE*reach))
-    share, low = np.maximum(1 - FALL*away, 0), max(1, (top - 3)//2)
+    away = np.log(np.maximum(np.hypot(*centres.T)/reach, 1))/np.log(ground.far/reach)
+    at_tips, far = max(1, (top - 3)//2), max(1, (top - 3)//2) if ground.half else max(2, (top - 2)//2)
+    orders = far + (top - far)*np.maximum(1 - FALL[not ground.half]*away, 0)
     if len(tips):
         distance = np.abs(centres[:, None, 0] - np.asarray(tips)) + np.abs(centres[:, None, 1])
-        nearest = distance.min(axis=1)
         smallest = sizes.min()
         first = max(FIRST*reach, 2*smallest)
-        share = np.minimum(share, np.log(np.clip(nearest/smallest, 1, first/smallest))/np.log(first/smallest))
-    return np.rint(low + (top - low)*share).astype(int)
+        along = np.log(np.clip(distance.min(axis=1)/smallest, 1, first/smallest))/np.log(first/smallest)
+        orders = np.minimum(orders, at_tips + (top - at_tips)*along)
+    return np.rint(np.minimum(orders, top)).astype(int)
 
 
 def _elements(mesh):
