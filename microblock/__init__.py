@@ -14,6 +14,8 @@ _ROOMS = {
     "Microblock": "law", "Unilateral": "law", "Microclamped": "law",
     "HalfPlane": "halfplane", "Compliance": "compliance", "Contact": "scene",
     "Body": "body", "Loads": "body", "Fields": "body",
+    "Condensed": "condensation", "Ground": "meshes",
+    "FittedContact": "fitted", "UniformContact": "uniform", "SurfaceState": "surface_state",
     "ContactFacets": "facets",
     "Newton": "newton", "State": "newton", "Event": "newton", "load_path": "newton",
     "MicroblockError": "errors", "BadArgument": "errors", "Inadmissible": "errors", "NotConverged": "errors",

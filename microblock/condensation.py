@@ -15,7 +15,7 @@ from scipy.linalg import solve_triangular
 from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
-from .body import FIELDS, Fields
+from .body import Fields
 from .compliance import Compliance
 from .errors import BadArgument, NotConverged
 from .facets import lobatto, outward_sides

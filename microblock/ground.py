@@ -63,6 +63,7 @@ class GroundScene:
         closed = closed.copy()
         if self.symmetric:      # there one multiplier stands for all corners
             closed[:, 0] = closed[:, 0].any() & closed[:, 1]
+            pressures = np.where(x == 0, pressures.mean(axis=0), pressures)
         zones = {}
         for corner, (own, p) in enumerate(zip(closed, pressures)):
             jumps = np.diff(np.concatenate(([False], own, [False])).astype(int))

@@ -168,7 +168,7 @@ def _uniform_lines(reach, far, h):
     growth = 1 + GROWTH*near[1]/reach
     count = max(1, round(np.log1p((far - reach)*(growth - 1)/near[1])/np.log(growth)))
     steps = growth**np.arange(1, count + 1)
-    return np.concatenate((near, reach + (far - reach)*np.cumsum(steps)/steps.sum()))
+    return np.concatenate((near, reach + (far - reach)*np.cumsum(steps[:-1])/steps.sum(), [far]))
 
 
 def falling_orders(mesh, ground, tips, top):

@@ -72,7 +72,7 @@ def test_nodes_lie_where_the_contact_facets_have_theirs():
         assert getattr(nodes, name) == pytest.approx(getattr(facets, name), abs=1e-14)
     # outwards, on the circle to the accuracy of its curved sides
     assert nodes.normals == pytest.approx(nodes.points, abs=1e-2)
-    assert np.linalg.eigvalsh(nodes.compliance.matrix).min() > 0
+    assert np.linalg.eigvalsh(nodes.compliance.matrix).min() > -1e-13      # 0 where the ends are held
 
 
 def test_normals_point_outwards_whichever_way_the_geometry_runs():
