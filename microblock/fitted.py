@@ -39,6 +39,9 @@ FURTHEST = 0.8       # of it, on meshes with too few nodes for that
 TERMS = 4            # K0, K1, ... of the series in which they are read
 PARTIAL = 2.4        # width of a partial zone over ell as ell -> 0: a first guess where the first mesh does not see it
 SEEN = 0.05          # of the way to the next edge: sets that differ by more are another topology
+MEETING = 0.1        # of the outer edge: zones whose inner edges are this near to the axis may meet there
+COLLAPSED = 1e-5     # of the outer edge: an inner edge this near is none; p^2 there is below 1e-3 of its size
+SHOWN = 4            # nodes next to the axis that make an overlap or a gap
 TRUNCATION = 2.0     # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
 
 
@@ -186,14 +189,26 @@ class FittedContact(GroundScene):
         return sorted({abs(x) if self.symmetric else x for x in (*kinks, *self.ends())
                        if left < (abs(x) if self.symmetric else x) < right})
 
+    def _meeting(self, zones, outer):
+        """Whether the zones of the two corners are about to meet on the axis: there the pressure is singular too."""
+        if not self.symmetric or len(zones) == 1:
+            return False
+        inner = [edge for own in zones.values() for interval in own for edge in interval if 0 < edge < MEETING*outer]
+        return bool(inner) or (not zones[1] and zones[0][0][0] == 0)
+
     def _pass(self, load, zones, order, levels, spacing=None):
         """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
         edges = sorted({edge for own in zones.values() for interval in own for edge in interval})
         if not edges:
             raise NotConverged(f"no contact at load {load:g}")
         outer = max(abs(edge) for edge in edges)
+        if self.symmetric:      # an edge that has run into the axis is none
+            zones = {corner: tuple((left if left > COLLAPSED*outer else 0.0, right) for left, right in own
+                                   if right > COLLAPSED*outer) for corner, own in zones.items()}
+            edges = sorted({edge for own in zones.values() for interval in own for edge in interval})
         ground = self._ground(outer)
-        tips = sorted({*self._features(ground), *(edge for edge in edges if edge != 0 or not self.symmetric)})
+        tips = sorted({*self._features(ground), *(edge for edge in edges if edge != 0 or not self.symmetric),
+                       *([0.0] if self._meeting(zones, outer) else [])})
         half = (edges[-1] - (0 if self.symmetric else edges[0]))/(1 if self.symmetric else 2)
         spacing = spacing or min(SPACING*half, LAYERS*self.solid.layer_length)
         body = self._condense(ground, tips, spacing, levels, order)
@@ -243,15 +258,21 @@ class FittedContact(GroundScene):
                              {"edges": trial.edge_error, "truncation": truncation})
 
     def _other_zones(self, state, trial):
-        """None if the state is closed on the zones of the pass; else the zones it shows."""
-        x = state.body.points[:, 0]
-        closed = (state.forces > 0).ravel()
-        wrong = (closed != trial.closed).reshape(state.forces.shape)
-        distance = np.min([np.abs(x - tip) for tip in trial.tips], axis=0)
-        way = np.diff([0.0, *trial.tips] if self.symmetric else trial.tips)
-        if not np.any(wrong & (distance > SEEN*way[way > 0].min(initial=trial.ground.reach[1]))):
+        """None if the state is closed on the zones of the pass, but for a little next to edges; else the zones it shows."""
+        x, count = state.body.points[:, 0], len(trial.zones)
+        closed = state.forces > 0
+        tips = np.array(trial.tips)
+        apart = np.abs(tips[:, None] - tips) + np.where(np.eye(len(tips)), np.inf, 0)
+        way = np.minimum(apart.min(axis=1), trial.ground.reach[1])
+        nearest = np.argmin(np.abs(x[:, None] - tips), axis=1)
+        far = np.abs(x - tips[nearest]) > SEEN*way[nearest]
+        wrong = closed != trial.closed.reshape(count, -1)
+        inner = MEETING*tips.max()
+        if tips[0] == 0 and not np.any((tips > 0) & (tips < inner)):      # zones that meet: a small overlap or gap shows
+            far |= (x > 0) & (x < inner) & (np.count_nonzero(wrong[:, (x > 0) & (x < inner)]) >= SHOWN)
+        if not np.any(wrong & far):
             return None
-        return self.runs(x, closed.reshape(wrong.shape), state.forces/state.body.weights)
+        return self.runs(x, closed, state.forces/state.body.weights)
 
 
 @dataclass(frozen=True)
