@@ -25,13 +25,12 @@ from .surface_state import difference, surface_state
 
 FAR = 1000.0         # size of an unbounded domain over the reach
 BEYOND = 1.3         # reach of the contact boundary over the outermost edge
-LADDER = ((3, 3), (4, 3), (5, 4), (6, 4), (7, 5), (8, 5), (9, 6), (10, 6), (11, 7), (12, 7))      # (order, levels)
-SPACING = 0.5        # of the elements on the surface, over the half-width
+LADDER = ((3, 3), (4, 3), (5, 4), (6, 4), (7, 4), (8, 4), (9, 5), (10, 5), (11, 6), (12, 6))      # (order, levels)
+SPACING = 0.7        # of the elements on the surface, over the half-width
 LAYERS = 8.0         # of them, over the layer length: order 5 sees a layer of an eighth of the element
 COARSE = 12, 3       # elements over the reach and order of the first mesh, which knows no edges
 RATE = 0.5, -0.15    # digits that an order adds, and that order 0 lacks: where the ladder is entered, no more
 LOCATED = 0.03       # error of the edges at which more order helps more than another step
-SKIPPED = 3          # rungs that make one between worthwhile
 STEPS = 6            # of the edges on one rung
 LONGEST_MOVE = 0.4   # of an edge in one step, over the way to the next
 FITTED = 0.4         # of the way to the next edge, or of the layer if that is less, from where K0 and K1 are read
@@ -72,8 +71,8 @@ class FittedContact(GroundScene):
         zones, passes = (near.zones, 0) if near else self.topology(load)
         zones, passes = self._located(load, zones, passes)
         coarse, best, first = None, math.inf, _first_rung(rtol)
-        if first >= SKIPPED:      # edges from the lowest rung would spoil the difference of two high ones
-            zones, passes = self._pass(load, zones, *LADDER[first//2]).moved, passes + 1
+        if first > 0:      # edges from the lowest rung would spoil the difference of two higher ones
+            zones, passes = self._pass(load, zones, *LADDER[first - 1]).moved, passes + 1
         for order, levels in LADDER[first:]:
             for _ in range(STEPS):
                 trial = self._pass(load, zones, order, levels)
@@ -305,17 +304,16 @@ def _closed(flexibility, gaps, share, closed, load):
 def _coefficients(r, p, weights, reach, furthest):
     """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...``, least squares in L2 over 0 < r < reach.
 
-    On coarse meshes the reach grows until it holds enough nodes.
+    On coarse meshes the reach grows, and the series gets shorter, until there are more nodes than terms.
     """
-    while True:
-        here = (r > 1e-3*reach) & (r < reach)
-        if np.count_nonzero(here) > TERMS:
-            break
-        if reach > furthest:
-            raise NotConverged(f"only {np.count_nonzero(here)} contact nodes within {reach:g} of an edge")
+    while np.count_nonzero((r > 1e-3*reach) & (r < reach)) <= TERMS and reach < furthest:
         reach *= 1.5
+    here = (r > 1e-3*reach) & (r < reach)
+    terms = min(TERMS, np.count_nonzero(here) - 1)
+    if terms < 2:
+        raise NotConverged(f"only {terms + 1} contact nodes within {reach:g} of an edge")
     r, scale = r[here]/reach, np.sqrt(weights[here])
-    powers = r[:, None]**(np.arange(TERMS) - 0.5)*scale[:, None]
+    powers = r[:, None]**(np.arange(terms) - 0.5)*scale[:, None]
     K = np.linalg.lstsq(powers, p[here]*scale, rcond=None)[0]
     return float(K[0]*math.sqrt(reach)), float(K[1]/math.sqrt(reach))
 

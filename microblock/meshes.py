@@ -16,7 +16,7 @@ GROWTH = 3.0         # of equal squares, over their side and times the reach: 1.
 SLIVER = 1e-9        # of the reach, below which two edges are one
 FALL = 1.5, 1.0      # on a half and on a whole body, over the linear fall of the order in the logarithm of the distance: errors
                      # of a far field that is not symmetric tilt the surface
-FIRST = 0.2          # of the reach: within it of a tip the orders begin to fall
+FIRST = 0.4          # of the reach: within it of a tip the orders begin to fall
 
 
 def line(depth, elements):

@@ -30,13 +30,16 @@ def solid_of(alpha, nu=0.3, beta=1.0):
 def judged(state, rtol=1e-7):
     """Relative L2 error of pressure and micromoment against the half-plane, at the nodes and between them.
 
-    Not between them under a wedge: there polynomials see less of the logarithm at its kink.
+    Under a wedge not between them, where polynomials see less of the logarithm at its kink, and not at the kink itself.
     """
     line = state.line
     reference, _ = Contact(HalfPlane(line.solid), line.obstacle, line.law).at(state.load, rtol)
     found = []
     rules = [(state.x, state.weights), ((state.x[1:] + state.x[:-1])/2, np.diff(state.x))]
-    for x, weights in rules[:1] if isinstance(line.obstacle, Wedge) else rules:
+    if isinstance(line.obstacle, Wedge):
+        regular = np.abs(np.abs(state.x) - line.solid.ell/2) > 1e-9
+        rules = [(state.x[regular], state.weights[regular])]
+    for x, weights in rules:
         own, true = (np.array([one.pressure(corner, x*(1 + BESIDE)) for corner in range(len(state.pressures))])
                      for one in (state, reference))
         scale = weights @ true.sum(axis=0)**2
@@ -88,9 +91,9 @@ def test_energy_is_that_of_the_fields():
 
 def test_truncation_is_within_its_estimate():
     scene = FittedContact(solid_of(0.25, nu=0.45), Cylinder(1.0), Unilateral())
-    whole = scene.of_order(P, 7)
+    whole = scene.of_order(P, 9)
     outer = whole.zones[0][0][1]
-    cut = [difference(FittedContact(scene.solid, Cylinder(1.0), Unilateral(), size*outer).of_order(P, 7), whole)
+    cut = [difference(FittedContact(scene.solid, Cylinder(1.0), Unilateral(), size*outer).of_order(P, 9), whole)
            for size in (10, 20)]
     assert cut[0]/cut[1] == pytest.approx(4, rel=0.2)      # second order in 1/far
     assert 0.25*TRUNCATION/400 < cut[1] < TRUNCATION/400      # an estimate that is not idle
