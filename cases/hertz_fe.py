@@ -70,7 +70,7 @@ def solve(parameters):
     if parameters.order is None and parameters.h is None:
         return [scene.at(load, parameters.rtol) for load in loads]
     spacing = parameters.h and parameters.h*parameters.a_Hz
-    return [(scene.of_order(load, parameters.order or LADDER[1][0], spacing), None) for load in loads]
+    return [(scene.of_order(load, parameters.order or LADDER[0][0], spacing), None) for load in loads]
 
 
 def fitted(parameters):

@@ -25,7 +25,7 @@ from .surface_state import difference, surface_state
 
 FAR = 1000.0         # size of an unbounded domain over the reach
 BEYOND = 1.3         # reach of the contact boundary over the outermost edge
-LADDER = ((3, 3), (4, 3), (5, 4), (6, 4), (7, 4), (8, 4), (9, 5), (10, 5), (11, 6), (12, 6))      # (order, levels)
+LADDER = ((4, 3), (5, 4), (6, 4), (7, 4), (8, 4), (9, 5), (10, 5), (11, 6), (12, 6))      # (order, levels)
 SPACING = 0.7        # of the elements on the surface, over the half-width
 LAYERS = 8.0         # of them, over the layer length: order 5 sees a layer of an eighth of the element
 COARSE = 12, 3       # elements over the reach and order of the first mesh, which knows no edges
@@ -71,8 +71,8 @@ class FittedContact(GroundScene):
         zones, passes = (near.zones, 0) if near else self.topology(load)
         zones, passes = self._located(load, zones, passes)
         coarse, best, first = None, math.inf, _first_rung(rtol)
-        if first > 0:      # edges from the lowest rung would spoil the difference of two higher ones
-            zones, passes = self._pass(load, zones, *LADDER[first - 1]).moved, passes + 1
+        for rung in range(2 - first % 2, first, 2):      # edges from the lowest rung would spoil the difference of higher ones
+            zones, passes = self._pass(load, zones, *LADDER[rung]).moved, passes + 1
         for order, levels in LADDER[first:]:
             for _ in range(STEPS):
                 trial = self._pass(load, zones, order, levels)
