@@ -37,6 +37,7 @@ FITTED = 0.4         # of the way to the next edge, or of the layer if that is l
 FURTHEST = 0.8       # of it, on meshes with too few nodes for that
 TERMS = 4            # K0, K1, ... of the series in which they are read
 PARTIAL = 2.4        # width of a partial zone over ell as ell -> 0: a first guess where the first mesh does not see it
+SLIVER = 1e-11       # of the outer edge, to which a node is at an edge
 SEEN = 0.05          # of the way to the next edge: sets that differ by more are another topology
 MEETING = 0.1        # of the outer edge: zones whose inner edges are this near to the axis may meet there
 COLLAPSED = 1e-5     # of the outer edge: an inner edge this near is none; p^2 there is below 1e-3 of its size
@@ -195,11 +196,29 @@ class FittedContact(GroundScene):
         inner = [edge for own in zones.values() for interval in own for edge in interval if 0 < edge < MEETING*outer]
         return bool(inner) or (not zones[1] and zones[0][0][0] == 0)
 
-    def _pass(self, load, zones, order, levels, spacing=None):
-        """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
+    def edge_coefficients(self, zones, loads, order, levels):
+        """((K0, K1) at the innermost edge at each load, the same at the outermost), on one mesh fitted to symmetric zones."""
+        found = self._fit_mesh(zones, order, levels)
+        left = found.zones[0][0][0]
+        inner = (0, left) if left > 0 else (1, found.zones[1][0][1])
+        both = []
+        for corner, edge in (inner, (0, found.zones[0][-1][1])):
+            inward = 1 if corner == 0 and edge == found.zones[0][0][0] else -1
+            way = min(abs(tip - edge) for tip in found.tips if tip != edge)
+            both.append([self._read(found, found.pressures(self.share(load))[corner], edge, inward, way, way)
+                         for load in loads])
+        return both
+
+    def _read(self, mesh, p, edge, inward, way, length):
+        """K0 and K1 at an edge."""
+        return _coefficients((mesh.x - edge)*inward, p, mesh.body.weights,
+                             FITTED*min(way, PARTIAL*self.solid.layer_length), FURTHEST*min(way, length))
+
+    def _fit_mesh(self, zones, order, levels, spacing=None):
+        """A mesh with vertices at the edges of trial zones, and the corners that are closed on them."""
         edges = sorted({edge for own in zones.values() for interval in own for edge in interval})
         if not edges:
-            raise NotConverged(f"no contact at load {load:g}")
+            raise NotConverged("no contact")
         outer = max(abs(edge) for edge in edges)
         if self.symmetric:      # an edge that has run into the axis is none
             zones = {corner: tuple((left if left > COLLAPSED*outer else 0.0, right) for left, right in own
@@ -211,25 +230,26 @@ class FittedContact(GroundScene):
         half = (edges[-1] - (0 if self.symmetric else edges[0]))/(1 if self.symmetric else 2)
         spacing = spacing or min(SPACING*half, LAYERS*self.solid.layer_length)
         body = self._condense(ground, tips, spacing, levels, order)
-        flexibility, gaps, share = body.compliance.corner_system(self.law, self.obstacle)
-        x = body.points[:, 0]
-        closed = np.array([np.any([(x >= left - 1e-11*outer) & (x <= right + 1e-11*outer) for left, right in own]
-                                  or [np.zeros(len(x), bool)], axis=0) for own in zones.values()]).ravel()
-        closed &= np.isfinite(gaps)
-        forces = _closed(flexibility, gaps, share, closed, self.share(load))
-        p = forces.reshape(len(zones), -1)/body.weights
-        moved, squares = {}, 0.0
-        for corner, own in zones.items():
-            moved[corner], found = self._moved(x, p[corner], body.weights, own, tips)
-            squares += found
-        total = p.sum(axis=0)
-        return _Pass(body, (flexibility, gaps, share), closed, zones, moved, ground, tips,
-                     math.sqrt(squares/(body.weights @ total**2)))
+        system = body.compliance.corner_system(self.law, self.obstacle)
+        x, margin = body.points[:, 0], SLIVER*outer
+        closed = [np.any([np.zeros(len(x), bool), *((x >= left - margin) & (x <= right + margin) for left, right in own)], axis=0)
+                  for own in zones.values()]
+        return _FittedMesh(body, system, np.ravel(closed) & np.isfinite(system[1]), zones, ground, tips)
 
-    def _moved(self, x, p, weights, intervals, tips):
+    def _pass(self, load, zones, order, levels, spacing=None):
+        """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
+        mesh = self._fit_mesh(zones, order, levels, spacing)
+        p = mesh.pressures(self.share(load))
+        moved, squares = {}, 0.0
+        for corner, own in mesh.zones.items():
+            moved[corner], found = self._moved(mesh, p[corner], own)
+            squares += found
+        return _Pass(**vars(mesh), moved=moved, edge_error=math.sqrt(squares/(mesh.body.weights @ p.sum(axis=0)**2)))
+
+    def _moved(self, mesh, p, intervals):
         """Intervals with free ends moved by 2 K0/K1, and the square of what that changes in L2."""
         moved, square, fixed = [], 0.0, self.ends()
-        others = sorted({*tips, *(-tip for tip in tips)}) if self.symmetric else tips
+        others = sorted({*mesh.tips, *(-tip for tip in mesh.tips)}) if self.symmetric else mesh.tips
         for interval in intervals:
             new = []
             for edge, inward in zip(interval, (1, -1)):
@@ -237,8 +257,7 @@ class FittedContact(GroundScene):
                     new.append(edge)
                     continue
                 way = min([abs(other - edge) for other in others if other != edge], default=interval[1] - interval[0])
-                reach = FITTED*min(way, PARTIAL*self.solid.layer_length)
-                K0, K1 = _coefficients((x - edge)*inward, p, weights, reach, FURTHEST*min(way, interval[1] - interval[0]))
+                K0, K1 = self._read(mesh, p, edge, inward, way, interval[1] - interval[0])
                 step = 2*K0/K1 if K1 > 0 else math.copysign(math.inf, K0)
                 step = min(max(step, -LONGEST_MOVE*way), LONGEST_MOVE*way)
                 new.append(float(edge - inward*step))
@@ -275,14 +294,26 @@ class FittedContact(GroundScene):
 
 
 @dataclass(frozen=True)
-class _Pass:
+class _FittedMesh:
     body: Condensed
     system: tuple
     closed: np.ndarray
     zones: dict
-    moved: dict
     ground: Ground
     tips: list
+
+    @property
+    def x(self):
+        return self.body.points[:, 0]
+
+    def pressures(self, load):
+        """Pressures that close the gaps on the zones and carry the load of the computed part, array (corners, n)."""
+        return _closed(*self.system, self.closed, load).reshape(len(self.zones), -1)/self.body.weights
+
+
+@dataclass(frozen=True)
+class _Pass(_FittedMesh):
+    moved: dict
     edge_error: float
 
 
