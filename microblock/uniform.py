@@ -65,6 +65,19 @@ class UniformContact(GroundScene):
         found = dict(zip(ascending, solved))
         return [found[load] for load in loads]
 
+    def axis_closes(self):
+        """Load (force per thickness) at which the node on the axis closes for good, as the load path of this mesh has it."""
+        if not self.symmetric:
+            raise BadArgument("scene", self, "must be symmetric")
+        nodes = Condensed(self._body())
+        flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
+        last = self.solid.E_star*self.reach**2/4      # classical contact would fill the squares under some times that
+        history = active_set.path(flexibility, self._within(nodes, gaps), [last], c=share).events
+        loads = [event.load for event in history if event.corner == 0 and event.kind == "closes"]
+        if not loads:
+            raise NotConverged(f"the axis is open up to the load {2*last:g}", reached=2*last)
+        return 2*loads[-1]
+
     def _body(self):
         far = FAR*self.reach if self.domain == math.inf else self.domain
         ground = Ground(far, (0.0 if self.symmetric else -self.reach, self.reach), self.symmetric)

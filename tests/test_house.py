@@ -15,6 +15,7 @@ MAY_IMPORT = {
     "condensation": {"body", "compliance", "facets"}, "surface_state": {"condensation", "panels"},
     "ground": {"law", "obstacles", "panels"}, "uniform": {"active_set", "body", "condensation", "facets", "ground", "meshes",
                                                           "newton", "surface_state"},
+    "meeting": {"halfplane"},
     "fitted": {"active_set", "body", "condensation", "ground", "meshes", "surface_state"},
     "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane"}, "active_set": set(),
     "contact_line": {"halfplane", "panels"}, "subsurface": {"halfplane", "panels"},
