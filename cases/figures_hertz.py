@@ -11,33 +11,55 @@ TURNED_LOADS = (0.25, 0.5, 1.0)
 READINGS = (("gap", 5.0), ("lever", 5.0), ("gap", 0.5))
 SHOWN_ALPHAS = (0.01, 0.25, 0.5, 0.75, 1.0, 1.25)
 FIGURE_RTOL = 1e-4
+BETWEEN = 3          # points of a curve between two nodes
+EDGE_SIDE = 1e-9     # of the width: a curve is drawn from this side of an edge to the other
 
 
 def profile_rows(**changes):
-    """States of one scene as records along the contact line: a row a node."""
+    """States of one scene as records: a row a point of the curve."""
     parameters = hertz.Parameters(rtol=FIGURE_RTOL, **changes)
     resolved = parameters.resolved()
-    return hertz.rows(parameters, [hertz.observe(resolved, *found) for found in hertz.solve(resolved)])
+    found = [(state, hertz.observe(resolved, state, estimate)) for state, estimate in hertz.solve(resolved)]
+    return hertz.rows(parameters, [{**record, "profile": drawn(resolved, state)} for state, record in found])
 
 
-def draw_profiles(axes, groups, label):
+def drawn(parameters, state):
+    """The profile of a state as it is drawn: between the nodes too, and up to the edges of all zones. M is that of the
+    corners."""
+    a, p_Hz, law = parameters.a_Hz, parameters.p_Hz, state.line.law
+    edges = np.array(sorted({edge for zones in state.all_zones.values() for zone in zones for edge in zone}))
+    beside = EDGE_SIDE*(edges[-1] - edges[0])
+    nodes = state.x
+    # off the middle between two nodes, where panels may meet and neither has the point
+    between = nodes[:-1, None] + np.diff(nodes)[:, None]*(np.arange(BETWEEN) + 0.4)/BETWEEN
+    x = np.unique(np.concatenate((nodes, between.ravel(), edges - beside, edges + beside)))
+    pressures = np.array([state.pressure(corner, x) for corner in range(len(law.corners))])
+    levers = [state.line.lever(np.full(len(x), corner), x) for corner in range(len(law.corners))]
+    return {"x": (x/a).tolist(), "pressure": (pressures.sum(axis=0)/p_Hz).tolist(),
+            "micromoment": (np.sum(levers*pressures, axis=0)/(2*p_Hz)).tolist(),
+            "psi": (state.rotation(x)*parameters.R/a).tolist()}
+
+
+def draw_profiles(axes, groups, label, names="ab"):
     """Pressure and micromoment of groups of records into two panels; zero outside the contact and in its gaps."""
     for number, (key, rows) in enumerate(groups.items()):
         x, p, moment = (np.array(column(rows, name)) for name in ("x", "pressure", "micromoment"))
         axes[0].plot(x, p, color=plots.COLOURS[number % len(plots.COLOURS)], label=label(key))
         axes[1].plot(x, moment, color=plots.COLOURS[number % len(plots.COLOURS)])
-    axes[0].set_ylabel(r"$p_n/p_{Hz}$")
-    axes[1].set_ylabel(r"$M/(p_{Hz}\ell)$")
-    for axis in axes:
-        axis.set_xlabel(r"$x_1/a_{Hz}$")
+    axes[0].set_ylabel(r"$p_n/p_{\mathrm{Hz}}$")
+    axes[1].set_ylabel(r"$M/(p_{\mathrm{Hz}}\ell)$")
+    for axis, name in zip(axes, names):
+        axis.set_title(f"({name})", loc="left")
 
 
 def fig8_draw(rows):
     """Pressure (a) and micromoment (b) over the load for alpha = 0.25, aligned blocks. As in the paper: two separate zones
-    at first, full contact in the middle later, kinks where it ends. Not as in the paper: the zones meet at
-    P/Pmax = 0.08979, not at about 0.07, since by scaling this is (alpha/alpha_mid)^2 with alpha_mid = 0.83431 instead of 0.8874."""
+    at first, full contact in the middle later, kinks where it ends. Not as in the paper: the zones meet at P/Pmax =
+    0.08979, not at about 0.07, since by scaling this is (alpha/alpha_mid)^2 with alpha_mid = 0.83431 instead of 0.8874."""
     drawing, axes = plots.figure(1, 2, height=3.0)
     draw_profiles(axes, grouped(rows, "load"), lambda key: rf"$\bar P = {key:g}$")
+    for axis in axes:
+        axis.set_xlabel(r"$x_1/a_{\mathrm{Hz}}$")
     plots.legend_below(axes[0], columns=4)
     return drawing
 
@@ -48,15 +70,17 @@ def fig9_records():
 
 
 def fig9_draw(rows):
-    """Turned blocks, alpha = 0.25. Top: psi0 = 5 degrees in gaps and levers: corner A never touches. Middle: the same in the
-    levers only. Bottom: 0.5 degrees in gaps and levers. The paper's figure (zones of full and partial contact, pressures
-    higher for x1 < 0, transitions shifted to the right) is the kind of the bottom row, and in the middle row the asymmetry is weak;
-    it cannot come from 5 degrees with the strip's geometry."""
-    drawing, axes = plots.figure(3, 2, height=2.1)
-    for pair, (reading, degrees) in zip(axes, READINGS):
+    """Turned blocks, pressure (left) and micromoment (right), alpha = 0.25. Top: psi0 = 5 degrees in gaps and levers:
+    corner A never touches. Middle: the same in the levers only. Bottom: 0.5 degrees in gaps and levers. The paper's figure
+    (zones of full and partial contact, pressures higher for x1 < 0, transitions shifted to the right) is the kind of the
+    bottom row, and in the middle row the asymmetry is weak; it cannot come from 5 degrees with the strip's geometry."""
+    drawing, axes = plots.figure(3, 2, height=2.1, sharex="col")
+    for pair, names, (reading, degrees) in zip(axes, ("ab", "cd", "ef"), READINGS):
         chosen = [row for row in rows if (row["psi0_reading"], row["psi0_deg"]) == (reading, degrees)]
-        draw_profiles(pair, grouped(chosen, "load"), lambda key: rf"$\bar P = {key:g}$")
+        draw_profiles(pair, grouped(chosen, "load"), lambda key: rf"$\bar P = {key:g}$", names)
         pair[0].set_title(rf"$\psi_0 = {degrees:g}^\circ$, {'gaps and levers' if reading == 'gap' else 'levers only'}")
+    for axis in axes[-1]:
+        axis.set_xlabel(r"$x_1/a_{\mathrm{Hz}}$")
     plots.legend_below(axes[-1][0], columns=3)
     return drawing
 
@@ -67,16 +91,18 @@ def fig10_records():
 
 
 def fig10_draw(rows):
-    """Pressure over alpha for microblocks (a) and the unilateral law (b), the Hertz ellipse dashed. As in the paper: both tend to
-    Hertz for small alpha; with alpha the unilateral contact narrows and its peak rises, the microblock contact widens, its
-    peak nearly constant beyond 0.5, and splits above alpha_mid."""
+    """Pressure over alpha for microblocks (a) and the unilateral law (b), the Hertz ellipse dashed. As in the paper: both
+    tend to Hertz for small alpha; with alpha the unilateral contact narrows and its peak rises, the microblock contact
+    widens, its peak nearly constant beyond 0.5 (from 0.65 to 1.25 it falls by 1.3 %), and splits for large alpha. Not as in
+    the paper: it splits from alpha_mid = 0.83431 on instead of 0.8874."""
     drawing, axes = plots.figure(1, 2, height=3.0)
     ellipse = np.linspace(-1, 1, 201)
     for axis, contact, name in zip(axes, size_effect.LAWS, "ab"):
         for number, (alpha, nodes) in enumerate(grouped([row for row in rows if row["contact"] == contact], "alpha").items()):
             axis.plot(column(nodes, "x"), column(nodes, "pressure"), color=plots.COLOURS[number], label=rf"$\alpha = {alpha:g}$")
         axis.plot(ellipse, np.sqrt(1 - ellipse**2), "k--", linewidth=0.8, label="Hertz")
-        axis.set(xlabel=r"$x_1/a_{Hz}$", ylabel=r"$p_n/p_{Hz}$", title=f"({name}) {contact}", xlim=(-1.45, 1.45), ylim=(0, 1.32))
+        axis.set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", ylabel=r"$p_n/p_{\mathrm{Hz}}$", title=f"({name}) {contact}",
+                 xlim=(-1.45, 1.45), ylim=(0, 1.32))
         plots.legend_below(axis, columns=4)
     return drawing
 
@@ -89,10 +115,10 @@ def size_records():
 
 def fig11_draw(rows):
     """Hardness over 1/alpha; the inset shows where real and apparent hardness part, at alpha_mid (dotted). As in the paper:
-    opposite size effects of the two laws, hardness 1 for small alpha. Not as in the paper: alpha_mid is 0.83431 (0.8874 there), and
-    the real hardness does not rise beyond it but goes on falling, only more slowly than the apparent one. The nominal
-    hardness (Fig. 11b) needs the approach and waits for finite elements."""
-    drawing, axis = plots.figure(height=3.4, width=4.2)
+    opposite size effects of the two laws, hardness 1 for small alpha. Not as in the paper: alpha_mid is 0.83431 (0.8874
+    there), and the real hardness does not rise beyond it but goes on falling, only more slowly than the apparent one. The
+    nominal hardness (Fig. 11b) needs the approach and waits for finite elements."""
+    drawing, axis = plots.figure(height=3.4)
     inset = axis.inset_axes((0.47, 0.1, 0.5, 0.3))
     curves = (("microblock", "hardness_apparent", "o-"), ("microblock", "hardness_real", "s--"),
               ("unilateral", "hardness_apparent", "^-"))
@@ -106,7 +132,7 @@ def fig11_draw(rows):
         panel.axvline(1/rows[0]["alpha_mid"], color="0.5", linewidth=0.7, linestyle=":")
     inset.set(xlim=(0.78, 1.35), ylim=(0.72, 0.87))
     inset.tick_params(labelsize=6)
-    axis.set(xscale="log", xlabel=r"$1/\alpha$", ylabel=r"$H/H_{Hz}$")
+    axis.set(xscale="log", xlabel=r"$1/\alpha$", ylabel=r"$H/H_{\mathrm{Hz}}$")
     plots.legend_below(axis, columns=2)
     return drawing
 

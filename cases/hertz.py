@@ -5,7 +5,7 @@ Geometry   half-plane x2 < 0; a cylinder x^2/(2 R), a wedge or a flat punch (til
 Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
 Model      halfplane: the contact line alone, no mesh; the surface response from Fourier's symbol, panels fitted to
            the zones of each corner. fe: finite elements on a square, fitted to the zones, or the paper's mesh and method.
-Reference  the Hertz ellipse for alpha -> 0; scaling: at fixed psi0 R/a_Hz results depend on nu, beta, alpha only.
+Reference  the Hertz ellipse for alpha -> 0; scaling: at fixed psi0 and R/a_Hz results depend on nu, beta, alpha only.
 Look at    two zones above alpha_mid, kinks of pressure and micromoment where full contact ends.
 Units      those of the cylinder at load P, (50): lengths over a_Hz, pressures over p_Hz, M over p_Hz ell, psi as
            psi R/a_Hz, energy over p_Hz a_Hz^3/R (up to the level of a half-plane); angles in degrees as they are.
@@ -20,19 +20,15 @@ import numpy as np
 from cases import hertz_fe
 from cases.options import command, option
 from microblock import contact_line, law, obstacles, plots
-from microblock.errors import BadArgument, NotConverged, require_finite
+from microblock.errors import BadArgument, require_finite
 from microblock.halfplane import HalfPlane
 from microblock.material import Cosserat
-from microblock.observables import contact_zones, half_widths, largest, zone_changes
+from microblock.observables import contact_zones, half_widths, largest
 from microblock.scene import Contact
 from microblock.study import column, grouped, read_records, versions, write_records
 
 RTOL = 1e-3
 ALPHA = 0.25
-SCAN = 9               # loads, geometric, at which the topology is looked at for events
-FIRST_LOAD = 1e-3      # of them, over the last
-EVENT_RTOL = 1e-2      # to which the load of an event is bracketed, where it is not extrapolated
-EVENT_ORDER = 8        # of the panels meanwhile
 SAMPLES = 24           # on each panel for largest values
 FE_ONLY = ("domain", "method", "rho", "mesh", "h")
 
@@ -148,7 +144,8 @@ def solve(parameters):
     scene, states = parameters.scene, []
     for load in parameters.loads:
         near = states[-1][0] if states else None
-        states.append(scene.at(load*parameters.P, parameters.rtol or RTOL, parameters.order, near=near))
+        state = scene.at(load*parameters.P, parameters.rtol or RTOL, parameters.order, near=near)
+        states.append((state, state.estimate.total))
     return states
 
 
@@ -168,7 +165,8 @@ def observe(parameters, state, estimate):
             "pressure_max": None if infinite else top/p, "pressure_max_at": [x/a for x in where], "zones": zones,
             "half_width": outer, "inner_half_width": inner, "hardness_apparent": load/outer,
             "hardness_real": load/(outer - inner), "micromoment_max": moment,
-            "energy": state.energy/(p*a**3/parameters.R), **_of_the_model(parameters, state), "iterations": state.iterations, "error_estimate": estimate,
+            "energy": state.energy/(p*a**3/parameters.R), **_of_the_model(parameters, state), "iterations": state.iterations,
+            "error_estimate": estimate,
             "profile": {"x": (state.x/a).tolist(), "weight": (state.weights/a).tolist(),
                         "pressure": (state.pressures.sum(axis=0)/p).tolist(),
                         "pressure_A": corners[0].tolist() if len(corners) == 2 else None,
@@ -180,10 +178,11 @@ def observe(parameters, state, estimate):
 def _of_the_model(parameters, state):
     """What the two models say each in its own way: residual, unknowns, and the approach where the domain bounds it."""
     if parameters.model != "fe":
-        return {"approach": None, "kkt": contact_line.violation(state), "unknowns": len(state.q) + 1}
+        return {"approach": None, "kkt": contact_line.violation(state), "unknowns": len(state.q) + 1,
+                "error_parts": asdict(state.estimate)}
     bounded = math.isfinite(hertz_fe.size(parameters))
     return {"approach": state.approach*parameters.R/parameters.a_Hz**2 if bounded else None, "kkt": state.kkt,
-            "unknowns": int(state.unknowns)}
+            "unknowns": int(state.unknowns), "error_parts": asdict(state.estimate) if state.estimate else None}
 
 
 def total_pressure(state, x):
@@ -214,61 +213,10 @@ def _holds_kink(state):
 
 
 def events(parameters, last):
-    """Births, mergers, splits and ends of zones from first touch to the last load, each load bracketed.
-
-    The topology is looked at on a geometric scan of loads; a zone that comes and goes within one step of the scan
-    is not seen.
-    """
-    scene, a = parameters.scene, parameters.a_Hz
-
-    found, loads = [], np.geomspace(FIRST_LOAD*last, last, SCAN)*parameters.P
-    before, _ = scene.at(loads[0], order=EVENT_ORDER)
-    for name, intervals in _named(before).items():
-        late = loads[0]/parameters.P if name == "full" else 0.0      # full contact comes after touch, no later than this
-        found += [_event(late/2, late/2, "born", name, (left + right)/2/a) for left, right in intervals]
-    for load in loads[1:]:
-        after, _ = scene.at(load, order=EVENT_ORDER)
-        found += [{**event, "load": event["load"]/parameters.P, "load_error": event["load_error"]/parameters.P,
-                   "x": event["x"]/a} for event in _between(scene, before, after)]
-        before = after
-    return sorted(found, key=lambda event: event["load"])
-
-
-def _named(state):
-    return contact_zones(state.all_zones, state.line.law.corners)
-
-
-def _between(scene, low, high):
-    """Events between two states, by bisection down to EVENT_RTOL, or to where no state can be computed any more."""
-    before, after = _named(low), _named(high)
-    if all(len(before[name]) == len(after[name]) for name in before):
-        return []
-    half = (high.load - low.load)/2
-    if scene.smooth_and_symmetric:      # all that can happen is that the two zones meet on the axis
-        load, error = scene.coalescence(order=EVENT_ORDER)
-        return [_event(load, error, kind, name, 0.0) for name in before for kind, _ in zone_changes(before[name], after[name])]
-    between = None if 2*half <= EVENT_RTOL*high.load else _state_between(scene, low, high)
-    if between is None:
-        return [_event(low.load + half, half, kind, name, x)
-                for name in before for kind, x in zone_changes(before[name], after[name])]
-    return _between(scene, low, between) + _between(scene, between, high)
-
-
-def _state_between(scene, low, high):
-    """A state halfway, with the topology of either neighbour, the one with more zones first; None where neither holds."""
-    def zones(state):
-        return sum(map(len, _named(state).values()))
-
-    for near in sorted((low, high), key=zones, reverse=True):
-        try:
-            return scene.at((low.load + high.load)/2, order=EVENT_ORDER, near=near, search=False)[0]
-        except NotConverged:
-            pass
-    return None
-
-
-def _event(load, error, kind, zone, x):
-    return {"load": float(load), "load_error": float(error), "kind": kind, "zone": zone, "x": float(x)}
+    """Events from first touch to the last load, normalised."""
+    a, P = parameters.a_Hz, parameters.P
+    return [{"load": event.load/P, "load_error": event.load_error/P, "kind": event.kind, "zone": event.zone, "x": event.x/a}
+            for event in parameters.scene.load(last*P).events]
 
 
 def warnings(parameters, states):

@@ -68,7 +68,8 @@ def solve(parameters):
         return _uniform(parameters, loads)
     scene = fitted(parameters)
     if parameters.order is None and parameters.h is None:
-        return [scene.at(load, parameters.rtol) for load in loads]
+        states = [scene.at(load, parameters.rtol) for load in loads]
+        return [(state, state.estimate.total) for state in states]
     spacing = parameters.h and parameters.h*parameters.a_Hz
     return [(scene.of_order(load, parameters.order or LADDER[0][0], spacing), None) for load in loads]
 

@@ -92,7 +92,7 @@ class Fit:
 def solve(alpha, nu=0.3, beta=1.0):
     """The states of both laws in units a_Hz = p_Hz = R = 1: (microblock, unilateral)."""
     solid = Cosserat(E=2*(1 - nu**2), nu=nu, ell=alpha, beta=beta)
-    return tuple(Contact(HalfPlane(solid), Cylinder(R=1.0), law).at(np.pi/2, rtol=STATE_RTOL)[0]
+    return tuple(Contact(HalfPlane(solid), Cylinder(R=1.0), law).at(np.pi/2, rtol=STATE_RTOL)
                  for law in (Microblock(), Unilateral()))
 
 

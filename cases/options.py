@@ -17,6 +17,8 @@ def add_options(parser, parameters):
         settings = dict(entry.metadata)
         shown = "" if entry.default in (None, (), MISSING) else f" (default {entry.default})"
         settings["help"] = (settings["help"] + shown).replace("%", "%%")
+        if entry.type in (bool, "bool"):
+            settings = {"help": entry.metadata["help"], "action": "store_true"}
         parser.add_argument(flag(entry.name), dest=entry.name, default=entry.default, **settings)
 
 
@@ -30,6 +32,9 @@ def command(case, parameters):
     words = [f"python -m cases {case}"]
     for entry in fields(parameters):
         value = getattr(parameters, entry.name)
+        if isinstance(value, bool):
+            words += [flag(entry.name)]*value
+            continue
         if isinstance(value, (tuple, list)):
             value = " ".join(str(one) for one in value) or None
         if value is not None:

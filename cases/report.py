@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 
 from tqdm import tqdm
 
-from cases import figures_hertz, figures_layers, figures_strip
+from cases import figures_hertz, figures_layers, figures_strip, limits_table, paper_and_here
 from cases.options import option
 from microblock import plots
 from microblock.errors import BadArgument
@@ -18,18 +18,20 @@ from microblock.study import read_records, versions, write_records, write_text
 
 OUT = "out"
 PLATES = {**figures_strip.PLATES, **figures_hertz.PLATES, **figures_layers.PLATES}
-TABLES = {**figures_strip.TABLES}
+TABLES = {**figures_strip.TABLES, **limits_table.TABLES}
+JUDGED = paper_and_here.TABLES     # made from the records of the others
+KNOWN = (*PLATES, *TABLES, *JUDGED)
 SHOWN = 4     # significant digits of a table on the page; the CSV has them all
 
 
 @dataclass(frozen=True)
 class Parameters:
-    only: tuple = option((), f"names to make, of {', '.join([*PLATES, *TABLES])}", str, nargs="+", metavar="NAME")
+    only: tuple = option((), f"names to make, of {', '.join(KNOWN)}", str, nargs="+", metavar="NAME")
 
     def __post_init__(self):
         for name in self.only:
-            if name not in PLATES and name not in TABLES:
-                raise BadArgument("only", name, f"must be one of {', '.join([*PLATES, *TABLES])}")
+            if name not in KNOWN:
+                raise BadArgument("only", name, f"must be one of {', '.join(KNOWN)}")
 
 
 def run(parameters, out, quiet=False):
@@ -37,12 +39,12 @@ def run(parameters, out, quiet=False):
     start = time.perf_counter()
     for folder in ("figures", "data"):
         (out/folder).mkdir(exist_ok=True)
-    names = list(parameters.only) or [*PLATES, *TABLES]
-    made = []
+    names = list(parameters.only) or KNOWN
+    made, records = [], Records(out/"data")
     progress = tqdm(names, disable=quiet, unit="item")
     for name in progress:
         progress.set_description(name)
-        made.append(make_table(name, out) if name in TABLES else make_plate(name, out))
+        made.append(make(name, records, out))
     write_text(out/"index.html", page(made))
     if not quiet:
         print(f"{len(made)} items under {out}/; look at {out/'index.html'}")
@@ -50,24 +52,37 @@ def run(parameters, out, quiet=False):
             "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "items": made}
 
 
-def make_plate(name, out):
-    """Compute the records of a figure, write them, and draw the figure from what was written."""
-    start = time.perf_counter()
-    records, draw = PLATES[name]
-    data = out/"data"/f"{name}.csv"
-    write_records(data, records())
-    paths = plots.draw(draw, read_records(data), out/"figures", name)
-    return {"name": name, "caption": " ".join(draw.__doc__.split()), "data": str(data.relative_to(out)),
-            "figure": str(paths[0].relative_to(out)), "table": None, "seconds": time.perf_counter() - start}
+class Records:
+    """Records by the name of their figure or table: computed and written once in a run, then read."""
+
+    def __init__(self, folder):
+        self.folder, self.written = folder, set()
+
+    def path(self, name):
+        return self.folder/f"{name}.csv"
+
+    def __call__(self, name):
+        """Rows of the named figure or table, as they come back from its file."""
+        if name not in self.written:
+            write_records(self.path(name), self._made(name))
+            self.written.add(name)
+        return read_records(self.path(name))
+
+    def _made(self, name):
+        if name in JUDGED:
+            return JUDGED[name](self)
+        return TABLES[name]() if name in TABLES else PLATES[name][0]()
 
 
-def make_table(name, out):
+def make(name, records, out):
+    """Compute the records of an item, write them, and draw or show what was written."""
     start = time.perf_counter()
-    rows = TABLES[name]()
-    data = out/"data"/f"{name}.csv"
-    write_records(data, rows)
-    return {"name": name, "caption": " ".join(TABLES[name].__doc__.split()), "data": str(data.relative_to(out)),
-            "figure": None, "table": rows, "seconds": time.perf_counter() - start}
+    rows, draw = records(name), PLATES[name][1] if name in PLATES else None
+    made_by = draw or TABLES.get(name) or JUDGED[name]
+    figure = str(plots.draw(draw, rows, out/"figures", name)[0].relative_to(out)) if draw else None
+    table = None if draw else [{key: cell for key, cell in row.items() if not key.startswith("version_")} for row in rows]
+    return {"name": name, "caption": " ".join(made_by.__doc__.split()), "data": str(records.path(name).relative_to(out)),
+            "figure": figure, "table": table, "seconds": time.perf_counter() - start}
 
 
 def page(made):
@@ -104,4 +119,6 @@ def _table(rows):
 
 
 def _shown(cell):
+    if cell is None:
+        return ""
     return f"{cell:.{SHOWN}g}" if isinstance(cell, float) else str(cell)

@@ -32,13 +32,13 @@ def coalescence_ratio(nu, beta):
     return alpha, alpha*(error + abs(load - coarse))/load/2
 
 
-def ratio_of_h(nu, beta):
+def ratio_of_h(nu, beta, squares=SQUARES):
     """[(h over a_Hz, alpha_mid)] of bilinear elements on the paper's mesh: the axis node closes at that load.
 
     The mesh is fixed; a_Hz is that of the load.
     """
     found = []
-    for h in SQUARES:
+    for h in squares:
         scene = UniformContact(_solid(nu, beta, NEAR), Cylinder(1.0), Microblock(), float(DOMAIN), h=h, reach=EQUAL_SQUARES)
         a_Hz = math.sqrt(2*scene.axis_closes()/math.pi)
         found.append((h/a_Hz, NEAR/a_Hz))

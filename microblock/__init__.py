@@ -10,9 +10,10 @@ __version__ = "0.1.0"
 _ROOMS = {
     "Cosserat": "material",
     "Plane": "obstacles", "Cylinder": "obstacles", "Wedge": "obstacles", "Punch": "obstacles",
-    "Profile": "obstacles",
+    "Profile": "obstacles", "Wave": "obstacles", "Rough": "obstacles",
     "Microblock": "law", "Unilateral": "law", "Microclamped": "law",
     "HalfPlane": "halfplane", "Compliance": "compliance", "Contact": "scene",
+    "PeriodicHalfPlane": "grid", "GridContact": "grid_contact",
     "Body": "body", "Loads": "body", "Fields": "body",
     "Condensed": "condensation", "Ground": "meshes",
     "FittedContact": "fitted", "UniformContact": "uniform", "SurfaceState": "surface_state",

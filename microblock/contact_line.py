@@ -13,16 +13,39 @@ from numpy.polynomial.legendre import legvander
 
 from .errors import NotConverged
 from .halfplane import coalescence_exponent
-from .panels import Line, Panels, gap_matrix, half_line, lagrange, make_panels, response, zone_edges
+from .panels import Line, Panels, half_line, lagrange, log_response, make_panels, response, zone_edges
 
+TABLE_ERROR = 5e-15  # of the kernels as a rule, 2e-14 at most: see `halfplane.Kernels`
 EDGE_STEPS = 40      # of Newton's method for the edges
+PATIENCE = 6         # of them that do not halve the error of the edges: they crawl towards another topology
 LONGEST_MOVE = 0.4   # of an edge in one step, over the distance to its neighbour
 OUTER_STEP = 1e-7    # of an edge that is not asked for: its square is left
 INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over ell, extrapolated to coalescence
 MISSED = 4.0         # norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
 MERGED = 1e-4        # of the tolerance, times the width: edges this near that want to be nearer cross
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
-VIOLATION = 1e-3     # of the gaps' and the pressure's size, beyond which a topology is refused
+JOINT = 1e-12        # of a panel: two meet up to rounding
+NEXT_TO = 1e-6       # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Parts of the relative L2 error of pressure and micromoment; `total` is their sum.
+
+    Attributes
+    ----------
+    discretisation : float, distance to the next coarser order of panels; None where the order was prescribed
+    edges : float, what pressures that do not vanish at the edges are worth
+    kernel : float, what errors of the kernel's table do to the pressure at worst
+    """
+
+    discretisation: float | None
+    edges: float
+    kernel: float
+
+    @property
+    def total(self):
+        return None if self.discretisation is None else self.discretisation + self.edges + self.kernel
 
 
 @dataclass(frozen=True)
@@ -36,8 +59,8 @@ class LineState:
     zones : {corner number: ((left, right), ...)} of the corners that are computed
     panels, q : the unknowns, see `microblock.panels`
     approach : float, up to the arbitrary level of a half-plane
-    fixed : edges that the obstacle's ends fix
-    iterations, edge_error : steps of Newton's method, and what the edges miss of the pressure, relative in L2
+    iterations : int, steps of Newton's method
+    estimate : Estimate
     """
 
     line: Line
@@ -46,9 +69,8 @@ class LineState:
     panels: Panels
     q: np.ndarray
     approach: float
-    fixed: tuple
     iterations: int
-    edge_error: float
+    estimate: Estimate
 
     @cached_property
     def all_zones(self):
@@ -62,7 +84,8 @@ class LineState:
         """q at the anchor of each panel with a square root, but for edges that the obstacle's ends fix: 0 in the limit."""
         basis = lagrange(self.panels.points[0], np.zeros(1))[0]
         values = self.q.reshape(-1, self.panels.order) @ basis
-        return np.where(self.panels.root & ~np.isin(self.panels.e, self.fixed), values, 0.0)
+        infinite = [end for ends in self.line.ends.values() for end in ends]
+        return np.where(self.panels.root & ~np.isin(self.panels.e, infinite), values, 0.0)
 
     @cached_property
     def _at_own_edges(self):
@@ -79,12 +102,12 @@ class LineState:
             return self.pressure(0, -x)
         found = np.zeros_like(x)
         for number in np.flatnonzero(self.panels.corner == corner):
-            e, h, root = (getattr(self.panels, name)[number] for name in ("e", "h", "root"))
+            e, h = self.panels.e[number], self.panels.h[number]
             along = (x - e)/h
-            here = (along >= 0) & (along <= 1) & (x != e)
-            v = np.sqrt(along[here]) if root else along[here]
+            here = (along >= -JOINT) & (along <= 1 + JOINT)
+            v = np.maximum(self.panels.parameter(number, x[here]), NEXT_TO)
             q = lagrange(self.panels.points[0], v) @ self.q[number*self.panels.order:(number + 1)*self.panels.order]
-            found[here] = (q - self._anchored[number])/self.panels.slope(number, v)
+            found[here] = (q - self._anchored[number])/self.panels.slope(number, v) + self.panels.logarithm(number, v)
         return found
 
     @cached_property
@@ -96,8 +119,7 @@ class LineState:
     @cached_property
     def weights(self):
         """Weights at `x`: their sum with the pressure is the load."""
-        panel, v, x, gauss = self.panels.nodes
-        weights = gauss*self.panels.slope(panel, v)
+        x, weights = self.panels.nodes[2], self.panels.rule
         if self.line.mirror:
             x, weights = np.concatenate((x, -x)), np.tile(weights, 2)
         found = np.zeros_like(self.x)
@@ -108,7 +130,7 @@ class LineState:
     def pressures(self):
         """Pressure of each corner at `x`, array (corners, n); brought to the load, which the trimmed edges miss by little."""
         panel, v, x, _ = self.panels.nodes
-        p = (self.q - self._at_own_edges[panel])/self.panels.slope(panel, v)
+        p = (self.q - self._at_own_edges[panel])/self.panels.slope(panel, v) + self.panels.logarithm(panel, v)
         found = np.zeros((len(self.line.law.corners), len(self.x)))
         found[self.panels.corner[panel], _places(self.x, x)] = p
         if self.line.mirror:
@@ -119,7 +141,7 @@ class LineState:
     def micromoment(self):
         """M of (29) at `x`; where psi is prescribed, the reaction to it."""
         if self.line.law.clamps_rotation:
-            return response(self.line, self.panels, self.x, 0*self.x, self.line.clamping_kernel) @ self.q
+            return self._response(self.x, 0*self.x, self.line.clamping_kernel)
         levers = [self.line.lever(np.full(len(self.x), corner), self.x) for corner in range(len(self.pressures))]
         return self.line.solid.ell/2*np.sum(levers*self.pressures, axis=0)
 
@@ -132,15 +154,17 @@ class LineState:
         """Microrotation of the surface at x, array (n,)."""
         if self.line.law.clamps_rotation:
             return np.zeros_like(x)
-        sunk, turned = (response(self.line, self.panels, x, np.full_like(x, lever), self.line.kernel) @ self.q
-                        for lever in (0.0, 1.0))
+        sunk, turned = (self._response(x, np.full_like(x, lever), self.line.kernel) for lever in (0.0, 1.0))
         return 2/self.line.solid.ell*(turned - sunk)
+
+    def _response(self, x, lever, kernel):
+        return response(self.line, self.panels, x, lever, kernel) @ self.q + log_response(self.line, self.panels, x, lever, kernel)
 
     def gaps(self, corner, x):
         """Gaps of a corner at x, array (n,)."""
         numbers = np.full(len(x), corner)
         return (self.line.initial_gap(numbers, x) - self.approach
-                + gap_matrix(self.line, self.panels, x, numbers) @ self.q)
+                + self._response(x, self.line.lever(numbers, x), self.line.kernel))
 
     @cached_property
     def energy(self):
@@ -152,22 +176,37 @@ class LineState:
 
 
 def solve_zones(line, panels, loads):
-    """q and approach with the gaps closed on given zones, at each of the loads: arrays (loads, m) and (loads,)."""
+    """q and approach with the gaps closed on given zones, at each of the loads, and the noise of the first q.
+
+    Returns
+    -------
+    (arrays (loads, m), array (loads,), array (m,)); the noise is q under gaps off by TABLE_ERROR of the sum of their terms,
+    up and down from node to node.
+    """
     panel, _, x, weights = panels.nodes
-    count, sides = len(x), 2 if line.mirror else 1
-    system = np.zeros((count + 1, count + 1))
-    system[:count, :count] = gap_matrix(line, panels, x, panels.corner[panel])
+    count, sides, corner = len(x), 2 if line.mirror else 1, panels.corner[panel]
+    lever = line.lever(corner, x)
+    system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, len(loads) + 1))
+    system[:count, :count] = response(line, panels, x, lever, line.kernel)
     system[:count, count] = -1.0
     system[count, :count] = sides*weights
-    right = np.empty((count + 1, len(loads)))
-    right[:count] = -line.initial_gap(panels.corner[panel], x)[:, None]
-    right[count] = loads
+    right[:count, :-1] = -(line.initial_gap(corner, x) + log_response(line, panels, x, lever, line.kernel))[:, None]
+    right[count, :-1] = loads - sides*panels.log_size @ np.abs(panels.h)
+    terms = np.abs(system[:count, :count]).max(axis=1)/weights.max()*loads[0]
+    right[:count, -1] = TABLE_ERROR*terms*(-1.0)**np.arange(count)
     try:
         solution = np.linalg.solve(system, right)
     except np.linalg.LinAlgError as failure:
         raise NotConverged(f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} "
                            f"at load {loads[0]:g}") from failure
-    return solution[:-1].T, solution[-1]
+    return solution[:-1, :-1].T, solution[-1, :-1], solution[:-1, -1]
+
+
+def _share(panels, part, whole):
+    """Relative L2 size over x of one q beside another."""
+    panel, v, _, weights = panels.nodes
+    weights = weights/panels.slope(panel, v)
+    return float(np.sqrt(weights @ part**2/(weights @ whole**2)))
 
 
 def edge_coefficients(panels, q):
@@ -189,8 +228,10 @@ def edge_coefficients(panels, q):
     return found
 
 
-def fit(line, load, zones, *, order, tolerance, kinks=(), fixed=()):
+def fit(line, load, zones, *, order, tolerance):
     """Move the free edges of trial zones until p vanishes there, for one topology.
+
+    An edge where the obstacle ends stays while it is pressed.
 
     Parameters
     ----------
@@ -199,25 +240,31 @@ def fit(line, load, zones, *, order, tolerance, kinks=(), fixed=()):
     zones : {corner number: ((left, right), ...)}
     order : Gauss points on a panel
     tolerance : of the edges' share in the relative L2 error of the pressure
-    kinks, fixed : abscissae at which the obstacle has a kink, and where its end fixes an edge
 
     Raises
     ------
     NotConverged
-        If an edge runs away or K1 turns negative: the topology is another one.
+        If an edge runs away, K1 turns negative or no progress is made: the topology is another one.
     """
+    best, idle = np.inf, 0
+    zones = {corner: tuple(tuple(np.clip(interval, *line.ends.get(corner, (-np.inf, np.inf))).tolist()) for interval in intervals)
+             for corner, intervals in zones.items()}
     for iteration in range(EDGE_STEPS):
-        panels = make_panels(line, zones, kinks, order)
-        (q,), (approach,) = solve_zones(line, panels, (load,))
-        moved, error = _moved(line, load, zones, edge_coefficients(panels, q), fixed, tolerance)
+        panels = make_panels(line, zones, order)
+        (q,), (approach,), noise = solve_zones(line, panels, (load,))
+        moved, error = _moved(line, load, zones, edge_coefficients(panels, q), tolerance)
         if error <= tolerance:
-            return LineState(line, load, zones, panels, q, float(approach), tuple(fixed), iteration + 1, error)
-        zones = moved
+            return LineState(line, load, zones, panels, q, float(approach), iteration + 1,
+                             Estimate(None, error, _share(panels, noise, q)))
+        idle = 0 if error < best/2 else idle + 1
+        if idle == PATIENCE:
+            break
+        zones, best = moved, min(error, best)
     raise NotConverged(f"edges of the zones still off by {error:.1e} of the pressure at load {load:g}",
-                       iterations=EDGE_STEPS)
+                       iterations=iteration + 1)
 
 
-def _moved(line, load, zones, coefficients, fixed, tolerance):
+def _moved(line, load, zones, coefficients, tolerance):
     """Zones with each free edge moved by 2 K0/K1, and what the edges miss of the pressure's L2 norm at most.
 
     That is K0/sqrt(r), not K0/K1: next to coalescence an edge cannot be told from the next, and need not be.
@@ -229,27 +276,28 @@ def _moved(line, load, zones, coefficients, fixed, tolerance):
     for corner, intervals in zones.items():
         new = []
         for left, right in intervals:
-            right_step = _step(corner, right, -1, coefficients, fixed)
-            left_step = right_step if half_line(line) else _step(corner, left, 1, coefficients, fixed)
+            limits = line.ends.get(corner, (-np.inf, np.inf))
+            right_step = _step(coefficients[corner, float(right), -1], right in limits)
+            left_step = right_step if half_line(line) else _step(coefficients[corner, float(left), 1], left in limits)
             pair = []
             for edge, sign, (outwards, missing) in ((left, -1, left_step), (right, 1, right_step)):
                 step = sign*outwards
                 way = min(abs(edge - other) for other in edges if other != edge)
-                missed = MISSED*missing*np.sqrt(width)/load
+                missed = float(MISSED*missing*np.sqrt(width)/load)
                 if way < least and missed > tolerance:
                     raise NotConverged(f"two edges run into each other at x = {edge:g}: another topology of the zones")
                 errors.append(missed)
-                pair.append(edge + float(np.clip(step, -LONGEST_MOVE*way, LONGEST_MOVE*way)))
+                pair.append(float(np.clip(edge + np.clip(step, -LONGEST_MOVE*way, LONGEST_MOVE*way), *limits)))
             new.append(tuple(pair))
         moved[corner] = tuple(new)
     return moved, max(errors)
 
 
-def _step(corner, edge, side, coefficients, fixed):
-    """Outward step of one edge, left (side 1) or right (side -1) of its interval, and |K0|; infinite where K1 has no say."""
-    if edge in fixed:
+def _step(coefficients, ending):
+    """Outward step of an edge, and |K0|; infinite where K1 has no say. Where the obstacle ends, one that is pressed stays."""
+    K0, K1 = coefficients
+    if ending and K0 >= 0:
         return 0.0, 0.0
-    K0, K1 = coefficients[corner, float(edge), side]
     return (2*K0/K1, abs(K0)) if K1 > 0 else (np.copysign(np.inf, K0), np.inf)
 
 
@@ -259,16 +307,17 @@ def load_at_inner_edge(line, inner, outer, order):
     The inner edge of corner A is prescribed (> 0 leaves a gap, < 0 an overlap) and the load is free: both
     coefficients K0 are affine in it. `outer` is a first guess.
     """
+    unit = line.solid.E_star*float(np.ptp(line.initial_gap(np.zeros(2, int), np.array([0.0, outer]))))
     for _ in range(EDGE_STEPS):
-        panels = make_panels(line, {0: ((inner, outer),)}, (), order)
-        first, second = (edge_coefficients(panels, q) for q in solve_zones(line, panels, (1.0, 2.0))[0])
+        panels = make_panels(line, {0: ((inner, outer),)}, order)
+        first, second = (edge_coefficients(panels, q) for q in solve_zones(line, panels, (unit, 2*unit))[0])
         at = (0, float(inner), 1)
-        load = 1 + first[at][0]/(first[at][0] - second[at][0])
+        share = first[at][0]/(first[at][0] - second[at][0])
         at = (0, float(outer), -1)
-        K0, K1 = (first[at][i]*(2 - load) + second[at][i]*(load - 1) for i in (0, 1))
+        K0, K1 = (first[at][i]*(1 - share) + second[at][i]*share for i in (0, 1))
         step = 2*K0/K1
         if abs(step) < OUTER_STEP*outer:
-            return load, outer
+            return unit*(1 + share), outer
         outer += float(np.clip(step, -LONGEST_MOVE*outer, LONGEST_MOVE*outer))
     raise NotConverged(f"the outer edge still moves by {step:.1e} at the inner edge {inner:g}", iterations=EDGE_STEPS)
 
@@ -295,29 +344,34 @@ def coalescence(line, outer, order=14):
     return sum(limits)/2, max(*corrections, abs(limits[0] - limits[1]))
 
 
-def check(state):
-    """Raise NotConverged if a corner is pressed in, or pulled, anywhere: then the topology is another one."""
-    if violation(state) > VIOLATION:
-        raise NotConverged(f"corners would be pressed in, or pulled, on these zones at load {state.load:g}")
-
-
 def violation(state):
     """Largest violation of (26): pull over the largest pressure, and overlap over the size of the gaps."""
-    found = [-state.pressures.min()/state.pressures.max()]
+    return float(max(0.0, *(wrong.max(initial=0.0) for _, wrong in violations(state).values())))
+
+
+def violations(state):
+    """{corner: (x ascending, violation of (26) there)} of the corners that are computed, see `violation`."""
+    line, found = state.line, {}
     edges = np.array(zone_edges(state.all_zones))
-    width = edges[-1] - edges[0]
+    width, top = edges[-1] - edges[0], state.pressures.max()
     steps = width*0.5*(np.arange(1, LOOKOUTS + 1)/LOOKOUTS)**3
-    x = np.unique(np.concatenate([edge + sign*steps for edge in edges for sign in (1, -1)]))
-    heights = state.line.initial_gap(np.zeros(len(x), int), x)
+    around = np.unique(np.concatenate([edge + sign*steps for edge in edges for sign in (1, -1)]))
+    heights = line.initial_gap(np.zeros(len(around), int), around)
     size = np.ptp(heights[np.isfinite(heights)]) or width
-    for corner in state.line.corners:
-        outside = np.ones(len(x), bool)
+    for corner in line.corners:
+        own = np.zeros(len(around), bool)
+        inside = np.zeros(len(state.x), bool)
         for left, right in state.zones[corner]:
-            outside &= (x < left) | (x > right)
-        places = x[outside & (x >= 0)] if half_line(state.line) else x[outside]
-        if len(places):
-            found.append(-float(state.gaps(corner, places).min())/size)
-    return float(max(0.0, *found))
+            own |= (around >= left) & (around <= right)
+            inside |= (state.x >= left) & (state.x <= right)
+        if half_line(line):
+            own |= around < 0
+        places, nodes = around[~own], state.x[inside]
+        x = np.concatenate((places, nodes))
+        wrong = np.concatenate((-state.gaps(corner, places)/size, -state.pressures[corner, inside]/top))
+        order = np.argsort(x)
+        found[corner] = x[order], wrong[order]
+    return found
 
 
 def difference(coarse, fine):

@@ -21,7 +21,7 @@ from .condensation import Condensed
 from .errors import BadArgument, NotConverged, require_finite
 from .ground import GroundScene
 from .meshes import Ground, falling_orders, graded
-from .surface_state import difference, surface_state
+from .surface_state import Estimate, difference, surface_state
 
 FAR = 1000.0         # size of an unbounded domain over the reach
 BEYOND = 1.3         # reach of the contact boundary over the outermost edge
@@ -58,7 +58,7 @@ class FittedContact(GroundScene):
 
         Returns
         -------
-        (SurfaceState, error estimate); the state's `errors` has its parts
+        SurfaceState; its `estimate` tells the parts of the error
 
         Raises
         ------
@@ -86,12 +86,11 @@ class FittedContact(GroundScene):
                     continue
                 if coarse is None:
                     break
-                errors = {**state.errors, "discretisation": difference(coarse, state)}
-                estimate = sum(errors.values())
-                if estimate <= rtol:
-                    return replace(state, errors=errors), estimate
-                best = min(best, estimate)
-                if estimate - errors["edges"] > rtol:
+                estimate = replace(state.estimate, discretisation=difference(coarse, state))
+                if estimate.total <= rtol:
+                    return replace(state, estimate=estimate)
+                best = min(best, estimate.total)
+                if estimate.total - estimate.edges > rtol:
                     break
             coarse = state
         raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was {best:.1e}; "
@@ -273,7 +272,7 @@ class FittedContact(GroundScene):
         outer = max(abs(tip) for tip in trial.tips)
         truncation = TRUNCATION*(outer/trial.ground.far)**2 if self.domain == math.inf else 0.0
         return surface_state(self.line, trial.body, load, found, trial.zones, passes,
-                             {"edges": trial.edge_error, "truncation": truncation})
+                             Estimate(None, trial.edge_error, truncation))
 
     def _other_zones(self, state, trial):
         """None if the state is closed on the zones of the pass, but for a little next to edges; else the zones it shows."""

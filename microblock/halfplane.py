@@ -28,6 +28,7 @@ POINTS, PIECE = 16, 1.4             # Chebyshev points on a piece, this wide in 
 PARTS, TERMS = 28, 6                # polynomials of so few terms on parts of it, cheap to look up: 1e-13
 GAUSS = 12                          # Gauss points on a piece of width 1 in log t of a Laplace integral: rounding
 KERNELS, ODD = 5, (1, 4)
+NEAR_CELLS, FAR_GAUSS = 16, 6       # from this many cells on, Gauss points on a cell: (4*16)^-12, rounding
 FAR_TAIL = 40.0                     # exp(-40) is nothing
 RATES = 1e-12, 1e12                 # ell over the layer length, between which the quadrature is good
 
@@ -63,13 +64,18 @@ def clamped(U, V, W):
     return U - V**2/W
 
 
+def short_waves(solid):
+    """Limits of k U and k W for k -> infinity: sinking under p and turning under m, lengths per stress times k."""
+    c = (1 - solid.nu)/solid.mu
+    return c/(1 + (1 - solid.nu)*solid.beta), c/(4*solid.curvature*(1 - solid.nu))
+
+
 def coalescence_exponent(solid):
     """s of p ~ x^s at the axis when two zones of partial contact touch there.
 
     ``cos(pi s) = (c_u - c_phi)/(c_u + c_phi)`` with the limits of k U and k W for k -> infinity (docs/theory.md).
     """
-    sinking = 1/(1 + (1 - solid.nu)*solid.beta)
-    turning = 1/(4*solid.curvature*(1 - solid.nu))
+    sinking, turning = short_waves(solid)
     return float(np.arccos((sinking - turning)/(sinking + turning))/np.pi)
 
 
@@ -150,7 +156,7 @@ class HalfPlane:
         width = np.diff(x)
         if x.ndim != 1 or len(x) < 2 or not np.allclose(width, width[0], rtol=1e-9, atol=0) or not width[0] > 0:
             raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")
-        U, V, W, fixed, _ = self._cells(len(x), width[0])
+        U, V, W, fixed, _ = self.cells(len(x), width[0])
         apart = np.arange(len(x))[:, None] - np.arange(len(x))
         near, sign, half = np.abs(apart), np.sign(apart), self.solid.ell/2
         if clamped:
@@ -161,13 +167,16 @@ class HalfPlane:
         points = np.column_stack((x, np.zeros_like(x)))
         return Compliance(points, np.tile([0.0, 1.0], (len(x), 1)), np.full(len(x), width[0]), matrix, self.solid.ell)
 
-    def _cells(self, count, width):
+    def cells(self, count, width):
         """Kernels (length/force) averaged over a cell at the distances 0, 1, ... cells: array (KERNELS, count)."""
         solid = self.solid
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu)/solid.mu
+        averages = np.empty((KERNELS, count))
+        for near, far, order in ((0, NEAR_CELLS, 24), (NEAR_CELLS, count, FAR_GAUSS)):
+            points, gauss = gauss_rule(order)
+            spread = np.arange(near, min(far, count))[:, None] + points - 0.5
+            averages[:, near:far] = table(spread*width/solid.ell, range(KERNELS)) @ gauss
         points, gauss = gauss_rule(24)
-        spread = np.arange(count)[:, None] + points - 0.5
-        averages = table(spread*width/solid.ell, range(KERNELS)) @ gauss
         # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
         averages[:, 0] = table(points**8*width/2/solid.ell, range(KERNELS)) @ (gauss*8*points**7)
         averages[list(ODD), 0] = 0

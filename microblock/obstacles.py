@@ -2,10 +2,11 @@
 
 An obstacle's ``height(x)`` takes an array of x1 and returns x2 of its lower surface, ``inf``
 where there is no obstacle. It approaches along -e2. Any callable height serves as well. `kinks` are
-the abscissae at which the slope jumps, `ends` those beyond which there is no obstacle.
+the abscissae at which the slope jumps, `jumps` by how much, `ends` those beyond which there is no obstacle.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -50,6 +51,10 @@ class Wedge:
     slope: float
 
     kinks = (0.0,)
+
+    @property
+    def jumps(self):
+        return (2*self.slope,)
 
     def __post_init__(self):
         require_finite(slope=self.slope)
@@ -96,6 +101,10 @@ class Profile:
         return tuple(self.x[1:-1])
 
     @property
+    def jumps(self):
+        return tuple(np.diff(np.diff(self.z)/np.diff(self.x)))
+
+    @property
     def ends(self):
         return self.x[0], self.x[-1]
 
@@ -110,6 +119,71 @@ class Profile:
 
     def height(self, x):
         return np.interp(x, self.x, self.z, left=np.inf, right=np.inf)
+
+
+@dataclass(frozen=True)
+class Wave:
+    """Wavy surface of an amplitude and a wavelength (lengths), its lowest points at 0, +-wavelength, ..."""
+
+    amplitude: float
+    wavelength: float
+
+    def __post_init__(self):
+        require_finite(amplitude=self.amplitude, wavelength=self.wavelength)
+        for name in ("amplitude", "wavelength"):
+            if not getattr(self, name) > 0:
+                raise BadArgument(name, getattr(self, name), "must be positive")
+
+    def height(self, x):
+        return self.amplitude*(1 - np.cos(2*np.pi*np.asarray(x, float)/self.wavelength))
+
+
+@dataclass(frozen=True)
+class Rough:
+    """Self-affine profile of a period: cosines of seeded random phases, amplitudes falling like (wavenumber)^-(hurst + 1/2).
+
+    Parameters
+    ----------
+    period : float (length)
+    slope : float, root mean square
+    hurst : float, in [0, 1]
+    waves : (longest, shortest), numbers of waves in the period, both included
+    seed : int
+    """
+
+    period: float
+    slope: float
+    hurst: float = 0.8
+    waves: tuple = (4, 256)
+    seed: int = 1
+
+    def __post_init__(self):
+        require_finite(period=self.period, slope=self.slope, hurst=self.hurst)
+        for name in ("period", "slope"):
+            if not getattr(self, name) > 0:
+                raise BadArgument(name, getattr(self, name), "must be positive")
+        if not 0 <= self.hurst <= 1:
+            raise BadArgument("hurst", self.hurst, "must lie between 0 and 1")
+        if len(self.waves) != 2 or not all(isinstance(one, int) for one in self.waves) or not 1 <= self.waves[0] <= self.waves[1]:
+            raise BadArgument("waves", self.waves, "must be two whole numbers, 1 <= longest <= shortest")
+        if not isinstance(self.seed, int) or self.seed < 0:
+            raise BadArgument("seed", self.seed, "must be a whole number, not negative")
+
+    @cached_property
+    def amplitudes(self):
+        """Complex amplitudes of exp(2 pi i m x/period), m from the longest to the shortest wave."""
+        m = np.arange(self.waves[0], self.waves[1] + 1)
+        phases = 2*np.pi*np.random.default_rng(self.seed).random(len(m))
+        shape = m**(-self.hurst - 0.5)*np.exp(1j*phases)
+        return self.slope/np.sqrt(np.sum(np.abs(2*np.pi*m/self.period*shape)**2)/2)*shape
+
+    def height(self, x):
+        """Horner's rule in exp(2 pi i x/period): time goes like the number of waves."""
+        turn = np.exp(2j*np.pi*np.asarray(x, float)/self.period)
+        total = np.zeros_like(turn)
+        for amplitude in self.amplitudes[::-1]:
+            total = total*turn + amplitude
+        return (total*turn**self.waves[0]).real
 
 
 def gap(obstacle, points, normals):

@@ -2,18 +2,24 @@
 
 A corner's pressure lives on intervals of the contact point x. It starts like the square root of the distance
 from its own edges, and has a square root on one side of the other corner's edges: panels break at all of them and
-run ``x = e + h v^2`` from there. The unknown on a panel is ``q = p |dx/dv|`` at Gauss points v.
+run ``x = e + h v^2`` from there, and ``x = e + h v`` elsewhere. The unknown on a panel is ``q = p |dx/dv|`` at Gauss
+points v. At a kink of the obstacle p has a logarithm of known size: panels that begin there, with v^2 as well, carry
+``p = q/|dx/dv| + log_size log(|h|/|x - e|)``.
 """
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
-from .halfplane import gauss_rule, kernels
+from scipy.special import betainc, eval_legendre
+from scipy.stats import beta
+
+from .halfplane import gauss_rule, kernels, short_waves
 
 NEAR = 1.0           # panel lengths within which the kernel's logarithm asks for a quadrature of its own
 CLUSTER = 8          # which puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
 GROWTH = 4.0         # of panels away from an edge
+TINY = 1e-300
 SAME = 1e-13          # cuts of a panel this near to each other are one: the quadrature does not see it
 SLIVER = 1e-9        # of a length, that rounding may leave of it
 FIRST = 1.0          # length of a panel at an edge, over ell
@@ -36,6 +42,27 @@ class Line:
     def corners(self):
         """Numbers of the corners that are computed."""
         return range(1 if self.mirror else len(self.law.corners))
+
+    @property
+    def _shifts(self):
+        """Of the contact point from the place of the obstacle that a corner meets there."""
+        half = self.solid.ell/2
+        return (0.0,) if len(self.law.corners) == 1 else (half, -half)
+
+    @cached_property
+    def kinks(self):
+        """{contact point: {corner: jump of its initial gap's slope}}."""
+        found = {}
+        for place, jump in zip(getattr(self.obstacle, "kinks", ()), getattr(self.obstacle, "jumps", ())):
+            for corner, shift in enumerate(self._shifts):
+                found.setdefault(float(place + shift), {})[corner] = float(jump)
+        return found
+
+    @cached_property
+    def ends(self):
+        """{corner: (left, right)}, the contact points beyond which it meets no obstacle; empty if there are none."""
+        places = getattr(self.obstacle, "ends", ())
+        return {corner: tuple(float(place + self._shifts[corner]) for place in places) for corner in self.corners if places}
 
     def lever(self, corner, x):
         """Levers of (29) for corner numbers and abscissae of the same shape."""
@@ -78,6 +105,7 @@ class Panels:
     e: np.ndarray
     h: np.ndarray
     root: np.ndarray
+    log_size: np.ndarray
     order: int
 
     def x(self, panel, v):
@@ -87,6 +115,15 @@ class Panels:
     def slope(self, panel, v):
         """|dx/dv|."""
         return np.abs(self.h[panel])*np.where(self.root[panel], 2*v, 1.0)
+
+    def parameter(self, panel, x):
+        """v at the abscissae x, or the end that is nearest."""
+        along = np.clip((x - self.e[panel])/self.h[panel], 0, 1)
+        return np.where(self.root[panel], np.sqrt(along), along)
+
+    def logarithm(self, panel, v):
+        """The known part of p at the parameters v > 0 of panels that begin at a kink; 0 on others."""
+        return -2*self.log_size[panel]*np.log(v)
 
     def mirrored(self):
         """The panels of the other corner by symmetry."""
@@ -104,15 +141,30 @@ class Panels:
         panel, v = np.repeat(np.arange(len(self.e)), self.order), np.tile(points, len(self.e))
         return panel, v, self.x(panel, v), np.tile(weights, len(self.e))
 
+    @property
+    def rule(self):
+        """Weights for integrals over x at the nodes, array (m,); where p is logarithmic they are exact for its logarithm."""
+        panel, v, _, weights = self.nodes
+        return self.slope(panel, v)*np.where((self.log_size != 0)[panel], np.tile(_log_weights(self.order), len(self.e)), weights)
+
+
+@lru_cache(maxsize=64)
+def _log_weights(order):
+    """Gauss weights of [0, 1], bent along the highest polynomial to give the integral -1/4 of v log v."""
+    points, weights = gauss_rule(order)
+    bend = weights*eval_legendre(order - 1, 2*points - 1)
+    values = points*np.log(points)
+    return weights - bend*(weights @ values + 1/4)/(bend @ values)
+
 
 def zone_edges(zones):
     """All edges of {corner: ((left, right), ...)}, ascending."""
     return sorted({edge for intervals in zones.values() for interval in intervals for edge in interval})
 
 
-def make_panels(line, zones, kinks, order):
+def make_panels(line, zones, order):
     """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at the kinks of the obstacle."""
-    rows, edges = [], zone_edges(zones)
+    rows, edges, kinks = [], zone_edges(zones), line.kinks
     if line.mirror:
         edges += [-edge for edge in edges]
     for corner, intervals in zones.items():
@@ -123,8 +175,26 @@ def make_panels(line, zones, kinks, order):
                 roots = tuple(x in edges or x in kinks for x in pair)
                 first = tuple(min([FIRST*line.solid.ell, *(abs(x - edge) for edge in edges if edge != x)]) for x in pair)
                 rows += [(corner, *row) for row in _between(*pair, roots, first)]
-    corner, e, h, root = zip(*rows)
-    return Panels(np.array(corner), np.array(e), np.array(h), np.array(root), order)
+    corner, e, h, root = map(np.array, zip(*rows))
+    sizes = {kink: log_sizes(line, zones, kink) for kink in kinks}
+    log_size = [sizes.get(anchor, {}).get(number, 0.0) for number, anchor in zip(corner, e)]
+    return Panels(corner, e, h, root, np.array(log_size), order)
+
+
+def log_sizes(line, zones, kink):
+    """{corner: K} of ``p ~ K log(1/|x - kink|)`` of the corners in contact there.
+
+    A jump J in the slope of a corner's initial gap needs ``pi J`` from the logarithms through the limits of k U and
+    k W for k -> infinity (docs/theory.md, "Contact line").
+    """
+    whole = {**zones, 1: [(-right, -left) for left, right in zones[0]]} if line.mirror and not half_line(line) else zones
+    inside = [corner for corner, intervals in whole.items() if any(left < kink < right for left, right in intervals)]
+    if not inside:
+        return {}
+    lever = np.array([line.lever(np.array(corner), np.array(kink)) for corner in inside], float)
+    sinking, turning = short_waves(line.solid)
+    jumps = np.array([line.kinks[kink].get(corner, 0.0) for corner in inside])
+    return dict(zip(inside, np.linalg.solve(sinking + turning*np.outer(lever, lever), jumps)/np.pi))
 
 
 def half_line(line):
@@ -133,7 +203,7 @@ def half_line(line):
 
 
 def _between(left, right, roots, first):
-    """Panels between two breaks, growing away from those with a square root: (anchor, signed length, root).
+    """Panels between two breaks, growing away from those that are singular: (anchor, signed length, root).
 
     The first at a break is as long as `first` says: no longer than ell, nor than the way to the next edge.
     """
@@ -155,17 +225,51 @@ def _between(left, right, roots, first):
     return found
 
 
-def gap_matrix(line, panels, x, corner):
-    """Gaps of corners at x (arrays (n,)) from q at the Gauss points of the panels: array (n, m)."""
-    return response(line, panels, x, line.lever(corner, x), line.kernel)
-
-
 def response(line, panels, x, lever, kernel):
     """Integrals of a kernel of the line against q: array (n, m). `lever` 0 gives the sinking, 1 adds the turning."""
-    matrix = _block(line, panels, x, lever, kernel)
-    if line.mirror:
-        matrix = matrix + _block(line, panels.mirrored(), x, lever, kernel)
-    return matrix
+    return _both_sides(_block, line, panels, x, lever, kernel)
+
+
+def log_response(line, panels, x, lever, kernel):
+    """Integrals of a kernel against the known logarithms: array (n,)."""
+    return _both_sides(_log_block, line, panels, x, lever, kernel) if panels.log_size.any() else np.zeros(len(x))
+
+
+def _both_sides(block, line, panels, x, lever, kernel):
+    found = block(line, panels, x, lever, kernel)
+    return found + block(line, panels.mirrored(), x, lever, kernel) if line.mirror else found
+
+
+def _log_block(line, panels, x, target, kernel):
+    """In y = (x - e)/h of a panel, cut at the y0 nearest to a near target; both logarithms, at 0 and y0, are flattened."""
+    found = np.zeros(len(x))
+    for number in np.flatnonzero(panels.log_size):
+        e, h, corner = panels.e[number], panels.h[number], panels.corner[number]
+        amount = -panels.log_size[number]*abs(h)
+
+        def add(rows, y0, y, step, weights):
+            places = e + h*y
+            values = kernel((x[rows, None] - (e + h*y0)) - h*step, target[rows, None], line.lever(np.full(places.shape, corner), places))
+            found[rows] += amount*np.sum(values*weights*np.log(np.maximum(y, TINY)), axis=1)
+
+        along = (x - e)/h
+        is_near = np.abs(along - 0.5) < 0.5 + NEAR
+        near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
+        low, _, slope = _both_ends_flat(2*panels.order + 8)
+        low = np.broadcast_to(low, (len(far), len(low)))
+        add(far, 0.0, low, low, slope)
+        y0 = np.clip(along[near], 0, 1)[:, None]
+        low, high, slope = _both_ends_flat(4*panels.order + 12)
+        add(near, y0, y0*low, -y0*high, y0*slope)
+        add(near, y0, y0 + (1 - y0)*low, (1 - y0)*low, (1 - y0)*slope)
+    return found
+
+
+@lru_cache(maxsize=64)
+def _both_ends_flat(count):
+    """Gauss rule for [0, 1] through an s whose slope vanishes at both ends like sigma^7: s, 1 - s and weights."""
+    sigma, gauss = gauss_rule(count)
+    return betainc(CLUSTER, CLUSTER, sigma), betainc(CLUSTER, CLUSTER, 1 - sigma), gauss*beta.pdf(sigma, CLUSTER, CLUSTER)
 
 
 def _block(line, panels, x, target, kernel):
@@ -187,8 +291,7 @@ def _near_rows(line, panels, x, target, panel, kernel):
     The panel is cut at the parameter v0 nearest to the target, and ``v = v0 -+ length sigma^CLUSTER`` flattens
     the logarithm on either side. Few values of v0 occur: the ends, and the Gauss points of panels that coincide.
     """
-    along = np.clip((x - panels.e[panel])/panels.h[panel], 0, 1)
-    cut = np.rint(np.where(panels.root[panel], np.sqrt(along), along)/SAME)
+    cut = np.rint(panels.parameter(panel, x)/SAME)
     by_cut = np.argsort(cut, kind="stable")
     cuts, starts = np.unique(cut[by_cut], return_index=True)
     groups = np.split(by_cut, starts[1:])
@@ -197,9 +300,7 @@ def _near_rows(line, panels, x, target, panel, kernel):
     counts = np.concatenate([np.full(len(group), len(rule.sides)) for rule, group in zip(rules, groups)])
     sides, v0 = np.concatenate(sides), np.repeat(cut[by_cut]*SAME, counts)
     x, target, panel = (np.repeat(values[by_cut], counts) for values in (x, target, panel))
-    h, root = panels.h[panel], panels.root[panel]
-    # x - x(v) without the cancellation near v0
-    difference = x - panels.x(panel, v0) - h*np.where(root, sides*(sides + 2*v0), sides)
+    difference = x - panels.x(panel, v0) - panels.h[panel]*sides*mean_slope(v0, v0 + sides, panels.root[panel])
     lever = line.lever(panels.corner[panel], panels.x(panel, v0 + sides))
     values, found, done = kernel(difference, target, lever), np.empty((len(cut), panels.order)), 0
     for rule, group in zip(rules, groups):
@@ -207,6 +308,11 @@ def _near_rows(line, panels, x, target, panel, kernel):
         found[group] = values[done:done + size].reshape(len(group), -1) @ rule.basis
         done += size
     return found
+
+
+def mean_slope(v, w, root):
+    """(w^2 - v^2)/(w - v), or 1 for panels without a root."""
+    return np.where(root, v + w, 1.0)
 
 
 @dataclass(frozen=True)

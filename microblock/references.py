@@ -116,3 +116,49 @@ class Strip:
         """sinh(k x2)/cosh(k) without overflow or cancellation."""
         x2 = np.asarray(x2, float)
         return -np.exp(self.k*(x2 - 1))*np.expm1(-2*self.k*x2)/(1 + math.exp(-2*self.k))
+
+
+def hertz(x, load, half_width):
+    """Pressure of a cylinder on a classical half-plane: ellipse of the half-width a = sqrt(4 P R/(pi E*)), (50)."""
+    return 2*load/(math.pi*half_width)*np.sqrt(np.maximum(1 - (np.asarray(x, float)/half_width)**2, 0))
+
+
+def punch(x, load, half_width):
+    """Pressure of a flat punch on a classical half-plane at |x| < a: P/(pi sqrt(a^2 - x^2)), 0 outside."""
+    inside = half_width**2 - np.asarray(x, float)**2
+    return np.where(inside > 0, load/(math.pi*np.sqrt(np.where(inside > 0, inside, 1))), 0)
+
+
+def wedge(x, load, half_width):
+    """Pressure of a blunt wedge on a classical half-plane at x != 0: P/(pi a) arccosh(a/|x|), with P = E* slope a."""
+    return load/(math.pi*half_width)*np.arccosh(np.maximum(half_width/np.abs(x), 1))
+
+
+@dataclass(frozen=True)
+class Wavy:
+    """Wavy obstacle on a classical half-plane (Westergaard, J. Appl. Mech. 6 (1939) A49; Johnson, Contact Mechanics, 13.2).
+
+    Lowest points at 0, +-wavelength, ...; `closure` = pi E* amplitude/wavelength is the mean pressure of full closure.
+
+    Parameters
+    ----------
+    closure, wavelength : float
+    mean : float, mean pressure > 0
+    """
+
+    closure: float
+    wavelength: float
+    mean: float
+
+    @property
+    def half_width(self):
+        """a of ``mean = closure sin(pi a/wavelength)^2``; wavelength/2 from full closure on."""
+        return self.wavelength/math.pi*math.asin(math.sqrt(min(self.mean/self.closure, 1.0)))
+
+    def pressure(self, x):
+        """p(x); with s = sin(pi x/wavelength), s_a at the edge: 2 mean/s_a^2 cos(pi x/wavelength) sqrt(s_a^2 - s^2)."""
+        phase = math.pi*np.asarray(x, float)/self.wavelength
+        if self.mean >= self.closure:
+            return self.mean + self.closure*np.cos(2*phase)
+        rest = self.mean/self.closure - np.sin(phase)**2
+        return 2*self.closure*np.abs(np.cos(phase))*np.sqrt(np.maximum(rest, 0))

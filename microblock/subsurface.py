@@ -25,7 +25,7 @@ import numpy as np
 
 from .errors import BadArgument
 from .halfplane import gauss_rule
-from .panels import lagrange, zone_edges
+from .panels import TINY, lagrange, mean_slope, zone_edges
 
 TURN = np.exp(0.25j*np.pi)
 SKIN = 1e-7          # over ell: depth at which fields "at" the surface are taken; less, and rounding shows in theta,2
@@ -220,16 +220,18 @@ def _sources(state, x1, nearest, points):
         """|v - v0| at a distance from x1."""
         share = (distance - start)/h
         other = np.sqrt(np.maximum(v0**2 + direction*share, 0))
-        return np.where(root, share/np.maximum(v0 + other, 1e-300), share)
+        return share/np.maximum(mean_slope(v0, other, root), TINY)
 
     sigma, gauss = gauss_rule(points)
     low, high = steps(first[level, half, None]), steps(last[level, half, None])
     step = low + (high - low)*sigma
     v = v0 + direction*step
-    distance = start + h*step*np.where(root, v + v0, 1.0)
-    force = (high - low)*gauss*np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel])
+    distance = start + h*step*mean_slope(v0, v, root)
+    q = np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel])
+    numbers = panel[:, None]
+    force = (high - low)*gauss*(q + panels.slope(numbers, v)*panels.logarithm(numbers, np.maximum(v, TINY)))
     side = np.broadcast_to(-np.sign(panels.h)[panel, None]*direction, v.shape)      # 1 where the source lies left of x1
-    lever = state.line.lever(np.broadcast_to(panels.corner[panel, None], v.shape), panels.x(panel[:, None], v))
+    lever = state.line.lever(np.broadcast_to(panels.corner[numbers], v.shape), panels.x(numbers, v))
     moment = state.line.solid.ell/2*lever*force
     weights = np.array((force, side*force, moment, side*moment))
     for number in np.unique(level):
@@ -243,15 +245,15 @@ def _all_panels(state):
     if not state.line.mirror:
         return panels, rows
     both = {name: np.concatenate((getattr(panels, name), getattr(panels.mirrored(), name)))
-            for name in ("corner", "e", "h", "root")}
+            for name in ("corner", "e", "h", "root", "log_size")}
     return replace(panels, **both), np.concatenate((rows, rows))
 
 
 def _halves(panels, x1):
     """Panels cut at their points nearest to x1: of each half v there, direction of v, distances there and at its end."""
-    along = np.clip((x1 - panels.e)/panels.h, 0, 1)
-    v0 = np.where(panels.root, np.sqrt(along), along)
-    start = np.abs(x1 - panels.x(np.arange(len(v0)), v0))
+    along, numbers = np.clip((x1 - panels.e)/panels.h, 0, 1), np.arange(len(panels.e))
+    v0 = panels.parameter(numbers, x1)
+    start = np.abs(x1 - panels.x(numbers, v0))
     start[(along > 0) & (along < 1)] = 0.0
     length = np.abs(panels.h)
     ends = start + np.concatenate((length*along, length*(1 - along))).reshape(2, -1)

@@ -13,6 +13,27 @@ from .panels import Line, lagrange
 
 
 @dataclass(frozen=True)
+class Estimate:
+    """Parts of the relative L2 error of pressure and micromoment; `total` is their sum.
+
+    Attributes
+    ----------
+    discretisation : float, distance to the next coarser rung of meshes; None where the mesh was prescribed
+    edges : float, what moving the edges by the next step of Newton's method would change
+    truncation : float, what cutting the half-plane off changes at most; 0 where the domain is the scene's
+    """
+
+    discretisation: float | None
+    edges: float
+    truncation: float
+
+    @property
+    def total(self):
+        parts = self.discretisation, self.edges, self.truncation
+        return None if self.discretisation is None else sum(parts)
+
+
+@dataclass(frozen=True)
 class SurfaceState:
     """A state on the contact nodes of a body whose contact boundary runs along x1.
 
@@ -25,7 +46,7 @@ class SurfaceState:
     zones : {corner number: ((left, right), ...)} of the computed part
     iterations : int, linear or contact problems that were solved on the way
     kkt : float, largest relative residual
-    errors : {"discretisation", "edges", "truncation": parts of the error estimate}, None where not estimated
+    estimate : Estimate, or None where the mesh does not follow the edges
     unknowns : int, free unknowns of the bulk, and what the method adds
     computed_psi : array (nodes,), microrotation of the computed part
     found_fields : Fields of the computed part where the method has them; `fields` has them always
@@ -41,7 +62,7 @@ class SurfaceState:
     kkt: float
     unknowns: int
     computed_psi: np.ndarray
-    errors: dict | None = None
+    estimate: Estimate | None = None
     found_fields: object = None
 
     @property
@@ -160,12 +181,12 @@ class SurfaceState:
         return np.concatenate((sign*values[:0:-1], values)) if self.line.mirror else np.array(values)
 
 
-def surface_state(line, body, load, found, zones, iterations, errors=None):
+def surface_state(line, body, load, found, zones, iterations, estimate=None):
     """The SurfaceState of a ContactState `found` on a Condensed body."""
     onto = body.compliance.onto_corners(line.law)
     psi = body.compliance.matrix[len(body.weights):] @ (onto.T @ found.forces)
     forces = found.forces.reshape(len(line.law.corners), -1)
-    return SurfaceState(line, body, load, found.approach, forces, zones, iterations, found.kkt, body.unknowns, psi, errors)
+    return SurfaceState(line, body, load, found.approach, forces, zones, iterations, found.kkt, body.unknowns, psi, estimate)
 
 
 def _joined_at_axis(pieces):

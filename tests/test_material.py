@@ -77,3 +77,9 @@ def test_no_coupling_gives_the_classical_symmetric_stress():
     expected = classical.lam*np.trace(strain)*np.eye(2) + 2*classical.mu*strain
     assert np.array(classical.stress(gradient, 0.7)) == pytest.approx(expected, rel=1e-14)
     assert classical.layer_length == math.inf
+
+
+def test_curvature_is_that_of_the_closed_form_unless_told():
+    """gamma' = 2, which (44)-(49) need, not the 1 of (18): the layer of the thick strip is ell/sqrt(beta), (49)."""
+    solid = Cosserat(E=100, nu=0.3, ell=0.2, beta=0.64)
+    assert solid.curvature == 2 and solid.layer_length == pytest.approx(0.2/0.8, rel=1e-15)

@@ -40,10 +40,15 @@ def test_table_agrees_with_the_closed_form(made):
 
 
 @pytest.mark.slow
-def test_every_figure_can_be_drawn(tmp_path):
+def test_every_figure_and_table_can_be_made(tmp_path):
     assert main(["report", "--out", str(tmp_path)]) == 0
     for name in report.PLATES:
         assert (tmp_path/"figures"/f"{name}.png").stat().st_size > 10_000      # an empty frame has less
+    judged = read_records(tmp_path/"data"/"paper_and_here.csv")
+    assert len(judged) > 100 and all((row["value"] is None) <= (row["verdict"] == "not determined here") for row in judged)
+    verdicts = {row["the_paper"]: row["verdict"] for row in judged}
+    assert verdicts["alpha_mid = 0.8874"] == verdicts["so the real hardness is not monotonic"] == "differs"
+    assert verdicts["L_bl < L_sol"] == "agrees" and "alpha_mid = 0.8874" in (tmp_path/"index.html").read_text()
 
 
 def test_records_come_back_as_written(tmp_path):

@@ -11,7 +11,7 @@ LOAD = np.pi/2      # in units a_Hz = p_Hz = R = 1
 
 def state(law, alpha=0.2, nu=0.3, beta=1.0, curvature=2.0, rtol=1e-7):
     solid = mb.Cosserat(E=2*(1 - nu**2), nu=nu, ell=alpha, beta=beta, curvature=curvature)
-    return mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=1.0), law).at(LOAD, rtol=rtol)[0]
+    return mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=1.0), law).at(LOAD, rtol=rtol)
 
 
 STATES = {

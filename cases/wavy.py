@@ -1,0 +1,187 @@
+"""Wavy obstacle on a half-plane, from first touch to full closure: periodic contact.
+
+Geometry   half-plane x2 < 0; a rigid cosine of the given wavelength pressed down by a mean pressure; blocks of side ell.
+Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
+Model      one period of uniform cells, products by FFT, no mesh (docs/theory.md, "Large problems").
+Reference  Westergaard's closed form for the classical limit; for microblocks the mean pressure of full closure.
+Look at    microblocks close later and carry a micromoment; the classical contact of the same load beside them.
+Units      lengths over the wavelength, pressures over pi E* amplitude/wavelength, the mean pressure of full closure in the
+           classical limit; M over that and ell. The amplitude drops out (psi0 = 0).
+"""
+
+import math
+import time
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+
+from cases.options import command, option
+from microblock import plots
+from microblock.errors import BadArgument, require_finite
+from microblock.grid import PeriodicHalfPlane
+from microblock.grid_contact import GridContact
+from microblock.halfplane import symbol
+from microblock.law import Microblock, Microclamped, Unilateral
+from microblock.material import Cosserat
+from microblock.obstacles import Wave
+from microblock.study import column, grouped, read_records, versions, write_records
+
+RTOL = 1e-3
+CLASSICAL_BETA = 1e-10      # coupling of the classical limit: results differ from it by as much
+AMPLITUDE = 1/math.pi       # with E* = 1 and the wavelength 1 the unit of pressure is 1
+DRAWN = 1024                # cells of a state that the records keep
+SAMPLES = 16                # to a cell, for L2 errors
+LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
+
+
+@dataclass(frozen=True)
+class Parameters:
+    ell_over_wavelength: float = option(0.05, "length scale of the material over the wavelength")
+    nu: float = option(0.3, "Poisson's ratio, -1 < nu < 1/2")
+    beta: float = option(1.0, "coupling number, 0 < beta < 2")
+    loads: tuple = option((0.01, 0.1, 0.4, 0.8, 1.0, 1.2), "mean pressures, in units of the classical full closure",
+                          nargs="+", metavar="LOAD")
+    contact: str = option("microblock", "contact law beside the classical limit", str, choices=tuple(LAWS))
+    nodes: int | None = option(None, "cells of the period: fixes what --rtol would choose", int)
+    rtol: float | None = option(None, "relative L2 error of pressure and of micromoment over ell, both over the pressure "
+                                f"({RTOL:g} if nothing is given)")
+
+    def __post_init__(self):
+        object.__setattr__(self, "loads", tuple(float(load) for load in self.loads))
+        for load in self.loads:
+            require_finite(loads=load)
+            if not load > 0:
+                raise BadArgument("loads", load, "must be positive")
+        require_finite(ell_over_wavelength=self.ell_over_wavelength, beta=self.beta)
+        if not self.ell_over_wavelength > 0:
+            raise BadArgument("ell_over_wavelength", self.ell_over_wavelength, "must be positive")
+        if not 0 < self.beta < 2:
+            raise BadArgument("beta", self.beta, "must satisfy 0 < beta < 2")
+        if self.rtol is not None:
+            require_finite(rtol=self.rtol)
+            if not 0 < self.rtol < 1:
+                raise BadArgument("rtol", self.rtol, "must satisfy 0 < rtol < 1")
+            if self.nodes is not None:
+                raise BadArgument("rtol", self.rtol, "chooses the nodes: not together with --nodes")
+        if self.nodes is not None and self.nodes < 32:
+            raise BadArgument("nodes", self.nodes, "must be at least 32")
+        self.solid(self.beta)
+
+    def solid(self, beta):
+        return Cosserat(E=1 - self.nu**2, nu=self.nu, ell=self.ell_over_wavelength, beta=beta)
+
+    def scene(self, contact, beta):
+        return GridContact(PeriodicHalfPlane(self.solid(beta), 1.0), Wave(AMPLITUDE, 1.0), LAWS[contact]())
+
+    def resolved(self):
+        return replace(self, rtol=RTOL if self.nodes is None and self.rtol is None else self.rtol)
+
+
+def solve(parameters, contact, beta):
+    """(GridState, estimate) at each load."""
+    scene = parameters.scene(contact, beta)
+    return [scene.at(load, nodes=parameters.nodes, rtol=parameters.rtol) for load in parameters.loads]
+
+
+def reference(parameters):
+    """Westergaard's contact at each load."""
+    from microblock.references import Wavy      # judges only: the computation does without
+    return [Wavy(1.0, 1.0, load) for load in parameters.loads]
+
+
+def full_closure(solid, amplitude=AMPLITUDE, wavelength=1.0):
+    """Mean pressure from which all corners of microblocks (psi0 = 0) stay closed, and the waves (p1, m1) of p and m.
+
+    Closed gaps ask for u = d - D + D cos(k ell/2) cos(k x) and phi = D sin(k ell/2) sin(k x), D the amplitude; so
+    (U, V; V, W) (p1, m1) = D (cos(k ell/2), sin(k ell/2)) with p = mean + p1 cos(k x), m = m1 sin(k x), and corner pressures
+    (p -+ m)/2 >= 0 for mean >= hypot(p1, m1).
+    """
+    k = 2*np.pi/wavelength
+    (U,), (V,), (W,) = symbol(solid, np.array([k]))
+    p1, m1 = np.linalg.solve([[U, V], [V, W]], amplitude*np.array((np.cos(k*solid.ell/2), np.sin(k*solid.ell/2))))
+    return float(np.hypot(p1, m1)), (float(p1), float(m1))
+
+
+def polygon_error(x, values, exact):
+    """Relative L2 error over a period 1 of the polygon through (x, values) against a function."""
+    fine = (np.arange(SAMPLES*len(x)) + 0.5)/(SAMPLES*len(x)) - 0.5
+    true = exact(fine)
+    return float(np.linalg.norm(np.interp(fine, x, values, period=1.0) - true)/np.linalg.norm(true))
+
+
+def observe(parameters, contact, state, estimate):
+    """Record of a state."""
+    pressure = state.pressures.sum(axis=0)
+    moment = state.micromoment/parameters.ell_over_wavelength
+    return {"contact": contact, "load": state.load, "nodes": len(state.x), "contact_fraction": float(np.mean(pressure > 0)),
+            "full_contact_fraction": float(np.mean((state.pressures > 0).all(axis=0))), "pressure_max": float(pressure.max()),
+            "micromoment_max": float(np.abs(moment).max()), "approach": state.approach/AMPLITUDE, "energy": state.energy,
+            "kkt": state.kkt, "products": state.products, "error_estimate": estimate,
+            "profile": {"x": state.x.tolist(), "weight": state.weights.tolist(), "pressure": pressure.tolist(),
+                        "micromoment": moment.tolist(), "psi": state.psi.tolist()}}
+
+
+def result(parameters):
+    """The case's object; `classical` carries the true error beside the estimate."""
+    start, chosen = time.perf_counter(), parameters.resolved()
+    states = [observe(chosen, chosen.contact, *one) for one in solve(chosen, chosen.contact, chosen.beta)]
+    classical = [observe(chosen, "classical", *one) for one in solve(chosen, "unilateral", CLASSICAL_BETA)]
+    for state, exact in zip(classical, reference(chosen)):
+        state["error"] = polygon_error(state["profile"]["x"], state["profile"]["pressure"], exact.pressure)
+        state["contact_fraction_exact"] = 2*exact.half_width
+    closure = full_closure(chosen.solid(chosen.beta))[0] if chosen.contact == "microblock" else None
+    return {"parameters": {**asdict(chosen), "loads": list(chosen.loads)}, "versions": versions(), "model": "halfplane",
+            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": states, "classical": classical,
+            "full_closure": closure}
+
+
+def run(parameters, out=None, quiet=False):
+    """Solve, print a table, draw the pressures into the folder `out`."""
+    answer = result(parameters)
+    if not quiet:
+        show(answer)
+    if out:
+        write_records(out/"wavy.csv", rows(parameters, answer))
+        plots.draw(figure, read_records(out/"wavy.csv"), out, "wavy")
+    return answer
+
+
+def show(answer):
+    columns = ("load", "nodes", "contact_fraction", "pressure_max", "micromoment_max", "error_estimate", "products")
+    print("  ".join(f"{name:>16}" for name in ("contact", *columns, "error")))
+    for state in answer["states"] + answer["classical"]:
+        error = f"{state['error']:16.3g}" if "error" in state else f"{'-':>16}"
+        print("  ".join([f"{state['contact']:>16}", *(f"{state[name]:16.6g}" for name in columns), error]))
+    if answer["full_closure"] is not None:
+        print(f"microblocks are closed everywhere from the mean pressure {answer['full_closure']:.9g} on (classical: 1)")
+
+
+def rows(parameters, answer):
+    """A row a cell, or one of several where there are more than DRAWN cells, with every parameter."""
+    common = {"command": command("wavy", parameters), **asdict(parameters.resolved()), "loads": None}
+    found = []
+    for state in answer["states"] + answer["classical"]:
+        profile = {name: state["profile"][name] for name in ("x", "pressure", "micromoment", "psi")}
+        seen = {"law": state["contact"], "load": state["load"], "error_estimate": state["error_estimate"]}
+        every = 1 + state["nodes"]//DRAWN
+        found += [{**common, **seen, **dict(zip(profile, node))} for node in list(zip(*profile.values()))[::every]]
+    return found
+
+
+def figure(records):
+    """Pressure (a) and micromoment (b) under a wave at each load; broken lines: classical limit."""
+    drawing, axes = plots.figure(1, 2)
+    laws = grouped(records, "law")
+    for law, chosen in laws.items():
+        axes[0].set_prop_cycle(None)
+        axes[1].set_prop_cycle(None)
+        for load, nodes in grouped(chosen, "load").items():
+            classical = law == "classical"
+            axes[0].plot(column(nodes, "x"), column(nodes, "pressure"), "--" if classical else "-",
+                         label=None if classical else rf"$\bar p = {load:.3g}$")
+            if not classical:
+                axes[1].plot(column(nodes, "x"), column(nodes, "micromoment"))
+    axes[0].set(xlabel=r"$x_1/\lambda$", ylabel=r"$p\lambda/(\pi E^*\Delta)$", title="(a)")
+    axes[1].set(xlabel=r"$x_1/\lambda$", ylabel=r"$M/(\bar p_{closure}\,\ell)$", title="(b)")
+    plots.legend_below(axes[0])
+    return drawing

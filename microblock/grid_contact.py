@@ -1,0 +1,235 @@
+"""Contact on uniform cells, matrix-free: large rough problems, and problems that repeat with a period."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from . import projected_cg
+from .errors import BadArgument, NotConverged, require_finite
+from .grid import Cells, PeriodicHalfPlane
+
+FIRST, MOST = 128, 2**21       # cells of the coarsest and finest grid that rtol may ask for
+COARSEST = 1024                # at which halving a given number of cells ends, after two halvings at the earliest
+COARSE_RESIDUAL = 0.01         # of the coarser grids, over their nodes: far below what the next one changes
+RESIDUAL = 1e-9                # of the state; its pressures are good to some ten times that
+SLOWEST = 1.4                  # ratio of successive changes from grid to grid taken for the slowest convergence; 2 is expected
+
+
+@dataclass(frozen=True)
+class GridState:
+    """A state on uniform cells.
+
+    Attributes
+    ----------
+    x, weights : arrays (n,), centres and lengths of the cells
+    pressures : array (corners, n), of each corner
+    micromoment, psi : arrays (n,), M of (29) (where psi is prescribed the reaction to it), microrotation
+    load, approach : force per thickness (and per period), approach over the level of the body
+    energy : float, half the work of the forces, up to the same level
+    kkt : float, largest relative residual of (a), see `microblock.projected_cg.GridForces`
+    products : int, spent on this grid
+    """
+
+    x: np.ndarray
+    weights: np.ndarray
+    pressures: np.ndarray
+    micromoment: np.ndarray
+    psi: np.ndarray
+    load: float
+    approach: float
+    energy: float
+    kkt: float
+    products: int
+
+    @property
+    def zones(self):
+        """{corner number: array (k, 2) of the intervals of cells with pressure}."""
+        half = self.weights[0]/2
+        flags = np.pad((self.pressures > 0).astype(int), ((0, 0), (1, 1)))
+        change = np.diff(flags, axis=1)
+        return {number: np.column_stack((self.x[np.flatnonzero(row == 1)] - half, self.x[np.flatnonzero(row == -1) - 1] + half))
+                for number, row in enumerate(change)}
+
+
+@dataclass(frozen=True)
+class GridContact:
+    """Frictionless contact of a half-plane with a rigid obstacle, on uniform cells.
+
+    Parameters
+    ----------
+    body : HalfPlane, or PeriodicHalfPlane for a scene that repeats
+    obstacle : an obstacle of `microblock.obstacles`, or a callable height(x); on a period, what it is between
+        -period/2 and period/2
+    law : a law of `microblock.law`; a callable psi0 is looked at at the centres of the cells
+    window : (left, right), for a HalfPlane: where the obstacle may touch
+    """
+
+    body: object
+    obstacle: object
+    law: object
+    window: tuple | None = None
+
+    def __post_init__(self):
+        if isinstance(self.body, PeriodicHalfPlane):
+            if self.window is not None:
+                raise BadArgument("window", self.window, "belongs to a half-plane without images; here it is the period")
+            return
+        if self.window is None:
+            raise BadArgument("window", None, "must be (left, right): where the obstacle may touch")
+        require_finite(left=self.window[0], right=self.window[1])
+        if not self.window[0] < self.window[1]:
+            raise BadArgument("window", self.window, "must be (left, right), left < right")
+
+    def at(self, load=None, *, approach=None, nodes=None, rtol=None, residual=RESIDUAL, start=None):
+        """The state at a load or an approach, on so many nodes, or on as many as a tolerance asks for.
+
+        The grids below are solved first, each from the one before. Pressures are compared as polygons through the
+        centres; the error of the state is taken for the last change, or more where changes fall by less than two.
+
+        Parameters
+        ----------
+        load, approach : float, one of them; on a period the load of one period, the approach over the mean level
+        nodes : int
+        rtol : float, relative L2 error of pressure and of micromoment over ell, both over the pressure; 1e-2 without nodes
+        residual : float, to which (a) is solved
+        start : GridState of a nearby scene; coarser grids are then left out, and the estimate is None
+
+        Returns
+        -------
+        (GridState, error estimate)
+
+        Raises
+        ------
+        NotConverged
+            If the accuracy is out of reach, or the contact reaches the end of the window.
+        """
+        if nodes is not None and rtol is not None:
+            raise BadArgument("rtol", rtol, "chooses the nodes: not together with nodes")
+        if nodes is not None and (isinstance(nodes, bool) or not isinstance(nodes, (int, np.integer)) or nodes < 32):
+            raise BadArgument("nodes", nodes, "must be a whole number, at least 32")
+        if start is not None:
+            return self._solve(nodes or len(start.x), load, approach, start, residual), None
+        if nodes is not None:
+            *_, last = self._states(load, approach, halvings(nodes), residual)
+            return last
+        rtol = 1e-2 if rtol is None else rtol
+        require_finite(rtol=rtol)
+        if not 0 < rtol < 1:
+            raise BadArgument("rtol", rtol, "must satisfy 0 < rtol < 1")
+        doublings = FIRST*2**np.arange(int(np.log2(MOST/FIRST)) + 1)
+        for state, estimate in self._states(load, approach, doublings, residual):
+            if estimate is not None and estimate <= rtol and len(state.x) >= 4*FIRST:
+                return state, estimate
+        raise NotConverged(f"error {estimate:.1e} instead of {rtol:g} on {MOST} nodes; a fitted scene (Contact) reaches more "
+                           "under smooth obstacles", reached=estimate)
+
+    def _states(self, load, approach, sizes, residual):
+        """(state, estimate) on grids of the given sizes, each started from the one before."""
+        state, changes = None, []
+        for size in sizes:
+            enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL/size)
+            finer = self._solve(int(size), load, approach, state, enough)
+            if state is not None:
+                changes.append(difference(finer, state, self.body.solid.ell, self._period))
+            state = finer
+            yield state, _estimate(changes)
+
+    @property
+    def _period(self):
+        return getattr(self.body, "period", None)
+
+    def _cells(self, nodes):
+        if self._period is not None:
+            return Cells(self.body, -self._period/2, self._period/2, nodes)
+        return Cells(self.body, *self.window, nodes)
+
+    def _gaps(self, x):
+        normals = np.tile([0.0, 1.0], (len(x), 1))
+        obstacle = self.obstacle if self._period is None else _repeated(self.obstacle, self._period)
+        gaps = self.law.initial_gaps(np.column_stack((x, np.zeros_like(x))), normals, self.body.solid.ell, obstacle)
+        return np.array(list(gaps.values()))
+
+    @cached_property
+    def _grids(self):
+        return {}
+
+    def prepare(self, nodes):
+        """Cells, flexibility and initial gaps on so many nodes, made once and kept for further loads."""
+        if nodes not in self._grids:
+            cells = self._cells(nodes)
+            self._grids[nodes] = cells, cells.flexibility(self.law), self._gaps(cells.x)
+        return self._grids[nodes]
+
+    def _solve(self, nodes, load, approach, start, residual):
+        cells, flexibility, gaps = self.prepare(nodes)
+        forces = None
+        if start is not None:
+            forces = np.array([_polygon(cells.x, start.x, p, self._period) for p in start.pressures])*cells.width
+        found = projected_cg.solve(flexibility, gaps, load=load, approach=approach, start=forces, rtol=residual)
+        self._check_window(cells, found.forces)
+        return self._state(cells, flexibility, gaps, found)
+
+    def _check_window(self, cells, forces):
+        if self._period is not None:
+            return
+        outside = self._gaps(np.array((cells.x[0] - cells.width, cells.x[-1] + cells.width)))
+        if np.any((forces[:, [0, -1]] > 0) & np.isfinite(outside)):
+            raise NotConverged(f"the contact reaches the end of the window {self.window}; widen it")
+
+    def _state(self, cells, flexibility, gaps, found):
+        half, pressures = self.body.solid.ell/2, found.forces/cells.width
+        if len(pressures) == 2:
+            moment, phi = half*(flexibility.levers*pressures).sum(axis=0), flexibility.surface(found.forces)[1]
+        elif self.law.clamps_rotation:
+            moment, phi = half*flexibility.besides(pressures), np.zeros(cells.count)
+        else:
+            moment, phi = np.zeros(cells.count), flexibility.besides(found.forces)
+        sunk = np.where(found.forces > 0, found.approach - gaps, 0)
+        return GridState(cells.x, np.full(cells.count, cells.width), pressures, moment, phi/half, found.load, found.approach,
+                         float(np.sum(sunk*found.forces)/2), found.kkt, found.products)
+
+
+def difference(finer, coarser, ell, period=None):
+    """max(|dp|, |dM|/ell)/|p| in L2 on the centres of the finer grid, both states as polygons."""
+    def change(name):
+        fine, coarse = (np.atleast_2d(getattr(state, name)).sum(axis=0) for state in (finer, coarser))
+        return np.linalg.norm(fine - _polygon(finer.x, coarser.x, coarse, period))
+
+    size = np.linalg.norm(finer.pressures.sum(axis=0))
+    return float(max(change("pressures"), change("micromoment")/ell)/size) if size else 0.0
+
+
+def _estimate(changes):
+    """Error of the last state from the changes from grid to grid, a geometric series of a ratio between SLOWEST and 2.
+
+    A last change that is more than twice smaller than the one before is luck, where a cell falls on an edge.
+    """
+    if not changes:
+        return None
+    before, last = changes[-2:] if len(changes) > 1 else (2*changes[-1], changes[-1])
+    last = max(last, before/2)
+    return last/(max(before/last, SLOWEST) - 1) if last else 0.0
+
+
+def halvings(nodes):
+    """Sizes of the grids below one of so many nodes, and its own, ascending."""
+    sizes = [nodes]
+    while sizes[-1] > 2*COARSEST or len(sizes) < 3:
+        sizes.append((sizes[-1] + 1)//2)
+    return sizes[::-1]
+
+
+def _polygon(x, nodes, values, period):
+    if period is None:
+        return np.interp(x, nodes, values)
+    return np.interp(x, np.concatenate((nodes[-1:] - period, nodes, nodes[:1] + period)),
+                     np.concatenate((values[-1:], values, values[:1])))
+
+
+def _repeated(obstacle, period):
+    """An obstacle's height with a period."""
+    height = getattr(obstacle, "height", obstacle)
+    if not callable(height):
+        return obstacle      # refused by name in `obstacles.gap`
+    return lambda x: height((np.asarray(x, float) + period/2) % period - period/2)

@@ -1,0 +1,225 @@
+"""A load path on fitted states: any state on it, and the events at which zones are born, meet, part or vanish.
+
+Topologies are looked at on a geometric scan of loads, from where the contact is small against a block. Between two of
+them an event is approached from the side on which something is still left to measure: the width of a zone that is
+born or vanishes, or of the gap between two that meet or part. Its square is linear in the load next to the event;
+where the two corners' edges cross, the power is 2 s with the exponent s of coalescence.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from .errors import NotConverged
+from .halfplane import coalescence_exponent
+from .observables import contact_zones, zone_changes
+
+FACTOR = 2.5          # between the loads of the scan: a zone that comes and goes within is not seen
+START = 0.2           # of ell: the contact is that narrow where the scan begins
+LEAST = 1e-9          # of the last load, if it never is
+SAME = 1e-9           # of the width: a contact that does not grow with the load, as under a punch
+EVENT_ORDER = 10      # of the panels meanwhile
+APPROACH = 0.05       # of the way to an event that is left between one state and the next
+SETTLED = 1e-6        # relative correction of an event's load that ends its search
+STEPS = 16
+MOST = 4              # changes between two states that may be one event
+CAUTION = 0.1         # least share of a step that is tried where no state is found
+NARROW = 1e-5         # of the load: several events within are given as one bracket
+NAMES = ("A", "B", "full", "contact")
+
+
+@dataclass(frozen=True)
+class Event:
+    """A zone that is "born", "vanished", or two that "merged" or one that "split", at x.
+
+    `load` (force per thickness) with its error; `zone` is "A", "B", "full" or "contact".
+    """
+
+    load: float
+    load_error: float
+    kind: str
+    zone: str
+    x: float
+
+
+@dataclass(frozen=True)
+class LinePath:
+    """States of a scene from first touch to the load `last`."""
+
+    scene: object
+    last: float
+    rtol: float
+
+    def at(self, load):
+        """The state at a load, from the nearest one that is known; errors as of `Contact.at`."""
+        near = min(self._scan, key=lambda state: abs(np.log(state.load/load))) if load > 0 else None
+        return self.scene.at(load, self.rtol, near=near)
+
+    @cached_property
+    def _scan(self):
+        """States at geometric loads, ascending, coarse."""
+        states = [self.scene.at(self.last, order=EVENT_ORDER)]
+        while not self._is_small(states[0]) and states[0].load > LEAST*self.last:
+            state = self.scene.at(states[0].load/FACTOR, order=EVENT_ORDER, near=states[0])
+            if len(states) > 1 and abs(_width(state) - _width(states[0])) <= SAME*_width(state):
+                break
+            states.insert(0, state)
+        return states
+
+    def _is_small(self, state):
+        zones = _named(state)
+        narrow = all(right - left < START*state.line.solid.ell for left, right in zones["contact"])
+        return narrow and not zones["full"]
+
+    @cached_property
+    def events(self):
+        """All events, ascending."""
+        found = self._births(self._scan[0])
+        for low, high in zip(self._scan, self._scan[1:]):
+            found += self._between(low, high)
+        return sorted(found, key=lambda event: (event.load, NAMES.index(event.zone)))
+
+    def _births(self, first):
+        """Those up to the first load of the scan: at first touch for the corners that are nearest, else no later than that."""
+        found, line = [], first.line
+        heights = [line.initial_gap(np.full(len(first.x), corner), first.x) for corner in range(len(line.law.corners))]
+        nearest = min(np.min(height) for height in heights)
+        touching = {name for name, height in zip("AB", heights) if np.min(height) <= nearest + SAME*_width(first)}
+        for name, intervals in _named(first).items():
+            late = 0.0 if name == "contact" or name in touching else first.load/2
+            found += [Event(late, late, "born", name, (left + right)/2) for left, right in intervals]
+        return found
+
+    def _between(self, low, high):
+        """Events between two states, ascending in load."""
+        changes = _changes(low, high)
+        if not changes:
+            return []
+        if self.scene.smooth_and_symmetric:      # all that can happen is that the two zones meet on the axis
+            load, error = self.scene.coalescence()
+            return [Event(load, error, change.kind, change.zone, 0.0) for change in changes]
+        several = len(changes) > MOST or any(abs(change.high - change.low) != 1 for change in changes)
+        if several and high.load - low.load > NARROW*high.load:
+            between = self._state((low.load + high.load)/2, low, high)
+            if between is not None:
+                return self._between(low, between) + self._between(between, high)
+        visited = self._approached(low, high, changes[0])
+        low_side, high_side = _sides(visited, changes[0])
+        found = [self._located(visited, change) for change in _changes(low_side, high_side)]
+        return self._between(low, low_side) + _crossing_once(found) + self._between(high_side, high)
+
+    def _approached(self, low, high, change):
+        """States ascending in load towards an event, from the side on which something is left to measure."""
+        visited, cautious = [low, high], 1.0
+        for _ in range(STEPS):
+            low, high = _sides(visited, change)
+            near, far = (low, high) if change.measured_low else (high, low)
+            event = self._located(visited, change)
+            if event.load_error <= SETTLED*event.load:
+                break
+            target = event.load + APPROACH*(near.load - event.load)
+            if not low.load < target < high.load:
+                target = (low.load + high.load)/2
+            state = self._state(near.load + cautious*(target - near.load), near, far)
+            if state is None:
+                cautious /= 2
+                if cautious < CAUTION:
+                    break
+            else:
+                visited = sorted([*visited, state], key=lambda each: each.load)
+        return visited
+
+    def _located(self, visited, change):
+        """An event, extrapolated from the last states before it, or between those that bracket it."""
+        low, high = _sides(visited, change)
+        half = (high.load - low.load)/2
+        if change.measured_low:
+            side = [state for state in visited if state.load <= low.load]
+        else:
+            side = [state for state in reversed(visited) if state.load >= high.load]
+        sizes = [(state.load, self._size(state, change)) for state in side[-3:]]
+        guesses = [_zero(pair) for pair in zip(sizes, sizes[1:])]
+        load, error = low.load + half, half
+        if guesses and guesses[-1] is not None and low.load <= guesses[-1] <= high.load:
+            load = guesses[-1]
+            if len(guesses) > 1 and guesses[0] is not None:
+                # a correction, but no less than what the way left to go makes likely
+                error = min(half, max(abs(load - guesses[0]), APPROACH**2*abs(load - side[-1].load)))
+        return Event(float(load), float(error), change.kind, change.zone, float(change.x))
+
+    def _size(self, state, change):
+        """What is left of a zone that is born or vanishes, or of the gap next to x, to the power that is linear."""
+        intervals = _named(state)[change.zone]
+        own = [interval for corner in state.all_zones.values() for interval in corner]
+        if change.kind in ("merged", "split"):
+            intervals = [(a[1], b[0]) for a, b in zip(intervals, intervals[1:])]
+            own = [(a[1], b[0]) for corner in state.all_zones.values() for a, b in zip(corner, corner[1:])]
+        left, right = min(intervals, key=lambda each: abs(each[0] + each[1] - 2*change.x))
+        return (right - left)**(2 if (left, right) in own else 2*coalescence_exponent(state.line.solid))
+
+    def _state(self, load, *neighbours):
+        """A state with the zones of one of its neighbours, the first that fits; None if none does."""
+        for near in neighbours:
+            try:
+                return self.scene.at(load, order=EVENT_ORDER, near=near, search=False)
+            except NotConverged:
+                pass
+        return None
+
+
+@dataclass(frozen=True)
+class Change:
+    """What differs between two neighbouring states; `low`, `high`: the numbers of such zones."""
+
+    zone: str
+    kind: str
+    x: float
+    low: int
+    high: int
+
+    @property
+    def measured_low(self):
+        """Whether there is something to measure before the event, not after it."""
+        return self.kind in ("merged", "vanished")
+
+
+def _changes(low, high):
+    before, after = _named(low), _named(high)
+    return [Change(name, kind, x, len(before[name]), len(after[name]))
+            for name in NAMES for kind, x in zone_changes(before[name], after[name])]
+
+
+def _sides(visited, change):
+    """The neighbouring states between which a change happens, seen from where it is measured."""
+    numbers, last = [len(_named(state)[change.zone]) for state in visited], len(visited) - 2
+    if change.measured_low:
+        last = next((i for i, number in enumerate(numbers[1:]) if number != change.low), last)
+    else:
+        last = max((i for i, number in enumerate(numbers[:-1]) if number != change.high), default=last)
+    return visited[last], visited[last + 1]
+
+
+def _zero(pair):
+    """Load at which the line through two (load, size) crosses zero; None if it does not."""
+    (P, a), (Q, b) = pair
+    return None if a == b else Q - b*(Q - P)/(b - a)
+
+
+def _crossing_once(found):
+    """Where A's and B's edges cross, two zones meet and full contact is born: one load, seen from either side."""
+    meeting = [event for event in found if (event.zone, event.kind) in (("contact", "merged"), ("full", "born"),
+                                                                       ("contact", "split"), ("full", "vanished"))]
+    if len(meeting) != 2 or {event.zone for event in meeting} != {"contact", "full"}:
+        return found
+    best = min(meeting, key=lambda event: event.load_error)
+    error = max(best.load_error, abs(meeting[0].load - meeting[1].load))
+    return [replace(event, load=best.load, load_error=error) if event in meeting else event for event in found]
+
+
+def _named(state):
+    return contact_zones(state.all_zones, state.line.law.corners)
+
+
+def _width(state):
+    return state.x[-1] - state.x[0]

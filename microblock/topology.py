@@ -1,0 +1,182 @@
+"""Which zones there are: seen first on a coarse uniform grid, then mended where a fitted state shows them wrong."""
+
+import numpy as np
+
+from . import active_set
+from .contact_line import violations
+from .errors import NotConverged
+from .panels import half_line
+
+CELLS = (80, 160, 320)     # of the coarse grid; finer while no zones fit
+MEETING = 0.1         # of the width: opposite edges of the two corners this near to each other may be joined or apart
+APART, OVERLAP = 0.3, 0.15      # of the way between such edges, where the other way round is tried
+MARGIN = 1.3          # of the coarse grid around the contact
+SNAP = 1.5            # cells within which an edge is taken for an end of the obstacle, to begin with
+PARTIAL = 2.4         # width of a partial zone over ell as ell -> 0 (2.39 at nu = 0.3, beta = 1): a first guess
+
+
+def coarse(line, body, load, cells):
+    """Zones {corner number: ((left, right), ...)} of a body's line at a load, as so many equal cells see them."""
+    centre = 0.0 if line.mirror else _lowest(line)
+    reach = _reach(line, load, centre)
+    for _ in range(12):
+        around = np.linspace(-reach, reach, cells + 1 - cells % 2)
+        closed = _closed(line, body, load, centre + around)
+        outer = np.abs(around[closed.any(axis=0)]).max(initial=0.0)
+        if outer > 0.95*reach or outer == 0:
+            reach *= 1.6
+        elif MARGIN*1.5*outer < reach and outer > 3*(around[1] - around[0]):
+            reach = MARGIN*outer
+        else:
+            break
+    return _set_apart(line, _intervals(line, centre + around, closed), around[1] - around[0])
+
+
+def _lowest(line):
+    """Where the obstacle is lowest among its ends, its kinks and places around x = 0 at all scales of ell."""
+    scales = line.solid.ell*np.geomspace(1e-3, 1e5, 65)
+    places = np.concatenate(([0.0], scales, -scales, getattr(line.obstacle, "ends", ()), getattr(line.obstacle, "kinks", ())))
+    return float(places[np.argmin(_height(line)(places))])
+
+
+def _height(line):
+    return getattr(line.obstacle, "height", line.obstacle)
+
+
+def _closed(line, body, load, x):
+    """Whether the corners of each cell are closed: array (corners, n)."""
+    compliance = body.compliance(x, clamped=line.law.clamps_rotation)
+    flexibility, gaps, share = compliance.corner_system(line.law, line.obstacle)
+    if not line.mirror or half_line(line):
+        return active_set.solve(flexibility, gaps, load=load, c=share).closed.reshape(len(line.law.corners), -1)
+    n = len(x)      # corner B mirrors A
+    folded = flexibility[:n, :n] + flexibility[:n, n:][:, ::-1]
+    closed = active_set.solve(folded, gaps[:n], load=load/2, c=share[:n]).closed
+    return np.array((closed, closed[::-1]))
+
+
+def _intervals(line, x, closed):
+    """{corner: intervals} of the closed cells; next to an end of the obstacle they reach to it."""
+    width, zones = x[1] - x[0], {}
+    for corner in line.corners:
+        ends = line.ends.get(corner, ())
+        zones[corner] = tuple((_snap(x[i] - width/2, ends, width), _snap(x[j] + width/2, ends, width))
+                              for i, j in _runs(closed[corner]))
+    return zones
+
+
+def _runs(flags):
+    """First and last index of each run of True."""
+    steps = np.diff(np.concatenate(([False], flags, [False])).astype(int))
+    return list(zip(np.flatnonzero(steps == 1), np.flatnonzero(steps == -1) - 1))
+
+
+def _snap(edge, ends, width):
+    close = [end for end in ends if abs(end - edge) < SNAP*width]
+    return float(min(close, key=lambda end: abs(end - edge), default=edge))
+
+
+def _set_apart(line, zones, width):
+    """Outer edges of the two corners that fall on one cell are moved a partial zone's width apart."""
+    if len(line.law.corners) == 1:      # exactly symmetric where the scene is
+        return {0: ((-zones[0][-1][1], zones[0][-1][1]),)} if line.mirror else zones
+    if not all(zones.values()):
+        return zones
+    apart = PARTIAL*line.solid.ell
+    narrow = apart < 3*width
+    a = list(map(list, zones[0]))
+    if line.mirror:
+        if narrow and len(a) == 1 and abs(a[0][0] + a[0][1]) < 1.5*width:
+            a[0][0] = apart - a[0][1]
+        return {0: tuple(map(tuple, a))}
+    b = list(map(list, zones[1]))
+    if narrow and abs(a[0][0] - b[0][0]) < 1.5*width:
+        a[0][0] = b[0][0] + apart
+    if narrow and abs(a[-1][1] - b[-1][1]) < 1.5*width:
+        b[-1][1] = a[-1][1] - apart
+    for first, second in ((a, b), (b, a)):      # two edges on one cell overlap a little, to begin with
+        for one in first:
+            for other in second:
+                if abs(one[0] - other[1]) < width/4:
+                    one[0], other[1] = one[0] - width/4, other[1] + width/4
+    return {0: tuple(map(tuple, a)), 1: tuple(map(tuple, b))}
+
+
+def variants(line, zones):
+    """These zones, and where opposite edges of two corners nearly meet also the same taken apart, or joined."""
+    found = [zones]
+    if len(line.law.corners) == 1:
+        return found
+    a, b = zones[0], [(-right, -left) for left, right in zones[0]] if line.mirror else zones[1]
+    for i, one in enumerate(a):
+        for j, other in enumerate(b):
+            # A's left edge with B's right one, and the other way round
+            for side in (0, 1):
+                gap, size = one[side] - other[1 - side], max(one[1], other[1]) - min(one[0], other[0])
+                if 0 < abs(gap) < MEETING*size:
+                    middle = (one[side] + other[1 - side])/2
+                    half = -gap*(APART if gap*(1 - 2*side) < 0 else OVERLAP)
+                    new = {0: _moved(a, i, side, middle + half)}
+                    if not line.mirror:
+                        new[1] = _moved(b, j, 1 - side, middle - half)
+                    found.append(new)
+    return found
+
+
+def _moved(intervals, number, side, edge):
+    intervals = list(map(list, intervals))
+    intervals[number][side] = edge
+    return tuple(map(tuple, intervals))
+
+
+def tolerated(order):
+    """Violation of (26) that panels of an order may leave: about ten times their usual error."""
+    return 10**(-(order + 6)/4)
+
+
+def mended(state):
+    """Zones without what is pulled and with what is pressed in on a fitted state; None where nothing is.
+
+    Raises
+    ------
+    NotConverged
+        If nothing would be left, or a symmetric zone would have to open in the middle.
+    """
+    zones, changed = {}, False
+    for corner, (x, wrong) in violations(state).items():
+        intervals = list(state.zones[corner])
+        edges = np.array(intervals).ravel()
+        for first, last in _runs(wrong > tolerated(state.panels.order)):
+            left = (x[first - 1] + x[first])/2 if first else x[first]
+            right = (x[last] + x[last + 1])/2 if last + 1 < len(x) else x[last]
+            intervals = _toggled(intervals, left, right, inside=bool(np.searchsorted(edges, (left + right)/2) % 2))
+            changed = True
+        zones[corner] = tuple(intervals)
+    if not changed:
+        return None
+    if half_line(state.line) or not any(zones.values()):
+        raise NotConverged(f"corners would be pressed in, or pulled, on these zones at load {state.load:g}")
+    return zones
+
+
+def _toggled(intervals, left, right, inside):
+    """Intervals with (left, right) taken out, or put in."""
+    if not inside:
+        touching = [each for each in intervals if each[0] <= right and left <= each[1]]
+        apart = [each for each in intervals if each not in touching]
+        joined = (min([left, *(each[0] for each in touching)]), max([right, *(each[1] for each in touching)]))
+        return sorted([*apart, joined])
+    pieces = [piece for a, b in intervals for piece in ((a, min(b, left)), (max(a, right), b))]
+    return sorted({(a, b) for a, b in pieces if a < b})
+
+
+def _reach(line, load, centre):
+    """Half-width of a first coarse grid: where a classical contact would carry the load, and a block more."""
+    solid = line.solid
+    reach = solid.ell/100
+    for _ in range(200):
+        heights = _height(line)(centre + np.linspace(-reach, reach, 9))
+        if 1.3*solid.E_star*np.ptp(np.minimum(heights, 1e300)) >= load:
+            return 1.5*reach + solid.ell
+        reach *= 1.3
+    raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
