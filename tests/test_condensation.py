@@ -5,14 +5,14 @@ import ngsolve as ng
 import numpy as np
 import pytest
 
-from microblock import meshes
+from microblock import active_set, meshes
 from microblock.body import Body, Loads
 from microblock.condensation import Condensed
 from microblock.errors import BadArgument, NotConverged
 from microblock.facets import ContactFacets
 from microblock.law import Microblock
 from microblock.material import Cosserat
-from microblock.obstacles import Cylinder, Wedge
+from microblock.obstacles import Cylinder, Punch, Wedge
 
 SOLID = Cosserat(E=2.0, nu=0.3, ell=0.2, beta=1.0)
 GROUND = meshes.Ground(5.0, (0.0, 1.3))
@@ -96,6 +96,35 @@ def test_axis_node_has_one_multiplier(graded, obstacle):
     kept = np.isfinite(gaps)
     assert np.linalg.eigvalsh(flexibility[np.ix_(kept, kept)]).min() > 0
     assert np.linalg.matrix_rank(flexibility[np.ix_([0, count], [0, count])]) == 1      # what the second would do
+
+
+def block_with_hole(spacing, order):
+    """A block of 4 x 2 with a hole under its surface, from a geometry of the user's."""
+    face = occ.Rectangle(4, 2).Face().Move((-2, -2, 0)) - occ.Circle((0.3, -0.9), 0.4).Face()
+    for edge in face.edges:
+        edge.name = "bottom" if abs(edge.center.y + 2) < 1e-9 else "free"
+        if abs(edge.center.y) < 1e-9:
+            edge.name, edge.maxh = "contact", spacing
+    mesh = ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.5, grading=0.4))
+    mesh.Curve(order)
+    return Condensed(Body(mesh, SOLID, order, fixed="bottom"))
+
+
+@pytest.mark.parametrize("obstacle, change", [(Cylinder(5.0), 1e-4), (Punch(0.5, 0.02), 1e-2)])      # infinite at its ends
+def test_block_with_hole(obstacle, change):
+    """A body that is no half-plane: energy of the fields and work of the corners, and convergence of the approach."""
+    law, approaches = Microblock(), []
+    for spacing, order in ((0.2, 2), (0.1, 4), (0.05, 5)):
+        body = block_with_hole(spacing, order)
+        flexibility, gaps, share = body.compliance.corner_system(law, obstacle)
+        state = active_set.solve(flexibility, gaps, load=0.05, c=share)
+        loads = body.compliance.onto_corners(law).T @ state.forces
+        energy = body.fields(*np.split(loads, 2)).energy()
+        pressed = state.forces > 0
+        work = state.forces[pressed] @ (state.approach*share[pressed] - gaps[pressed])/2
+        assert energy == pytest.approx(work, rel=1e-8 if order >= 4 else 1e-5)      # rounding; integration on curved sides
+        approaches.append(state.approach)
+    assert abs(approaches[2] - approaches[1]) < change*approaches[2]
 
 
 def test_orders_of_elements_reach_the_edges():
