@@ -129,7 +129,7 @@ def reference(scene):
 
 
 def _zones_of_solver(scene):
-    return scene.at(LOAD, rtol=START)[0].all_zones
+    return scene.at(LOAD, rtol=START).all_zones
 
 
 def _zones_of_grid(cells):
@@ -194,11 +194,11 @@ def judged(draw, rtols):
                "zones": None, "seconds": None, "failure": "" if fine else objection}
         start = time.perf_counter()
         try:
-            state, estimate = scene.at(LOAD, rtol=rtol)
+            state = scene.at(LOAD, rtol=rtol)
         except MicroblockError as failure:
             row["failure"] = f"{type(failure).__name__}: {failure}"
         else:
-            row.update(estimate_over_rtol=estimate/rtol, zones=str({corner: len(pairs) for corner, pairs in state.all_zones.items()}))
+            row.update(estimate_over_rtol=state.error_estimate/rtol, zones=str({corner: len(pairs) for corner, pairs in state.all_zones.items()}))
             if fine:
                 row["error_over_rtol"] = error(state, fine)/rtol
         row["seconds"] = time.perf_counter() - start

@@ -54,11 +54,11 @@ def scene(kind, *arguments, **more):
 
 
 def solve(obstacle, nodes):
-    """(GridState, estimate, seconds)."""
+    """(GridState, seconds)."""
     shape, load = OBSTACLES[obstacle]
     start = time.perf_counter()
-    state, estimate = scene(GridContact, shape, window=WINDOW).at(load, nodes=nodes)
-    return state, estimate, time.perf_counter() - start
+    state = scene(GridContact, shape, window=WINDOW).at(load, nodes=nodes)
+    return state, time.perf_counter() - start
 
 
 def reference(obstacle, x):
@@ -80,13 +80,13 @@ def on_panels(obstacle, x, rtol):
     shape, load = OBSTACLES[obstacle]
     start = time.perf_counter()
     try:
-        state, estimate = scene(Contact, shape).at(load, rtol=rtol)
+        state = scene(Contact, shape).at(load, rtol=rtol)
     except MicroblockError as failure:
         return {"obstacle": obstacle, "method": "panels", "nodes": None, "error": None, "order": None, "estimate": None,
                 "seconds": time.perf_counter() - start, "failure": " ".join(str(failure).split())}
     seconds = time.perf_counter() - start
     return {"obstacle": obstacle, "method": "panels", "nodes": len(state.q), "error": error(obstacle, x, state.pressure(0, x)),
-            "order": None, "estimate": estimate, "seconds": seconds, "failure": None}
+            "order": None, "estimate": state.error_estimate, "seconds": seconds, "failure": None}
 
 
 def result(parameters, quiet=True):
@@ -95,11 +95,11 @@ def result(parameters, quiet=True):
     for obstacle in tqdm(OBSTACLES, disable=quiet, unit="obstacle"):
         grid = []
         for nodes in parameters.nodes:
-            state, estimate, seconds = solve(obstacle, nodes)
+            state, seconds = solve(obstacle, nodes)
             found = error(obstacle, state.x, state.pressures[0])
             order = math.log(grid[-1]["error"]/found)/math.log(nodes/grid[-1]["nodes"]) if grid and found else None
             grid.append({"obstacle": obstacle, "method": "cells", "nodes": nodes, "error": found, "order": order,
-                         "estimate": estimate, "seconds": seconds, "failure": None})
+                         "estimate": state.error_estimate, "seconds": seconds, "failure": None})
         x = WINDOW[0] + (WINDOW[1] - WINDOW[0])*(np.arange(parameters.nodes[-2]) + 0.5)/parameters.nodes[-2]
         rows += [*grid, on_panels(obstacle, x, parameters.rtol)]
     return {"parameters": {**asdict(parameters), "nodes": list(parameters.nodes)}, "versions": versions(),

@@ -108,7 +108,7 @@ class Line:
         scene = Contact(HalfPlane(solid(1.0)), Cylinder(1.0), Unilateral())
         scene.line.kernel(np.ones(1), np.zeros(1), np.zeros(1))      # the kernels' table
         ready = time.perf_counter()
-        state, _ = scene.at(math.pi/4, rtol=rtol)
+        state = scene.at(math.pi/4, rtol=rtol)
         seconds = ready - start, time.perf_counter() - ready
         fine = np.linspace(-1.5, 1.5, SAMPLES)
         return relative(state.pressure(0, fine), reference(fine)), *seconds, len(state.q)
@@ -139,7 +139,7 @@ class Roughness:
         for size in halvings(nodes):
             scene.prepare(size)
         ready = time.perf_counter()
-        state, _ = scene.at(LOAD, nodes=nodes, residual=residual)
+        state = scene.at(LOAD, nodes=nodes, residual=residual)
         seconds = ready - start, time.perf_counter() - ready
         return self.error(state.x, state.pressures[0]), *seconds
 
@@ -184,7 +184,7 @@ def rough(parameters):
     """Rows of both codes, and the reference's own error twice."""
     profile = Rough(1.0, SLOPE, waves=WAVES, seed=parameters.seed)
     scene = GridContact(PeriodicHalfPlane(solid(), 1.0), profile, Unilateral())
-    state, _ = scene.at(LOAD, nodes=parameters.reference)
+    state = scene.at(LOAD, nodes=parameters.reference)
     problem = Roughness(profile, state.x, state.pressures[0])
     half = parameters.reference//2
     doubts = {"microblock": problem.ours(half, 1e-9)[0], "tamaas": problem.theirs(half, 1e-8)[0]}

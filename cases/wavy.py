@@ -78,7 +78,7 @@ class Parameters:
 
 
 def solve(parameters, contact, beta):
-    """(GridState, estimate) at each load."""
+    """GridState at each load."""
     scene = parameters.scene(contact, beta)
     return [scene.at(load, nodes=parameters.nodes, rtol=parameters.rtol) for load in parameters.loads]
 
@@ -109,14 +109,14 @@ def polygon_error(x, values, exact):
     return float(np.linalg.norm(np.interp(fine, x, values, period=1.0) - true)/np.linalg.norm(true))
 
 
-def observe(parameters, contact, state, estimate):
+def observe(parameters, contact, state):
     """Record of a state."""
     pressure = state.pressures.sum(axis=0)
     moment = state.micromoment/parameters.ell_over_wavelength
     return {"contact": contact, "load": state.load, "nodes": len(state.x), "contact_fraction": float(np.mean(pressure > 0)),
             "full_contact_fraction": float(np.mean((state.pressures > 0).all(axis=0))), "pressure_max": float(pressure.max()),
             "micromoment_max": float(np.abs(moment).max()), "approach": state.approach/AMPLITUDE, "energy": state.energy,
-            "kkt": state.kkt, "products": state.products, "error_estimate": estimate,
+            "kkt": state.kkt, "products": state.products, "error_estimate": state.error_estimate,
             "profile": {"x": state.x.tolist(), "weight": state.weights.tolist(), "pressure": pressure.tolist(),
                         "micromoment": moment.tolist(), "psi": state.psi.tolist()}}
 
@@ -124,8 +124,8 @@ def observe(parameters, contact, state, estimate):
 def result(parameters):
     """The case's object; `classical` carries the true error beside the estimate."""
     start, chosen = time.perf_counter(), parameters.resolved()
-    states = [observe(chosen, chosen.contact, *one) for one in solve(chosen, chosen.contact, chosen.beta)]
-    classical = [observe(chosen, "classical", *one) for one in solve(chosen, "unilateral", CLASSICAL_BETA)]
+    states = [observe(chosen, chosen.contact, one) for one in solve(chosen, chosen.contact, chosen.beta)]
+    classical = [observe(chosen, "classical", one) for one in solve(chosen, "unilateral", CLASSICAL_BETA)]
     for state, exact in zip(classical, reference(chosen)):
         state["error"] = polygon_error(state["profile"]["x"], state["profile"]["pressure"], exact.pressure)
         state["contact_fraction_exact"] = 2*exact.half_width

@@ -25,7 +25,7 @@ MISSED = 4.0         # norm of 1/sqrt(r) on both sides of an edge, cut off far f
 MERGED = 1e-4        # of the tolerance, times the width: edges this near that want to be nearer cross
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
 JOINT = 1e-12        # of a panel: two meet up to rounding
-NEXT_TO = 1e-6       # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
+NEXT_TO = 1e-10      # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
 
 
 @dataclass(frozen=True)
@@ -71,6 +71,11 @@ class LineState:
     approach: float
     iterations: int
     estimate: Estimate
+
+    @property
+    def error_estimate(self):
+        """Relative L2 error of pressure and micromoment, None where the order of the panels was prescribed."""
+        return self.estimate.total
 
     @cached_property
     def all_zones(self):

@@ -1,6 +1,6 @@
 """Contact on uniform cells, matrix-free: large rough problems, and problems that repeat with a period."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +29,7 @@ class GridState:
     energy : float, half the work of the forces, up to the same level
     kkt : float, largest relative residual of (a), see `microblock.projected_cg.GridForces`
     products : int, spent on this grid
+    error_estimate : float, relative L2 error of pressure and micromoment over ell; None without coarser grids
     """
 
     x: np.ndarray
@@ -41,6 +42,7 @@ class GridState:
     energy: float
     kkt: float
     products: int
+    error_estimate: float | None = None
 
     @property
     def zones(self):
@@ -93,11 +95,11 @@ class GridContact:
         nodes : int
         rtol : float, relative L2 error of pressure and of micromoment over ell, both over the pressure; 1e-2 without nodes
         residual : float, to which (a) is solved
-        start : GridState of a nearby scene; coarser grids are then left out, and the estimate is None
+        start : GridState of a nearby scene; coarser grids are then left out, and its `error_estimate` is None
 
         Returns
         -------
-        (GridState, error estimate)
+        GridState
 
         Raises
         ------
@@ -109,7 +111,7 @@ class GridContact:
         if nodes is not None and (isinstance(nodes, bool) or not isinstance(nodes, (int, np.integer)) or nodes < 32):
             raise BadArgument("nodes", nodes, "must be a whole number, at least 32")
         if start is not None:
-            return self._solve(nodes or len(start.x), load, approach, start, residual), None
+            return self._solve(nodes or len(start.x), load, approach, start, residual)
         if nodes is not None:
             *_, last = self._states(load, approach, halvings(nodes), residual)
             return last
@@ -118,14 +120,14 @@ class GridContact:
         if not 0 < rtol < 1:
             raise BadArgument("rtol", rtol, "must satisfy 0 < rtol < 1")
         doublings = FIRST*2**np.arange(int(np.log2(MOST/FIRST)) + 1)
-        for state, estimate in self._states(load, approach, doublings, residual):
-            if estimate is not None and estimate <= rtol and len(state.x) >= 4*FIRST:
-                return state, estimate
-        raise NotConverged(f"error {estimate:.1e} instead of {rtol:g} on {MOST} nodes; a fitted scene (Contact) reaches more "
-                           "under smooth obstacles", reached=estimate)
+        for state in self._states(load, approach, doublings, residual):
+            if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= 4*FIRST:
+                return state
+        raise NotConverged(f"error {state.error_estimate:.1e} instead of {rtol:g} on {MOST} nodes; a fitted scene (Contact) reaches more "
+                           "under smooth obstacles", reached=state.error_estimate)
 
     def _states(self, load, approach, sizes, residual):
-        """(state, estimate) on grids of the given sizes, each started from the one before."""
+        """States on grids of the given sizes, each started from the one before."""
         state, changes = None, []
         for size in sizes:
             enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL/size)
@@ -133,7 +135,7 @@ class GridContact:
             if state is not None:
                 changes.append(difference(finer, state, self.body.solid.ell, self._period))
             state = finer
-            yield state, _estimate(changes)
+            yield replace(state, error_estimate=_estimate(changes))
 
     @property
     def _period(self):

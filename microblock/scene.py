@@ -3,14 +3,14 @@
 from dataclasses import dataclass, replace
 
 from . import contact_line, obstacles, topology
-from .panels import Line
+from .panels import Line, half_line
 from .path import LinePath
 from .adapt import climb
 from .errors import BadArgument, NotConverged, require_finite
 from .law import Microblock
 
 OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of partial contact touch: a first guess
-ORDERS = (6, 10, 14, 18, 22)
+ORDERS = (6, 10, 14, 18, 22, 26)
 FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed: rounding
 MENDINGS = 4          # of zones that a fitted state shows wrong
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
@@ -93,6 +93,8 @@ class Contact:
         line = self.line
         if near:
             yield from ((zones, order) for order in orders for zones in topology.variants(line, near.zones))
+        elif half_line(line):
+            yield from ((topology.classical(line, load), order) for order in orders)
         if near is None or search:
             for cells in topology.CELLS:
                 variants = topology.variants(line, topology.coarse(line, self.body, load, cells))

@@ -59,8 +59,8 @@ def _intervals(line, x, closed):
     """{corner: intervals} of the closed cells; next to an end of the obstacle they reach to it."""
     width, zones = x[1] - x[0], {}
     for corner in line.corners:
-        ends = line.ends.get(corner, ())
-        zones[corner] = tuple((_snap(x[i] - width/2, ends, width), _snap(x[j] + width/2, ends, width))
+        first, last = line.ends.get(corner, (-np.inf, np.inf))
+        zones[corner] = tuple((_snap(x[i] - width/2, first, width), _snap(x[j] + width/2, last, width))
                               for i, j in _runs(closed[corner]))
     return zones
 
@@ -71,9 +71,8 @@ def _runs(flags):
     return list(zip(np.flatnonzero(steps == 1), np.flatnonzero(steps == -1) - 1))
 
 
-def _snap(edge, ends, width):
-    close = [end for end in ends if abs(end - edge) < SNAP*width]
-    return float(min(close, key=lambda end: abs(end - edge), default=edge))
+def _snap(edge, end, width):
+    return float(end if abs(end - edge) < SNAP*width else edge)
 
 
 def _set_apart(line, zones, width):
@@ -172,11 +171,22 @@ def _toggled(intervals, left, right, inside):
 
 def _reach(line, load, centre):
     """Half-width of a first coarse grid: where a classical contact would carry the load, and a block more."""
-    solid = line.solid
-    reach = solid.ell/100
-    for _ in range(200):
-        heights = _height(line)(centre + np.linspace(-reach, reach, 9))
-        if 1.3*solid.E_star*np.ptp(np.minimum(heights, 1e300)) >= load:
-            return 1.5*reach + solid.ell
-        reach *= 1.3
-    raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
+    return 1.5*_classical(line, load, centre) + line.solid.ell
+
+
+def classical(line, load):
+    """The one zone of a symmetric scene without corners, with the half-width of a classical contact."""
+    half = _classical(line, load, 0.0)
+    return {0: ((-half, half),)}
+
+
+def _classical(line, load, centre):
+    """Half-width over which the obstacle rises by what the load sinks a classical half-plane under a parabola."""
+    half = line.solid.ell*np.geomspace(1e-9, 1e9, 721)
+    heights = _height(line)(centre + np.outer((-1.0, 0.0, 1.0), half).ravel()).reshape(3, -1)
+    rise = np.ptp(np.minimum(heights, 1e300), axis=0)
+    enough = np.flatnonzero(np.pi/2*line.solid.E_star*rise >= load)
+    if not len(enough):
+        raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
+    n = enough[0]
+    return float(np.interp(load, np.pi/2*line.solid.E_star*rise[n - 1:n + 1], half[n - 1:n + 1]) if n else half[0])

@@ -117,7 +117,7 @@ def test_a_uniform_grid_tends_to_the_reference():
 def test_judge_sees_what_a_coarse_state_misses():
     draw = accuracy.Draw("psi0", "microblock", 0.25, 0.3, 1.0, psi0=0.3)
     fine, own = accuracy.reference(draw.scene())
-    states = [draw.scene().at(accuracy.LOAD, order=order)[0] for order in (6, 10, 14)]
+    states = [draw.scene().at(accuracy.LOAD, order=order) for order in (6, 10, 14)]
     errors = [accuracy.error(state, fine) for state in states]
     x = np.linspace(-1.3, 1.3, 100001)
     p, exact = (np.array([state.pressure(corner, x) for corner in (0, 1)]) for state in (states[0], fine))
