@@ -150,7 +150,8 @@ def _named(scene, x, closed):
     for flags in closed:
         flags = flags | np.concatenate(([False], flags[:-2] & flags[2:], [False]))      # one node may close after its neighbours
         jumps = np.diff(np.concatenate(([False], flags, [False])).astype(int))
-        own.append([(float(borders[i]), float(borders[j])) for i, j in zip(np.flatnonzero(jumps == 1), np.flatnonzero(jumps == -1))])
+        starts, stops = np.flatnonzero(jumps == 1), np.flatnonzero(jumps == -1)
+        own.append([(float(borders[i]), float(borders[j])) for i, j in zip(starts, stops)])
     if len(own) == 1:
         return {"A": [], "B": [], "full": [], "contact": own[0]}
     return {"A": own[0], "B": own[1], "full": common(*own), "contact": joined(own[0] + own[1])}

@@ -40,7 +40,7 @@ def coalescence(scene, order=9, levels=5):
 
 
 def load_at_inner_edge(scene, inner, outer, order, levels):
-    """Load at which the inner edge of corner A is `inner` from the axis (> 0 leaves a gap, < 0 an overlap), and the outer edge."""
+    """Load at which the inner edge of corner A is `inner` from the axis (> 0: a gap, < 0: an overlap), and the outer edge."""
     unit = scene.solid.E_star*outer
     for _ in range(STEPS):
         zones = {0: ((max(inner, 0.0), outer),), 1: ((0.0, -inner),) if inner < 0 else ()}

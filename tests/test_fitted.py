@@ -51,8 +51,9 @@ def judged(state, rtol=1e-7):
 
 
 @pytest.mark.parametrize("alpha, law, obstacle, rtol", [
-    (0.25, Microblock(), Cylinder(1.0), 1e-3), (1.0, Microblock(), Cylinder(1.0), 1e-4), (0.02, Microblock(), Cylinder(1.0), 1e-3),
-    (0.5, Unilateral(), Cylinder(1.0), 1e-4), (0.3, Microblock(0.02), Cylinder(1.0), 1e-3), (0.3, Microblock(), Wedge(0.5), 1e-2)])
+    (0.25, Microblock(), Cylinder(1.0), 1e-3), (1.0, Microblock(), Cylinder(1.0), 1e-4),
+    (0.02, Microblock(), Cylinder(1.0), 1e-3), (0.5, Unilateral(), Cylinder(1.0), 1e-4),
+    (0.3, Microblock(0.02), Cylinder(1.0), 1e-3), (0.3, Microblock(), Wedge(0.5), 1e-2)])
 def test_error_holds(alpha, law, obstacle, rtol):
     state = FittedContact(solid_of(alpha), obstacle, law).at(P, rtol)
     parts = state.estimate
