@@ -4,7 +4,7 @@ Geometry   half-plane x2 < 0; a cylinder x^2/(2 R), a wedge or a flat punch (til
            P per thickness; blocks of side ell at each point of the surface, turned by psi0.
 Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
 Model      halfplane: the contact line alone, no mesh; the surface response from Fourier's symbol, panels fitted to
-           the zones of each corner.
+           the zones of each corner. fe: finite elements on a square, fitted to the zones, or the paper's mesh and method.
 Reference  the Hertz ellipse for alpha -> 0; scaling: at fixed psi0 and R/a_Hz results depend on nu, beta, alpha only.
 Look at    two zones above alpha_mid, kinks of pressure and micromoment where full contact ends.
 Units      those of the cylinder at load P, (50): lengths over a_Hz, pressures over p_Hz, M over p_Hz ell, psi as
@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from cases import hertz_fe
 from cases.options import command, option
 from microblock import contact_line, law, obstacles, plots
 from microblock.errors import BadArgument, require_finite
@@ -56,7 +57,7 @@ class Parameters:
     rho: float | None = option(None, "fe: regularisation")
     mesh: str | None = option(None, "fe: fitted or uniform", str, choices=("fitted", "uniform"))
     h: float | None = option(None, "fe: near-zone element over a_Hz")
-    order: int | None = option(None, "Gauss points on a panel, 4 to 30: fixes what --rtol would choose", int)
+    order: int | None = option(None, "Gauss points on a panel, 4 to 30, or order of the finite elements: fixes what --rtol would choose", int)
     rtol: float | None = option(None, "relative error of pressure and of micromoment over ell, both over the pressure, in L2 on the "
                                 "Gauss points of the panels, whose weights vanish at edges: for a punch, whose L2 norm is "
                                 f"infinite, it is that of this rule ({RTOL:g} if nothing is given)")
@@ -81,12 +82,13 @@ class Parameters:
             if abs(numbers[name]) > most:
                 raise BadArgument(name, numbers[name], f"must lie within {most} degrees")
         if self.model == "fe":
-            raise BadArgument("model", "fe", "is not there yet; halfplane answers every scene of this command")
-        for name in FE_ONLY:
-            if getattr(self, name) is not None:
-                raise BadArgument(name, getattr(self, name), "belongs to --model fe")
-        if self.order is not None and not 4 <= self.order <= 30:
-            raise BadArgument("order", self.order, "must lie between 4 and 30")
+            hertz_fe.check(self)
+        else:
+            for name in FE_ONLY:
+                if getattr(self, name) is not None:
+                    raise BadArgument(name, getattr(self, name), "belongs to --model fe")
+            if self.order is not None and not 4 <= self.order <= 30:
+                raise BadArgument("order", self.order, "must lie between 4 and 30")
         if self.order is not None and self.rtol is not None:
             raise BadArgument("rtol", self.rtol, "chooses the order: not together with --order")
         if self.rtol is not None and not self.rtol < 1:
@@ -130,13 +132,15 @@ class Parameters:
 
     def resolved(self):
         """These parameters with the defaults filled in."""
-        solid = self.solid
-        return replace(self, model="halfplane", alpha=solid.ell/self.a_Hz, ell=None,
-                       rtol=RTOL if self.rtol is None and self.order is None else self.rtol)
+        chosen = self.rtol is None and self.order is None and self.h is None
+        return replace(self, model=self.model or "halfplane", alpha=self.solid.ell/self.a_Hz, ell=None,
+                       rtol=RTOL if chosen else self.rtol, **(hertz_fe.resolved(self) if self.model == "fe" else {}))
 
 
 def solve(parameters):
-    """LineState and error estimate at each load, ascending or not as the loads are given."""
+    """State and error estimate at each load, ascending or not as the loads are given."""
+    if parameters.model == "fe":
+        return hertz_fe.solve(parameters)
     scene, states = parameters.scene, []
     for load in parameters.loads:
         near = states[-1][0] if states else None
@@ -161,15 +165,24 @@ def observe(parameters, state, estimate):
             "pressure_max": None if infinite else top/p, "pressure_max_at": [x/a for x in where], "zones": zones,
             "half_width": outer, "inner_half_width": inner, "hardness_apparent": load/outer,
             "hardness_real": load/(outer - inner), "micromoment_max": moment,
-            "energy": state.energy/(p*a**3/parameters.R), "approach": None, "iterations": state.iterations,
-            "kkt": contact_line.violation(state), "error_estimate": estimate,
-            "error_parts": asdict(state.estimate), "unknowns": len(state.q) + 1,
+            "energy": state.energy/(p*a**3/parameters.R), **_of_the_model(parameters, state), "iterations": state.iterations,
+            "error_estimate": estimate,
             "profile": {"x": (state.x/a).tolist(), "weight": (state.weights/a).tolist(),
                         "pressure": (state.pressures.sum(axis=0)/p).tolist(),
                         "pressure_A": corners[0].tolist() if len(corners) == 2 else None,
                         "pressure_B": corners[1].tolist() if len(corners) == 2 else None,
                         "micromoment": (state.micromoment/(p*ell)).tolist(),
                         "psi": (state.psi*parameters.R/a).tolist()}}
+
+
+def _of_the_model(parameters, state):
+    """What the two models say each in its own way: residual, unknowns, and the approach where the domain bounds it."""
+    if parameters.model != "fe":
+        return {"approach": None, "kkt": contact_line.violation(state), "unknowns": len(state.q) + 1,
+                "error_parts": asdict(state.estimate)}
+    bounded = math.isfinite(hertz_fe.size(parameters))
+    return {"approach": state.approach*parameters.R/parameters.a_Hz**2 if bounded else None, "kkt": state.kkt,
+            "unknowns": int(state.unknowns), "error_parts": asdict(state.estimate) if state.estimate else None}
 
 
 def total_pressure(state, x):
@@ -179,8 +192,8 @@ def total_pressure(state, x):
 
 def samples(state):
     """Points between the nodes of a state, ascending."""
-    x = state.x
-    between = x[:-1, None] + np.diff(x)[:, None]*np.linspace(0, 1, max(2, SAMPLES//state.panels.order) + 1)[:-1]
+    x, order = state.x, state.panels.order if isinstance(state, contact_line.LineState) else state.order
+    between = x[:-1, None] + np.diff(x)[:, None]*np.linspace(0, 1, max(2, SAMPLES//order) + 1)[:-1]
     return np.append(between.ravel(), x[-1])
 
 
@@ -210,7 +223,8 @@ def warnings(parameters, states):
     """Where the small-strain model leaves its ground."""
     found = []
     turn = max(float(np.abs(state.psi).max()) for state, _ in states) + math.radians(abs(parameters.psi0_deg))
-    slope = max(abs(float(edge)) for state, _ in states for edge in state.x[[0, -1]])/parameters.R
+    edges = [edge for state, _ in states for own in state.all_zones.values() for interval in own for edge in interval]
+    slope = max(map(abs, edges))/parameters.R
     if turn > math.radians(10):
         found.append(f"blocks turn by {math.degrees(turn):.0f} degrees: beyond the small-angle form (41)")
     if slope > 0.2 and parameters.obstacle == "cylinder":
@@ -224,14 +238,15 @@ def result(parameters):
     """The contract's object."""
     start = time.perf_counter()
     resolved = parameters.resolved()
-    resolved.scene.line.kernel(np.ones(1), np.zeros(1), np.zeros(1))      # the kernels' table
+    if resolved.model == "halfplane":
+        resolved.scene.line.kernel(np.ones(1), np.zeros(1), np.zeros(1))      # the kernels' table
     ready = time.perf_counter()
     states = solve(resolved)
     observed = [observe(resolved, *state) for state in states]
-    history = events(resolved, max(resolved.loads))
+    history = (hertz_fe.events if resolved.model == "fe" else events)(resolved, max(resolved.loads))
     return {"parameters": {**asdict(resolved), "loads": list(resolved.loads)}, "versions": versions(),
             "seconds": {"setup": ready - start, "solve": time.perf_counter() - ready},
-            "model": "halfplane", "unknowns": max(one["unknowns"] for one in observed), "states": observed,
+            "model": resolved.model, "unknowns": max(one["unknowns"] for one in observed), "states": observed,
             "events": history, "warnings": warnings(resolved, states)}
 
 

@@ -2,7 +2,8 @@
 
 Geometry   the cylinder on the half-plane of `hertz`, at fixed load.
 Equations  those of `hertz`, for the microblock and the unilateral law.
-Model      halfplane: the contact line alone.
+Model      halfplane: the contact line alone. fe: fitted finite elements, the nominal hardness on the domain of 18 a_Hz,
+           alpha_mid also as the paper's bilinear elements see it.
 Reference  alpha -> 0: the Hertz contact, hardness 1; alpha_mid from two sides of coalescence.
 Look at    width and hardness going opposite ways for the two laws; real and apparent hardness parting at alpha_mid.
 Units      those of `hertz`; hardness over P/(2 a_Hz).
@@ -14,7 +15,7 @@ from dataclasses import asdict, dataclass, replace
 
 from tqdm import tqdm
 
-from cases import hertz
+from cases import hertz, size_effect_fe
 from cases.options import command, option
 from microblock import plots
 from microblock.errors import BadArgument
@@ -26,6 +27,7 @@ from microblock.scene import Contact
 from microblock.study import column, read_records, versions, write_records
 
 ALPHAS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.25, 0.35, 0.5, 0.65, 0.75, 0.8, 0.83, 0.84, 0.86, 0.9, 1.0, 1.125, 1.25)
+RTOLS = {"halfplane": 1e-6, "fe": 1e-4}
 LAWS = ("microblock", "unilateral")
 COARSE = (6, 8, 10, 12, 14)      # orders of the panels for alpha_mid over the size of a panel's Gauss spacing
 KEPT = ("half_width", "inner_half_width", "pressure_max", "hardness_apparent", "hardness_real")
@@ -38,10 +40,12 @@ class Parameters:
     beta: float = option(1.0, "coupling number, 0 < beta < 2")
     model: str | None = option(None, "fe or halfplane; without it the smallest that can answer, halfplane", str,
                                choices=("fe", "halfplane"))
-    rtol: float = option(1e-6, "relative L2 error of pressure and micromoment")
+    rtol: float | None = option(None, "relative L2 error of pressure and micromoment (1e-6 by halfplane, 1e-4 by fe)")
 
     def __post_init__(self):
         object.__setattr__(self, "alphas", tuple(float(alpha) for alpha in self.alphas))
+        if self.rtol is None:
+            object.__setattr__(self, "rtol", RTOLS[self.model or "halfplane"])
         if not self.alphas:
             raise BadArgument("alphas", self.alphas, "must name at least one ratio")
         for alpha in self.alphas:
@@ -66,9 +70,20 @@ def coalescence_ratio(nu, beta, order=14):
 def result(parameters, quiet=True):
     """The contract's object."""
     start = time.perf_counter()
+    if parameters.model == "fe":
+        return _by_finite_elements(parameters, quiet, start)
     alpha_mid, error = coalescence_ratio(parameters.nu, parameters.beta)
     # panels have no h; the ladder is that of their orders, h the Gauss spacing over a_Hz at an edge panel of length ell
     of_order = [(alpha_mid/order, coalescence_ratio(parameters.nu, parameters.beta, order)[0]) for order in COARSE]
+    laws = _laws(parameters, quiet)
+    return {"parameters": {**asdict(replace(parameters, model="halfplane")), "alphas": list(parameters.alphas)},
+            "versions": versions(), "seconds": {"setup": 0.0, "solve": time.perf_counter() - start},
+            "laws": laws, "alpha_mid": alpha_mid, "alpha_mid_error": error, "alpha_mid_of_h": of_order,
+            "warnings": ["hardness_nominal needs an approach, which a half-plane has not: null"]}
+
+
+def _laws(parameters, quiet):
+    """{law: rows} of the contract, without the nominal hardness."""
     laws = {contact: [] for contact in LAWS}
     progress = tqdm(LAWS, disable=quiet, unit="law")
     for contact in progress:
@@ -79,10 +94,22 @@ def result(parameters, quiet=True):
             seen = hertz.observe(chosen, state, estimate)
             laws[contact].append({"alpha": alpha, **{name: seen[name] for name in KEPT}, "hardness_nominal": None,
                                   "error_estimate": estimate, "profile": seen["profile"]})
-    return {"parameters": {**asdict(replace(parameters, model="halfplane")), "alphas": list(parameters.alphas)},
-            "versions": versions(), "seconds": {"setup": 0.0, "solve": time.perf_counter() - start},
-            "laws": laws, "alpha_mid": alpha_mid, "alpha_mid_error": error, "alpha_mid_of_h": of_order,
-            "warnings": ["hardness_nominal needs an approach, which a half-plane has not: null"]}
+    return laws
+
+
+def _by_finite_elements(parameters, quiet, start):
+    """The contract's object from finite elements: with the nominal hardness, and alpha_mid as bilinear elements see it."""
+    nu, beta = parameters.nu, parameters.beta
+    laws = _laws(parameters, quiet)
+    classical = size_effect_fe.classical_hardness(lambda alpha: parameters.scene(alpha, "unilateral").resolved())
+    for contact, found in laws.items():
+        for row in found:
+            nominal = size_effect_fe.nominal_hardness(parameters.scene(row["alpha"], contact).resolved())
+            row["hardness_nominal"] = nominal/classical
+    alpha_mid, error = size_effect_fe.coalescence_ratio(nu, beta)
+    return {"parameters": {**asdict(parameters), "alphas": list(parameters.alphas)}, "versions": versions(),
+            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "laws": laws, "alpha_mid": alpha_mid,
+            "alpha_mid_error": error, "alpha_mid_of_h": size_effect_fe.ratio_of_h(nu, beta), "warnings": []}
 
 
 def run(parameters, out=None, quiet=False):

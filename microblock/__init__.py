@@ -15,6 +15,8 @@ _ROOMS = {
     "HalfPlane": "halfplane", "Compliance": "compliance", "Contact": "scene",
     "PeriodicHalfPlane": "grid", "GridContact": "grid_contact",
     "Body": "body", "Loads": "body", "Fields": "body",
+    "Condensed": "condensation", "Ground": "meshes",
+    "FittedContact": "fitted", "UniformContact": "uniform", "SurfaceState": "surface_state",
     "ContactFacets": "facets",
     "Newton": "newton", "State": "newton", "Event": "newton", "load_path": "newton",
     "MicroblockError": "errors", "BadArgument": "errors", "Inadmissible": "errors", "NotConverged": "errors",

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import ngsolve as ng
+import numpy as np
 
 from .errors import BadArgument, NotConverged
 from .material import Cosserat
@@ -39,8 +40,9 @@ class Body:
     mesh : ngsolve.Mesh
         Triangles, quadrilaterals (curved or not), or a 1D mesh of the depth x2 (`meshes.line`).
     solid : Cosserat
-    order : int
-        Polynomial order of u; `order_psi` that of psi (the same without it).
+    order : int, or array of ints, one for each element
+        Polynomial order of u; `order_psi` that of psi (the same without it). With one for each element all fields
+        have it, and an edge has the larger one of its neighbours.
     fixed : str or mapping
         Boundaries on which u1 = u2 = psi = 0, or {field: boundaries}; names as NGSolve's patterns.
     prescribed : {field: {boundary: value}}
@@ -50,11 +52,13 @@ class Body:
     """
 
     def __init__(self, mesh, solid: Cosserat, order=2, *, order_psi=None, fixed=(), prescribed=None, periodic=False):
+        self.mesh, self.solid, self.periodic = mesh, solid, periodic
+        self.element_orders = None if isinstance(order, int) else self._graded(order, order_psi)
+        order = order if self.element_orders is None else int(self.element_orders.max())
         orders = (order, order, order if order_psi is None else order_psi)
         for name, value in (("order", orders[0]), ("order_psi", orders[2])):
             if not (isinstance(value, int) and value >= 1):
                 raise BadArgument(name, value, "must be an integer of at least 1")
-        self.mesh, self.solid, self.periodic = mesh, solid, periodic
         self.order, self.order_psi = orders[0], orders[2]
         self.prescribed = dict(prescribed or {})
         self.fixed = self._patterns(fixed)
@@ -62,9 +66,31 @@ class Body:
         self.space = self.spaces[0]*self.spaces[1]*self.spaces[2]
 
     def scalar(self, order, **options):
-        """A scalar H1 space of this body, periodic where the body is."""
-        space = ng.H1(self.mesh, order=order, **options)
-        return ng.Periodic(space) if self.periodic else space
+        """A scalar H1 space of this body, periodic where the body is; of the elements' own orders where it has them."""
+        if self.element_orders is None:
+            space = ng.H1(self.mesh, order=order, **options)
+            return ng.Periodic(space) if self.periodic else space
+        usual = int(np.bincount(self.element_orders).argmax())
+        space = ng.H1(self.mesh, order=usual, **options)
+        for kind, orders in ((ng.ELEMENT, self.element_orders), (ng.EDGE, self._edge_orders)):
+            for number in np.flatnonzero(orders != usual).tolist():
+                space.SetOrder(ng.NodeId(kind, number), int(orders[number]))
+        space.UpdateDofTables()
+        return space
+
+    def _graded(self, orders, order_psi):
+        """Orders of the elements, checked; those of the edges follow from them."""
+        orders = np.asarray(orders)
+        if orders.shape != (self.mesh.ne,) or orders.dtype.kind != "i" or orders.min() < 1:
+            raise BadArgument("order", orders, f"must be an integer of at least 1, or {self.mesh.ne} of them, one an element")
+        if order_psi is not None or self.periodic or self.mesh.dim != 2:
+            raise BadArgument("order", orders, "orders of single elements are for 2D bodies that are not periodic, "
+                              "and for all fields at once")
+        self._edge_orders = np.ones(self.mesh.nedge, int)
+        for element, own in zip(self.mesh.Elements(), orders):
+            numbers = [edge.nr for edge in element.edges]
+            self._edge_orders[numbers] = np.maximum(self._edge_orders[numbers], own)
+        return orders
 
     def _patterns(self, fixed):
         """{field: pattern of all boundaries where it is fixed or prescribed}."""

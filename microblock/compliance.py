@@ -35,10 +35,20 @@ class Compliance:
         """The law's corners on this body: corner, node, flexibility, initial gap, share in the load.
 
         Corner forces f >= 0 push along -n and with the levers of (29); the gaps of all corners, one corner of the
-        law after the other, are ``g0 - share*approach + flexibility @ f``.
+        law after the other, are ``g0 - share*approach + flexibility @ f``. Where psi = 0 is prescribed (a row of zeros,
+        as on an axis of symmetry) the corners move together: the nearest has the one multiplier, the initial gaps of
+        the others are inf.
         """
+        count = len(self.weights)
+        gaps = np.array(list(law.initial_gaps(self.points, self.normals, self.ell, obstacle).values()))
+        held = ~self.matrix[count:].any(axis=1)
+        nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
+        gaps = np.where(held & ~nearest, np.inf, gaps)
+        onto = self.onto_corners(law)
+        return onto @ self.matrix @ onto.T, gaps.ravel(), np.tile(self.normals[:, 1], len(gaps))
+
+    def onto_corners(self, law):
+        """Changes of the gaps, one corner after the other, from (u.n, psi): array (corners n, 2 n); transposed, of the forces."""
         count, levers = len(self.weights), law.levers(self.points[:, 0])
-        gaps = law.initial_gaps(self.points, self.normals, self.ell, obstacle)
-        onto = np.vstack([np.column_stack((np.diag(-np.ones(count)), np.diag(self.ell/2*levers[name])))
+        return np.vstack([np.column_stack((np.diag(-np.ones(count)), np.diag(self.ell/2*levers[name])))
                           for name in law.corners])
-        return onto @ self.matrix @ onto.T, np.concatenate(list(gaps.values())), np.tile(self.normals[:, 1], len(law.corners))

@@ -5,6 +5,8 @@ nodal quadrature, for any order): `ContactFacets` numbers these nodes and builds
 term (31) and the augmented Lagrangian term (37).
 """
 
+from functools import lru_cache
+
 import ngsolve as ng
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -18,6 +20,7 @@ from .errors import BadArgument
 SAME_GAP = 1e-12     # of ell: two corner gaps that differ by less are one function
 
 
+@lru_cache(maxsize=64)
 def lobatto(order):
     """Gauss-Lobatto rule of order + 1 points on [0, 1], exact for degree 2 order - 1: points, weights."""
     inner = roots_jacobi(order - 1, 1, 1)[0] if order > 1 else np.zeros(0)
@@ -49,6 +52,8 @@ class ContactFacets:
     """
 
     def __init__(self, body, law, obstacle, boundary="contact"):
+        if body.element_orders is not None:
+            raise BadArgument("body", body, "must have one order for all elements: the contact rule is the same on every facet")
         self.body, self.law, self.corners = body, law, law.corners
         self.region = body.boundary(boundary)
         self.order = min(body.order, body.order_psi)
@@ -69,7 +74,7 @@ class ContactFacets:
         self.rule = ng.IntegrationRule(points=[(float(t),) for t in points], weights=[float(w) for w in weights])
         outward = ng.specialcf.normal(mesh.dim)
         numbers, nodes, rows = {}, [], {name: [] for name in spaces}
-        for facet in self.region.Elements():
+        for facet, side in zip(self.region.Elements(), outward_sides(mesh, self.region)):
             local = {name: (space.GetFE(facet), space.GetDofNrs(facet)) for name, space in spaces.items()}
             transformation = mesh.GetTrafo(facet)
             for j, (xi, weight) in enumerate(zip(points, weights)):
@@ -77,7 +82,7 @@ class ContactFacets:
                 at_vertex = j in (0, len(points) - 1)
                 key = ("vertex", *shape["multiplier"]) if at_vertex else (facet.nr, j)
                 mapped = transformation(xi)
-                normal = outward(mapped)
+                normal = side*np.array(outward(mapped))
                 measure = weight*(mapped.measure if mesh.dim == 2 else 1.0)
                 if key in numbers:
                     nodes[numbers[key]][1] += measure
@@ -167,6 +172,22 @@ class ContactFacets:
         if mask.all():
             return term
         return ng.IfPos(self.interpolate(mask.astype(float)) - 0.5, term, otherwise)
+
+
+def outward_sides(mesh, region):
+    """For each facet of a boundary 1, or -1 where NGSolve's normal points inwards: it follows the facet's own orientation."""
+    if mesh.dim == 1:
+        return [1.0 for _ in region.Elements()]
+    points = np.array([vertex.point for vertex in mesh.vertices])
+    facets = [(facet.edges[0].nr, [vertex.nr for vertex in facet.vertices]) for facet in region.Elements()]
+    wanted = {number for number, _ in facets}
+    inside = {edge.nr: points[[vertex.nr for vertex in element.vertices]].mean(axis=0)
+              for element in mesh.Elements() for edge in element.edges if edge.nr in wanted}
+    outward, sides = ng.specialcf.normal(2), []
+    for facet, (number, ends) in zip(region.Elements(), facets):
+        transformation = mesh.GetTrafo(facet)      # a mapped point does not keep it alive
+        sides.append(1.0 if np.dot(points[ends].mean(axis=0) - inside[number], outward(transformation(0.5))) > 0 else -1.0)
+    return sides
 
 
 def _point_row(element, dofs, xi):

@@ -1,10 +1,22 @@
 """Meshes. Boundaries are named by role; the contact surface lies at x2 = 0, the body below it."""
 
+from dataclasses import dataclass
+
 import netgen.meshing as netgen
+import netgen.occ as occ
 import ngsolve as ng
+import numpy as np
 from ngsolve.meshes import MakeStructured2DMesh
 
-from .errors import BadArgument, require_finite
+from .errors import BadArgument, NotConverged, require_finite
+
+GRADING = 0.5        # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
+RATIO = 0.15         # of the elements towards a graded vertex
+GROWTH = 3.0         # of equal squares, over their side and times the reach: 1.03 for the paper's 0.02 of 2 a_Hz
+SLIVER = 1e-9        # of the reach, below which two edges are one
+FALL = 1.6, 1.0      # on a half and on a whole body, over the linear fall of the order in the logarithm of the distance: errors
+                     # of a far field that is not symmetric tilt the surface
+FIRST = 0.4          # of the reach: within it of a tip the orders begin to fall
 
 
 def line(depth, elements):
@@ -45,3 +57,149 @@ def _check(depth, elements):
         raise BadArgument("depth", depth, "must be positive")
     if not (isinstance(elements, int) and elements >= 1):
         raise BadArgument("elements", elements, "must be an integer of at least 1")
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A block of ground whose surface is pressed near x1 = 0: the half-plane cut off at a distance.
+
+    The rectangle -far < x2 < 0 with 0 < x1 < far ("half", axis x1 = 0) or -far < x1 < far; boundaries "contact" for x1 in
+    `reach`, "free" beside it, "side", "bottom" and "axis" (the last one of a half only).
+
+    Parameters
+    ----------
+    far : size of the domain (length)
+    reach : (left, right) ends of the boundary "contact"; left is 0 on a half
+    half : whether x1 = 0 is an axis of symmetry
+    """
+
+    far: float
+    reach: tuple
+    half: bool = True
+
+    def __post_init__(self):
+        left, right = self.reach
+        require_finite(far=self.far, left=left, right=right)
+        if not (-self.far < left < right < self.far and (left == 0 or not self.half)):
+            raise BadArgument("reach", self.reach, f"must be an interval within {self.far:g} of x1 = 0, from it on a half")
+
+    @property
+    def supports(self):
+        """{field: boundaries} of design 3.3: the bottom holds all fields, the axis u1 and psi, the sides are free."""
+        axis = "|axis" if self.half else ""
+        return {"u1": "bottom" + axis, "u2": "bottom", "psi": "bottom" + axis}
+
+
+def graded(ground, edges, *, spacing, levels, grading=GRADING):
+    """Triangles from netgen with vertices at `edges` on the surface, towards which `levels` of elements shrink by RATIO.
+
+    Parameters
+    ----------
+    ground : Ground
+    edges : abscissae within the reach; those closer than SLIVER of it are one
+    spacing : length of the elements on the boundary "contact"; away from it they grow by `grading`, (0, 1)
+
+    Raises
+    ------
+    NotConverged
+        If netgen fails; it is tried with slightly different gradings first.
+    """
+    tips = _distinct(edges, SLIVER*(ground.reach[1] - ground.reach[0]))
+    for trial in (grading, 0.9*grading, 0.8*grading):
+        try:
+            mesh = ng.Mesh(_face(ground, tips, spacing).GenerateMesh(maxh=ground.far/3, grading=trial))
+            break
+        except Exception as failure:
+            reason = failure
+    else:
+        raise NotConverged(f"netgen finds no mesh for edges {tips}: {reason}")
+    if levels and tips:
+        mesh.RefineHP(levels, RATIO)
+    return mesh
+
+
+def _face(ground, tips, spacing):
+    """The rectangle of a Ground as a geometry, clockwise from the surface's right end; the tips are marked for RefineHP."""
+    (left, right), far = ground.reach, ground.far
+    start = 0.0 if ground.half else -far
+    surface = sorted({left, right, *tips, start, far})
+    corners = [(x, 0.0) for x in surface] + [(far, -far), (start, -far)]
+    names = ["contact" if left <= x < right else "free" for x in surface[:-1]] + ["side", "bottom",
+                                                                                "axis" if ground.half else "side"]
+    vertices = [occ.Vertex(occ.Pnt(*point, 0)) for point in corners]
+    edges = []
+    for i, name in enumerate(names):
+        edge = occ.Edge(vertices[i], vertices[(i + 1) % len(vertices)])
+        edge.name = name
+        if name == "contact":
+            edge.maxh = spacing
+        edges.append(edge)
+    face = occ.Face(occ.Wire(edges))
+    for vertex in face.vertices:
+        if abs(vertex.p.y) <= 0 and any(abs(vertex.p.x - tip) <= SLIVER*far*1e-6 for tip in tips):
+            vertex.hpref = 1
+    return occ.OCCGeometry(face, dim=2)
+
+
+def uniform(ground, h):
+    """Squares of side h (length) for 0 < |x1| < reach and as deep, from there growing geometrically to the far field.
+
+    The paper's mesh: with h a fiftieth of a_Hz, the reach 2 a_Hz and the domain 18 a_Hz it has 130 000 unknowns. The whole
+    surface is the boundary "contact".
+    """
+    require_finite(h=h)
+    reach = ground.reach[1]
+    if not 0 < h <= reach:
+        raise BadArgument("h", h, f"must be positive and no longer than the region of equal squares, {reach:g}")
+    lines = _uniform_lines(reach, ground.far, h)
+    across = lines if ground.half else np.concatenate((-lines[:0:-1], lines))
+    nx, ny = len(across) - 1, len(lines) - 1
+    mesh = MakeStructured2DMesh(quads=True, nx=nx, ny=ny,
+                                mapping=lambda x, y: (across[round(x*nx)], -lines[ny - round(y*ny)]))
+    names = {"top": "contact", "bottom": "bottom", "right": "side", "left": "axis" if ground.half else "side"}
+    for number, name in enumerate(mesh.GetBoundaries()):
+        mesh.ngmesh.SetBCName(number, names[name])
+    return ng.Mesh(mesh.ngmesh)
+
+
+def _uniform_lines(reach, far, h):
+    """Ascending distances from 0 to far: steps of h within the reach, then growing by the same factor."""
+    near = np.linspace(0, reach, max(1, round(reach/h)) + 1)
+    growth = 1 + GROWTH*near[1]/reach
+    count = max(1, round(np.log1p((far - reach)*(growth - 1)/near[1])/np.log(growth)))
+    steps = growth**np.arange(1, count + 1)
+    return np.concatenate((near, reach + (far - reach)*np.cumsum(steps[:-1])/steps.sum(), [far]))
+
+
+def falling_orders(mesh, ground, tips, top):
+    """Orders of the elements (array (elements,)): `top` near the surface, falling linearly in the logarithm of the distance.
+
+    The lowest, at the tips of the grading and in the far field, is nearly half of it: their errors have to fall with the rest.
+    """
+    centres, sizes = _elements(mesh)
+    reach = max(abs(x) for x in ground.reach)
+    away = np.log(np.maximum(np.hypot(*centres.T)/reach, 1))/np.log(ground.far/reach)
+    at_tips, far = max(1, (top - 3)//2), max(1, (top - 3)//2) if ground.half else max(2, (top - 2)//2)
+    orders = far + (top - far)*np.maximum(1 - FALL[not ground.half]*away, 0)
+    if len(tips):
+        distance = np.abs(centres[:, None, 0] - np.asarray(tips)) + np.abs(centres[:, None, 1])
+        smallest = sizes.min()
+        first = max(FIRST*reach, 2*smallest)
+        along = np.log(np.clip(distance.min(axis=1)/smallest, 1, first/smallest))/np.log(first/smallest)
+        orders = np.minimum(orders, at_tips + (top - at_tips)*along)
+    return np.rint(np.minimum(orders, top)).astype(int)
+
+
+def _elements(mesh):
+    """Centres and diameters of all elements."""
+    points = np.array([vertex.point for vertex in mesh.vertices])
+    corners = [points[[vertex.nr for vertex in element.vertices]] for element in mesh.Elements()]
+    return np.array([own.mean(axis=0) for own in corners]), np.array([np.ptp(own, axis=0).max() for own in corners])
+
+
+def _distinct(places, apart):
+    found = []
+    for place in sorted(places):
+        if not found or place - found[-1] > apart:
+            found.append(float(place))
+    return found

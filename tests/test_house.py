@@ -12,6 +12,11 @@ ROOT = Path(microblock.__file__).parent
 MAY_IMPORT = {
     "errors": set(), "material": set(), "obstacles": set(), "meshes": set(), "references": set(), "observables": set(),
     "plots": set(), "adapt": set(), "study": {"__init__"}, "law": {"obstacles"}, "body": {"material"},
+    "condensation": {"body", "compliance", "facets"}, "surface_state": {"condensation", "panels"},
+    "ground": {"law", "obstacles", "panels"}, "uniform": {"active_set", "body", "condensation", "facets", "ground", "meshes",
+                                                          "newton", "surface_state"},
+    "meeting": {"halfplane"},
+    "fitted": {"active_set", "body", "condensation", "ground", "meshes", "surface_state"},
     "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane"}, "active_set": set(),
     "contact_line": {"halfplane", "panels"}, "subsurface": {"halfplane", "panels"},
     "topology": {"active_set", "contact_line", "panels"}, "path": {"halfplane", "observables"},

@@ -1,0 +1,199 @@
+"""A body condensed to the nodes of a contact boundary: its compliance, and the fields of any contact state.
+
+The bulk is assembled once; the interiors of the elements are eliminated while that is done. What is left is
+factorised with the unknowns of the contact boundary last, in a fill-reducing order for the others: of K = L U, L = U^T/diag U,
+the trailing block of U is, row by row over the root of its diagonal, the Cholesky factor of the Schur complement S, with
+no solve at all. With R the values of u.n and psi at the Gauss-Lobatto points of the contact facets the compliance is
+``R S^-1 R^T``.
+"""
+
+from functools import cached_property
+
+import ngsolve as ng
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse.linalg import splu
+
+from .body import Fields
+from .compliance import Compliance
+from .errors import BadArgument, NotConverged
+from .facets import lobatto, outward_sides
+
+FLAT = 1e-12      # n1 below which a displacement along x1 does not enter the gaps
+SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}      # no pivoting: K is positive definite
+UNSOLVED = 1e-6   # of a right-hand side that the factors leave if K is singular to rounding
+
+
+class ContactNodes:
+    """The Gauss-Lobatto points of the facets of a boundary: p + 1 on a facet of order p, those on shared vertices once.
+
+    Nodes are in the order of x1.
+
+    Parameters
+    ----------
+    body : Body, two-dimensional, of any orders
+    boundary : str, name or pattern of the contact boundary
+
+    Attributes
+    ----------
+    points, normals : arrays (n, 2)
+    weights : array (n,), lengths
+    facets : list of arrays, the nodes of each facet from one of its ends to the other
+    """
+
+    def __init__(self, body, boundary="contact"):
+        if body.mesh.dim != 2:
+            raise BadArgument("body", body, "must be two-dimensional")
+        self.body, self.region = body, body.boundary(boundary)
+        self._number_nodes()
+
+    def _number_nodes(self):
+        """Nodes and the rows of R."""
+        body, mesh = self.body, self.body.mesh
+        space = body.spaces[0]
+        outward = ng.specialcf.normal(2)
+        numbers, nodes, rows, self.facets = {}, [], [], []
+        for facet, side in zip(self.region.Elements(), outward_sides(mesh, self.region)):
+            element, dofs, transformation = space.GetFE(facet), space.GetDofNrs(facet), mesh.GetTrafo(facet)
+            order = len(dofs) - 1
+            xis, weights = lobatto(order)
+            ends = {0.0: facet.vertices[1].nr, 1.0: facet.vertices[0].nr}      # reference coordinate 0 is the second vertex
+            members = []
+            for j, (xi, weight) in enumerate(zip(xis, weights)):
+                mapped = transformation(xi)
+                key = ("vertex", ends[xi]) if xi in ends else (facet.nr, j)
+                if key not in numbers:
+                    numbers[key] = len(nodes)
+                    nodes.append([np.array(mapped.point[:2]), 0.0, np.zeros(2)])
+                    rows.append((dofs, element.CalcShape(float(xi))))
+                node = nodes[numbers[key]]
+                node[1] += weight*mapped.measure
+                node[2] += side*weight*mapped.measure*np.array(outward(mapped)[:2])
+                members.append(numbers[key])
+            self.facets.append(members)
+        order = np.lexsort(np.array([point for point, _, _ in nodes]).T[::-1])
+        places = np.argsort(order)
+        self.facets = [places[members] for members in self.facets]
+        self.points, self.weights, normals = (np.array([nodes[i][part] for i in order]) for part in range(3))
+        self.normals = normals/np.linalg.norm(normals, axis=1)[:, None]
+        self._values = _rows([rows[i] for i in order], space.ndof)
+
+    @cached_property
+    def interpolation(self):
+        """[(left, right, numbers of its nodes)] of the facets of a boundary along x1, all left to right."""
+        found = []
+        for members in self.facets:
+            members = members[np.argsort(self.points[members, 0])]
+            found.append((self.points[members[0], 0], self.points[members[-1], 0], members))
+        return sorted(found, key=lambda facet: facet[0])
+
+
+class Condensed(ContactNodes):
+    """Body condensed to the nodes of its contact boundary.
+
+    Parameters
+    ----------
+    body : Body, of any orders
+    boundary : str, name or pattern of the contact boundary
+
+    Attributes
+    ----------
+    compliance : Compliance
+    unknowns : int, free unknowns of the bulk
+
+    Raises
+    ------
+    NotConverged
+        If the supports leave a rigid motion free.
+    BadArgument
+        If a support prescribes values other than 0.
+    """
+
+    def __init__(self, body, boundary="contact"):
+        if body.prescribed:
+            raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
+        super().__init__(body, boundary)
+        self._assemble()
+        self._factorise()
+        self.compliance = Compliance(self.points, self.normals, self.weights, self._matrix(), body.solid.ell)
+
+    def _assemble(self):
+        """The bulk's bilinear form, the second variation of (10)."""
+        solid, space = self.body.solid, self.body.space
+        (u1, u2, psi), (v1, v2, chi) = space.TnT()
+        gradient, kappa = self.body.gradients(u1, u2, psi)
+        (s11, s12), (s21, s22) = solid.stress(gradient, psi)
+        m = solid.couple_stress(kappa)
+        varied, turned = self.body.gradients(v1, v2, chi)
+        self._form = ng.BilinearForm(space, symmetric=True, condense=True)
+        self._form += (s11*varied[0, 0] + s12*(varied[0, 1] + chi) + s21*(varied[1, 0] - chi) + s22*varied[1, 1]
+                       + m[0]*turned[0] + m[1]*turned[1])*ng.dx
+        self._form.Assemble()
+        self.unknowns = sum(space.FreeDofs())
+
+    def _factorise(self):
+        space = self.body.space
+        values, columns, starts = self._form.mat.CSR()
+        bulk = csr_matrix((np.array(values), np.array(columns), np.array(starts)), shape=(space.ndof, space.ndof))
+        free = np.array(list(space.FreeDofs(True)))
+        onto = self._onto()
+        used = np.zeros(space.ndof, bool)
+        used[onto.indices] = True
+        inner, contact = np.flatnonzero(free & ~used), np.flatnonzero(free & used)
+        try:
+            first = splu(csc_matrix(bulk[inner][:, inner]), permc_spec="MMD_AT_PLUS_A", **SYMMETRIC)
+            self._order = np.concatenate((inner[np.argsort(first.perm_c)], contact))
+            self._factors = splu(csc_matrix(bulk[self._order][:, self._order]), permc_spec="NATURAL", **SYMMETRIC)
+            straight = np.arange(len(self._order))
+            if np.any(self._factors.perm_r != straight) or np.any(self._factors.perm_c != straight):
+                raise RuntimeError("the factorisation pivots")
+            upper = self._factors.U[len(inner):, len(inner):].toarray()
+        except RuntimeError as failure:
+            raise NotConverged(f"no factorisation of the bulk: {failure}; are rigid motions fixed?") from failure
+        if not np.all(np.diag(upper) > 0):
+            raise NotConverged("the bulk is not positive definite; are rigid motions fixed?")
+        self._cholesky = upper/np.sqrt(np.diag(upper))[:, None]
+        self._rows = onto[:, contact].toarray()
+        self._bulk = bulk
+
+    def _onto(self):
+        """R, (u.n, psi) at the nodes from all unknowns, sparse (2 n, unknowns)."""
+        n, width = len(self.weights), self.body.spaces[0].ndof
+        values = self._values.tocoo()
+        parts = [(values.row, values.col + i*width, values.data*self.normals[values.row, i]) for i in range(2)
+                 if np.abs(self.normals[:, i]).max() > FLAT]
+        parts.append((values.row + n, values.col + 2*width, values.data))
+        row, column, data = (np.concatenate(pieces) for pieces in zip(*parts))
+        return csr_matrix((data, (row, column)), shape=(2*n, self.body.space.ndof))
+
+    def _matrix(self):
+        half = solve_triangular(self._cholesky, self._rows.T, trans="T")
+        return half.T @ half
+
+    def fields(self, forces, moments):
+        """Fields under nodal forces along n and nodal moments, arrays (n,), by one back-substitution."""
+        state = ng.GridFunction(self.body.space)
+        right = self._onto().T @ np.concatenate((forces, moments))
+        vector = state.vec.FV().NumPy()
+        vector[self._order] = self._factors.solve(right[self._order])
+        left = (right - self._bulk @ vector)[self._order]
+        if not np.linalg.norm(left) <= UNSOLVED*np.linalg.norm(right):
+            raise NotConverged("singular matrix of the bulk; are rigid motions fixed?")
+        vector[self._order] += self._factors.solve(left)      # one step of refinement
+        state.vec.data += self._form.harmonic_extension*state.vec
+        return Fields(self.body, state.components)
+
+    def reaction(self, fields):
+        """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""
+        width = self.body.spaces[0].ndof
+        vector = np.concatenate([component.vec.FV().NumPy() for component in fields])
+        held = (self._bulk @ vector)[2*width:]
+        used = np.unique(self._values.indices)
+        return np.linalg.solve(self._values[:, used].toarray().T, held[used])
+
+
+def _rows(rows, width):
+    i = np.repeat(np.arange(len(rows)), [len(dofs) for dofs, _ in rows])
+    return csr_matrix((np.concatenate([np.asarray(shape) for _, shape in rows]),
+                       (i, np.concatenate([np.asarray(dofs) for dofs, _ in rows]))), shape=(len(rows), width))

@@ -1,0 +1,354 @@
+"""Contact of the ground with a rigid obstacle by finite elements whose mesh follows the edges of the zones.
+
+A pass meshes the ground with vertices at the trial edges, condenses it to the contact nodes and closes the gaps of each
+corner on its zones. At a free edge ``p = K0/sqrt(r) + K1 sqrt(r)``; at the solution ``dK0_i/de_j = -delta_ij K1_i/2``, so
+moving the edges outwards by ``2 K0/K1`` is Newton's method, a mesh a step. The state returned is that of the contact-state
+solver on the last mesh. Mesh and orders climb a ladder until the estimate holds, which has three parts:
+
+discretisation   difference of pressure and micromoment between the last two rungs, each fitted for itself
+edges            what moving the edges by the next step would change: p by K1 delta/(2 sqrt r) beside an edge
+truncation       TRUNCATION (outer edge/far)^2: the image of the load bends the surface like 1/far^2 (docs/theory.md)
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import active_set
+from .body import Body
+from .condensation import Condensed
+from .errors import BadArgument, NotConverged, require_finite
+from .ground import GroundScene
+from .meshes import Ground, falling_orders, graded
+from .surface_state import Estimate, difference, surface_state
+
+FAR = 1000.0         # size of an unbounded domain over the reach
+BEYOND = 1.3         # reach of the contact boundary over the outermost edge
+LADDER = ((4, 3), (5, 4), (6, 4), (7, 4), (8, 4), (9, 5), (10, 5), (11, 6), (12, 6))      # (order, levels)
+SPACING = 0.7        # of the elements on the surface, over the half-width
+LAYERS = 8.0         # of them, over the layer length: order 5 sees a layer of an eighth of the element
+COARSE = 12, 3       # elements over the reach and order of the first mesh, which knows no edges
+RATE = 0.5, -0.15    # digits that an order adds, and that order 0 lacks: where the ladder is entered, no more
+LOCATED = 0.03       # error of the edges at which more order helps more than another step
+STEPS = 6            # of the edges on one rung
+LONGEST_MOVE = 0.4   # of an edge in one step, over the way to the next
+FITTED = 0.4         # of the way to the next edge, or of the layer if that is less, from where K0 and K1 are read
+FURTHEST = 0.8       # of it, on meshes with too few nodes for that
+TERMS = 4            # K0, K1, ... of the series in which they are read
+PARTIAL = 2.4        # width of a partial zone over ell as ell -> 0: a first guess where the first mesh does not see it
+SLIVER = 1e-11       # of the outer edge, to which a node is at an edge
+SEEN = 0.05          # of the way to the next edge: sets that differ by more are another topology
+MEETING = 0.1        # of the outer edge: zones whose inner edges are this near to the axis may meet there
+COLLAPSED = 1e-5     # of the outer edge: an inner edge this near is none; p^2 there is below 1e-3 of its size
+SHOWN = 4            # nodes next to the axis that make an overlap or a gap
+TRUNCATION = 2.0     # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
+
+
+@dataclass(frozen=True)
+class FittedContact(GroundScene):
+    """A scene on fitted meshes; a half-plane is cut off at FAR times the reach of the contact boundary."""
+
+    def at(self, load, rtol=1e-3, near=None):
+        """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
+
+        Parameters
+        ----------
+        near : SurfaceState of a nearby load, or with the same zones, to start from
+
+        Returns
+        -------
+        SurfaceState; its `estimate` tells the parts of the error
+
+        Raises
+        ------
+        NotConverged
+            If the ladder ends above rtol, or the zones are not found; `reached` is the smallest estimate.
+        """
+        self.check_load(load)
+        require_finite(rtol=rtol)
+        if not 0 < rtol < 1:
+            raise BadArgument("rtol", rtol, "must satisfy 0 < rtol < 1")
+        zones, passes = (near.zones, 0) if near else self.topology(load)
+        zones, passes = self._located(load, zones, passes)
+        coarse, best, first = None, math.inf, _first_rung(rtol)
+        for rung in range(2 - first % 2, first, 2):      # edges from the lowest rung would spoil the difference of higher ones
+            zones, passes = self._pass(load, zones, *LADDER[rung]).moved, passes + 1
+        for order, levels in LADDER[first:]:
+            for _ in range(STEPS):
+                trial = self._pass(load, zones, order, levels)
+                passes += 1
+                state = self._state(load, trial, passes)
+                found = self._other_zones(state, trial)
+                zones = found or trial.moved
+                if found:      # another topology: what was computed on the old one says nothing
+                    coarse = None
+                    continue
+                if coarse is None:
+                    break
+                estimate = replace(state.estimate, discretisation=difference(coarse, state))
+                if estimate.total <= rtol:
+                    return replace(state, estimate=estimate)
+                best = min(best, estimate.total)
+                if estimate.total - estimate.edges > rtol:
+                    break
+            coarse = state
+        raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was {best:.1e}; "
+                           "ask for that, or fix the discretisation instead", reached=best, iterations=passes)
+
+    def _located(self, load, zones, passes):
+        """Zones to which the first rung of the ladder moves edges that were good to LOCATED, and the number of passes."""
+        for _ in range(STEPS):
+            trial = self._pass(load, zones, *LADDER[0])
+            passes += 1
+            if trial.edge_error <= LOCATED:
+                return trial.moved, passes
+            zones = trial.moved
+            state = self._state(load, trial, passes)
+            zones = self._other_zones(state, trial) or zones
+        raise NotConverged(f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of topology?",
+                           iterations=passes)
+
+    def of_order(self, load, order, spacing=None):
+        """The state of one order, its edges moved until rounding or ever new meshes stop them; no estimate.
+
+        `spacing` is that of the elements on the surface (length); without it the ladder's.
+        """
+        self.check_load(load)
+        zones, passes = self._located(load, *self.topology(load))
+        levels, last = max(own for top, own in LADDER if top <= max(order, LADDER[0][0])), math.inf
+        for _ in range(STEPS):
+            trial = self._pass(load, zones, order, levels, spacing)
+            passes += 1
+            if trial.edge_error > last/2:
+                break
+            zones, last = trial.moved, trial.edge_error
+        state = self._state(load, trial, passes)
+        if self._other_zones(state, trial):
+            raise NotConverged(f"no zones fit at load {load:g} with order {order}; ask for more", iterations=passes)
+        return state
+
+    def evenly(self, load, order, count):
+        """The body condensed on `count` even elements over the reach that this load needs, without knowledge of the zones."""
+        zones, _ = self.topology(load)
+        outer = max(abs(edge) for own in zones.values() for interval in own for edge in interval)
+        ground = self._ground(outer)
+        return self._condense(ground, self._features(ground), ground.reach[1]/count, 0, order)
+
+    def _ground(self, outer):
+        reach = BEYOND*outer
+        far = FAR*reach if self.domain == math.inf else self.domain
+        if not reach < far:
+            raise BadArgument("domain", self.domain, f"must be larger than the contact of half-width {outer:g}")
+        return Ground(far, (0.0 if self.symmetric else -reach, reach), self.symmetric)
+
+    def _condense(self, ground, tips, spacing, levels, order):
+        mesh = graded(ground, tips, spacing=spacing, levels=levels)
+        supports = dict(ground.supports)
+        if self.law.clamps_rotation:
+            supports["psi"] += "|contact|free"
+        orders = np.full(mesh.ne, order) if not levels else falling_orders(mesh, ground, tips, order)
+        return Condensed(Body(mesh, self.solid, orders, fixed=supports))
+
+    def topology(self, load):
+        """Zones of the computed part as a mesh without knowledge of them sees them, and the number of meshes."""
+        outer = self.first_guess(load)
+        for passes in range(1, 13):
+            ground = self._ground(outer)
+            cell = ground.reach[1]/COARSE[0]
+            body = self._condense(ground, self._features(ground), cell, 0, COARSE[1])
+            system = body.compliance.corner_system(self.law, self.obstacle)
+            found = active_set.solve(*system[:2], load=self.share(load), c=system[2])
+            x, closed = body.points[:, 0], found.closed.reshape(len(self.law.corners), -1)
+            widest = np.abs(x[closed.any(axis=0)]).max()
+            if widest > 0.95*ground.reach[1]:
+                outer *= 1.6
+            elif 2.5*widest < ground.reach[1]:
+                outer = max(widest, 2*cell)
+            else:
+                return self._set_apart(self.runs(x, closed, found.forces.reshape(closed.shape)/body.weights), cell), passes
+        raise NotConverged(f"no contact zones found at load {load:g} within {outer:g} of x1 = 0")
+
+    def _set_apart(self, zones, cell):
+        """Edges of the two corners that fall on one cell of the first mesh are put a partial zone's width apart."""
+        if len(zones) == 1 or not all(zones.values()):
+            return zones
+        apart = PARTIAL*self.solid.ell
+        a, b = (list(map(list, zones[corner])) for corner in (0, 1))
+        if abs(a[-1][1] - b[-1][1]) < cell and apart < 2*cell:
+            b[-1][1] = a[-1][1] - apart
+        if not self.symmetric and abs(a[0][0] - b[0][0]) < cell and apart < 2*cell:
+            a[0][0] = b[0][0] + apart
+        return {corner: tuple((left, right) for left, right in own if right > left) for corner, own in ((0, a), (1, b))}
+
+    def _features(self, ground):
+        """The same for kinks and ends, within the reach."""
+        kinks = [kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in self.shifts()]
+        left, right = ground.reach
+        return sorted({abs(x) if self.symmetric else x for x in (*kinks, *self.ends())
+                       if left < (abs(x) if self.symmetric else x) < right})
+
+    def _meeting(self, zones, outer):
+        """Whether the zones of the two corners are about to meet on the axis: there the pressure is singular too."""
+        if not self.symmetric or len(zones) == 1:
+            return False
+        inner = [edge for own in zones.values() for interval in own for edge in interval if 0 < edge < MEETING*outer]
+        return bool(inner) or (not zones[1] and zones[0][0][0] == 0)
+
+    def edge_coefficients(self, zones, loads, order, levels):
+        """((K0, K1) at the innermost edge at each load, the same at the outermost), on one mesh fitted to symmetric zones."""
+        found = self._fit_mesh(zones, order, levels)
+        left = found.zones[0][0][0]
+        inner = (0, left) if left > 0 else (1, found.zones[1][0][1])
+        both = []
+        for corner, edge in (inner, (0, found.zones[0][-1][1])):
+            inward = 1 if corner == 0 and edge == found.zones[0][0][0] else -1
+            way = min(abs(tip - edge) for tip in found.tips if tip != edge)
+            both.append([self._read(found, found.pressures(self.share(load))[corner], edge, inward, way, way)
+                         for load in loads])
+        return both
+
+    def _read(self, mesh, p, edge, inward, way, length):
+        """K0 and K1 at an edge."""
+        return _coefficients((mesh.x - edge)*inward, p, mesh.body.weights,
+                             FITTED*min(way, PARTIAL*self.solid.layer_length), FURTHEST*min(way, length))
+
+    def _fit_mesh(self, zones, order, levels, spacing=None):
+        """A mesh with vertices at the edges of trial zones, and the corners that are closed on them."""
+        edges = sorted({edge for own in zones.values() for interval in own for edge in interval})
+        if not edges:
+            raise NotConverged("no contact")
+        outer = max(abs(edge) for edge in edges)
+        if self.symmetric:      # an edge that has run into the axis is none
+            zones = {corner: tuple((left if left > COLLAPSED*outer else 0.0, right) for left, right in own
+                                   if right > COLLAPSED*outer) for corner, own in zones.items()}
+            edges = sorted({edge for own in zones.values() for interval in own for edge in interval})
+        ground = self._ground(outer)
+        tips = sorted({*self._features(ground), *(edge for edge in edges if edge != 0 or not self.symmetric),
+                       *([0.0] if self._meeting(zones, outer) else [])})
+        half = (edges[-1] - (0 if self.symmetric else edges[0]))/(1 if self.symmetric else 2)
+        spacing = spacing or min(SPACING*half, LAYERS*self.solid.layer_length)
+        body = self._condense(ground, tips, spacing, levels, order)
+        system = body.compliance.corner_system(self.law, self.obstacle)
+        x, margin = body.points[:, 0], SLIVER*outer
+        closed = [np.any([np.zeros(len(x), bool), *((x >= left - margin) & (x <= right + margin) for left, right in own)], axis=0)
+                  for own in zones.values()]
+        return _FittedMesh(body, system, np.ravel(closed) & np.isfinite(system[1]), zones, ground, tips)
+
+    def _pass(self, load, zones, order, levels, spacing=None):
+        """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
+        mesh = self._fit_mesh(zones, order, levels, spacing)
+        p = mesh.pressures(self.share(load))
+        moved, squares = {}, 0.0
+        for corner, own in mesh.zones.items():
+            moved[corner], found = self._moved(mesh, p[corner], own)
+            squares += found
+        return _Pass(**vars(mesh), moved=moved, edge_error=math.sqrt(squares/(mesh.body.weights @ p.sum(axis=0)**2)))
+
+    def _moved(self, mesh, p, intervals):
+        """Intervals with free ends moved by 2 K0/K1, and the square of what that changes in L2."""
+        moved, square, fixed = [], 0.0, self.ends()
+        others = sorted({*mesh.tips, *(-tip for tip in mesh.tips)}) if self.symmetric else mesh.tips
+        for interval in intervals:
+            new = []
+            for edge, inward in zip(interval, (1, -1)):
+                if (edge == 0 and self.symmetric) or any(abs(edge - end) < 1e-9*abs(end) for end in fixed):
+                    new.append(edge)
+                    continue
+                way = min([abs(other - edge) for other in others if other != edge], default=interval[1] - interval[0])
+                K0, K1 = self._read(mesh, p, edge, inward, way, interval[1] - interval[0])
+                step = 2*K0/K1 if K1 > 0 else math.copysign(math.inf, K0)
+                step = min(max(step, -LONGEST_MOVE*way), LONGEST_MOVE*way)
+                new.append(float(edge - inward*step))
+                if step:
+                    square += (K1*step)**2*(0.5 + 0.25*math.log(way/abs(step)))
+            moved.append(tuple(new))
+        return tuple(moved), square
+
+    def _state(self, load, trial, passes):
+        """The contact state on the mesh of a pass."""
+        flexibility, gaps, share = trial.system
+        found = active_set.solve(flexibility, gaps, load=self.share(load), c=share, start=trial.closed)
+        outer = max(abs(tip) for tip in trial.tips)
+        truncation = TRUNCATION*(outer/trial.ground.far)**2 if self.domain == math.inf else 0.0
+        return surface_state(self.line, trial.body, load, found, trial.zones, passes,
+                             Estimate(None, trial.edge_error, truncation))
+
+    def _other_zones(self, state, trial):
+        """None if the state is closed on the zones of the pass, but for a little next to edges; else the zones it shows."""
+        x, count = state.body.points[:, 0], len(trial.zones)
+        closed = state.forces > 0
+        tips = np.array(trial.tips)
+        apart = np.abs(tips[:, None] - tips) + np.where(np.eye(len(tips)), np.inf, 0)
+        way = np.minimum(apart.min(axis=1), trial.ground.reach[1])
+        nearest = np.argmin(np.abs(x[:, None] - tips), axis=1)
+        far = np.abs(x - tips[nearest]) > SEEN*way[nearest]
+        wrong = closed != trial.closed.reshape(count, -1)
+        inner = MEETING*tips.max()
+        if tips[0] == 0 and not np.any((tips > 0) & (tips < inner)):      # zones that meet: a small overlap or gap shows
+            far |= (x > 0) & (x < inner) & (np.count_nonzero(wrong[:, (x > 0) & (x < inner)]) >= SHOWN)
+        if not np.any(wrong & far):
+            return None
+        return self.runs(x, closed, state.forces/state.body.weights)
+
+
+@dataclass(frozen=True)
+class _FittedMesh:
+    body: Condensed
+    system: tuple
+    closed: np.ndarray
+    zones: dict
+    ground: Ground
+    tips: list
+
+    @property
+    def x(self):
+        return self.body.points[:, 0]
+
+    def pressures(self, load):
+        """Pressures that close the gaps on the zones and carry the load of the computed part, array (corners, n)."""
+        return _closed(*self.system, self.closed, load).reshape(len(self.zones), -1)/self.body.weights
+
+
+@dataclass(frozen=True)
+class _Pass(_FittedMesh):
+    moved: dict
+    edge_error: float
+
+
+def _closed(flexibility, gaps, share, closed, load):
+    """Forces that close the gaps of a set of corners and carry the load."""
+    n = np.count_nonzero(closed)
+    system = np.zeros((n + 1, n + 1))
+    system[:n, :n] = flexibility[np.ix_(closed, closed)]
+    system[:n, n], system[n, :n] = -share[closed], share[closed]
+    try:
+        solution = np.linalg.solve(system, np.append(-gaps[closed], load))
+    except np.linalg.LinAlgError as failure:
+        raise NotConverged(f"singular flexibility of {n} closed corners") from failure
+    forces = np.zeros(len(gaps))
+    forces[closed] = solution[:-1]
+    return forces
+
+
+def _coefficients(r, p, weights, reach, furthest):
+    """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...``, least squares in L2 over 0 < r < reach.
+
+    On coarse meshes the reach grows, and the series gets shorter, until there are more nodes than terms.
+    """
+    while np.count_nonzero((r > 1e-3*reach) & (r < reach)) <= TERMS and reach < furthest:
+        reach *= 1.5
+    here = (r > 1e-3*reach) & (r < reach)
+    terms = min(TERMS, np.count_nonzero(here) - 1)
+    if terms < 2:
+        raise NotConverged(f"only {terms + 1} contact nodes within {reach:g} of an edge")
+    r, scale = r[here]/reach, np.sqrt(weights[here])
+    powers = r[:, None]**(np.arange(terms) - 0.5)*scale[:, None]
+    K = np.linalg.lstsq(powers, p[here]*scale, rcond=None)[0]
+    return float(K[0]*math.sqrt(reach)), float(K[1]/math.sqrt(reach))
+
+
+def _first_rung(rtol):
+    """Number of the rung before the one that may reach rtol."""
+    order = (-math.log10(rtol) + RATE[1])/RATE[0]
+    return min(max(0, math.ceil(order) - 1 - LADDER[0][0]), len(LADDER) - 2)

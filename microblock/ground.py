@@ -1,0 +1,98 @@
+"""The ground pressed by a rigid obstacle: what all finite element scenes share, whatever their mesh."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import obstacles
+from .errors import BadArgument, NotConverged, require_finite
+from .law import Microblock
+from .panels import Line
+
+
+@dataclass(frozen=True)
+class GroundScene:
+    """Frictionless contact of the ground x2 < 0 with a rigid obstacle.
+
+    Parameters
+    ----------
+    solid : Cosserat
+    obstacle : an obstacle of `microblock.obstacles`, or a callable height(x)
+    law : a law of `microblock.law`
+    domain : size of the square that is modelled (length); inf for a half-plane, cut off far from the contact
+    """
+
+    solid: object
+    obstacle: object
+    law: object
+    domain: float = math.inf
+
+    def __post_init__(self):
+        if not self.domain > 0:
+            raise BadArgument("domain", self.domain, "must be positive (length), or inf")
+
+    @property
+    def symmetric(self):
+        """Whether obstacle and blocks are known to be symmetric about x = 0: then half the body is modelled."""
+        even = isinstance(self.obstacle, (obstacles.Plane, obstacles.Cylinder, obstacles.Wedge)) or (
+            isinstance(self.obstacle, obstacles.Punch) and self.obstacle.tilt == 0)
+        return even and (not isinstance(self.law, Microblock) or (not callable(self.law.psi0) and self.law.psi0 == 0))
+
+    @property
+    def line(self):
+        return Line(self.solid, self.law, self.obstacle, self.symmetric)
+
+    def share(self, load):
+        """Load of the computed part."""
+        return load/2 if self.symmetric else load
+
+    def first_guess(self, load):
+        """Half-width of a classical contact that would carry the load, and a block more."""
+        height = getattr(self.obstacle, "height", self.obstacle)
+        width = self.solid.ell/100
+        for _ in range(200):
+            rise = np.ptp(np.minimum(height(np.linspace(-width, width, 9)), 1e300))
+            if 1.3*self.solid.E_star*rise >= load:
+                return 1.2*width + self.solid.ell
+            width *= 1.3
+        raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
+
+    def runs(self, x, closed, pressures):
+        """{corner: intervals} of closed nodes, their ends where p^2, continued linearly, vanishes."""
+        closed = closed.copy()
+        if self.symmetric:      # there one multiplier stands for all corners
+            closed[:, 0] = closed[:, 0].any() & closed[:, 1]
+            pressures = np.where(x == 0, pressures.mean(axis=0), pressures)
+        zones = {}
+        for corner, (own, p) in enumerate(zip(closed, pressures)):
+            jumps = np.diff(np.concatenate(([False], own, [False])).astype(int))
+            runs = zip(np.flatnonzero(jumps == 1), np.flatnonzero(jumps == -1) - 1)
+            zones[corner] = tuple((self._end(x, p, i, j, -1), self._end(x, p, j, i, 1)) for i, j in runs)
+        return zones
+
+    def _end(self, x, p, i, j, side):
+        """End of a run of closed nodes from i to j."""
+        fixed = [end for end in self.ends() if abs(end - x[i]) < 1e-9*abs(end)]
+        if fixed or (self.symmetric and x[i] == 0):
+            return float(x[i])
+        outside = abs(x[min(max(i + side, 0), len(x) - 1)] - x[i])
+        if i == j:
+            return float(x[i] + side*outside/2)
+        step, fall = x[i] - x[i - side], p[i - side]**2 - p[i]**2
+        return float(x[i] + side*min(outside, abs(step)*p[i]**2/fall if fall > 0 else outside))
+
+    def shifts(self):
+        """What the contact point lies right of each corner, or of itself."""
+        half = self.solid.ell/2
+        return (0.0,) if len(self.law.corners) == 1 else (half, -half)
+
+    def ends(self):
+        """Abscissae of the contact point at which a corner meets an end of the obstacle."""
+        return [end + shift for end in getattr(self.obstacle, "ends", ()) for shift in self.shifts()]
+
+    def check_load(self, load):
+        """BadArgument unless the load is a positive number."""
+        require_finite(load=load)
+        if not load > 0:
+            raise BadArgument("load", load, "must be positive")

@@ -1,0 +1,226 @@
+"""A contact state on the surface of a condensed body along x1: pressures, micromoment, zones, fields.
+
+What it offers is what a state on the contact line of a half-plane offers, so that one set of observables serves both.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .condensation import ContactNodes
+from .panels import Line, lagrange
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Parts of the relative L2 error of pressure and micromoment; `total` is their sum.
+
+    Attributes
+    ----------
+    discretisation : float, distance to the next coarser rung of meshes; None where the mesh was prescribed
+    edges : float, what moving the edges by the next step of Newton's method would change
+    truncation : float, what cutting the half-plane off changes at most; 0 where the domain is the scene's
+    """
+
+    discretisation: float | None
+    edges: float
+    truncation: float
+
+    @property
+    def total(self):
+        parts = self.discretisation, self.edges, self.truncation
+        return None if self.discretisation is None else sum(parts)
+
+
+@dataclass(frozen=True)
+class SurfaceState:
+    """A state on the contact nodes of a body whose contact boundary runs along x1.
+
+    Attributes
+    ----------
+    line : Line, the scene; with `mirror` the body is the half x1 > 0 of a symmetric one
+    body : ContactNodes or Condensed
+    load, approach : float, resultant force per thickness (of the whole body) and approach of the obstacle
+    forces : array (corners, nodes), of the computed part
+    zones : {corner number: ((left, right), ...)} of the computed part
+    iterations : int, linear or contact problems that were solved on the way
+    kkt : float, largest relative residual
+    estimate : Estimate, or None where the mesh does not follow the edges
+    unknowns : int, free unknowns of the bulk, and what the method adds
+    computed_psi : array (nodes,), microrotation of the computed part
+    found_fields : Fields of the computed part where the method has them; `fields` has them always
+    """
+
+    line: Line
+    body: ContactNodes
+    load: float
+    approach: float
+    forces: np.ndarray
+    zones: dict
+    iterations: int
+    kkt: float
+    unknowns: int
+    computed_psi: np.ndarray
+    estimate: Estimate | None = None
+    found_fields: object = None
+
+    @property
+    def order(self):
+        return self.body.body.order
+
+    @property
+    def _x(self):
+        return self.body.points[:, 0]
+
+    @cached_property
+    def _computed(self):
+        """Pressures at the nodes of the computed part, array (corners, n); on the axis both corners share what one carries."""
+        found = self.forces/self.body.weights
+        return np.where(self._x == 0, found.mean(axis=0), found) if self.line.mirror else found
+
+    @cached_property
+    def all_zones(self):
+        """{corner number: intervals} on the whole line."""
+        if not self.line.mirror:
+            return self.zones
+        found = {}
+        for corner in self.zones:
+            other = len(self.zones) - 1 - corner
+            pieces = [(-right, -left) for left, right in reversed(self.zones[other])] + list(self.zones[corner])
+            found[corner] = tuple(_joined_at_axis(pieces))
+        return found
+
+    @cached_property
+    def x(self):
+        """Contact nodes of the whole line, ascending."""
+        return self._unfold(self._x, -1)
+
+    @cached_property
+    def weights(self):
+        """Weights at `x`: their sum with the pressure is the load."""
+        weights = self._unfold(self.body.weights, 1)
+        if self.line.mirror:
+            weights[len(self._x) - 1] *= 2
+        return weights
+
+    @cached_property
+    def pressures(self):
+        """Pressure of each corner at `x`, array (corners, n)."""
+        if not self.line.mirror:
+            return self._computed
+        return np.column_stack((self._computed[::-1, :0:-1], self._computed))
+
+    @cached_property
+    def micromoment(self):
+        """M of (29) at `x`; where psi is prescribed, the reaction to it."""
+        if self.line.law.clamps_rotation:
+            return self._unfold(self._clamping, -1)
+        levers = [self.line.lever(np.full(len(self.x), corner), self.x) for corner in range(len(self.pressures))]
+        return self.line.solid.ell/2*np.sum(levers*self.pressures, axis=0)
+
+    @cached_property
+    def psi(self):
+        """Microrotation at `x`."""
+        return self._unfold(self.computed_psi, -1)
+
+    @cached_property
+    def energy(self):
+        """Elastic energy: half the work of the corner forces."""
+        sunk = np.array([self.approach - self.line.initial_gap(np.full(len(self.x), number), self.x)
+                         for number in range(len(self.pressures))])
+        work = np.where(self.pressures != 0, self.pressures*np.where(np.isfinite(sunk), sunk, 0.0), 0.0)
+        return float(np.sum(work @ self.weights)/2)
+
+    @cached_property
+    def fields(self):
+        """Displacement, microrotation and stresses of the computed part as NGSolve functions, by one back-substitution."""
+        if self.found_fields is not None:
+            return self.found_fields
+        count = len(self._x)
+        loads = self.body.compliance.onto_corners(self.line.law).T @ self.forces.ravel()
+        return self.body.fields(loads[:count], loads[count:])
+
+    @cached_property
+    def _clamping(self):
+        moment = self.body.reaction(self.fields)/self.body.weights
+        if self.line.mirror:
+            moment[0] = 0.0      # there the axis takes the reaction of its own
+        else:
+            moment[0] = moment[1]      # at its ends the boundary's neighbours add theirs
+        moment[-1] = moment[-2]
+        return moment
+
+    def pressure(self, corner, x):
+        """Pressure of a corner at x, array (n,): on each facet the polynomial through its nodes."""
+        x = np.asarray(x, float)
+        if not self.line.mirror:
+            return self._interpolate(self._computed[corner], x)
+        opposite = self._computed[len(self._computed) - 1 - corner]
+        return np.where(x < 0, self._interpolate(opposite, -x), self._interpolate(self._computed[corner], x))
+
+    def clamping(self, x):
+        """The reaction to psi = 0 at x, array (n,)."""
+        inside = self._interpolate(self._clamping, np.abs(x) if self.line.mirror else x)
+        return np.where(x < 0, -inside, inside) if self.line.mirror else inside
+
+    def _interpolate(self, values, x):
+        found = np.zeros_like(x)
+        facets = self.body.interpolation
+        place = np.searchsorted([right for _, right, _ in facets], x)
+        for number in np.unique(place[(x >= facets[0][0]) & (place < len(facets))]):
+            left, right, members = facets[number]
+            here = (place == number) & (x >= left)
+            own = values[members]
+            if own.any():
+                found[here] = lagrange((self._x[members] - left)/(right - left), (x[here] - left)/(right - left)) @ own
+        return found
+
+    def _unfold(self, values, sign):
+        """Values of the whole line from those of the computed part, even (sign 1) or odd about x = 0."""
+        return np.concatenate((sign*values[:0:-1], values)) if self.line.mirror else np.array(values)
+
+
+def surface_state(line, body, load, found, zones, iterations, estimate=None):
+    """The SurfaceState of a ContactState `found` on a Condensed body."""
+    onto = body.compliance.onto_corners(line.law)
+    psi = body.compliance.matrix[len(body.weights):] @ (onto.T @ found.forces)
+    forces = found.forces.reshape(len(line.law.corners), -1)
+    return SurfaceState(line, body, load, found.approach, forces, zones, iterations, found.kkt, body.unknowns, psi, estimate)
+
+
+def _joined_at_axis(pieces):
+    found = []
+    for left, right in pieces:
+        if found and found[-1][1] >= left - 1e-14*abs(right):
+            found[-1] = (found[-1][0], right)
+        else:
+            found.append((left, right))
+    return found
+
+
+def difference(coarse, fine):
+    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, between two states of one scene.
+
+    Next to an end of the obstacle, where the pressure is infinite, the distance from the end is the weight.
+    """
+    x, ell = fine.x, fine.line.solid.ell
+    weights = fine.weights*_tamed(fine)
+    p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
+    total = fine.pressures.sum(axis=0)
+    errors = [weights @ (p.sum(axis=0) - total)**2]
+    if len(p) == 2:
+        levers = np.array([fine.line.lever(np.full(len(x), corner), x) for corner in range(2)])
+        errors.append(weights @ (np.sum(levers*(p - fine.pressures), axis=0)/2)**2)
+    elif fine.line.law.clamps_rotation:
+        errors.append(weights @ ((coarse.clamping(x) - fine.micromoment)*(total > 0)/ell)**2)
+    return float(np.sqrt(max(errors)/(weights @ total**2)))
+
+
+def _tamed(state):
+    """1, near the obstacle's ends the distance from them over half of its width."""
+    ends = getattr(state.line.obstacle, "ends", ())
+    half = state.line.solid.ell/2
+    shifts = (0.0,) if len(state.pressures) == 1 else (half, -half)
+    return np.min([np.ones_like(state.x), *(2*np.abs(state.x - end - shift)/(ends[-1] - ends[0])
+                                            for end in ends for shift in shifts)], axis=0)

@@ -1,0 +1,125 @@
+"""Contact of the ground with a rigid obstacle the paper's way: a mesh of equal squares, graded outwards.
+
+The same discrete problem is solved condensed to the contact nodes, or monolithically by augmented Lagrangian or penalty
+Newton (`newton.py`), load by load from first touch.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import active_set
+from .body import Body
+from .condensation import Condensed, ContactNodes
+from .errors import BadArgument, NotConverged
+from .facets import ContactFacets
+from .ground import GroundScene
+from .meshes import Ground, uniform
+from .newton import PENALTY, Newton, load_path
+from .surface_state import SurfaceState, surface_state
+
+METHODS = ("condensed", "al", "penalty")
+FAR = 1000.0         # size of an unbounded domain over the region of equal squares
+
+
+@dataclass(frozen=True)
+class UniformContact(GroundScene):
+    """A scene on one mesh of equal squares.
+
+    Parameters
+    ----------
+    h : side of the squares (length)
+    order : of all fields
+    reach : half-width and depth of the region of equal squares (length)
+    method : "condensed", "al" or "penalty"
+    rho : regularisation of the last two (stress per length), as of `Newton`
+    """
+
+    h: float = 1.0
+    order: int = 1
+    reach: float = 1.0
+    method: str = "condensed"
+    rho: float | None = None
+
+    def __post_init__(self):
+        super().__post_init__()
+        if self.method not in METHODS:
+            raise BadArgument("method", self.method, f"must be one of {', '.join(METHODS)}")
+        if self.rho is not None and self.method == "condensed":
+            raise BadArgument("rho", self.rho, "belongs to the methods al and penalty")
+
+    def states(self, loads):
+        """SurfaceStates at the loads (force per thickness), in their order; from load to load in ascending order.
+
+        Raises
+        ------
+        NotConverged
+            Also where the contact leaves the region of equal squares.
+        """
+        for load in loads:
+            self.check_load(load)
+        body = self._body()
+        ascending = sorted(set(loads))
+        solved = self._condensed(body, ascending) if self.method == "condensed" else self._monolithic(body, ascending)
+        found = dict(zip(ascending, solved))
+        return [found[load] for load in loads]
+
+    def axis_closes(self):
+        """Load (force per thickness) at which the node on the axis closes for good, as the load path of this mesh has it."""
+        if not self.symmetric:
+            raise BadArgument("scene", self, "must be symmetric")
+        nodes = Condensed(self._body())
+        flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
+        last = self.solid.E_star*self.reach**2/4      # classical contact would fill the squares under some times that
+        history = active_set.path(flexibility, self._within(nodes, gaps), [last], c=share).events
+        loads = [event.load for event in history if event.corner == 0 and event.kind == "closes"]
+        if not loads:
+            raise NotConverged(f"the axis is open up to the load {2*last:g}", reached=2*last)
+        return 2*loads[-1]
+
+    def _body(self):
+        far = FAR*self.reach if self.domain == math.inf else self.domain
+        ground = Ground(far, (0.0 if self.symmetric else -self.reach, self.reach), self.symmetric)
+        supports = dict(ground.supports)
+        if self.law.clamps_rotation:
+            supports["psi"] += "|contact"
+        return Body(uniform(ground, self.h), self.solid, self.order, fixed=supports)
+
+    def _condensed(self, body, loads):
+        nodes = Condensed(body)
+        flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
+        gaps = self._within(nodes, gaps)
+        closed = None
+        for load in loads:
+            found = active_set.solve(flexibility, gaps, load=self.share(load), c=share, start=closed)
+            closed = found.closed
+            yield surface_state(self.line, nodes, load, found, self._zones(nodes, load, closed, found.forces), found.iterations)
+
+    def _within(self, nodes, gaps):
+        """Initial gaps with inf beyond the region of equal squares: there nothing would be resolved."""
+        beyond = np.abs(nodes.points[:, 0]) > self.reach*(1 + 1e-9)
+        return np.where(np.tile(beyond, len(self.law.corners)), np.inf, gaps)
+
+    def _monolithic(self, body, loads):
+        nodes = (Condensed if self.law.clamps_rotation else ContactNodes)(body)      # the bulk's matrix gives the reaction
+        facets = ContactFacets(body, self.law, self.obstacle)
+        newton = Newton(body, facets, method=self.method, rho=self.rho or self._rho(), control="load")
+        for load, state in zip(loads, load_path(newton, [self.share(load) for load in loads])):
+            forces = np.array([-state.multipliers[corner]*facets.weights for corner in facets.corners])
+            closed = np.concatenate([state.closed[corner] for corner in facets.corners])
+            yield SurfaceState(self.line, nodes, load, state.approach, forces, self._zones(nodes, load, closed, forces),
+                               state.iterations, state.kkt, newton.unknowns, state.psi, None, state.fields)
+
+    def _rho(self):
+        """As Newton's own, but over the size of the contact: the body may be a thousand times as high."""
+        stiffness = (self.solid.lam + 2*self.solid.mu)/self.reach
+        return stiffness if self.method == "al" else PENALTY*stiffness
+
+    def _zones(self, nodes, load, closed, forces):
+        x, count = nodes.points[:, 0], len(self.law.corners)
+        closed, forces = closed.reshape(count, -1), forces.reshape(count, -1)
+        if np.abs(x[closed.any(axis=0)]).max(initial=0) > self.reach - self.h/2:
+            raise NotConverged(f"at load {load:g} the contact leaves the region of equal squares, {self.reach:g} wide: "
+                               "ask for smaller loads")
+        return self.runs(x, closed, forces/nodes.weights)
