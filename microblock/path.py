@@ -27,6 +27,7 @@ STEPS = 16
 MOST = 4              # changes between two states that may be one event
 CAUTION = 0.1         # least share of a step that is tried where no state is found
 NARROW = 1e-5         # of the load: several events within are given as one bracket
+MEETING = {("full", "born"), ("contact", "merged")}      # on the axis, all at once
 NAMES = ("A", "B", "full", "contact")
 
 
@@ -97,9 +98,10 @@ class LinePath:
         changes = _changes(low, high)
         if not changes:
             return []
-        if self.scene.smooth_and_symmetric:      # all that can happen is that the two zones meet on the axis
+        if self.scene.may_meet_on_axis and {(change.zone, change.kind) for change in changes} == MEETING:
             load, error = self.scene.coalescence()
-            return [Event(load, error, change.kind, change.zone, 0.0) for change in changes]
+            if low.load < load < high.load:
+                return [Event(load, error, change.kind, change.zone, 0.0) for change in changes]
         if high.load - low.load <= NARROW*high.load:
             half = (high.load - low.load)/2
             return [Event(float(low.load + half), float(half), change.kind, change.zone, float(change.x)) for change in changes]

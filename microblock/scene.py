@@ -127,12 +127,12 @@ class Contact:
         return states[fine.panels.order]
 
     @property
-    def smooth_and_symmetric(self):
-        """Whether two corners meet symmetric about x = 0 under an obstacle without kinks and ends."""
-        return self.symmetric and len(self.law.corners) == 2 and not self.line.kinks and not self.line.ends
+    def may_meet_on_axis(self):
+        """Whether two zones of partial contact may meet on the axis: corners, symmetric, under an obstacle without ends."""
+        return self.symmetric and len(self.law.corners) == 2 and not self.line.ends
 
     def coalescence(self, order=14):
         """Load at which the two zones of partial contact touch on the axis, and its error; symmetric scenes only."""
-        if not self.smooth_and_symmetric:
-            raise BadArgument("scene", self, "must be a symmetric one of microblocks under a smooth obstacle")
+        if not self.may_meet_on_axis:
+            raise BadArgument("scene", self, "must be a symmetric one of microblocks under an obstacle without ends")
         return contact_line.coalescence(self.line, OUTER_AT_TOUCH*self.body.solid.ell, order)
