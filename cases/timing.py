@@ -1,4 +1,4 @@
-"""What a state of the half-plane costs: scene, load and tolerance in, state with its error estimate out.
+"""What a state of the half-plane costs, from scene, load and tolerance to the state.
 
 Geometry   cylinders, a wedge and a wavy parabola on a half-plane, as in `hertz`.
 Equations  those of `hertz`.

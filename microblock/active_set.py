@@ -34,6 +34,7 @@ f', shift the gaps to g0 - D f' for the next solve (proximal point method, Rocka
 
 from collections import Counter
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy.linalg.blas import dgemm
@@ -185,11 +186,12 @@ def _problem(H, g0, c, free):
     H = (H + H.T)/2
     rows[rows == 0] = rows.max() or 1.0
     nearest = int(np.argmin(g0))
-    for level in REGULARISATION:
-        regular = H + np.diag(level*rows)
+    # where a row is nothing beside the others, its own size does not stand against their rounding
+    for scale, level in product((rows, np.full_like(rows, rows.max())), REGULARISATION):
+        regular = H + np.diag(level*scale)
         reduced = {nearest: _without(regular, nearest)} if free else {}
         if _is_positive(reduced[nearest] if free else regular):
-            return _Problem(H, g0, c, touch, level, level*rows, regular, reduced)
+            return _Problem(H, g0, c, touch, level, level*scale, regular, reduced)
     raise BadArgument("H", H, "must be positive semidefinite " + ("on vectors with c.f = 0" if free else
                       "where the approach is given; give the load, or add a rigid level tau c c^T"))
 
@@ -325,6 +327,8 @@ def _complementary(K, q, closed):
         z[closed] = np.linalg.solve(columns[closed], -q[closed])
     except np.linalg.LinAlgError as failure:
         raise NotConverged(f"singular flexibility of {closed.sum()} closed corners") from failure
+    if not np.all(np.isfinite(z)):
+        raise NotConverged(f"forces of {closed.sum()} closed corners overflow; scale the flexibility")
     w = q + columns @ z[closed]
     rounding = ROUNDING*(np.abs(q) + np.abs(columns) @ np.abs(z[closed]))
     return z, np.where(closed, z < -ROUNDING*np.abs(z).max(initial=0.0), w < -rounding)

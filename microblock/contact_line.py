@@ -7,6 +7,7 @@ pressure must vanish; with ``p = K0/sqrt(r) + K1 sqrt(r)`` at a trial edge the s
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from numpy.polynomial.legendre import legvander
@@ -25,7 +26,7 @@ INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over e
 MISSED = 4.0         # norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
 MERGED = 1e-4        # of the tolerance, times the width: edges this near that want to be nearer cross
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
-JOINT = 1e-12        # of a panel: two meet up to rounding, and there either may answer
+JOINT = 1e-12        # of a panel: rounding may leave that between two
 NEXT_TO = 1e-10      # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
 
 
@@ -106,14 +107,17 @@ class LineState:
             x = np.abs(x)
         elif self.line.mirror and corner == 1:
             return self.pressure(0, -x)
-        found = np.zeros_like(x)
-        for number in np.flatnonzero(self.panels.corner == corner):
+        found, own = np.zeros_like(x), np.flatnonzero(self.panels.corner == corner)
+        known = ~np.any([(left <= x) & (x <= right) for left, right in self.zones[corner]], axis=0) if len(own) else x == x
+        for slack, number in product((0.0, JOINT), own):
             e, h = self.panels.e[number], self.panels.h[number]
             along = (x - e)/h
-            here = (along >= -JOINT) & (along <= 1 + JOINT)
-            v = np.maximum(self.panels.parameter(number, e + h*np.abs(along[here])), NEXT_TO)
-            q = lagrange(self.panels.points[0], v) @ self.q[number*self.panels.order:(number + 1)*self.panels.order]
-            found[here] = (q - self._anchored[number])/self.panels.slope(number, v) + self.panels.logarithm(number, v)
+            here = (along >= -slack) & (along <= 1 + slack) & ~known
+            if here.any():
+                v = np.maximum(self.panels.parameter(number, e + h*np.abs(along[here])), NEXT_TO)
+                q = lagrange(self.panels.points[0], v) @ self.q[number*self.panels.order:(number + 1)*self.panels.order]
+                found[here] = (q - self._anchored[number])/self.panels.slope(number, v) + self.panels.logarithm(number, v)
+                known |= here
         return found
 
     @cached_property
@@ -147,9 +151,13 @@ class LineState:
     def micromoment(self):
         """M of (29) at `x`; where psi is prescribed, the reaction to it."""
         if self.line.law.clamps_rotation:
-            return self._response(self.x, 0*self.x, self.line.clamping_kernel)
+            return self.reaction(self.x)
         levers = [self.line.lever(np.full(len(self.x), corner), self.x) for corner in range(len(self.pressures))]
         return self.line.solid.ell/2*np.sum(levers*self.pressures, axis=0)
+
+    def reaction(self, x):
+        """M that holds psi = 0 where it is prescribed on the whole surface, at x, array (n,)."""
+        return self._response(x, np.zeros_like(x), self.line.clamping_kernel)
 
     @cached_property
     def psi(self):
@@ -389,7 +397,7 @@ def difference(coarse, fine):
     x, weights, ell = fine.x, fine.weights, fine.line.solid.ell
     p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
     if fine.line.law.clamps_rotation:
-        moment = np.zeros_like(x)
+        moment = (coarse.reaction(x) - fine.micromoment)/ell
     else:
         levers = [fine.line.lever(np.full(len(x), corner), x) for corner in range(len(p))]
         moment = (ell/2*np.sum(levers*p, axis=0) - fine.micromoment)/ell

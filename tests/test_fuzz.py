@@ -54,7 +54,8 @@ def test_kinks_and_ends_give_a_state_or_say_why_not(solid, law, load, obstacle):
         is_a_state(state, load*solid.E)
 
 
-entries = strategies.floats(-1, 1, allow_subnormal=False)
+# a flexibility of 1e-300 overflows when it is inverted: nothing, or within a dozen decades
+entries = strategies.floats(-1, 1, allow_subnormal=False).map(lambda entry: entry if abs(entry) > 1e-12 else 0.0)
 
 
 @strategies.composite
