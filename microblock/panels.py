@@ -7,7 +7,7 @@ points v. At a kink of the obstacle p has a logarithm of known size: panels that
 ``p = q/|dx/dv| + log_size log(|h|/|x - e|)``.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -125,9 +125,10 @@ class Panels:
         """The known part of p at the parameters v > 0 of panels that begin at a kink; 0 on others."""
         return -2*self.log_size[panel]*np.log(v)
 
-    def mirrored(self):
-        """The panels of the other corner by symmetry."""
-        return replace(self, corner=1 - self.corner, e=-self.e, h=-self.h)
+    def with_mirror(self):
+        """These panels and those of the other corner by symmetry, one after the other."""
+        return Panels(np.concatenate((self.corner, 1 - self.corner)), np.concatenate((self.e, -self.e)),
+                      np.concatenate((self.h, -self.h)), np.tile(self.root, 2), np.tile(self.log_size, 2), self.order)
 
     @property
     def points(self):
@@ -227,17 +228,17 @@ def _between(left, right, roots, first):
 
 def response(line, panels, x, lever, kernel):
     """Integrals of a kernel of the line against q: array (n, m). `lever` 0 gives the sinking, 1 adds the turning."""
-    return _both_sides(_block, line, panels, x, lever, kernel)
+    if not line.mirror:
+        return _block(line, panels, x, lever, kernel)
+    both = _block(line, panels.with_mirror(), x, lever, kernel)
+    return both[:, :both.shape[1]//2] + both[:, both.shape[1]//2:]
 
 
 def log_response(line, panels, x, lever, kernel):
     """Integrals of a kernel against the known logarithms: array (n,)."""
-    return _both_sides(_log_block, line, panels, x, lever, kernel) if panels.log_size.any() else np.zeros(len(x))
-
-
-def _both_sides(block, line, panels, x, lever, kernel):
-    found = block(line, panels, x, lever, kernel)
-    return found + block(line, panels.mirrored(), x, lever, kernel) if line.mirror else found
+    if not panels.log_size.any():
+        return np.zeros(len(x))
+    return _log_block(line, panels.with_mirror() if line.mirror else panels, x, lever, kernel)
 
 
 def _log_block(line, panels, x, target, kernel):

@@ -17,7 +17,7 @@ surface, and Gauss points in log tau see every scale from the distant field to t
 a product of a part in x1 and one in x2: a whole vertical line costs little more than a point.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import factorial
 
@@ -244,9 +244,7 @@ def _all_panels(state):
     panels, rows = state.panels, state.q.reshape(-1, state.panels.order)
     if not state.line.mirror:
         return panels, rows
-    both = {name: np.concatenate((getattr(panels, name), getattr(panels.mirrored(), name)))
-            for name in ("corner", "e", "h", "root", "log_size")}
-    return replace(panels, **both), np.concatenate((rows, rows))
+    return panels.with_mirror(), np.concatenate((rows, rows))
 
 
 def _halves(panels, x1):
