@@ -19,7 +19,7 @@ import numpy as np
 
 from cases import hertz_fe
 from cases.options import command, option
-from microblock import contact_line, law, obstacles, plots
+from microblock import line_state, law, obstacles, plots
 from microblock.errors import BadArgument, require_finite
 from microblock.halfplane import HalfPlane
 from microblock.material import Cosserat
@@ -178,7 +178,7 @@ def observe(parameters, state, estimate):
 def _of_the_model(parameters, state):
     """What the two models say each in its own way: residual, unknowns, and the approach where the domain bounds it."""
     if parameters.model != "fe":
-        return {"approach": None, "kkt": contact_line.violation(state), "unknowns": len(state.q) + 1,
+        return {"approach": None, "kkt": line_state.violation(state), "unknowns": len(state.q) + 1,
                 "error_parts": asdict(state.estimate)}
     bounded = math.isfinite(hertz_fe.size(parameters))
     return {"approach": state.approach*parameters.R/parameters.a_Hz**2 if bounded else None, "kkt": state.kkt,
@@ -192,7 +192,7 @@ def total_pressure(state, x):
 
 def samples(state):
     """Points between the nodes of a state, ascending."""
-    x, order = state.x, state.panels.order if isinstance(state, contact_line.LineState) else state.order
+    x, order = state.x, state.panels.order if isinstance(state, line_state.LineState) else state.order
     between = x[:-1, None] + np.diff(x)[:, None]*np.linspace(0, 1, max(2, SAMPLES//order) + 1)[:-1]
     return np.append(between.ravel(), x[-1])
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from microblock import contact_line
+from microblock import line_state
 from microblock.halfplane import HalfPlane
 from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
@@ -86,7 +86,7 @@ def up_and_down():
         for share in shares:
             states[share] = near = here.at(share*LOAD, order=ORDER, near=near)
     for share in PATH:
-        differences.append(contact_line.difference(up[share], down[share]))
+        differences.append(line_state.difference(up[share], down[share]))
     return max(differences)
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 
-from . import contact_line, obstacles, topology
+from . import contact_line, line_state, obstacles, topology
 from .panels import Line, half_line
 from .path import LinePath
 from .adapt import climb
@@ -119,7 +119,7 @@ class Contact:
             return states[order]
 
         def error(coarse, fine):
-            parts = replace(fine.estimate, discretisation=contact_line.difference(coarse, fine))
+            parts = replace(fine.estimate, discretisation=line_state.difference(coarse, fine))
             states[fine.panels.order] = replace(fine, estimate=parts)
             return parts.total
 

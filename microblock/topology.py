@@ -3,7 +3,7 @@
 import numpy as np
 
 from . import active_set
-from .contact_line import violations
+from .line_state import violations
 from .errors import NotConverged
 from .panels import half_line
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from microblock import contact_line, obstacles
+from microblock import contact_line, line_state, obstacles
 from microblock.errors import BadArgument, NotConverged
 from microblock.halfplane import HalfPlane, coalescence_exponent
 from microblock.law import Microblock, Microclamped, Unilateral
@@ -27,7 +27,7 @@ def test_conditions_26_and_the_load(law, alpha):
     state = scene(alpha, law).at(LOAD, rtol=1e-6)
     assert state.estimate.total <= 1e-6
     assert state.weights @ state.pressures.sum(axis=0) == pytest.approx(LOAD, rel=1e-13)
-    assert contact_line.violation(state) < 1e-6      # of the sizes, outside the nodes as well
+    assert line_state.violation(state) < 1e-6      # of the sizes, outside the nodes as well
     corners = range(len(state.pressures))
     for corner in corners:
         closed = state.pressures[corner] > 0
@@ -87,7 +87,7 @@ def test_symmetric_scene_is_the_same_without_the_symmetry():
     whole = scene(0.25, Microblock(), lambda x: x**2/2).at(LOAD, rtol=1e-6)
     half = scene(0.25, Microblock()).at(LOAD, rtol=1e-6)
     assert not whole.line.mirror and half.line.mirror and len(whole.q) == 2*len(half.q)
-    assert contact_line.difference(half, whole) < 1e-6
+    assert line_state.difference(half, whole) < 1e-6
 
 
 def test_scaling_of_load_radius_and_modulus():
@@ -109,7 +109,7 @@ def test_work_of_the_load_is_the_change_of_the_energy():
 @BY_LAW
 def test_orders_converge(law):
     states = [scene(0.25, law).at(LOAD, order=order) for order in (6, 10, 14, 20)]
-    errors = [contact_line.difference(state, states[-1]) for state in states[:-1]]
+    errors = [line_state.difference(state, states[-1]) for state in states[:-1]]
     assert errors[1] < errors[0]/20 and errors[2] < errors[1]/20 and errors[2] < 1e-6
 
 
@@ -123,7 +123,7 @@ def test_error_obtained_is_below_the_error_asked_for(rtol):
         here = scene(alpha, law, nu=nu, beta=beta)
         state = here.at(LOAD, rtol=rtol)
         fine = here.at(LOAD, order=26, near=state)
-        assert contact_line.difference(state, fine) <= rtol, (alpha, nu, beta, law)
+        assert line_state.difference(state, fine) <= rtol, (alpha, nu, beta, law)
 
 
 @BY_LAW
@@ -168,7 +168,7 @@ def test_punch_and_obstacle_of_ones_own():
     zones = contact_zones(state.all_zones, "AB")["contact"]
     assert zones[0][0] == pytest.approx(-1.125) and zones[-1][1] == pytest.approx(1.125)      # corners at +-ell/2
     quartic = scene(0.25, Microblock(), lambda x: x**4).at(LOAD, rtol=1e-4)
-    assert contact_line.violation(quartic) < 1e-4
+    assert line_state.violation(quartic) < 1e-4
 
 
 @pytest.mark.parametrize("ask, failure", [

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies
 
-from microblock import contact_line, obstacles
+from microblock import line_state, obstacles
 from microblock.active_set import solve
 from microblock.errors import BadArgument, MicroblockError, NotConverged
 from microblock.halfplane import HalfPlane
@@ -31,7 +31,7 @@ def is_a_state(state, load):
     for values in (state.pressures, state.micromoment, state.psi, state.energy, state.approach):
         assert np.all(np.isfinite(values))
     # the norm of the check that refuses a topology
-    assert contact_line.violation(state) < 1e-3
+    assert line_state.violation(state) < 1e-3
 
 
 @settings(fuzzed, max_examples=60)

@@ -18,9 +18,9 @@ MAY_IMPORT = {
     "meeting": {"halfplane"},
     "fitted": {"active_set", "body", "condensation", "ground", "meshes", "surface_state"},
     "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane"}, "active_set": set(),
-    "contact_line": {"halfplane", "panels"}, "subsurface": {"halfplane", "panels"},
-    "topology": {"active_set", "contact_line", "panels"}, "path": {"halfplane", "observables"},
-    "scene": {"adapt", "contact_line", "law", "obstacles", "panels", "path", "topology"},
+    "contact_line": {"halfplane", "line_state", "panels"}, "subsurface": {"halfplane", "panels"},
+    "line_state": {"panels"}, "topology": {"active_set", "line_state", "panels"}, "path": {"halfplane", "observables"},
+    "scene": {"adapt", "contact_line", "law", "line_state", "obstacles", "panels", "path", "topology"},
     "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "projected_cg"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
 }

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from microblock import contact_line, obstacles, panels, topology
+from microblock import contact_line, line_state, obstacles, panels, topology
 from microblock.errors import BadArgument
 from microblock.halfplane import HalfPlane
 from microblock.law import Microblock, Unilateral
@@ -23,7 +23,7 @@ def scene(alpha, law, obstacle, beta=1.0):
 def test_wedges_converge_like_smooth_obstacles(law):
     here = scene(0.25, law, obstacles.Wedge(0.8))
     fine = here.at(LOAD, order=24)
-    errors = [contact_line.difference(here.at(LOAD, order=order, near=fine), fine) for order in (6, 10, 14)]
+    errors = [line_state.difference(here.at(LOAD, order=order, near=fine), fine) for order in (6, 10, 14)]
     assert errors[0] < 1e-2 and errors[1] < errors[0]/30 and errors[2] < 1e-6      # x log x is what is left: about order^-8
 
 
@@ -31,7 +31,7 @@ def test_without_the_logarithm_a_wedge_does_not(monkeypatch):
     here = scene(0.25, Unilateral(), obstacles.Wedge(0.8))
     fine = here.at(LOAD, order=24)
     monkeypatch.setattr(panels, "log_sizes", lambda *_: {})
-    assert contact_line.difference(here.at(LOAD, order=14, near=fine), fine) > 1e-4      # against 1e-8
+    assert line_state.difference(here.at(LOAD, order=14, near=fine), fine) > 1e-4      # against 1e-8
 
 
 def test_size_of_the_logarithm_is_the_classical_one():
@@ -63,7 +63,7 @@ def test_pressure_has_no_holes():
 def test_zones_of_other_obstacles(ell, obstacle, law, load):
     state = scene(ell, law, obstacle).at(load)
     assert state.error_estimate <= 1e-3
-    assert contact_line.violation(state) < 1e-4      # what panels of order 10 may leave
+    assert line_state.violation(state) < 1e-4      # what panels of order 10 may leave
     assert state.weights @ state.pressures.sum(axis=0) == pytest.approx(load, rel=1e-12)
 
 
@@ -94,7 +94,7 @@ def test_estimate_of_the_edges_is_what_they_miss():
     fitted = here.at(LOAD, order=14)
     moved = {0: tuple((left, right*(1 + 1e-4)) for left, right in fitted.zones[0])}
     off = contact_line.fit(here.line, LOAD, moved, order=14, tolerance=1.0)
-    missed = contact_line.difference(replace(off, zones=fitted.zones), fitted)
+    missed = line_state.difference(replace(off, zones=fitted.zones), fitted)
     assert 0.1 < missed/off.estimate.edges < 1.5      # K0/sqrt(r), cut off somewhere: right but for a factor
 
 
@@ -106,7 +106,7 @@ def test_path_of_a_symmetric_scene():
     assert len(met) == 1 and met[0].load == pytest.approx(load, abs=error + met[0].load_error)
     assert [event.load for event in path.events] == sorted(event.load for event in path.events)
     direct = here.at(0.5*LOAD, rtol=1e-3)
-    assert contact_line.difference(path.at(0.5*LOAD), direct) < 2e-3      # both below rtol
+    assert line_state.difference(path.at(0.5*LOAD), direct) < 2e-3      # both below rtol
     with pytest.raises(BadArgument):
         here.load(-1.0)
 

@@ -1,0 +1,227 @@
+"""A state on panels fitted to the zones of each corner: pressures, micromoment, gaps, what violates (26), its error."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from .panels import Line, Panels, half_line, lagrange, log_response, response, zone_edges
+
+LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
+JOINT = 1e-12        # of a panel: rounding may leave that between two
+NEXT_TO = 1e-10      # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Parts of the relative L2 error of pressure and micromoment; `total` is their sum.
+
+    Attributes
+    ----------
+    discretisation : float, distance to the next coarser order of panels; None where the order was prescribed
+    edges : float, what pressures that do not vanish at the edges are worth
+    kernel : float, what errors of the kernel's table do to the pressure at worst
+    """
+
+    discretisation: float | None
+    edges: float
+    kernel: float
+
+    @property
+    def total(self):
+        return None if self.discretisation is None else self.discretisation + self.edges + self.kernel
+
+
+@dataclass(frozen=True)
+class LineState:
+    """A state on fitted panels.
+
+    Attributes
+    ----------
+    line : Line
+    load : float, resultant force per thickness
+    zones : {corner number: ((left, right), ...)} of the corners that are computed
+    panels, q : the unknowns, see `microblock.panels`
+    approach : float, up to the arbitrary level of a half-plane
+    iterations : int, steps of Newton's method
+    estimate : Estimate
+    """
+
+    line: Line
+    load: float
+    zones: dict
+    panels: Panels
+    q: np.ndarray
+    approach: float
+    iterations: int
+    estimate: Estimate
+
+    @property
+    def error_estimate(self):
+        """Relative L2 error of pressure and micromoment, None where the order of the panels was prescribed."""
+        return self.estimate.total
+
+    @cached_property
+    def all_zones(self):
+        """{corner number: intervals} of all corners, also those known by symmetry."""
+        if not self.line.mirror or half_line(self.line):
+            return self.zones
+        return {0: self.zones[0], 1: tuple((-right, -left) for left, right in reversed(self.zones[0]))}
+
+    @cached_property
+    def _anchored(self):
+        """q at the anchor of each panel with a square root, but for edges that the obstacle's ends fix: 0 in the limit."""
+        basis = lagrange(self.panels.points[0], np.zeros(1))[0]
+        values = self.q.reshape(-1, self.panels.order) @ basis
+        infinite = [end for ends in self.line.ends.values() for end in ends]
+        return np.where(self.panels.root & ~np.isin(self.panels.e, infinite), values, 0.0)
+
+    @cached_property
+    def _at_own_edges(self):
+        """The same at the corner's own edges only; at the other's, taking it off would change the load."""
+        own = [{edge for interval in self.zones[corner] for edge in interval} for corner in self.panels.corner]
+        return np.where([e in edges for e, edges in zip(self.panels.e, own)], self._anchored, 0.0)
+
+    def pressure(self, corner, x):
+        """Pressure of a corner at x, array (n,)."""
+        x = np.asarray(x, float)
+        if half_line(self.line):
+            x = np.abs(x)
+        elif self.line.mirror and corner == 1:
+            return self.pressure(0, -x)
+        found, own = np.zeros_like(x), np.flatnonzero(self.panels.corner == corner)
+        known = ~np.any([(left <= x) & (x <= right) for left, right in self.zones[corner]], axis=0) if len(own) else x == x
+        for slack, number in product((0.0, JOINT), own):
+            e, h = self.panels.e[number], self.panels.h[number]
+            along = (x - e)/h
+            here = (along >= -slack) & (along <= 1 + slack) & ~known
+            if here.any():
+                v = np.maximum(self.panels.parameter(number, e + h*np.abs(along[here])), NEXT_TO)
+                q = lagrange(self.panels.points[0], v) @ self.q[number*self.panels.order:(number + 1)*self.panels.order]
+                found[here] = (q - self._anchored[number])/self.panels.slope(number, v) + self.panels.logarithm(number, v)
+                known |= here
+        return found
+
+    @cached_property
+    def x(self):
+        """All Gauss points of the whole line, ascending, those of both corners once."""
+        x = self.panels.nodes[2]
+        return _distinct(np.concatenate((x, -x)) if self.line.mirror else x)
+
+    @cached_property
+    def weights(self):
+        """Weights at `x`: their sum with the pressure is the load."""
+        x, weights = self.panels.nodes[2], self.panels.rule
+        if self.line.mirror:
+            x, weights = np.concatenate((x, -x)), np.tile(weights, 2)
+        found = np.zeros_like(self.x)
+        found[_places(self.x, x)] = weights
+        return found
+
+    @cached_property
+    def pressures(self):
+        """Pressure of each corner at `x`, array (corners, n); brought to the load, which the trimmed edges miss by little."""
+        panel, v, x, _ = self.panels.nodes
+        p = (self.q - self._at_own_edges[panel])/self.panels.slope(panel, v) + self.panels.logarithm(panel, v)
+        found = np.zeros((len(self.line.law.corners), len(self.x)))
+        found[self.panels.corner[panel], _places(self.x, x)] = p
+        if self.line.mirror:
+            found = found + found[::-1, ::-1]
+        return found*(self.load/(self.weights @ found.sum(axis=0)))
+
+    @cached_property
+    def micromoment(self):
+        """M of (29) at `x`; where psi is prescribed, the reaction to it."""
+        if self.line.law.clamps_rotation:
+            return self.reaction(self.x)
+        levers = [self.line.lever(np.full(len(self.x), corner), self.x) for corner in range(len(self.pressures))]
+        return self.line.solid.ell/2*np.sum(levers*self.pressures, axis=0)
+
+    def reaction(self, x):
+        """M that holds psi = 0 where it is prescribed on the whole surface, at x, array (n,)."""
+        return self._response(x, np.zeros_like(x), self.line.clamping_kernel)
+
+    @cached_property
+    def psi(self):
+        """Microrotation at `x`."""
+        return self.rotation(self.x)
+
+    def rotation(self, x):
+        """Microrotation of the surface at x, array (n,)."""
+        if self.line.law.clamps_rotation:
+            return np.zeros_like(x)
+        sunk, turned = (self._response(x, np.full_like(x, lever), self.line.kernel) for lever in (0.0, 1.0))
+        return 2/self.line.solid.ell*(turned - sunk)
+
+    def _response(self, x, lever, kernel):
+        return response(self.line, self.panels, x, lever, kernel) @ self.q + log_response(self.line, self.panels, x, lever, kernel)
+
+    def gaps(self, corner, x):
+        """Gaps of a corner at x, array (n,)."""
+        numbers = np.full(len(x), corner)
+        return (self.line.initial_gap(numbers, x) - self.approach
+                + self._response(x, self.line.lever(numbers, x), self.line.kernel))
+
+    @cached_property
+    def energy(self):
+        """Elastic energy, up to the arbitrary level: half the work of the corner forces."""
+        numbers = np.arange(len(self.pressures))
+        sunk = [self.approach - self.line.initial_gap(np.full(len(self.x), number), self.x) for number in numbers]
+        work = np.where(self.pressures != 0, self.pressures*np.where(np.isfinite(sunk), sunk, 0.0), 0.0)
+        return float(np.sum(work @ self.weights)/2)
+
+
+def violation(state):
+    """Largest violation of (26): pull over the largest pressure, and overlap over the size of the gaps."""
+    return float(max(0.0, *(wrong.max(initial=0.0) for _, wrong in violations(state).values())))
+
+
+def violations(state):
+    """{corner: (x ascending, violation of (26) there)} of the corners that are computed, see `violation`."""
+    line, found = state.line, {}
+    edges = np.array(zone_edges(state.all_zones))
+    width, top = edges[-1] - edges[0], state.pressures.max()
+    steps = width*0.5*(np.arange(1, LOOKOUTS + 1)/LOOKOUTS)**3
+    around = np.unique(np.concatenate([edge + sign*steps for edge in edges for sign in (1, -1)]))
+    heights = line.initial_gap(np.zeros(len(around), int), around)
+    size = np.ptp(heights[np.isfinite(heights)]) or width
+    for corner in line.corners:
+        own = np.zeros(len(around), bool)
+        inside = np.zeros(len(state.x), bool)
+        for left, right in state.zones[corner]:
+            own |= (around >= left) & (around <= right)
+            inside |= (state.x >= left) & (state.x <= right)
+        if half_line(line):
+            own |= around < 0
+        places, nodes = around[~own], state.x[inside]
+        x = np.concatenate((places, nodes))
+        wrong = np.concatenate((-state.gaps(corner, places)/size, -state.pressures[corner, inside]/top))
+        order = np.argsort(x)
+        found[corner] = x[order], wrong[order]
+    return found
+
+
+def difference(coarse, fine):
+    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, between two states of one scene."""
+    x, weights, ell = fine.x, fine.weights, fine.line.solid.ell
+    p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
+    if fine.line.law.clamps_rotation:
+        moment = (coarse.reaction(x) - fine.micromoment)/ell
+    else:
+        levers = [fine.line.lever(np.full(len(x), corner), x) for corner in range(len(p))]
+        moment = (ell/2*np.sum(levers*p, axis=0) - fine.micromoment)/ell
+    total = fine.pressures.sum(axis=0)
+    errors = (weights @ (p.sum(axis=0) - total)**2, weights @ moment**2)
+    return float(np.sqrt(max(errors)/(weights @ total**2)))
+
+
+def _distinct(x):
+    x = np.sort(x)
+    return x[np.concatenate(([True], np.diff(x) > 1e-13*(x[-1] - x[0])))]
+
+
+def _places(sorted_x, x):
+    """Indices of x in sorted_x, up to rounding."""
+    right = np.clip(np.searchsorted(sorted_x, x), 1, len(sorted_x) - 1)
+    return np.where(np.abs(sorted_x[right - 1] - x) < np.abs(sorted_x[right] - x), right - 1, right)
