@@ -4,10 +4,11 @@ Geometry   the cylinder on the half-plane of `hertz`, aligned blocks; loads up t
 Equations  those of `hertz`.
 Model      the paper's way: squares of side --h on the domain of 18 a_Hz, bilinear elements, augmented Lagrangian Newton,
            load by load from first touch. Fitted: the domain of 1000 a_Hz, every load meshed and refined for itself from
-           nothing; asked for a tenth of the error that the paper's way has at that load.
+           nothing, twice: "asked" for a tenth of the error that the paper's way has at that load, and with a loose rtol
+           at which a tenth is "obtained", since the estimate is on the safe side.
 Reference  the half-plane at rtol 1e-8 judges both, max(|dp|, |dM|/ell)/|p| in L2 between the nodes too.
-Look at    `ratio`, the time of the paper's way over that of all fitted loads; `worst`, the largest obtained error over a
-           tenth of the paper's (1 and below: kept).
+Look at    `ratio`: processor time of the paper's way over that of all fitted loads; `worst`: the largest obtained error
+           over a tenth of the paper's (1 and below: kept). At its own nodes alone the paper's way errs less: `nodes`.
 Units      those of `hertz`; seconds of one thread, assembly, factors and all passes counted.
 """
 
@@ -26,6 +27,8 @@ from microblock.study import column, read_records, versions, write_records
 LOADS = tuple(round(0.1*step, 1) for step in range(1, 11))
 SHARE = 0.1              # of the error of the paper's way, asked for on fitted meshes
 DOMAIN = "18"            # of the paper, over a_Hz
+LOOSE = 1e-2             # rtol at which a tenth is obtained for the paper's h; `worst` tells whether it is
+BESIDE = 1e-13           # a step aside of breaks between the panels of the half-plane
 REFERENCE_RTOL = 1e-8    # of the half-plane that judges
 POINTS = 6               # Gauss points of the judge between two nodes, edges or quarter points
 
@@ -75,44 +78,64 @@ def distance(state, reference):
     return float(np.sqrt(max(weight @ error**2 for error in errors)/(weight @ true.sum(axis=0)**2)))
 
 
+def nodal(state, reference):
+    """The same for the pressure alone, by the state's own nodes and weights."""
+    corners = range(len(state.line.law.corners))
+    true = sum(reference.pressure(corner, state.x*(1 + BESIDE)) for corner in corners)
+    own = state.pressures.sum(axis=0)
+    return float(np.sqrt(state.weights @ (own - true)**2/(state.weights @ true**2)))
+
+
 def timed(parameters):
-    """States of `hertz`, and the seconds that they took."""
-    start = time.perf_counter()
+    """States of `hertz`, and the seconds that they took: of the processor, and of the clock."""
+    start = time.process_time(), time.perf_counter()
     states = [state for state, _ in hertz.solve(parameters)]
-    return states, time.perf_counter() - start
+    return states, np.array((time.process_time() - start[0], time.perf_counter() - start[1]))
 
 
 def result(parameters):
-    """One object: a row for each load, the time of both ways and their ratio."""
+    """One object: a row for each load, the times of all ways and their ratios."""
     start = time.perf_counter()
     references = [state for state, _ in hertz.solve(parameters.judge)]
-    timed(parameters.fitted(parameters.loads[-1], 1e-2))      # libraries are loaded by the first solve
-    setup = time.perf_counter() - start
+    timed(parameters.fitted(parameters.loads[-1], LOOSE))      # libraries are loaded by the first solve
     papers, seconds = timed(parameters.paper)
-    found = []
+    found, spent = [], {"asked": np.zeros(2), "obtained": np.zeros(2)}
     for load, paper, reference in zip(parameters.loads, papers, references):
         error = distance(paper, reference)
-        (own,), spent = timed(parameters.fitted(load, SHARE*error))
-        found.append({"load": load, "error_paper": error, "iterations_paper": paper.iterations, "unknowns_paper": paper.unknowns,
-                      "error_fitted": distance(own, reference), "estimate_fitted": own.estimate.total,
-                      "unknowns_fitted": own.unknowns, "passes_fitted": own.iterations, "seconds_fitted": spent})
-    fitted = sum(column(found, "seconds_fitted"))
+        row = {"load": load, "error_paper": error, "nodes_paper": nodal(paper, reference), "iterations_paper": paper.iterations,
+               "unknowns_paper": paper.unknowns}
+        for name, rtol in (("asked", SHARE*error), ("obtained", LOOSE)):
+            (own,), took = timed(parameters.fitted(load, rtol))
+            spent[name] += took
+            row |= {f"rtol_{name}": rtol, f"error_{name}": distance(own, reference), f"nodes_{name}": nodal(own, reference),
+                    f"estimate_{name}": own.estimate.total, f"unknowns_{name}": own.unknowns, f"passes_{name}": own.iterations,
+                    f"seconds_{name}": float(took[0])}
+        found.append(row)
+    ways = {name: {"seconds": float(own[0]), "wall": float(own[1]), "ratio": float(seconds[0]/own[0]),
+                   "ratio_wall": float(seconds[1]/own[1]), "worst": _worst(found, f"error_{name}", "error_paper"),
+                   "nodes": _worst(found, f"nodes_{name}", "nodes_paper")} for name, own in spent.items()}
     return {"parameters": {**asdict(parameters), "loads": list(parameters.loads)}, "versions": versions(),
-            "seconds": {"setup": setup, "solve": seconds + fitted}, "loads": found, "seconds_paper": seconds,
-            "seconds_fitted": fitted, "ratio": seconds/fitted,
-            "worst": max(row["error_fitted"]/(SHARE*row["error_paper"]) for row in found)}
+            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start},
+            "paper": {"seconds": float(seconds[0]), "wall": float(seconds[1])}, **ways, "loads": found}
+
+
+def _worst(found, name, paper):
+    return max(row[name]/(SHARE*row[paper]) for row in found)
 
 
 def run(parameters, out=None, quiet=False):
     """Both ways, a table, and the errors over the load into the folder `out`."""
     answer = result(parameters)
     if not quiet:
-        columns = ("load", "error_paper", "error_fitted", "estimate_fitted", "unknowns_fitted", "passes_fitted", "seconds_fitted")
-        print("  ".join(f"{name:>15}" for name in columns))
+        columns = ("load", "error_paper", "nodes_paper", "error_asked", "nodes_asked", "estimate_asked", "seconds_asked",
+                   "error_obtained", "nodes_obtained", "seconds_obtained")
+        print("  ".join(f"{name:>16}" for name in columns))
         for row in answer["loads"]:
-            print("  ".join(f"{row[name]:15.4g}" for name in columns))
-        print(f"the paper's way {answer['seconds_paper']:.1f} s, fitted {answer['seconds_fitted']:.2f} s: "
-              f"{answer['ratio']:.0f} times faster; error over a tenth of the paper's at most {answer['worst']:.2f}")
+            print("  ".join(f"{row[name]:16.4g}" for name in columns))
+        print(f"the paper's way: {answer['paper']['seconds']:.1f} s")
+        for name in ("asked", "obtained"):
+            print("a tenth {0}: {seconds:.2f} s, {ratio:.0f} times faster; error over a tenth of the paper's at most {worst:.2f}, "
+                  "at the nodes alone {nodes:.2f}".format(name, **answer[name]))
     if out:
         write_records(out/"paper_way.csv", rows(parameters, answer))
         plots.draw(figure, read_records(out/"paper_way.csv"), out, "paper_way")
@@ -122,7 +145,8 @@ def run(parameters, out=None, quiet=False):
 def rows(parameters, answer):
     """A result as records: command, parameters and what it gave, a row for each load."""
     common = {"command": command("paper_way", parameters), "alpha": parameters.alpha, "nu": parameters.nu,
-              "beta": parameters.beta, "h": parameters.h, "seconds_paper": answer["seconds_paper"], "ratio": answer["ratio"]}
+              "beta": parameters.beta, "h": parameters.h, "seconds_paper": answer["paper"]["seconds"],
+              "ratio_asked": answer["asked"]["ratio"], "ratio_obtained": answer["obtained"]["ratio"]}
     return [{**common, **row} for row in answer["loads"]]
 
 
@@ -130,7 +154,8 @@ def figure(records):
     """Errors of both ways over the load."""
     drawing, axis = plots.figure(height=3.0)
     axis.semilogy(column(records, "load"), column(records, "error_paper"), "s-", label="the paper's way")
-    axis.semilogy(column(records, "load"), column(records, "error_fitted"), "o-", label="fitted")
+    for name, style in (("asked", "o-"), ("obtained", "^-")):
+        axis.semilogy(column(records, "load"), column(records, f"error_{name}"), style, label=f"fitted, {name}")
     axis.semilogy(column(records, "load"), SHARE*np.array(column(records, "error_paper")), "k:", linewidth=0.8,
                   label="a tenth of the paper's")
     axis.set(xlabel=r"$P/P_{\max}$", ylabel="relative error in $L^2$")
