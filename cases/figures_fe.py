@@ -176,7 +176,7 @@ def facets_draw(rows):
                           label="between the nodes" if number == 0 else None)
                 axis.plot(column(nodes, "x"), value(nodes), ".", markersize=3, color=colour, label="nodes" if number == 0 else None)
         column_axes[0].set_title(f"({'ab'[panel]}) {name}", loc="left")
-        column_axes[1].set_ylim(-0.075, 0.04)
+        column_axes[1].set_ylim(-0.075, 0.075)
         column_axes[2].set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", xlim=SHOWN, ylim=(-2.5, 2.5))
     for axis, text in zip(axes[:, 0], (r"$p_A/p_{\mathrm{Hz}}$", r"error of $p_A/p_{\mathrm{Hz}}$",
                                        r"$10^4 g_A R/a_{\mathrm{Hz}}^2$")):
