@@ -132,8 +132,8 @@ def facets_records():
             common = {"command": command("hertz", parameters), "mesh_name": name, "facet": number}
             values = zip(x/a, node, state.pressure(0, x)/p_Hz, judge.pressure(0, x)/p_Hz,
                          corner_gap(state, x)*parameters.R/a**2)
-            found += [{**common, "x": float(place), "node": int(own), "pressure": float(p), "reference": float(q), "gap": float(g)}
-                      for place, own, p, q, g in values]
+            found += [{**common, "x": float(place), "node": int(own), "pressure": float(p), "reference": float(q),
+                       "gap": float(g)} for place, own, p, q, g in values]
     return found
 
 
@@ -162,8 +162,8 @@ def corner_gap(state, x):
 def facets_draw(rows):
     """Corner A at the nodes (dots) and between them (lines, facets in turn blue and orange), alpha = 0.25: pressure, its
     distance from the half-plane, and gap. (a) The fitted mesh asked for 1e-4: between the nodes the pressure is off by 2e-4 and,
-    next to an edge, where it has a square root, by 3e-3 of p_Hz at most, and the gap in contact stays below 1e-8 of a_Hz^2/R. (b) A
-    warning: order 8 on squares of a_Hz/4, edges inside facets. All conditions (26) hold at the nodes; between them the
+    next to an edge, where it has a square root, by 3e-3 of p_Hz at most, and the gap in contact stays below 1e-8 of a_Hz^2/R. (b)
+    A warning: order 8 on squares of a_Hz/4, edges inside facets. All conditions (26) hold at the nodes; between them the
     pressure misses by 7 % of p_Hz and falls below zero (-0.5 %), and the corner sinks 2e-4 a_Hz^2/R into the obstacle."""
     drawing, axes = plots.figure(3, 2, height=1.8, sharex="col")
     for panel, (name, points) in enumerate(grouped(rows, "mesh_name").items()):
@@ -174,7 +174,8 @@ def facets_draw(rows):
             for axis, value in zip(column_axes, (_pressure, _off, _sunk)):
                 axis.plot(column(facet, "x"), value(facet), "-", linewidth=0.8, color=colour,
                           label="between the nodes" if number == 0 else None)
-                axis.plot(column(nodes, "x"), value(nodes), ".", markersize=3, color=colour, label="nodes" if number == 0 else None)
+                axis.plot(column(nodes, "x"), value(nodes), ".", markersize=3, color=colour,
+                          label="nodes" if number == 0 else None)
         column_axes[0].set_title(f"({'ab'[panel]}) {name}", loc="left")
         column_axes[1].set_ylim(-0.075, 0.075)
         column_axes[2].set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", xlim=SHOWN, ylim=(-2.5, 2.5))

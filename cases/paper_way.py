@@ -134,8 +134,8 @@ def run(parameters, out=None, quiet=False):
             print("  ".join(f"{row[name]:16.4g}" for name in columns))
         print(f"the paper's way: {answer['paper']['seconds']:.1f} s")
         for name in ("asked", "obtained"):
-            print("a tenth {0}: {seconds:.2f} s, {ratio:.0f} times faster; error over a tenth of the paper's at most {worst:.2f}, "
-                  "at the nodes alone {nodes:.2f}".format(name, **answer[name]))
+            print("a tenth {0}: {seconds:.2f} s, {ratio:.0f} times faster; error over a tenth of the paper's at most "
+                  "{worst:.2f}, at the nodes alone {nodes:.2f}".format(name, **answer[name]))
     if out:
         write_records(out/"paper_way.csv", rows(parameters, answer))
         plots.draw(figure, read_records(out/"paper_way.csv"), out, "paper_way")

@@ -18,7 +18,7 @@ from microblock.study import read_records, versions, write_records, write_text
 
 OUT = "out"
 PLATES = {**figures_strip.PLATES, **figures_fe.PLATES, **figures_hertz.PLATES, **figures_layers.PLATES}
-TABLES = {**figures_strip.TABLES, **limits_table.TABLES}
+TABLES = {**figures_strip.TABLES, **figures_layers.TABLES, **limits_table.TABLES}
 JUDGED = paper_and_here.TABLES     # made from the records of the others
 KNOWN = (*PLATES, *TABLES, *JUDGED)
 SHOWN = 4     # significant digits of a table on the page; the CSV has them all

@@ -92,8 +92,8 @@ def _laws(parameters, quiet):
             chosen = parameters.scene(alpha, contact).resolved()
             (state, estimate), = hertz.solve(chosen)
             seen = hertz.observe(chosen, state, estimate)
-            laws[contact].append({"alpha": alpha, **{name: seen[name] for name in KEPT}, "hardness_nominal": None, "hardness_nominal_error": None,
-                                  "error_estimate": estimate, "profile": seen["profile"]})
+            laws[contact].append({"alpha": alpha, **{name: seen[name] for name in KEPT}, "hardness_nominal": None,
+                                  "hardness_nominal_error": None, "error_estimate": estimate, "profile": seen["profile"]})
     return laws
 
 
@@ -137,7 +137,8 @@ def run(parameters, out=None, quiet=False):
 def rows(parameters, answer):
     """A result as records: command, parameters and what it gave, a row for each law and alpha."""
     common = {"command": command("size_effect", parameters), "nu": parameters.nu, "beta": parameters.beta,
-              "rtol": parameters.rtol, "model": parameters.model or "halfplane", "alpha_mid": answer["alpha_mid"], "alpha_mid_error": answer["alpha_mid_error"]}
+              "rtol": parameters.rtol, "model": parameters.model or "halfplane",
+              "alpha_mid": answer["alpha_mid"], "alpha_mid_error": answer["alpha_mid_error"]}
     return [{"contact": contact, **{name: value for name, value in row.items() if name != "profile"}, **common}
             for contact, found in answer["laws"].items() for row in found]
 
