@@ -4,13 +4,14 @@ Geometry   half-plane x2 < 0 under a rigid cylinder, the same load with two laws
            unilateral (M = 0).
 Equations  (10)-(18) in the half-plane, corner gaps and micromoment (21), (22), (29) at the surface.
 Model      halfplane: pressures on panels of the contact line, the fields below them from the half-plane's modes.
+           fe: fitted finite elements that shrink towards the lines too, domain 1000 a_Hz.
 Reference  the bi-exponential decay (51), fitted to the difference of psi along vertical lines; 1/sqrt(beta) of the
            thick strip, (49).
 Look at    L_bl/ell beside mode_length_over_ell: the micropolar mode's share of the difference over its own
            derivative at the surface, which needs no fit. Both tend to 1/sqrt(beta) under the full-contact zone.
 Units      lengths over a_Hz (alpha = ell/a_Hz), psi as psi R/a_Hz. L_bl_error is that of L_bl_over_ell: two standard
-           deviations of the fit and the largest change when its depths are varied. Beyond 10 % a length is null,
-           and reason says why.
+           deviations of the fit and the largest change when its depths are varied; with fe also the change from a
+           coarser mesh. Beyond 10 % a length is null, and reason says why.
 """
 
 import time
@@ -19,6 +20,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
+from cases import layers_fe
 from cases.options import command, option
 from microblock import plots, subsurface
 from microblock.errors import BadArgument, Inadmissible, require_finite
@@ -53,7 +55,7 @@ class Parameters:
     positions: tuple = option(POSITIONS, "abscissae x1 > 0 of the vertical lines over a_Hz", nargs="+", metavar="X1")
     nu: float = option(0.3, "Poisson's ratio, -1 < nu < 1/2")
     beta: float = option(1.0, "coupling number 2 eta/(1 + eta), 0 < beta < 2")
-    model: str = option("halfplane", "modes of the half-plane (finite elements are not there yet)", str, choices=MODELS)
+    model: str = option("halfplane", "modes of the half-plane, or fitted finite elements", str, choices=MODELS)
 
     def __post_init__(self):
         for name, (least, most) in RANGES.items():
@@ -72,8 +74,6 @@ class Parameters:
             raise Inadmissible("beta", self.beta, "must satisfy 0 < beta < 2")
         if self.model not in MODELS:
             raise BadArgument("model", self.model, f"must be one of {', '.join(MODELS)}")
-        if self.model == "fe":
-            raise BadArgument("model", self.model, "not there yet, take halfplane")
 
 
 @dataclass(frozen=True)
@@ -156,11 +156,14 @@ def _misfit(logarithms, x2, values, bounds):
     return shapes @ amplitudes - values
 
 
-def layer(x2, values, alpha):
-    """The fit on DEPTHS and what varying them does: the row's entries, null where nothing is determined."""
+def layer(x2, values, alpha, uncertain=0.0):
+    """The fit on DEPTHS and what varying them does: the row's entries, null where nothing is determined.
+
+    `uncertain`, a number or an array (2,), is what the error of the samples does to the lengths.
+    """
     base, *others = [fit_between(x2, values, alpha, *window) for window in (DEPTHS, *VARIED)]
     changes = np.max([np.abs(other.lengths - base.lengths) for other in others], axis=0)
-    errors = changes + CONFIDENCE*base.deviations*base.lengths
+    errors = uncertain + changes + CONFIDENCE*base.deviations*base.lengths
     (L_bl, L_sol), (A_bl, A_sol) = base.lengths, base.amplitudes
     row = {"L_bl_over_ell": L_bl/alpha, "L_bl_error": errors[0]/alpha, "L_sol": L_sol, "A_bl": A_bl, "A_sol": A_sol,
            "fit_from": DEPTHS[0]*alpha, "fit_to": DEPTHS[1], "fit_residual": base.residual, "reason": None}
@@ -216,16 +219,42 @@ def profiles(alpha, positions, nu=0.3, beta=1.0, x2=None):
 
 def result(parameters):
     """The contract's object: a row for each alpha and position."""
-    start, setup, found = time.perf_counter(), 0.0, []
+    start, setup, found, more = time.perf_counter(), 0.0, [], {}
     for alpha in parameters.alphas:
-        x2, microblock, unilateral, mode_length, seconds = profiles(alpha, parameters.positions, parameters.nu, parameters.beta)
+        if parameters.model == "fe":
+            lines, unknowns, seconds = _by_finite_elements(alpha, parameters)
+            more = {"unknowns": max(unknowns, more.get("unknowns", 0))}
+        else:
+            lines, seconds = _by_modes(alpha, parameters)
+        found += lines
         setup += seconds
-        for x1, values, length in zip(parameters.positions, microblock - unilateral, mode_length):
-            found.append({"alpha": alpha, "x1": x1, **layer(x2, values, alpha),
-                          "mode_length_over_ell": float(length/alpha) if np.isfinite(length) else None})
     return {"parameters": asdict(parameters), "versions": versions(),
             "seconds": {"setup": setup, "solve": time.perf_counter() - start - setup},
-            "model": parameters.model, "layers": found}
+            "model": parameters.model, **more, "layers": found}
+
+
+def _by_modes(alpha, parameters):
+    """Rows of one alpha by the half-plane, and the seconds of the states."""
+    x2, microblock, unilateral, mode_length, seconds = profiles(alpha, parameters.positions, parameters.nu, parameters.beta)
+    return [{"alpha": alpha, "x1": x1, **layer(x2, values, alpha),
+             "mode_length_over_ell": float(length/alpha) if np.isfinite(length) else None}
+            for x1, values, length in zip(parameters.positions, microblock - unilateral, mode_length)], seconds
+
+
+def _by_finite_elements(alpha, parameters):
+    """The same by finite elements, and the unknowns of the largest mesh; what a coarser mesh changes is an error too."""
+    x2 = depths(alpha)
+    coarse, fine = layers_fe.ladder(alpha, parameters.positions, parameters.nu, parameters.beta, x2)
+    found = []
+    for number, x1 in enumerate(parameters.positions):
+        values, before = ((one.microblock - one.unilateral)[number] for one in (fine, coarse))
+        change = abs(fit_between(x2, values, alpha, *DEPTHS).lengths - fit_between(x2, before, alpha, *DEPTHS).lengths)
+        row = layer(x2, values, alpha, change)
+        lengths = [one.mode_length[number]/alpha for one in (fine, coarse)]
+        found.append({"alpha": alpha, "x1": x1, **row, "mode_length_over_ell": float(lengths[0]),
+                      "mode_length_error": float(abs(lengths[0] - lengths[1])), "unknowns": fine.unknowns,
+                      "state_error": fine.error, "state_seconds": coarse.seconds + fine.seconds})
+    return found, fine.unknowns, coarse.seconds + fine.seconds
 
 
 def run(parameters, out=None, quiet=False):

@@ -56,6 +56,11 @@ def below(limit):
     return lambda value, error: None if 0 < error >= abs(value - limit) else bool(value < limit)
 
 
+def not_judged(value, error):
+    """Judge: none; a choice of the paper's, and a number of ours beside it."""
+    return None
+
+
 def table(records):
     """Every statement of sections 4.1 and 4.2 of the paper, what is computed here, and whether the two agree."""
     from cases import paper_layers, paper_size, paper_strip, paper_zones      # they take their judges from here

@@ -10,15 +10,15 @@ from dataclasses import asdict, dataclass
 
 from tqdm import tqdm
 
-from cases import figures_hertz, figures_layers, figures_strip, limits_table, paper_and_here
+from cases import figures_fe, figures_hertz, figures_layers, figures_strip, limits_table, paper_and_here
 from cases.options import option
 from microblock import plots
 from microblock.errors import BadArgument
 from microblock.study import read_records, versions, write_records, write_text
 
 OUT = "out"
-PLATES = {**figures_strip.PLATES, **figures_hertz.PLATES, **figures_layers.PLATES}
-TABLES = {**figures_strip.TABLES, **limits_table.TABLES}
+PLATES = {**figures_strip.PLATES, **figures_fe.PLATES, **figures_hertz.PLATES, **figures_layers.PLATES}
+TABLES = {**figures_strip.TABLES, **figures_layers.TABLES, **limits_table.TABLES}
 JUDGED = paper_and_here.TABLES     # made from the records of the others
 KNOWN = (*PLATES, *TABLES, *JUDGED)
 SHOWN = 4     # significant digits of a table on the page; the CSV has them all

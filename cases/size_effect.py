@@ -93,19 +93,26 @@ def _laws(parameters, quiet):
             (state, estimate), = hertz.solve(chosen)
             seen = hertz.observe(chosen, state, estimate)
             laws[contact].append({"alpha": alpha, **{name: seen[name] for name in KEPT}, "hardness_nominal": None,
-                                  "error_estimate": estimate, "profile": seen["profile"]})
+                                  "hardness_nominal_error": None, "error_estimate": estimate, "profile": seen["profile"]})
+    return laws
+
+
+def fe_laws(parameters, quiet=True):
+    """{law: rows} by finite elements, with the nominal hardness over its value for alpha -> 0."""
+    laws = _laws(parameters, quiet)
+    classical, classical_error = size_effect_fe.classical_hardness(
+        lambda alpha: parameters.scene(alpha, "unilateral").resolved())
+    for contact, found in laws.items():
+        for row in found:
+            nominal, error = size_effect_fe.nominal_hardness(parameters.scene(row["alpha"], contact).resolved())
+            row |= {"hardness_nominal": nominal/classical, "hardness_nominal_error": (error + classical_error)/classical}
     return laws
 
 
 def _by_finite_elements(parameters, quiet, start):
     """The contract's object from finite elements: with the nominal hardness, and alpha_mid as bilinear elements see it."""
     nu, beta = parameters.nu, parameters.beta
-    laws = _laws(parameters, quiet)
-    classical = size_effect_fe.classical_hardness(lambda alpha: parameters.scene(alpha, "unilateral").resolved())
-    for contact, found in laws.items():
-        for row in found:
-            nominal = size_effect_fe.nominal_hardness(parameters.scene(row["alpha"], contact).resolved())
-            row["hardness_nominal"] = nominal/classical
+    laws = fe_laws(parameters, quiet)
     alpha_mid, error = size_effect_fe.coalescence_ratio(nu, beta)
     return {"parameters": {**asdict(parameters), "alphas": list(parameters.alphas)}, "versions": versions(),
             "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "laws": laws, "alpha_mid": alpha_mid,
@@ -130,7 +137,8 @@ def run(parameters, out=None, quiet=False):
 def rows(parameters, answer):
     """A result as records: command, parameters and what it gave, a row for each law and alpha."""
     common = {"command": command("size_effect", parameters), "nu": parameters.nu, "beta": parameters.beta,
-              "rtol": parameters.rtol, "alpha_mid": answer["alpha_mid"], "alpha_mid_error": answer["alpha_mid_error"]}
+              "rtol": parameters.rtol, "model": parameters.model or "halfplane",
+              "alpha_mid": answer["alpha_mid"], "alpha_mid_error": answer["alpha_mid_error"]}
     return [{"contact": contact, **{name: value for name, value in row.items() if name != "profile"}, **common}
             for contact, found in answer["laws"].items() for row in found]
 

@@ -46,13 +46,19 @@ def ratio_of_h(nu, beta, squares=SQUARES):
 
 
 def nominal_hardness(parameters):
-    """P/(2 a_nom) of the state of `hertz.Parameters` on the paper's domain, a_nom = sqrt(d (2 R - d)) from the approach d."""
+    """P/(2 a_nom) of `hertz.Parameters` on the paper's domain, a_nom = sqrt(d (2 R - d)) from the approach d, and its error.
+
+    The error is the distance from ten times the rtol. One order for all elements: d feels the far field.
+    """
     bounded = replace(parameters, domain=DOMAIN)
-    (state, _), = hertz_fe.solve(bounded)
-    return parameters.P/(2*math.sqrt(state.approach*(2*parameters.R - state.approach)))
+    scene, near, found = replace(hertz_fe.fitted(bounded), even=True), None, []
+    for rtol in (10*parameters.rtol, parameters.rtol):
+        near = scene.at(parameters.P, rtol, near=near)
+        found.append(parameters.P/(2*math.sqrt(near.approach*(2*parameters.R - near.approach))))
+    return found[1], abs(found[1] - found[0])
 
 
 def classical_hardness(scene):
     """The same for alpha -> 0, linear in alpha; `scene` gives the parameters of `hertz` for an alpha."""
-    fine, coarse = (nominal_hardness(scene(alpha)) for alpha in (FINEST, 2*FINEST))
-    return 2*fine - coarse
+    (fine, fine_error), (coarse, coarse_error) = (nominal_hardness(scene(alpha)) for alpha in (FINEST, 2*FINEST))
+    return 2*fine - coarse, 2*fine_error + coarse_error

@@ -47,7 +47,15 @@ TRUNCATION = 2.0     # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the
 
 @dataclass(frozen=True)
 class FittedContact(GroundScene):
-    """A scene on fitted meshes; a half-plane is cut off at FAR times the reach of the contact boundary."""
+    """A scene on fitted meshes; a half-plane is cut off at FAR times the reach of the contact boundary.
+
+    Elements shrink also towards the surface points `lines` (abscissae of the computed part), so that fields below them,
+    layers and all, are as good as the pressure. With `even` all elements have one order: the approach of a bounded domain
+    feels its far field, which the pressure does not, and the estimate is that of the pressure.
+    """
+
+    lines: tuple = ()
+    even: bool = False
 
     def at(self, load, rtol=1e-3, near=None):
         """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
@@ -143,11 +151,11 @@ class FittedContact(GroundScene):
         return Ground(far, (0.0 if self.symmetric else -reach, reach), self.symmetric)
 
     def _condense(self, ground, tips, spacing, levels, order):
-        mesh = graded(ground, tips, spacing=spacing, levels=levels)
+        mesh = graded(ground, [*tips, *self.lines], spacing=spacing, levels=levels)
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"
-        orders = np.full(mesh.ne, order) if not levels else falling_orders(mesh, ground, tips, order)
+        orders = np.full(mesh.ne, order) if self.even or not levels else falling_orders(mesh, ground, tips, order)
         return Condensed(Body(mesh, self.solid, orders, fixed=supports))
 
     def topology(self, load):

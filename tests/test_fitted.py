@@ -2,11 +2,12 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from cases import hertz, size_effect, size_effect_fe
+from cases import hertz, hertz_fe, paper_size, size_effect, size_effect_fe
 from cases.__main__ import main
 from microblock import fitted
 from microblock.errors import BadArgument, NotConverged
@@ -201,6 +202,18 @@ def test_bilinear_elements_see_coalescence_too_late():
 
 def test_size_effect_by_finite_elements():
     scene = size_effect.Parameters(alphas=(0.5,), model="fe", rtol=1e-2).scene
-    classical = size_effect_fe.nominal_hardness(scene(0.02, "unilateral").resolved())
-    unilateral, microblock = (size_effect_fe.nominal_hardness(scene(0.5, law).resolved()) for law in ("unilateral", "microblock"))
+    found = [size_effect_fe.nominal_hardness(scene(alpha, law).resolved())
+             for alpha, law in ((0.02, "unilateral"), (0.5, "unilateral"), (0.5, "microblock"))]
+    classical, unilateral, microblock = (value for value, _ in found)
     assert classical < unilateral < microblock      # Fig. 11b: both rise with alpha, the microblock law's more
+    assert all(0 < error < 1e-3*value for value, error in found)
+
+
+def test_approach_is_that_of_the_half_plane():
+    """Against the far field, up to a constant and the images of the load, (a/L)^2 = 3e-3 for the square of 18 a_Hz."""
+    apart = []
+    for alpha, law in ((0.25, "unilateral"), (0.5, "microblock"), (1.25, "microblock")):
+        chosen = size_effect.Parameters(alphas=(alpha,), model="fe", rtol=1e-3).scene(alpha, law).resolved()
+        scene = replace(hertz_fe.fitted(replace(chosen, domain="18")), even=True)
+        apart.append(scene.at(chosen.P, 1e-3).approach*chosen.R/chosen.a_Hz**2 - paper_size.sinking(alpha, law)[0])
+    assert np.ptp(apart) < 3e-3

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from cases import layers
+from cases import layers, layers_fe
 from cases.__main__ import main
 from cases.layers import Parameters
+from microblock.fitted import FittedContact
 
 NAMES = {"alpha", "x1", "L_bl_over_ell", "L_bl_error", "L_sol", "A_bl", "A_sol", "fit_from", "fit_to", "fit_residual",
          "reason", "mode_length_over_ell"}
@@ -47,7 +48,7 @@ def test_records_can_be_repeated(tmp_path):
 
 
 @pytest.mark.parametrize("words, named", [
-    ("--model fe", "--model fe: not there yet"), ("--model fem", "--model"), ("--alphas 0", "--alphas 0"),
+    ("--model fem", "--model"), ("--alphas 0", "--alphas 0"),
     ("--alphas 0.1 nan", "--alphas nan"), ("--alphas", "--alphas"), ("--positions -0.1", "--positions -0.1"),
     ("--positions 0", "--positions 0"), ("--positions inf", "--positions inf"), ("--nu 0.5", "--nu 0.5"),
     ("--beta 2", "--beta 2"), ("--beta 0", "--beta 0"), ("--positions x", "--positions")])
@@ -197,6 +198,36 @@ def test_difference_and_fit_by_other_means():
     # the same minimum, flat in the lengths: ftol 1e-12 of its cost leaves 1e-6 or so of them, times the valley's condition
     assert fitted.lengths == pytest.approx(np.sort(np.exp(plain.x[[1, 3]])), rel=1e-3)
     assert fitted.residual == pytest.approx(np.sqrt(2*plain.cost/np.sum((values/values[0])**2)), rel=1e-6)
+
+
+def test_finite_elements_agree_with_the_half_plane(monkeypatch):
+    """psi of both laws and the mode's length on meshes that know nothing of modes; coarser ones than the command's."""
+    monkeypatch.setattr(layers_fe, "RTOLS", (1e-3, 1e-4))
+    parameters = Parameters((0.05,), (0.3,), model="fe")
+    answer = layers.result(parameters)
+    row, (true,) = answer["layers"][0], layers.result(Parameters((0.05,), (0.3,)))["layers"]
+    assert 0 < row["mode_length_error"] < 0.01 and answer["unknowns"] == row["unknowns"] < 30_000
+    assert abs(row["mode_length_over_ell"] - true["mode_length_over_ell"]) <= row["mode_length_error"]
+    # the command's error is mostly that of the fit, which both share: half of what the mesh adds has to do here
+    shared = layers.layer(*_differences(0.05, 0.3), 0.05)["L_bl_error"]
+    assert abs(row["L_bl_over_ell"] - true["L_bl_over_ell"]) <= row["L_bl_error"] - 0.9*shared
+
+
+def _differences(alpha, x1):
+    x2, microblock, unilateral, _, _ = layers.profiles(alpha, (x1,))
+    return x2, (microblock - unilateral)[0]
+
+
+def test_mesh_shrinks_towards_the_lines(monkeypatch):
+    """Negative control: without it the mode's slope at the surface is ten times worse at the same tolerance."""
+    exact = layers.profiles(0.05, (0.3,))[3]
+    monkeypatch.setattr(layers_fe, "RTOLS", (1e-4,))
+    errors = []
+    for scene in (FittedContact, lambda *scene, lines: FittedContact(*scene)):
+        monkeypatch.setattr(layers_fe, "FittedContact", scene)
+        found, = layers_fe.ladder(0.05, (0.3,), 0.3, 1.0, layers.depths(0.05))
+        errors.append(abs(found.mode_length - exact)[0]/0.05)
+    assert errors[0] < 3e-4 and 10*errors[0] < errors[1]      # of the states' 1e-4
 
 
 def _cosine_rule(edges, count=400):
