@@ -19,6 +19,7 @@ from .body import Fields
 from .compliance import Compliance
 from .errors import BadArgument, NotConverged
 from .facets import lobatto, outward_sides
+from .panels import lagrange
 
 FLAT = 1e-12      # n1 below which a displacement along x1 does not enter the gaps
 SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}      # no pivoting: K is positive definite
@@ -87,6 +88,19 @@ class ContactNodes:
             members = members[np.argsort(self.points[members, 0])]
             found.append((self.points[members[0], 0], self.points[members[-1], 0], members))
         return sorted(found, key=lambda facet: facet[0])
+
+    def interpolate(self, values, x):
+        """Nodal values (array (nodes,)) at x1 = x: on each facet the polynomial through its nodes, 0 beyond the boundary."""
+        found = np.zeros_like(x)
+        facets = self.interpolation
+        place = np.searchsorted([right for _, right, _ in facets], x)
+        for number in np.unique(place[(x >= facets[0][0]) & (place < len(facets))]):
+            left, right, members = facets[number]
+            here = (place == number) & (x >= left)
+            own = values[members]
+            if own.any():
+                found[here] = lagrange((self.points[members, 0] - left)/(right - left), (x[here] - left)/(right - left)) @ own
+        return found
 
 
 class Condensed(ContactNodes):
