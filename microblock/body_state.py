@@ -111,6 +111,28 @@ class BodyState:
         """Pressure of a corner (its number) at x1 = x, array (n,): on each facet the polynomial through its nodes."""
         return self.nodes.interpolate(self.pressures[corner], x)
 
+    def tamed(self, x):
+        """1; near ends of the obstacle, where the pressure is infinite, the distance from them over half of its width."""
+        ends = getattr(self.scene.obstacle, "ends", ())
+        half = self.nodes.compliance.ell/2
+        shifts = (0.0,) if len(self.law.corners) == 1 else (half, -half)
+        return np.min([np.ones_like(x), *(2*np.abs(x - end - shift)/(ends[-1] - ends[0])
+                                          for end in ends for shift in shifts)], axis=0)
+
+    def difference(self, pressure):
+        """max(|dp|, |dM|/ell)/|p| in L2 over the surface from pressures of another kind, `pressure(corner number, x)`.
+
+        At Gauss points between the nodes, near ends of the obstacle weighted with the distance (`tamed`).
+        """
+        points, weights = np.polynomial.legendre.leggauss(self.nodes.body.order + 2)
+        facets = self.nodes.interpolation
+        x = np.concatenate([(left + right + (right - left)*points)/2 for left, right, _ in facets])
+        weights = np.concatenate([(right - left)/2*weights for left, right, _ in facets])*self.tamed(x)
+        own, other = (np.array([one(corner, x) for corner in range(len(self.forces))]) for one in (self.pressure, pressure))
+        levers = np.array(list(self.law.levers(x).values()))
+        errors = weights @ (own - other).sum(axis=0)**2, weights @ np.sum(levers/2*(own - other), axis=0)**2
+        return float(np.sqrt(max(errors)/(weights @ other.sum(axis=0)**2)))
+
     def plot(self, path):
         """Write a picture of pressures and micromoment over x1 (PNG, PDF or SVG, by the ending of `path`)."""
         drawing, axis = plots.figure()

@@ -83,7 +83,7 @@ def _surface(state, averaged):
     for facet, side, members in zip(state.nodes.region.Elements(), outward_sides(mesh, state.nodes.region), state.nodes.facets):
         transformation = mesh.GetTrafo(facet)
         mapped = [transformation(float(xi)) for xi in (1 + xis)/2]
-        weights = lengths/2*[point.measure for point in mapped]*tamed(state, np.array([point.point[0] for point in mapped]))
+        weights = lengths/2*[point.measure for point in mapped]*state.tamed(np.array([point.point[0] for point in mapped]))
         between = lagrange(lobatto(len(members) - 1)[0], (1 + xis)/2) @ own[:, members].T
         seen = np.array([traction(point) for point in mapped])*(1, side/ell)
         found[:, above[facet.edges[0].nr]] += weights @ (between - seen)**2
@@ -98,14 +98,6 @@ def _traction(state, averaged):
     rows = solid.stress(gradient, state.fields.psi)
     m = solid.couple_stress(averaged[2])
     return ng.CF((-sum(n[i]*rows[i][j]*n[j] for i in range(2) for j in range(2)), m[0]*n[0] + m[1]*n[1]))
-
-
-def tamed(state, x):
-    """1, near ends of the obstacle, where the pressure is infinite, the distance from them over half of its width."""
-    ends = getattr(state.scene.obstacle, "ends", ())
-    half = state.nodes.compliance.ell/2
-    shifts = (0.0,) if len(state.law.corners) == 1 else (half, -half)
-    return np.min([np.ones_like(x), *(2*np.abs(x - end - shift)/(ends[-1] - ends[0]) for end in ends for shift in shifts)], axis=0)
 
 
 def refine_until(scene, load, rtol):
