@@ -39,7 +39,7 @@ def balances(state):
 
 
 def points_of(state, window):
-    """Records of a body near its surface: three rows a triangle, with displacements and stresses; window (left, right, bottom)."""
+    """Records of a body within a window (left, right, bottom): three rows a triangle, with displacements and stresses."""
     mesh, fields = state.nodes.body.mesh, state.fields
     places = mesh.MapToAllElements(ng.IntegrationRule(list(POINTS), [0]*len(POINTS)), ng.VOL)
     names = ("x", "y", "u1", "u2", "psi", "s22")
@@ -48,11 +48,12 @@ def points_of(state, window):
     left, right, bottom = window
     centres = values[:, :, :2].mean(axis=1)
     inside = (centres[:, 0] > left) & (centres[:, 0] < right) & (centres[:, 1] > bottom)
-    return [dict(zip(names, map(float, row))) for element in values[inside] for triangle in FOUR for row in element[list(triangle)]]
+    return [dict(zip(names, map(float, row)))
+            for element in values[inside] for triangle in FOUR for row in element[list(triangle)]]
 
 
 def draw_body(rows):
-    """The deformed body (displacements magnified) with -sigma_22 in colours; tractions of microblocks press where it is dark."""
+    """The deformed body (displacements magnified) with -sigma_22 in colours."""
     x, y, u1, u2, stress = (np.array(column(rows, name)) for name in ("x", "y", "u1", "u2", "s22"))
     magnified = SHOWN*np.ptp(y)/max(np.hypot(u1, u2).max(), 1e-300)
     drawing, axis = plots.figure(height=2.2)

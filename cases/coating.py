@@ -40,7 +40,7 @@ WIDER = 4.0                 # half-length of the layer beyond that, over h
 SIDES = {"bonded": "bottom", "sliding": {"u1": "left", "u2": "bottom", "psi": "bottom"}}
 SAMPLES = 20001             # of the contact boundary, for the load of a mattress
 JUDGE = 0.1                 # of rtol, to which the half-plane is asked
-PICTURE = 0.4               # h of the layer that is drawn
+PICTURE = 1.0               # h of the layer that is drawn
 BASES = tuple(SIDES)
 
 
@@ -147,7 +147,7 @@ def run(parameters, out=None, quiet=False):
         repeat = {"command": command("coating", parameters)}
         write_records(out/"coating.csv", [{**repeat, **row} for row in answer["layers"]])
         plots.draw(figure, read_records(out/"coating.csv"), out, "coating")
-        _, state = solve(parameters, PICTURE, "punch", "microblock")
+        _, state = solve(parameters, PICTURE, "cylinder", "microblock")
         write_records(out/"coating_body.csv", [{**repeat, **row} for row in points_of(state, (-2, 2, -PICTURE))])
         plots.draw(draw_body, read_records(out/"coating_body.csv"), out, "coating_body")
     return answer

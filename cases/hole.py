@@ -42,7 +42,7 @@ class Parameters:
     beta: float = option(1.0, "coupling number 2 eta/(1 + eta), 0 < beta < 2")
     depth: float = option(0.7, "of the hole's centre; its radius is 0.4")
     order: int = option(4, "of the elements", int)
-    rtols: tuple = option((0.1, 0.03, 0.01, 0.003, 0.001), "of the refinement; the smallest judges", nargs="+", metavar="RTOL")
+    rtols: tuple = option((0.1, 0.03, 0.01, 0.003), "of the refinement; the smallest judges", nargs="+", metavar="RTOL")
 
     def __post_init__(self):
         object.__setattr__(self, "rtols", tuple(sorted(self.rtols, reverse=True)))
@@ -112,7 +112,7 @@ def run(parameters, out=None, quiet=False):
         repeat = {"command": command("hole", parameters)}
         write_records(out/"hole.csv", [{**repeat, **row} for row in answer["states"]])
         plots.draw(figure, read_records(out/"hole.csv"), out, "hole")
-        state = scene(parameters, *PICTURE).at(parameters.load, max(parameters.rtols[-1], 3e-3))
+        state = scene(parameters, *PICTURE).at(parameters.load, max(parameters.rtols[-1], 1e-2))
         write_records(out/"hole_body.csv", [{**repeat, **row} for row in points_of(state, (-2, 2, -2))])
         plots.draw(draw_body, read_records(out/"hole_body.csv"), out, "hole_body")
     return answer

@@ -7,8 +7,9 @@ energy    that of the difference of gradients over the energy of the state: a re
 surface   difference of the averaged traction and couple -(n.sigma n), m.n from the nodal p and M, max over the two of the
           L2 norm on the contact boundary over that of p
 
-Both miss what an edge between two nodes is off by, for the nodal forces follow it: its root mean square anywhere between them, a
-spacing over sqrt(12), is added to `surface` as a shift of ``p = K sqrt(r)``. The larger one is the estimate. The elements that make up a SHARE of either are cut; triangles stay local.
+Both miss what an edge between two nodes is off by, for the nodal forces follow it: its root mean square anywhere between
+them, a spacing over sqrt(12), is added to `surface` as a shift of ``p = K sqrt(r)``. The larger one is the estimate. The
+elements that make up a SHARE of either are cut; triangles stay local.
 """
 
 import math
