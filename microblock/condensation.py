@@ -15,7 +15,7 @@ from scipy.linalg import solve_triangular
 from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
-from .body import Fields
+from .body import CURVED, Fields
 from .compliance import Compliance
 from .errors import BadArgument, NotConverged
 from .facets import lobatto, outward_sides
@@ -140,9 +140,10 @@ class Condensed(ContactNodes):
         (s11, s12), (s21, s22) = solid.stress(gradient, psi)
         m = solid.couple_stress(kappa)
         varied, turned = self.body.gradients(v1, v2, chi)
+        bonus = CURVED if self.body.mesh.GetCurveOrder() > 1 else 0      # as for the energy of the fields
         self._form = ng.BilinearForm(space, symmetric=True, condense=True)
         self._form += (s11*varied[0, 0] + s12*(varied[0, 1] + chi) + s21*(varied[1, 0] - chi) + s22*varied[1, 1]
-                       + m[0]*turned[0] + m[1]*turned[1])*ng.dx
+                       + m[0]*turned[0] + m[1]*turned[1])*ng.dx(bonus_intorder=bonus)
         self._form.Assemble()
         self.unknowns = sum(space.FreeDofs())
 

@@ -1,4 +1,4 @@
-"""Bodies that are no half-plane: the layer between its two limits, the block with a hole, and the sample that judges fitted meshes."""
+"""Bodies that are no half-plane: the layer between its limits, the block with a hole; the sample that judges fitted meshes."""
 
 import dataclasses
 import json
@@ -58,10 +58,10 @@ def test_sliding_layer_with_free_sides_is_softer_than_oedometric():
     assert sliding["approach"] == pytest.approx(bonded["approach"], rel=3e-3)      # as loads in this ratio must: h^2 is left
 
 
-@pytest.mark.parametrize("obstacle, rtol", [("cylinder", 3e-3), ("punch", 3e-2)])
-def test_thick_layers_tend_to_the_half_plane(obstacle, rtol):
+@pytest.mark.parametrize("obstacle, law, rtol", [("cylinder", "microblock", 5e-3), ("punch", "unilateral", 2e-2)])
+def test_thick_layers_tend_to_the_half_plane(obstacle, law, rtol):
     parameters = coating.Parameters(rtol=rtol)
-    thin, thick = (coating.solve(parameters, h, obstacle, "microblock")[0] for h in (4.0, 16.0))
+    thin, thick = (coating.solve(parameters, h, obstacle, law)[0] for h in (4.0, 16.0))
     assert abs(thick["difference"]) < thin["difference"]/10 + thick["error_estimate"]      # (a/h)^2 would be a 16th
     assert thick["difference"] < 2*rtol
     assert max(abs(thick[name]) for name in ("energy_balance", "work_balance")) < 1e-8
@@ -72,10 +72,10 @@ def test_block_with_a_hole(tmp_path):
     words = ["hole", "--order", "3", "--rtols", "0.3", "0.1", "--json", str(path), "--out", str(tmp_path/"o")]
     assert main(words) == 0
     rows = json.loads(path.read_text())["states"]
-    assert {(row["obstacle"], row["law"]) for row in rows} == {(obstacle, law) for obstacle in hole.OBSTACLES for law in hole.LAWS}
+    assert len({(row["obstacle"], row["law"]) for row in rows}) == len(hole.OBSTACLES)*len(hole.LAWS)
     for row in rows:
         assert row["error_estimate"] <= row["rtol"]
-        assert abs(row["energy_balance"]) < 3e-8 and abs(row["work_balance"]) < 1e-8      # curved sides of order 3
+        assert abs(row["energy_balance"]) < 1e-8 and abs(row["work_balance"]) < 1e-8      # what was promised
         assert row["difference"] is None or row["difference"] < row["rtol"] + 0.1      # the judge's own
     assert {"hole.png", "hole_body.png", "hole.csv", "hole_body.csv"} <= {one.name for one in (tmp_path/"o").iterdir()}
 
