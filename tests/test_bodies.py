@@ -8,6 +8,7 @@ import pytest
 
 from cases import accuracy_fe, coating, hole
 from cases.__main__ import main
+from cases.accuracy import Draw
 from microblock.references import ThinLayer
 
 LAYER = ThinLayer(normal=3.0, rotational=0.4, ell=0.6)
@@ -90,6 +91,13 @@ def test_sample_of_fitted_scenes(tmp_path, capsys):
     answer = json.loads((tmp_path/"a.json").read_text())
     whole = [row for row in answer["table"] if row["kind"] == "all"]
     assert all(row["below"] == row["judged"] == 6 and row["failed"] == 0 and row["worst"] > 1e-3 for row in whole)
+
+
+@pytest.mark.parametrize("law, alpha", [("unilateral", 0.34), ("microblock", 0.24)])
+def test_kinks_are_graded_as_deep_as_the_error_asks(law, alpha):
+    """On rungs of equal depth the logarithm between two nodes is the same: 3.8 rtol in silence; on the axis it was not graded."""
+    row, = accuracy_fe.judged(Draw("wedge", law, alpha, 0.1, 0.6, width=6.0), [1e-3])
+    assert row["failure"] == "" and row["error_over_rtol"] < 1
 
 
 @pytest.mark.parametrize("words", ["coating --thicknesses 0", "coating --base glued", "coating --rtol 2", "coating --nu 0.5",
