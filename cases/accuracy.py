@@ -36,6 +36,8 @@ FINER = 100                        # times rtol, that a reference should be bett
 BELIEVED = 1e-7                    # largest violation of (26) of a reference
 START = 1e-3                       # rtol of the solver's zones from which the reference starts
 CELLS = 200, 600                   # of the grids from which it starts where the solver has none, or wrong ones
+COLUMNS = ("rtol", "kind", "scenes", "judged", "below", "above_3", "failed", "worst", "median", "fine_enough",
+           "reference_worst", "reference_median")
 
 
 @dataclass(frozen=True)
@@ -249,10 +251,8 @@ def run(parameters, out=None, quiet=False):
     return answer
 
 
-def show(answer):
+def show(answer, names=COLUMNS):
     """Print the table and the misses."""
-    names = ("rtol", "kind", "scenes", "judged", "below", "above_3", "failed", "worst", "median", "fine_enough",
-             "reference_worst", "reference_median")
     print("  ".join(f"{name:>12.12}" for name in names))
     for row in answer["table"]:
         print("  ".join(f"{row[name]:12.3g}" if isinstance(row[name], float) else f"{row[name]!s:>12}" for name in names))

@@ -16,6 +16,7 @@ _ROOMS = {
     "PeriodicHalfPlane": "grid", "GridContact": "grid_contact",
     "Body": "body", "Loads": "body", "Fields": "body",
     "Condensed": "condensation", "Ground": "meshes",
+    "BodyContact": "body_contact", "BodyState": "body_state",
     "FittedContact": "fitted", "UniformContact": "uniform", "SurfaceState": "surface_state",
     "ContactFacets": "facets",
     "Newton": "newton", "State": "newton", "Event": "newton", "load_path": "newton",

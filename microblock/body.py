@@ -65,6 +65,15 @@ class Body:
         self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
         self.space = self.spaces[0]*self.spaces[1]*self.spaces[2]
 
+    def on(self, mesh, fixed=None):
+        """The same body on another mesh of its geometry, or with other supports; one order for all elements."""
+        if self.element_orders is not None and mesh is not self.mesh:
+            raise BadArgument("order", "one for each element", "belongs to one mesh: give one order for all elements")
+        order = self.order if self.element_orders is None else self.element_orders
+        order_psi = self.order_psi if self.element_orders is None else None
+        return Body(mesh, self.solid, order, order_psi=order_psi, fixed=self.fixed if fixed is None else fixed,
+                    prescribed=self.prescribed, periodic=self.periodic)
+
     def scalar(self, order, **options):
         """A scalar H1 space of this body, periodic where the body is; of the elements' own orders where it has them."""
         if self.element_orders is None:

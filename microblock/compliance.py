@@ -31,21 +31,26 @@ class Compliance:
         if self.matrix.shape != (2*count, 2*count):
             raise BadArgument("matrix", self.matrix.shape, f"must have the shape {(2*count, 2*count)}")
 
+    @property
+    def held(self):
+        """Nodes at which psi = 0 is prescribed (a row of zeros, as on an axis of symmetry): boolean array (n,)."""
+        return ~self.matrix[len(self.weights):].any(axis=1)
+
     def corner_system(self, law, obstacle):
         """The law's corners on this body: corner, node, flexibility, initial gap, share in the load.
 
         Corner forces f >= 0 push along -n and with the levers of (29); the gaps of all corners, one corner of the
-        law after the other, are ``g0 - share*approach + flexibility @ f``. Where psi = 0 is prescribed (a row of zeros,
-        as on an axis of symmetry) the corners move together: the nearest has the one multiplier, the initial gaps of
+        law after the other, are ``g0 - share*approach + flexibility @ f``. Where psi = 0 is prescribed (`held`)
+        the corners move together: the nearest has the one multiplier, the initial gaps of
         the others are inf.
         """
-        count = len(self.weights)
         gaps = np.array(list(law.initial_gaps(self.points, self.normals, self.ell, obstacle).values()))
-        held = ~self.matrix[count:].any(axis=1)
+        held = self.held
         nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
         gaps = np.where(held & ~nearest, np.inf, gaps)
         onto = self.onto_corners(law)
-        return onto @ self.matrix @ onto.T, gaps.ravel(), np.tile(self.normals[:, 1], len(gaps))
+        share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)      # of corners that cannot touch it does not matter
+        return onto @ self.matrix @ onto.T, gaps.ravel(), share.ravel()
 
     def onto_corners(self, law):
         """Changes of the gaps, one corner after the other, from (u.n, psi): array (corners n, 2 n); transposed, of the forces."""

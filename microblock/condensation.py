@@ -15,10 +15,11 @@ from scipy.linalg import solve_triangular
 from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
-from .body import Fields
+from .body import CURVED, Fields
 from .compliance import Compliance
 from .errors import BadArgument, NotConverged
 from .facets import lobatto, outward_sides
+from .panels import lagrange
 
 FLAT = 1e-12      # n1 below which a displacement along x1 does not enter the gaps
 SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}      # no pivoting: K is positive definite
@@ -88,6 +89,19 @@ class ContactNodes:
             found.append((self.points[members[0], 0], self.points[members[-1], 0], members))
         return sorted(found, key=lambda facet: facet[0])
 
+    def interpolate(self, values, x):
+        """Nodal values (array (nodes,)) at x1 = x: on each facet the polynomial through its nodes, 0 beyond the boundary."""
+        found = np.zeros_like(x)
+        facets = self.interpolation
+        place = np.searchsorted([right for _, right, _ in facets], x)
+        for number in np.unique(place[(x >= facets[0][0]) & (place < len(facets))]):
+            left, right, members = facets[number]
+            here = (place == number) & (x >= left)
+            own = values[members]
+            if own.any():
+                found[here] = lagrange((self.points[members, 0] - left)/(right - left), (x[here] - left)/(right - left)) @ own
+        return found
+
 
 class Condensed(ContactNodes):
     """Body condensed to the nodes of its contact boundary.
@@ -126,9 +140,10 @@ class Condensed(ContactNodes):
         (s11, s12), (s21, s22) = solid.stress(gradient, psi)
         m = solid.couple_stress(kappa)
         varied, turned = self.body.gradients(v1, v2, chi)
+        bonus = CURVED if self.body.mesh.GetCurveOrder() > 1 else 0      # as for the energy of the fields
         self._form = ng.BilinearForm(space, symmetric=True, condense=True)
         self._form += (s11*varied[0, 0] + s12*(varied[0, 1] + chi) + s21*(varied[1, 0] - chi) + s22*varied[1, 1]
-                       + m[0]*turned[0] + m[1]*turned[1])*ng.dx
+                       + m[0]*turned[0] + m[1]*turned[1])*ng.dx(bonus_intorder=bonus)
         self._form.Assemble()
         self.unknowns = sum(space.FreeDofs())
 

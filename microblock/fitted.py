@@ -26,6 +26,7 @@ from .surface_state import Estimate, difference, surface_state
 FAR = 1000.0         # size of an unbounded domain over the reach
 BEYOND = 1.3         # reach of the contact boundary over the outermost edge
 LADDER = ((4, 3), (5, 4), (6, 4), (7, 4), (8, 4), (9, 5), (10, 5), (11, 6), (12, 6))      # (order, levels)
+KINKED = tuple((order, order) for order, _ in LADDER)      # a logarithm between two nodes: sqrt(RATIO) a level in L2
 SPACING = 0.7        # of the elements on the surface, over the half-width
 LAYERS = 8.0         # of them, over the layer length: order 5 sees a layer of an eighth of the element
 COARSE = 12, 3       # elements over the reach and order of the first mesh, which knows no edges
@@ -81,8 +82,8 @@ class FittedContact(GroundScene):
         zones, passes = self._located(load, zones, passes)
         coarse, best, first = None, math.inf, _first_rung(rtol)
         for rung in range(2 - first % 2, first, 2):      # edges from the lowest rung would spoil the difference of higher ones
-            zones, passes = self._pass(load, zones, *LADDER[rung]).moved, passes + 1
-        for order, levels in LADDER[first:]:
+            zones, passes = self._pass(load, zones, *self._ladder[rung]).moved, passes + 1
+        for order, levels in self._ladder[first:]:
             for _ in range(STEPS):
                 trial = self._pass(load, zones, order, levels)
                 passes += 1
@@ -104,10 +105,14 @@ class FittedContact(GroundScene):
         raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was {best:.1e}; "
                            "ask for that, or fix the discretisation instead", reached=best, iterations=passes)
 
+    @property
+    def _ladder(self):
+        return KINKED if getattr(self.obstacle, "kinks", ()) else LADDER
+
     def _located(self, load, zones, passes):
         """Zones to which the first rung of the ladder moves edges that were good to LOCATED, and the number of passes."""
         for _ in range(STEPS):
-            trial = self._pass(load, zones, *LADDER[0])
+            trial = self._pass(load, zones, *self._ladder[0])
             passes += 1
             if trial.edge_error <= LOCATED:
                 return trial.moved, passes
@@ -124,7 +129,7 @@ class FittedContact(GroundScene):
         """
         self.check_load(load)
         zones, passes = self._located(load, *self.topology(load))
-        levels, last = max(own for top, own in LADDER if top <= max(order, LADDER[0][0])), math.inf
+        levels, last = max(own for top, own in self._ladder if top <= max(order, LADDER[0][0])), math.inf
         for _ in range(STEPS):
             trial = self._pass(load, zones, order, levels, spacing)
             passes += 1
@@ -194,7 +199,7 @@ class FittedContact(GroundScene):
         kinks = [kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in self.shifts()]
         left, right = ground.reach
         return sorted({abs(x) if self.symmetric else x for x in (*kinks, *self.ends())
-                       if left < (abs(x) if self.symmetric else x) < right})
+                       if left < (abs(x) if self.symmetric else x) < right or x == 0 == left})
 
     def _meeting(self, zones, outer):
         """Whether the zones of the two corners are about to meet on the axis: there the pressure is singular too."""

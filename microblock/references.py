@@ -162,3 +162,47 @@ class Wavy:
             return self.mean + self.closure*np.cos(2*phase)
         rest = self.mean/self.closure - np.sin(phase)**2
         return 2*self.closure*np.abs(np.cos(phase))*np.sqrt(np.maximum(rest, 0))
+
+
+@dataclass(frozen=True)
+class ThinLayer:
+    """Mattress of springs: an elastic layer on a rigid base, thin against contact and block (docs/theory.md, "Thin layers").
+
+    Parameters
+    ----------
+    normal : float, stress per sinking: (lambda + 2 mu)/h on a bonded base, E/(1 - nu^2)/h on a sliding one with free sides
+    rotational : float, micromoment per microrotation: gamma' ell^2 mu/h where the base holds psi, 0 where it does not
+    ell : float, side of a microblock
+    """
+
+    normal: float
+    rotational: float
+    ell: float
+
+    def pressures(self, sunk):
+        """Corner pressures, array (corners, n), psi0 = 0 in the levers.
+
+        Parameters
+        ----------
+        sunk : array (corners, n), approach minus initial gap of each corner; one corner or (A, B)
+        """
+        sunk = np.maximum(sunk, -1e100)      # where there is no obstacle
+        if len(sunk) == 1:
+            return self.normal*np.maximum(sunk, 0)
+        turning = self.ell**2/4/self.rotational if self.rotational else math.inf
+        both = np.array((sunk[0] + sunk[1], sunk[0] - sunk[1]))/2/np.array((1/self.normal, turning))[:, None]      # p, 2 M/ell
+        closed = np.array((both[0] + both[1], both[0] - both[1]))/2
+        alone = np.maximum(sunk, 0)/(1/self.normal + turning)
+        first = (alone[0] >= alone[1]) == np.array((True, False))[:, None]
+        return np.where((closed >= 0).all(axis=0), closed, np.where(first, alone, 0))
+
+    def approach(self, load, gaps, weights):
+        """Approach at which pressures over initial gaps, array (corners, n), carry the load in a quadrature rule; bisection."""
+        low = high = np.min(gaps)
+        while weights @ self.pressures(high - gaps).sum(axis=0) < load:
+            high += 2*(high - low) or load/self.normal/np.sum(weights)
+        for _ in range(100):
+            middle = (low + high)/2
+            enough = weights @ self.pressures(middle - gaps).sum(axis=0) >= load
+            low, high = (low, middle) if enough else (middle, high)
+        return high

@@ -18,11 +18,11 @@ EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
 
 @dataclass(frozen=True)
 class Contact:
-    """Frictionless contact of a half-plane with a rigid obstacle.
+    """Frictionless contact of a half-plane with a rigid obstacle; of a `Body` on a mesh it makes a `BodyContact`.
 
     Parameters
     ----------
-    body : HalfPlane
+    body : HalfPlane, or Body
     obstacle : an obstacle of `microblock.obstacles`, or a callable height(x)
     law : a law of `microblock.law`
     """
@@ -30,6 +30,12 @@ class Contact:
     body: object
     obstacle: object
     law: object
+
+    def __new__(cls, body=None, *scene, **named):
+        if hasattr(body, "mesh"):
+            from .body_contact import BodyContact      # here, for it loads NGSolve
+            return BodyContact(body, *scene, **named)
+        return super().__new__(cls)
 
     @property
     def line(self):

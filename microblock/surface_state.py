@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from .condensation import ContactNodes
-from .panels import Line, lagrange
+from .panels import Line
 
 
 @dataclass(frozen=True)
@@ -155,26 +155,14 @@ class SurfaceState:
         """Pressure of a corner at x, array (n,): on each facet the polynomial through its nodes."""
         x = np.asarray(x, float)
         if not self.line.mirror:
-            return self._interpolate(self._computed[corner], x)
+            return self.body.interpolate(self._computed[corner], x)
         opposite = self._computed[len(self._computed) - 1 - corner]
-        return np.where(x < 0, self._interpolate(opposite, -x), self._interpolate(self._computed[corner], x))
+        return np.where(x < 0, self.body.interpolate(opposite, -x), self.body.interpolate(self._computed[corner], x))
 
     def clamping(self, x):
         """The reaction to psi = 0 at x, array (n,)."""
-        inside = self._interpolate(self._clamping, np.abs(x) if self.line.mirror else x)
+        inside = self.body.interpolate(self._clamping, np.abs(x) if self.line.mirror else x)
         return np.where(x < 0, -inside, inside) if self.line.mirror else inside
-
-    def _interpolate(self, values, x):
-        found = np.zeros_like(x)
-        facets = self.body.interpolation
-        place = np.searchsorted([right for _, right, _ in facets], x)
-        for number in np.unique(place[(x >= facets[0][0]) & (place < len(facets))]):
-            left, right, members = facets[number]
-            here = (place == number) & (x >= left)
-            own = values[members]
-            if own.any():
-                found[here] = lagrange((self._x[members] - left)/(right - left), (x[here] - left)/(right - left)) @ own
-        return found
 
     def _unfold(self, values, sign):
         """Values of the whole line from those of the computed part, even (sign 1) or odd about x = 0."""

@@ -1,0 +1,143 @@
+"""Contact of a body on a mesh with a rigid obstacle: condensed once, every state and event from its contact nodes.
+
+On the body's own mesh the states are exact for the discrete problem, and so are the path and its events. With an rtol
+the mesh is refined first, where `refined.estimate` asks for it.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby
+
+import numpy as np
+
+from . import active_set
+from .body import Body
+from .body_state import BodyState, zones_of
+from .condensation import Condensed
+from .errors import BadArgument, require_finite
+from .observables import zone_changes
+from .path import Event
+from .refined import refine_until
+
+
+@dataclass(frozen=True)
+class BodyContact:
+    """Frictionless contact of a body with a rigid obstacle that comes down along -e2.
+
+    Parameters
+    ----------
+    body : Body, two-dimensional; all rigid motions held
+    obstacle : an obstacle of `microblock.obstacles`, or a callable height(x)
+    law : a law of `microblock.law`; `Microclamped` adds psi = 0 on the contact boundary to the supports
+    boundary : str, name or pattern of the contact boundary
+    """
+
+    body: Body
+    obstacle: object
+    law: object
+    boundary: str = "contact"
+
+    @cached_property
+    def nodes(self):
+        """The body condensed to its contact nodes."""
+        return Condensed(self._supported(self.body), self.boundary)
+
+    @cached_property
+    def _system(self):
+        return self.nodes.compliance.corner_system(self.law, self.obstacle)
+
+    def _supported(self, body):
+        """The body, with psi held on the contact boundary if the law asks for that."""
+        if not self.law.clamps_rotation or self.boundary in body.fixed.get("psi", ""):
+            return body
+        psi = "|".join(filter(None, (body.fixed.get("psi"), self.boundary)))
+        return body.on(body.mesh, fixed={**body.fixed, "psi": psi})
+
+    def at(self, load, rtol=None, near=None):
+        """The state at a load (force per thickness).
+
+        Parameters
+        ----------
+        rtol : float, relative error of pressures and fields (`refined.estimate`) to which the mesh is refined; None: on
+            the mesh as it is
+        near : BodyState of this scene at a nearby load to start from, on the same mesh
+
+        Raises
+        ------
+        BadArgument
+            Also for an obstacle that has no surface above the contact boundary.
+        NotConverged
+            If supports leave a rigid motion free, or the estimate stays above rtol.
+        """
+        require_finite(load=load)
+        if not load > 0:
+            raise BadArgument("load", load, "must be positive")
+        if rtol is not None:
+            return refine_until(self, load, rtol)
+        flexibility, gaps, share = self._system
+        start = near.closed.ravel() if near else None
+        return self._state(load, active_set.solve(flexibility, gaps, load=load, c=share, start=start))
+
+    def load(self, last, rtol=None):
+        """The load path from first touch to `last` (force per thickness): `events`, and states `at` any load of it.
+
+        With `rtol` the mesh is that on which the state at the last load reaches it.
+        """
+        if rtol is not None:
+            return self.at(last, rtol).scene.load(last)
+        require_finite(load=last)
+        if not last > 0:
+            raise BadArgument("load", last, "must be positive")
+        return BodyPath(self, last)
+
+    def on(self, mesh):
+        """The same scene on another mesh of the same geometry."""
+        return BodyContact(self.body.on(mesh), self.obstacle, self.law, self.boundary)
+
+    def _state(self, load, found):
+        count, gaps = len(self.law.corners), self._system[1]
+        return BodyState(self, load, found.approach, found.forces.reshape(count, -1), gaps.reshape(count, -1),
+                         self.together(found.closed), found.kkt, found.iterations)
+
+    def together(self, closed):
+        """Closed corners, array (corners, nodes): where psi is held one of them stands for all."""
+        closed = closed.reshape(len(self.law.corners), -1)
+        return closed | (self.nodes.compliance.held & closed.any(axis=0))
+
+
+@dataclass(frozen=True)
+class BodyPath:
+    """The states of a scene from first touch to the load `last`, on one mesh."""
+
+    scene: BodyContact
+    last: float
+
+    def at(self, load):
+        """The state at a load up to the last one."""
+        if not 0 < load <= self.last:
+            raise BadArgument("load", load, f"must lie between 0 and the end of the path, {self.last:g}")
+        return self.scene.at(load)
+
+    @cached_property
+    def nodal_events(self):
+        """Every corner that closes or opens on the way (`active_set.Event`), ascending in load; exact for the mesh."""
+        flexibility, gaps, share = self.scene._system
+        return active_set.path(flexibility, gaps, [self.last], c=share).events
+
+    @cached_property
+    def events(self):
+        """Zones that are born, merge, split or vanish, ascending in load.
+
+        Zones are those of the nodes, so `load_error` is what the mesh leaves open: the way back to the nodal event before.
+        """
+        law, x = self.scene.law, self.scene.nodes.points[:, 0]
+        closed = np.zeros(len(law.corners)*len(x), bool)
+        before, previous, found = zones_of(x, closed.reshape(-1, len(x)), law), 0.0, []
+        for load, changes in groupby(self.nodal_events, key=lambda event: event.load):
+            for change in changes:
+                closed[change.corner] = change.kind == "closes"
+            after = zones_of(x, self.scene.together(closed), law)
+            found += [Event(float(load), float(load - previous), kind, zone, float(place))
+                      for zone, intervals in after.items() for kind, place in zone_changes(before[zone], intervals)]
+            before, previous = after, load
+        return found

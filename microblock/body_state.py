@@ -1,0 +1,156 @@
+"""A contact state of a body on a mesh: pressures, micromoment, zones, energy, fields, error estimate, a picture.
+
+Nodes lie on a straight or curved contact boundary in the order of x1; nothing is mirrored, the load is that of the body.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from . import plots
+from .observables import contact_zones
+
+
+@dataclass(frozen=True)
+class BodyState:
+    """A state on the contact nodes of a condensed body.
+
+    Attributes
+    ----------
+    scene : BodyContact, the body on the mesh of this state
+    load, approach : float, resultant force per thickness and approach of the obstacle
+    forces, gaps : arrays (corners, nodes), forces along -n and initial gaps, inf where a corner cannot touch
+    closed : boolean array (corners, nodes), the solver's own set
+    kkt : float, largest relative residual
+    iterations : int, contact sets that were tried
+    error_estimate : float, relative error of pressures and fields (`refined.estimate`); None on a mesh that was prescribed
+    """
+
+    scene: object
+    load: float
+    approach: float
+    forces: np.ndarray
+    gaps: np.ndarray
+    closed: np.ndarray
+    kkt: float
+    iterations: int
+    error_estimate: float | None = None
+
+    @property
+    def nodes(self):
+        """The body condensed to its contact nodes."""
+        return self.scene.nodes
+
+    @property
+    def law(self):
+        return self.scene.law
+
+    @property
+    def x(self):
+        """x1 of the nodes."""
+        return self.nodes.points[:, 0]
+
+    @property
+    def weights(self):
+        """Lengths of the surface: with the pressure and n2 they sum up to the load."""
+        return self.nodes.weights
+
+    @property
+    def unknowns(self):
+        return self.nodes.unknowns
+
+    @property
+    def pressures(self):
+        """Pressure of each corner, array (corners, n); where corners move together each has its half."""
+        found = self.forces/self.weights
+        if len(found) == 2:
+            found = np.where(self.nodes.compliance.held, found.mean(axis=0), found)
+        return found
+
+    @property
+    def micromoment(self):
+        """M of (29); where psi is prescribed, the reaction to it."""
+        if self.law.clamps_rotation:
+            return self.nodes.reaction(self.fields)/self.weights
+        levers = np.array(list(self.law.levers(self.x).values()))
+        return self.nodes.compliance.ell/2*np.sum(levers*self.pressures, axis=0)
+
+    @property
+    def _loads(self):
+        """Nodal normal forces and moments, array (2 n,)."""
+        return self.nodes.compliance.onto_corners(self.law).T @ self.forces.ravel()
+
+    @cached_property
+    def psi(self):
+        return self.nodes.compliance.matrix[len(self.x):] @ self._loads
+
+    @cached_property
+    def sinking(self):
+        """-u.n at the nodes."""
+        return -self.nodes.compliance.matrix[:len(self.x)] @ self._loads
+
+    @cached_property
+    def zones(self):
+        """{"A", "B", "full", "contact": [(left, right), ...]} of x1; a node stands for half the way to its neighbours."""
+        return zones_of(self.x, self.closed, self.law)
+
+    @cached_property
+    def energy(self):
+        """Elastic energy per thickness: half the work of the corner forces."""
+        pressed = self.forces > 0
+        sunk = np.where(pressed, self.approach*self.nodes.normals[:, 1] - np.where(pressed, self.gaps, 0), 0)
+        return float(np.sum(self.forces*sunk)/2)
+
+    @cached_property
+    def fields(self):
+        """Displacement, microrotation and stresses as NGSolve functions, by one back-substitution."""
+        return self.nodes.fields(*np.split(self._loads, 2))
+
+    def pressure(self, corner, x):
+        """Pressure of a corner (its number) at x1 = x, array (n,): on each facet the polynomial through its nodes."""
+        return self.nodes.interpolate(self.pressures[corner], x)
+
+    def tamed(self, x):
+        """1; near ends of the obstacle, where the pressure is infinite, the distance from them over half of its width."""
+        ends = getattr(self.scene.obstacle, "ends", ())
+        half = self.nodes.compliance.ell/2
+        shifts = (0.0,) if len(self.law.corners) == 1 else (half, -half)
+        return np.min([np.ones_like(x), *(2*np.abs(x - end - shift)/(ends[-1] - ends[0])
+                                          for end in ends for shift in shifts)], axis=0)
+
+    def difference(self, pressure):
+        """max(|dp|, |dM|/ell)/|p| in L2 over the surface from pressures of another kind, `pressure(corner number, x)`.
+
+        At Gauss points between the nodes, near ends of the obstacle weighted with the distance (`tamed`).
+        """
+        points, weights = np.polynomial.legendre.leggauss(self.nodes.body.order + 2)
+        facets = self.nodes.interpolation
+        x = np.concatenate([(left + right + (right - left)*points)/2 for left, right, _ in facets])
+        weights = np.concatenate([(right - left)/2*weights for left, right, _ in facets])*self.tamed(x)
+        own, other = (np.array([one(corner, x) for corner in range(len(self.forces))]) for one in (self.pressure, pressure))
+        levers = np.array(list(self.law.levers(x).values()))
+        errors = weights @ (own - other).sum(axis=0)**2, weights @ np.sum(levers/2*(own - other), axis=0)**2
+        return float(np.sqrt(max(errors)/(weights @ other.sum(axis=0)**2)))
+
+    def plot(self, path):
+        """Write a picture of pressures and micromoment over x1 (PNG, PDF or SVG, by the ending of `path`)."""
+        drawing, axis = plots.figure()
+        for name, own in zip(self.law.corners, self.pressures):
+            axis.plot(self.x, own, label=f"$p_{name}$")
+        axis.plot(self.x, self.micromoment/self.nodes.compliance.ell, label=r"$M/\ell$")
+        axis.set(xlabel="$x_1$")
+        axis.legend()
+        drawing.savefig(path)
+
+
+def zones_of(x, closed, law):
+    """{name: intervals} of closed nodes."""
+    borders = np.concatenate((x[:1], (x[1:] + x[:-1])/2, x[-1:]))
+    own = []
+    for flags in closed:
+        flags = flags | np.concatenate(([False], flags[:-2] & flags[2:], [False]))      # one node may close after its neighbours
+        jumps = np.diff(np.concatenate(([False], flags, [False])).astype(int))
+        own.append([(float(borders[i]), float(borders[j]))
+                    for i, j in zip(np.flatnonzero(jumps == 1), np.flatnonzero(jumps == -1))])
+    return contact_zones(dict(enumerate(own)), law.corners)
