@@ -1,0 +1,142 @@
+"""Charts of the study `speed`, from its records."""
+
+import math
+
+from microblock import plots
+from microblock.study import grouped
+
+BLUE, RED, GREEN, PINK, ORANGE, SKY, BLACK = plots.COLOURS
+STYLES = {      # a method keeps its colour, marker and line in all charts
+    "half-plane": (BLUE, "o", "-"), "fitted fe": (GREEN, "^", "-"), "paper's way": (RED, "s", "-"), "penalty": (PINK, "D", "--"),
+    "condensed, order 1": (ORANGE, "v", ":"), "condensed, order 2": (ORANGE, "P", "--"), "condensed, order 4": (ORANGE, "X", "-"),
+    "cells": (SKY, "h", "-"), "tamaas": (BLACK, "*", "-"), "line, rtol": (BLUE, "o", "-"), "line, order 2": (ORANGE, "P", "--"),
+    "line, order 4": (ORANGE, "X", "-"), "line, order 6": (GREEN, "^", "-")}
+FLOOR_BAND = 100        # times the floor: there the reference no longer tells methods apart
+PHASES = ("mesh", "tables", "assembly", "residual", "factor", "condensation", "states")
+ACROSS = 3              # panels in a row
+
+
+def total(row):
+    """Seconds of setup and solving."""
+    return row["setup"] + row["solve"]
+
+
+def slope(sizes, seconds):
+    """Exponent of the growth between two records, None where there are not two, or sizes do not grow."""
+    if len(sizes) < 2 or not sizes[1] > sizes[0] or not min(seconds) > 0:
+        return None
+    return math.log(seconds[1]/seconds[0])/math.log(sizes[1]/sizes[0])
+
+
+def curves(records):
+    """{method: records of its curve, those that failed}; of penalties the best rho of each mesh alone makes the curve."""
+    found = {}
+    for method, rows in grouped(records, "method").items():
+        found[method] = ([row for row in rows if row["error"] is not None and row["best"] != "False"],
+                         [row for row in rows if row["failure"]])
+    return found
+
+
+def panels(records, draw, labels):
+    """A figure with a panel a scene, `draw(axis, records of the scene)`, and one legend below all of them."""
+    scenes = grouped(records, "scene")
+    across = min(ACROSS, len(scenes))
+    drawing, axes = plots.figure(-(-len(scenes)//across), across, height=2.4, width=2.5, squeeze=False)
+    for axis, letter, (scene, rows) in zip(axes.flat, "abcdefghijkl", scenes.items()):
+        draw(axis, rows)
+        axis.set_title(f"({letter}) {scene.replace('-', ', alpha ')}", fontsize=8)
+    for axis in axes.flat[len(scenes):]:
+        axis.set_visible(False)
+    for axis in axes[:, 0]:
+        axis.set_ylabel(labels[1])
+    for axis in axes.flat[max(0, len(scenes) - across):len(scenes)]:
+        axis.set_xlabel(labels[0])
+    known = {text: handle for axis in axes.flat for handle, text in zip(*axis.get_legend_handles_labels())}
+    drawing.legend(known.values(), known, loc="outside lower center", ncols=min(4, len(known)))
+    return drawing
+
+
+def against_error(cost):
+    """A panel: cost(row) over true error; failed runs as crosses at the right, at what they had spent."""
+    def draw(axis, rows):
+        floor = rows[0]["floor"]
+        axis.set(xscale="log", yscale="log")
+        axis.axvspan(floor, FLOOR_BAND*floor, color="0.92", zorder=0, label="reference less than 100 times better")
+        axis.axvline(floor, color="0.5", linewidth=0.8, label="error of the reference")
+        for method, (good, failed) in curves(rows).items():
+            colour, marker, line = STYLES[method]
+            axis.plot([row["error"] for row in good], [cost(row) for row in good], color=colour, marker=marker, linestyle=line,
+                      label=method)
+            spent = [cost(row) for row in failed if cost(row)]
+            axis.plot([0.98]*len(spent), spent, "x", color=colour, markersize=6, clip_on=False,
+                      transform=axis.get_yaxis_transform(), label="failed" if spent else None)
+        others = [row for row in rows if row["best"] == "False" and row["error"] is not None]
+        axis.plot([row["error"] for row in others], [cost(row) for row in others], ".", color=PINK, markersize=3, zorder=1,
+                  label="penalty, other rho" if others else None)
+    return draw
+
+
+def seconds(records):
+    """Processor seconds of setup and solving over true error."""
+    return panels(records, against_error(lambda row: row["spent"] if row["failure"] else total(row)),
+                  ("true error", "setup and solving (s)"))
+
+
+def solving(records):
+    """The same of solving alone: what a further load costs."""
+    return panels(records, against_error(lambda row: row["spent"] if row["failure"] else row["solve"]),
+                  ("true error", "solving alone (s)"))
+
+
+def unknowns(records):
+    return panels(records, against_error(lambda row: row["unknowns"]), ("true error", "unknowns"))
+
+
+def asked(records):
+    """Obtained over requested error of the methods that are asked for an accuracy; below the grey line all is well."""
+    def draw(axis, rows):
+        axis.set(xscale="log", yscale="log")
+        axis.axline((1e-3, 1e-3), (1e-4, 1e-4), color="0.6", linewidth=0.8, label="as requested")
+        axis.axhline(rows[0]["floor"], color="0.5", linestyle=":", linewidth=0.8, label="error of the reference")
+        for method, (good, failed) in curves(rows).items():
+            colour, marker, line = STYLES[method]
+            axis.plot([row["rtol"] for row in good], [row["error"] for row in good], color=colour, marker=marker, linestyle=line,
+                      label=method)
+            axis.plot([row["rtol"] for row in failed], [0.98]*len(failed), "x", color=colour, markersize=6, clip_on=False,
+                      transform=axis.get_xaxis_transform(), label="failed" if failed else None)
+    return panels([row for row in records if row["rtol"] is not None], draw, ("requested rtol", "true error"))
+
+
+def growth(records):
+    """Time over unknowns, with the exponent of the last step; only methods on meshes and grids grow."""
+    def draw(axis, rows):
+        axis.set(xscale="log", yscale="log")
+        for method, (good, _) in curves(rows).items():
+            colour, marker, line = STYLES[method]
+            good = sorted(good, key=lambda row: row["unknowns"])
+            axis.plot([row["unknowns"] for row in good], [total(row) for row in good], color=colour, marker=marker,
+                      linestyle=line, label=method)
+    return panels(records, draw, ("unknowns", "setup and solving (s)"))
+
+
+def phases(records):
+    """Where the time goes: shares of the finest run of each method, of one scene."""
+    scenes = grouped([row for row in records if row["error"] is not None], "scene")
+    scene = next((name for name in ("microblock-0.25", *scenes) if name in scenes), None)
+    drawing, axis = plots.figure(height=3.2, width=4.5)
+    finest = {method: good[-1] for method, (good, _) in curves(scenes.get(scene, [])).items() if good}
+    left = dict.fromkeys(finest, 0.0)
+    for number, phase in enumerate(PHASES):
+        widths = [row[f"share_{phase}"] or 0.0 for row in finest.values()]
+        axis.barh(list(finest), widths, left=list(left.values()), color=plots.COLOURS[number], label=phase, edgecolor="white",
+                  hatch="//" if number % 2 else None, linewidth=0.3)
+        left = {method: start + width for (method, start), width in zip(left.items(), widths)}
+    for number, row in enumerate(finest.values()):
+        axis.text(1.02, number, f"{total(row):.2g} s", va="center", fontsize=7)
+    axis.set(xlim=(0, 1), xlabel=f"share of the time, {scene}, finest run; the rest is not named")
+    axis.invert_yaxis()
+    drawing.legend(loc="outside lower center", ncols=4)
+    return drawing
+
+
+PLATES = {"seconds": seconds, "solving": solving, "unknowns": unknowns, "asked": asked, "growth": growth, "phases": phases}
