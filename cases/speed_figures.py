@@ -14,6 +14,7 @@ STYLES = {      # a method keeps its colour, marker and line in all charts
 FLOOR_BAND = 100        # times the floor: there the reference no longer tells methods apart
 PHASES = ("mesh", "tables", "assembly", "residual", "factor", "condensation", "states")
 ACROSS = 3              # panels in a row
+LEGEND_COLUMNS, ROW = 4, 0.2      # of a legend; inches
 
 
 def total(row):
@@ -41,7 +42,7 @@ def panels(records, draw, labels):
     """A figure with a panel a scene, `draw(axis, records of the scene)`, and one legend below all of them."""
     scenes = grouped(records, "scene")
     across = min(ACROSS, len(scenes))
-    drawing, axes = plots.figure(-(-len(scenes)//across), across, height=2.4, width=2.5, squeeze=False)
+    drawing, axes = plots.figure(-(-len(scenes)//across), across, height=2.6, width=2.7, squeeze=False)
     for axis, letter, (scene, rows) in zip(axes.flat, "abcdefghijkl", scenes.items()):
         draw(axis, rows)
         axis.set_title(f"({letter}) {scene.replace('-', ', alpha ')}", fontsize=8)
@@ -52,8 +53,18 @@ def panels(records, draw, labels):
     for axis in axes.flat[max(0, len(scenes) - across):len(scenes)]:
         axis.set_xlabel(labels[0])
     known = {text: handle for axis in axes.flat for handle, text in zip(*axis.get_legend_handles_labels())}
-    drawing.legend(known.values(), known, loc="outside lower center", ncols=min(4, len(known)))
+    _legend(drawing, known.values(), known)
     return drawing
+
+
+def _legend(drawing, handles, texts):
+    """Below all panels, in room of its own."""
+    width, height = drawing.get_size_inches()
+    rows = -(-len(texts)//LEGEND_COLUMNS)
+    drawing.set_size_inches(width, height + ROW*rows)
+    share = ROW*rows/(height + ROW*rows)
+    drawing.get_layout_engine().set(rect=(0, share, 1, 1 - share))
+    drawing.legend(handles, texts, loc="lower center", ncols=LEGEND_COLUMNS).set_in_layout(False)
 
 
 def against_error(cost):
@@ -68,11 +79,13 @@ def against_error(cost):
             axis.plot([row["error"] for row in good], [cost(row) for row in good], color=colour, marker=marker, linestyle=line,
                       label=method)
             spent = [cost(row) for row in failed if cost(row)]
-            axis.plot([0.98]*len(spent), spent, "x", color=colour, markersize=6, clip_on=False,
-                      transform=axis.get_yaxis_transform(), label="failed" if spent else None)
+            if spent:
+                axis.plot([0.98]*len(spent), spent, "x", color=colour, markersize=6, transform=axis.get_yaxis_transform(),
+                          label="failed")
         others = [row for row in rows if row["best"] == "False" and row["error"] is not None]
-        axis.plot([row["error"] for row in others], [cost(row) for row in others], ".", color=PINK, markersize=3, zorder=1,
-                  label="penalty, other rho" if others else None)
+        if others:
+            axis.plot([row["error"] for row in others], [cost(row) for row in others], ".", color=PINK, markersize=3, zorder=1,
+                      label="penalty, other rho")
     return draw
 
 
@@ -89,6 +102,7 @@ def solving(records):
 
 
 def unknowns(records):
+    """Unknowns over true error; a failed run has neither."""
     return panels(records, against_error(lambda row: row["unknowns"]), ("true error", "unknowns"))
 
 
@@ -102,8 +116,9 @@ def asked(records):
             colour, marker, line = STYLES[method]
             axis.plot([row["rtol"] for row in good], [row["error"] for row in good], color=colour, marker=marker, linestyle=line,
                       label=method)
-            axis.plot([row["rtol"] for row in failed], [0.98]*len(failed), "x", color=colour, markersize=6, clip_on=False,
-                      transform=axis.get_xaxis_transform(), label="failed" if failed else None)
+            if failed:
+                axis.plot([row["rtol"] for row in failed], [0.98]*len(failed), "x", color=colour, markersize=6,
+                          transform=axis.get_xaxis_transform(), label="failed")
     return panels([row for row in records if row["rtol"] is not None], draw, ("requested rtol", "true error"))
 
 
@@ -123,7 +138,7 @@ def phases(records):
     """Where the time goes: shares of the finest run of each method, of one scene."""
     scenes = grouped([row for row in records if row["error"] is not None], "scene")
     scene = next((name for name in ("microblock-0.25", *scenes) if name in scenes), None)
-    drawing, axis = plots.figure(height=3.2, width=4.5)
+    drawing, axis = plots.figure(height=2.8, width=5.0)
     finest = {method: good[-1] for method, (good, _) in curves(scenes.get(scene, [])).items() if good}
     left = dict.fromkeys(finest, 0.0)
     for number, phase in enumerate(PHASES):
@@ -133,9 +148,9 @@ def phases(records):
         left = {method: start + width for (method, start), width in zip(left.items(), widths)}
     for number, row in enumerate(finest.values()):
         axis.text(1.02, number, f"{total(row):.2g} s", va="center", fontsize=7)
-    axis.set(xlim=(0, 1), xlabel=f"share of the time, {scene}, finest run; the rest is not named")
+    axis.set(xlim=(0, 1), xlabel="share of the time of the finest run", title=scene)
     axis.invert_yaxis()
-    drawing.legend(loc="outside lower center", ncols=4)
+    _legend(drawing, *axis.get_legend_handles_labels())
     return drawing
 
 

@@ -70,7 +70,7 @@ class LineScene:
             return judge.fields(fine), judge.breaks([fine]), own
         from microblock import references      # judges only: the computation does without
         # what is left of the coupling is of the order beta log(beta)
-        return (lambda x: (references.hertz(x, LOAD, 2.0), 0*x)), [-1.0, 1.0], -CLASSICAL*math.log(CLASSICAL)
+        return (lambda x: (references.hertz(x, LOAD, 1.0), 0*x)), [-1.0, 1.0], -CLASSICAL*math.log(CLASSICAL)
 
     @property
     def floor(self):
