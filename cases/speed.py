@@ -32,7 +32,8 @@ from microblock import plots  # noqa: E402
 from microblock.errors import BadArgument, MicroblockError  # noqa: E402
 from microblock.study import grouped, read_records, versions, write_records  # noqa: E402
 
-ONCE = 3.0             # seconds of a first run beyond which it is not repeated
+ONCE = 2.0             # seconds of a warm-up beyond which it counts itself
+ENOUGH = 4.0           # seconds of all runs of a setting, beyond which it is not repeated further
 STOP = 5.0             # times dearer, at most, is the next rung of a ladder
 QUICK_RUNGS = 2        # settings of a ladder
 BETTER = 100           # times, that a reference should be better than a method
@@ -79,25 +80,38 @@ def plan(parameters):
     return found
 
 
+def blank(scene, method, setting):
+    """Record of a setting that has not been run."""
+    return {"scene": scene.name, **scene.parameters, "method": method.name, **{name: setting.get(name) for name in SETTINGS},
+            "unknowns": None, "contact_nodes": None, "error": None, "error_p": None, "error_m": None, "error_psi": None,
+            "error_u": None, "floor": scene.floor, "judged": None, "setup": None, "solve": None, "spent": None, "repeats": 0,
+            "iterations": None, "estimate": None, **{f"share_{name}": None for name in PHASES}, "best": None, "failure": None}
+
+
 def measure(scene, method, setting, repeats):
     """Record of one setting; a failed one says why."""
-    row = {"scene": scene.name, **scene.parameters, "method": method.name, **{name: setting.get(name) for name in SETTINGS},
-           "unknowns": None, "contact_nodes": None, "error": None, "error_p": None, "error_m": None, "error_psi": None,
-           "error_u": None, "floor": scene.floor, "judged": None, "setup": None, "solve": None, "spent": None, "repeats": 0,
-           "iterations": None, "estimate": None, **{f"share_{name}": None for name in PHASES}, "best": None, "failure": None}
+    row = blank(scene, method, setting)
     start, profile = clock(), Profile(clock)
     try:
         answer = profile.runcall(method.run, scene, **setting)      # the warm-up
         row["spent"] = clock() - start
-        answers = [answer] if row["spent"] > ONCE else [method.run(scene, **setting) for _ in range(repeats)]
+        answers = [answer] if row["spent"] > ONCE else repeated(lambda: method.run(scene, **setting), repeats)
     except (MicroblockError, MemoryError, RuntimeError) as failure:      # NGSolve's own are RuntimeErrors
         return {**row, "spent": clock() - start, "failure": f"{type(failure).__name__}: {' '.join(str(failure).split())}"}
     errors = scene.errors(answer.found)
     error = max(errors.values())
-    row.update(errors, error=error, judged=error >= BETTER*scene.floor, repeats=0 if len(answers) == 1 and answers[0] is answer else repeats,
+    row.update(errors, error=error, judged=error >= BETTER*scene.floor, repeats=0 if answers[0] is answer else len(answers),
                setup=min(one.setup for one in answers), solve=min(one.solve for one in answers))
     row.update({name: getattr(answer, name) for name in ("unknowns", "contact_nodes", "iterations", "estimate")})
     return {**row, **shares(profile, row["spent"])}
+
+
+def repeated(work, most):
+    """Answers of a work done up to `most` times, as long as ENOUGH lasts."""
+    start, found = clock(), []
+    while not found or (len(found) < most and clock() - start < ENOUGH):
+        found.append(work())
+    return found
 
 
 def shares(profile, spent):
@@ -120,7 +134,9 @@ def climbed(scene, method, settings, parameters, progress):
         progress.update()
         last = rows[-1] if rows else None
         if last and last["spent"]*STOP > parameters.limit and _dearer(setting, last):
-            progress.update(len(settings) - len(rows) - 1)
+            rows.append({**blank(scene, method, setting), "failure": f"left out: the rung before took {last['spent']:.1f} s, and this one "
+                         f"may take {STOP:g} times as long, beyond --limit {parameters.limit:g}"})
+            progress.update(len(settings) - len(rows))
             break
         rows.append(measure(scene, method, setting, parameters.repeats))
     return rows

@@ -45,6 +45,7 @@ def panels(records, draw, labels):
     drawing, axes = plots.figure(-(-len(scenes)//across), across, height=2.6, width=2.7, squeeze=False)
     for axis, letter, (scene, rows) in zip(axes.flat, "abcdefghijkl", scenes.items()):
         draw(axis, rows)
+        axis.minorticks_off()      # their labels run into each other
         axis.set_title(f"({letter}) {scene.replace('-', ', alpha ')}", fontsize=8)
     for axis in axes.flat[len(scenes):]:
         axis.set_visible(False)

@@ -125,12 +125,12 @@ LINES = ("line", "classical")
 METHODS = (
     Method("half-plane", half_plane, ladder("rtol", (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)), LINES),
     Method("fitted fe", fitted, ladder("rtol", (1e-2, 1e-3, 1e-4, 1e-5)), LINES),
-    Method("condensed, order 1", uniform, ladder("h", (0.2, 0.1, 0.05), order=1), LINES),
-    Method("condensed, order 2", uniform, ladder("h", (0.4, 0.2, 0.1), order=2), LINES),
-    Method("condensed, order 4", uniform, ladder("h", (0.8, 0.4, 0.2), order=4), LINES),
-    Method("paper's way", uniform, ladder("h", (0.2, 0.1, 0.05, 0.02), solver="al", domain=PAPER_DOMAIN), LINES),
+    Method("condensed, order 1", uniform, ladder("h", (0.4, 0.2, 0.1, 0.05), order=1), LINES),
+    Method("condensed, order 2", uniform, ladder("h", (0.8, 0.4, 0.2, 0.1), order=2), LINES),
+    Method("condensed, order 4", uniform, ladder("h", (2.0, 1.0, 0.5, 0.25), order=4), LINES),
+    Method("paper's way", uniform, ladder("h", (0.4, 0.2, 0.1, 0.05, 0.02), solver="al", domain=PAPER_DOMAIN), LINES),
     Method("penalty", uniform, tuple({"h": h, "solver": "penalty", "domain": PAPER_DOMAIN, "rho": rho}
-                                     for h in (0.2, 0.1, 0.05) for rho in RHOS), LINES),
+                                     for h in (0.4, 0.2, 0.1, 0.05) for rho in RHOS), LINES),
     Method("cells", cells, ladder("nodes", (128, 512, 2048, 8192, 32768)), LINES),
     Method("tamaas", tamaas, ladder("nodes", (512, 2048, 8192, 32768), period=48, residual=1e-7), ("classical",), "tamaas"),
     Method("line, rtol", the_strip, ladder("rtol", (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)), ("strip",)),

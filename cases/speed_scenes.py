@@ -139,4 +139,4 @@ ALPHAS = (0.05, 0.25, 1.0)
 SCENES = {scene.name: scene for scene in (
     StripScene(), LineScene("classical", "unilateral", 1.0, CLASSICAL),
     *(LineScene(f"{law}-{alpha:g}", law, alpha) for law in ("microblock", "unilateral") for alpha in ALPHAS))}
-QUICK = ("strip", "classical", "microblock-0.25", "unilateral-0.25")
+QUICK = ("strip", "classical", "microblock-0.25")
