@@ -101,6 +101,9 @@ def cells(scene, nodes):
 
 def tamaas(scene, nodes, period, residual):
     """E* = 2 here and 1 there: half the load gives half the pressures on the same zone."""
+    import tamaas as library
+    library.initialize(1)      # threads
+    library.set_log_level(library.LogLevel.error)
     x = (np.arange(nodes) - nodes//2)*period/nodes
     spent = clock()
     p, setup, solve = peers.solve(-x**2/2, period, LOAD/2/period, residual)
