@@ -7,8 +7,8 @@ Model      half-plane, fitted finite elements, uniform squares condensed (orders
 Reference  the closed form (strip, Hertz ellipse); else panels of another kind (cases/reference_line.py), whose own error, the
            distance of two of its rungs, is the floor of the charts. Methods are told apart down to 100 times the floor.
 Look at    the slope of each curve; requested against obtained error; which rho is best on which mesh; where the time goes.
-Tuned      in favour of others: the best rho of each mesh is known only to who knows the answer; cells are given the edge of the
-           contact; tamaas its tolerance and period. Nothing here, where an accuracy is asked for.
+Tuned      in favour of others: rho of the penalty and period of tamaas, the best for each mesh, as only one knows who has the answer;
+           cells are given the edge of the contact. Nothing where an accuracy is asked for.
 Units      processor seconds of one thread, setup (what further loads reuse) and solving apart, each the best of --repeats after
            a warm-up; a run of more than ONCE seconds counts itself. Errors as in cases/speed_scenes.py, all relative.
 """
@@ -33,9 +33,10 @@ from microblock.errors import BadArgument, MicroblockError  # noqa: E402
 from microblock.study import grouped, read_records, versions, write_records  # noqa: E402
 
 ONCE = 2.0             # seconds of a warm-up beyond which it counts itself
-ENOUGH = 4.0           # seconds of all runs of a setting, beyond which it is not repeated further
+ENOUGH = 2.0           # seconds of all runs of a setting, beyond which it is not repeated further
 STOP = 5.0             # times dearer, at most, is the next rung of a ladder
 QUICK_RUNGS = 2        # settings of a ladder
+TUNED = ("penalty", "tamaas")      # by rho and by period, for each mesh
 BETTER = 100           # times, that a reference should be better than a method
 SETTINGS = ("rtol", "h", "order", "elements", "model", "solver", "rho", "domain", "nodes", "period", "residual")
 # where the time goes: the functions whose cumulative time makes each phase, by what the profile calls them
@@ -49,7 +50,7 @@ FILES = {"uniform": "meshes", "graded": "meshes", "line": "meshes", "column": "m
 @dataclass(frozen=True)
 class Parameters:
     only: tuple = option((), f"scenes ({', '.join(SCENES)}) and methods ({', '.join(NAMES)}) to run", str, nargs="+", metavar="NAME")
-    repeats: int = option(5, "runs after the warm-up, of which the best counts", int)
+    repeats: int = option(3, "runs after the warm-up, of which the best counts", int)
     limit: float = option(100.0, "seconds of a run beyond which a ladder is not climbed")
     quick: bool = option(False, f"{len(QUICK)} scenes, {QUICK_RUNGS} settings of each method", bool)
 
@@ -148,13 +149,15 @@ def _dearer(setting, last):
 
 
 def marked(rows):
-    """The records; of penalties that differ in rho alone the best is marked."""
-    for scene in grouped(rows, "scene").values():
-        for name in ("h", "elements"):
-            for mesh, mine in grouped([row for row in scene if row["method"] == "penalty"], name).items():
-                good = [row for row in mine if row["error"] is not None]
-                for row in mine if mesh is not None else ():
-                    row["best"] = bool(good) and row is min(good, key=lambda row: row["error"])
+    """The records; of those of TUNED that share scene and mesh the one of the least error is marked."""
+    groups = {}
+    for row in rows:
+        if row["method"] in TUNED:
+            groups.setdefault(tuple(row[name] for name in ("scene", "method", "h", "elements", "nodes")), []).append(row)
+    for mine in groups.values():
+        good = [row for row in mine if row["error"] is not None]
+        for row in mine:
+            row["best"] = bool(good) and row is min(good, key=lambda row: row["error"])
     return rows
 
 
@@ -216,7 +219,7 @@ def show(answer):
     columns = ("error", "floor", "unknowns", "setup", "solve")
     print(f"{'scene':>16}  {'method':>20}  {'setting':>34}  " + "  ".join(f"{name:>9}" for name in columns))
     for row in answer["runs"]:
-        setting = " ".join(f"{name} {row[name]:g}" for name in ("rtol", "h", "elements", "nodes", "rho") if row[name] is not None)
+        setting = " ".join(f"{name} {row[name]:g}" for name in ("rtol", "h", "elements", "nodes", "rho", "period") if row[name] is not None)
         cells = "  ".join(f"{'-' if row[name] is None else f'{row[name]:.3g}':>9}" for name in columns)
         print(f"{row['scene']:>16}  {row['method']:>20}  {setting:>34}  {cells}  {'best' if row['best'] else ''}{row['failure'] or ''}")
     for row in answer["growth"]:

@@ -13,6 +13,7 @@ STYLES = {      # a method keeps its colour, marker and line in all charts
     "line, order 4": (ORANGE, "X", "-"), "line, order 6": (GREEN, "^", "-")}
 FLOOR_BAND = 100        # times the floor: there the reference no longer tells methods apart
 PHASES = ("mesh", "tables", "assembly", "residual", "factor", "condensation", "states")
+UNTUNED = (False, "False")      # as it is, and as a CSV file has it
 ACROSS = 3              # panels in a row
 LEGEND_COLUMNS, ROW = 4, 0.2      # of a legend; inches
 
@@ -30,10 +31,10 @@ def slope(sizes, seconds):
 
 
 def curves(records):
-    """{method: records of its curve, those that failed}; of penalties the best rho of each mesh alone makes the curve."""
+    """{method: records of its curve, those that failed}; the best rho or period of each mesh alone makes it."""
     found = {}
     for method, rows in grouped(records, "method").items():
-        found[method] = ([row for row in rows if row["error"] is not None and row["best"] != "False"],
+        found[method] = ([row for row in rows if row["error"] is not None and row["best"] not in UNTUNED],
                          [row for row in rows if row["failure"]])
     return found
 
@@ -46,6 +47,8 @@ def panels(records, draw, labels):
     for axis, letter, (scene, rows) in zip(axes.flat, "abcdefghijkl", scenes.items()):
         draw(axis, rows)
         axis.minorticks_off()      # their labels run into each other
+        if axis.get_ylim()[0] > 0:
+            axis.set_ylim(*(10.0**bound for bound in (math.floor(math.log10(axis.get_ylim()[0])), math.ceil(math.log10(axis.get_ylim()[1])))))
         axis.set_title(f"({letter}) {scene.replace('-', ', alpha ')}", fontsize=8)
     for axis in axes.flat[len(scenes):]:
         axis.set_visible(False)
@@ -83,10 +86,9 @@ def against_error(cost):
             if spent:
                 axis.plot([0.98]*len(spent), spent, "x", color=colour, markersize=6, transform=axis.get_yaxis_transform(),
                           label="failed")
-        others = [row for row in rows if row["best"] == "False" and row["error"] is not None]
-        if others:
-            axis.plot([row["error"] for row in others], [cost(row) for row in others], ".", color=PINK, markersize=3, zorder=1,
-                      label="penalty, other rho")
+        for method, others in grouped([row for row in rows if row["best"] in UNTUNED and row["error"] is not None], "method").items():
+            axis.plot([row["error"] for row in others], [cost(row) for row in others], ".", color=STYLES[method][0], markersize=3,
+                      zorder=1, label=f"{method}, not tuned")
     return draw
 
 

@@ -135,7 +135,8 @@ METHODS = (
     Method("penalty", uniform, tuple({"h": h, "solver": "penalty", "domain": PAPER_DOMAIN, "rho": rho}
                                      for h in (0.4, 0.2, 0.1, 0.05) for rho in RHOS), LINES),
     Method("cells", cells, ladder("nodes", (128, 512, 2048, 8192, 32768)), LINES),
-    Method("tamaas", tamaas, ladder("nodes", (512, 2048, 8192, 32768), period=48, residual=1e-7), ("classical",), "tamaas"),
+    Method("tamaas", tamaas, tuple({"nodes": nodes, "period": period, "residual": 1e-7} for nodes in (512, 2048, 8192, 32768)
+                                     for period in (24, 48, 96, 192)), ("classical",), "tamaas"),
     Method("line, rtol", the_strip, ladder("rtol", (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)), ("strip",)),
     Method("line, order 2", the_strip, ladder("elements", (2, 8, 32, 128), order=2), ("strip",)),
     Method("line, order 4", the_strip, ladder("elements", (1, 2, 4, 8, 16, 32), order=4), ("strip",)),

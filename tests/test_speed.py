@@ -98,7 +98,7 @@ def test_ladders_end_where_the_limit_ends():
 
 
 def test_best_rho_of_each_mesh_is_marked():
-    rows = [{"scene": "a", "method": "penalty", "h": h, "elements": None, "rho": rho, "error": error, "best": None}
+    rows = [{"scene": "a", "method": "penalty", "h": h, "elements": None, "nodes": None, "rho": rho, "error": error, "best": None}
             for h, rho, error in ((0.2, 1, 0.3), (0.2, 2, 0.1), (0.1, 1, None), (0.1, 2, 0.2))]
     assert [row["best"] for row in speed.marked(rows)] == [False, True, False, True]
 
