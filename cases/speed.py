@@ -7,8 +7,8 @@ Model      half-plane, fitted finite elements, uniform squares condensed (orders
 Reference  the closed form (strip, Hertz ellipse); else panels of another kind (cases/reference_line.py), whose own error, the
            distance of two of its rungs, is the floor of the charts. Methods are told apart down to 100 times the floor.
 Look at    the slope of each curve; requested against obtained error; which rho is best on which mesh; where the time goes.
-Tuned      in favour of others: rho of the penalty and period of tamaas, the best for each mesh, as only one knows who has the answer;
-           cells are given the edge of the contact. Nothing where an accuracy is asked for.
+Tuned      in favour of others: rho of the penalty and period of tamaas, the best for each mesh, as only one knows who has the
+           answer; cells are given the edge of the contact. Nothing where an accuracy is asked for.
 Units      processor seconds of one thread, setup (what further loads reuse) and solving apart, each the best of --repeats after
            a warm-up; a run of more than ONCE seconds counts itself. Errors as in cases/speed_scenes.py, all relative.
 """
@@ -41,7 +41,8 @@ BETTER = 100           # times, that a reference should be better than a method
 SETTINGS = ("rtol", "h", "order", "elements", "model", "solver", "rho", "domain", "nodes", "period", "residual")
 # where the time goes: the functions whose cumulative time makes each phase, by what the profile calls them
 PHASES = {"mesh": ("uniform", "graded", "line", "column"), "assembly": ("_assemble", "AssembleLinearization"),
-          "residual": ("Apply",), "factor": ("_factorise of condensation", "Inverse"), "condensation": ("_matrix of condensation",),
+          "residual": ("Apply",), "factor": ("_factorise of condensation", "Inverse"),
+          "condensation": ("_matrix of condensation",),
           "states": ("solve of active_set", "solve of projected_cg"), "tables": ("kernels", "prepare of grid_contact")}
 FILES = {"uniform": "meshes", "graded": "meshes", "line": "meshes", "column": "meshes", "_assemble": "condensation",
          "kernels": "halfplane"}
@@ -49,7 +50,8 @@ FILES = {"uniform": "meshes", "graded": "meshes", "line": "meshes", "column": "m
 
 @dataclass(frozen=True)
 class Parameters:
-    only: tuple = option((), f"scenes ({', '.join(SCENES)}) and methods ({', '.join(NAMES)}) to run", str, nargs="+", metavar="NAME")
+    only: tuple = option((), f"scenes ({', '.join(SCENES)}) and methods ({', '.join(NAMES)}) to run", str,
+                         nargs="+", metavar="NAME")
     repeats: int = option(3, "runs after the warm-up, of which the best counts", int)
     limit: float = option(100.0, "seconds of a run beyond which a ladder is not climbed")
     quick: bool = option(False, f"{len(QUICK)} scenes, {QUICK_RUNGS} settings of each method", bool)
@@ -135,8 +137,9 @@ def climbed(scene, method, settings, parameters, progress):
         progress.update()
         last = rows[-1] if rows else None
         if last and last["spent"]*STOP > parameters.limit and _dearer(setting, last):
-            rows.append({**blank(scene, method, setting), "failure": f"left out: the rung before took {last['spent']:.1f} s, and this one "
-                         f"may take {STOP:g} times as long, beyond --limit {parameters.limit:g}"})
+            why = (f"left out: the rung before took {last['spent']:.1f} s, and this one may take {STOP:g} times as long, "
+                   f"beyond --limit {parameters.limit:g}")
+            rows.append({**blank(scene, method, setting), "failure": why})
             progress.update(len(settings) - len(rows))
             break
         rows.append(measure(scene, method, setting, parameters.repeats))
@@ -206,7 +209,8 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        extra = {"command": command("speed", parameters), **answer["threads"], **{f"version_{name}": version for name, version in _peers().items()}}
+        peers = {f"version_{name}": version for name, version in _peers().items()}
+        extra = {"command": command("speed", parameters), **answer["threads"], **peers}
         write_records(out/"speed.csv", [{**row, **extra} for row in answer["runs"]])
         records = read_records(out/"speed.csv")
         for name, drawing in speed_figures.PLATES.items():
@@ -219,9 +223,11 @@ def show(answer):
     columns = ("error", "floor", "unknowns", "setup", "solve")
     print(f"{'scene':>16}  {'method':>20}  {'setting':>34}  " + "  ".join(f"{name:>9}" for name in columns))
     for row in answer["runs"]:
-        setting = " ".join(f"{name} {row[name]:g}" for name in ("rtol", "h", "elements", "nodes", "rho", "period") if row[name] is not None)
+        setting = " ".join(f"{name} {row[name]:g}" for name in ("rtol", "h", "elements", "nodes", "rho", "period")
+                           if row[name] is not None)
         cells = "  ".join(f"{'-' if row[name] is None else f'{row[name]:.3g}':>9}" for name in columns)
-        print(f"{row['scene']:>16}  {row['method']:>20}  {setting:>34}  {cells}  {'best' if row['best'] else ''}{row['failure'] or ''}")
+        remark = row["failure"] or ("best" if row["best"] else "")
+        print(f"{row['scene']:>16}  {row['method']:>20}  {setting:>34}  {cells}  {remark}")
     for row in answer["growth"]:
         if row["exponent"] is not None:
             print(f"{row['scene']:>16}  {row['method']:>20}  time like {row['over']} to the power {row['exponent']:.2f}")

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from microblock import plots
 from microblock.study import grouped
 
@@ -47,8 +49,8 @@ def panels(records, draw, labels):
     for axis, letter, (scene, rows) in zip(axes.flat, "abcdefghijkl", scenes.items()):
         draw(axis, rows)
         axis.minorticks_off()      # their labels run into each other
-        if axis.get_ylim()[0] > 0:
-            axis.set_ylim(*(10.0**bound for bound in (math.floor(math.log10(axis.get_ylim()[0])), math.ceil(math.log10(axis.get_ylim()[1])))))
+        least, most = np.log10(axis.get_ylim())
+        axis.set_ylim(10.0**np.floor(least), 10.0**np.ceil(most))
         axis.set_title(f"({letter}) {scene.replace('-', ', alpha ')}", fontsize=8)
     for axis in axes.flat[len(scenes):]:
         axis.set_visible(False)
@@ -86,7 +88,8 @@ def against_error(cost):
             if spent:
                 axis.plot([0.98]*len(spent), spent, "x", color=colour, markersize=6, transform=axis.get_yaxis_transform(),
                           label="failed")
-        for method, others in grouped([row for row in rows if row["best"] in UNTUNED and row["error"] is not None], "method").items():
+        untuned = [row for row in rows if row["best"] in UNTUNED and row["error"] is not None]
+        for method, others in grouped(untuned, "method").items():
             axis.plot([row["error"] for row in others], [cost(row) for row in others], ".", color=STYLES[method][0], markersize=3,
                       zorder=1, label=f"{method}, not tuned")
     return draw

@@ -124,6 +124,7 @@ def ladder(name, values, **fixed):
 
 
 RHOS = tuple(10.0**power for power in range(1, 7))      # stress per length, E* = 2 over a_Hz = 1
+STRIP_RHOS = 1e2, 1e3, 1e4, 1e5, 1e6, 1e8, 1e12        # over mu/H
 LINES = ("line", "classical")
 METHODS = (
     Method("half-plane", half_plane, ladder("rtol", (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)), LINES),
@@ -143,6 +144,6 @@ METHODS = (
     Method("line, order 6", the_strip, ladder("elements", (1, 2, 4, 8), order=6), ("strip",)),
     Method("paper's way", the_strip, ladder("elements", (5, 10, 20, 80, 320), order=1, model="column"), ("strip",)),
     Method("penalty", the_strip, tuple({"elements": elements, "order": 1, "model": "column", "solver": "penalty", "rho": rho}
-                                       for elements in (5, 20, 80, 320) for rho in (1e2, 1e3, 1e4, 1e5, 1e6, 1e8, 1e12)), ("strip",)),
+                                       for elements in (5, 20, 80, 320) for rho in STRIP_RHOS), ("strip",)),
 )
 NAMES = tuple(dict.fromkeys(method.name for method in METHODS))
