@@ -6,6 +6,7 @@ Newton (`newton.py`), load by load from first touch.
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -59,11 +60,25 @@ class UniformContact(GroundScene):
         """
         for load in loads:
             self.check_load(load)
-        body = self._body()
         ascending = sorted(set(loads))
-        solved = self._condensed(body, ascending) if self.method == "condensed" else self._monolithic(body, ascending)
+        solved = self._condensed(ascending) if self.method == "condensed" else self._monolithic(ascending)
         found = dict(zip(ascending, solved))
         return [found[load] for load in loads]
+
+    def prepare(self):
+        """Mesh and matrices, made once and kept for further loads: condensed or, of Newton's method, not yet factorised."""
+        return self._prepared
+
+    @cached_property
+    def _prepared(self):
+        body = self._body()
+        if self.method == "condensed":
+            nodes = Condensed(body)
+            flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
+            return nodes, flexibility, self._within(nodes, gaps), share
+        nodes = (Condensed if self.law.clamps_rotation else ContactNodes)(body)      # the bulk's matrix gives the reaction
+        facets = ContactFacets(body, self.law, self.obstacle)
+        return nodes, facets, Newton(body, facets, method=self.method, rho=self.rho or self._rho(), control="load")
 
     def axis_closes(self):
         """Load (force per thickness) at which the node on the axis closes for good, as the load path of this mesh has it."""
@@ -86,10 +101,8 @@ class UniformContact(GroundScene):
             supports["psi"] += "|contact"
         return Body(uniform(ground, self.h), self.solid, self.order, fixed=supports)
 
-    def _condensed(self, body, loads):
-        nodes = Condensed(body)
-        flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
-        gaps = self._within(nodes, gaps)
+    def _condensed(self, loads):
+        nodes, flexibility, gaps, share = self.prepare()
         closed = None
         for load in loads:
             found = active_set.solve(flexibility, gaps, load=self.share(load), c=share, start=closed)
@@ -101,10 +114,8 @@ class UniformContact(GroundScene):
         beyond = np.abs(nodes.points[:, 0]) > self.reach*(1 + 1e-9)
         return np.where(np.tile(beyond, len(self.law.corners)), np.inf, gaps)
 
-    def _monolithic(self, body, loads):
-        nodes = (Condensed if self.law.clamps_rotation else ContactNodes)(body)      # the bulk's matrix gives the reaction
-        facets = ContactFacets(body, self.law, self.obstacle)
-        newton = Newton(body, facets, method=self.method, rho=self.rho or self._rho(), control="load")
+    def _monolithic(self, loads):
+        nodes, facets, newton = self.prepare()
         for load, state in zip(loads, load_path(newton, [self.share(load) for load in loads])):
             forces = np.array([-state.multipliers[corner]*facets.weights for corner in facets.corners])
             closed = np.concatenate([state.closed[corner] for corner in facets.corners])

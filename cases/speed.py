@@ -1,0 +1,233 @@
+"""Speed against accuracy: time and unknowns over true error, one curve a method.
+
+Geometry   the strip of section 4.1; a cylinder on a half-plane for both laws, alpha = 0.05, 0.25, 1; its classical limit.
+Equations  those of `strip` and `hertz`.
+Model      half-plane, fitted finite elements, uniform squares condensed (orders 1, 2, 4), the paper's way (bilinear, nodal
+           augmented Lagrangian, UMFPACK, square of 18 a_Hz), penalty with several rho, uniform cells, tamaas where installed.
+Reference  the closed form (strip, Hertz ellipse); else panels of another kind (cases/reference_line.py), whose own error, the
+           distance of two of its rungs, is the floor of the charts. Methods are told apart down to 100 times the floor.
+Look at    the slope of each curve; requested against obtained error; which rho is best on which mesh; where the time goes.
+Tuned      in favour of others: rho of the penalty and period of tamaas, the best for each mesh, as only one knows who has the
+           answer; cells are given the edge of the contact. Nothing where an accuracy is asked for.
+Units      processor seconds of one thread, setup (what further loads reuse) and solving apart, each the best of --repeats after
+           a warm-up; a run of more than ONCE seconds counts itself. Errors as in cases/speed_scenes.py, all relative.
+"""
+
+import os
+import time
+from cProfile import Profile
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from pstats import Stats
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")      # of tamaas, before it is imported
+
+from tqdm import tqdm  # noqa: E402
+
+from cases import speed_figures  # noqa: E402
+from cases.options import command, option  # noqa: E402
+from cases.speed_methods import METHODS, NAMES, clock  # noqa: E402
+from cases.speed_scenes import QUICK, SCENES  # noqa: E402
+from microblock import plots  # noqa: E402
+from microblock.errors import BadArgument, MicroblockError  # noqa: E402
+from microblock.study import grouped, read_records, versions, write_records  # noqa: E402
+
+ONCE = 2.0             # seconds of a warm-up beyond which it counts itself
+ENOUGH = 2.0           # seconds of all runs of a setting, beyond which it is not repeated further
+STOP = 5.0             # times dearer, at most, is the next rung of a ladder
+QUICK_RUNGS = 2        # settings of a ladder
+TUNED = ("penalty", "tamaas")      # by rho and by period, for each mesh
+BETTER = 100           # times, that a reference should be better than a method
+SETTINGS = ("rtol", "h", "order", "elements", "model", "solver", "rho", "domain", "nodes", "period", "residual")
+# where the time goes: the functions whose cumulative time makes each phase, by what the profile calls them
+PHASES = {"mesh": ("uniform", "graded", "line", "column"), "assembly": ("_assemble", "AssembleLinearization"),
+          "residual": ("Apply",), "factor": ("_factorise of condensation", "Inverse"),
+          "condensation": ("_matrix of condensation",),
+          "states": ("solve of active_set", "solve of projected_cg"), "tables": ("kernels", "prepare of grid_contact")}
+FILES = {"uniform": "meshes", "graded": "meshes", "line": "meshes", "column": "meshes", "_assemble": "condensation",
+         "kernels": "halfplane"}
+
+
+@dataclass(frozen=True)
+class Parameters:
+    only: tuple = option((), f"scenes ({', '.join(SCENES)}) and methods ({', '.join(NAMES)}) to run", str,
+                         nargs="+", metavar="NAME")
+    repeats: int = option(3, "runs after the warm-up, of which the best counts", int)
+    limit: float = option(100.0, "seconds of a run beyond which a ladder is not climbed")
+    quick: bool = option(False, f"{len(QUICK)} scenes, {QUICK_RUNGS} settings of each method", bool)
+
+    def __post_init__(self):
+        for name in self.only:
+            if name not in (*SCENES, *NAMES):
+                raise BadArgument("only", name, f"must be one of {', '.join((*SCENES, *NAMES))}")
+        if not 1 <= self.repeats <= 100:
+            raise BadArgument("repeats", self.repeats, "must lie between 1 and 100")
+        if not 0 < self.limit < 1e5:
+            raise BadArgument("limit", self.limit, "must be positive (seconds), and at most a day")
+
+    def chosen(self, known):
+        """Of the known names those that were asked for; all of them if none was."""
+        return [name for name in known if name in self.only] or list(known)
+
+
+def plan(parameters):
+    """[(scene, method, settings)] of a study."""
+    found = []
+    for name in parameters.chosen(SCENES):
+        if parameters.quick and not parameters.only and name not in QUICK:
+            continue
+        for method in METHODS:
+            if method.name in parameters.chosen(NAMES) and SCENES[name].kind in method.kinds and method.available:
+                settings = method.settings[:QUICK_RUNGS] if parameters.quick else method.settings
+                found.append((SCENES[name], method, settings))
+    return found
+
+
+def blank(scene, method, setting):
+    """Record of a setting that has not been run."""
+    return {"scene": scene.name, **scene.parameters, "method": method.name, **{name: setting.get(name) for name in SETTINGS},
+            "unknowns": None, "contact_nodes": None, "error": None, "error_p": None, "error_m": None, "error_psi": None,
+            "error_u": None, "floor": scene.floor, "judged": None, "setup": None, "solve": None, "spent": None, "repeats": 0,
+            "iterations": None, "estimate": None, **{f"share_{name}": None for name in PHASES}, "best": None, "failure": None}
+
+
+def measure(scene, method, setting, repeats):
+    """Record of one setting; a failed one says why."""
+    row = blank(scene, method, setting)
+    start, profile = clock(), Profile(clock)
+    try:
+        answer = profile.runcall(method.run, scene, **setting)      # the warm-up
+        row["spent"] = clock() - start
+        answers = [answer] if row["spent"] > ONCE else repeated(lambda: method.run(scene, **setting), repeats)
+    except (MicroblockError, MemoryError, RuntimeError) as failure:      # NGSolve's own are RuntimeErrors
+        return {**row, "spent": clock() - start, "failure": f"{type(failure).__name__}: {' '.join(str(failure).split())}"}
+    errors = scene.errors(answer.found)
+    error = max(errors.values())
+    row.update(errors, error=error, judged=error >= BETTER*scene.floor, repeats=0 if answers[0] is answer else len(answers),
+               setup=min(one.setup for one in answers), solve=min(one.solve for one in answers))
+    row.update({name: getattr(answer, name) for name in ("unknowns", "contact_nodes", "iterations", "estimate")})
+    return {**row, **shares(profile, row["spent"])}
+
+
+def repeated(work, most):
+    """Answers of a work done up to `most` times, as long as ENOUGH lasts."""
+    start, found = clock(), []
+    while not found or (len(found) < most and clock() - start < ENOUGH):
+        found.append(work())
+    return found
+
+
+def shares(profile, spent):
+    """Shares of the phases of a profiled run."""
+    named = {}
+    for (path, _, function), (*_, total, _) in Stats(profile).stats.items():
+        module = os.path.basename(path).removesuffix(".py")
+        short = function.rstrip(">}").split(".")[-1] if path == "~" else function
+        if path == "~" or FILES.get(short) == module:
+            named[short] = named.get(short, 0.0) + total
+        named[f"{short} of {module}"] = total
+    return {f"share_{phase}": sum(named.get(name, 0.0) for name in names)/spent for phase, names in PHASES.items()}
+
+
+def climbed(scene, method, settings, parameters, progress):
+    """Records of a ladder, up to where the next rung would take too long: that one says so."""
+    rows = []
+    for setting in settings:
+        progress.set_description(f"{scene.name}, {method.name}")
+        progress.update()
+        last = rows[-1] if rows else None
+        if last and last["spent"]*STOP > parameters.limit and _dearer(setting, last):
+            why = (f"left out: the rung before took {last['spent']:.1f} s, and this one may take {STOP:g} times as long, "
+                   f"beyond --limit {parameters.limit:g}")
+            rows.append({**blank(scene, method, setting), "failure": why})
+            progress.update(len(settings) - len(rows))
+            break
+        rows.append(measure(scene, method, setting, parameters.repeats))
+    return rows
+
+
+def _dearer(setting, last):
+    """Whether a setting has a finer mesh than a record."""
+    return any(setting.get(name) != last[name] for name in ("h", "elements", "nodes", "rtol"))
+
+
+def marked(rows):
+    """The records; of those of TUNED that share scene and mesh the one of the least error is marked."""
+    groups = {}
+    for row in rows:
+        if row["method"] in TUNED:
+            groups.setdefault(tuple(row[name] for name in ("scene", "method", "h", "elements", "nodes")), []).append(row)
+    for mine in groups.values():
+        good = [row for row in mine if row["error"] is not None]
+        for row in mine:
+            row["best"] = bool(good) and row is min(good, key=lambda row: row["error"])
+    return rows
+
+
+def result(parameters, quiet=True):
+    """The case's object: a row a run, slopes of the cost, threads."""
+    start, work, rows = time.perf_counter(), plan(parameters), []
+    for scene in {id(scene): scene for scene, *_ in work}.values():
+        scene.floor      # the references, made before anything is timed
+    ready = time.perf_counter()
+    with tqdm(total=sum(len(settings) for *_, settings in work), disable=quiet, unit="run") as progress:
+        for scene, method, settings in work:
+            rows += climbed(scene, method, settings, parameters, progress)
+    return {"parameters": {**asdict(parameters), "only": list(parameters.only)}, "versions": {**versions(), **_peers()},
+            "threads": threads(), "seconds": {"setup": ready - start, "solve": time.perf_counter() - ready},
+            "runs": marked(rows), "growth": growth(rows)}
+
+
+def threads():
+    """The pinned numbers of threads, as the libraries are told."""
+    return {name: os.environ.get(name) for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")}
+
+
+def _peers():
+    found = {}
+    for name in {method.needs for method in METHODS if method.needs and method.available}:
+        found[name] = metadata.version(name)
+    return found
+
+
+def growth(rows):
+    """Exponents of total time between the last two rungs of each ladder, over unknowns and over contact nodes."""
+    found = []
+    for scene, of_scene in grouped([row for row in rows if row["error"] is not None], "scene").items():
+        for method, mine in grouped(of_scene, "method").items():
+            mine = [row for row in mine if row["best"] is not False]
+            for size in ("unknowns", "contact_nodes"):
+                found.append({"scene": scene, "method": method, "over": size,
+                              "exponent": speed_figures.slope([row[size] for row in mine[-2:]],
+                                                              [row["setup"] + row["solve"] for row in mine[-2:]])})
+    return found
+
+
+def run(parameters, out=None, quiet=False):
+    """Measure, print a table, write and draw the records into the folder `out`."""
+    answer = result(parameters, quiet)
+    if not quiet:
+        show(answer)
+    if out:
+        peers = {f"version_{name}": version for name, version in _peers().items()}
+        extra = {"command": command("speed", parameters), **answer["threads"], **peers}
+        write_records(out/"speed.csv", [{**row, **extra} for row in answer["runs"]])
+        records = read_records(out/"speed.csv")
+        for name, drawing in speed_figures.PLATES.items():
+            plots.draw(drawing, records, out, f"speed_{name}")
+    return answer
+
+
+def show(answer):
+    """A line a run, then the slopes."""
+    columns = ("error", "floor", "unknowns", "setup", "solve")
+    print(f"{'scene':>16}  {'method':>20}  {'setting':>34}  " + "  ".join(f"{name:>9}" for name in columns))
+    for row in answer["runs"]:
+        setting = " ".join(f"{name} {row[name]:g}" for name in ("rtol", "h", "elements", "nodes", "rho", "period")
+                           if row[name] is not None)
+        cells = "  ".join(f"{'-' if row[name] is None else f'{row[name]:.3g}':>9}" for name in columns)
+        remark = row["failure"] or ("best" if row["best"] else "")
+        print(f"{row['scene']:>16}  {row['method']:>20}  {setting:>34}  {cells}  {remark}")
+    for row in answer["growth"]:
+        if row["exponent"] is not None:
+            print(f"{row['scene']:>16}  {row['method']:>20}  time like {row['over']} to the power {row['exponent']:.2f}")

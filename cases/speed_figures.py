@@ -1,0 +1,163 @@
+"""Charts of the study `speed`, from its records."""
+
+import math
+
+import numpy as np
+
+from microblock import plots
+from microblock.study import grouped
+
+BLUE, RED, GREEN, PINK, ORANGE, SKY, BLACK = plots.COLOURS
+STYLES = {      # a method keeps its colour, marker and line in all charts
+    "half-plane": (BLUE, "o", "-"), "fitted fe": (GREEN, "^", "-"), "paper's way": (RED, "s", "-"), "penalty": (PINK, "D", "--"),
+    "condensed, order 1": (ORANGE, "v", ":"), "condensed, order 2": (ORANGE, "P", "--"), "condensed, order 4": (ORANGE, "X", "-"),
+    "cells": (SKY, "h", "-"), "tamaas": (BLACK, "*", "-"), "line, rtol": (BLUE, "o", "-"), "line, order 2": (ORANGE, "P", "--"),
+    "line, order 4": (ORANGE, "X", "-"), "line, order 6": (GREEN, "^", "-")}
+FLOOR_BAND = 100        # times the floor: there the reference no longer tells methods apart
+PHASES = ("mesh", "tables", "assembly", "residual", "factor", "condensation", "states")
+UNTUNED = (False, "False")      # as it is, and as a CSV file has it
+ACROSS = 3              # panels in a row
+LEGEND_COLUMNS, ROW = 4, 0.2      # of a legend; inches
+
+
+def total(row):
+    """Seconds of setup and solving."""
+    return row["setup"] + row["solve"]
+
+
+def slope(sizes, seconds):
+    """Exponent of the growth between two records, None where there are not two, or sizes do not grow."""
+    if len(sizes) < 2 or not sizes[1] > sizes[0] or not min(seconds) > 0:
+        return None
+    return math.log(seconds[1]/seconds[0])/math.log(sizes[1]/sizes[0])
+
+
+def curves(records):
+    """{method: records of its curve, those that failed}; the best rho or period of each mesh alone makes it."""
+    found = {}
+    for method, rows in grouped(records, "method").items():
+        found[method] = ([row for row in rows if row["error"] is not None and row["best"] not in UNTUNED],
+                         [row for row in rows if row["failure"]])
+    return found
+
+
+def panels(records, draw, labels):
+    """A figure with a panel a scene, `draw(axis, records of the scene)`, and one legend below all of them."""
+    scenes = grouped(records, "scene")
+    across = min(ACROSS, len(scenes))
+    drawing, axes = plots.figure(-(-len(scenes)//across), across, height=2.6, width=2.7, squeeze=False)
+    for axis, letter, (scene, rows) in zip(axes.flat, "abcdefghijkl", scenes.items()):
+        draw(axis, rows)
+        axis.minorticks_off()      # their labels run into each other
+        least, most = np.log10(axis.get_ylim())
+        axis.set_ylim(10.0**np.floor(least), 10.0**np.ceil(most))
+        axis.set_title(f"({letter}) {scene.replace('-', ', alpha ')}", fontsize=8)
+    for axis in axes.flat[len(scenes):]:
+        axis.set_visible(False)
+    for axis in axes[:, 0]:
+        axis.set_ylabel(labels[1])
+    for axis in axes.flat[max(0, len(scenes) - across):len(scenes)]:
+        axis.set_xlabel(labels[0])
+    known = {text: handle for axis in axes.flat for handle, text in zip(*axis.get_legend_handles_labels())}
+    _legend(drawing, known.values(), known)
+    return drawing
+
+
+def _legend(drawing, handles, texts):
+    """Below all panels, in room of its own."""
+    width, height = drawing.get_size_inches()
+    rows = -(-len(texts)//LEGEND_COLUMNS)
+    drawing.set_size_inches(width, height + ROW*rows)
+    share = ROW*rows/(height + ROW*rows)
+    drawing.get_layout_engine().set(rect=(0, share, 1, 1 - share))
+    drawing.legend(handles, texts, loc="lower center", ncols=LEGEND_COLUMNS).set_in_layout(False)
+
+
+def against_error(cost):
+    """A panel: cost(row) over true error; failed runs as crosses at the right, at what they had spent."""
+    def draw(axis, rows):
+        floor = rows[0]["floor"]
+        axis.set(xscale="log", yscale="log")
+        axis.axvspan(floor, FLOOR_BAND*floor, color="0.92", zorder=0, label="reference less than 100 times better")
+        axis.axvline(floor, color="0.5", linewidth=0.8, label="error of the reference")
+        for method, (good, failed) in curves(rows).items():
+            colour, marker, line = STYLES[method]
+            axis.plot([row["error"] for row in good], [cost(row) for row in good], color=colour, marker=marker, linestyle=line,
+                      label=method)
+            spent = [cost(row) for row in failed if cost(row)]
+            if spent:
+                axis.plot([0.98]*len(spent), spent, "x", color=colour, markersize=6, transform=axis.get_yaxis_transform(),
+                          label="failed")
+        untuned = [row for row in rows if row["best"] in UNTUNED and row["error"] is not None]
+        for method, others in grouped(untuned, "method").items():
+            axis.plot([row["error"] for row in others], [cost(row) for row in others], ".", color=STYLES[method][0], markersize=3,
+                      zorder=1, label=f"{method}, not tuned")
+    return draw
+
+
+def seconds(records):
+    """Processor seconds of setup and solving over true error."""
+    return panels(records, against_error(lambda row: row["spent"] if row["failure"] else total(row)),
+                  ("true error", "setup and solving (s)"))
+
+
+def solving(records):
+    """The same of solving alone: what a further load costs."""
+    return panels(records, against_error(lambda row: row["spent"] if row["failure"] else row["solve"]),
+                  ("true error", "solving alone (s)"))
+
+
+def unknowns(records):
+    """Unknowns over true error; a failed run has neither."""
+    return panels(records, against_error(lambda row: row["unknowns"]), ("true error", "unknowns"))
+
+
+def asked(records):
+    """Obtained over requested error of the methods that are asked for an accuracy; below the grey line all is well."""
+    def draw(axis, rows):
+        axis.set(xscale="log", yscale="log")
+        axis.axline((1e-3, 1e-3), (1e-4, 1e-4), color="0.6", linewidth=0.8, label="as requested")
+        axis.axhline(rows[0]["floor"], color="0.5", linestyle=":", linewidth=0.8, label="error of the reference")
+        for method, (good, failed) in curves(rows).items():
+            colour, marker, line = STYLES[method]
+            axis.plot([row["rtol"] for row in good], [row["error"] for row in good], color=colour, marker=marker, linestyle=line,
+                      label=method)
+            if failed:
+                axis.plot([row["rtol"] for row in failed], [0.98]*len(failed), "x", color=colour, markersize=6,
+                          transform=axis.get_xaxis_transform(), label="failed")
+    return panels([row for row in records if row["rtol"] is not None], draw, ("requested rtol", "true error"))
+
+
+def growth(records):
+    """Time over unknowns, with the exponent of the last step; only methods on meshes and grids grow."""
+    def draw(axis, rows):
+        axis.set(xscale="log", yscale="log")
+        for method, (good, _) in curves(rows).items():
+            colour, marker, line = STYLES[method]
+            good = sorted(good, key=lambda row: row["unknowns"])
+            axis.plot([row["unknowns"] for row in good], [total(row) for row in good], color=colour, marker=marker,
+                      linestyle=line, label=method)
+    return panels(records, draw, ("unknowns", "setup and solving (s)"))
+
+
+def phases(records):
+    """Where the time goes: shares of the finest run of each method, of one scene."""
+    scenes = grouped([row for row in records if row["error"] is not None], "scene")
+    scene = next((name for name in ("microblock-0.25", *scenes) if name in scenes), None)
+    drawing, axis = plots.figure(height=2.8, width=5.0)
+    finest = {method: good[-1] for method, (good, _) in curves(scenes.get(scene, [])).items() if good}
+    left = dict.fromkeys(finest, 0.0)
+    for number, phase in enumerate(PHASES):
+        widths = [row[f"share_{phase}"] or 0.0 for row in finest.values()]
+        axis.barh(list(finest), widths, left=list(left.values()), color=plots.COLOURS[number], label=phase, edgecolor="white",
+                  hatch="//" if number % 2 else None, linewidth=0.3)
+        left = {method: start + width for (method, start), width in zip(left.items(), widths)}
+    for number, row in enumerate(finest.values()):
+        axis.text(1.02, number, f"{total(row):.2g} s", va="center", fontsize=7)
+    axis.set(xlim=(0, 1), xlabel="share of the time of the finest run", title=scene)
+    axis.invert_yaxis()
+    _legend(drawing, *axis.get_legend_handles_labels())
+    return drawing
+
+
+PLATES = {"seconds": seconds, "solving": solving, "unknowns": unknowns, "asked": asked, "growth": growth, "phases": phases}

@@ -1,0 +1,142 @@
+"""Scenes of the study `speed`: each with its reference by another method, that reference's own error, and the error measure.
+
+A contact on a line is judged by max(|dp|, |dM|/ell)/|p| in L2, all methods on the same points: Gauss points on cells that
+shrink geometrically towards every edge and kink of the reference, and are nowhere longer than CELL. The strip is judged by
+the larger one of the relative L2 errors of psi and u over the thickness.
+"""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from cases import accuracy
+from cases import reference_line as judge
+from cases import strip
+from microblock.halfplane import HalfPlane
+from microblock.law import Microblock, Unilateral
+from microblock.material import Cosserat
+from microblock.obstacles import Cylinder
+from microblock.scene import Contact
+
+LOAD, NU = math.pi/2, 0.3          # with E* = 2 and R = 1 lengths are over a_Hz and pressures over p_Hz
+CLASSICAL = 1e-10                  # coupling beta of the classical limit
+CELL = 0.005                       # of the rule, over a_Hz: a quarter of the finest finite element
+GRADES, POINTS = 40, 4             # halvings of the cells towards an edge (a root there is lost below 1e-12); points on each
+BEYOND = 1.5                       # of the outermost edge: as far as pressures are looked at
+OBSTACLE = Cylinder(1.0)
+
+
+@dataclass(frozen=True)
+class LineScene:
+    """A cylinder on a half-plane: `contact` names the law, alpha is ell over a_Hz; beta = CLASSICAL is judged by the ellipse."""
+
+    name: str
+    contact: str
+    alpha: float
+    beta: float = 1.0
+    measures = ("error_p", "error_m")
+
+    @property
+    def kind(self):
+        return "line" if self.beta > CLASSICAL else "classical"
+
+    @property
+    def parameters(self):
+        return {"contact": self.contact, "alpha": self.alpha, "nu": NU, "beta": self.beta}
+
+    @property
+    def solid(self):
+        return Cosserat(E=2*(1 - NU**2), nu=NU, ell=self.alpha, beta=self.beta)
+
+    @property
+    def law(self):
+        return Microblock() if self.contact == "microblock" else Unilateral()
+
+    @property
+    def half_plane(self):
+        return Contact(HalfPlane(self.solid), OBSTACLE, self.law)
+
+    @cached_property
+    def levers(self):
+        return (1.0, -1.0) if self.contact == "microblock" else (0.0,)
+
+    @cached_property
+    def _reference(self):
+        """(x -> (p, M/ell), edges and kinks, own error)."""
+        if self.kind == "line":
+            fine, own = accuracy.reference(self.half_plane)
+            return judge.fields(fine), judge.breaks([fine]), own
+        from microblock import references      # judges only: the computation does without
+        # what is left of the coupling is of the order beta log(beta)
+        return (lambda x: (references.hertz(x, LOAD, 1.0), 0*x)), [-1.0, 1.0], -CLASSICAL*math.log(CLASSICAL)
+
+    @property
+    def floor(self):
+        """Error of the reference itself."""
+        return self._reference[2]
+
+    @property
+    def outer(self):
+        """Outermost edge of the reference."""
+        return max(self._reference[1])
+
+    @cached_property
+    def _known(self):
+        """Points and weights of the rule, p and M/ell of the reference there."""
+        fields, places, _ = self._reference
+        x, weights = rule([-BEYOND*self.outer, *places, BEYOND*self.outer])
+        return x, weights, *fields(x)
+
+    def errors(self, fields):
+        """Errors of x -> (p, M/ell): {measure: value}."""
+        x, weights, *known = self._known
+        size = weights @ known[0]**2
+        return {name: float(np.sqrt(weights @ (found - exact)**2/size))
+                for name, found, exact in zip(self.measures, fields(x), known)}
+
+    def fields(self, state):
+        """x -> (p, M/ell) of a state that knows the pressure of its corners."""
+        def seen(x):
+            pressures = [state.pressure(corner, x) for corner in range(len(self.levers))]
+            return sum(pressures), sum(lever*p for lever, p in zip(self.levers, pressures))/2
+        return seen
+
+
+@dataclass(frozen=True)
+class StripScene:
+    """The strip of the paper, judged by its closed form."""
+
+    name: str = "strip"
+    kind = "strip"
+    measures = ("error_psi", "error_u")
+    floor = 4*float(np.finfo(float).eps)      # rounding of the closed form
+
+    @property
+    def parameters(self):
+        given = strip.Parameters()
+        return {"contact": "microblock", "alpha": given.ell_over_H, "nu": given.nu, "beta": given.beta}
+
+    def errors(self, solution):
+        found = strip.errors(solution)
+        return {name: found[name] for name in self.measures}
+
+
+def rule(places):
+    """Points and weights between the ends of `places`, graded to each of them."""
+    borders = [np.arange(places[0], places[-1], CELL), places]
+    shares = 0.5**np.arange(1, GRADES)
+    for left, right in zip(places, places[1:]):
+        borders += [left + (right - left)*shares, right - (right - left)*shares]
+    borders = np.unique(np.concatenate(borders))
+    points, weights = np.polynomial.legendre.leggauss(POINTS)
+    half = np.diff(borders)[:, None]/2
+    return ((borders[:-1, None] + half) + half*points).ravel(), (half*weights).ravel()
+
+
+ALPHAS = (0.05, 0.25, 1.0)
+SCENES = {scene.name: scene for scene in (
+    StripScene(), LineScene("classical", "unilateral", 1.0, CLASSICAL),
+    *(LineScene(f"{law}-{alpha:g}", law, alpha) for law in ("microblock", "unilateral") for alpha in ALPHAS))}
+QUICK = ("strip", "classical", "microblock-0.25")
