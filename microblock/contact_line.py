@@ -11,7 +11,7 @@ from numpy.polynomial.legendre import legvander
 from .errors import NotConverged
 from .halfplane import coalescence_exponent
 from .line_state import Estimate, LineState
-from .panels import SLIVER, half_line, log_response, make_panels, response, zone_edges
+from .panels import SLIVER, half_line, log_response, make_panels, response
 
 TABLE_ERROR = 5e-15  # of the kernels as a rule, 2e-14 at most: see `halfplane.Kernels`
 EDGE_STEPS = 40      # of Newton's method for the edges
@@ -118,32 +118,46 @@ def _moved(line, load, zones, coefficients, tolerance):
 
     That is K0/sqrt(r), not K0/K1: next to coalescence an edge cannot be told from the next, and need not be.
     """
-    edges = zone_edges(zones)
-    edges = sorted({*edges, *(-edge for edge in edges)}) if line.mirror else edges
+    steps, missing = _steps(line, zones, coefficients)
+    edges = sorted(steps)
     width = edges[-1] - edges[0]
-    moved, errors, least = {}, [0.0], MERGED*tolerance*width
-    all_ends = [end for pair in line.ends.values() for end in pair]
+    missed = {edge: float(MISSED*part*np.sqrt(width)/load) for edge, part in missing.items()}
+    least, ends = MERGED*tolerance*width, [end for pair in line.ends.values() for end in pair]
+
+    def new(corner, edge):
+        nearest, *others = sorted((other for other in edges if other != edge), key=lambda other: abs(other - edge))
+        way, step = abs(nearest - edge), steps[edge]
+        if way < least and missed[edge] > tolerance:
+            raise NotConverged(f"two edges run into each other at x = {edge:g}: another topology of the zones")
+        # two neighbours may drift together further than they may come near to each other
+        drift = (step + steps[nearest])/2 if others and np.isfinite((step, steps[nearest])).all() else 0.0
+        if drift:
+            room = LONGEST_MOVE*min(abs(other - each) for other in others for each in (edge, nearest))
+            drift = np.clip(drift, -room, room)
+        # drawn to where the obstacle ends for the other corner, an edge has to get past it
+        past = np.isinf(step) and any(abs(edge + np.sign(step)*way - end) < SLIVER*width for end in ends)
+        longest = PAST*way if past else LONGEST_MOVE*way
+        return float(np.clip(edge + drift + np.clip(step - drift, -longest, longest), *line.ends.get(corner, (-np.inf, np.inf))))
+
+    moved = {corner: tuple((new(corner, left), new(corner, right)) for left, right in intervals)
+             for corner, intervals in zones.items()}
+    return moved, max(missed.values(), default=0.0)
+
+
+def _steps(line, zones, coefficients):
+    """{edge: step along x} and {edge: |K0|} of all edges, also those known by symmetry."""
+    steps, missing = {}, {}
     for corner, intervals in zones.items():
-        new = []
+        limits = line.ends.get(corner, ())
         for left, right in intervals:
-            limits = line.ends.get(corner, (-np.inf, np.inf))
-            right_step = _step(coefficients[corner, float(right), -1], right in limits)
-            left_step = right_step if half_line(line) else _step(coefficients[corner, float(left), 1], left in limits)
-            pair = []
-            for edge, sign, (outwards, missing) in ((left, -1, left_step), (right, 1, right_step)):
-                step = sign*outwards
-                way = min(abs(edge - other) for other in edges if other != edge)
-                missed = float(MISSED*missing*np.sqrt(width)/load)
-                if way < least and missed > tolerance:
-                    raise NotConverged(f"two edges run into each other at x = {edge:g}: another topology of the zones")
-                errors.append(missed)
-                # drawn to where the obstacle ends for the other corner, an edge has to get past it
-                past = np.isinf(step) and any(abs(edge + np.sign(step)*way - end) < SLIVER*width for end in all_ends)
-                longest = PAST*way if past else LONGEST_MOVE*way
-                pair.append(float(np.clip(edge + np.clip(step, -longest, longest), *limits)))
-            new.append(tuple(pair))
-        moved[corner] = tuple(new)
-    return moved, max(errors)
+            for edge, side in ((left, 1), (right, -1)):
+                if half_line(line) and edge == left:
+                    continue
+                outwards, part = _step(coefficients[corner, float(edge), side], edge in limits)
+                steps[edge], missing[edge] = -side*outwards, part
+                if line.mirror:
+                    steps[-edge], missing[-edge] = side*outwards, part
+    return steps, missing
 
 
 def _step(coefficients, ending):

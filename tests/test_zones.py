@@ -119,3 +119,12 @@ def test_events_under_a_wedge():
     assert kinds[:2] == [("born", "full"), ("merged", "contact")]
     assert kinds.count(("born", "A")) == kinds.count(("born", "B")) == 1
     assert all(event.load_error < 1e-3*event.load for event in found if event.load > 0)
+
+
+def test_two_edges_drift_together():
+    """Close to coalescence A's and B's inner edges are 1e-5 of the width apart, and have to move by a hundred times that."""
+    here = Contact(HalfPlane(Cosserat(E=1.0, nu=-0.5, ell=10**-1.3125, beta=0.1)), obstacles.Cylinder(1.0), Microblock(0.03125))
+    state = here.at(10**-2.125)
+    (inner, _), = state.zones[0]
+    (_, other), = state.zones[1]
+    assert state.error_estimate <= 1e-3 and abs(inner - other) < 1e-3*(state.x[-1] - state.x[0])
