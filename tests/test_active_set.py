@@ -10,7 +10,7 @@ from microblock.errors import BadArgument, MicroblockError, NotConverged
 
 PROBLEMS = 10_000
 KINDS = ("plain", "indefinite", "inf", "weights", "duplicates", "ties", "pairs", "singular", "rigid", "tiny")
-KKT = 1e-10      # asked for in issue 3; the solver aims at 1e-15
+KKT = 1e-10      # what is promised; the solver aims at 1e-15
 
 
 def spd(rng, m, rank=None):
