@@ -7,10 +7,11 @@ import numpy as np
 
 from microblock import active_set
 from microblock.adapt import climb
+from microblock.body_state import zones_of
 from microblock.errors import BadArgument
 from microblock.fitted import LADDER, FittedContact
 from microblock.halfplane import coalescence_exponent
-from microblock.observables import common, joined, zone_changes
+from microblock.observables import zone_changes
 from microblock.surface_state import difference
 from microblock.uniform import UniformContact
 
@@ -147,13 +148,4 @@ def _named(scene, x, closed):
         closed[:, 0] = closed[:, 0].any()      # one multiplier on the axis
         closed = np.column_stack((closed[::-1, :0:-1], closed))
         x = np.concatenate((-x[:0:-1], x))
-    borders = np.concatenate((x[:1], (x[1:] + x[:-1])/2, x[-1:]))
-    own = []
-    for flags in closed:
-        flags = flags | np.concatenate(([False], flags[:-2] & flags[2:], [False]))      # one node may close after its neighbours
-        jumps = np.diff(np.concatenate(([False], flags, [False])).astype(int))
-        starts, stops = np.flatnonzero(jumps == 1), np.flatnonzero(jumps == -1)
-        own.append([(float(borders[i]), float(borders[j])) for i, j in zip(starts, stops)])
-    if len(own) == 1:
-        return {"A": [], "B": [], "full": [], "contact": own[0]}
-    return {"A": own[0], "B": own[1], "full": common(*own), "contact": joined(own[0] + own[1])}
+    return zones_of(x, closed, scene.law)

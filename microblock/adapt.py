@@ -1,6 +1,6 @@
 """Ask for an accuracy, not for a mesh: climb a ladder of discretisations until it is reached."""
 
-from .errors import BadArgument, NotConverged, require_finite
+from .errors import NotConverged, require_tolerance
 
 
 def climb(solve, ladder, distance, rtol):
@@ -25,9 +25,7 @@ def climb(solve, ladder, distance, rtol):
     NotConverged
         At the end of the ladder, with the best estimate seen as `reached`.
     """
-    require_finite(rtol=rtol)
-    if not 0 < rtol < 1:
-        raise BadArgument("rtol", rtol, "must satisfy 0 < rtol < 1")
+    require_tolerance(rtol)
     coarse, best = None, float("inf")
     for rung in ladder:
         fine = solve(rung)

@@ -14,7 +14,7 @@ from . import active_set
 from .body import Body
 from .body_state import BodyState, zones_of
 from .condensation import Condensed
-from .errors import BadArgument, require_finite
+from .errors import BadArgument, require_positive
 from .observables import zone_changes
 from .path import Event
 from .refined import refine_until
@@ -69,9 +69,7 @@ class BodyContact:
         NotConverged
             If supports leave a rigid motion free, or the estimate stays above rtol.
         """
-        require_finite(load=load)
-        if not load > 0:
-            raise BadArgument("load", load, "must be positive")
+        require_positive(load=load)
         if rtol is not None:
             return refine_until(self, load, rtol)
         flexibility, gaps, share = self._system
@@ -85,9 +83,7 @@ class BodyContact:
         """
         if rtol is not None:
             return self.at(last, rtol).scene.load(last)
-        require_finite(load=last)
-        if not last > 0:
-            raise BadArgument("load", last, "must be positive")
+        require_positive(load=last)
         return BodyPath(self, last)
 
     def on(self, mesh):

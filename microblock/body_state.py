@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from . import plots
-from .observables import contact_zones
+from .law import corner_shifts
+from .observables import contact_zones, distance_to_ends, runs
 
 
 @dataclass(frozen=True)
@@ -113,11 +114,8 @@ class BodyState:
 
     def tamed(self, x):
         """1; near ends of the obstacle, where the pressure is infinite, the distance from them over half of its width."""
-        ends = getattr(self.scene.obstacle, "ends", ())
-        half = self.nodes.compliance.ell/2
-        shifts = (0.0,) if len(self.law.corners) == 1 else (half, -half)
-        return np.min([np.ones_like(x), *(2*np.abs(x - end - shift)/(ends[-1] - ends[0])
-                                          for end in ends for shift in shifts)], axis=0)
+        shifts = corner_shifts(self.law, self.nodes.compliance.ell)
+        return distance_to_ends(x, getattr(self.scene.obstacle, "ends", ()), shifts)
 
     def difference(self, pressure):
         """max(|dp|, |dM|/ell)/|p| in L2 over the surface from pressures of another kind, `pressure(corner number, x)`.
@@ -150,7 +148,5 @@ def zones_of(x, closed, law):
     own = []
     for flags in closed:
         flags = flags | np.concatenate(([False], flags[:-2] & flags[2:], [False]))      # one node may close after its neighbours
-        jumps = np.diff(np.concatenate(([False], flags, [False])).astype(int))
-        own.append([(float(borders[i]), float(borders[j]))
-                    for i, j in zip(np.flatnonzero(jumps == 1), np.flatnonzero(jumps == -1))])
+        own.append([(float(borders[first]), float(borders[last + 1])) for first, last in runs(flags)])
     return contact_zones(dict(enumerate(own)), law.corners)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.polynomial.legendre import legvander
 
 from .errors import NotConverged
-from .halfplane import coalescence_exponent
 from .line_state import Estimate, LineState
+from .meeting import extrapolated
 from .panels import SLIVER, half_line, log_response, make_panels, response
 
 TABLE_ERROR = 5e-15  # of the kernels as a rule, 2e-14 at most: see `halfplane.Kernels`
@@ -193,19 +193,6 @@ def coalescence(line, outer, order=14):
     """Load at which two symmetric zones of partial contact touch: (load, its error).
 
     With the inner edge at the distance b the load misses it by b^(2 s) and b^(4 s), where p ~ x^s at coalescence
-    (`halfplane.coalescence_exponent`): two Richardson steps on shrinking b, from the side of a gap and from that of an
-    overlap. The error is the larger of the last correction and the distance of the two sides.
+    (`halfplane.coalescence_exponent`), so that the limit is extrapolated (`meeting.extrapolated`).
     """
-    exponent = coalescence_exponent(line.solid)
-    limits, corrections = [], []
-    for side in (1, -1):
-        column = []
-        for digits in INNER_EDGES:
-            load, outer = load_at_inner_edge(line, side*line.solid.ell*10.0**-digits, outer, order)
-            column.append(load)
-        for power in (2, 4):
-            ratio = 10.0**(-power*exponent*(INNER_EDGES[1] - INNER_EDGES[0]))
-            column = [(fine - ratio*coarse)/(1 - ratio) for coarse, fine in zip(column, column[1:])]
-        limits.append(column[-1])
-        corrections.append(abs(column[-1] - column[-2]))
-    return sum(limits)/2, max(*corrections, abs(limits[0] - limits[1]))
+    return extrapolated(lambda inner, outer: load_at_inner_edge(line, inner, outer, order), line.solid, INNER_EDGES, outer)

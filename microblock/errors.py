@@ -36,6 +36,21 @@ class NotConverged(MicroblockError, RuntimeError):
         self.reached, self.iterations = reached, iterations
 
 
+def require_positive(**arguments):
+    """Raise BadArgument for the first argument that is no positive, finite number."""
+    require_finite(**arguments)
+    for name, value in arguments.items():
+        if not value > 0:
+            raise BadArgument(name, value, "must be positive")
+
+
+def require_tolerance(rtol):
+    """Raise BadArgument unless rtol is a relative tolerance."""
+    require_finite(rtol=rtol)
+    if not 0 < rtol < 1:
+        raise BadArgument("rtol", rtol, "must satisfy 0 < rtol < 1")
+
+
 def require_finite(**arguments):
     """Raise BadArgument for the first argument that is no finite real number."""
     for name, value in arguments.items():

@@ -18,8 +18,9 @@ import numpy as np
 from . import active_set
 from .body import Body
 from .condensation import Condensed
-from .errors import BadArgument, NotConverged, require_finite
+from .errors import BadArgument, NotConverged, require_tolerance
 from .ground import GroundScene
+from .law import corner_shifts
 from .meshes import Ground, falling_orders, graded
 from .surface_state import Estimate, difference, surface_state
 
@@ -75,9 +76,7 @@ class FittedContact(GroundScene):
             If the ladder ends above rtol, or the zones are not found; `reached` is the smallest estimate.
         """
         self.check_load(load)
-        require_finite(rtol=rtol)
-        if not 0 < rtol < 1:
-            raise BadArgument("rtol", rtol, "must satisfy 0 < rtol < 1")
+        require_tolerance(rtol)
         zones, passes = (near.zones, 0) if near else self.topology(load)
         zones, passes = self._located(load, zones, passes)
         coarse, best, first = None, math.inf, _first_rung(rtol)
@@ -196,7 +195,7 @@ class FittedContact(GroundScene):
 
     def _features(self, ground):
         """The same for kinks and ends, within the reach."""
-        kinks = [kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in self.shifts()]
+        kinks = [kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in corner_shifts(self.law, self.solid.ell)]
         left, right = ground.reach
         return sorted({abs(x) if self.symmetric else x for x in (*kinks, *self.ends())
                        if left < (abs(x) if self.symmetric else x) < right or x == 0 == left})

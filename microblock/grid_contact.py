@@ -6,8 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from . import projected_cg
-from .errors import BadArgument, NotConverged, require_finite
+from .errors import BadArgument, NotConverged, require_finite, require_tolerance
 from .grid import Cells, PeriodicHalfPlane
+from .observables import runs
 
 FIRST, MOST = 128, 2**21       # cells of the coarsest and finest grid that rtol may ask for
 COARSEST = 1024                # at which halving a given number of cells ends, after two halvings at the earliest
@@ -48,10 +49,8 @@ class GridState:
     def zones(self):
         """{corner number: array (k, 2) of the intervals of cells with pressure}."""
         half = self.weights[0]/2
-        flags = np.pad((self.pressures > 0).astype(int), ((0, 0), (1, 1)))
-        change = np.diff(flags, axis=1)
-        return {number: np.column_stack((self.x[np.flatnonzero(row == 1)] - half, self.x[np.flatnonzero(row == -1) - 1] + half))
-                for number, row in enumerate(change)}
+        return {number: np.array([(self.x[first] - half, self.x[last] + half) for first, last in runs(own > 0)]).reshape(-1, 2)
+                for number, own in enumerate(self.pressures)}
 
 
 @dataclass(frozen=True)
@@ -116,9 +115,7 @@ class GridContact:
             *_, last = self._states(load, approach, halvings(nodes), residual)
             return last
         rtol = 1e-2 if rtol is None else rtol
-        require_finite(rtol=rtol)
-        if not 0 < rtol < 1:
-            raise BadArgument("rtol", rtol, "must satisfy 0 < rtol < 1")
+        require_tolerance(rtol)
         doublings = FIRST*2**np.arange(int(np.log2(MOST/FIRST)) + 1)
         for state in self._states(load, approach, doublings, residual):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= 4*FIRST:

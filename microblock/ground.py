@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import obstacles
-from .errors import BadArgument, NotConverged, require_finite
-from .law import Microblock
+from .errors import BadArgument, NotConverged, require_positive
+from .law import corner_shifts, symmetric
+from .observables import runs
 from .panels import Line
 
 
@@ -35,9 +35,7 @@ class GroundScene:
     @property
     def symmetric(self):
         """Whether obstacle and blocks are known to be symmetric about x = 0: then half the body is modelled."""
-        even = isinstance(self.obstacle, (obstacles.Plane, obstacles.Cylinder, obstacles.Wedge)) or (
-            isinstance(self.obstacle, obstacles.Punch) and self.obstacle.tilt == 0)
-        return even and (not isinstance(self.law, Microblock) or (not callable(self.law.psi0) and self.law.psi0 == 0))
+        return symmetric(self.law, self.obstacle)
 
     @property
     def line(self):
@@ -66,9 +64,7 @@ class GroundScene:
             pressures = np.where(x == 0, pressures.mean(axis=0), pressures)
         zones = {}
         for corner, (own, p) in enumerate(zip(closed, pressures)):
-            jumps = np.diff(np.concatenate(([False], own, [False])).astype(int))
-            runs = zip(np.flatnonzero(jumps == 1), np.flatnonzero(jumps == -1) - 1)
-            zones[corner] = tuple((self._end(x, p, i, j, -1), self._end(x, p, j, i, 1)) for i, j in runs)
+            zones[corner] = tuple((self._end(x, p, i, j, -1), self._end(x, p, j, i, 1)) for i, j in runs(own))
         return zones
 
     def _end(self, x, p, i, j, side):
@@ -82,17 +78,10 @@ class GroundScene:
         step, fall = x[i] - x[i - side], p[i - side]**2 - p[i]**2
         return float(x[i] + side*min(outside, abs(step)*p[i]**2/fall if fall > 0 else outside))
 
-    def shifts(self):
-        """What the contact point lies right of each corner, or of itself."""
-        half = self.solid.ell/2
-        return (0.0,) if len(self.law.corners) == 1 else (half, -half)
-
     def ends(self):
         """Abscissae of the contact point at which a corner meets an end of the obstacle."""
-        return [end + shift for end in getattr(self.obstacle, "ends", ()) for shift in self.shifts()]
+        return [end + shift for end in getattr(self.obstacle, "ends", ()) for shift in corner_shifts(self.law, self.solid.ell)]
 
     def check_load(self, load):
         """BadArgument unless the load is a positive number."""
-        require_finite(load=load)
-        if not load > 0:
-            raise BadArgument("load", load, "must be positive")
+        require_positive(load=load)

@@ -109,3 +109,15 @@ def traction(multipliers):
 def micromoment(multipliers, levers, ell):
     """M of (29) from multipliers and levers of all corners."""
     return -ell/2*sum(levers[corner]*multiplier for corner, multiplier in multipliers.items())
+
+
+def corner_shifts(law, ell):
+    """What the contact point lies right of each corner, or of itself, as far as S is horizontal."""
+    return (0.0,) if len(law.corners) == 1 else (ell/2, -ell/2)
+
+
+def symmetric(law, obstacle):
+    """Whether obstacle and blocks are known to be symmetric about x = 0."""
+    even = isinstance(obstacle, (obstacles.Plane, obstacles.Cylinder, obstacles.Wedge)) or (
+        isinstance(obstacle, obstacles.Punch) and obstacle.tilt == 0)
+    return even and (not isinstance(law, Microblock) or (not callable(law.psi0) and law.psi0 == 0))

@@ -1,4 +1,4 @@
-"""The load at which two symmetric zones of partial contact meet on the axis, by fitted finite elements.
+"""The load at which two symmetric zones of partial contact meet on the axis: its limit, and by fitted finite elements.
 
 The inner edge is prescribed and the load left free: on one mesh the coefficients of the pressure at the edges are affine in
 the load, and the load is right where K0 of the inner edge vanishes. With the edge at the distance b from the axis it misses
@@ -19,20 +19,34 @@ STEPS = 12
 def coalescence(scene, order=9, levels=5):
     """Load (force per thickness) at which the zones of a symmetric FittedContact meet, and its error.
 
-    The error is the larger of the last correction and the distance of the two sides; the order's own error is not in it:
-    compare two of them.
+    The order's own error is not in it: compare two of them.
     """
     if not scene.symmetric or len(scene.law.corners) != 2:
         raise BadArgument("scene", scene, "must be a symmetric one of microblocks")
-    exponent, outer = coalescence_exponent(scene.solid), OUTER_AT_TOUCH*scene.solid.ell
-    limits, corrections = [], []
+    return extrapolated(lambda inner, outer: load_at_inner_edge(scene, inner, outer, order, levels), scene.solid,
+                        INNER_EDGES, OUTER_AT_TOUCH*scene.solid.ell)
+
+
+def extrapolated(load_at, solid, inner_edges, outer):
+    """Limit of the load for an inner edge on the axis, and its error.
+
+    Two Richardson steps, from the side of a gap and from that of an overlap; the error is the larger of the last correction
+    and the distance of the two sides.
+
+    Parameters
+    ----------
+    load_at : (inner edge, first guess of the outer one) -> (load, outer edge)
+    inner_edges : -log10 of the inner edges over ell, equally spaced
+    outer : first guess of the outer edge (length)
+    """
+    exponent, limits, corrections = coalescence_exponent(solid), [], []
     for side in (1, -1):
         column = []
-        for digits in INNER_EDGES:
-            load, outer = load_at_inner_edge(scene, side*scene.solid.ell*10.0**-digits, outer, order, levels)
+        for digits in inner_edges:
+            load, outer = load_at(side*solid.ell*10.0**-digits, outer)
             column.append(load)
         for power in (2, 4):
-            ratio = 10.0**(-power*exponent*(INNER_EDGES[1] - INNER_EDGES[0]))
+            ratio = 10.0**(-power*exponent*(inner_edges[1] - inner_edges[0]))
             column = [(fine - ratio*coarse)/(1 - ratio) for coarse, fine in zip(column, column[1:])]
         limits.append(column[-1])
         corrections.append(abs(column[-1] - column[-2]))

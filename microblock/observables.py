@@ -107,3 +107,17 @@ def largest(function, x, tolerance=1e-7):
     places = sorted(place for value, place in peaks if value >= top*(1 - 1e-9))
     apart = [place for number, place in enumerate(places) if number == 0 or place - places[number - 1] > 1e-6*(x[-1] - x[0])]
     return top, apart
+
+
+def runs(flags):
+    """First and last index of each run of True in a boolean array (n,): [(first, last), ...]."""
+    steps = np.diff(np.concatenate(([False], flags, [False])).astype(int))
+    return list(zip(np.flatnonzero(steps == 1), np.flatnonzero(steps == -1) - 1))
+
+
+def distance_to_ends(x, ends, shifts):
+    """1; near ends (left, right) of the obstacle, where the pressure is infinite, the distance over half of its width.
+
+    As a weight at x, array (n,), it makes the L2 norm finite. `shifts`: of the contact points from the obstacle's places.
+    """
+    return np.min([np.ones_like(x), *(2*np.abs(x - end - shift)/(ends[-1] - ends[0]) for end in ends for shift in shifts)], axis=0)

@@ -15,6 +15,7 @@ from scipy.special import betainc, eval_legendre
 from scipy.stats import beta
 
 from .halfplane import gauss_rule, kernels, short_waves
+from .law import corner_shifts
 
 NEAR = 1.0           # panel lengths within which the kernel's logarithm asks for a quadrature of its own
 CLUSTER = 8          # which puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
@@ -45,9 +46,7 @@ class Line:
 
     @property
     def _shifts(self):
-        """Of the contact point from the place of the obstacle that a corner meets there."""
-        half = self.solid.ell/2
-        return (0.0,) if len(self.law.corners) == 1 else (half, -half)
+        return corner_shifts(self.law, self.solid.ell)
 
     @cached_property
     def kinks(self):

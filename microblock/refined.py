@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import ngsolve as ng
 import numpy as np
 
-from .errors import BadArgument, NotConverged, require_finite
+from .errors import NotConverged, require_tolerance
 from .facets import lobatto, outward_sides
 from .panels import lagrange
 
@@ -128,9 +128,7 @@ def refine_until(scene, load, rtol):
     NotConverged
         If that takes more than MOST unknowns or PASSES passes; `reached` is the smallest estimate.
     """
-    require_finite(rtol=rtol)
-    if not 0 < rtol < 1:
-        raise BadArgument("rtol", rtol, "must satisfy 0 < rtol < 1")
+    require_tolerance(rtol)
     best = math.inf
     for passes in range(1, PASSES + 1):
         state = scene.at(load)

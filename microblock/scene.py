@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass, replace
 
-from . import contact_line, line_state, obstacles, topology
+from . import contact_line, line_state, topology
 from .panels import Line, half_line
 from .path import LinePath
 from .adapt import climb
-from .errors import BadArgument, NotConverged, require_finite
-from .law import Microblock
+from .errors import BadArgument, NotConverged, require_positive, require_tolerance
+from .law import symmetric
 
 OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of partial contact touch: a first guess
 ORDERS = (6, 10, 14, 18, 22, 26)
@@ -45,9 +45,7 @@ class Contact:
     @property
     def symmetric(self):
         """Whether obstacle and blocks are known to be symmetric about x = 0."""
-        even = isinstance(self.obstacle, (obstacles.Plane, obstacles.Cylinder, obstacles.Wedge)) or (
-            isinstance(self.obstacle, obstacles.Punch) and self.obstacle.tilt == 0)
-        return even and (not isinstance(self.law, Microblock) or (not callable(self.law.psi0) and self.law.psi0 == 0))
+        return symmetric(self.law, self.obstacle)
 
     def at(self, load, rtol=1e-3, order=None, near=None):
         """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
@@ -66,11 +64,9 @@ class Contact:
         NotConverged
             If the accuracy is out of reach, or the zones are not found.
         """
-        require_finite(load=load)
-        if not load > 0:
-            raise BadArgument("load", load, "must be positive")
-        if order is None and not 0 < rtol < 1:
-            raise BadArgument("rtol", rtol, "must satisfy 0 < rtol < 1")
+        require_positive(load=load)
+        if order is None:
+            require_tolerance(rtol)
         ladder = ORDERS if order is None else (order,)
         tolerance = EDGE_SHARE*rtol if order is None else FIXED_ORDER_EDGES
         failure = None
@@ -88,9 +84,7 @@ class Contact:
 
     def load(self, last, rtol=1e-3):
         """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load."""
-        require_finite(load=last)
-        if not last > 0:
-            raise BadArgument("load", last, "must be positive")
+        require_positive(load=last)
         return LinePath(self, last, rtol)
 
     def _trials(self, load, near, orders):

@@ -9,6 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from .condensation import ContactNodes
+from .law import corner_shifts
+from .observables import distance_to_ends
 from .panels import Line
 
 
@@ -193,7 +195,8 @@ def difference(coarse, fine):
     Next to an end of the obstacle, where the pressure is infinite, the distance from the end is the weight.
     """
     x, ell = fine.x, fine.line.solid.ell
-    weights = fine.weights*_tamed(fine)
+    shifts = corner_shifts(fine.line.law, ell)
+    weights = fine.weights*distance_to_ends(x, getattr(fine.line.obstacle, "ends", ()), shifts)
     p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
     total = fine.pressures.sum(axis=0)
     errors = [weights @ (p.sum(axis=0) - total)**2]
@@ -203,12 +206,3 @@ def difference(coarse, fine):
     elif fine.line.law.clamps_rotation:
         errors.append(weights @ ((coarse.clamping(x) - fine.micromoment)*(total > 0)/ell)**2)
     return float(np.sqrt(max(errors)/(weights @ total**2)))
-
-
-def _tamed(state):
-    """1, near the obstacle's ends the distance from them over half of its width."""
-    ends = getattr(state.line.obstacle, "ends", ())
-    half = state.line.solid.ell/2
-    shifts = (0.0,) if len(state.pressures) == 1 else (half, -half)
-    return np.min([np.ones_like(state.x), *(2*np.abs(state.x - end - shift)/(ends[-1] - ends[0])
-                                            for end in ends for shift in shifts)], axis=0)

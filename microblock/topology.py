@@ -3,8 +3,9 @@
 import numpy as np
 
 from . import active_set
-from .line_state import violations
 from .errors import NotConverged
+from .line_state import violations
+from .observables import runs
 from .panels import half_line
 
 CELLS = (80, 160)     # of the coarse grid; finer while no zones fit
@@ -61,14 +62,8 @@ def _intervals(line, x, closed):
     for corner in line.corners:
         first, last = line.ends.get(corner, (-np.inf, np.inf))
         zones[corner] = tuple((_snap(x[i] - width/2, first, width), _snap(x[j] + width/2, last, width))
-                              for i, j in _runs(closed[corner]))
+                              for i, j in runs(closed[corner]))
     return zones
-
-
-def _runs(flags):
-    """First and last index of each run of True."""
-    steps = np.diff(np.concatenate(([False], flags, [False])).astype(int))
-    return list(zip(np.flatnonzero(steps == 1), np.flatnonzero(steps == -1) - 1))
 
 
 def _snap(edge, end, width):
@@ -145,7 +140,7 @@ def mended(state):
     for corner, (x, wrong) in violations(state).items():
         intervals = list(state.zones[corner])
         edges = np.array(intervals).ravel()
-        for first, last in _runs(wrong > tolerated(state.panels.order)):
+        for first, last in runs(wrong > tolerated(state.panels.order)):
             left = (x[first - 1] + x[first])/2 if first else x[first]
             right = (x[last] + x[last + 1])/2 if last + 1 < len(x) else x[last]
             intervals = _toggled(intervals, left, right, inside=bool(np.searchsorted(edges, (left + right)/2) % 2))
