@@ -1,0 +1,37 @@
+"""Runs of the study `limits` in worker processes, each with a limit of its wall time."""
+
+import multiprocessing
+from concurrent.futures import TimeoutError, as_completed
+
+from pebble import ProcessExpired, ProcessPool
+
+from cases.limits_maps import MEASURES, attempt
+
+START = 30.0      # seconds that a new worker may take for its imports
+
+
+def records(work, workers, limit, progress):
+    """Answers of `attempt` in the order of `work`, [(run, setting)]; `progress()` is called after each.
+
+    A run beyond `limit` seconds is stopped along with its process; so is one whose process dies.
+    """
+    found = [None]*len(work)
+    spawn = multiprocessing.get_context("spawn")      # a fresh NGSolve: forked ones share its task manager's locks
+    with ProcessPool(workers, context=spawn) as pool:
+        for waiting in [pool.schedule(int, timeout=START) for _ in range(workers)]:
+            waiting.result()
+        numbers = {pool.schedule(attempt, (run, setting), timeout=limit): number for number, (run, setting) in enumerate(work)}
+        for future in as_completed(numbers):
+            found[numbers[future]] = _answer(future, limit)
+            progress()
+    return found
+
+
+def _answer(future, limit):
+    blank = dict.fromkeys(MEASURES)
+    try:
+        return future.result()
+    except TimeoutError:
+        return {**blank, "kind": "time limit", "message": f"stopped after {limit:g} s"}
+    except ProcessExpired as failure:
+        return {**blank, "kind": "crash", "message": f"the process died with exit code {failure.exitcode}"}
