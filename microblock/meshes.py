@@ -141,11 +141,11 @@ def _face(ground, tips, spacing):
     return occ.OCCGeometry(face, dim=2)
 
 
-def uniform(ground, h):
+def uniform(ground, h, quads=True):
     """Squares of side h (length) for 0 < |x1| < reach and as deep, from there growing geometrically to the far field.
 
     The paper's mesh: with h a fiftieth of a_Hz, the reach 2 a_Hz and the domain 18 a_Hz it has 130 000 unknowns. The whole
-    surface is the boundary "contact".
+    surface is the boundary "contact". With ``quads=False`` each element is cut into two triangles.
     """
     require_finite(h=h)
     reach = ground.reach[1]
@@ -154,7 +154,7 @@ def uniform(ground, h):
     lines = _uniform_lines(reach, ground.far, h)
     across = lines if ground.half else np.concatenate((-lines[:0:-1], lines))
     nx, ny = len(across) - 1, len(lines) - 1
-    mesh = MakeStructured2DMesh(quads=True, nx=nx, ny=ny,
+    mesh = MakeStructured2DMesh(quads=quads, nx=nx, ny=ny,
                                 mapping=lambda x, y: (across[round(x*nx)], -lines[ny - round(y*ny)]))
     names = {"top": "contact", "bottom": "bottom", "right": "side", "left": "axis" if ground.half else "side"}
     for number, name in enumerate(mesh.GetBoundaries()):

@@ -44,7 +44,8 @@ class State:
     fields : Fields
     psi : array (n,), microrotation at the contact nodes
     gaps, multipliers, closed : {corner: array (n,)}
-        Gaps (22), effective multipliers lambda <= 0 of (40) (stress) and whether the corner is closed.
+        Gaps (22), effective multipliers lambda <= 0 of (40) (stress) and whether the corner is closed; by Gauss's rule
+        the multipliers as they are, which may pull, and gaps that vanish in the mean only.
     traction, micromoment : arrays (n,), t_n and M of (29); where psi is prescribed the corners share
         what symmetry cannot tell apart, and M is the law's part of the reaction
     iterations : int
@@ -98,6 +99,8 @@ class Newton:
             raise BadArgument("method", method, f"must be one of {', '.join(METHODS)}")
         if control not in CONTROLS:
             raise BadArgument("control", control, f"must be one of {', '.join(CONTROLS)}")
+        if method != "al" and not facets.nodal:
+            raise BadArgument("rule", "gauss", "belongs to the method al")
         self.body, self.facets, self.method, self.control = body, facets, method, control
         self.rho = default_rho(body, method) if rho is None else rho
         require_finite(rho=self.rho)
@@ -202,8 +205,9 @@ class Newton:
     def _touches(self, unknowns):
         """Approaches at which the corners that can touch would do so, the body staying as it is."""
         unknowns.vec[self._approach] = 0.0
-        return np.concatenate([(gap/self.facets.normals[:, 1])[self.facets.can_touch[corner]]
-                               for corner, gap in self._gaps(unknowns).items()])
+        ahead = {corner: gap/self.facets.normals[:, 1] for corner, gap in self._gaps(unknowns).items()}
+        return np.concatenate([values[self.facets.can_touch[corner]] if self.facets.nodal else self.facets.at_rule(values)
+                               for corner, values in ahead.items()])
 
     def _first_touch(self, load):
         """The state of load 0: the unloaded body just touched."""
@@ -230,19 +234,24 @@ class Newton:
         augmented = {corner: own[corner] + self.rho*np.where(self.facets.can_touch[corner], gap, np.inf)
                      for corner, gap in gaps.items()}
         closed = {corner: value <= 0 for corner, value in augmented.items()}
-        forces = {corner: np.where(closed[corner], value, 0.0) for corner, value in augmented.items()}
+        forces = {corner: np.where(closed[corner], value, 0.0) if self.facets.nodal else own[corner]
+                  for corner, value in augmented.items()}
         residual = unknowns.vec.CreateVector()
         self.form.Apply(unknowns.vec, residual)
         unbalanced = residual.FV().NumPy()[:len(self._free_fields)][self._free_fields]
         parts = [_ratio(unbalanced, self._force(unknowns))]
         if self.method == "al":
             length = self._length(unknowns)
+        if self.method == "al" and not self.facets.nodal:      # (40) holds in the mean over each multiplier's function
+            for part in self._ranges[3:-1]:
+                parts.append(_ratio(residual.FV().NumPy()[part.start:part.stop]/self.facets.extents, length))
+        elif self.method == "al":
             stress = max(np.abs(force).max() for force in forces.values())
             parts += [_ratio(gaps[corner][closed[corner]], length) for corner in gaps]
             parts += [_ratio(own[corner] - forces[corner], stress) for corner in gaps]
         if self.control == "load":
             parts.append(_ratio(np.array([self._resultant(forces) - level]), abs(level)))
-        active = b"".join(mask.tobytes() for mask in closed.values())
+        active = b"".join((self.facets.at_rule(value) <= 0).tobytes() for value in augmented.values())
         return _Iterate(gaps, forces, closed, active, residual, max(parts))
 
     def _tolerance(self, factor, unknowns):
