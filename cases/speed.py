@@ -1,12 +1,16 @@
 """Speed against accuracy: time and unknowns over true error, one curve a method.
 
-Geometry   the strip of section 4.1; a cylinder on a half-plane for both laws, alpha = 0.05, 0.25, 1; its classical limit.
+Geometry   the strip of section 4.1; a cylinder on a half-plane for both laws, alpha = 0.01 (the layers), 0.05, 0.25, 1; its
+           classical limit.
 Equations  those of `strip` and `hertz`.
-Model      half-plane, fitted finite elements, uniform squares condensed (orders 1, 2, 4), the paper's way (bilinear, nodal
-           augmented Lagrangian, UMFPACK, square of 18 a_Hz), penalty with several rho, uniform cells, tamaas where installed.
+Model      half-plane, fitted finite elements, uniform squares and triangles condensed (orders 1, 2, 4, 6), the paper's way
+           (bilinear, nodal augmented Lagrangian, UMFPACK, square of 18 a_Hz), the same with triangles, of order 2, and with
+           Gauss's rule for the contact term, penalty with several rho, uniform cells, tamaas where installed. Rungs that take
+           a minute (the paper's own mesh) in one scene only, alpha = 0.25.
 Reference  the closed form (strip, Hertz ellipse); else panels of another kind (cases/reference_line.py), whose own error, the
            distance of two of its rungs, is the floor of the charts. Methods are told apart down to 100 times the floor.
-Look at    the slope of each curve; requested against obtained error; which rho is best on which mesh; where the time goes.
+Look at    the slope of each curve; requested against obtained error; which rho is best on which mesh; where the time goes;
+           pulling pressures (of Gauss's rule, and between the nodes of high order); psi in the layers.
 Tuned      in favour of others: rho of the penalty and period of tamaas, the best for each mesh, as only one knows who has the
            answer; cells are given the edge of the contact. Nothing where an accuracy is asked for.
 Units      processor seconds of one thread, setup (what further loads reuse) and solving apart, each the best of --repeats after
@@ -32,13 +36,14 @@ from microblock import plots  # noqa: E402
 from microblock.errors import BadArgument, MicroblockError  # noqa: E402
 from microblock.study import grouped, read_records, versions, write_records  # noqa: E402
 
-ONCE = 2.0             # seconds of a warm-up beyond which it counts itself
-ENOUGH = 2.0           # seconds of all runs of a setting, beyond which it is not repeated further
+ONCE = 1.0             # seconds of a warm-up beyond which it counts itself
+ENOUGH = 1.0           # seconds of all runs of a setting, beyond which it is not repeated further
 STOP = 5.0             # times dearer, at most, is the next rung of a ladder
 QUICK_RUNGS = 2        # settings of a ladder
 TUNED = ("penalty", "tamaas")      # by rho and by period, for each mesh
 BETTER = 100           # times, that a reference should be better than a method
-SETTINGS = ("rtol", "h", "order", "elements", "model", "solver", "rho", "domain", "nodes", "period", "residual")
+SETTINGS = ("rtol", "h", "order", "elements", "model", "solver", "rho", "domain", "shape", "rule", "nodes",
+            "period", "residual")
 # where the time goes: the functions whose cumulative time makes each phase, by what the profile calls them
 PHASES = {"mesh": ("uniform", "graded", "line", "column"), "assembly": ("_assemble", "AssembleLinearization"),
           "residual": ("Apply",), "factor": ("_factorise of condensation", "Inverse"),
@@ -78,7 +83,7 @@ def plan(parameters):
             continue
         for method in METHODS:
             if method.name in parameters.chosen(NAMES) and SCENES[name].kind in method.kinds and method.available:
-                settings = method.settings[:QUICK_RUNGS] if parameters.quick else method.settings
+                settings = method.rungs(SCENES[name])[:QUICK_RUNGS if parameters.quick else None]
                 found.append((SCENES[name], method, settings))
     return found
 
@@ -87,7 +92,7 @@ def blank(scene, method, setting):
     """Record of a setting that has not been run."""
     return {"scene": scene.name, **scene.parameters, "method": method.name, **{name: setting.get(name) for name in SETTINGS},
             "unknowns": None, "contact_nodes": None, "error": None, "error_p": None, "error_m": None, "error_psi": None,
-            "error_u": None, "floor": scene.floor, "judged": None, "setup": None, "solve": None, "spent": None, "repeats": 0,
+            "error_u": None, "floor": scene.floor, "floor_psi": scene.floor_psi, "pull": None, "swing": None, "judged": None, "setup": None, "solve": None, "spent": None, "repeats": 0,
             "iterations": None, "estimate": None, **{f"share_{name}": None for name in PHASES}, "best": None, "failure": None}
 
 
@@ -103,7 +108,7 @@ def measure(scene, method, setting, repeats):
         return {**row, "spent": clock() - start, "failure": f"{type(failure).__name__}: {' '.join(str(failure).split())}"}
     errors = scene.errors(answer.found)
     error = max(errors.values())
-    row.update(errors, error=error, judged=error >= BETTER*scene.floor, repeats=0 if answers[0] is answer else len(answers),
+    row.update(errors, **scene.remarks(answer), error=error, judged=error >= BETTER*scene.floor, repeats=0 if answers[0] is answer else len(answers),
                setup=min(one.setup for one in answers), solve=min(one.solve for one in answers))
     row.update({name: getattr(answer, name) for name in ("unknowns", "contact_nodes", "iterations", "estimate")})
     return {**row, **shares(profile, row["spent"])}

@@ -11,21 +11,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cases import peers, strip
+from cases import layers_fe, peers, strip
 from cases.speed_scenes import LOAD, OBSTACLE
 from microblock.fitted import FittedContact
 from microblock.grid_contact import GridContact, halvings
+from microblock import subsurface
 from microblock.halfplane import HalfPlane, kernels
 from microblock.uniform import UniformContact
 
 REACH = 2.0                # half-width and depth of the region of equal squares over a_Hz, the paper's
 PAPER_DOMAIN = 18.0        # over a_Hz
+PAPER_SCENE = "microblock-0.25"      # alone has the rungs that take a minute
 WIDENED = 1.1              # window of the cells over the outermost edge of the reference
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a run found: fields for the scene's measure, its size, and processor seconds."""
+    """What a run found: fields for the scene's measure, its size, and processor seconds; psi(x1, x2s) below the surface."""
 
     found: object
     unknowns: int
@@ -34,17 +36,23 @@ class Answer:
     solve: float
     iterations: int | None = None
     estimate: float | None = None
+    psi: Callable | None = None
 
 
 @dataclass(frozen=True)
 class Method:
-    """A curve of the charts; `settings` from the cheapest on, `kinds` of scenes that it can do."""
+    """A curve of the charts; `settings` from the cheapest on, `kinds` of scenes that it can do, `dear` settings for one scene."""
 
     name: str
     run: Callable
     settings: tuple
     kinds: tuple
     needs: str | None = None
+    dear: tuple = ()
+
+    def rungs(self, scene):
+        """Settings for a scene."""
+        return self.settings + (self.dear if scene.name == PAPER_SCENE else ())
 
     @property
     def available(self):
@@ -65,25 +73,35 @@ def half_plane(scene, rtol):
     ready = clock()
     state = contact.at(LOAD, rtol=rtol)
     return Answer(scene.fields(state), len(state.q) + 1, len(state.q), ready - start, clock() - ready, state.iterations,
-                  state.error_estimate)
+                  state.error_estimate, lambda x1, x2: subsurface.fields(state, x1, x2).psi)
 
 
 def fitted(scene, rtol):
     """Every load has meshes of its own: nothing is setup."""
     start = clock()
     state = FittedContact(scene.solid, OBSTACLE, scene.law).at(LOAD, rtol)
+    psi = _below(scene, state)
     return Answer(scene.fields(state), int(state.unknowns), len(state.body.weights), 0.0, clock() - start, state.iterations,
-                  state.estimate.total)
+                  state.estimate.total, psi)
 
 
-def uniform(scene, h, order=1, solver="condensed", rho=None, domain=math.inf):
+def _below(scene, state):
+    """(x1, x2s) -> psi of a state of finite elements; where a scene asks for it the back-substitution is part of the work."""
+    if not scene.deep:
+        return None
+    function = state.fields.psi
+    return lambda x1, x2: layers_fe.along(state, function, (x1,), x2)[0]
+
+
+def uniform(scene, h, order=1, solver="condensed", rho=None, domain=math.inf, shape="quadrilaterals", rule="nodal"):
     start = clock()
-    contact = UniformContact(scene.solid, OBSTACLE, scene.law, domain, h, order, REACH, solver, rho)
+    contact = UniformContact(scene.solid, OBSTACLE, scene.law, domain, h, order, REACH, solver, rho, shape, rule)
     contact.prepare()
     ready = clock()
     state, = contact.states([LOAD])
+    psi = _below(scene, state)
     return Answer(scene.fields(state), int(state.unknowns), len(state.body.weights), ready - start, clock() - ready,
-                  state.iterations)
+                  state.iterations, psi=psi)
 
 
 def cells(scene, nodes):
@@ -123,18 +141,36 @@ def ladder(name, values, **fixed):
     return tuple({name: value, **fixed} for value in values)
 
 
+def elements(hs, order, solver="condensed", **chosen):
+    """Settings of a uniform mesh: condensed on an unbounded domain, all else on the paper's."""
+    far = {} if solver == "condensed" else {"domain": PAPER_DOMAIN}
+    return ladder("h", hs, order=order, solver=solver, **{"shape": "quadrilaterals", "rule": "nodal", **far, **chosen})
+
+
 RHOS = tuple(10.0**power for power in range(1, 7))      # stress per length, E* = 2 over a_Hz = 1
+HS = {1: (0.4, 0.2, 0.1, 0.05), 2: (0.8, 0.4, 0.2, 0.1), 4: (2.0, 1.0, 0.5, 0.25), 6: (2.0, 1.0, 0.5)}      # by order
 STRIP_RHOS = 1e2, 1e3, 1e4, 1e5, 1e6, 1e8, 1e12        # over mu/H
 LINES = ("line", "classical")
+
+
+def penalties(hs):
+    """Settings of the penalty: each h with all of RHOS."""
+    return tuple(setting for h in hs for rho in RHOS for setting in elements((h,), 1, "penalty", rho=rho))
+
+
 METHODS = (
     Method("half-plane", half_plane, ladder("rtol", (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)), LINES),
     Method("fitted fe", fitted, ladder("rtol", (1e-2, 1e-3, 1e-4, 1e-5)), LINES),
-    Method("condensed, order 1", uniform, ladder("h", (0.4, 0.2, 0.1, 0.05), order=1), LINES),
-    Method("condensed, order 2", uniform, ladder("h", (0.8, 0.4, 0.2, 0.1), order=2), LINES),
-    Method("condensed, order 4", uniform, ladder("h", (2.0, 1.0, 0.5, 0.25), order=4), LINES),
-    Method("paper's way", uniform, ladder("h", (0.4, 0.2, 0.1, 0.05, 0.02), solver="al", domain=PAPER_DOMAIN), LINES),
-    Method("penalty", uniform, tuple({"h": h, "solver": "penalty", "domain": PAPER_DOMAIN, "rho": rho}
-                                     for h in (0.4, 0.2, 0.1, 0.05) for rho in RHOS), LINES),
+    *(Method(f"condensed, order {order}", uniform, elements(hs, order), LINES) for order, hs in HS.items()),
+    *(Method(f"triangles, order {order}", uniform, elements(hs[:3], order, shape="triangles"), LINES,
+             dear=elements(hs[3:], order, shape="triangles")) for order, hs in HS.items()),
+    Method("paper's way", uniform, elements((0.4, 0.2, 0.1, 0.05), 1, "al"), LINES, dear=elements((0.02,), 1, "al")),
+    Method("AL, triangles", uniform, elements((0.4, 0.2, 0.1), 1, "al", shape="triangles"), LINES),
+    Method("AL, order 2", uniform, elements((0.8, 0.4, 0.2), 2, "al"), LINES, dear=elements((0.1,), 2, "al")),
+    Method("AL, Gauss", uniform, elements((0.4, 0.2, 0.1), 1, "al", rule="gauss"), LINES),
+    Method("AL, order 2, Gauss", uniform, elements((0.8, 0.4, 0.2), 2, "al", rule="gauss"), LINES,
+           dear=elements((0.1,), 2, "al", rule="gauss")),
+    Method("penalty", uniform, penalties((0.4, 0.2, 0.1)), LINES, dear=penalties((0.05,))),
     Method("cells", cells, ladder("nodes", (128, 512, 2048, 8192, 32768)), LINES),
     Method("tamaas", tamaas, tuple({"nodes": nodes, "period": period, "residual": 1e-7} for nodes in (512, 2048, 8192, 32768)
                                      for period in (24, 48, 96, 192)), ("classical",), "tamaas"),
