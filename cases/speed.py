@@ -92,8 +92,9 @@ def blank(scene, method, setting):
     """Record of a setting that has not been run."""
     return {"scene": scene.name, **scene.parameters, "method": method.name, **{name: setting.get(name) for name in SETTINGS},
             "unknowns": None, "contact_nodes": None, "error": None, "error_p": None, "error_m": None, "error_psi": None,
-            "error_u": None, "floor": scene.floor, "floor_psi": scene.floor_psi, "pull": None, "swing": None, "judged": None, "setup": None, "solve": None, "spent": None, "repeats": 0,
-            "iterations": None, "estimate": None, **{f"share_{name}": None for name in PHASES}, "best": None, "failure": None}
+            "error_u": None, "floor": scene.floor, "floor_psi": scene.floor_psi, "pull": None, "swing": None, "judged": None,
+            "setup": None, "solve": None, "spent": None, "repeats": 0, "iterations": None, "estimate": None,
+            **{f"share_{name}": None for name in PHASES}, "best": None, "failure": None}
 
 
 def measure(scene, method, setting, repeats):
@@ -108,7 +109,8 @@ def measure(scene, method, setting, repeats):
         return {**row, "spent": clock() - start, "failure": f"{type(failure).__name__}: {' '.join(str(failure).split())}"}
     errors = scene.errors(answer.found)
     error = max(errors.values())
-    row.update(errors, **scene.remarks(answer), error=error, judged=error >= BETTER*scene.floor, repeats=0 if answers[0] is answer else len(answers),
+    row.update(errors, **scene.remarks(answer), error=error, judged=error >= BETTER*scene.floor,
+               repeats=0 if answers[0] is answer else len(answers),
                setup=min(one.setup for one in answers), solve=min(one.solve for one in answers))
     row.update({name: getattr(answer, name) for name in ("unknowns", "contact_nodes", "iterations", "estimate")})
     return {**row, **shares(profile, row["spent"])}

@@ -1,4 +1,4 @@
-"""Triangles beside quadrilaterals, and Gauss's rule beside the nodal one: the same limit, and what Gauss's rule does to pressures."""
+"""Triangles beside quadrilaterals, Gauss's rule beside the nodal one: the same limit, and what Gauss does to pressures."""
 
 import math
 
