@@ -42,8 +42,8 @@ STOP = 5.0             # times dearer, at most, is the next rung of a ladder
 QUICK_RUNGS = 2        # settings of a ladder
 TUNED = ("penalty", "tamaas")      # by rho and by period, for each mesh
 BETTER = 100           # times, that a reference should be better than a method
-SETTINGS = ("rtol", "h", "order", "elements", "model", "solver", "rho", "domain", "shape", "rule", "nodes",
-            "period", "residual")
+SETTINGS = ("rtol", "h", "order", "elements", "model", "solver", "rho", "domain", "reach", "shape", "rule",
+            "nodes", "period", "residual")
 # where the time goes: the functions whose cumulative time makes each phase, by what the profile calls them
 PHASES = {"mesh": ("uniform", "graded", "line", "column"), "assembly": ("_assemble", "AssembleLinearization"),
           "residual": ("Apply",), "factor": ("_factorise of condensation", "Inverse"),

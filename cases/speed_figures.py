@@ -19,11 +19,13 @@ STYLES = {      # a method keeps its colour, marker and line in all charts
 # plates of their own, of meshes that are uniform
 ELEMENTS = tuple(f"{shape}, order {order}" for shape in ("condensed", "triangles") for order in (1, 2, 4, 6))
 RULES = ("paper's way", "AL, Gauss", "AL, order 2", "AL, order 2, Gauss", "AL, triangles")
-PRESSURES = ("paper's way", *ELEMENTS[:4], "AL, Gauss", "AL, order 2, Gauss")
+PRESSURES = (*ELEMENTS[:4], "AL, Gauss", "AL, order 2, Gauss")
 APART = (set(ELEMENTS) | set(RULES)) - {"paper's way", *ELEMENTS[:3]}      # which the plates of all methods leave out
 FLOOR_BAND = 100        # times the floor: there the reference no longer tells methods apart
 PHASES = ("mesh", "tables", "assembly", "residual", "factor", "condensation", "states")
 UNTUNED = (False, "False")      # as it is, and as a CSV file has it
+NODES = (10, 20, 50, 100, 200, 500)      # ticks
+FAINT = 1e-3            # part of the largest pressure below which pulls and swings are drawn linearly
 ACROSS = 3              # panels in a row
 COLUMN, ROW = 1.8, 0.2      # of a legend, inches
 
@@ -179,7 +181,9 @@ def swings(records):
 def against_nodes(name):
     """A panel: what a record says over contact nodes."""
     def draw(axis, rows):
-        axis.set(xscale="log")
+        axis.set_xscale("log")
+        axis.set_xticks(NODES, [str(number) for number in NODES])
+        axis.set_yscale("symlog", linthresh=FAINT)
         axis.axhline(0, color="0.6", linewidth=0.8)
         for method, (good, _) in curves(rows).items():
             colour, marker, line = STYLES[method]

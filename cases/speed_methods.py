@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cases import layers_fe, peers, strip
-from cases.speed_scenes import LOAD, OBSTACLE
+from cases.speed_scenes import LOAD, NU, OBSTACLE
 from microblock.fitted import FittedContact
 from microblock.grid_contact import GridContact, halvings
 from microblock import subsurface
@@ -21,6 +21,7 @@ from microblock.uniform import UniformContact
 
 REACH = 2.0                # half-width and depth of the region of equal squares over a_Hz, the paper's
 PAPER_DOMAIN = 18.0        # over a_Hz
+AL_RHO = 2*(1 - NU)**2/(1 - 2*NU)/REACH      # (lambda + 2 mu)/REACH as E* = 2, what `UniformContact` takes by itself
 PAPER_SCENE = "microblock-0.25"      # alone has the rungs that take a minute
 WIDENED = 1.1              # window of the cells over the outermost edge of the reference
 
@@ -93,9 +94,9 @@ def _below(scene, state):
     return lambda x1, x2: layers_fe.along(state, function, (x1,), x2)[0]
 
 
-def uniform(scene, h, order=1, solver="condensed", rho=None, domain=math.inf, shape="quadrilaterals", rule="nodal"):
+def uniform(scene, h, order=1, solver="condensed", rho=None, domain=math.inf, shape="quadrilaterals", rule="nodal", reach=REACH):
     start = clock()
-    contact = UniformContact(scene.solid, OBSTACLE, scene.law, domain, h, order, REACH, solver, rho, shape, rule)
+    contact = UniformContact(scene.solid, OBSTACLE, scene.law, domain, h, order, reach, solver, rho, shape, rule)
     contact.prepare()
     ready = clock()
     state, = contact.states([LOAD])
@@ -142,9 +143,11 @@ def ladder(name, values, **fixed):
 
 
 def elements(hs, order, solver="condensed", **chosen):
-    """Settings of a uniform mesh: condensed on an unbounded domain, all else on the paper's."""
-    far = {} if solver == "condensed" else {"domain": PAPER_DOMAIN}
-    return ladder("h", hs, order=order, solver=solver, **{"shape": "quadrilaterals", "rule": "nodal", **far, **chosen})
+    """Settings of a uniform mesh: condensed on an unbounded domain (none in the record), all else on the paper's."""
+    more = {"reach": REACH, "shape": "quadrilaterals", "rule": "nodal"}
+    if solver != "condensed":
+        more |= {"domain": PAPER_DOMAIN, "rho": AL_RHO}
+    return ladder("h", hs, order=order, solver=solver, **{**more, **chosen})
 
 
 RHOS = tuple(10.0**power for power in range(1, 7))      # stress per length, E* = 2 over a_Hz = 1

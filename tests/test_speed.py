@@ -7,10 +7,11 @@ import pytest
 
 from cases import accuracy, speed, speed_figures
 from cases.__main__ import main
-from cases.speed_methods import LINES, METHODS, PAPER_SCENE, Answer, Method, fitted, half_plane, uniform
-from cases.speed_scenes import CLASSICAL, LOAD, SCENES, WHERE, rule
+from cases.speed_methods import AL_RHO, LINES, METHODS, PAPER_SCENE, REACH, Answer, Method, fitted, half_plane, uniform
+from cases.speed_scenes import CLASSICAL, LOAD, OBSTACLE, SCENES, WHERE, rule
 from microblock.errors import NotConverged
 from microblock.study import read_records
+from microblock.uniform import UniformContact
 
 SCENE = SCENES["microblock-0.25"]
 NAMED = {method.name: method for method in METHODS if "line" in method.kinds}
@@ -83,9 +84,16 @@ def test_every_curve_has_a_style_and_every_mesh_its_shape_and_rule():
     assert len(set(lines.values())) == len(lines)      # told apart by more than colour
     for method in METHODS:
         if method.run is uniform:
-            assert all({"h", "order", "solver", "shape", "rule"} <= set(setting) for setting in method.settings + method.dear)
+            for setting in method.settings + method.dear:
+                more = set() if setting["solver"] == "condensed" else {"rho", "domain"}
+                assert set(setting) == {"h", "order", "solver", "reach", "shape", "rule"} | more <= set(speed.SETTINGS)
             assert method.rungs(SCENES[PAPER_SCENE]) == method.settings + method.dear
             assert method.rungs(SCENES["unilateral-1"]) == method.settings
+
+
+def test_recorded_rho_is_the_default_of_the_mesh():
+    scene = SCENES["unilateral-1"]
+    assert UniformContact(scene.solid, OBSTACLE, scene.law, reach=REACH, method="al")._rho() == pytest.approx(AL_RHO, rel=1e-12)
 
 
 def test_plates_without_runs_say_so():
