@@ -3,12 +3,14 @@
 Geometry   the strip of section 4.1; a cylinder on a half-plane for both laws, alpha = 0.05, 0.25, 1; its classical limit.
 Equations  those of `strip` and `hertz`.
 Model      half-plane, fitted finite elements, uniform squares condensed (orders 1, 2, 4), the paper's way (bilinear, nodal
-           augmented Lagrangian, UMFPACK, square of 18 a_Hz), penalty with several rho, uniform cells, tamaas where installed.
+           augmented Lagrangian, UMFPACK, square of 18 a_Hz), penalty with several rho, uniform cells; tamaas and
+           scikit-fem where installed, and NGSolve's own ContactBoundary, in the classical limit.
 Reference  the closed form (strip, Hertz ellipse); else panels of another kind (cases/reference_line.py), whose own error, the
            distance of two of its rungs, is the floor of the charts. Methods are told apart down to 100 times the floor.
 Look at    the slope of each curve; requested against obtained error; which rho is best on which mesh; where the time goes.
 Tuned      in favour of others: rho of the penalty and period of tamaas, the best for each mesh, as only one knows who has the
-           answer; cells are given the edge of the contact. Nothing where an accuracy is asked for.
+           answer; cells are given the edge of the contact, scikit-fem starts with it; more in cases/speed_skfem.py and
+           cases/speed_ngsolve.py. Nothing where an accuracy is asked for.
 Units      processor seconds of one thread, setup (what further loads reuse) and solving apart, each the best of --repeats after
            a warm-up; a run of more than ONCE seconds counts itself. Errors as in cases/speed_scenes.py, all relative.
 """
@@ -36,12 +38,14 @@ ONCE = 2.0             # seconds of a warm-up beyond which it counts itself
 ENOUGH = 2.0           # seconds of all runs of a setting, beyond which it is not repeated further
 STOP = 5.0             # times dearer, at most, is the next rung of a ladder
 QUICK_RUNGS = 2        # settings of a ladder
-TUNED = ("penalty", "tamaas")      # by rho and by period, for each mesh
+# by rho and by period, for each mesh
+TUNED = ("penalty", "tamaas", *(name for name in NAMES if name.startswith("ContactBoundary")))
 BETTER = 100           # times, that a reference should be better than a method
 SETTINGS = ("rtol", "h", "order", "elements", "model", "solver", "rho", "domain", "nodes", "period", "residual")
 # where the time goes: the functions whose cumulative time makes each phase, by what the profile calls them
-PHASES = {"mesh": ("uniform", "graded", "line", "column"), "assembly": ("_assemble", "AssembleLinearization"),
-          "residual": ("Apply",), "factor": ("_factorise of condensation", "Inverse"),
+PHASES = {"mesh": ("uniform", "graded", "line", "column", "_mesh of speed_ngsolve", "init_tensor of mesh_quad_1"),
+          "assembly": ("_assemble", "AssembleLinearization", "assemble of bilinear_form"),
+          "residual": ("Apply",), "factor": ("_factorise of condensation", "Inverse", "_state of speed_skfem"),
           "condensation": ("_matrix of condensation",),
           "states": ("solve of active_set", "solve of projected_cg"), "tables": ("kernels", "prepare of grid_contact")}
 FILES = {"uniform": "meshes", "graded": "meshes", "line": "meshes", "column": "meshes", "_assemble": "condensation",
@@ -184,10 +188,9 @@ def threads():
 
 
 def _peers():
-    found = {}
-    for name in {method.needs for method in METHODS if method.needs and method.available}:
-        found[name] = metadata.version(name)
-    return found
+    owners = metadata.packages_distributions()
+    needed = {method.needs for method in METHODS if method.needs and method.available}
+    return {owner: metadata.version(owner) for name in sorted(needed) for owner in owners[name]}
 
 
 def growth(rows):

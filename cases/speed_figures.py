@@ -8,10 +8,15 @@ from microblock import plots
 from microblock.study import grouped
 
 BLUE, RED, GREEN, PINK, ORANGE, SKY, BLACK = plots.COLOURS
+GREY = "0.5"
 STYLES = {      # a method keeps its colour, marker and line in all charts
     "half-plane": (BLUE, "o", "-"), "fitted fe": (GREEN, "^", "-"), "paper's way": (RED, "s", "-"), "penalty": (PINK, "D", "--"),
     "condensed, order 1": (ORANGE, "v", ":"), "condensed, order 2": (ORANGE, "P", "--"), "condensed, order 4": (ORANGE, "X", "-"),
-    "cells": (SKY, "h", "-"), "tamaas": (BLACK, "*", "-"), "line, rtol": (BLUE, "o", "-"), "line, order 2": (ORANGE, "P", "--"),
+    "cells": (SKY, "h", "-"), "tamaas": (BLACK, "*", "-"),
+    "scikit-fem, order 1": (BLACK, "<", ":"), "scikit-fem, order 2": (BLACK, ">", "--"),
+    "ContactBoundary, order 1": (GREY, "v", ":"), "ContactBoundary, order 2": (GREY, "P", "--"),
+    "ContactBoundary, order 4": (GREY, "X", "-"),
+    "line, rtol": (BLUE, "o", "-"), "line, order 2": (ORANGE, "P", "--"),
     "line, order 4": (ORANGE, "X", "-"), "line, order 6": (GREEN, "^", "-")}
 FLOOR_BAND = 100        # times the floor: there the reference no longer tells methods apart
 PHASES = ("mesh", "tables", "assembly", "residual", "factor", "condensation", "states")

@@ -20,6 +20,7 @@ from skfem.models.elasticity import linear_elasticity
 
 from microblock.errors import NotConverged
 from microblock.meshes import uniform_lines
+from microblock.panels import lagrange
 
 ELEMENTS = {1: skfem.ElementQuad1, 2: skfem.ElementQuad2}
 STEPS = 30           # of the active set; four or so are needed
@@ -35,6 +36,15 @@ class Surface:
     weights: np.ndarray
     approach: float
     iterations: int
+    order: int
+
+    def pressure(self, x):
+        """At x1 >= 0, array (n,): on each side of an element the polynomial through the nodal forces over their lengths."""
+        nodal, ends, width = self.forces/self.weights, self.x[::self.order], self.order + 1
+        facet = np.clip(np.searchsorted(ends, x) - 1, 0, len(ends) - 2)
+        members = self.order*facet[:, None] + np.arange(width)
+        shape = lagrange(np.linspace(0, 1, width), (x - ends[facet])/(ends[1] - ends[0]))
+        return np.where(x <= ends[-1], np.einsum("ij,ij->i", shape, nodal[members]), 0)
 
 
 @dataclass(frozen=True)
@@ -107,7 +117,7 @@ class Ground:
             forces, sunk, approach = self._state(nodes, gaps, closed, load)
             wanted = np.where(closed, forces > 0, gaps - approach < sunk)
             if np.array_equal(wanted, closed):
-                return Surface(x, forces, weights, approach, iteration)
+                return Surface(x, forces, weights, approach, iteration, self.order)
             closed = wanted
         raise NotConverged(f"the active set still changes after {STEPS} steps", iterations=STEPS)
 
