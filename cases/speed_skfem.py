@@ -14,15 +14,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import skfem
 from scipy.sparse.linalg import splu
-from skfem.models.elasticity import linear_elasticity
 
 from microblock.errors import NotConverged
 from microblock.meshes import uniform_lines
 from microblock.panels import lagrange
 
-ELEMENTS = {1: skfem.ElementQuad1, 2: skfem.ElementQuad2}
+ELEMENTS = {1: "ElementQuad1", 2: "ElementQuad2"}
 STEPS = 30           # of the active set; four or so are needed
 SYMMETRIC = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
 
@@ -71,9 +69,11 @@ class Ground:
 
     @cached_property
     def _system(self):
+        import skfem      # an extra: this module is imported without it, too
+        from skfem.models.elasticity import linear_elasticity
         lines = uniform_lines(self.reach, self.far, self.h)
         mesh = skfem.MeshQuad.init_tensor(lines, -lines[::-1])
-        basis = skfem.Basis(mesh, skfem.ElementVector(ELEMENTS[self.order]()))
+        basis = skfem.Basis(mesh, skfem.ElementVector(getattr(skfem, ELEMENTS[self.order])()))
         return basis, linear_elasticity(self.lam, self.mu).assemble(basis).tocsc()
 
     @property

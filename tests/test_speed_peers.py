@@ -1,6 +1,8 @@
 """Other programs on the classical line contact: they solve the problem that they are timed on."""
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -68,6 +70,12 @@ def test_both_readings_of_the_penalty_carry_the_load():
     # one facet, where Gauss points do not see it all
     assert weights @ state.by_forces(x) == pytest.approx(LOAD/2, rel=1e-6)
     assert weights @ state.by_penetration(x) == pytest.approx(LOAD/2, rel=1e-2)
+
+
+def test_cases_are_listed_without_the_peers():
+    """They are extras: only what runs them needs them."""
+    code = ("import sys; sys.modules.update(skfem=None, tamaas=None); from cases.__main__ import main; assert main([]) == 0")
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0
 
 
 def test_peers_that_do_not_end_say_so(monkeypatch):
