@@ -64,11 +64,11 @@ def panels(records, draw, labels):
     for axis in axes.flat[max(0, len(scenes) - across):len(scenes)]:
         axis.set_xlabel(labels[0])
     known = {text: handle for axis in axes.flat for handle, text in zip(*axis.get_legend_handles_labels())}
-    _legend(drawing, known.values(), known)
+    legend_below_all(drawing, known.values(), known)
     return drawing
 
 
-def _legend(drawing, handles, texts):
+def legend_below_all(drawing, handles, texts):
     """Below all panels, in room of its own."""
     width, height = drawing.get_size_inches()
     rows = -(-len(texts)//LEGEND_COLUMNS)
@@ -161,7 +161,7 @@ def phases(records):
         axis.text(1.02, number, f"{total(row):.2g} s", va="center", fontsize=7)
     axis.set(xlim=(0, 1), xlabel="share of the time of the finest run", title=scene)
     axis.invert_yaxis()
-    _legend(drawing, *axis.get_legend_handles_labels())
+    legend_below_all(drawing, *axis.get_legend_handles_labels())
     return drawing
 
 

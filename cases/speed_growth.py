@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cases.speed_figures import PHASES
 from cases.speed_methods import METHODS, PAPER_DOMAIN, REACH, Answer, clock
 from cases.speed_scenes import LOAD, OBSTACLE, SCENES
 from microblock.grid_contact import GridContact, halvings
@@ -35,6 +36,9 @@ REPEATS, QUICKLY = 3, 1.0      # of runs that take less than so many seconds
 QUICK = {"condensed, order 1": 2, "cells": 2}      # rungs of the short form
 DECADE = 10.0
 TOLD = {"seconds": 1e-4, "megabytes": 2.0}     # below it the clock or the allocator's reserves are what is seen
+SETTINGS = ("h", "order", "solver", "domain", "nodes", "rtol")
+MEASURED = ("unknowns", "contact_nodes", "setup", "solve", "seconds", "iterations", "megabytes", "before", "floor", "distance",
+            *(f"share_{phase}" for phase in PHASES))
 SIZES = ("unknowns", "contact_nodes")
 COSTS = ("seconds", "megabytes")
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
@@ -158,21 +162,25 @@ def reset_peak():
         return
 
 
+def blank(family, setting):
+    """Record of a run that has not been done."""
+    return {"method": family.name, "scene": SCENE, **SCENES[SCENE].parameters, **dict.fromkeys(SETTINGS), **setting,
+            **dict.fromkeys(MEASURED), "failure": None}
+
+
 def apart(family, setting):
     """`measure` in a process of its own; one that fails says why."""
-    row = {"method": family.name, **dict.fromkeys(("h", "order", "rtol", "nodes", "domain")), **setting}
-    row["domain"] = None if row["domain"] == math.inf else row["domain"]
     words = [sys.executable, "-m", "cases.speed_growth", family.name, json.dumps(setting)]
     root = str(Path(__file__).resolve().parents[1])
-    environment = {**os.environ, **{name: "1" for name in THREADS}, "PYTHONPATH": os.pathsep.join([root, *sys.path])}
+    environment = {**os.environ, **dict.fromkeys(THREADS, "1"), "PYTHONPATH": os.pathsep.join([root, *sys.path])}
     try:
         child = subprocess.run(words, capture_output=True, text=True, timeout=OVERDUE, env=environment)
     except subprocess.TimeoutExpired:
-        return {**row, "failure": f"not done after {OVERDUE:g} s"}
+        return {**blank(family, setting), "failure": f"not done after {OVERDUE:g} s"}
     if child.returncode:
         said = child.stderr.strip().splitlines() or [f"ended with status {child.returncode}"]
-        return {**row, "failure": said[-1]}
-    return {**row, **json.loads(child.stdout.splitlines()[-1]), "failure": None}
+        return {**blank(family, setting), "failure": said[-1]}
+    return {**blank(family, setting), **json.loads(child.stdout.splitlines()[-1])}
 
 
 def climbed(family, settings, progress):
@@ -180,9 +188,9 @@ def climbed(family, settings, progress):
     rows = []
     for setting in settings:
         progress.set_description(f"growth, {family.name}")
-        why = refused([row for row in rows if not row["failure"]], family)
+        why = refused([row for row in rows if not row["failure"]])
         if why:
-            rows.append({**{name: None for name in rows[-1]}, "method": family.name, **setting, "failure": why})
+            rows.append({**blank(family, setting), "failure": why})
             progress.update(len(settings) - len(rows) + 1)
             break
         rows.append(apart(family, setting))
@@ -190,7 +198,7 @@ def climbed(family, settings, progress):
     return rows
 
 
-def refused(rows, family):
+def refused(rows):
     """Why the next rung, taken as much larger as the last one was, is left out; None if it is not."""
     if len(rows) < 2:
         return None
@@ -219,10 +227,10 @@ def plan(quick):
     return [(FAMILIES[name], FAMILIES[name].settings[:rungs]) for name, rungs in chosen.items()]
 
 
-def result(quick, progress):
-    """{"runs": a record a run, "slopes": exponents}."""
+def result(work, progress):
+    """{"runs": a record a run, "slopes": exponents} of a plan."""
     rows = []
-    for family, settings in plan(quick):
+    for family, settings in work:
         rows += climbed(family, settings, progress)
     return {"scene": SCENE, "runs": rows, "slopes": slopes(rows)}
 
@@ -249,6 +257,8 @@ def _slope(sizes, costs, least):
 
 def show(answer):
     """A line a run, then the exponents."""
+    if not answer["runs"]:
+        return
     columns = ("unknowns", "contact_nodes", "setup", "solve", "megabytes", "floor", "distance")
     print(f"{'growth':>20}  " + "  ".join(f"{name:>13}" for name in columns))
     for row in answer["runs"]:
