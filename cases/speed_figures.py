@@ -8,6 +8,7 @@ from microblock import plots
 from microblock.study import grouped
 
 BLUE, RED, GREEN, PINK, ORANGE, SKY, BLACK = plots.COLOURS
+GREY = "0.5"
 STYLES = {      # a method keeps its colour, marker and line in all charts
     "half-plane": (BLUE, "o", "-"), "fitted fe": (GREEN, "^", "-"), "paper's way": (RED, "s", "-"), "penalty": (PINK, "D", "--"),
     "condensed, order 1": (ORANGE, "v", ":"), "condensed, order 2": (ORANGE, "P", "--"), "condensed, order 4": (ORANGE, "X", "-"),
@@ -15,7 +16,10 @@ STYLES = {      # a method keeps its colour, marker and line in all charts
     "line, order 4": (ORANGE, "X", "-"), "line, order 6": (GREEN, "^", "-"), "condensed, order 6": (ORANGE, "d", "-."),
     "triangles, order 1": (BLUE, "v", ":"), "triangles, order 2": (BLUE, "P", "--"), "triangles, order 4": (BLUE, "X", "-"),
     "triangles, order 6": (BLUE, "d", "-."), "AL, triangles": (SKY, ">", "--"), "AL, order 2": (BLACK, "p", "-"),
-    "AL, Gauss": (GREEN, "<", ":"), "AL, order 2, Gauss": (PINK, "p", "-.")}
+    "AL, Gauss": (GREEN, "<", ":"), "AL, order 2, Gauss": (PINK, "p", "-."),
+    "scikit-fem, order 1": (BLACK, "<", ":"), "scikit-fem, order 2": (BLACK, ">", "--"),
+    "ContactBoundary, order 1": (GREY, "v", ":"), "ContactBoundary, order 2": (GREY, "P", "--"),
+    "ContactBoundary, order 4": (GREY, "X", "-")}
 # plates of their own, of meshes that are uniform
 ELEMENTS = tuple(f"{shape}, order {order}" for shape in ("condensed", "triangles") for order in (1, 2, 4, 6))
 RULES = ("paper's way", "AL, Gauss", "AL, order 2", "AL, order 2, Gauss", "AL, triangles")
@@ -74,7 +78,7 @@ def panels(records, draw, labels):
     for axis in axes.flat[max(0, len(scenes) - across):len(scenes)]:
         axis.set_xlabel(labels[0])
     known = {text: handle for axis in axes.flat for handle, text in zip(*axis.get_legend_handles_labels())}
-    _legend(drawing, known.values(), known)
+    legend_below_all(drawing, known.values(), known)
     return drawing
 
 
@@ -83,7 +87,7 @@ def _decades(ends):
     return 10.0**np.floor(least), 10.0**np.ceil(most)
 
 
-def _legend(drawing, handles, texts, columns=None):
+def legend_below_all(drawing, handles, texts, columns=None):
     """Below all panels, in room of its own."""
     width, height = drawing.get_size_inches()
     columns = columns or max(1, int(width/COLUMN))
@@ -244,7 +248,7 @@ def phases(records):
         axis.text(1.02, number, f"{total(row):.2g} s", va="center", fontsize=7)
     axis.set(xlim=(0, 1), xlabel="share of the time of the finest run", title=scene)
     axis.invert_yaxis()
-    _legend(drawing, *axis.get_legend_handles_labels(), columns=4)
+    legend_below_all(drawing, *axis.get_legend_handles_labels(), columns=4)
     return drawing
 
 

@@ -11,18 +11,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cases import layers_fe, peers, strip
+from cases import layers_fe, peers, speed_ngsolve, strip
 from cases.speed_scenes import LOAD, NU, OBSTACLE
+from microblock import subsurface
 from microblock.fitted import FittedContact
 from microblock.grid_contact import GridContact, halvings
-from microblock import subsurface
 from microblock.halfplane import HalfPlane, kernels
-from microblock.uniform import UniformContact
+from microblock.uniform import FAR, UniformContact
 
 REACH = 2.0                # half-width and depth of the region of equal squares over a_Hz, the paper's
 PAPER_DOMAIN = 18.0        # over a_Hz
 AL_RHO = 2*(1 - NU)**2/(1 - 2*NU)/REACH      # (lambda + 2 mu)/REACH as E* = 2, what `UniformContact` takes by itself
 PAPER_SCENE = "microblock-0.25"      # alone has the rungs that take a minute
+APPROACH = 4.15            # over a_Hz^2/R, of the far field of the uniform elements, within a percent: the first guess of a peer
 WIDENED = 1.1              # window of the cells over the outermost edge of the reference
 
 
@@ -130,6 +131,32 @@ def tamaas(scene, nodes, period, residual):
     return Answer(lambda at: (2*np.interp(at, x, p, left=0, right=0), 0*at), nodes, nodes, total*setup/wall, total*solve/wall)
 
 
+def scikit_fem(scene, h, order):
+    """The load of the half; the exact contact as first guess."""
+    from cases import speed_skfem as library
+    start = clock()
+    ground = library.Ground(scene.solid.lam, scene.solid.mu, FAR*REACH, REACH, h, order)
+    ground.prepare()
+    ready = clock()
+    found = ground.solve(OBSTACLE.height, LOAD/2, scene.outer)
+    spent = clock() - ready
+    return Answer(lambda x: (found.pressure(np.abs(x)), 0*x), ground.unknowns, len(found.x), ready - start, spent,
+                  found.iterations)
+
+
+def contact_boundary(scene, h, order, rho):
+    """The load of the half; the better one of two readings of the pressure."""
+    start = clock()
+    ground = speed_ngsolve.Ground(scene.solid.lam, scene.solid.mu, FAR*REACH, REACH, h, order, rho)
+    ground.prepare()
+    ready = clock()
+    found = ground.solve(LOAD/2, APPROACH)
+    spent = clock() - ready
+    readings = [lambda x, read=read: (read(np.abs(x)), 0*x) for read in (found.by_penetration, found.by_forces)]
+    best = min(readings, key=lambda fields: scene.errors(fields)["error_p"])
+    return Answer(best, ground.unknowns, order*(len(found.ends) - 1) + 1, ready - start, spent, found.iterations)
+
+
 def the_strip(scene, solver="al", **setting):
     parameters = replace(strip.Parameters(), method=solver, **setting)
     solution, estimate, passes = strip.solve(parameters if parameters.rtol else parameters.resolved())
@@ -150,6 +177,7 @@ def elements(hs, order, solver="condensed", **chosen):
     return ladder("h", hs, order=order, solver=solver, **{**more, **chosen})
 
 
+PEER_RHOS = 1e2, 10**2.5, 1e3, 1e4                     # of NGSolve's ContactBoundary, as RHOS
 RHOS = tuple(10.0**power for power in range(1, 7))      # stress per length, E* = 2 over a_Hz = 1
 HS = {1: (0.4, 0.2, 0.1, 0.05), 2: (0.8, 0.4, 0.2, 0.1), 4: (2.0, 1.0, 0.5, 0.25), 6: (2.0, 1.0, 0.5)}      # by order
 STRIP_RHOS = 1e2, 1e3, 1e4, 1e5, 1e6, 1e8, 1e12        # over mu/H
@@ -177,6 +205,11 @@ METHODS = (
     Method("cells", cells, ladder("nodes", (128, 512, 2048, 8192, 32768)), LINES),
     Method("tamaas", tamaas, tuple({"nodes": nodes, "period": period, "residual": 1e-7} for nodes in (512, 2048, 8192, 32768)
                                      for period in (24, 48, 96, 192)), ("classical",), "tamaas"),
+    *(Method(f"scikit-fem, order {order}", scikit_fem, ladder("h", sizes, order=order), ("classical",), "skfem")
+      for order, sizes in ((1, (0.4, 0.2, 0.1, 0.05)), (2, (0.8, 0.4, 0.2, 0.1)))),
+    *(Method(f"ContactBoundary, order {order}", contact_boundary,
+             tuple({"h": h, "order": order, "rho": rho} for h in sizes for rho in PEER_RHOS), ("classical",))
+      for order, sizes in ((1, (0.4, 0.2, 0.1, 0.05)), (2, (0.8, 0.4, 0.2, 0.1)), (4, (1.0, 0.5, 0.25)))),
     Method("line, rtol", the_strip, ladder("rtol", (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)), ("strip",)),
     Method("line, order 2", the_strip, ladder("elements", (2, 8, 32, 128), order=2), ("strip",)),
     Method("line, order 4", the_strip, ladder("elements", (1, 2, 4, 8, 16, 32), order=4), ("strip",)),

@@ -114,6 +114,7 @@ class Condensed(ContactNodes):
     Attributes
     ----------
     compliance : Compliance
+    form : BilinearForm of the bulk, with the interiors of the elements eliminated
     unknowns : int, free unknowns of the bulk
 
     Raises
@@ -141,15 +142,15 @@ class Condensed(ContactNodes):
         m = solid.couple_stress(kappa)
         varied, turned = self.body.gradients(v1, v2, chi)
         bonus = CURVED if self.body.mesh.GetCurveOrder() > 1 else 0      # as for the energy of the fields
-        self._form = ng.BilinearForm(space, symmetric=True, condense=True)
-        self._form += (s11*varied[0, 0] + s12*(varied[0, 1] + chi) + s21*(varied[1, 0] - chi) + s22*varied[1, 1]
+        self.form = ng.BilinearForm(space, symmetric=True, condense=True)
+        self.form += (s11*varied[0, 0] + s12*(varied[0, 1] + chi) + s21*(varied[1, 0] - chi) + s22*varied[1, 1]
                        + m[0]*turned[0] + m[1]*turned[1])*ng.dx(bonus_intorder=bonus)
-        self._form.Assemble()
+        self.form.Assemble()
         self.unknowns = sum(space.FreeDofs())
 
     def _factorise(self):
         space = self.body.space
-        values, columns, starts = self._form.mat.CSR()
+        values, columns, starts = self.form.mat.CSR()
         bulk = csr_matrix((np.array(values), np.array(columns), np.array(starts)), shape=(space.ndof, space.ndof))
         free = np.array(list(space.FreeDofs(True)))
         onto = self._onto()
@@ -196,7 +197,7 @@ class Condensed(ContactNodes):
         if not np.linalg.norm(left) <= UNSOLVED*np.linalg.norm(right):
             raise NotConverged("singular matrix of the bulk; are rigid motions fixed?")
         vector[self._order] += self._factors.solve(left)      # one step of refinement
-        state.vec.data += self._form.harmonic_extension*state.vec
+        state.vec.data += self.form.harmonic_extension*state.vec
         return Fields(self.body, state.components)
 
     def reaction(self, fields):

@@ -151,7 +151,7 @@ def uniform(ground, h, quads=True):
     reach = ground.reach[1]
     if not 0 < h <= reach:
         raise BadArgument("h", h, f"must be positive and no longer than the region of equal squares, {reach:g}")
-    lines = _uniform_lines(reach, ground.far, h)
+    lines = uniform_lines(reach, ground.far, h)
     across = lines if ground.half else np.concatenate((-lines[:0:-1], lines))
     nx, ny = len(across) - 1, len(lines) - 1
     mesh = MakeStructured2DMesh(quads=quads, nx=nx, ny=ny,
@@ -162,7 +162,7 @@ def uniform(ground, h, quads=True):
     return ng.Mesh(mesh.ngmesh)
 
 
-def _uniform_lines(reach, far, h):
+def uniform_lines(reach, far, h):
     """Ascending distances from 0 to far: steps of h within the reach, then growing by the same factor."""
     near = np.linspace(0, reach, max(1, round(reach/h)) + 1)
     growth = 1 + GROWTH*near[1]/reach

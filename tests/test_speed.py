@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from cases import accuracy, speed, speed_figures
+from cases import accuracy, figures_growth, speed, speed_figures, speed_growth
 from cases.__main__ import main
 from cases.speed_methods import AL_RHO, LINES, METHODS, PAPER_SCENE, REACH, Answer, Method, fitted, half_plane, uniform
 from cases.speed_scenes import CLASSICAL, LOAD, OBSTACLE, SCENES, WHERE, rule
@@ -172,8 +172,11 @@ def test_quick_study(tmp_path, capsys):
     assert all(0 <= sum(row[f"share_{phase}"] for phase in speed.PHASES) <= 1.05 for row in rows)
     condensed = next(row for row in rows if row["method"] == "condensed, order 1" and row["scene"] == SCENE.name)
     assert all(condensed[f"share_{phase}"] > 0 for phase in ("mesh", "assembly", "factor", "condensation", "states"))
-    names = {f"speed_{plate}.{kind}" for plate in speed_figures.PLATES for kind in ("png", "pdf")}
-    assert {path.name for path in (tmp_path/"o").iterdir()} == {*names, "speed.csv"}
+    assert {row["method"] for row in answer["cost"]["runs"]} == set(speed_growth.QUICK)
+    assert not [row for row in answer["cost"]["runs"] if row["failure"]]
+    plates = *speed_figures.PLATES, *figures_growth.PLATES
+    names = {f"speed_{plate}.{kind}" for plate in plates for kind in ("png", "pdf")}
+    assert {path.name for path in (tmp_path/"o").iterdir()} == {*names, "speed.csv", "speed_cost.csv"}
     record = read_records(tmp_path/"o"/"speed.csv")[0]
     assert {"command", "version_ngsolve", "version_machine", "OMP_NUM_THREADS", *speed.SETTINGS} <= set(record)
 
