@@ -27,15 +27,17 @@ class Axis:
 
     scale : "linear"; "log"; or "gap", where `low` and `high` are distances below the value `limit`, from far to near on a
         logarithmic axis, which is how nu -> 1/2 and beta -> 2 are looked at
+    choices : values that take equal shares of the axis, instead of the numbers between two ends; such an axis is not drawn
     """
 
     name: str
     label: str
-    low: float
-    high: float
+    low: float = 0.0
+    high: float = 1.0
     scale: str = "log"
     degenerate: str = ""
     limit: float | None = None
+    choices: tuple = ()
 
     def drawn(self, share):
         """What the chart's axis shows at a share in [0, 1] of the axis."""
@@ -45,7 +47,10 @@ class Axis:
 
     def value(self, share):
         """The parameter at a share in [0, 1] of the axis."""
-        return self.limit - self.drawn(share) if self.scale == "gap" else self.drawn(share)
+        if self.choices:
+            return self.choices[min(int(share*len(self.choices)), len(self.choices) - 1)]
+        drawn = float(self.drawn(share))
+        return self.limit - drawn if self.scale == "gap" else drawn
 
     def place(self, value):
         """What the chart's axis shows for a value of the parameter."""
@@ -97,7 +102,7 @@ class Map:
         return found
 
     def _setting(self, shares):
-        return {axis.name: float(axis.value(share)) for axis, share in zip(self.axes, shares)}
+        return {axis.name: axis.value(share) for axis, share in zip(self.axes, shares)}
 
 
 @dataclass(frozen=True)
