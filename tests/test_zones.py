@@ -128,3 +128,18 @@ def test_two_edges_drift_together():
     (inner, _), = state.zones[0]
     (_, other), = state.zones[1]
     assert state.error_estimate <= 1e-3 and abs(inner - other) < 1e-3*(state.x[-1] - state.x[0])
+
+
+def test_zones_of_unsymmetric_scenes_meet_once():
+    """Turned blocks: A's zone and B's meet where those of straight blocks do, and said to do so once."""
+    straight, _ = scene(0.3, Microblock(), obstacles.Cylinder(1.0)).coalescence()
+    for psi0, near in ((1e-6, 1e-5), (0.03, None)):      # what psi0 shifts is of its second power; the error that is said
+        events = scene(0.3, Microblock(psi0), obstacles.Cylinder(1.0)).load(0.7).events
+        meeting = [event for event in events if event.kind == "merged" or (event.kind, event.zone) == ("born", "full")]
+        assert [(event.kind, event.zone) for event in meeting] == [("born", "full"), ("merged", "contact")]
+        assert meeting[0].load == meeting[1].load and meeting[0].load_error < 1e-5*meeting[0].load
+        assert [event for event in events if event.kind in ("vanished", "split")] == []
+        if near:
+            assert abs(meeting[0].load - straight) < meeting[0].load_error < near*straight
+            late = [event for event in events if event.x > 0 and event.kind == "born" and event.zone == "contact"]
+            assert late[0].load_error > 0      # touches after B does, earlier than the scan begins
