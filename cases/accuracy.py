@@ -107,8 +107,8 @@ def _draws(rng, kind, count):
             yield Draw(kind, kind, **material)
 
 
-def reference(scene, load=LOAD):
-    """(reference, its own error) of a scene at a load: two rungs on zones on which (26) hold.
+def reference(scene, load=LOAD, orders=ORDERS):
+    """(reference, its own error) of a scene at a load: the last two of its rungs, on zones on which (26) hold.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def reference(scene, load=LOAD):
     for start in (_zones_of_solver, *(_zones_of_grid(cells) for cells in CELLS)):
         try:
             zones = {corner: list(pairs) for corner, pairs in start(scene, load).items() if corner in problem.corners}
-            *_, coarse, fine = judge.fit(problem, zones, ORDERS)
+            *_, coarse, fine = judge.fit(problem, zones, orders)
         except (MicroblockError, ArithmeticError, ValueError, np.linalg.LinAlgError) as failure:
             complaint = str(failure)
             continue

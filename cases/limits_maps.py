@@ -110,6 +110,7 @@ class Outcome:
     """What a run answered: its true error, the error that was promised (None: nothing was), and what it said of itself.
 
     fallback : what was done instead of what was asked, where the result reports that
+    judge : what the error was measured against, where a map has several; its own error is part of the promise
     oscillation, wrong_sign : further measures of a pressure, over its norm (or largest value): None where a map has none
     """
 
@@ -120,6 +121,7 @@ class Outcome:
     fallback: str | None = None
     oscillation: float | None = None
     wrong_sign: float | None = None
+    judge: str | None = None
 
     @property
     def kind(self):
@@ -131,7 +133,7 @@ class Outcome:
         return "other method" if self.fallback else "delivered"
 
 
-MEASURES = ("error", "promise", "iterations", "estimate", "fallback", "oscillation", "wrong_sign")
+MEASURES = ("error", "promise", "iterations", "estimate", "fallback", "oscillation", "wrong_sign", "judge")
 
 
 def attempt(run, setting):
