@@ -1,6 +1,5 @@
 """Maps of contact states without a mesh of their own: active sets, uniform cells, users' meshes, fields below the surface."""
 
-import math
 from functools import lru_cache, partial
 
 import numpy as np
