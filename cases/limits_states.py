@@ -45,7 +45,8 @@ def _plain(H, g0, load):
     closed, seen = g0 - g0.min() <= 0, set()
     for steps in range(1, SETS):
         chosen = np.flatnonzero(closed)
-        system = np.block([[H[np.ix_(chosen, chosen)], -np.ones((len(chosen), 1))], [np.ones((1, len(chosen))), np.zeros((1, 1))]])
+        one = np.ones((len(chosen), 1))
+        system = np.block([[H[np.ix_(chosen, chosen)], -one], [one.T, np.zeros((1, 1))]])
         solution = np.linalg.lstsq(system, np.append(-g0[chosen], load), rcond=None)[0]
         forces, approach = np.zeros(len(g0)), solution[-1]
         forces[chosen] = solution[:-1]
@@ -79,7 +80,7 @@ def _solved(method, H, g0, c, load, start, rng):
         closed = {"nothing": None, "near": active_set.solve(H, g0, load=0.9*load, c=c).closed, "absurd": ~first.closed,
                   "random": rng.random(len(g0)) < 0.5}[start]
         state = active_set.solve(H, g0, load=load, c=c, start=closed)
-    return Outcome(_residual(H, g0, c, state, load), KKT, state.iterations, state.kkt)
+    return Outcome(_residual(H, g0, c, state, load), KKT, state.iterations, state.kkt, "load path" if state.followed else None)
 
 
 def degenerate_states(kind, degree, size, method, seed):
@@ -125,8 +126,8 @@ def cells_of_cylinder(nodes, ratio, slack, psi0, contact):
     return _beside(scene.at(LOAD, nodes=nodes), exact, None)
 
 
-def _total(fitted):
-    return lambda x: sum(fitted.pressure(corner, x) for corner in range(len(fitted.line.law.corners)))
+def _total(state):
+    return lambda x: sum(state.pressure(corner, x) for corner in range(len(state.line.law.corners)))
 
 
 def _beside(state, exact, rtol):
@@ -254,7 +255,7 @@ def below(contact, alpha, depth, x1):
     slopes = np.array((((1 - NU)*s11 - NU*s22)/(2*solid.mu), (s12 + s21)/(4*solid.mu) - turning,
                        found.couple[0, :BOX]/(solid.curvature*solid.ell**2*solid.mu)))
     closing = np.abs(slopes @ weights - np.array((*np.diff(ends.u, axis=1)[:, 0], np.diff(ends.psi)[0])))*solid.mu/depth
-    top, p = subsurface.fields(state, x1, 0.0), sum(state.pressure(corner, np.array([x1])) for corner in range(len(state.pressures)))
+    top, p = subsurface.fields(state, x1, 0.0), _total(state)(np.array([x1]))
     surface = abs(top.stress[1, 1] + p)[0], abs(top.stress[0, 1])[0]
     largest = state.pressures.sum(axis=0).max()
     return Outcome(float(max(*balance, *closing[:2], closing[2]*min(solid.ell, depth), *surface)/largest), FIELDS)
@@ -274,6 +275,7 @@ SIZE = Axis("size", "corners", 2, 300)
 STARTS = Axis("start", "", choices=("nothing", "near", "absurd", "random"))
 CONTACTS = Axis("contact", "", choices=("microblock", "unilateral"))
 ALL_LAWS = Axis("contact", "", choices=tuple(LAWS))
+THIN_TO_THICK = Axis("alpha", r"$\alpha$", 1e-3, 2.0, degenerate="both")
 ALPHAS = Axis("alpha", "", choices=(0.05, 0.25, 1.0))
 MAPS = (
     Map("states_random", "What does a plain active set do that block pivoting and the path do not?", random_states,
@@ -295,17 +297,17 @@ MAPS = (
         (Axis("load", r"mean pressure/$E^*$ slope", 1e-4, 1.0), Axis("ell", r"$\ell$/period", 1e-4, 1.0),
          Axis("psi0_deg", "", 0.01, 10.0), SEED), share=0.3),
     Map("body_coarse", "How coarse may a user's mesh be?", own_mesh,
-        (Axis("spacing", r"facet$/a_\mathrm{Hz}$", 1.0, 0.05, degenerate="low"), Axis("order", "order", 1, 8, "linear"), ALPHAS, ALL_LAWS),
-        share=0.5),
+        (Axis("spacing", r"facet$/a_\mathrm{Hz}$", 1.0, 0.05, degenerate="low"), Axis("order", "order", 1, 8, "linear"),
+         ALPHAS, ALL_LAWS), share=0.5),
     Map("body_asked", "Does refinement of a user's mesh keep the tolerance it is asked for?", asked_of_mesh,
         (Axis("rtol", "rtol", 3e-1, 5e-3), Axis("alpha", r"$\alpha$", 0.05, 1.0), CONTACTS), share=0.2),
     Map("body_graded", "Do vanishing weights of nodes spoil states and path?", graded_mesh,
         (Axis("grading", "ratio of facets", 1.0, 1e4, degenerate="high"), Axis("order", "order", 1, 10, "linear", "high"),
          Axis("load", "", 1e-3, 1.0), ALL_LAWS), share=0.3, error="residual of (a)"),
     Map("fields_below", "Are fields right at all depths below layers of all lengths?", below,
-        (Axis("alpha", r"$\alpha$", 1e-3, 2.0, degenerate="both"), Axis("depth", r"depth$/a_\mathrm{Hz}$", 1e-5, 1e2, degenerate="both"),
+        (THIN_TO_THICK, Axis("depth", r"depth$/a_\mathrm{Hz}$", 1e-5, 1e2, degenerate="both"),
          Axis("x1", "", -3.0, 3.0, "linear"), CONTACTS), share=0.5),
     Map("layer_fit", "Where is the length of the layer determined, and is the reason said where it is not?", layer,
-        (Axis("alpha", r"$\alpha$", 1e-3, 2.0, degenerate="both"), Axis("x1", r"$x_1/a_\mathrm{Hz}$", 1e-3, 10.0, degenerate="both"),
+        (THIN_TO_THICK, Axis("x1", r"$x_1/a_\mathrm{Hz}$", 1e-3, 10.0, degenerate="both"),
          Axis("beta", "", 0.1, 1.9, "linear")), share=0.3, error=r"$|L_\mathrm{bl}/L_\mathrm{mode} - 1|$"),
 )
