@@ -107,19 +107,19 @@ def _draws(rng, kind, count):
             yield Draw(kind, kind, **material)
 
 
-def reference(scene):
-    """(reference, its own error) of a scene: two rungs on zones on which (26) hold.
+def reference(scene, load=LOAD, orders=ORDERS):
+    """(reference, its own error) of a scene at a load: the last two of its rungs, on zones on which (26) hold.
 
     Raises
     ------
     NotConverged
         If none is found.
     """
-    problem, complaint = judge.Problem(scene, LOAD), "no zones to start from"
+    problem, complaint = judge.Problem(scene, load), "no zones to start from"
     for start in (_zones_of_solver, *(_zones_of_grid(cells) for cells in CELLS)):
         try:
-            zones = {corner: list(pairs) for corner, pairs in start(scene).items() if corner in problem.corners}
-            *_, coarse, fine = judge.fit(problem, zones, ORDERS)
+            zones = {corner: list(pairs) for corner, pairs in start(scene, load).items() if corner in problem.corners}
+            *_, coarse, fine = judge.fit(problem, zones, orders)
         except (MicroblockError, ArithmeticError, ValueError, np.linalg.LinAlgError) as failure:
             complaint = str(failure)
             continue
@@ -130,19 +130,19 @@ def reference(scene):
     raise NotConverged(f"no reference: {complaint}")
 
 
-def _zones_of_solver(scene):
-    return scene.at(LOAD, rtol=START).all_zones
+def _zones_of_solver(scene, load):
+    return scene.at(load, rtol=START).all_zones
 
 
 def _zones_of_grid(cells):
-    """A function that takes a scene to the zones {corner: [(left, right), ...]} of the closed cells of a uniform grid."""
-    def zones(scene):
+    """A function that takes a scene and a load to the zones {corner: [(left, right), ...]} of the closed cells of a uniform grid."""
+    def zones(scene, load):
         reach = 1.6 if scene.symmetric and isinstance(scene.obstacle, Cylinder) else 3.0
         reach = reach + 2*scene.body.solid.ell
         for _ in range(3):
             x = np.linspace(-reach, reach, cells + 1)
             system = scene.body.compliance(x, scene.law.clamps_rotation).corner_system(scene.law, scene.obstacle)
-            state = active_set.solve(system[0], system[1], load=LOAD, c=system[2])
+            state = active_set.solve(system[0], system[1], load=load, c=system[2])
             closed = state.closed.reshape(len(scene.law.corners), -1)
             reach = min(reach, 1.2*np.abs(x[closed.any(axis=0)]).max() + 3*(x[1] - x[0]))
         half = (x[1] - x[0])/2

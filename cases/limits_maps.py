@@ -33,8 +33,8 @@ class Axis:
 
     name: str
     label: str
-    low: float
-    high: float
+    low: float = 0.0
+    high: float = 1.0
     scale: str = "log"
     degenerate: str = ""
     limit: float | None = None
@@ -98,17 +98,21 @@ class Map:
 
     def _shares(self, runs, rng):
         """[(share of each axis, near a degeneracy)]"""
-        size = max([one for one in SQUARES if one <= max((1 - NEAR)*runs, 4)])
-        prime = math.isqrt(size)
-        strength = 2 if 1 < len(self.axes) <= prime + 1 else 1
-        spread = qmc.LatinHypercube(len(self.axes), strength=strength, rng=rng).random(size)
         brinks = [(column, end) for column, axis in enumerate(self.axes) for end in axis.ends]
-        found = [(shares, False) for shares in spread]
-        for number, shares in enumerate(rng.random((math.ceil(NEAR/(1 - NEAR)*size), len(self.axes))) if brinks else ()):
+        near = math.ceil(NEAR*runs) if brinks else 0
+        found = [(shares, False) for shares in self._spread(round(runs) - near, rng)]
+        for number, shares in enumerate(rng.random((near, len(self.axes)))):
             column, end = brinks[number % len(brinks)]
             shares[column] = self.axes[column].brink(shares[column], end)
             found.append((shares, True))
         return found
+
+    def _spread(self, runs, rng):
+        """Shares of the axes, array (runs, axes): first a sample of strength two, then a plain one of what is left."""
+        axes = len(self.axes)
+        size = max((one for one in SQUARES if one <= runs and axes <= math.isqrt(one) + 1), default=0) if axes > 1 else 0
+        paired = [qmc.LatinHypercube(axes, strength=2, rng=rng).random(size)] if size else []
+        return np.concatenate([*paired, qmc.LatinHypercube(axes, rng=rng).random(runs - size)])
 
     def _setting(self, shares):
         return {axis.name: axis.value(share) for axis, share in zip(self.axes, shares)}
@@ -119,6 +123,7 @@ class Outcome:
     """What a run answered: its true error, the error that was promised (None: nothing was), and what it said of itself.
 
     fallback : what was done instead of what was asked, where the result reports that
+    judge : what the error was measured against, where a map has several; its own error is part of the promise
     oscillation, wrong_sign : further measures of a pressure, over its norm (or largest value): None where a map has none
     """
 
@@ -129,6 +134,7 @@ class Outcome:
     fallback: str | None = None
     oscillation: float | None = None
     wrong_sign: float | None = None
+    judge: str | None = None
 
     @property
     def kind(self):
@@ -140,7 +146,7 @@ class Outcome:
         return "other method" if self.fallback else "delivered"
 
 
-MEASURES = ("error", "promise", "iterations", "estimate", "fallback", "oscillation", "wrong_sign")
+MEASURES = ("error", "promise", "iterations", "estimate", "fallback", "oscillation", "wrong_sign", "judge")
 
 
 def attempt(run, setting):

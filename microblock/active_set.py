@@ -33,7 +33,7 @@ f', shift the gaps to g0 - D f' for the next solve (proximal point method, Rocka
 """
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -48,6 +48,7 @@ REGULARISATION = (1e-12, 1e-10, 1e-8)      # D over the largest entry of the row
                                            # factors, m 1e-16; the others for compliances computed less well
 REFINEMENTS = 30           # solves of the proximal point method; 2 or 3 do unless H is nearly singular
 PATIENCE = 5               # block exchanges without progress before single ones; 3 to 10 in the literature
+PIVOTS = 500               # at a load, before its path is followed instead, which is faster by then
 SYMMETRY = 1e-8            # of the largest entry: a compliance off by more was put together wrongly
 TIE = 1e-11                # of the load: events closer than that are one, as the tableau drifts by less
 REFRESH = 200              # rank-one updates before the tableau is made anew
@@ -68,6 +69,8 @@ class ContactState:
     regularisation : float, D over the largest entry of each row
     kkt : float
         Largest relative residual of load, complementarity and feasibility.
+    followed : bool
+        Whether the load path was followed to here, as pivots made no progress: matrices without full rank may do that.
     """
 
     forces: np.ndarray
@@ -80,6 +83,7 @@ class ContactState:
     dropped: int
     regularisation: float
     kkt: float
+    followed: bool = False
 
 
 @dataclass(frozen=True)
@@ -130,7 +134,8 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
     BadArgument
         Also for an H that is not positive semidefinite: no unique state then.
     NotConverged
-        If pivots are used up, or if rigid corners cannot take the approach.
+        If pivots are used up at a given approach (at a load the path is followed then: `followed`), or if rigid corners
+        cannot take the approach.
     """
     if (load is None) == (approach is None):
         raise BadArgument("load", load, "give either load or approach")
@@ -139,7 +144,13 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
     if approach is not None:
         require_finite(approach=approach)
         return _state(problem, closed, approach=approach)
-    return _state(problem, closed, load=_loads([load], "load")[0])
+    load = _loads([load], "load")[0]
+    try:
+        return _state(problem, closed, load=load)
+    except NotConverged as failure:
+        if not failure.iterations:      # not the pivots
+            raise
+    return replace(path(H, g0, [load], c=c).states[0], followed=True)
 
 
 def path(H, g0, loads, *, c=None):
@@ -289,7 +300,7 @@ def _at_load(H, g0, load, closed, steps, reduced):
         if r not in reduced:
             reduced[r] = _without(H, r)
         K, rows = reduced[r], other - (other > r)
-        z, chosen = _pivoting(K if len(rows) == len(K) else K[np.ix_(rows, rows)], q, closed[other], steps)
+        z, chosen = _pivoting(K if len(rows) == len(K) else K[np.ix_(rows, rows)], q, closed[other], steps, budget=PIVOTS)
         forces, closed = np.zeros(len(g0)), np.zeros(len(g0), bool)
         forces[other], closed[other] = z, chosen
         forces[r], closed[r] = load - z.sum(), True
@@ -299,10 +310,10 @@ def _at_load(H, g0, load, closed, steps, reduced):
         left, r = other, int(other[np.argmax(z)])
 
 
-def _pivoting(K, q, closed, steps, patience=PATIENCE):
+def _pivoting(K, q, closed, steps, patience=PATIENCE, budget=None):
     """z and closed set of (b) by block pivoting; without the safeguard if `patience` is infinite."""
     closed, fewest, left = closed.copy(), len(q) + 1, patience
-    budget = 5000 + 10*len(q)      # single pivots: 2^m at worst, seldom above m
+    budget = budget or 5000 + 10*len(q)      # single pivots: 2^m at worst, seldom above m
     for _ in range(budget):
         z, wrong = _complementary(K, q, closed)
         steps["sets"] += 1

@@ -99,6 +99,8 @@ def fit(line, load, zones, *, order, tolerance):
     zones = {corner: tuple(tuple(np.clip(interval, *line.ends.get(corner, (-np.inf, np.inf))).tolist()) for interval in intervals)
              for corner, intervals in zones.items()}
     for iteration in range(EDGE_STEPS):
+        if any(np.any(np.diff(np.ravel(intervals)) <= 0) for intervals in zones.values()):
+            raise NotConverged(f"edges of the zones cross at load {load:g}: another topology of the zones", iterations=iteration)
         panels = make_panels(line, zones, order)
         (q,), (approach,), noise = solve_zones(line, panels, (load,))
         moved, error = _moved(line, load, zones, edge_coefficients(panels, q), tolerance)

@@ -3,7 +3,8 @@
 Topologies are looked at on a geometric scan of loads, from where the contact is small against a block. Between two of
 them an event is approached from the side on which something is still left to measure: the width of a zone that is
 born or vanishes, or of the gap between two that meet or part. Its square is linear in the load next to the event;
-where the two corners' edges cross, the power is 2 s with the exponent s of coalescence.
+where the two corners' edges cross, the power is 2 s with the exponent s of coalescence. There it has a sign, gap or
+overlap, so that states of both sides count and none needs to be so near that the edges cannot be told apart.
 """
 
 from dataclasses import dataclass, replace
@@ -27,7 +28,11 @@ STEPS = 16
 MOST = 4              # changes between two states that may be one event
 CAUTION = 0.1         # least share of a step that is tried where no state is found
 NARROW = 1e-5         # of the load: several events within are given as one bracket
-MEETING = {("full", "born"), ("contact", "merged")}      # on the axis, all at once
+MEETING = {("full", "born"), ("contact", "merged")}      # edges of the two corners cross, all at once
+PARTING = {("full", "vanished"), ("contact", "split")}
+TOLD = 5e-3           # of the load: nearer to such a crossing states of EVENT_ORDER do not tell the two edges well apart
+LEFT = 5e-4           # of the way from there to the farther state beside it: least error of its load; a hundredth is seen
+INTERPOLATED = 5      # states from which its load is interpolated
 NAMES = ("A", "B", "full", "contact")
 
 
@@ -88,9 +93,12 @@ class LinePath:
         heights = [line.initial_gap(np.full(len(first.x), corner), first.x) for corner in range(len(line.law.corners))]
         nearest = min(np.min(height) for height in heights)
         touching = {name for name, height in zip("AB", heights) if np.min(height) <= nearest + SAME*_width(first)}
-        for name, intervals in _named(first).items():
-            late = 0.0 if name == "contact" or name in touching else first.load/2
-            found += [Event(late, late, "born", name, (left + right)/2) for left, right in intervals]
+        zones = _named(first)
+        early = [interval for name in touching for interval in zones[name]] or zones["contact"]      # without corners
+        for name, intervals in zones.items():
+            for left, right in intervals:
+                late = 0.0 if any(left <= a and b <= right for a, b in early) and name in (*touching, "contact") else first.load/2
+                found.append(Event(late, late, "born", name, (left + right)/2))
         return found
 
     def _between(self, low, high):
@@ -98,10 +106,9 @@ class LinePath:
         changes = _changes(low, high)
         if not changes:
             return []
-        if self.scene.may_meet_on_axis and {(change.zone, change.kind) for change in changes} == MEETING:
-            load, error = self.scene.coalescence()
-            if low.load < load < high.load:
-                return [Event(load, error, change.kind, change.zone, 0.0) for change in changes]
+        crossing = self._crossing(low, high, changes)
+        if crossing:
+            return [Event(*crossing[:2], change.kind, change.zone, crossing[2]) for change in changes]
         if high.load - low.load <= NARROW*high.load:
             half = (high.load - low.load)/2
             return [Event(float(low.load + half), float(half), change.kind, change.zone, float(change.x)) for change in changes]
@@ -114,6 +121,38 @@ class LinePath:
         low_side, high_side = _sides(visited, changes[0])
         found = [self._located(visited, low_side, high_side, change) for change in _changes(low_side, high_side)]
         return self._between(low, low_side) + _crossing_once(found) + self._between(high_side, high)
+
+    def _crossing(self, low, high, changes):
+        """(load, error, x) where edges of the two corners cross between two states; None unless that is all that happens."""
+        kinds = {(change.zone, change.kind) for change in changes}
+        if len(changes) != 2 or kinds not in (MEETING, PARTING):
+            return None
+        if self.scene.may_meet_on_axis and kinds == MEETING:
+            load, error = self.scene.coalescence()
+            return (load, error, 0.0) if low.load < load < high.load else None
+        gaps, later = _gaps(low), _gaps(high)
+        turned = [pair for pair in gaps if gaps.keys() == later.keys() and gaps[pair][0]*later[pair][0] < 0]
+        if len(turned) != 1:
+            return None
+        states, power = [low, high], 2*coalescence_exponent(low.line.solid)
+        for _ in range(STEPS):
+            size = [np.copysign(abs(gap)**power, gap) for gap, _ in (_gaps(state)[turned[0]] for state in states)]
+            load, error = _root([state.load for state in states], size)
+            below = max((state for state in states if size[0]*_gaps(state)[turned[0]][0] > 0), key=lambda state: state.load)
+            above = min((state for state in states if size[0]*_gaps(state)[turned[0]][0] < 0), key=lambda state: state.load)
+            if not below.load < load < above.load:
+                load = (below.load + above.load)/2
+                error = (above.load - below.load)/2
+            farther = max(below, above, key=lambda state: abs(state.load - load))
+            way = farther.load - load
+            error = max(error, LEFT*abs(way))
+            if abs(way) <= 2*TOLD*load:
+                break
+            state = self._state(load + np.copysign(max(APPROACH*abs(way), TOLD*load), way), farther)
+            if state is None or _gaps(state).keys() != gaps.keys():
+                break
+            states = sorted([*states, state], key=lambda each: each.load)
+        return float(load), float(error), float(_gaps(below)[turned[0]][1])
 
     def _approached(self, low, high, change):
         """States ascending in load towards an event, from the side on which something is left to measure."""
@@ -203,6 +242,27 @@ def _sides(visited, change):
     else:
         last = max((i for i, number in enumerate(numbers[:-1]) if number != change.high), default=last)
     return visited[last], visited[last + 1]
+
+
+def _gaps(state):
+    """{(number of a zone of A, of one of B): (what is between them, below 0 where they overlap, and the middle of it)}."""
+    found = {}
+    for i, a in enumerate(state.all_zones[0]):
+        for j, b in enumerate(state.all_zones[1]):
+            left, right = max((b[1], a[0]), (a[1], b[0]), key=lambda edges: edges[1] - edges[0])
+            found[i, j] = right - left, (left + right)/2
+    return found
+
+
+def _root(loads, sizes):
+    """Load at which sizes vanish, interpolated as a polynomial of the size, and what the last of the states changes."""
+    def interpolated(numbers):
+        shares = [np.prod([sizes[j]/(sizes[j] - sizes[i]) for j in numbers if j != i]) for i in numbers]
+        return sum(share*loads[i] for share, i in zip(shares, numbers))
+
+    nearest = np.argsort(np.abs(sizes))[:INTERPOLATED]
+    load = interpolated(nearest)
+    return load, abs(load - interpolated(nearest[:-1]))
 
 
 def _zero(pair):

@@ -80,7 +80,8 @@ class Contact:
                 if objection.reached is not None:
                     raise
                 failure = objection
-        raise NotConverged(f"no zones fit at load {load:g}: {failure}") from failure
+        raise NotConverged(f"no zones fit at load {load:g}: {failure}; next to a load at which zones meet only a larger rtol is in "
+                           "reach, and contacts far narrower or wider than a block are classical: try GridContact") from failure
 
     def load(self, last, rtol=1e-3):
         """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load."""
@@ -104,9 +105,19 @@ class Contact:
         for _ in range(MENDINGS):
             better = topology.mended(state)
             if better is None:
-                return state
+                return self._completed(state, tolerance)
             state = contact_line.fit(self.line, load, better, order=order, tolerance=tolerance)
         raise NotConverged(f"zones still changing after {MENDINGS} mendings at load {load:g}")
+
+    def _completed(self, state, tolerance):
+        """The state with a zone that hardly began to touch, where there is one."""
+        zones = topology.newborn(state)
+        if zones is None:
+            return state
+        try:
+            return contact_line.fit(self.line, state.load, zones, order=state.panels.order, tolerance=tolerance)
+        except NotConverged:      # none after all
+            return state
 
     def _climb(self, first, state, rtol, tolerance):
         """State on the ladder of orders, from a state of the order `first` on."""

@@ -6,13 +6,15 @@ from . import active_set
 from .errors import NotConverged
 from .line_state import violations
 from .observables import runs
-from .panels import half_line
+from .panels import half_line, zone_edges
 
 CELLS = (80, 160)     # of the coarse grid; finer while no zones fit
 MEETING = 0.1         # of the width: opposite edges of the two corners this near to each other may be joined or apart
 APART, OVERLAP = 0.3, 0.15      # of the way between such edges, where the other way round is tried
 MARGIN = 1.3          # of the coarse grid around the contact
 SNAP = 1.5            # cells within which an edge is taken for an end of the obstacle, to begin with
+LOOKED_AT, ZOOMS = 64, 6      # places where a gap is looked at, and how often nearer next to its least
+UNSEEN = 1e-3         # of what `tolerated` allows next to edges: overlap off them that is not the panels' own error
 PARTIAL = 2.4         # width of a partial zone over ell as ell -> 0 (2.39 at nu = 0.3, beta = 1): a first guess
 
 
@@ -151,6 +153,46 @@ def mended(state):
     if half_line(state.line) or not any(zones.values()):
         raise NotConverged(f"corners would be pressed in, or pulled, on these zones at load {state.load:g}")
     return zones
+
+
+def newborn(state):
+    """Zones with one more where a gap closes between the places that `violations` looks at; None where none does.
+
+    That is narrow against its distance from all edges: next to the load at which a corner begins to touch.
+    """
+    line, edges = state.line, np.array(zone_edges(state.all_zones))
+    if half_line(line):
+        return None
+    beyond = (edges[-1] - edges[0])/2 + line.solid.ell
+    looked = np.linspace(edges[0] - beyond, edges[-1] + beyond, LOOKED_AT)
+    heights = line.initial_gap(np.zeros(LOOKED_AT, int), looked)
+    overlap = UNSEEN*tolerated(state.panels.order)*np.ptp(heights[np.isfinite(heights)])
+    born = {corner: _closing(state, corner, looked, overlap) for corner in line.corners}
+    return {corner: sorted([*state.zones[corner], *born[corner]]) for corner in born} if any(born.values()) else None
+
+
+def _closing(state, corner, looked, overlap):
+    """Intervals, about, where a corner's gap is below -overlap next to a local minimum that lies off its zones."""
+    gaps, found = _gaps(state, corner, looked), []
+    lower = (gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:]) & np.isfinite(gaps[:-2] + gaps[2:])
+    for i in 1 + np.flatnonzero(lower):
+        left, right = looked[i - 1], looked[i + 1]
+        for _ in range(ZOOMS):
+            x = np.linspace(left, right, 9)
+            values = _gaps(state, corner, x)
+            least = int(np.clip(np.argmin(values), 1, 7))
+            left, right = x[least - 1], x[least + 1]
+            if values.min() < -overlap:
+                step, closed = (x[1] - x[0])/4, x[values < 0]
+                found.append((float(closed[0] - step), float(closed[-1] + step)))
+                break
+    return found
+
+
+def _gaps(state, corner, x):
+    """Gaps of a corner at x, inf in its zones."""
+    inside = np.any([(left <= x) & (x <= right) for left, right in state.zones[corner]], axis=0) if state.zones[corner] else x != x
+    return np.where(inside, np.inf, state.gaps(corner, x))
 
 
 def _toggled(intervals, left, right, inside):

@@ -385,9 +385,21 @@ def test_rigid_corner_cannot_take_an_approach():
 def test_exhausted_pivots_are_named(monkeypatch):
     monkeypatch.setattr("microblock.active_set._complementary",
                         lambda K, q, closed: (np.zeros(len(q)), np.ones(len(q), bool)))
-    with pytest.raises(NotConverged, match="59 corners still changing.*follow the path") as caught:
-        solve(*rough()[:2], load=1.0)
+    H, g0, _ = rough()
+    with pytest.raises(NotConverged, match="60 corners still changing.*follow the path") as caught:
+        solve(H + 10*H.max(), g0, approach=g0.min() + 1)
     assert caught.value.iterations > 5000
+
+
+def test_the_path_is_followed_where_pivots_make_no_progress(monkeypatch):
+    """A matrix of a third of the full rank can take thousands of pivots; the path takes an event a corner."""
+    factors = np.random.default_rng(3).normal(size=(60, 20))
+    H, g0 = factors @ factors.T, np.abs(np.random.default_rng(4).normal(size=60))
+    direct = solve(H, g0, load=1.0)
+    monkeypatch.setattr("microblock.active_set.PIVOTS", 2)
+    state = solve(H, g0, load=1.0)
+    assert state.followed and not direct.followed and direct.iterations > 2
+    assert residual(H, g0, np.ones(60), state, 1.0) < KKT and state.approach == pytest.approx(direct.approach, rel=1e-9)
 
 
 GOOD = dict(H=np.eye(2), g0=np.zeros(2), load=1.0)

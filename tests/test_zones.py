@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from microblock import contact_line, line_state, obstacles, panels, topology
-from microblock.errors import BadArgument
+from microblock.errors import BadArgument, NotConverged
 from microblock.halfplane import HalfPlane
 from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
@@ -128,3 +128,35 @@ def test_two_edges_drift_together():
     (inner, _), = state.zones[0]
     (_, other), = state.zones[1]
     assert state.error_estimate <= 1e-3 and abs(inner - other) < 1e-3*(state.x[-1] - state.x[0])
+
+
+def test_zones_of_unsymmetric_scenes_meet_once():
+    """Turned blocks: A's zone and B's meet where those of straight blocks do, and said to do so once."""
+    straight, _ = scene(0.3, Microblock(), obstacles.Cylinder(1.0)).coalescence()
+    for psi0, near in ((1e-6, 1e-5), (0.03, None)):      # what psi0 shifts is of its second power; the error that is said
+        events = scene(0.3, Microblock(psi0), obstacles.Cylinder(1.0)).load(0.7).events
+        meeting = [event for event in events if event.kind == "merged" or (event.kind, event.zone) == ("born", "full")]
+        assert [(event.kind, event.zone) for event in meeting] == [("born", "full"), ("merged", "contact")]
+        assert meeting[0].load == meeting[1].load and meeting[0].load_error < 1e-5*meeting[0].load
+        assert [event for event in events if event.kind in ("vanished", "split")] == []
+        if near:
+            assert abs(meeting[0].load - straight) < meeting[0].load_error < near*straight
+            late = [event for event in events if event.x > 0 and event.kind == "born" and event.zone == "contact"]
+            assert late[0].load_error > 0      # touches after B does, earlier than the scan begins
+
+
+def test_a_corner_that_hardly_touches_is_seen():
+    """Just beyond the load of first touch the second corner's zone is narrow, and far from all edges."""
+    here = scene(1.55, Microblock(0.9), obstacles.Cylinder(1.0))
+    event = next(event for event in here.load(12.0).events if event.zone == "A" and event.load > 0)
+    for beyond in (1e-2, 1e-4):
+        state = here.at((1 + beyond)*event.load)
+        (left, right), = state.zones[0]
+        # the gap closes as the square of the width does, up to its logarithm
+        assert 0.6 < (right - left)/np.sqrt(beyond) < 1.1 and left < event.x < right + 0.05
+
+
+def test_crossed_edges_are_another_topology():
+    line = scene(0.05, Microblock(-0.04), obstacles.Punch(1.0, 1e-6)).line
+    with pytest.raises(NotConverged, match="cross"):
+        contact_line.fit(line, 1.0, {0: ((-0.9, 0.95), (0.94, 1.02)), 1: ((-1.0, 0.9),)}, order=6, tolerance=1e-3)
