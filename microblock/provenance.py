@@ -93,31 +93,31 @@ def _of_code(value, seen):
     named = [home, getattr(value, "__qualname__", value.__name__)]
     if foreign(home):
         return {"named": named, "version": _version(home)}
-    if home not in SCRIPTS:
-        return {"named": named, "module": sources(home)}
     if value in seen:
         return {"again": seen[value]}
     seen[value] = len(seen)
-    return {"named": named[1], **(_of_class if isinstance(value, type) else _of_function)(value, seen)}
+    told = {"named": named[1], **({} if home in SCRIPTS else {"module": sources(home)})}
+    if isinstance(value, FunctionType):
+        return {**told, **_of_function(value, seen)}
+    return {**told, **_of_class(value, seen)} if home in SCRIPTS else told
 
 
 def _of_function(function, seen):
-    """Its code, defaults, and what it takes from around it by name."""
-    code, cells = _without_docstring(function), zip(function.__code__.co_freevars, function.__closure__ or ())
-    taken = {name: cell.cell_contents for name, cell in cells}
-    taken |= {name: function.__globals__[name] for name in sorted(_globals(function.__code__)) if name in function.__globals__}
-    return {part: described(value, seen) for part, value in
-            (("code", code), ("defaults", function.__defaults__), ("keywords", function.__kwdefaults__), ("taken", taken))}
+    """Its code, defaults, what it takes from around it by name, and in scripts, whose file does not count, what it imports."""
+    code, cells = function.__code__, zip(function.__code__.co_freevars, function.__closure__ or ())
+    constants = tuple(None if one == function.__doc__ else one for one in code.co_consts)
+    taken, imported = {name: cell.cell_contents for name, cell in cells}, None
+    if function.__module__ in SCRIPTS:
+        taken |= {name: function.__globals__[name] for name in _named(code, GLOBALS) if name in function.__globals__}
+        imported = sources(*_named(code, ("IMPORT_NAME",)))
+    parts = code.replace(co_consts=constants), function.__defaults__, function.__kwdefaults__, taken, imported
+    return {"function": [described(part, seen) for part in parts]}
 
 
-def _without_docstring(function):
-    code = function.__code__
-    return code.replace(co_consts=tuple(one for one in code.co_consts if one is None or one != function.__doc__))
-
-
-def _globals(code):
-    found = {step.argval for step in dis.get_instructions(code) if step.opname in GLOBALS}
-    return found.union(*(_globals(one) for one in code.co_consts if isinstance(one, CodeType)))
+def _named(code, operations):
+    """Names that operations of a code object, and of those inside, refer to; sorted."""
+    found = {step.argval for step in dis.get_instructions(code) if step.opname in operations}
+    return sorted(found.union(*(_named(one, operations) for one in code.co_consts if isinstance(one, CodeType))))
 
 
 def _of_class(kind, seen):
@@ -170,8 +170,8 @@ def _spec(name):
 
 
 def sources(*modules):
-    """Digest of modules and of all that they import, on any line, short of foreign ones; comments, docstrings apart."""
-    waiting, found = list(modules), {}
+    """Digest of modules (of packages all that is in them) and of what they import, on any line, short of foreign ones."""
+    waiting, found = [one for name in modules for one in (name, *_rooms(name))], {}
     while waiting:
         name = waiting.pop()
         if name not in found:
@@ -220,5 +220,5 @@ def _bare(tree):
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list) and body and isinstance(body[0], ast.Expr) and isinstance(body[0].value, ast.Constant):
-            body[:1] = [ast.Pass()]
+            del body[0]
     return tree
