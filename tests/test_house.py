@@ -12,6 +12,7 @@ ROOT = Path(microblock.__file__).parent
 MAY_IMPORT = {
     "errors": set(), "material": set(), "obstacles": set(), "meshes": set(), "references": set(), "observables": set(),
     "plots": set(), "adapt": set(), "study": {"__init__"}, "provenance": {"study"}, "sweeps": {"provenance"},
+    "export": {"line_state", "study", "subsurface"},
     "law": {"obstacles"}, "body": {"material"},
     "condensation": {"body", "compliance", "facets", "panels"}, "surface_state": {"condensation", "law", "observables", "panels"},
     "ground": {"law", "observables", "panels"}, "uniform": {"active_set", "body", "condensation", "facets", "ground", "meshes",
