@@ -42,7 +42,7 @@ class Parameters:
 
 def run(parameters, out, quiet=False):
     """Make what is asked for; returns paths and seconds of each. The page shows what else of the folder still holds."""
-    start = time.perf_counter()
+    start, busy = time.perf_counter(), time.process_time()
     for folder in ("figures", "data"):
         (out/folder).mkdir(exist_ok=True)
     names = list(parameters.only) or KNOWN
@@ -56,7 +56,8 @@ def run(parameters, out, quiet=False):
         raise NotConverged(f"stopped after {len(made)} of {len(names)} items; the same command goes on from there") from None
     finally:
         seconds = time.perf_counter() - start
-        told = f"{len(made)} of {len(names)} items in {seconds:.0f} s, {sum(one['kept'] for one in made.values())} from kept records"
+        told = (f"{len(made)} of {len(names)} items in {seconds:.0f} s ({time.process_time() - busy:.0f} s of processor time), "
+                f"{sum(one['kept'] for one in made.values())} from kept records")
         write_text(out/"index.html", report_page.page(shown(made, records, out), told, versions()))
     if not quiet:
         print(f"{told}; look at {out/'index.html'}")

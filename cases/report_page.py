@@ -5,7 +5,7 @@ import html
 SHOWN = 4     # significant digits of a table on the page; the CSV has them all
 STYLE = """
 body { font-family: sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; }
-img { max-width: 100%; } code { background: #f3f3f3; }
+img { max-width: 100%; } .wide { overflow-x: auto; } code { background: #f3f3f3; }
 table { border-collapse: collapse; font-size: 85%; } td, th { padding: 0.2em 0.7em; text-align: left; }
 tr:nth-child(even) { background: #f5f5f5; } figure { margin: 2em 0; } nav { column-width: 14em; font-size: 85%; }
 .made, details { font-size: 85%; color: #555; }
@@ -45,7 +45,7 @@ def _table(rows):
     head = "".join(f"<th>{html.escape(name)}</th>" for name in rows[0])
     body = "".join("<tr>" + "".join(f"<td>{html.escape(_shown(cell))}</td>" for cell in row.values()) + "</tr>"
                    for row in rows)
-    return f"<table><tr>{head}</tr>{body}</table>"
+    return f'<div class="wide"><table><tr>{head}</tr>{body}</table></div>'
 
 
 def _shown(cell):

@@ -1,4 +1,4 @@
-"""Any case over any of its parameters: a row and a point of a chart for each combination, resumed where it stopped.
+"""Any case over any of its parameters: a row and a point of a chart each, resumed where it stopped.
 
     python -m cases sweep hertz --over alpha 0.1 0.2 0.5 1 --over contact microblock unilateral --out out/sweep
     python -m cases sweep size_effect --over beta 0.2 0.5 1 1.5 --given nu=0.2 --out out/beta

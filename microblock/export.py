@@ -42,11 +42,10 @@ def to_csv(state, path):
 
     Examples
     --------
-    >>> import microblock as mb
     >>> from microblock.study import read_records
     >>> scene = mb.Contact(mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)), mb.Cylinder(R=10), mb.Microblock())
-    >>> to_csv(scene.at(1.0), "/tmp/state.csv")
-    >>> rows = read_records("/tmp/state.csv")
+    >>> mb.to_csv(scene.at(1.0), "state.csv")
+    >>> rows = read_records("state.csv")
     >>> round(sum(row["weight"]*row["pressure"] for row in rows), 9)
     1.0
     """
@@ -84,15 +83,16 @@ def to_vtk(state, path, x1=None, x2=None):
 
     Examples
     --------
-    >>> import microblock as mb, meshio, numpy as np
+    >>> import meshio
     >>> scene = mb.Contact(mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)), mb.Cylinder(R=10), mb.Microblock())
-    >>> surface, body = to_vtk(scene.at(1.0), "/tmp/state", x1=np.linspace(-1, 1, 5), x2=np.linspace(-1, 0, 4))
+    >>> surface, body = mb.to_vtk(scene.at(1.0), "state", x1=np.linspace(-1, 1, 5), x2=np.linspace(-1, 0, 4))
     >>> meshio.read(body).point_data["stress"].shape
     (20, 4)
     """
     surface, body = (Path(f"{path}_{part}.vtu") for part in ("surface", "body"))
     if not isinstance(state, LineState) and (x1 is not None or x2 is not None):
-        raise BadArgument("x1, x2", (x1, x2), "belong to a state on the contact line of a half-plane; others have their own nodes")
+        raise BadArgument("x1, x2", (x1, x2), "belong to a state on the contact line of a half-plane; others have their "
+                          "own nodes")
     _write_surface(state, surface)
     if isinstance(state, LineState):
         _write_grid(state, body, *_grid(state, x1, x2))

@@ -65,7 +65,7 @@ def sweep(function, over, *, executor=None, workers=None, records=None, retry=Fa
     >>> from concurrent.futures import ThreadPoolExecutor
     >>> def area(width, height):
     ...     return {"area": width*height}
-    >>> rows = sweep(area, {"width": (1, 2), "height": (3,)}, executor=ThreadPoolExecutor(), quiet=True)
+    >>> rows = mb.sweep(area, {"width": (1, 2), "height": (3,)}, executor=ThreadPoolExecutor(), quiet=True)
     >>> [row["area"] for row in rows]
     [3, 6]
     """
