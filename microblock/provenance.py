@@ -89,7 +89,7 @@ def _of_code(value, seen):
     value = inspect.unwrap(value) if callable(value) else value
     if not isinstance(value, (FunctionType, BuiltinFunctionType, type, np.ufunc)):
         return None
-    home = getattr(value, "__module__", None) or type(value).__module__
+    home = _home(value)
     named = [home, getattr(value, "__qualname__", value.__name__)]
     if foreign(home):
         return {"named": named, "version": _version(home)}
@@ -102,12 +102,20 @@ def _of_code(value, seen):
     return {**told, **_of_class(value, seen)} if home in SCRIPTS else told
 
 
+def _home(value):
+    """The module of a function or class; of a function that did not come with its module's file, the script."""
+    home = getattr(value, "__module__", None) or type(value).__module__
+    if isinstance(value, FunctionType) and value.__globals__ is not getattr(sys.modules.get(home), "__dict__", None):
+        return SCRIPTS[0]
+    return home
+
+
 def _of_function(function, seen):
     """Its code, defaults, what it takes from around it by name, and in scripts, whose file does not count, what it imports."""
     code, cells = function.__code__, zip(function.__code__.co_freevars, function.__closure__ or ())
     constants = tuple(None if one == function.__doc__ else one for one in code.co_consts)
     taken, imported = {name: cell.cell_contents for name, cell in cells}, None
-    if function.__module__ in SCRIPTS:
+    if _home(function) in SCRIPTS:
         taken |= {name: function.__globals__[name] for name in _named(code, GLOBALS) if name in function.__globals__}
         imported = sources(*_named(code, ("IMPORT_NAME",)))
     parts = code.replace(co_consts=constants), function.__defaults__, function.__kwdefaults__, taken, imported

@@ -32,3 +32,8 @@ def test_pages_are_built_without_a_warning(tmp_path):
     assert built.returncode == 0, built.stderr
     page = (tmp_path/"pages"/"index.html").read_text()
     assert all(f'id="microblock.{name}"' in page for name in mb.__all__)
+
+
+def test_version_is_one_and_the_same():
+    assert f"\nversion: {mb.__version__}\n" in (ROOT/"CITATION.cff").read_text()
+    assert f"\n## {mb.__version__}" in (ROOT/"CHANGELOG.md").read_text()
