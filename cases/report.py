@@ -99,7 +99,8 @@ class Records:
         start, others = time.perf_counter(), len(self.told)
         make = (lambda: JUDGED[name](self)) if name in JUDGED else TABLES[name] if name in TABLES else PLATES[name][0]
         write_records(self.path(name), make())
-        seconds = time.perf_counter() - start - sum(one["seconds"] for one in list(self.told.values())[others:] if not one["kept"])
+        nested = sum(one["seconds"] for one in list(self.told.values())[others:] if not one["kept"])
+        seconds = time.perf_counter() - start - nested
         told = {"depends_on": self.depends_on[name], "content": self._content(name), "seconds": seconds,
                 "machine": versions()["machine"]}
         write_json(self.folder/f"{name}.json", told)
@@ -120,13 +121,13 @@ def make(name, records, out):
 def item(name, records, rows):
     """An item as the page shows it."""
     made_by = PLATES[name][1] if name in PLATES else TABLES.get(name) or JUDGED[name]
-    table = None if name in PLATES else [{key: cell for key, cell in row.items() if not key.startswith("version_")} for row in rows]
+    cells = [{key: cell for key, cell in row.items() if not key.startswith("version_")} for row in rows]
     estimates = [row["error_estimate"] for row in rows if row.get("error_estimate") is not None]
     commands = list(dict.fromkeys(row["command"] for row in rows if row.get("command")))
     figures = {kind: f"figures/{name}.{kind}" if name in PLATES else None for kind in ("png", "pdf")}
     known = records.told.get(name) or records.kept(name)
     return {"name": name, "caption": " ".join(made_by.__doc__.split()), "data": f"data/{name}.csv", "figure": figures["png"],
-            "pdf": figures["pdf"], "table": table, "command": f"python -m cases report --only {name}",
+            "pdf": figures["pdf"], "table": None if name in PLATES else cells, "command": f"python -m cases report --only {name}",
             "commands": commands[:COMMANDS], "error_estimate": max(estimates, default=None),
             **{key: known[key] for key in ("seconds", "machine", "kept")}}
 

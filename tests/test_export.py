@@ -103,7 +103,7 @@ def test_fields_of_meshes_come_back(made, tmp_path):
                         ("couple_stress", fields.couple_stress)):
         there = field(mesh(x1[inner], x2[inner])).reshape(len(inner), -1)
         size = np.abs(there).max()
-        assert back.point_data[name].reshape(len(x1), -1)[inner] == pytest.approx(there, rel=0, abs=1e-9*size), name      # rounding
+        assert np.abs(back.point_data[name].reshape(len(x1), -1)[inner] - there).max() < 1e-9*size, name      # rounding
     area = sum(area_of(back.points[own.data, :2]) for own in back.cells)
     assert area == pytest.approx(ng.Integrate(1, mesh), rel=1e-9)      # straight sides: rounding
 
