@@ -27,14 +27,16 @@ def script(body, argument="f"):
 
 def test_values_are_told_apart():
     values = [1, 1.0, True, None, "1", (1,), [1], {"a": 1}, {"a": 2}, {"b": 1}, np.ones(1), np.ones(2), np.zeros(1), 1 + 3e-16,
-              mb.Cylinder(1.0), mb.Cylinder(2.0), mb.Microblock(), mb.Unilateral(), mb.HalfPlane(mb.Cosserat(1, 0.3, 0.1, beta=1)), mb.HalfPlane(mb.Cosserat(1, 0.3, 0.1, beta=0.5)), scaled, scaled(1), scaled(2), partial(scaled, 1), partial(scaled, 2),
-              lambda: 1, lambda: 2, np.sin, np.cos, abs, np.linalg]
+              mb.Cylinder(1.0), mb.Cylinder(2.0), mb.Microblock(), mb.Unilateral(), mb.HalfPlane(mb.Cosserat(1, 0.3, 0.1, beta=1)),
+              mb.HalfPlane(mb.Cosserat(1, 0.3, 0.1, beta=0.5)), scaled, scaled(1), scaled(2), partial(scaled, 1),
+              partial(scaled, 2), lambda: 1, lambda: 2, np.sin, np.cos, abs, np.linalg]
     assert len({digest(value) for value in values}) == len(values)
     assert digest(np.float64(0.1)) == digest(0.1) and digest(scaled(1)) == digest(scaled(1))
 
 
 def test_code_of_scripts_counts_without_comments_docstrings_and_places():
-    plain = 'def g(x):\n "g"\n return x\nC = {"a": 1}\ndef f(x):\n "f"\n return [C[y] + g(y) for y in x if y in {"a", "bc", "de"}]'
+    plain = ('def g(x):\n "g"\n return x\nC = {"a": 1}\n'
+             'def f(x):\n "f"\n return [C[y] + g(y) for y in x if y in {"a", "bc", "de"}]')
     same = ('"""A script."""\nunused = 3\ndef g(x):\n "What it is."\n return x   # a comment\n'
             'def f(x):\n "What it does."\n return [C[y] + g(y) for y in x if y in {"a", "bc", "de"}]\nC = {"a": 1}')
     assert script(plain) == script(same)

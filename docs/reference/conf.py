@@ -9,7 +9,7 @@ extensions = ["sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 html_theme = "alabaster"
 suppress_warnings = ["ref.python"]      # a word of a type, such as nodes, may be the name of several attributes
 default_role = "code"              # single backquotes are code in our docstrings
-autodoc_default_options = {"members": True, "show-inheritance": True}
+autodoc_default_options = {"members": True}
 autodoc_typehints = "none"
 napoleon_use_ivar = True           # attributes of a dataclass are listed with its fields
 
