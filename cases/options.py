@@ -7,7 +7,7 @@ from microblock.errors import BadArgument
 
 
 def option(default, text, kind=float, **choice):
-    """A dataclass field with help text, type and argparse's `choices` or `nargs`."""
+    """A dataclass field with help text, type and argparse's `choices`, `nargs` or `action`; `positional`: without its name."""
     return field(default=default, metadata={"help": text, "type": kind, **choice})
 
 
@@ -19,6 +19,9 @@ def add_options(parser, parameters):
         settings["help"] = (settings["help"] + shown).replace("%", "%%")
         if entry.type in (bool, "bool"):
             settings = {"help": entry.metadata["help"], "action": "store_true"}
+        if settings.pop("positional", False):
+            parser.add_argument(entry.name, **settings)
+            continue
         parser.add_argument(flag(entry.name), dest=entry.name, default=entry.default, **settings)
 
 
@@ -32,6 +35,12 @@ def command(case, parameters):
     words = [f"python -m cases {case}"]
     for entry in fields(parameters):
         value = getattr(parameters, entry.name)
+        if entry.metadata.get("positional"):
+            words.append(str(value))
+            continue
+        if entry.metadata.get("action") == "append":
+            words += [f"{flag(entry.name)} {' '.join(one)}" for one in value or ()]
+            continue
         if isinstance(value, bool):
             words += [flag(entry.name)]*value
             continue

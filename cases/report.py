@@ -2,31 +2,37 @@
 
 Writes DIR/figures/*.png and *.pdf, DIR/data/*.csv (a row a run or a node, with every parameter, the
 command that repeats it and the versions) and DIR/index.html. Figures are drawn from the CSV files.
+Records of an earlier run are kept if nothing that they depend on has changed: the code that makes them with all that
+it imports, versions, the file itself (DIR/data/*.json). So an interrupted report goes on where it stopped.
 """
 
-import html
+import hashlib
+import json
 import time
 from dataclasses import asdict, dataclass
 
 from tqdm import tqdm
 
-from cases import figures_fe, figures_hertz, figures_layers, figures_strip, limits_table, paper_and_here
+from cases import figures_fe, figures_hertz, figures_layers, figures_strip, limits_table, paper_and_here, report_page
 from cases.options import option
-from microblock import plots
-from microblock.errors import BadArgument
-from microblock.study import read_records, versions, write_records, write_text
+from microblock import plots, provenance
+from microblock.errors import BadArgument, NotConverged
+from microblock.study import read_records, versions, write_json, write_records, write_text
 
 OUT = "out"
-PLATES = {**figures_strip.PLATES, **figures_fe.PLATES, **figures_hertz.PLATES, **figures_layers.PLATES}
-TABLES = {**figures_strip.TABLES, **figures_layers.TABLES, **limits_table.TABLES}
+# modules with PLATES {name: (records, drawing)} or TABLES {name: records}: what is named here is part of the report
+ROOMS = (figures_strip, figures_fe, figures_hertz, figures_layers, limits_table)
+PLATES = {name: plate for room in ROOMS for name, plate in getattr(room, "PLATES", {}).items()}
+TABLES = {name: table for room in ROOMS for name, table in getattr(room, "TABLES", {}).items()}
 JUDGED = paper_and_here.TABLES     # made from the records of the others
 KNOWN = (*PLATES, *TABLES, *JUDGED)
-SHOWN = 4     # significant digits of a table on the page; the CSV has them all
+COMMANDS = 12     # of an item's runs, at most, on the page
 
 
 @dataclass(frozen=True)
 class Parameters:
     only: tuple = option((), f"names to make, of {', '.join(KNOWN)}", str, nargs="+", metavar="NAME")
+    anew: bool = option(False, "compute all records again", bool)
 
     def __post_init__(self):
         for name in self.only:
@@ -35,90 +41,100 @@ class Parameters:
 
 
 def run(parameters, out, quiet=False):
-    """Make what is asked for; returns paths and seconds of each."""
-    start = time.perf_counter()
+    """Make what is asked for; returns paths and seconds of each. The page shows what else of the folder still holds."""
+    start, busy = time.perf_counter(), time.process_time()
     for folder in ("figures", "data"):
         (out/folder).mkdir(exist_ok=True)
     names = list(parameters.only) or KNOWN
-    made, records = [], Records(out/"data")
-    progress = tqdm(names, disable=quiet, unit="item")
-    for name in progress:
-        progress.set_description(name)
-        made.append(make(name, records, out))
-    write_text(out/"index.html", page(made))
+    made, records = {}, Records(out/"data", parameters.anew)
+    try:
+        with tqdm(names, disable=quiet, unit="item") as progress:
+            for name in progress:
+                progress.set_description(name)
+                made[name] = make(name, records, out)
+    except KeyboardInterrupt:
+        raise NotConverged(f"stopped after {len(made)} of {len(names)} items; the same command goes on from there") from None
+    finally:
+        seconds = time.perf_counter() - start
+        told = (f"{len(made)} of {len(names)} items in {seconds:.0f} s ({time.process_time() - busy:.0f} s of processor time), "
+                f"{sum(one['kept'] for one in made.values())} from kept records")
+        write_text(out/"index.html", report_page.page(shown(made, records, out), told, versions()))
     if not quiet:
-        print(f"{len(made)} items under {out}/; look at {out/'index.html'}")
+        print(f"{told}; look at {out/'index.html'}")
     return {"parameters": asdict(parameters), "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "items": made}
+            "seconds": {"setup": 0.0, "solve": seconds}, "items": list(made.values())}
 
 
 class Records:
-    """Records by the name of their figure or table: computed and written once in a run, then read."""
+    """Records by the name of their figure or table: made once, kept as long as they hold, and read from their file.
 
-    def __init__(self, folder):
-        self.folder, self.written = folder, set()
+    They hold while the code that makes them and the versions are the same; judgements while those of all others hold.
+    """
+
+    def __init__(self, folder, anew=False):
+        self.folder, self.anew, self.told = folder, anew, {}
+        base = {name: provenance.digest(TABLES[name] if name in TABLES else PLATES[name][0], provenance.software())
+                for name in (*PLATES, *TABLES)}      # now, and not when the code in the files may be newer than what runs
+        self.depends_on = {**base, **{name: provenance.digest(judged, base) for name, judged in JUDGED.items()}}
 
     def path(self, name):
         return self.folder/f"{name}.csv"
 
     def __call__(self, name):
         """Rows of the named figure or table, as they come back from its file."""
-        if name not in self.written:
-            write_records(self.path(name), self._made(name))
-            self.written.add(name)
+        if name not in self.told:
+            self.told[name] = (None if self.anew else self.kept(name)) or self._made(name)
         return read_records(self.path(name))
 
+    def kept(self, name):
+        """What is known of records from an earlier run {seconds, machine, kept}; None if they do not hold."""
+        try:
+            told = json.loads((self.folder/f"{name}.json").read_text())
+            holds = told["depends_on"] == self.depends_on[name] and told["content"] == self._content(name)
+        except (OSError, ValueError, KeyError):      # none, torn, or not ours
+            return None
+        return {**told, "kept": True} if holds else None
+
     def _made(self, name):
-        if name in JUDGED:
-            return JUDGED[name](self)
-        return TABLES[name]() if name in TABLES else PLATES[name][0]()
+        start, others = time.perf_counter(), len(self.told)
+        make = (lambda: JUDGED[name](self)) if name in JUDGED else TABLES[name] if name in TABLES else PLATES[name][0]
+        write_records(self.path(name), make())
+        nested = sum(one["seconds"] for one in list(self.told.values())[others:] if not one["kept"])
+        seconds = time.perf_counter() - start - nested
+        told = {"depends_on": self.depends_on[name], "content": self._content(name), "seconds": seconds,
+                "machine": versions()["machine"]}
+        write_json(self.folder/f"{name}.json", told)
+        return {**told, "kept": False}
+
+    def _content(self, name):
+        return hashlib.sha256(self.path(name).read_bytes()).hexdigest()
 
 
 def make(name, records, out):
-    """Compute the records of an item, write them, and draw or show what was written."""
-    start = time.perf_counter()
+    """Compute the records of an item where none hold, and draw or show what was written."""
     rows, draw = records(name), PLATES[name][1] if name in PLATES else None
-    made_by = draw or TABLES.get(name) or JUDGED[name]
-    figure = str(plots.draw(draw, rows, out/"figures", name)[0].relative_to(out)) if draw else None
-    table = None if draw else [{key: cell for key, cell in row.items() if not key.startswith("version_")} for row in rows]
-    return {"name": name, "caption": " ".join(made_by.__doc__.split()), "data": str(records.path(name).relative_to(out)),
-            "figure": figure, "table": table, "seconds": time.perf_counter() - start}
+    if draw:
+        plots.draw(draw, rows, out/"figures", name)
+    return item(name, records, rows)
 
 
-def page(made):
-    """The page that shows all items, with the commands that make them."""
-    items = "\n".join(_item(one) for one in made)
-    told = ", ".join(f"{name} {version}" for name, version in versions().items())
-    return f"""<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>microblock: report</title>
-<style>
-body {{ font-family: sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; }}
-img {{ max-width: 100%; }} code {{ background: #f3f3f3; }}
-table {{ border-collapse: collapse; font-size: 85%; }} td, th {{ padding: 0.2em 0.7em; text-align: left; }}
-tr:nth-child(even) {{ background: #f5f5f5; }} figure {{ margin: 2em 0; }}
-</style></head><body>
-<h1>microblock: report</h1>
-<p>{html.escape(told)}</p>
-{items}
-</body></html>
-"""
+def item(name, records, rows):
+    """An item as the page shows it."""
+    made_by = PLATES[name][1] if name in PLATES else TABLES.get(name) or JUDGED[name]
+    cells = [{key: cell for key, cell in row.items() if not key.startswith("version_")} for row in rows]
+    estimates = [row["error_estimate"] for row in rows if row.get("error_estimate") is not None]
+    commands = list(dict.fromkeys(row["command"] for row in rows if row.get("command")))
+    figures = {kind: f"figures/{name}.{kind}" if name in PLATES else None for kind in ("png", "pdf")}
+    known = records.told.get(name) or records.kept(name)
+    return {"name": name, "caption": " ".join(made_by.__doc__.split()), "data": f"data/{name}.csv", "figure": figures["png"],
+            "pdf": figures["pdf"], "table": None if name in PLATES else cells, "command": f"python -m cases report --only {name}",
+            "commands": commands[:COMMANDS], "error_estimate": max(estimates, default=None),
+            **{key: known[key] for key in ("seconds", "machine", "kept")}}
 
 
-def _item(one):
-    content = f'<img src="{one["figure"]}" alt="{one["name"]}">' if one["figure"] else _table(one["table"])
-    return (f'<figure id="{one["name"]}">{content}<figcaption><b>{one["name"]}.</b> {html.escape(one["caption"])}<br>'
-            f'<code>python -m cases report --only {one["name"]}</code>, {one["seconds"]:.1f} s, '
-            f'<a href="{one["data"]}">records</a></figcaption></figure>')
-
-
-def _table(rows):
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in rows[0])
-    body = "".join("<tr>" + "".join(f"<td>{html.escape(_shown(cell))}</td>" for cell in row.values()) + "</tr>"
-                   for row in rows)
-    return f"<table><tr>{head}</tr>{body}</table>"
-
-
-def _shown(cell):
-    if cell is None:
-        return ""
-    return f"{cell:.{SHOWN}g}" if isinstance(cell, float) else str(cell)
+def shown(made, records, out):
+    """Items that were made, and those in the folder whose records still hold, in the report's order."""
+    others = [name for name in KNOWN if name not in made and records.kept(name)
+              and (name not in PLATES or (out/"figures"/f"{name}.png").exists())]
+    return [made[name] if name in made else item(name, records, read_records(records.path(name)))
+            for name in KNOWN if name in made or name in others]

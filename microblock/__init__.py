@@ -20,6 +20,7 @@ _ROOMS = {
     "FittedContact": "fitted", "UniformContact": "uniform", "SurfaceState": "surface_state",
     "ContactFacets": "facets",
     "Newton": "newton", "State": "newton", "Event": "newton", "load_path": "newton",
+    "sweep": "sweeps", "to_csv": "export", "to_vtk": "export",
     "MicroblockError": "errors", "BadArgument": "errors", "Inadmissible": "errors", "NotConverged": "errors",
 }
 

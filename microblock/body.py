@@ -24,6 +24,12 @@ class Loads:
     couple : body couple l, counterclockwise (moment per volume)
     traction : {boundary: (t1, t2)} (force per area)
     micromoment : {boundary: M} (moment per area)
+
+    Examples
+    --------
+    >>> loads = mb.Loads(force=(0, -1), micromoment={"contact": 0.1})
+    >>> loads.couple, dict(loads.traction)
+    (0, {})
     """
 
     force: tuple = (0, 0)
@@ -49,6 +55,15 @@ class Body:
         Boundaries on which a field has this value (a number or CoefficientFunction).
     periodic : bool
         Identify the fields on boundaries that the mesh identifies.
+
+    Examples
+    --------
+    >>> from microblock import meshes
+    >>> mesh = meshes.uniform(mb.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
+    >>> body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), order=2, fixed="bottom")
+    >>> fields = body.solve(mb.Loads(traction={"contact": (0, -1)}))
+    >>> fields.u2(mesh(0.1, -0.1)) < 0
+    True
     """
 
     def __init__(self, mesh, solid: Cosserat, order=2, *, order_psi=None, fixed=(), prescribed=None, periodic=False):
@@ -172,7 +187,18 @@ class Body:
 
 
 class Fields:
-    """The fields of a state: u1, u2, psi and what follows from them, as NGSolve functions."""
+    """The fields of a state: u1, u2, psi and what follows from them, as NGSolve functions.
+
+    Examples
+    --------
+    >>> from microblock import meshes
+    >>> body = mb.Body(meshes.column(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), order=4,
+    ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
+    >>> fields = body.solve(mb.Loads(traction={"contact": (0, -1)}))
+    >>> import ngsolve as ng
+    >>> round(ng.Integrate(fields.stress[1, 1], body.mesh)/ng.Integrate(1, body.mesh), 9)
+    -1.0
+    """
 
     def __init__(self, body, components):
         self.body = body

@@ -30,6 +30,15 @@ class BodyContact:
     obstacle : an obstacle of `microblock.obstacles`, or a callable height(x)
     law : a law of `microblock.law`; `Microclamped` adds psi = 0 on the contact boundary to the supports
     boundary : str, name or pattern of the contact boundary
+
+    Examples
+    --------
+    >>> from microblock import meshes
+    >>> mesh = meshes.uniform(mb.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
+    >>> scene = mb.BodyContact(mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), order=3, fixed="bottom"),
+    ...                        mb.Cylinder(R=10), mb.Microblock())
+    >>> scene.load(0.5).at(0.25).load
+    0.25
     """
 
     body: Body

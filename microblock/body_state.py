@@ -26,6 +26,15 @@ class BodyState:
     kkt : float, largest relative residual
     iterations : int, contact sets that were tried
     error_estimate : float, relative error of pressures and fields (`refined.estimate`); None on a mesh that was prescribed
+
+    Examples
+    --------
+    >>> from microblock import meshes
+    >>> mesh = meshes.uniform(mb.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
+    >>> body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), order=3, fixed="bottom")
+    >>> state = mb.Contact(body, mb.Cylinder(R=10), mb.Microblock()).at(0.5)
+    >>> sorted(state.zones), state.approach > 0, state.kkt < 1e-9
+    (['A', 'B', 'contact', 'full'], True, True)
     """
 
     scene: object
@@ -118,7 +127,7 @@ class BodyState:
         return distance_to_ends(x, getattr(self.scene.obstacle, "ends", ()), shifts)
 
     def difference(self, pressure):
-        """max(|dp|, |dM|/ell)/|p| in L2 over the surface from pressures of another kind, `pressure(corner number, x)`.
+        """``max(|dp|, |dM|/ell)/|p|`` in L2 over the surface from pressures of another kind, `pressure(corner number, x)`.
 
         At Gauss points between the nodes, near ends of the obstacle weighted with the distance (`tamed`).
         """

@@ -18,6 +18,13 @@ class Compliance:
     matrix : array (2 n, 2 n), symmetric
         (u.n at all nodes, psi at all nodes) from (normal forces along n, moments), per thickness.
     ell : length of a microblock
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> compliance = mb.HalfPlane(solid).compliance(np.linspace(-1, 1, 5))
+    >>> compliance.matrix.shape, np.allclose(compliance.matrix, compliance.matrix.T)
+    ((10, 10), True)
     """
 
     points: np.ndarray

@@ -126,6 +126,15 @@ class Condensed(ContactNodes):
         If the supports leave a rigid motion free.
     BadArgument
         If a support prescribes values other than 0.
+
+    Examples
+    --------
+    >>> from microblock import meshes
+    >>> mesh = meshes.uniform(mb.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
+    >>> body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), order=2, fixed="bottom")
+    >>> nodes = mb.Condensed(body)
+    >>> nodes.compliance.matrix.shape == (2*len(nodes.points), 2*len(nodes.points)), round(float(nodes.weights.sum()), 9)
+    (True, 4.0)
     """
 
     def __init__(self, body, boundary="contact"):

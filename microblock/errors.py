@@ -5,11 +5,25 @@ from numbers import Real
 
 
 class MicroblockError(Exception):
-    """Base of all errors raised on purpose."""
+    """Base of all errors raised on purpose.
+
+    Examples
+    --------
+    >>> issubclass(mb.BadArgument, mb.MicroblockError) and issubclass(mb.NotConverged, mb.MicroblockError)
+    True
+    """
 
 
 class BadArgument(MicroblockError, ValueError):
-    """An argument outside its range: names it, its value and what is allowed."""
+    """An argument outside its range: names it, its value and what is allowed.
+
+    Examples
+    --------
+    >>> mb.Cylinder(R=-1)
+    Traceback (most recent call last):
+        ...
+    microblock.errors.BadArgument: R = -1: must be positive
+    """
 
     def __init__(self, name, value, allowed):
         super().__init__(f"{name} = {value!r}: {allowed}")
@@ -17,7 +31,15 @@ class BadArgument(MicroblockError, ValueError):
 
 
 class Inadmissible(BadArgument):
-    """Moduli for which the elastic energy is not elliptic, (13)."""
+    """Moduli for which the elastic energy is not elliptic, (13).
+
+    Examples
+    --------
+    >>> mb.Cosserat(E=100, nu=0.5, ell=0.1, beta=1)
+    Traceback (most recent call last):
+        ...
+    microblock.errors.Inadmissible: nu = 0.5: must satisfy -1 < nu < 1/2
+    """
 
 
 class NotConverged(MicroblockError, RuntimeError):
@@ -29,6 +51,12 @@ class NotConverged(MicroblockError, RuntimeError):
         The last load or approach (or the accuracy) that was reached, None if there is none.
     iterations : int
         Iterations spent at the point of failure.
+
+    Examples
+    --------
+    >>> failure = mb.NotConverged("no luck at load 0.3; try ...", reached=0.2)
+    >>> failure.reached
+    0.2
     """
 
     def __init__(self, message, *, reached=None, iterations=0):

@@ -55,6 +55,15 @@ class ContactFacets:
         for all corners but the nearest where psi is prescribed, so that the others never get nearer
     twins : boolean array (n,); there all corners have the same gap, and share the nearest one's multiplier
     multipliers : the H1 space of one corner's multiplier
+
+    Examples
+    --------
+    >>> from microblock import meshes
+    >>> body = mb.Body(meshes.column(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), order=4,
+    ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
+    >>> facets = mb.ContactFacets(body, mb.Microblock(psi0=0.02), mb.Plane(level=0.002))
+    >>> sorted(facets.corners), round(float(facets.weights.sum()), 9)
+    (['A', 'B'], 0.5)
     """
 
     def __init__(self, body, law, obstacle, boundary="contact", rule="nodal"):

@@ -54,6 +54,14 @@ class FittedContact(GroundScene):
     Elements shrink also towards the surface points `lines` (abscissae of the computed part), so that fields below them,
     layers and all, are as good as the pressure. With `even` all elements have one order: the approach of a bounded domain
     feels its far field, which the pressure does not, and the estimate is that of the pressure.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> scene = mb.FittedContact(solid, mb.Cylinder(R=10), mb.Microblock(), domain=10.0)
+    >>> state = scene.at(1.0, rtol=1e-2)
+    >>> state.estimate.total <= 1e-2, state.approach > 0
+    (True, True)
     """
 
     lines: tuple = ()

@@ -23,7 +23,16 @@ from .halfplane import ODD, HalfPlane, symbol
 
 
 class PeriodicHalfPlane(HalfPlane):
-    """The half-plane of one solid under loads that repeat with a period (length); its mean level is 0."""
+    """The half-plane of one solid under loads that repeat with a period (length); its mean level is 0.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> scene = mb.GridContact(mb.PeriodicHalfPlane(solid, period=1.0), mb.Wave(0.001, 1.0), mb.Microblock())
+    >>> state = scene.at(0.05, nodes=128)
+    >>> round(float(state.pressures.sum()/128), 6)      # the mean pressure
+    0.05
+    """
 
     def __init__(self, solid, period):
         require_finite(period=period)

@@ -64,6 +64,14 @@ class GridContact:
         -period/2 and period/2
     law : a law of `microblock.law`; a callable psi0 is looked at at the centres of the cells
     window : (left, right), for a HalfPlane: where the obstacle may touch
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> scene = mb.GridContact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock(), window=(-1, 1))
+    >>> state = scene.at(1.0, rtol=0.1)
+    >>> state.error_estimate <= 0.1, len(state.x) >= 512
+    (True, True)
     """
 
     body: object

@@ -142,6 +142,13 @@ class HalfPlane:
     """The half-plane x2 < 0 of one solid.
 
     Its level is arbitrary: displacements hold up to a constant, approaches of a scene up to the same.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> scene = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral())
+    >>> round(scene.at(1.0).all_zones[0][0][1], 3)      # Hertz has 0.340 for ell -> 0
+    0.306
     """
 
     def __init__(self, solid):

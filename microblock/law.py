@@ -33,6 +33,12 @@ class Microblock:
         Initial rotation of the blocks (radians, counterclockwise), or a function of x1.
     reading : "gap" or "lever"
         Where psi0 acts: in gaps and levers, or in the levers alone (docs/theory.md, "Fig. 9").
+
+    Examples
+    --------
+    >>> law = mb.Microblock(psi0=0.25)
+    >>> law.corners, law.levers(np.zeros(1))["A"].tolist()
+    (('A', 'B'), [1.25])
     """
 
     psi0: float | Callable = 0.0
@@ -82,7 +88,13 @@ class Microblock:
 
 @dataclass(frozen=True)
 class Unilateral:
-    """The classic law: one gap at the contact point itself and M = 0."""
+    """The classic law: one gap at the contact point itself and M = 0.
+
+    Examples
+    --------
+    >>> mb.Unilateral().corners      # the contact point itself
+    ('C',)
+    """
 
     clamps_rotation = False
     corners = ("C",)
@@ -96,7 +108,13 @@ class Unilateral:
 
 @dataclass(frozen=True)
 class Microclamped(Unilateral):
-    """The classic gap with psi = 0 on the whole contact surface."""
+    """The classic gap with psi = 0 on the whole contact surface.
+
+    Examples
+    --------
+    >>> mb.Microclamped().clamps_rotation
+    True
+    """
 
     clamps_rotation = True
 

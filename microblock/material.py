@@ -34,6 +34,12 @@ class Cosserat:
         If the moduli violate (13).
     BadArgument
         If a value is not a finite number, or not exactly one of beta, eta, mu_c is given.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.085, beta=1)
+    >>> round(solid.mu, 3), round(solid.mu_c, 3), solid.curvature
+    (38.462, 38.462, 2.0)
     """
 
     E: float

@@ -84,6 +84,13 @@ class Ground:
     far : size of the domain (length)
     reach : (left, right) ends of the boundary "contact"; left is 0 on a half
     half : whether x1 = 0 is an axis of symmetry
+
+    Examples
+    --------
+    >>> from microblock import meshes
+    >>> ground = mb.Ground(far=10.0, reach=(0.0, 1.0))
+    >>> sorted(set(meshes.uniform(ground, 0.5).GetBoundaries()))
+    ['axis', 'bottom', 'contact', 'side']
     """
 
     far: float

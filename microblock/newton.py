@@ -52,6 +52,16 @@ class State:
     kkt : float
         Largest relative residual of equilibrium, closed gaps, open multipliers and load.
     vector : NGSolve vector of all unknowns, to start from
+
+    Examples
+    --------
+    >>> from microblock import meshes
+    >>> body = mb.Body(meshes.column(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), order=4,
+    ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
+    >>> facets = mb.ContactFacets(body, mb.Unilateral(), mb.Plane())
+    >>> state = mb.Newton(body, facets).solve(0.01)
+    >>> state.approach, bool((state.traction < 0).all()), float(np.abs(state.micromoment).max())
+    (0.01, True, 0.0)
     """
 
     level: float
@@ -71,7 +81,14 @@ class State:
 
 @dataclass(frozen=True)
 class Event:
-    """A corner at one node closes or opens at this level of the control parameter."""
+    """A corner at one node closes or opens at this level of the control parameter.
+
+    Examples
+    --------
+    >>> event = mb.Event(level=0.5, corner="A", node=3, kind="closes")
+    >>> event.kind, event.level
+    ('closes', 0.5)
+    """
 
     level: float
     corner: str
@@ -92,6 +109,16 @@ class Newton:
         Regularisation (stress per length). Without it (lambda + 2 mu) over the body's height, and
         10^4 times that for the penalty method.
     control : "approach" or "load"
+
+    Examples
+    --------
+    >>> from microblock import meshes
+    >>> body = mb.Body(meshes.column(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), order=4,
+    ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
+    >>> facets = mb.ContactFacets(body, mb.Microblock(psi0=0.02), mb.Plane(level=0.002))
+    >>> state = mb.Newton(body, facets).solve(0.01)
+    >>> bool(state.closed["B"].all()), state.kkt < 1e-9
+    (True, True)
     """
 
     def __init__(self, body, facets, *, loads=Loads(), method="al", rho=None, control="approach"):
@@ -386,6 +413,15 @@ def load_path(newton, levels, *, start=None):
 
     A step at which Newton fails is halved; a target is approached as closely as SMALLEST_STEP of
     its distance before NotConverged is raised, with `reached` the last level that converged.
+
+    Examples
+    --------
+    >>> from microblock import meshes
+    >>> body = mb.Body(meshes.column(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), order=4,
+    ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
+    >>> newton = mb.Newton(body, mb.ContactFacets(body, mb.Unilateral(), mb.Plane()), control="load")
+    >>> [round(state.load, 9) for state in mb.load_path(newton, [0.01, 0.02])]
+    [0.01, 0.02]
     """
     reached = 0.0 if start is None else start.level
     for target in levels:

@@ -18,7 +18,13 @@ STEEPEST = 0.5      # n2 of the steepest surface that can touch
 
 @dataclass(frozen=True)
 class Plane:
-    """Horizontal plane at x2 = level (length)."""
+    """Horizontal plane at x2 = level (length).
+
+    Examples
+    --------
+    >>> mb.Plane(level=0.1).height(np.zeros(2)).tolist()
+    [0.1, 0.1]
+    """
 
     level: float = 0.0
 
@@ -31,7 +37,13 @@ class Plane:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """Cylinder of radius R (length) as the parabola x^2/(2 R), section 4.2."""
+    """Cylinder of radius R (length) as the parabola x^2/(2 R), section 4.2.
+
+    Examples
+    --------
+    >>> mb.Cylinder(R=10).height(np.array([0.0, 1.0])).tolist()
+    [0.0, 0.05]
+    """
 
     R: float
 
@@ -46,7 +58,13 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Wedge:
-    """Blunt wedge whose flanks rise by `slope` (radians) from its edge at x1 = 0."""
+    """Blunt wedge whose flanks rise by `slope` (radians) from its edge at x1 = 0.
+
+    Examples
+    --------
+    >>> mb.Wedge(slope=0.1).height(np.array([-1.0, 0.0])).tolist()
+    [0.1, 0.0]
+    """
 
     slope: float
 
@@ -67,7 +85,13 @@ class Wedge:
 
 @dataclass(frozen=True)
 class Punch:
-    """Flat punch |x1| <= half_width, turned counterclockwise by `tilt` (radians)."""
+    """Flat punch -half_width <= x1 <= half_width, turned counterclockwise by `tilt` (radians).
+
+    Examples
+    --------
+    >>> mb.Punch(half_width=1.0).height(np.array([0.0, 2.0])).tolist()      # no obstacle beside it
+    [0.0, inf]
+    """
 
     half_width: float
     tilt: float = 0.0
@@ -91,6 +115,11 @@ class Profile:
     """Sampled profile: piecewise linear through (x, z), no obstacle outside.
 
     `x` ascending and finite, shape (n,), n >= 2; `z` of the same shape.
+
+    Examples
+    --------
+    >>> mb.Profile(x=np.array([-1.0, 0.0, 1.0]), z=np.array([0.5, 0.0, 0.5])).height(np.array([0.5])).tolist()
+    [0.25]
     """
 
     x: np.ndarray
@@ -123,7 +152,13 @@ class Profile:
 
 @dataclass(frozen=True)
 class Wave:
-    """Wavy surface of an amplitude and a wavelength (lengths), its lowest points at 0, +-wavelength, ..."""
+    """Wavy surface of an amplitude and a wavelength (lengths), its lowest points at 0, +-wavelength, ...
+
+    Examples
+    --------
+    >>> mb.Wave(amplitude=0.01, wavelength=1.0).height(np.array([0.0, 1.0])).tolist()
+    [0.0, 0.0]
+    """
 
     amplitude: float
     wavelength: float
@@ -149,6 +184,13 @@ class Rough:
     hurst : float, in [0, 1]
     waves : (longest, shortest), numbers of waves in the period, both included
     seed : int
+
+    Examples
+    --------
+    >>> rough = mb.Rough(period=1.0, slope=0.1, seed=7)
+    >>> x = np.array([0.2, 1.2])
+    >>> bool(np.ptp(rough.height(x)) < 1e-12)      # it repeats
+    True
     """
 
     period: float

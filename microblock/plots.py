@@ -27,10 +27,12 @@ def legend_below(axis, columns=2):
 
 
 def draw(drawing, data, folder, name):
-    """Call ``drawing(data) -> Figure`` in the house style and write PNG and PDF; returns their paths."""
+    """Call ``drawing(data) -> Figure`` in the house style and write PNG and PDF, each whole or not at all; their paths."""
     paths = [folder/f"{name}.{kind}" for kind in ("png", "pdf")]
     with matplotlib.rc_context(STYLE):
         finished = drawing(data)
         for path in paths:
-            finished.savefig(path)
+            part = path.with_name(f".{path.name}")
+            finished.savefig(part)
+            part.replace(path)
     return paths

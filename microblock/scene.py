@@ -25,6 +25,16 @@ class Contact:
     body : HalfPlane, or Body
     obstacle : an obstacle of `microblock.obstacles`, or a callable height(x)
     law : a law of `microblock.law`
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> scene = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
+    >>> state = scene.at(1.0, rtol=1e-4)
+    >>> state.error_estimate <= 1e-4, round(float(state.weights @ state.pressures.sum(axis=0)), 9)
+    (True, 1.0)
+    >>> [event.kind for event in scene.load(1.0).events]
+    ['born', 'born', 'born', 'born', 'born', 'merged']
     """
 
     body: object

@@ -52,6 +52,13 @@ class SurfaceState:
     unknowns : int, free unknowns of the bulk, and what the method adds
     computed_psi : array (nodes,), microrotation of the computed part
     found_fields : Fields of the computed part where the method has them; `fields` has them always
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> state = mb.FittedContact(solid, mb.Cylinder(R=10), mb.Microblock(), domain=10.0).at(1.0, rtol=1e-2)
+    >>> round(float(state.weights @ state.pressures.sum(axis=0)), 9), len(state.all_zones)
+    (1.0, 2)
     """
 
     line: Line

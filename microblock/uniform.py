@@ -38,6 +38,13 @@ class UniformContact(GroundScene):
     rho : regularisation of the last two (stress per length), as of `Newton`
     shape : "quadrilaterals", or "triangles": the same squares, each cut into two
     rule : "nodal", or "gauss" for the contact term of "al", as of `ContactFacets`
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> scene = mb.UniformContact(solid, mb.Cylinder(R=10), mb.Microblock(), domain=4.0, h=0.1, reach=0.8)
+    >>> [state.load for state in scene.states([0.5, 1.0])]
+    [0.5, 1.0]
     """
 
     h: float = 1.0

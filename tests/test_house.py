@@ -11,7 +11,9 @@ ROOT = Path(microblock.__file__).parent
 # a room and the rooms that it may use; errors may be used by all
 MAY_IMPORT = {
     "errors": set(), "material": set(), "obstacles": set(), "meshes": set(), "references": set(), "observables": set(),
-    "plots": set(), "adapt": set(), "study": {"__init__"}, "law": {"obstacles"}, "body": {"material"},
+    "plots": set(), "adapt": set(), "study": {"__init__"}, "provenance": {"study"}, "sweeps": {"provenance"},
+    "export": {"line_state", "study", "subsurface"},
+    "law": {"obstacles"}, "body": {"material"},
     "condensation": {"body", "compliance", "facets", "panels"}, "surface_state": {"condensation", "law", "observables", "panels"},
     "ground": {"law", "observables", "panels"}, "uniform": {"active_set", "body", "condensation", "facets", "ground", "meshes",
                                                           "newton", "surface_state"},

@@ -3,9 +3,11 @@
 import shlex
 
 import pytest
+from matplotlib.figure import Figure
 
 from cases import report
 from cases.__main__ import main
+from microblock.errors import NotConverged
 from microblock.study import read_records, write_json, write_records
 
 
@@ -37,6 +39,84 @@ def test_rows_carry_parameters_and_versions_and_can_be_repeated(made, tmp_path):
 def test_table_agrees_with_the_closed_form(made):
     for row in read_records(made/"data"/"strip_table.csv"):
         assert row["computed"] == pytest.approx(row["closed_form"], rel=1e-9)
+
+
+@pytest.fixture
+def small(monkeypatch, tmp_path):
+    """The report with three figures and a table: a log of what is computed, and what their code depends on."""
+    log, near = tmp_path/"log", {"value": 1}
+
+    def note(name):
+        with open(log, "a") as notes:
+            notes.write(f"{name} ")
+
+    def records(name):
+        def compute():
+            note(name)
+            if near.get("stop") == name:
+                raise KeyboardInterrupt
+            return [{"x": near["value"], "error_estimate": 0.5, "command": f"python -m cases {name}"}]
+        return compute
+
+    def draw(rows):
+        """A caption."""
+        return Figure(figsize=(1, 1))
+
+    def judge(records):
+        """Judged."""
+        note("judged")
+        return [{"sum": records("one")[0]["x"] + records("two")[0]["x"]}]
+
+    monkeypatch.setattr(report, "PLATES", {name: (records(name), draw) for name in ("one", "two", "three")})
+    monkeypatch.setattr(report, "TABLES", {})
+    monkeypatch.setattr(report, "JUDGED", {"judged": judge})
+    monkeypatch.setattr(report, "KNOWN", ("one", "two", "three", "judged"))
+    return log, near
+
+
+def test_records_are_kept_while_they_hold(small, tmp_path):
+    log, near = small
+
+    def again(*only, **options):
+        log.write_text("")
+        result = report.run(report.Parameters(only=only, **options), tmp_path, quiet=True)
+        made = log.read_text().split()
+        assert [one["name"] for one in result["items"] if not one["kept"]] == made
+        return made
+
+    assert again() == ["one", "two", "three", "judged"] and again() == []
+    near["value"] = 2      # taken from around the functions that compute
+    assert again("one") == ["one"] and again() == ["two", "three", "judged"]
+    (tmp_path/"data"/"two.csv").write_text((tmp_path/"data"/"two.csv").read_text().replace("2", "3"))
+    (tmp_path/"data"/"three.json").write_text('{"depends')
+    assert again() == ["two", "three"] and again() == []
+    (tmp_path/"figures"/"one.png").unlink()
+    assert again() == [] and (tmp_path/"figures"/"one.png").exists()
+    assert again(anew=True) == ["one", "two", "three", "judged"]
+
+
+def test_an_interrupted_report_keeps_what_is_done_and_goes_on(small, tmp_path):
+    _, near = small
+    near["stop"] = "three"
+    with pytest.raises(NotConverged, match="stopped after 2 of 4"):
+        report.run(report.Parameters(), tmp_path, quiet=True)
+    page = (tmp_path/"index.html").read_text()
+    assert 'id="two"' in page and 'id="three"' not in page and "2 of 4 items" in page
+    assert sorted(path.name for path in (tmp_path/"data").iterdir()) == ["one.csv", "one.json", "two.csv", "two.json"]
+
+
+def test_the_page_shows_what_holds_with_command_time_estimate_and_records(small, tmp_path):
+    _, near = small
+    report.run(report.Parameters(only=("one", "two")), tmp_path, quiet=True)
+    report.run(report.Parameters(only=("three",)), tmp_path, quiet=True)
+    page = (tmp_path/"index.html").read_text()
+    assert [f'id="{name}"' in page for name in ("one", "two", "three", "judged")] == [True, True, True, False]
+    for told in ("python -m cases report --only two", "python -m cases two", "error estimates up to 5.0e-01", "data/two.csv",
+                 "figures/two.pdf", "ngsolve 6", "cores", " s on ", "records kept"):
+        assert told in page, told
+    near["value"] = 7
+    report.run(report.Parameters(only=("three",)), tmp_path, quiet=True)
+    assert 'id="two"' not in (tmp_path/"index.html").read_text()      # it no longer holds
 
 
 @pytest.mark.slow
