@@ -1,4 +1,4 @@
-"""Where methods fail: maps of what becomes of thousands of seeded runs, a fifth of them near a degeneracy.
+"""Where methods fail: what becomes of thousands of seeded runs, a fifth of them near a degeneracy.
 
 Geometry   the strip, cylinders, wedges and punches on a half-plane or a square, user meshes, and contact problems drawn at
            random; see each map's question.
