@@ -310,3 +310,16 @@ def test_the_comparison_says_what_is_missing(monkeypatch, capsys):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     assert main(["peers"]) == 2
     assert "microblock[bench]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("load", [0.008, 0.03])      # the tilted punch pressed on a part of its width, and on all of it
+def test_estimate_holds_beside_ends_of_the_obstacle(load):
+    """Without a weight the norm is infinite there: no number of cells met any rtol."""
+    from microblock.observables import distance_to_ends
+    from microblock.references import tilted_punch
+    punch = mb.Punch(1.0, tilt=0.01)
+    body = mb.HalfPlane(mb.Cosserat(E=1 - 0.3**2, nu=0.3, ell=0.3, beta=1e-10))
+    state = mb.GridContact(body, punch, mb.Unilateral(), window=(-1.3, 1.3)).at(load, rtol=0.05)
+    weights, exact = distance_to_ends(state.x, punch.ends, (0.0,)), tilted_punch(state.x, load, 1.0, 0.01, 1.0)[0]
+    error = np.sqrt(weights @ (state.pressures[0] - exact)**2/(weights @ exact**2))
+    assert error <= state.error_estimate <= 0.05 and len(state.x) < 2**17
