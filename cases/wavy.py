@@ -111,12 +111,14 @@ def full_closure(solid, amplitude=AMPLITUDE, wavelength=1.0):
     return float(np.hypot(p1, m1)), (float(p1), float(m1))
 
 
+PATH_COLUMNS = ("contact", "load", "nodes", "contact_fraction", "full_contact_fraction", "approach", "pressure_max", "micromoment_max")
+
+
 def path(parameters):
     """Records of states from first touch to beyond full closure, each from the one before; the classical ones beside Westergaard's."""
     from microblock.references import Wavy      # judges only: the computation does without
     found = []
-    closure = full_closure(parameters.solid(parameters.beta))[0] if parameters.contact == "microblock" else 1.0
-    for contact, law, beta, last in ((parameters.contact, parameters.contact, parameters.beta, max(1.0, closure)),
+    for contact, law, beta, last in ((parameters.contact, parameters.contact, parameters.beta, closure_of(parameters)),
                                      ("classical", "unilateral", CLASSICAL_BETA, 1.0)):
         scene, state = parameters.scene(law, beta), None
         for load in last*path_loads(parameters.path):
@@ -129,7 +131,13 @@ def path(parameters):
     return found
 
 
-PATH_COLUMNS = ("contact", "load", "nodes", "contact_fraction", "full_contact_fraction", "approach", "pressure_max", "micromoment_max")
+def closure_of(parameters):
+    """Mean pressure of full closure in the law beside the classical limit: of its one gap without corners, else `full_closure`."""
+    solid = parameters.solid(parameters.beta)
+    if parameters.contact == "microblock":
+        return full_closure(solid)[0]
+    (U,), (V,), (W,) = symbol(solid, np.array([2*np.pi]))
+    return float(AMPLITUDE/(U if parameters.contact == "unilateral" else U - V**2/W))
 
 
 def path_loads(count):
@@ -165,7 +173,7 @@ def result(parameters):
     for state, exact in zip(classical, reference(chosen)):
         state["error"] = polygon_error(state["profile"]["x"], state["profile"]["pressure"], exact.pressure)
         state["contact_fraction_exact"] = 2*exact.half_width
-    closure = full_closure(chosen.solid(chosen.beta))[0] if chosen.contact == "microblock" else None
+    closure = closure_of(chosen)
     return {"parameters": {**asdict(chosen), "loads": list(chosen.loads)}, "versions": versions(), "model": "halfplane",
             "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": states, "classical": classical,
             "full_closure": closure, "path": path(chosen)}
@@ -192,14 +200,13 @@ def show(answer):
     for state in answer["states"] + answer["classical"]:
         error = f"{state['error']:16.3g}" if "error" in state else f"{'-':>16}"
         print("  ".join([f"{state['contact']:>16}", *(f"{state[name]:16.6g}" for name in columns), error]))
-    if answer["full_closure"] is not None:
-        print(f"microblocks are closed everywhere from the mean pressure {answer['full_closure']:.9g} on (classical: 1)")
+    print(f"{answer['parameters']['contact']}: closed everywhere from the mean pressure {answer['full_closure']:.9g} on (classical: 1)")
     known = [row for row in answer["path"] if row["contact_exact"] is not None]
     if known:
-        print("classical path against Westergaard, largest differences: contact {:.1e} of the wavelength (a cell: {:.1e}), approach {:.1e} of "
-              "the amplitude".format(*(max(abs(row[name] - row[exact]) for row in known) for name, exact in
-                                       (("contact_fraction", "contact_exact"),)), 1/known[0]["nodes"],
-                                     max(abs(row["approach"] - row["approach_exact"]) for row in known)))
+        contact, approach = (max(abs(row[name] - row[exact]) for row in known)
+                             for name, exact in (("contact_fraction", "contact_exact"), ("approach", "approach_exact")))
+        print(f"classical path against Westergaard: contact off by {contact:.1e} of the wavelength at most (a cell is {1/known[0]['nodes']:.1e}), "
+              f"approach by {approach:.1e} of the amplitude")
 
 
 def rows(parameters, answer):
@@ -235,7 +242,7 @@ def figure(records):
 
 def draw_path(records):
     """Contact (a) and approach (b) from first touch to full closure; lines without markers: closed form."""
-    from microblock.references import Wavy
+    from microblock.references import Wavy      # judges only: the computation does without
     drawing, axes = plots.figure(1, 2)
     laws = grouped(records, "law")
     exact = [Wavy(1.0, 1.0, load) for load in np.geomspace(PATH_FIRST, PATH_LAST, 400)]
@@ -247,9 +254,7 @@ def draw_path(records):
         axes[1].plot(column(own, "load"), column(own, "approach"), **style)
         if law == "microblock":
             axes[0].plot(column(own, "load"), column(own, "full_contact_fraction"), ":", color=colour, label="microblock, both corners")
-    closure = records[0]["full_closure"]
-    if closure is not None:
-        axes[0].axvline(closure, color="0.7", linewidth=0.8)
+    axes[0].axvline(records[0]["full_closure"], color="0.7", linewidth=0.8)
     axes[0].set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"contact over $\lambda$", title="(a)")
     axes[1].set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"approach over $\Delta$", title="(b)")
     plots.legend_below(axes[0])
