@@ -1,4 +1,4 @@
-"""Rough microblocks under a cylinder: how hardness and real contact scatter with the roughness of psi0(x).
+"""Rough microblocks under a cylinder: how hardness and real contact scatter with psi0(x).
 
 Geometry   half-plane x2 < 0; a cylinder pressed down by a force P; blocks of side ell = alpha a_Hz, turned by a self-affine psi0(x) of seeded
            phases, many seeds at each root mean square.
