@@ -72,14 +72,18 @@ class Parameters:
     @property
     def turns(self):
         """psi0(x): the slope of another such profile, brought to the root mean square asked for."""
-        other = Rough(1.0, 1.0, self.hurst, (self.longest, self.shortest), self.seed + 1)
-        size = math.sqrt(np.sum(np.abs(other.amplitudes)**2)/2)
-        return lambda x: math.radians(self.psi0_deg)/size*other.height(x)
+        return rough_turns(Rough(1.0, 1.0, self.hurst, (self.longest, self.shortest), self.seed + 1), math.radians(self.psi0_deg))
 
     @property
     def scene(self):
         law = Microblock(self.turns) if self.contact == "microblock" else Unilateral()
         return GridContact(PeriodicHalfPlane(self.solid, 1.0), self.profile, law)
+
+
+def rough_turns(profile, size):
+    """psi0(x) of a root mean square `size` (radians), with the waves of a Rough profile."""
+    height = math.sqrt(np.sum(np.abs(profile.amplitudes)**2)/2)
+    return lambda x: size/height*profile.height(x)
 
 
 def solve(parameters):

@@ -4,7 +4,8 @@ Geometry   half-plane x2 < 0; a rigid cosine of the given wavelength pressed dow
 Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
 Model      one period of uniform cells, products by FFT, no mesh (docs/theory.md, "Large problems").
 Reference  Westergaard's closed form for the classical limit; for microblocks the mean pressure of full closure.
-Look at    microblocks close later and carry a micromoment; the classical contact of the same load beside them.
+Look at    microblocks close later and carry a micromoment; the classical contact of the same load beside them. The path from first
+           touch to full closure: contact and approach over the load, classical markers on the closed form.
 Units      lengths over the wavelength, pressures over pi E* amplitude/wavelength, the mean pressure of full closure in the
            classical limit; M over that and ell. The amplitude drops out (psi0 = 0).
 """
@@ -31,6 +32,8 @@ CLASSICAL_BETA = 1e-10      # coupling of the classical limit: results differ fr
 AMPLITUDE = 1/math.pi       # with E* = 1 and the wavelength 1 the unit of pressure is 1
 DRAWN = 1024                # cells of a state that the records keep
 SAMPLES = 16                # to a cell, for L2 errors
+PATH_LAST = 1.05            # of the path, over the mean pressure of full closure
+PATH_FIRST = 1e-3
 LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
 
 
@@ -43,6 +46,8 @@ class Parameters:
                           nargs="+", metavar="LOAD")
     contact: str = option("microblock", "contact law beside the classical limit", str, choices=tuple(LAWS))
     nodes: int | None = option(None, "cells of the period: fixes what --rtol would choose", int)
+    path: int = option(20, "loads of the path from first touch to full closure, 0 for none", int)
+    path_nodes: int = option(4096, "cells of the path", int)
     rtol: float | None = option(None, "relative L2 error of pressure and of micromoment over ell, both over the pressure "
                                 f"({RTOL:g} if nothing is given)")
 
@@ -65,6 +70,10 @@ class Parameters:
                 raise BadArgument("rtol", self.rtol, "chooses the nodes: not together with --nodes")
         if self.nodes is not None and self.nodes < 32:
             raise BadArgument("nodes", self.nodes, "must be at least 32")
+        if not 0 <= self.path <= 1000:
+            raise BadArgument("path", self.path, "must lie between 0 and 1000")
+        if not 32 <= self.path_nodes <= 2**20:
+            raise BadArgument("path_nodes", self.path_nodes, f"must lie between 32 and {2**20}")
         self.solid(self.beta)
 
     def solid(self, beta):
@@ -102,6 +111,41 @@ def full_closure(solid, amplitude=AMPLITUDE, wavelength=1.0):
     return float(np.hypot(p1, m1)), (float(p1), float(m1))
 
 
+PATH_COLUMNS = ("contact", "load", "nodes", "contact_fraction", "full_contact_fraction", "approach", "pressure_max", "micromoment_max")
+
+
+def path(parameters):
+    """Records of states from first touch to beyond full closure, each from the one before; the classical ones beside Westergaard's."""
+    from microblock.references import Wavy      # judges only: the computation does without
+    found = []
+    for contact, law, beta, last in ((parameters.contact, parameters.contact, parameters.beta, closure_of(parameters)),
+                                     ("classical", "unilateral", CLASSICAL_BETA, 1.0)):
+        scene, state = parameters.scene(law, beta), None
+        for load in last*path_loads(parameters.path):
+            state = scene.at(load, nodes=parameters.path_nodes, **({"start": state} if state else {}))
+            seen = observe(parameters, contact, state)
+            exact = Wavy(1.0, 1.0, load) if contact == "classical" else None
+            found.append({**{name: seen[name] for name in PATH_COLUMNS}, "kkt": state.kkt,
+                          "contact_exact": 2*exact.half_width if exact else None,
+                          "approach_exact": exact.approach_over_amplitude if exact else None})
+    return found
+
+
+def closure_of(parameters):
+    """Mean pressure of full closure in the law beside the classical limit: of its one gap without corners, else `full_closure`."""
+    solid = parameters.solid(parameters.beta)
+    if parameters.contact == "microblock":
+        return full_closure(solid)[0]
+    (U,), (V,), (W,) = symbol(solid, np.array([2*np.pi]))
+    return float(AMPLITUDE/(U if parameters.contact == "unilateral" else U - V**2/W))
+
+
+def path_loads(count):
+    """Loads over that of full closure: dense at first touch and at the last gap, where the contact grows steeply."""
+    share = (1 - np.cos(np.pi*np.arange(count)/max(count - 1, 1)))/2
+    return PATH_FIRST + (PATH_LAST - PATH_FIRST)*share
+
+
 def polygon_error(x, values, exact):
     """Relative L2 error over a period 1 of the polygon through (x, values) against a function."""
     fine = (np.arange(SAMPLES*len(x)) + 0.5)/(SAMPLES*len(x)) - 0.5
@@ -129,10 +173,10 @@ def result(parameters):
     for state, exact in zip(classical, reference(chosen)):
         state["error"] = polygon_error(state["profile"]["x"], state["profile"]["pressure"], exact.pressure)
         state["contact_fraction_exact"] = 2*exact.half_width
-    closure = full_closure(chosen.solid(chosen.beta))[0] if chosen.contact == "microblock" else None
+    closure = closure_of(chosen)
     return {"parameters": {**asdict(chosen), "loads": list(chosen.loads)}, "versions": versions(), "model": "halfplane",
             "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": states, "classical": classical,
-            "full_closure": closure}
+            "full_closure": closure, "path": path(chosen)}
 
 
 def run(parameters, out=None, quiet=False):
@@ -143,6 +187,10 @@ def run(parameters, out=None, quiet=False):
     if out:
         write_records(out/"wavy.csv", rows(parameters, answer))
         plots.draw(figure, read_records(out/"wavy.csv"), out, "wavy")
+        if answer["path"]:
+            common = {"command": command("wavy", parameters), **asdict(parameters.resolved()), "loads": None}
+            write_records(out/"wavy_path.csv", [{**common, "full_closure": answer["full_closure"], **row, "law": row["contact"]} for row in answer["path"]])
+            plots.draw(draw_path, read_records(out/"wavy_path.csv"), out, "wavy_path")
     return answer
 
 
@@ -152,8 +200,13 @@ def show(answer):
     for state in answer["states"] + answer["classical"]:
         error = f"{state['error']:16.3g}" if "error" in state else f"{'-':>16}"
         print("  ".join([f"{state['contact']:>16}", *(f"{state[name]:16.6g}" for name in columns), error]))
-    if answer["full_closure"] is not None:
-        print(f"microblocks are closed everywhere from the mean pressure {answer['full_closure']:.9g} on (classical: 1)")
+    print(f"{answer['parameters']['contact']}: closed everywhere from the mean pressure {answer['full_closure']:.9g} on (classical: 1)")
+    known = [row for row in answer["path"] if row["contact_exact"] is not None]
+    if known:
+        contact, approach = (max(abs(row[name] - row[exact]) for row in known)
+                             for name, exact in (("contact_fraction", "contact_exact"), ("approach", "approach_exact")))
+        print(f"classical path against Westergaard: contact off by {contact:.1e} of the wavelength at most (a cell is {1/known[0]['nodes']:.1e}), "
+              f"approach by {approach:.1e} of the amplitude")
 
 
 def rows(parameters, answer):
@@ -185,3 +238,29 @@ def figure(records):
     axes[1].set(xlabel=r"$x_1/\lambda$", ylabel=r"$M/(\bar p_{closure}\,\ell)$", title="(b)")
     plots.legend_below(axes[0])
     return drawing
+
+
+def draw_path(records):
+    """Contact (a) and approach (b) from first touch to full closure; lines without markers: closed form."""
+    from microblock.references import Wavy      # judges only: the computation does without
+    drawing, axes = plots.figure(1, 2)
+    laws = grouped(records, "law")
+    exact = [Wavy(1.0, 1.0, load) for load in np.geomspace(PATH_FIRST, PATH_LAST, 400)]
+    axes[0].plot(column_of(exact, "mean"), [2*one.half_width for one in exact], color="0.5", label="Westergaard")
+    axes[1].plot(column_of(exact, "mean"), column_of(exact, "approach_over_amplitude"), color="0.5")
+    for (law, own), colour, marker in zip(laws.items(), plots.COLOURS, plots.MARKERS):
+        style = dict(color=colour, marker=marker, linestyle="none" if law == "classical" else "-", markerfacecolor="none")
+        axes[0].plot(column(own, "load"), column(own, "contact_fraction"), **style, label=law)
+        axes[1].plot(column(own, "load"), column(own, "approach"), **style)
+        if law == "microblock":
+            axes[0].plot(column(own, "load"), column(own, "full_contact_fraction"), ":", color=colour, label="microblock, both corners")
+    axes[0].axvline(records[0]["full_closure"], color="0.7", linewidth=0.8)
+    axes[0].set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"contact over $\lambda$", title="(a)")
+    axes[1].set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"approach over $\Delta$", title="(b)")
+    plots.legend_below(axes[0])
+    return drawing
+
+
+def column_of(objects, name):
+    """One attribute of many."""
+    return [getattr(one, name) for one in objects]

@@ -95,9 +95,7 @@ def fit(line, load, zones, *, order, tolerance):
     NotConverged
         If an edge runs away, K1 turns negative or no progress is made: the topology is another one.
     """
-    best, idle = np.inf, 0
-    zones = {corner: tuple(tuple(np.clip(interval, *line.ends.get(corner, (-np.inf, np.inf))).tolist()) for interval in intervals)
-             for corner, intervals in zones.items()}
+    best, idle, zones = np.inf, 0, _within_ends(line, zones)
     for iteration in range(EDGE_STEPS):
         if any(np.any(np.diff(np.ravel(intervals)) <= 0) for intervals in zones.values()):
             raise NotConverged(f"edges of the zones cross at load {load:g}: another topology of the zones", iterations=iteration)
@@ -113,6 +111,17 @@ def fit(line, load, zones, *, order, tolerance):
         zones, best = moved, min(error, best)
     raise NotConverged(f"edges of the zones still off by {error:.1e} of the pressure at load {load:g}",
                        iterations=iteration + 1)
+
+
+def _within_ends(line, zones):
+    """Zones as far as the obstacle goes; what lies beyond is none."""
+    found = {}
+    for corner, intervals in zones.items():
+        cut = [tuple(np.clip(interval, *line.ends.get(corner, (-np.inf, np.inf))).tolist()) for interval in intervals]
+        found[corner] = tuple((left, right) for left, right in cut if left < right)
+    if not any(found.values()):
+        raise NotConverged("no zone lies under the obstacle")
+    return found
 
 
 def _moved(line, load, zones, coefficients, tolerance):

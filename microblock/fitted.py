@@ -27,7 +27,8 @@ from .surface_state import Estimate, difference, surface_state
 FAR = 1000.0         # size of an unbounded domain over the reach
 BEYOND = 1.3         # reach of the contact boundary over the outermost edge
 LADDER = ((4, 3), (5, 4), (6, 4), (7, 4), (8, 4), (9, 5), (10, 5), (11, 6), (12, 6))      # (order, levels)
-KINKED = tuple((order, order) for order, _ in LADDER)      # a logarithm between two nodes: sqrt(RATIO) a level in L2
+KINKED = tuple((order, order) for order, _ in LADDER)      # a logarithm, or at an end 1/sqrt(r), between two nodes: sqrt(RATIO) a
+                                                           # level in L2; rungs of equal depth would share that error and not see it
 SPACING = 0.7        # of the elements on the surface, over the half-width
 LAYERS = 8.0         # of them, over the layer length: order 5 sees a layer of an eighth of the element
 COARSE = 12, 3       # elements over the reach and order of the first mesh, which knows no edges
@@ -114,7 +115,7 @@ class FittedContact(GroundScene):
 
     @property
     def _ladder(self):
-        return KINKED if getattr(self.obstacle, "kinks", ()) else LADDER
+        return KINKED if getattr(self.obstacle, "kinks", ()) or getattr(self.obstacle, "ends", ()) else LADDER
 
     def _located(self, load, zones, passes):
         """Zones to which the first rung of the ladder moves edges that were good to LOCATED, and the number of passes."""

@@ -8,7 +8,8 @@ import numpy as np
 from . import projected_cg
 from .errors import BadArgument, NotConverged, require_finite, require_tolerance
 from .grid import Cells, PeriodicHalfPlane
-from .observables import runs
+from .law import corner_shifts
+from .observables import distance_to_ends, runs
 
 FIRST, MOST = 128, 2**21       # cells of the coarsest and finest grid that rtol may ask for
 COARSEST = 1024                # at which halving a given number of cells ends, after two halvings at the earliest
@@ -30,7 +31,8 @@ class GridState:
     energy : float, half the work of the forces, up to the same level
     kkt : float, largest relative residual of (a), see `microblock.projected_cg.GridForces`
     products : int, spent on this grid
-    error_estimate : float, relative L2 error of pressure and micromoment over ell; None without coarser grids
+    error_estimate : float, relative L2 error of pressure and micromoment over ell, next to an end of the obstacle, where the
+        pressure is infinite, with the distance from it as weight; None without coarser grids
     """
 
     x: np.ndarray
@@ -138,13 +140,17 @@ class GridContact:
             enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL/size)
             finer = self._solve(int(size), load, approach, state, enough)
             if state is not None:
-                changes.append(difference(finer, state, self.body.solid.ell, self._period))
+                changes.append(difference(finer, state, self.body.solid.ell, self._period, self._end_weights(finer.x)))
             state = finer
             yield replace(state, error_estimate=_estimate(changes))
 
     @property
     def _period(self):
         return getattr(self.body, "period", None)
+
+    def _end_weights(self, x):
+        """1, and towards ends of the obstacle, where the pressure has no bound, falling with the distance."""
+        return distance_to_ends(x, getattr(self.obstacle, "ends", ()), corner_shifts(self.law, self.body.solid.ell))
 
     def _cells(self, nodes):
         if self._period is not None:
@@ -197,13 +203,13 @@ class GridContact:
                          float(np.sum(sunk*found.forces)/2), found.kkt, found.products)
 
 
-def difference(finer, coarser, ell, period=None):
-    """max(|dp|, |dM|/ell)/|p| in L2 on the centres of the finer grid, both states as polygons."""
+def difference(finer, coarser, ell, period=None, weights=1.0):
+    """max(|dp|, |dM|/ell)/|p| in L2 with these weights on the centres of the finer grid, both states as polygons."""
     def change(name):
         fine, coarse = (np.atleast_2d(getattr(state, name)).sum(axis=0) for state in (finer, coarser))
-        return np.linalg.norm(fine - _polygon(finer.x, coarser.x, coarse, period))
+        return np.linalg.norm(np.sqrt(weights)*(fine - _polygon(finer.x, coarser.x, coarse, period)))
 
-    size = np.linalg.norm(finer.pressures.sum(axis=0))
+    size = np.linalg.norm(np.sqrt(weights)*finer.pressures.sum(axis=0))
     return float(max(change("pressures"), change("micromoment")/ell)/size) if size else 0.0
 
 

@@ -118,6 +118,146 @@ class Strip:
         return -np.exp(self.k*(x2 - 1))*np.expm1(-2*self.k*x2)/(1 + math.exp(-2*self.k))
 
 
+@dataclass(frozen=True)
+class TwoFacedStrip:
+    """The strip between rigid planes with blocks turned differently on its two faces (docs/theory.md, "Two faces").
+
+    Lengths over half the thickness H, stresses over mu; the strip occupies -1 <= x2 <= 1. Equal turns give `Strip`. With
+    `upper` and `lower` the faces, C = gamma' ell^2 k coth(2 k), S = gamma' ell^2 k/sinh(2 k), micromoments and surface values
+    of psi obey ``M_u = C psi_u - S psi_l``, ``M_l = C psi_l - S psi_u``.
+
+    Parameters
+    ----------
+    ell, nu, beta : float
+    upper, lower : float, initial rotations psi0 (radians)
+    delta : float, what each plane approaches from the first touch of both; only the sum counts
+    curvature : float, gamma'
+    """
+
+    ell: float
+    upper: float
+    lower: float
+    nu: float
+    beta: float
+    delta: float
+    curvature: float = 2.0
+
+    @property
+    def k(self):
+        """Inverse decay length of the layers, over 1/H."""
+        return math.sqrt(2*self.beta/self.curvature)/self.ell
+
+    @property
+    def oedometric(self):
+        """(lambda + 2 mu)/mu."""
+        return 2*(1 - self.nu)/(1 - 2*self.nu)
+
+    @property
+    def _stiffness(self):
+        """C, S over mu H, without overflow."""
+        size = self.curvature*self.ell**2*self.k
+        return size/math.tanh(2*self.k), -2*size*math.exp(-2*self.k)/math.expm1(-4*self.k)
+
+    @property
+    def _faces(self):
+        """[(lever, |psi0|)] and the product of the signs of psi0."""
+        turns = (self.upper, self.lower)
+        same = math.copysign(1, self.upper)*math.copysign(1, self.lower)
+        return [(self.ell/2*(1 - abs(turn)), abs(turn)) for turn in turns], same
+
+    @property
+    def closings(self):
+        """Pressures at which the second corners of (upper, lower) close."""
+        ((L, turn), (M, other)), same = self._faces
+        C, S = self._stiffness
+        size = self.curvature**2*self.ell**4*self.k**2      # C^2 - S^2
+        alone = [_over(one*size, C*lever + same*S*far) for one, lever, far in ((turn, L, M), (other, M, L))]
+        if alone[0] <= alone[1]:
+            return alone[0], max(alone[0], (C*other - same*S*turn)/M)
+        return max(alone[1], (C*turn - same*S*other)/L), alone[1]
+
+    def rotations(self, pressure):
+        """How far the blocks of (upper, lower) have turned back towards their planes, up to |psi0|."""
+        ((L, turn), (M, other)), same = self._faces
+        C, S = self._stiffness
+        closed = [pressure >= load for load in self.closings]
+        if all(closed):
+            return turn, other
+        if closed[0]:
+            return turn, (M*pressure + same*S*turn)/C
+        if closed[1]:
+            return (L*pressure + same*S*other)/C, other
+        size = self.curvature**2*self.ell**4*self.k**2
+        return (C*L + same*S*M)*pressure/size, (C*M + same*S*L)*pressure/size
+
+    def _approach(self, pressure):
+        """delta at a pressure: half of what the strip is squeezed and its blocks lean back."""
+        levers = [lever for lever, _ in self._faces[0]]
+        return pressure/self.oedometric + sum(lever*turned for lever, turned in zip(levers, self.rotations(pressure)))/2
+
+    @property
+    def delta_fc(self):
+        """delta at which the second corners of (upper, lower) close."""
+        return tuple(self._approach(load) for load in self.closings)
+
+    @property
+    def states(self):
+        """"separation", "partial" or "full" of (upper, lower)."""
+        if self.delta <= 0:
+            return "separation", "separation"
+        return tuple("full" if self.delta >= event else "partial" for event in self.delta_fc)
+
+    @property
+    def pressure(self):
+        """-sigma_22: piecewise linear in delta, with a kink at each closing."""
+        if self.delta <= 0:
+            return 0.0
+        loads = [0.0, *sorted(self.closings)]
+        first = max(load for load in loads if self._approach(load) <= self.delta)
+        beyond = [load for load in loads if load > first]
+        second = beyond[0] if beyond else first + self.oedometric*self.delta
+        low, high = self._approach(first), self._approach(second)
+        return first + (self.delta - low)/(high - low)*(second - first)
+
+    @property
+    def surface(self):
+        """psi of (upper, lower)."""
+        return tuple(-math.copysign(1, psi0)*turned for psi0, turned in zip((self.upper, self.lower), self.rotations(self.pressure)))
+
+    @property
+    def micromoments(self):
+        """M = n.m of (upper, lower)."""
+        C, S = self._stiffness
+        upper, lower = self.surface
+        return C*upper - S*lower, C*lower - S*upper
+
+    def psi(self, x2):
+        """Microrotation."""
+        upper, lower = self.surface
+        x2 = np.asarray(x2, float)
+        return upper*self._rise(x2, 1) + lower*self._rise(-x2, 1)
+
+    def u1(self, x2):
+        """Horizontal displacement; 0 at the lower face."""
+        upper, lower = self.surface
+        x2 = np.asarray(x2, float)
+        at_bottom = upper*self._rise(-1.0, -1) - lower*self._rise(1.0, -1)
+        return -self.beta/self.k*(upper*self._rise(x2, -1) - lower*self._rise(-x2, -1) - at_bottom)
+
+    def u2(self, x2):
+        """Vertical displacement; 0 at the lower face."""
+        return -self.pressure/self.oedometric*(np.asarray(x2, float) + 1)
+
+    def _rise(self, x2, sign):
+        """sinh(k (1 + x2))/sinh(2 k) (sign 1) or cosh(k (1 + x2))/sinh(2 k) (sign -1)."""
+        return (np.exp(self.k*(x2 - 1)) - sign*np.exp(-self.k*(x2 + 3)))/-math.expm1(-4*self.k)
+
+
+def _over(size, slope):
+    """The load at which what grows with this slope has the size; never if it does not grow."""
+    return 0.0 if size == 0 else size/slope if slope > 0 else math.inf
+
+
 def hertz(x, load, half_width):
     """Pressure of a cylinder on a classical half-plane: ellipse of the half-width a = sqrt(4 P R/(pi E*)), (50)."""
     return 2*load/(math.pi*half_width)*np.sqrt(np.maximum(1 - (np.asarray(x, float)/half_width)**2, 0))
@@ -127,6 +267,24 @@ def punch(x, load, half_width):
     """Pressure of a flat punch on a classical half-plane at |x| < a: P/(pi sqrt(a^2 - x^2)), 0 outside."""
     inside = half_width**2 - np.asarray(x, float)**2
     return np.where(inside > 0, load/(math.pi*np.sqrt(np.where(inside > 0, inside, 1))), 0)
+
+
+def tilted_punch(x, load, half_width, tilt, E_star):
+    """Pressure of a punch |x| < b turned by `tilt` on a classical half-plane, and the edges (left, right) of its contact.
+
+    From the deeper end on it presses up to the distance ``4 P/(pi E* |tilt|)``, there like ``E* |tilt|/2 sqrt(r/s)``, r from
+    the free edge, s from the end; where that exceeds 2 b like ``(P/pi - E* tilt x/2)/sqrt(b^2 - x^2)``. Both follow from
+    ``pv int p(s)/(x - s) ds = pi E* tilt/2`` (Muskhelishvili, Some basic problems, 115).
+    """
+    x, b = np.asarray(x, float), half_width
+    if load >= math.pi/2*E_star*abs(tilt)*b:
+        inside = b**2 - x**2
+        return np.where(inside > 0, (load/math.pi - E_star*tilt*x/2)/np.sqrt(np.where(inside > 0, inside, 1)), 0), (-b, b)
+    sign, width = math.copysign(1, tilt), 4*load/(math.pi*E_star*abs(tilt))
+    s = b + sign*x      # from the deeper end, which is the left one for tilt > 0
+    inside = (s > 0) & (s < width)
+    pressure = np.where(inside, E_star*abs(tilt)/2*np.sqrt(np.where(inside, width - s, 0)/np.where(inside, s, 1)), 0)
+    return pressure, tuple(sorted((-sign*b, sign*(width - b))))
 
 
 def wedge(x, load, half_width):
@@ -154,6 +312,15 @@ class Wavy:
     def half_width(self):
         """a of ``mean = closure sin(pi a/wavelength)^2``; wavelength/2 from full closure on."""
         return self.wavelength/math.pi*math.asin(math.sqrt(min(self.mean/self.closure, 1.0)))
+
+    @property
+    def approach_over_amplitude(self):
+        """Approach over the mean level: ``r (1 - log r)``, r = mean/closure; 1 from full closure on.
+
+        Each increment of the load is a flat punch on the arc in contact, which sinks by ``-2/(pi E*) log(s_a)`` of it.
+        """
+        r = min(self.mean/self.closure, 1.0)
+        return r*(1 - math.log(r))
 
     def pressure(self, x):
         """p(x); with s = sin(pi x/wavelength), s_a at the edge: 2 mean/s_a^2 cos(pi x/wavelength) sqrt(s_a^2 - s^2)."""

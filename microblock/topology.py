@@ -15,6 +15,9 @@ MARGIN = 1.3          # of the coarse grid around the contact
 SNAP = 1.5            # cells within which an edge is taken for an end of the obstacle, to begin with
 LOOKED_AT, ZOOMS = 64, 6      # places where a gap is looked at, and how often nearer next to its least
 UNSEEN = 1e-3         # of what `tolerated` allows next to edges: overlap off them that is not the panels' own error
+RIM = 0.15            # of ell, from an end of the obstacle for one corner to the edge of the zone in which the other stands alone
+                      # beyond it: 0.09 to 0.16 under flat punches of half-widths from 1.7 ell on
+NEXT_TO = 0.5, 0.05   # of ell, from such an end, where an edge is put there: of cells, which see no more, and of mended zones
 PARTIAL = 2.4         # width of a partial zone over ell as ell -> 0 (2.39 at nu = 0.3, beta = 1): a first guess
 
 
@@ -103,6 +106,8 @@ def variants(line, zones):
     found = [zones]
     if len(line.law.corners) == 1:
         return found
+    rims = _beyond_ends(line, zones, NEXT_TO[0])
+    found += [rims] if rims != zones else []
     a, b = zones[0], [(-right, -left) for left, right in zones[0]] if line.mirror else zones[1]
     for i, one in enumerate(a):
         for j, other in enumerate(b):
@@ -117,6 +122,29 @@ def variants(line, zones):
                         new[1] = _moved(b, j, 1 - side, middle - half)
                     found.append(new)
     return found
+
+
+def _beyond_ends(line, zones, near):
+    """Zones with edges next to an end for the other corner put beyond it: its pressure has no bound there and draws them."""
+    found = {}
+    for corner, intervals in zones.items():
+        left, right = _ends_of_other(line, corner)
+
+        def put(edge, end, step):      # those that lie short of it, or at it
+            return float(end + step) if 0 <= (end - edge)*np.sign(step) < near*line.solid.ell else edge
+
+        step = RIM*line.solid.ell
+        moved = [(put(a, right, step), put(b, left, -step)) for a, b in intervals]
+        found[corner] = tuple(each if each[0] < each[1] else old for each, old in zip(moved, intervals))
+    return found
+
+
+def _ends_of_other(line, corner):
+    """Ends of the obstacle for the other corner; infinite if there are none."""
+    if line.mirror:
+        left, right = line.ends.get(corner, (-np.inf, np.inf))
+        return -right, -left
+    return line.ends.get(1 - corner, (-np.inf, np.inf))
 
 
 def _moved(intervals, number, side, edge):
@@ -152,7 +180,7 @@ def mended(state):
         return None
     if half_line(state.line) or not any(zones.values()):
         raise NotConverged(f"corners would be pressed in, or pulled, on these zones at load {state.load:g}")
-    return zones
+    return zones if len(zones) == 1 and not state.line.mirror else _beyond_ends(state.line, zones, NEXT_TO[1])
 
 
 def newborn(state):

@@ -310,3 +310,42 @@ def test_the_comparison_says_what_is_missing(monkeypatch, capsys):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     assert main(["peers"]) == 2
     assert "microblock[bench]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("load", [0.008, 0.03])      # the tilted punch pressed on a part of its width, and on all of it
+def test_estimate_holds_beside_ends_of_the_obstacle(load):
+    """Without a weight the norm is infinite there: no number of cells met any rtol."""
+    from microblock.observables import distance_to_ends
+    from microblock.references import tilted_punch
+    punch = mb.Punch(1.0, tilt=0.01)
+    body = mb.HalfPlane(mb.Cosserat(E=1 - 0.3**2, nu=0.3, ell=0.3, beta=1e-10))
+    state = mb.GridContact(body, punch, mb.Unilateral(), window=(-1.3, 1.3)).at(load, rtol=0.05)
+    weights, exact = distance_to_ends(state.x, punch.ends, (0.0,)), tilted_punch(state.x, load, 1.0, 0.01, 1.0)[0]
+    error = np.sqrt(weights @ (state.pressures[0] - exact)**2/(weights @ exact**2))
+    assert error <= state.error_estimate <= 0.05 and len(state.x) < 2**17
+
+
+def test_westergaards_approach():
+    """Against the displacement of his pressure at x = 0 by quadrature, and full closure, where it is the mean level of the wave."""
+    from scipy.integrate import quad
+    for mean in (0.01, 0.3, 0.9):
+        exact = Wavy(1.0, 1.0, mean)
+        sunk = quad(lambda x: exact.pressure(x)*math.log(2*math.sin(math.pi*x)), 0, exact.half_width, limit=200)[0]
+        assert exact.approach_over_amplitude == pytest.approx(-4*sunk, rel=1e-8)      # quadrature; E* = 1, amplitude 1/pi
+    assert Wavy(1.0, 1.0, 1.0).approach_over_amplitude == Wavy(1.0, 1.0, 1.4).approach_over_amplitude == 1.0
+
+
+@pytest.mark.parametrize("contact", wavy.LAWS)
+def test_path_from_first_touch_to_full_closure(contact):
+    parameters = wavy.Parameters(path=9, path_nodes=1024, contact=contact)
+    rows = wavy.path(parameters)
+    own, classical = rows[:9], rows[9:]
+    for row in classical:
+        assert row["contact_fraction"] == pytest.approx(row["contact_exact"], abs=2/1024)      # a cell at either edge
+        assert row["approach"] == pytest.approx(row["approach_exact"], abs=2e-5)      # the cells' width squared
+    closure = wavy.closure_of(parameters)
+    for row in own:      # all corners that there are
+        assert (row["full_contact_fraction"] == 1) == (row["load"] >= closure)
+    assert own[0]["contact_fraction"] < 0.05 and own[-1]["load"] > closure > own[0]["load"]
+    for name in ("contact_fraction", "approach"):
+        assert np.all(np.diff([row[name] for row in own]) >= -1e-12)      # rounding, from full closure on

@@ -26,7 +26,7 @@ MAY_IMPORT = {
     "line_state": {"panels"}, "topology": {"active_set", "line_state", "observables", "panels"},
     "path": {"halfplane", "observables"},
     "scene": {"adapt", "body_contact", "contact_line", "law", "line_state", "panels", "path", "topology"},
-    "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "observables", "projected_cg"},
+    "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "law", "observables", "projected_cg"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
 }
 

@@ -1,0 +1,188 @@
+"""Rough microblocks under a cylinder: how hardness and real contact scatter with psi0(x).
+
+Geometry   half-plane x2 < 0; a cylinder pressed down by a force P; blocks of side ell = alpha a_Hz, turned by a self-affine psi0(x) of seeded
+           phases, many seeds at each root mean square.
+Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
+Model      uniform cells on a window, products by FFT, no mesh (`GridContact`, psi0 a callable).
+Reference  four times as many cells, for the first seeds of each roughness; aligned blocks (psi0 = 0): panels fitted to the edges.
+Look at    up to about 0.05 a_Hz/R nothing but full contact suffers; beyond it the contact breaks into zones, real contact shrinks, the
+           largest pressure grows, and so does the scatter from seed to seed.
+Units      lengths over a_Hz, pressures over p_Hz, loads over P; psi0 over a_Hz/R, the slope of the cylinder at the edge of Hertz's contact.
+"""
+
+import math
+import time
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from tqdm import tqdm
+
+from cases.options import command, option
+from cases.rough import rough_turns
+from cases.three_ways import table
+from microblock import plots
+from microblock.errors import BadArgument, require_finite
+from microblock.grid_contact import GridContact
+from microblock.halfplane import HalfPlane
+from microblock.law import Microblock
+from microblock.material import Cosserat
+from microblock.obstacles import Cylinder, Rough
+from microblock.scene import Contact
+from microblock.study import column, grouped, read_records, versions, write_records
+
+RADIUS = 20.0            # over a_Hz: psi0 of a_Hz/R is 2.9 degrees
+LOAD = math.pi/2         # gives a_Hz = p_Hz = 1 with E* = 2 R
+WINDOW = 2.0             # half of it, over a_Hz; also half the period of psi0
+HURST = 0.8
+LONGEST = 4              # waves of psi0 in the window: a_Hz long
+JUDGED = 2               # seeds of each roughness that are solved on four times as many cells
+OBSERVED = ("hardness_apparent", "hardness_real", "contact", "full_contact", "pressure_max", "zones")
+
+
+@dataclass(frozen=True)
+class Parameters:
+    amplitudes: tuple = option((0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0), "root mean squares of psi0 over a_Hz/R", nargs="+", metavar="PSI0")
+    seeds: int = option(20, "profiles at each of them", int)
+    first_seed: int = option(1, "the first of them", int)
+    alpha: float = option(0.1, "ell over a_Hz")
+    shortest: float = option(0.5, "shortest wave of psi0 over ell")
+    nodes: int = option(4096, "cells of the window of four a_Hz", int)
+    nu: float = option(0.3, "Poisson's ratio, -1 < nu < 1/2")
+    beta: float = option(1.0, "coupling number, 0 < beta < 2")
+
+    def __post_init__(self):
+        object.__setattr__(self, "amplitudes", tuple(sorted(float(value) for value in self.amplitudes)))
+        require_finite(alpha=self.alpha, shortest=self.shortest, beta=self.beta)
+        for value in self.amplitudes:
+            require_finite(amplitudes=value)
+            if not 0 <= value <= 2:
+                raise BadArgument("amplitudes", value, "must lie between 0 and 2")
+        if not 2 <= self.seeds <= 10000:
+            raise BadArgument("seeds", self.seeds, "must lie between 2 and 10000")
+        if self.first_seed < 0:
+            raise BadArgument("first_seed", self.first_seed, "must not be negative")
+        if not 0.01 <= self.alpha <= 1:
+            raise BadArgument("alpha", self.alpha, "must lie between 0.01 and 1")
+        if not 0 < self.beta < 2:
+            raise BadArgument("beta", self.beta, "must satisfy 0 < beta < 2")
+        if self.waves[1] < LONGEST:
+            raise BadArgument("shortest", self.shortest, f"must leave waves up to {1/self.alpha:g} ell")
+        if not 8*self.waves[1] <= self.nodes <= 2**18:
+            raise BadArgument("nodes", self.nodes, f"must lie between eight to the shortest wave ({8*self.waves[1]}) and {2**18}")
+        self.solid      # Inadmissible moduli are named here
+
+    @property
+    def waves(self):
+        """Numbers of the longest and the shortest wave in the window."""
+        return LONGEST, int(2*WINDOW/(self.shortest*self.alpha)) if self.shortest > 0 else 0
+
+    @property
+    def solid(self):
+        return Cosserat(E=2*RADIUS*(1 - self.nu**2), nu=self.nu, ell=self.alpha, beta=self.beta)
+
+    def scene(self, amplitude, seed):
+        profile = Rough(2*WINDOW, 1.0, HURST, self.waves, seed)
+        law = Microblock(rough_turns(profile, amplitude/RADIUS) if amplitude else 0.0)
+        return GridContact(HalfPlane(self.solid), Cylinder(RADIUS), law, window=(-WINDOW, WINDOW))
+
+
+def solve(parameters, amplitude, seed, finer=1):
+    """GridState; `finer` times as many cells."""
+    return parameters.scene(amplitude, seed).at(LOAD, nodes=finer*parameters.nodes)
+
+
+def observe(state):
+    """What a state shows: hardness as P over the half-width, and over the half of all contact."""
+    pressure, width = state.pressures.sum(axis=0), state.weights[0]
+    closed = np.flatnonzero(pressure > 0)
+    contact = width*len(closed)
+    outer = (closed[-1] - closed[0] + 1)*width/2
+    return {"hardness_apparent": float(1/outer), "hardness_real": float(2/contact), "contact": float(contact),
+            "full_contact": float(width*np.sum((state.pressures > 0).all(axis=0))), "pressure_max": float(pressure.max()),
+            "zones": int(1 + np.sum(np.diff(closed) > 1)), "error_estimate": state.error_estimate}
+
+
+def reference(parameters):
+    """LineState of aligned blocks on panels fitted to the edges."""
+    return Contact(HalfPlane(parameters.solid), Cylinder(RADIUS), Microblock()).at(LOAD, rtol=1e-6)
+
+
+def judged(parameters, amplitude, seed, coarse):
+    """Change of a state from its own to four times as many cells: in the pressure (relative L2), hardness and contact."""
+    state, fine = coarse, solve(parameters, amplitude, seed, finer=4)
+    p, q = (one.pressures.sum(axis=0) for one in (state, fine))
+    seen, better = observe(state), observe(fine)
+    return {"difference": float(np.linalg.norm(np.interp(fine.x, state.x, p) - q)/np.linalg.norm(q)),
+            "change_hardness": abs(seen["hardness_real"]/better["hardness_real"] - 1),
+            "change_full": abs(seen["full_contact"] - better["full_contact"])}
+
+
+def result(parameters, quiet=True):
+    """The case's object: a row a state, and mean and scatter of each roughness."""
+    start, rows = time.perf_counter(), []
+    chosen = [(amplitude, parameters.first_seed + number) for amplitude in parameters.amplitudes
+              for number in range(parameters.seeds if amplitude else 1)]
+    for amplitude, seed in tqdm(chosen, disable=quiet, unit="state"):
+        state = solve(parameters, amplitude, seed)
+        against = judged(parameters, amplitude, seed, state) if seed < parameters.first_seed + JUDGED else dict.fromkeys(
+            ("difference", "change_hardness", "change_full"))
+        rows.append({"amplitude": amplitude, "seed": seed, **observe(state), **against})
+    return {"parameters": {**asdict(parameters), "amplitudes": list(parameters.amplitudes)}, "versions": versions(), "model": "halfplane",
+            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": rows,
+            "summary": [summary(amplitude, own) for amplitude, own in grouped(rows, "amplitude").items()],
+            "aligned": aligned(parameters)}
+
+
+def aligned(parameters):
+    """Distance of the cells to the panels for psi0 = 0: relative L2 of the pressure, and half-width."""
+    cells, panels = solve(parameters, 0.0, 0), reference(parameters)
+    exact = sum(panels.pressure(corner, cells.x) for corner in (0, 1))
+    outer = max(edge for zone in panels.all_zones.values() for interval in zone for edge in interval)
+    return {"difference": float(np.linalg.norm(cells.pressures.sum(axis=0) - exact)/np.linalg.norm(exact)),
+            "estimate": cells.error_estimate, "half_width": float(1/observe(cells)["hardness_apparent"]), "half_width_panels": float(outer)}
+
+
+def summary(amplitude, rows):
+    """Mean, standard deviation (over the seeds) and standard error of what is observed."""
+    found = {"amplitude": amplitude, "seeds": len(rows)}
+    for name in OBSERVED:
+        values = np.array(column(rows, name), float)
+        spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
+        found |= {name: float(values.mean()), f"{name}_sd": spread, f"{name}_se": spread/math.sqrt(len(values))}
+    known = [row for row in rows if row["difference"] is not None]
+    return found | {name: max(column(known, name)) for name in ("error_estimate", "difference", "change_hardness")}
+
+
+def run(parameters, out=None, quiet=False):
+    """Solve, print a table, draw means and scatter over the roughness into the folder `out`."""
+    answer = result(parameters, quiet)
+    if not quiet:
+        table(answer["summary"], ("amplitude", "seeds", "hardness_real", "hardness_real_sd", "contact", "contact_sd", "full_contact", "full_contact_sd",
+                                  "pressure_max", "pressure_max_sd", "zones", "error_estimate", "difference", "change_hardness"), 15)
+        print("aligned blocks against panels: " + ", ".join(f"{name} {value:.6g}" for name, value in answer["aligned"].items()))
+    if out:
+        common = {"command": command("scatter", parameters), **asdict(parameters), "amplitudes": None}
+        write_records(out/"scatter.csv", [{**common, **row} for row in answer["states"]])
+        plots.draw(figure, read_records(out/"scatter.csv"), out, "scatter")
+    return answer
+
+
+def figure(records):
+    """Real hardness (a), real and full contact (b) of each seed (dots), with means and standard deviations, over the roughness."""
+    drawing, axes = plots.figure(1, 2)
+    shown = ((axes[0], (("hardness_real", "real hardness"), ("hardness_apparent", "apparent hardness"))),
+             (axes[1], (("contact", "one corner or both"), ("full_contact", "both corners"))))
+    groups = grouped(records, "amplitude")
+    smallest = min((amplitude for amplitude in groups if amplitude > 0), default=1.0)
+    for axis, named in shown:
+        for (name, label), colour, marker, shift in zip(named, plots.COLOURS, plots.MARKERS, (0.96, 1.04)):
+            places = [shift*(amplitude or smallest/2) for amplitude in groups]
+            for place, own in zip(places, groups.values()):
+                axis.plot([place]*len(own), column(own, name), ".", color=colour, markersize=2, alpha=0.5)
+            axis.errorbar(places, [np.mean(column(own, name)) for own in groups.values()], [np.std(column(own, name)) for own in groups.values()],
+                          color=colour, marker=marker, capsize=2, label=label)
+        axis.set(xscale="log", xlabel=r"rms of $\psi_0$ over $a_{Hz}/R$ (leftmost: 0)")
+        plots.legend_below(axis)
+    axes[0].set(ylabel="hardness over $P/(2 a_{Hz})$", title="(a)")
+    axes[1].set(ylabel="contact length over $a_{Hz}$", title="(b)", ylim=(0, None))
+    return drawing

@@ -1,0 +1,171 @@
+"""Blunt wedge on a half-plane with microblocks: from two separate zones to the classical wedge.
+
+Geometry   half-plane x2 < 0; a blunt wedge whose flanks rise by a slope from its edge at x1 = 0, pressed down by a force P; blocks of
+           side ell (psi0 = 0).
+Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
+Model      the contact line alone, panels fitted to zones and kinks (`Contact(HalfPlane(...), ...)`).
+Reference  classical limit: closed form `references.wedge`. Microblocks: scaling laws (a/ell depends on P/(E* slope ell), nu, beta only; towards
+           light loads each corner meets the wedge alone, with a compliance of its own; towards heavy ones the classical a follows),
+           uniform cells and fitted finite elements.
+Look at    light loads: two zones at -+ell/2, one for each corner; they merge at one load; then a plateau, and a classical wedge
+           whose logarithm is split in two.
+Units      lengths over ell, loads over E* slope ell (their classical half-width over ell), pressures over E* slope.
+"""
+
+import math
+import time
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+from tqdm import tqdm
+
+from cases import three_ways
+from cases.options import command, option
+from microblock import plots
+from microblock.errors import BadArgument, require_finite, require_tolerance
+from microblock.halfplane import HalfPlane, short_waves
+from microblock.obstacles import Wedge
+from microblock.scene import Contact
+from microblock.study import column, grouped, read_records, versions, write_records
+
+SLOPE = 0.01             # drops out: the problem is linear in slope and load together
+OTHER = 3.0              # times as much slope, load and ell: the scaling law's check
+DRAWN = (0.1, 1.0, 4.0)  # loads of the pressures in the figure: the nearest ones
+
+
+@dataclass(frozen=True)
+class Parameters:
+    loads: tuple = option((0.03, 0.1, 0.3, 0.6, 1.0, 2.0, 4.0, 10.0, 30.0), "P over E* slope ell", nargs="+", metavar="LOAD")
+    nu: float = option(0.3, "Poisson's ratio, -1 < nu < 1/2")
+    beta: float = option(1.0, "coupling number, 0 < beta < 2")
+    rtol: float = option(1e-5, "of the panels")
+    nodes: int = option(8000, "cells that judge", int)
+    rtol_fe: float = option(1e-2, "of the finite elements that judge")
+    alpha = 1.0          # ell is the unit
+
+    def __post_init__(self):
+        object.__setattr__(self, "loads", tuple(sorted(float(load) for load in self.loads)))
+        for load in self.loads:
+            require_finite(loads=load)
+            if not 1e-3 <= load <= 1e3:
+                raise BadArgument("loads", load, "must lie between 0.001 and 1000")
+        require_finite(beta=self.beta)
+        if not 0 < self.beta < 2:
+            raise BadArgument("beta", self.beta, "must satisfy 0 < beta < 2")
+        require_tolerance(self.rtol)
+        if not 1e-4 <= self.rtol_fe < 1:
+            raise BadArgument("rtol_fe", self.rtol_fe, "must lie between 1e-4 and 1")
+        if not 256 <= self.nodes <= 2**20:
+            raise BadArgument("nodes", self.nodes, f"must lie between 256 and {2**20}")
+        three_ways.solid_of(self, "microblock")      # Inadmissible moduli are named here
+
+
+def solve(parameters, law, load):
+    """(LineState, seconds) on panels."""
+    return three_ways.on_panels(three_ways.solid_of(parameters, law), Wedge(SLOPE), law, SLOPE*load, parameters.rtol)
+
+
+def scaled(parameters, law, load):
+    """The same with another slope and block: what must be the same state."""
+    solid = replace(three_ways.solid_of(parameters, law), ell=OTHER)
+    return three_ways.on_panels(solid, Wedge(OTHER*SLOPE), law, OTHER**2*SLOPE*load, parameters.rtol)[0]
+
+
+def reference(load):
+    """Pressure (x) of the classical closed form."""
+    from microblock import references      # judges only: the computation does without
+    return lambda x: references.wedge(x, SLOPE*load, load)
+
+
+def light(parameters, load):
+    """Half-width of each corner's zone while the two do not feel each other: half the load on a compliance of its own.
+
+    Over distances far below ell a corner acts on its own gap like a classical half-plane of the compliance c_u + c_phi
+    (docs/theory.md, "Where the corners meet") instead of c = 2/E*.
+    """
+    return load/4*sum(short_waves(three_ways.solid_of(parameters, "microblock")))
+
+
+def coalescence(parameters):
+    """(load, its error) at which the two zones merge."""
+    solid = three_ways.solid_of(parameters, "microblock")
+    return tuple(one/SLOPE for one in Contact(HalfPlane(solid), Wedge(SLOPE), three_ways.LAWS["microblock"]()).coalescence())
+
+
+def observe(parameters, law, load):
+    """(record of a state, its profile)."""
+    state, seconds = solve(parameters, law, load)
+    zones, (outer, inner) = three_ways.zones_of(state)
+    other = three_ways.zones_of(scaled(parameters, law, load))[1]
+    found = {"law": law, "load": load, "zones": zones, "half_width": outer, "inner_half_width": inner, "over_classical": outer/load,
+             "over_light": (outer - inner)/2/light(parameters, load) if law == "microblock" else None,
+             "scaling_error": float(np.abs(np.array(other)/OTHER - (outer, inner)).max()/outer), "unknowns": len(state.q) + 1,
+             "error_estimate": state.error_estimate,
+             **three_ways.judged(state, parameters.nodes, parameters.rtol_fe, reference(load) if law == "classical" else None),
+             "seconds": seconds}
+    return found, [{**row, "pressure": row["pressure"]/SLOPE, "micromoment": row["micromoment"]/SLOPE} for row in three_ways.profile_of(state)]
+
+
+def result(parameters, quiet=True):
+    """The case's object: a state a load and law."""
+    start, states = time.perf_counter(), []
+    chosen = [(law, load) for load in parameters.loads for law in three_ways.LAWS]
+    for one in tqdm(chosen, disable=quiet, unit="state"):
+        found, profile = observe(parameters, *one)
+        states.append({**found, "profile": {name: column(profile, name) for name in profile[0]}})
+    load, error = coalescence(parameters)
+    return {"parameters": {**asdict(parameters), "loads": list(parameters.loads)}, "versions": versions(), "model": "halfplane",
+            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "coalescence": load, "coalescence_error": error,
+            "states": states}
+
+
+def run(parameters, out=None, quiet=False):
+    """Solve, print a table, draw widths over the load and pressures into the folder `out`."""
+    answer = result(parameters, quiet)
+    if not quiet:
+        three_ways.table(answer["states"], ("load", "law", "half_width", "inner_half_width", "over_classical", "over_light", "scaling_error",
+                                            "error_estimate", "error", "difference_fe", "estimate_fe", "difference_cells", "estimate_cells"), 14)
+        print(f"the two zones of microblocks merge at the load {answer['coalescence']:.9g} +- {answer['coalescence_error']:.1e}")
+    if out:
+        write_records(out/"wedge.csv", rows(parameters, answer))
+        plots.draw(figure, read_records(out/"wedge.csv"), out, "wedge")
+    return answer
+
+
+def rows(parameters, answer):
+    """A row a node, with every parameter."""
+    common = {"command": command("wedge", parameters), **asdict(parameters), "loads": None, "coalescence": answer["coalescence"]}
+    found = []
+    for state in answer["states"]:
+        seen = {name: state[name] for name in ("law", "load", "half_width", "inner_half_width", "error_estimate", "error",
+                                               "difference_fe", "difference_cells")}
+        found += [{**common, **seen, **dict(zip(state["profile"], node))} for node in zip(*state["profile"].values())]
+    return found
+
+
+def figure(records):
+    """Half-widths over the load (a), on the limits of light and heavy loads; pressure at three loads (b)."""
+    given = Parameters(**{name: records[0][name] for name in ("nu", "beta")})
+    laws = grouped(records, "law")
+    drawing, axes = plots.figure(1, 2)
+    firsts = [own[0] for own in grouped(laws["microblock"], "load").values()]
+    loads = np.array(column(firsts, "load"))
+    axes[0].loglog(loads, column(firsts, "half_width"), "o", color=plots.COLOURS[0], label="outer edge")
+    open_ = [row for row in firsts if row["inner_half_width"] > 0]
+    axes[0].loglog(column(open_, "load"), column(open_, "inner_half_width"), "s", color=plots.COLOURS[1], label="inner edge")
+    fine = np.geomspace(loads[0], loads[-1], 201)
+    axes[0].loglog(fine, fine, color="0.5", linewidth=0.8, label="classical wedge")
+    alone = fine[light(given, fine) < 0.5]
+    for sign, style in ((1, "--"), (-1, ":")):
+        axes[0].loglog(alone, 0.5 + sign*light(given, alone), style, color="k", linewidth=0.8, label="corner alone, its " + ("outer" if sign > 0 else "inner") + " edge")
+    axes[0].axvline(records[0]["coalescence"], color="0.7", linewidth=0.8, label="zones merge")
+    axes[0].set(xlabel=r"$P/(E^* s\,\ell)$", ylabel=r"edges over $\ell$", ylim=(0.02, None), title="(a)")
+    for load, colour in zip(dict.fromkeys(min(loads, key=lambda one: abs(math.log(one/drawn))) for drawn in DRAWN), plots.COLOURS):
+        own = [row for row in laws["microblock"] if row["load"] == load]
+        three_ways.draw_zones(axes[1], own, "pressure", color=colour, label=rf"$P/(E^* s\,\ell) = {load:g}$")
+        x = np.linspace(-load, load, 400)
+        axes[1].plot(x, reference(load)(x)/SLOPE, ":", color=colour, linewidth=0.9)
+    axes[1].set(xlabel=r"$x_1/\ell$", ylabel=r"$p/(E^* s)$", ylim=(0, 3), title="(b)  dotted: classical")
+    plots.legend_below(axes[0])
+    plots.legend_below(axes[1], 1)
+    return drawing

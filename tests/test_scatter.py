@@ -1,0 +1,70 @@
+"""Rough psi0(x) under a cylinder: cells against panels, against four times as many, against another solver; scatter over seeds."""
+
+import json
+
+import numpy as np
+import pytest
+
+from cases import scatter
+from cases.__main__ import main
+from microblock import active_set
+from microblock.halfplane import HalfPlane
+
+PARAMETERS = scatter.Parameters()
+
+
+def test_aligned_blocks_meet_the_panels():
+    found = scatter.aligned(PARAMETERS)
+    assert found["difference"] < found["estimate"] < 1e-3
+    assert found["half_width"] == pytest.approx(found["half_width_panels"], abs=2*scatter.WINDOW/PARAMETERS.nodes)      # a cell
+
+
+@pytest.mark.parametrize("amplitude", [0.1, 0.5])
+def test_error_estimate_holds_on_rough_blocks(amplitude):
+    for seed in (3, 4):
+        state = scatter.solve(PARAMETERS, amplitude, seed)
+        assert scatter.judged(PARAMETERS, amplitude, seed, state)["difference"] < state.error_estimate < 0.02
+
+
+def test_another_solver_finds_the_same_state():
+    """Block pivoting on the dense matrix of the same cells, with the gaps of the law at their centres."""
+    parameters = scatter.Parameters(nodes=256, shortest=2.0)
+    state = scatter.solve(parameters, 0.5, 7)
+    here = parameters.scene(0.5, 7)
+    flexibility, gaps, share = HalfPlane(parameters.solid).compliance(state.x).corner_system(here.law, here.obstacle)
+    found = active_set.solve(flexibility, gaps, load=scatter.LOAD, c=share)
+    # both are solved to some 1e-9
+    assert found.forces.reshape(2, -1) == pytest.approx(state.pressures*state.weights, rel=1e-6, abs=1e-8*found.forces.max())
+
+
+def test_roughness_takes_contact_away_and_scatters():
+    answer = scatter.result(scatter.Parameters(amplitudes=(0.1, 0.5), seeds=6, nodes=1024))
+    smooth, rough = answer["summary"]
+    # six seeds: differences of many standard errors
+    assert rough["contact"] < smooth["contact"] - 5*(rough["contact_se"] + smooth["contact_se"]) and rough["zones"] > 2*smooth["zones"]
+    assert rough["hardness_real_sd"] > 2*smooth["hardness_real_sd"] > 0
+    assert len(answer["states"]) == 12 and len({row["hardness_real"] for row in answer["states"]}) > 8
+    again = scatter.result(scatter.Parameters(amplitudes=(0.1, 0.5), seeds=6, nodes=1024))
+    assert again["summary"] == answer["summary"]      # seeds say all
+
+
+def test_mirrored_psi0_gives_the_mirror_image():
+    here = PARAMETERS.scene(0.3, 5)
+    turned = scatter.GridContact(here.body, here.obstacle, scatter.Microblock(lambda x: -here.law.psi0(-x)), window=here.window)
+    state, other = (one.at(scatter.LOAD, nodes=512) for one in (here, turned))
+    assert other.pressures[::-1, ::-1] == pytest.approx(state.pressures, rel=1e-5, abs=1e-6)      # residuals of 1e-9
+
+
+def test_command(tmp_path, capsys):
+    words = ["scatter", "--amplitudes", "0", "0.3", "--seeds", "2", "--nodes", "640", "--json", str(tmp_path/"a.json"), "--out", str(tmp_path)]
+    assert main(words) == 0
+    assert len(json.loads((tmp_path/"a.json").read_text())["states"]) == 3 and "panels" in capsys.readouterr().out
+    assert {"scatter.png", "scatter.pdf", "scatter.csv"} <= {path.name for path in tmp_path.iterdir()}
+    assert np.isfinite(json.loads((tmp_path/"a.json").read_text())["aligned"]["difference"])
+
+
+@pytest.mark.parametrize("words", ["--amplitudes -1", "--seeds 1", "--alpha 0", "--beta 2", "--nu 0.5", "--nodes 10", "--shortest 0",
+                                   "--first-seed -1"])
+def test_bad_arguments(words, capsys):
+    assert main(["scatter", *words.split()]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
