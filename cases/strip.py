@@ -130,11 +130,11 @@ class Solution:
         return ((left + (points + 1)/2)/elements).ravel(), np.tile(weights/(2*elements), elements)
 
 
-def solve_once(parameters):
-    """The strip on the mesh and with the order that the parameters name."""
+def solve_once(parameters, mesh=None):
+    """The strip on the mesh (of its model, if it is given) and with the order that the parameters name."""
     start = time.perf_counter()
     build = meshes.line if parameters.model == "line" else meshes.column
-    body = Body(build(1.0, parameters.elements), parameters.solid, parameters.order,
+    body = Body(mesh or build(1.0, parameters.elements), parameters.solid, parameters.order,
                 fixed={"u1": "middle", "u2": "middle"}, periodic=parameters.model == "column")
     # counted from first touch: the plane begins over the corner that sticks out
     plane = Plane(parameters.ell_over_H/2*abs(parameters.psi0))
