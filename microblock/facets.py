@@ -6,6 +6,7 @@ term (31) and the augmented Lagrangian term (37). With Gauss's rule the multipli
 (37) is integrated, and gaps are checked, at Gauss points: for comparison, as pressures then oscillate.
 """
 
+from copy import copy
 from functools import lru_cache
 
 import ngsolve as ng
@@ -152,6 +153,18 @@ class ContactFacets:
             fixed = fixed & ~self.twins
         return {corner: np.isfinite(self.initial_gaps[corner]) & (~fixed | (nearest == number))
                 for number, corner in enumerate(self.corners)}
+
+    @property
+    def first_touch(self):
+        """Approach at which the first corner touches the undeformed body."""
+        return min(float((self.initial_gaps[corner]/self.normals[:, 1])[mask].min())
+                   for corner, mask in self.can_touch.items() if mask.any())
+
+    def lowered(self, approach):
+        """These facets under the same obstacle, lowered by `approach`."""
+        other = copy(self)
+        other.initial_gaps = {corner: gap - approach*self.normals[:, 1] for corner, gap in self.initial_gaps.items()}
+        return other
 
     def at_nodes(self, name, function):
         """Values at the nodes of a grid function of the field `name` ("u1", "u2", "psi", "multiplier")."""
