@@ -20,6 +20,7 @@ from microblock.body_contact import BodyContact
 from microblock.facets import ContactFacets
 from microblock.law import Microblock
 from microblock.material import Cosserat
+from microblock.meshes import Ground, graded
 from microblock.newton import PENALTY, WORST, Newton, load_path
 from microblock.obstacles import Cylinder
 from microblock.uniform import UniformContact
@@ -80,6 +81,14 @@ def lagrangian_on_squares(rho, spacing, alpha):
     return Outcome(distance(state.pressures, condensed(contact, accuracy.LOAD)), WORST, iterations=state.iterations)
 
 
+def noisy(solver, state, size, seed):
+    """A state with noise of `size` times its largest unknown on all that are free."""
+    vector, own = state.vector.CreateVector(), state.vector.FV().NumPy()
+    noise = np.random.default_rng(seed).standard_normal(len(own))*np.array(list(solver.free))
+    vector.FV().NumPy()[:] = own + size*np.abs(own).max()*noise
+    return replace(state, vector=vector)
+
+
 def newton(way, step, guess, psi0, rho, seed):
     """From a state at 1 - step of the load, with noise of `guess` times its largest unknown, to the whole load."""
     method, walk = way.split(", ")
@@ -89,16 +98,32 @@ def newton(way, step, guess, psi0, rho, seed):
     start = None
     if step < 1:
         *_, start = load_path(solver, [(1 - step)*load])
-        noisy = start.vector.CreateVector()
-        noise = np.random.default_rng(seed).standard_normal(len(noisy))*np.array(list(solver.free))
-        noisy.FV().NumPy()[:] = start.vector.FV().NumPy() + guess*np.abs(start.vector.FV().NumPy()).max()*noise
-        start = replace(start, vector=noisy)
+        start = noisy(solver, start, guess, seed)
     if walk == "one step":
         state = solver.solve(load, start)
     else:
         *_, state = load_path(solver, [load], start=start)
     found, true = np.array([-state.multipliers[corner] for corner in facets.corners]), condensed(contact, accuracy.LOAD)
     return Outcome(distance(found, true[:, -found.shape[1]:]), WORST if method == "al" else None, state.iterations)
+
+
+def cycling(way, levels, alpha, order, off, rho, start):
+    """On a mesh graded to edges that are wrong by `off` of themselves, from nothing or from noise to the whole load."""
+    scene = Draw("", "microblock", alpha, NU, 1.0).scene()
+    solid = scene.body.solid
+    edges = [(1 + off)*abs(edge) for pair in half_plane(scene, 1e-3).all_zones[0] for edge in pair]
+    ground = Ground(DOMAIN, (0.0, REACH))
+    body = Body(graded(ground, edges, spacing=COARSE*order, levels=levels), solid, order, fixed=ground.supports)
+    facets = ContactFacets(body, scene.law, scene.obstacle)
+    true = BodyContact(body, scene.obstacle, scene.law).at(accuracy.LOAD/2)
+    solver = Newton(body, facets, rho=rho*(solid.lam + 2*solid.mu), control="load")
+    first = None if start == "nothing" else noisy(solver, solver.solve(accuracy.LOAD/20), 1.0, levels)
+    if way == "one step":
+        state = solver.solve(accuracy.LOAD/2, first)
+    else:
+        *_, state = load_path(solver, [accuracy.LOAD/2], start=first)
+    found = np.array([-state.multipliers[corner] for corner in facets.corners])
+    return Outcome(distance(found*facets.weights, true.pressures*facets.weights), WORST, state.iterations)
 
 
 def first_contact(method, load, height, rho, alpha):
@@ -181,6 +206,10 @@ MAPS = (
          Axis("psi0", r"$\psi_0 R/a_\mathrm{Hz}$", 0.0, 0.5, "linear", "low"), Axis("rho", RHO.label, 1e-2, 1e2),
          Axis("seed", "seed", 0, 2**31, "linear", whole=True)),
         ("way", ("al, one step", "al, load path", "penalty, one step", "penalty, load path"))),
+    Map("cycling", "Does the plain active set cycle on meshes graded to the edges?", cycling,
+        (Axis("levels", "levels of grading", 0, 8, "linear", "high", whole=True),
+         Axis("off", "edge off by", 1e-4, 0.1), choice("order", "order", 1, 2, 3, 4), ALPHA, Axis("rho", RHO.label, 1e-2, 1e2),
+         choice("start", "first guess", "nothing", "noise")), ("way", ("one step", "load path")), 0.5),
     Map("first_contact", "Is the free approach found from a distance, and the first node that touches?", first_contact,
         (Axis("load", "load", 1e-12, 1e-2, degenerate="low"), Axis("height", r"height$/a_\mathrm{Hz}$", 1e-6, 1e3),
          Axis("rho", RHO.label, 1e-2, 1e2), ALPHA), ("method", ("al", "penalty")), 0.5),

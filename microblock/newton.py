@@ -200,9 +200,12 @@ class Newton:
             unknowns.vec.FV().NumPy()[free] = start.vector.FV().NumPy()[free]
         if self.control == "approach":
             unknowns.vec[self._approach] = level - self._first
-        elif start is not None:
-            unknowns.vec[self._approach] = start.approach - self._first
+            return unknowns
         self._load.Set(level)
+        if start is None or not any(mask.any() for mask in start.closed.values()):
+            self._touch(unknowns)
+        else:
+            unknowns.vec[self._approach] = start.approach - self._first
         return unknowns
 
     def _touch(self, unknowns):
