@@ -277,13 +277,18 @@ def warnings(parameters):
         found.append(f"delta = {parameters.delta_over_H:g} H: beyond small strain")
     if parameters.ell_over_H > 1:
         found.append(f"ell = {parameters.ell_over_H:g} H: the blocks are larger than the half-thickness")
+    if parameters.elements:
+        longest = meshes.longest_element(parameters.solid, parameters.order)
+        if 1/parameters.elements > longest:
+            found.append(f"elements of order {parameters.order} longer than {longest:.2g} H do not resolve the layer: take more, "
+                         "or a higher order, or ask for an --rtol")
     return found
 
 
 def result(parameters):
     """The contract's object: parameters as resolved, versions, seconds, observables and errors."""
     asked = parameters.resolved()
-    told = warnings(parameters)
+    told = warnings(asked)
     demanded = parameters.rtol is not None or asked.rtol is None
     try:
         solution, estimate, passes = solve(asked)

@@ -1,5 +1,6 @@
 """Meshes. Boundaries are named by role; the contact surface lies at x2 = 0, the body below it."""
 
+import math
 from dataclasses import dataclass
 
 import netgen.meshing as netgen
@@ -10,6 +11,7 @@ from ngsolve.meshes import MakeStructured2DMesh
 
 from .errors import BadArgument, NotConverged, require_finite
 
+HELD, POWER = 0.9, 1.6      # layers that an element of order 2, 4, 6 holds: 2.7, 8.3, 16
 GRADING = 0.5        # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
 RATIO = 0.15         # of the elements towards a graded vertex
 GROWTH = 3.0         # of equal squares, over their side and times the reach: 1.03 for the paper's 0.02 of 2 a_Hz
@@ -17,6 +19,17 @@ SLIVER = 1e-9        # of the reach, below which two edges are one
 FALL = 1.6, 1.0      # on a half and on a whole body, over the linear fall of the order in the logarithm of the distance: errors
                      # of a far field that is not symmetric tilt the surface
 FIRST = 0.4          # of the reach: within it of a tip the orders begin to fall
+
+
+def longest_element(solid, order):
+    """Length of an element, with one order for all fields, beyond which a layer at the surface is wrong by more than a tenth.
+
+    What is wrong then are psi and, more, micromoment and layer lengths (`cases limits`, maps locking_strip and thin_layer).
+    Order 1 locks: where mu_c is stiff psi follows the slope of u1, which it cannot.
+    """
+    if solid.beta == 0:
+        return math.inf
+    return solid.ell/math.sqrt(solid.eta) if order == 1 else HELD*order**POWER*solid.layer_length
 
 
 def line(depth, elements):
