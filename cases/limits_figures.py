@@ -57,6 +57,8 @@ def _frame(axis, across, up):
         label(one.label)
         if one.choices:
             side.set_ticks(range(len(one.choices)), one.choices)
+            side.set_tick_params(rotation=90 if one is across else 0)
+            (axis.set_xlim if one is across else axis.set_ylim)(-0.5, len(one.choices) - 0.5)
         elif one.scale != "linear":
             set_scale("log")
             side.set_major_locator(LogLocator(numticks=6))

@@ -133,7 +133,7 @@ def _growing(lines, step, growth=1.7):
     while lines[-1] + step < FAR:
         lines.append(lines[-1] + step)
         step *= growth
-    return np.append(lines[:-1], FAR)
+    return np.append(lines[:max(len(lines) - 1, 1)], FAR)
 
 
 def ground_shape(shape, order, aspect, spacing, alpha):
@@ -188,7 +188,7 @@ ORDER = choice("order", "order", 1, 2, 3, 4, 5, 6)
 ELEMENTS = Axis("elements", "elements", 1, 64, whole=True)
 ELL_OVER_H = Axis("ell_over_h", r"$\ell/h$", 0.01, 100.0, degenerate="low")
 ANY_BETA, ANY_NU = Axis("beta", r"$\beta$", 0.05, 1.9, "linear"), Axis("nu", r"$\nu$", 0.0, 0.45, "linear")
-ASPECT = Axis("aspect", "length over height of an element", 1e-4, 1e4, degenerate="both")
+ASPECT = Axis("aspect", "length/height of an element", 1e-4, 1e4, degenerate="both")
 SHAPES = "quadrilaterals", "triangles"
 LAWS = ("contact", ("microblock", "unilateral"))
 MAPS = (
@@ -209,7 +209,7 @@ MAPS = (
         (ASPECT, ORDER, Axis("elements", "elements", 2, 12, whole=True), Axis("ell", r"$\ell$", 0.1, 1.0)),
         ("shape", (*SHAPES, "unstructured triangles")), 0.7),
     Map("shape_ground", "And those of a user's ground under a cylinder?", ground_shape,
-        (Axis("aspect", "length over height of an element", 1e-2, 1e4, degenerate="both"), ORDER, SPACING, ALPHA),
+        (Axis("aspect", "length/height of an element", 1e-2, 1e4, degenerate="both"), ORDER, SPACING, ALPHA),
         ("shape", SHAPES), 0.4),
     Map("oscillation", "Do nodal pressures oscillate, or pull between the nodes?", oscillating,
         (SPACING, choice("order", "order", 1, 2, 3, 4, 6, 8, 10), ALPHA, ANY_NU), LAWS, 0.5),

@@ -190,7 +190,7 @@ class Newton:
                                     "and is something in contact?")
             unknowns.vec.data -= step
         raise self._failure(level, MAX_ITERATIONS, now.kkt, "the residual stalls; take a smaller step, "
-                            "or a rho whose rounding leaves more digits")
+                            "a rho whose rounding leaves more digits, or less stretched elements")
 
     def _first_guess(self, level, start):
         unknowns = ng.GridFunction(self.space)

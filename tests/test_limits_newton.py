@@ -8,6 +8,7 @@ import pytest
 from microblock import law, obstacles
 from microblock.body import Body, Loads
 from microblock.body_contact import BodyContact
+from microblock.condensation import Condensed
 from microblock.errors import NotConverged
 from microblock.facets import ContactFacets
 from microblock.material import Cosserat
@@ -61,6 +62,23 @@ def test_a_guess_without_contact_is_brought_into_touch(block, capfd):
     assert "singular" not in capfd.readouterr().out      # UMFPACK would say so
 
 
+@pytest.mark.parametrize("fixed, beta", [({"u1": "bottom", "psi": "bottom"}, 1), ({"u2": "bottom", "psi": "bottom"}, 1), ({}, 1),
+                                         (BOTTOM, 0), (BOTTOM, 1e-15), ({"u1": "bottom"}, 1.999999)])
+@pytest.mark.parametrize("order", [1, 2, 3, 4])
+def test_a_body_that_is_not_held_is_no_compliance(block, fixed, beta, order):
+    with pytest.raises(NotConverged, match="rigid motions fixed, and psi where beta = 0"):
+        Condensed(Body(block, Cosserat(E=2.6, nu=0.3, ell=0.1, beta=beta), order, fixed=fixed))
+
+
+@pytest.mark.parametrize("beta", [0, 1e-12, 1, 1.999999])
+def test_a_body_that_is_held_is_one(block, beta):
+    held = BOTTOM if beta else {**BOTTOM, "psi": "bottom"}
+    solid = Cosserat(E=2.6, nu=0.4999, ell=0.1, beta=beta)
+    state = BodyContact(Body(block, solid, 2, fixed=held), obstacles.Cylinder(1.0), law.Microblock()).at(0.1)
+    # Clapeyron: to what a matrix with entries of 1 and of beta, or of its distance from 2, leaves
+    assert state.fields.energy() == pytest.approx(state.energy, rel=1e-6)
+
+
 def test_sparsecholesky_gives_nan_where_the_library_has_an_answer_or_an_error(block):
     body = Body(block, SOLID, 2, fixed=BOTTOM)
     solver = newton(body)
@@ -70,7 +88,7 @@ def test_sparsecholesky_gives_nan_where_the_library_has_an_answer_or_an_error(bl
     with pytest.raises(NotConverged, match="rigid motions"):
         free.solve(Loads(traction={"contact": (0, -1)}))
     with pytest.raises(NotConverged, match="rigid motions"):
-        BodyContact(free, obstacles.Cylinder(1.0), law.Microblock()).at(0.1).fields
+        BodyContact(free, obstacles.Cylinder(1.0), law.Microblock()).at(0.1)
     for method in ("al", "penalty"):
         with pytest.raises(NotConverged, match="supported"):
             newton(free, method).solve(0.1)
