@@ -26,7 +26,7 @@ from microblock.obstacles import Cylinder
 from microblock.uniform import UniformContact
 
 DOMAIN = 18.0         # over a_Hz, the paper's
-COARSE = 0.25         # side of squares over a_Hz where the mesh is not in question
+COARSE = 0.3          # side of squares over a_Hz where the mesh is not in question
 STRIP_ORDER = 8       # where the strip's mesh is not in question: its error is rounding
 HEIGHT, BLOCK = 1.0, 0.25      # of the block whose supports are taken away, and its elements
 LOAD = 0.01           # on it
@@ -190,7 +190,7 @@ BY_SOLVER = {"bulk": _bulk, "condensed": _condensed, "al": partial(_newton, meth
              "penalty": partial(_newton, method="penalty")}
 RHO = Axis("rho", r"$\rho a_\mathrm{Hz}/(\lambda + 2\mu)$", 1e-6, 1e6, degenerate="both")
 PENALTIES = Axis("rho", RHO.label, 1e-2, 1e10, degenerate="both")
-SQUARES = Axis("spacing", r"$h/a_\mathrm{Hz}$", 0.4, 0.15)
+SQUARES = Axis("spacing", r"$h/a_\mathrm{Hz}$", 0.4, 0.2)
 IN_STRIP = {"rho": r"$\rho H/(\lambda + 2\mu)$"}
 MAPS = (
     Map("penalty_strip", "Which rho is best on a mesh, and where does it spoil the matrix?", penalty_in_strip,
@@ -208,7 +208,7 @@ MAPS = (
         ("way", ("al, one step", "al, load path", "penalty, one step", "penalty, load path"))),
     Map("cycling", "Does the plain active set cycle on meshes graded to the edges?", cycling,
         (Axis("levels", "levels of grading", 0, 8, "linear", "high", whole=True),
-         Axis("off", "edge off by", 1e-4, 0.1), choice("order", "order", 1, 2, 3, 4), ALPHA, Axis("rho", RHO.label, 1e-2, 1e2),
+         Axis("off", "edge off by", 1e-4, 0.1), choice("order", "order", 1, 2, 3), ALPHA, Axis("rho", RHO.label, 1e-2, 1e2),
          choice("start", "first guess", "nothing", "noise")), ("way", ("one step", "load path")), 0.5),
     Map("first_contact", "Is the free approach found from a distance, and the first node that touches?", first_contact,
         (Axis("load", "load", 1e-12, 1e-2, degenerate="low"), Axis("height", r"height$/a_\mathrm{Hz}$", 1e-6, 1e3),

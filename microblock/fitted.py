@@ -127,8 +127,8 @@ class FittedContact(GroundScene):
             zones = trial.moved
             state = self._state(load, trial, passes)
             zones = self._other_zones(state, trial) or zones
-        raise NotConverged(f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of topology?",
-                           iterations=passes)
+        raise NotConverged(f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
+                           "topology, or beta close to 2? Take another load, or the half-plane", iterations=passes)
 
     def of_order(self, load, order, spacing=None):
         """The state of one order, its edges moved until rounding or ever new meshes stop them; no estimate.

@@ -193,7 +193,7 @@ class Newton:
         unknowns, visits, factor, best = self._first_guess(level, start), {}, None, None
         for iteration in range(MAX_ITERATIONS + 1):
             now = self._look(unknowns, level)
-            if self.control == "load" and not any(mask.any() for mask in now.closed.values()):
+            if self.control == "load" and not any(now.active):
                 self._touch(unknowns)      # else the approach would be free
                 now = self._look(unknowns, level)
             if best and now.kkt > best.kkt/2:

@@ -35,3 +35,15 @@ def test_strip_warns_of_layers_thinner_than_an_element(elements, order, told):
 def test_hertz_warns_of_layers_thinner_than_an_element(alpha, told):
     answer = hertz.result(hertz.Parameters(alpha=alpha, model="fe", mesh="uniform", h=0.4, order=1, domain="18"))
     assert any("resolve the layer" in one for one in answer["warnings"]) == told
+
+
+def test_order_two_pulls_between_the_nodes_and_order_one_does_not():
+    one, two = (limits_meshes.oscillating("unilateral", order, 0.2, 0.15, 0.2) for order in (1, 2))
+    assert one.wrong_sign == 0 and one.oscillation < 3e-3      # the second difference of a smooth error
+    assert two.wrong_sign > 0.01 and two.error > 0.01          # what is drawn between the nodes, not only at the edge
+
+
+def test_gauss_oscillates_more_than_the_nodal_rule():
+    nodal, gauss = (limits_meshes.ruled(rule, 1, 0.25, 0.25, 0.3) for rule in ("nodal", "gauss"))
+    assert nodal.wrong_sign == 0 and gauss.wrong_sign > 0      # multipliers of Gauss's rule are signed in the mean only
+    assert gauss.oscillation > 3*nodal.oscillation
