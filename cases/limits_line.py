@@ -61,7 +61,7 @@ def materials(contact, beta, nu, alpha, rtol):
     return outcome(scene, LOAD, scene.at(LOAD, rtol=rtol), rtol)
 
 
-def turned(reading, psi0, alpha, sign, rtol):
+def turned(psi0, alpha, sign, reading, rtol):
     """A cylinder on blocks turned by psi0."""
     scene = _turned(alpha, sign*psi0*RADIUS, reading)
     return outcome(scene, LOAD, scene.at(LOAD, rtol=rtol), rtol)
@@ -195,7 +195,7 @@ MAPS = (
     Map("line_beta_large", "Does the contact line hold what it promises towards couple stresses?", materials,
         (Axis("beta", r"$2 - \beta$", 1.0, 1e-3, "gap", "high", 2.0), NU_TO_HALF, ALPHA, RTOL), ("contact", CONTACTS), 0.5),
     Map("line_turned", "Do blocks turned by next to nothing, or by 20 degrees, keep the promise?", turned,
-        (PSI0, ALPHA, RTOL, SIGN), ("reading", ("gap", "lever")), 0.5),
+        (PSI0, ALPHA, RTOL, SIGN, Axis("reading", "", choices=("gap", "lever"))), share=0.5),
     Map("line_wedge", "Does the promise hold under wedges, blunt and steep, wide and narrow against a block?", wedges,
         (Axis("slope", "slope of the flanks", 1e-4, 1.0, degenerate="low"),
          Axis("width", r"half-width$/\ell$", 0.05, 50.0, degenerate="both"), Axis("turn", "", 1e-3, 1.0), RTOL,
