@@ -57,7 +57,7 @@ def _frame(axis, across, up):
         label(one.label)
         if one.scale != "linear":
             set_scale("log")
-            side.set_major_locator(LogLocator(numticks=6))
+            side.set_major_locator(LogLocator(numticks=4))      # labels of twelve decades overlap else
             side.set_minor_locator(NullLocator())
         if one.low > one.high:
             invert()      # degenerate ends lie where the axis goes
