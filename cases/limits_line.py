@@ -1,8 +1,8 @@
 """Maps of the contact line: what is asked for an accuracy, and the load path.
 
 Judged by the reference of `cases.accuracy` (`judge`: "panels"); where that finds none, by uniform cells ("grid"), fitted
-finite elements ("elements") or a line through two references ("neighbours"). Each knows its own error: a state has to
-keep the sum of that and of its own promise.
+finite elements ("elements") or a line through two references ("neighbours"). Each knows its own error, elements excepted: a
+state has to keep the sum of that and of its own promise.
 """
 
 from functools import lru_cache
@@ -26,7 +26,6 @@ FINE = 1e-6
 CELLS = 4096                  # of the grid that judges where no reference is found
 WINDOW = 1.5                  # of it, over the contact
 ELEMENTS = 3e-3               # rtol of the finite elements that judge
-AT_ENDS = 3.0                 # their own error over their estimate, in points as dense towards ends as the panels'
 TOUCHING = 0.01               # of alpha: nearer to coalescence no reference is found
 PATH = 1e-4                   # rtol of states on paths
 OTHER_TURN = 1.0              # psi0 R/a_Hz by which the blocks of the wrong neighbour are turned
@@ -61,7 +60,7 @@ def materials(contact, beta, nu, alpha, rtol):
     return outcome(scene, LOAD, scene.at(LOAD, rtol=rtol), rtol)
 
 
-def turned(reading, psi0, alpha, sign, rtol):
+def turned(psi0, alpha, sign, reading, rtol):
     """A cylinder on blocks turned by psi0."""
     scene = _turned(alpha, sign*psi0*RADIUS, reading)
     return outcome(scene, LOAD, scene.at(LOAD, rtol=rtol), rtol)
@@ -80,7 +79,11 @@ def wedges(slope, width, turn, contact, rtol):
 
 
 def punches(tilt, psi0, alpha, sign, rtol):
-    """A punch of half-width 1 and E* = 2 under the load 1, on turned blocks; judged in the weighted norm of punches."""
+    """A punch of half-width 1 and E* = 2 under the load 1, on turned blocks; judged in the weighted norm of punches.
+
+    No promise is held against the elements: in points as dense towards the ends as the panels' they are off by up to twelve
+    times their own estimate (5.5e-3 and 4.5e-4 at alpha = 1.09), and come to the panels' state as they are refined.
+    """
     solid = mb.Cosserat(E=2*(1 - NU**2), nu=NU, ell=alpha, beta=BETA)
     obstacle, law = mb.Punch(1.0, tilt), mb.Microblock(sign*psi0)
     state = mb.Contact(mb.HalfPlane(solid), obstacle, law).at(1.0, rtol=rtol)
@@ -89,8 +92,7 @@ def punches(tilt, psi0, alpha, sign, rtol):
     wrong = [state.pressures[corner] - other.pressure(corner, state.x) for corner in (0, 1)]
     errors = weights @ (wrong[0] + wrong[1])**2, weights @ (wrong[0] - wrong[1])**2/4
     error = float(np.sqrt(max(errors)/(weights @ state.pressures.sum(axis=0)**2)))
-    return Outcome(error, rtol + AT_ENDS*other.estimate.total, state.iterations, state.error_estimate,
-                   judge="elements")
+    return Outcome(error, None, state.iterations, state.error_estimate, judge="elements")
 
 
 def coalescing(side, distance, rtol):
@@ -195,7 +197,7 @@ MAPS = (
     Map("line_beta_large", "Does the contact line hold what it promises towards couple stresses?", materials,
         (Axis("beta", r"$2 - \beta$", 1.0, 1e-3, "gap", "high", 2.0), NU_TO_HALF, ALPHA, RTOL), ("contact", CONTACTS), 0.5),
     Map("line_turned", "Do blocks turned by next to nothing, or by 20 degrees, keep the promise?", turned,
-        (PSI0, ALPHA, RTOL, SIGN), ("reading", ("gap", "lever")), 0.5),
+        (PSI0, ALPHA, RTOL, SIGN, Axis("reading", "", choices=("gap", "lever"))), share=0.5),
     Map("line_wedge", "Does the promise hold under wedges, blunt and steep, wide and narrow against a block?", wedges,
         (Axis("slope", "slope of the flanks", 1e-4, 1.0, degenerate="low"),
          Axis("width", r"half-width$/\ell$", 0.05, 50.0, degenerate="both"), Axis("turn", "", 1e-3, 1.0), RTOL,

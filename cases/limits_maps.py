@@ -15,6 +15,7 @@ from microblock.errors import MicroblockError
 
 # what became of a run, from best to worst; the last five must not happen
 KINDS = ("delivered", "other method", "typed error", "missed", "not finite", "time limit", "untyped error", "crash")
+MEASURES = ("error", "promise", "iterations", "estimate", "fallback", "oscillation", "wrong_sign", "judge")
 ANSWERED = ("delivered", "other method", "missed")
 NEAR = 0.2           # share of the runs that lie near a degeneracy
 BRINK = 0.04         # of an axis counts as near its degenerate end
@@ -86,6 +87,12 @@ class Map:
     share: float = 1.0               # of the study's runs, over those of other maps
     error: str = "error"             # what `error` is, for the chart
 
+    def __post_init__(self):
+        names = [axis.name for axis in self.axes] + [self.panels[0]]
+        taken = {"map", "near", "kind", "message", *MEASURES} & {*names}
+        if taken or len(set(names)) < len(names):      # a column of the records would hide the other
+            raise ValueError(f"{self.name}: names of parameters must differ from each other and from {taken}")
+
     def settings(self, runs, seed):
         """[(setting, near a degeneracy)]: stratified in every pair of axes, then NEAR of all next to a degenerate end."""
         name, values = self.panels
@@ -144,9 +151,6 @@ class Outcome:
         if self.promise is not None and self.error > self.promise:
             return "missed"
         return "other method" if self.fallback else "delivered"
-
-
-MEASURES = ("error", "promise", "iterations", "estimate", "fallback", "oscillation", "wrong_sign", "judge")
 
 
 def attempt(run, setting):

@@ -103,3 +103,14 @@ def test_quick_study(tmp_path, capsys):
 def test_bad_arguments(words, capsys):
     assert main(["limits", *words.split()]) == 2
     assert words.split()[0] in capsys.readouterr().err
+
+
+def test_a_parameter_must_not_hide_a_column_of_the_records():
+    for name in ("kind", "estimate"):
+        with pytest.raises(ValueError, match="differ"):
+            Map("bad", "?", answers, (Axis("error_of", "", 1.0, 2.0),), (name, (1, 2)))
+
+
+def test_an_axis_of_choices_gives_equal_shares():
+    axis = Axis("law", "", choices=("a", "b", "c"))
+    assert [axis.value(share) for share in (0.0, 0.3, 0.34, 0.7, 1.0)] == ["a", "a", "b", "c", "c"]
