@@ -14,6 +14,7 @@ ORDERS = (6, 10, 14, 18, 22, 26)
 FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed: rounding
 MENDINGS = 4          # of zones that a fitted state shows wrong
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
+AMPLE = 0.03          # of rtol: a neighbour as good as that had more order than needed
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Contact:
         Parameters
         ----------
         rtol : float; chooses the order of the panels, unless `order` fixes it
-        near : LineState of a nearby load to start from
+        near : LineState to start from, of a nearby load or a scene that differs little; its zones and order are taken over
 
         Returns
         -------
@@ -70,12 +71,12 @@ class Contact:
         ladder = ORDERS if order is None else (order,)
         tolerance = EDGE_SHARE*rtol if order is None else FIXED_ORDER_EDGES
         failure = None
-        for zones, first in self._trials(load, near, ladder[:2]):
+        for zones, orders in self._trials(load, near, ladder, rtol):
             try:
-                state = self._settled(load, zones, first, tolerance)
+                states = self._on(load, zones, orders, tolerance)
                 if order is not None:
-                    return state
-                return self._climb(first, state, rtol, tolerance)
+                    return states[order]
+                return self._climb(states, rtol, tolerance)
             except NotConverged as objection:
                 if objection.reached is not None:
                     raise
@@ -87,16 +88,23 @@ class Contact:
         require_positive(load=last)
         return LinePath(self, last, rtol)
 
-    def _trials(self, load, near, orders):
+    def _trials(self, load, near, ladder, rtol):
         """Zones and orders to try, the likely ones first: next to coalescence a coarse one may fit neither side."""
-        line = self.line
+        line, orders = self.line, ladder[:2]
         if near:      # if they do not fit at once, a coarse grid is the shorter way
-            yield near.zones, orders[0]
+            yield near.zones, _orders_of(near, rtol) if len(ladder) > 1 else ladder
         elif half_line(line):
-            yield from ((topology.classical(line, load), order) for order in orders)
+            yield from ((topology.classical(line, load), (order,)) for order in orders)
         for cells in topology.CELLS:
             variants = topology.variants(line, topology.coarse(line, self.body, load, cells))
-            yield from ((zones, order) for order in orders for zones in variants)
+            yield from ((zones, (order,)) for order in orders for zones in variants)
+
+    def _on(self, load, zones, orders, tolerance):
+        """{order: state} on these zones: the first order is settled, the zones of the others are taken from it."""
+        states = {orders[0]: self._settled(load, zones, orders[0], tolerance)}
+        for order in orders[1:]:
+            states[order] = contact_line.fit(self.line, load, states[orders[0]].zones, order=order, tolerance=tolerance)
+        return states
 
     def _settled(self, load, zones, order, tolerance):
         """The state on these zones, mended where they do not hold."""
@@ -108,14 +116,14 @@ class Contact:
             state = contact_line.fit(self.line, load, better, order=order, tolerance=tolerance)
         raise NotConverged(f"zones still changing after {MENDINGS} mendings at load {load:g}")
 
-    def _climb(self, first, state, rtol, tolerance):
-        """State on the ladder of orders, from a state of the order `first` on."""
-        states = {first: state}
+    def _climb(self, states, rtol, tolerance):
+        """State on the ladder of orders, from the lowest of {order: state} on."""
+        load, first = states[max(states)].load, min(states)
 
         def rung(order):
             if order not in states:
                 zones = states[max(states)].zones
-                states[order] = self._settled(state.load, zones, order, tolerance)
+                states[order] = self._settled(load, zones, order, tolerance)
             return states[order]
 
         def error(coarse, fine):
@@ -136,3 +144,11 @@ class Contact:
         if not self.may_meet_on_axis:
             raise BadArgument("scene", self, "must be a symmetric one of microblocks under an obstacle without ends")
         return contact_line.coalescence(self.line, OUTER_AT_TOUCH*self.body.solid.ell, order)
+
+
+def _orders_of(near, rtol):
+    """(order, the one below) for the neighbour of a state: its own, or one lower where that was ample."""
+    number = max(1, ORDERS.index(near.panels.order) if near.panels.order in ORDERS else 1)
+    if number > 1 and near.error_estimate is not None and near.error_estimate < AMPLE*rtol:
+        number -= 1
+    return ORDERS[number], ORDERS[number - 1]
