@@ -18,6 +18,7 @@ _ROOMS = {
     "Condensed": "condensation", "Ground": "meshes",
     "BodyContact": "body_contact", "BodyState": "body_state",
     "FittedContact": "fitted", "UniformContact": "uniform", "SurfaceState": "surface_state",
+    "Explorer": "explorer", "Choice": "explorer",
     "ContactFacets": "facets",
     "Newton": "newton", "State": "newton", "Event": "newton", "load_path": "newton",
     "MicroblockError": "errors", "BadArgument": "errors", "Inadmissible": "errors", "NotConverged": "errors",

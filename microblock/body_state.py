@@ -113,6 +113,11 @@ class BodyState(StateView):
         """{"A", "B", "full", "contact": [(left, right), ...]} of x1; a node stands for half the way to its neighbours."""
         return zones_of(self.x, self.closed, self.law)
 
+    def webgui(self, quantity="psi"):
+        """A field in the body by NGSolve's webgui, in a notebook: "psi", "s22", "s11" or "skew"."""
+        from .below import draw_webgui
+        return draw_webgui(self.fields, self.nodes.body.mesh, quantity)
+
     @cached_property
     def energy(self):
         """Elastic energy per thickness: half the work of the corner forces."""

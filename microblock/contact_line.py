@@ -77,7 +77,7 @@ def edge_coefficients(panels, q):
     return found
 
 
-def fit(line, load, zones, *, order, tolerance):
+def fit(line, load, zones, *, order, tolerance, steps=EDGE_STEPS):
     """Move the free edges of trial zones until p vanishes there, for one topology.
 
     An edge where the obstacle ends stays while it is pressed.
@@ -89,6 +89,7 @@ def fit(line, load, zones, *, order, tolerance):
     zones : {corner number: ((left, right), ...)}
     order : Gauss points on a panel
     tolerance : of the edges' share in the relative L2 error of the pressure
+    steps : of Newton's method, at most
 
     Raises
     ------
@@ -98,7 +99,7 @@ def fit(line, load, zones, *, order, tolerance):
     best, idle = np.inf, 0
     zones = {corner: tuple(tuple(np.clip(interval, *line.ends.get(corner, (-np.inf, np.inf))).tolist()) for interval in intervals)
              for corner, intervals in zones.items()}
-    for iteration in range(EDGE_STEPS):
+    for iteration in range(steps):
         panels = make_panels(line, zones, order)
         (q,), (approach,), noise = solve_zones(line, panels, (load,))
         moved, error = _moved(line, load, zones, edge_coefficients(panels, q), tolerance)

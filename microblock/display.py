@@ -28,6 +28,26 @@ class Summary:
     warnings: tuple = field(default=())
 
 
+def scene_summary(title, body, solid, obstacle, law):
+    """The Summary of a scene from the words for its body, the solid, obstacle and law."""
+    rows = (Row("body", "", body), Row("obstacle", "", short(obstacle)), Row("law", "", short(law)), *solid.summary().rows)
+    return Summary(title, f"{short(obstacle)} on {body}, {short(law)}", rows)
+
+
+def path_summary(path, events, *rows):
+    """The Summary of a load path; `events` as far as they are known, else None."""
+    listed = [Row(f"{event.zone} {event.kind}", "P", event.load, f"at x1 = {number(event.x)}") for event in events or ()]
+    told = "not yet looked for" if events is None else f"{len(events)}"
+    return Summary("Load path", f"up to load {number(path.last)}, events: {told}",
+                   (Row("last load", "P", path.last, "force per thickness"), *rows, Row("events", "", told), *listed))
+
+
+def short(thing, longest=60):
+    """The repr of a thing, cut if it is long; a function by its name."""
+    text = getattr(thing, "__name__", None) or repr(thing)
+    return text if len(text) <= longest else text[:longest - 3] + "..."
+
+
 class Shown:
     """Base of what shows itself: a class says what in `summary()`."""
 

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from . import projected_cg
+from .display import Shown, scene_summary
 from .errors import BadArgument, NotConverged, require_finite, require_tolerance
 from .grid import Cells, PeriodicHalfPlane
 from .observables import contact_zones, runs
@@ -78,7 +79,7 @@ class GridState(StateView):
 
 
 @dataclass(frozen=True)
-class GridContact:
+class GridContact(Shown):
     """Frictionless contact of a half-plane with a rigid obstacle, on uniform cells.
 
     Parameters
@@ -94,6 +95,10 @@ class GridContact:
     obstacle: object
     law: object
     window: tuple | None = None
+
+    def summary(self):
+        where = f"window {self.window}" if self._period is None else f"period {self._period:g}"
+        return scene_summary("GridContact", f"half-plane on cells, {where}", self.body.solid, self.obstacle, self.law)
 
     def __post_init__(self):
         if isinstance(self.body, PeriodicHalfPlane):

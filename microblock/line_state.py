@@ -204,6 +204,15 @@ class LineState(StateView):
         return surface(self.setting, self.approach, np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1)),
                        pressures=values[:-1], micromoment=values[-1], psi=self._rotation(x, sunk), sinking=sunk)
 
+    def plot_below(self, quantity="psi", path=None):
+        """A Figure of a field below the contact: one of `below.QUANTITIES`, "psi", "s22", "s11", "skew" or "shear"."""
+        from .below import draw_below
+        from .subsurface import fields
+        drawing = draw_below(self, fields, quantity)
+        if path is not None:
+            drawing.savefig(path)
+        return drawing
+
     @cached_property
     def energy(self):
         """Elastic energy, up to the arbitrary level: half the work of the corner forces."""

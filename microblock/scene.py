@@ -6,6 +6,7 @@ from . import contact_line, line_state, topology
 from .panels import Line, half_line
 from .path import LinePath
 from .adapt import climb
+from .display import Shown, scene_summary
 from .errors import BadArgument, NotConverged, require_positive, require_tolerance
 from .law import symmetric
 
@@ -14,11 +15,12 @@ ORDERS = (6, 10, 14, 18, 22, 26)
 FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed: rounding
 MENDINGS = 4          # of zones that a fitted state shows wrong
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
+NEAR_STEPS = 5        # of the edges, from a neighbour's on: if there are more the coarse grid is the shorter way
 AMPLE = 0.03          # of rtol: a neighbour as good as that had more order than needed
 
 
 @dataclass(frozen=True)
-class Contact:
+class Contact(Shown):
     """Frictionless contact of a half-plane with a rigid obstacle; of a `Body` on a mesh it makes a `BodyContact`.
 
     Parameters
@@ -37,6 +39,23 @@ class Contact:
             from .body_contact import BodyContact      # here, for it loads NGSolve
             return BodyContact(body, *scene, **named)
         return super().__new__(cls)
+
+    def summary(self):
+        return scene_summary("Contact scene", "half-plane", self.body.solid, self.obstacle, self.law)
+
+    def explore(self, load, rtol=1e-3):
+        """Sliders for load, psi0, radius, alpha and law with a picture that follows (in Jupyter, extra `notebook`).
+
+        `load` is where they begin; `alpha` is ell over the half-width of a classical contact under it.
+
+        Raises
+        ------
+        MissingExtra
+            Without ipywidgets. `microblock.Explorer` does the same from a script.
+        """
+        from .explorer import Explorer      # here, with matplotlib: a script that only solves does without
+        from .widgets import explore
+        return explore(Explorer(self, load, rtol))
 
     @property
     def line(self):
@@ -83,10 +102,13 @@ class Contact:
                 failure = objection
         raise NotConverged(f"no zones fit at load {load:g}: {failure}") from failure
 
-    def load(self, last, rtol=1e-3):
-        """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load."""
+    def load(self, last, rtol=1e-3, progress=False):
+        """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load.
+
+        With `progress` a bar counts states; an interrupted path keeps them.
+        """
         require_positive(load=last)
-        return LinePath(self, last, rtol)
+        return LinePath(self, last, rtol, progress)
 
     def _trials(self, load, near, ladder, rtol):
         """Zones and orders to try, the likely ones first: next to coalescence a coarse one may fit neither side."""
@@ -100,10 +122,12 @@ class Contact:
             yield from ((zones, (order,)) for order in orders for zones in variants)
 
     def _on(self, load, zones, orders, tolerance):
-        """{order: state} on these zones: the first order is settled, the zones of the others are taken from it."""
-        states = {orders[0]: self._settled(load, zones, orders[0], tolerance)}
-        for order in orders[1:]:
-            states[order] = contact_line.fit(self.line, load, states[orders[0]].zones, order=order, tolerance=tolerance)
+        """{order: state} from these zones on: orders before the last are near it and fit soon, or not at all."""
+        states = {}
+        for order in orders[:-1]:
+            states[order] = contact_line.fit(self.line, load, zones, order=order, tolerance=tolerance, steps=NEAR_STEPS)
+            zones = states[order].zones
+        states[orders[-1]] = self._settled(load, zones, orders[-1], tolerance)
         return states
 
     def _settled(self, load, zones, order, tolerance):
@@ -147,8 +171,8 @@ class Contact:
 
 
 def _orders_of(near, rtol):
-    """(order, the one below) for the neighbour of a state: its own, or one lower where that was ample."""
+    """(an order, the next) for the neighbour of a state: up to its own, or to one lower where that was ample."""
     number = max(1, ORDERS.index(near.panels.order) if near.panels.order in ORDERS else 1)
     if number > 1 and near.error_estimate is not None and near.error_estimate < AMPLE*rtol:
         number -= 1
-    return ORDERS[number], ORDERS[number - 1]
+    return ORDERS[number - 1], ORDERS[number]

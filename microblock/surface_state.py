@@ -157,6 +157,11 @@ class SurfaceState(StateView):
         """Microrotation at `x`."""
         return self._unfold(self.computed_psi, -1)
 
+    def webgui(self, quantity="psi"):
+        """A field in the body by NGSolve's webgui, in a notebook: "psi", "s22", "s11" or "skew"."""
+        from .below import draw_webgui
+        return draw_webgui(self.fields, self.body.body.mesh, quantity)
+
     @cached_property
     def energy(self):
         """Elastic energy: half the work of the corner forces."""
