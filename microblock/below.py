@@ -2,6 +2,7 @@
 
 import matplotlib
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 
 from . import plots
 from .errors import BadArgument
@@ -12,7 +13,7 @@ ACROSS, DOWN = 61, 25      # points of the picture, the latter denser towards th
 WIDE, DEEP = 2.0, 2.0      # of the half-width of the contact
 FIRST = 0.02               # of the depth: the uppermost row
 SEQUENTIAL, DIVERGING = "cividis", "RdBu_r"      # told apart by the colour-blind
-LEVELS = 21
+LEVELS = 20          # at most
 
 
 def draw_below(state, fields, quantity="psi"):
@@ -28,16 +29,16 @@ def draw_below(state, fields, quantity="psi"):
     grid = np.meshgrid(x1, x2)
     values = _values(fields(state, *(part.ravel() for part in grid)), quantity).reshape(DOWN, ACROSS)
     with matplotlib.rc_context(plots.STYLE):
-        drawing, axis = plots.figure(height=3.2, width=5.2)
+        drawing, axis = plots.figure(height=2.9, width=5.2)
         signed = quantity in ("psi", "skew")
         size = np.abs(values).max()
-        levels = np.linspace(-size, size, LEVELS) if signed else np.linspace(values.min(), values.max(), LEVELS)
+        levels = MaxNLocator(LEVELS).tick_values(-size if signed else values.min(), size if signed else values.max())
         drawn = axis.contourf(*grid, values, levels, cmap=DIVERGING if signed else SEQUENTIAL)
         for left, right in contact:
-            axis.plot([left, right], [0, 0], color="k", linewidth=4, solid_capstyle="butt", clip_on=False)
-        axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", ylim=(x2[-1], 0))
-        axis.set_title("contact in black", fontsize=8, loc="right")
-        drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.9)
+            axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
+        axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", ylim=(x2[-1], 0.03*DEEP*half),
+                 title="contact in black")
+        drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75, ticks=MaxNLocator(6))
     return drawing
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from .errors import BadArgument
 
 MOST = 25            # blocks in a picture, side by side
+LEAST = 10           # of them that would fit: the picture is flat
 BEYOND = 6           # of them outside the contact, where it is too wide for all
 MARGIN = 0.3         # of the half-width of the contact, shown on either side, and a block and a half more
 SHOWN_TURN = 0.35    # largest magnified angle (radians)
@@ -65,7 +66,7 @@ def blocks(surface, contact, frame=None):
 def window(ell, contact):
     """(left, right) of the contact [(left, right), ...] and its surroundings, or where that is wide of its right edge."""
     left, right = (contact[0][0], contact[-1][1]) if len(contact) else (-ell, ell)
-    margin = MARGIN*(right - left)/2 + 1.5*ell
+    margin = max(MARGIN*(right - left)/2 + 1.5*ell, (LEAST*ell - (right - left))/2)
     if right - left + 2*margin > MOST*ell:
         return right - (MOST - BEYOND)*ell, right + BEYOND*ell
     return left - margin, right + margin

@@ -60,7 +60,7 @@ class Explorer(Shown):
         self.choice = Choice(float(load), None if callable(psi0) else float(psi0), _number(getattr(scene.obstacle, "R", None)),
                              scene.body.solid.ell/self.reference, names[type(scene.law)])
         self.state = self.scene().at(load, rtol)
-        self._show()
+        self.show()
 
     def scene(self, choice=None):
         """The Contact of a choice, or of the present one."""
@@ -93,7 +93,7 @@ class Explorer(Shown):
     def update(self, **changes):
         """As `solve`, and show the state in the figure."""
         self.solve(**changes)
-        self._show()
+        self.show()
         return self.state
 
     def png(self):
@@ -129,7 +129,7 @@ class Explorer(Shown):
         zones = {corner: zones[corner] for corner in line.corners}
         return replace(state, zones=zones) if any(zones.values()) else None      # a corner of a turned block may touch nowhere
 
-    def _show(self):
+    def show(self):
         corners = self.state.line.law.corners
         if getattr(self, "figure", None) is None or self.figure.corners != corners:
             self.figure, self._frames = StateFigure(corners), None
