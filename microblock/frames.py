@@ -49,6 +49,7 @@ class Frames:
             boxes = {name: axis.get_tightbbox(renderer).expanded(PAD, PAD) for name, axis in self.figure.axes.items()}
             self._still, self._drawn = self.canvas.copy_from_bbox(self.figure.drawing.bbox), self._limits()
             renderer.clear()
+            self.figure.drawing.patch.draw(renderer)      # white, or letters would lie on nothing
             self._blank = {name: self.canvas.copy_from_bbox(box) for name, box in boxes.items()}
 
     def _draw_panels(self, names):

@@ -134,7 +134,7 @@ class LinePath(Shown):
         if self.scene.may_meet_on_axis and {(change.zone, change.kind) for change in changes} == MEETING:
             load, error = self.scene.coalescence()
             if low.load < load < high.load:
-                return [Event(load, error, change.kind, change.zone, 0.0) for change in changes]
+                return [Event(float(load), float(error), change.kind, change.zone, 0.0) for change in changes]
         if high.load - low.load <= NARROW*high.load:
             half = (high.load - low.load)/2
             return [Event(float(low.load + half), float(half), change.kind, change.zone, float(change.x)) for change in changes]
