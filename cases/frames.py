@@ -30,7 +30,8 @@ from microblock.study import column, grouped, read_records, versions, write_reco
 NU = 0.3
 LOAD = math.pi/2       # with E* = 2, R = 1: a_ref = 1
 AIMS = {"state": 20.0, "frame": 100.0}
-SLIDERS = {"load": (0.3, 2.0), "radius": (0.5, 2.0), "alpha": (0.1, 1.5), "psi0": (-0.1, 0.1)}      # load over the first; psi0 R/a
+# load over the first; psi0 R/a_ref
+SLIDERS = {"load": (0.3, 2.0), "radius": (0.5, 2.0), "alpha": (0.1, 1.5), "psi0": (-0.1, 0.1)}
 
 
 @dataclass(frozen=True)

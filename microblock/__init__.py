@@ -21,7 +21,8 @@ _ROOMS = {
     "Explorer": "explorer", "Choice": "explorer",
     "ContactFacets": "facets",
     "Newton": "newton", "State": "newton", "Event": "newton", "load_path": "newton",
-    "MicroblockError": "errors", "BadArgument": "errors", "Inadmissible": "errors", "NotConverged": "errors", "MissingExtra": "errors",
+    "MicroblockError": "errors", "BadArgument": "errors", "Inadmissible": "errors", "NotConverged": "errors",
+    "MissingExtra": "errors",
 }
 
 __all__ = sorted(_ROOMS)

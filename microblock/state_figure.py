@@ -38,7 +38,8 @@ class StateFigure:
             self.corners = corners
             self._lines = {name: self._curve(name) for name in ("micromoment", "turn")}
             self._own = {(kind, corner): self._curve(kind, corner) for kind in ("pressure", "gap") for corner in corners}
-            self._total = self.axes["pressure"].plot([], [], color="0.45", linewidth=0.8, label="$p$")[0] if len(corners) == 2 else None
+            # the sum of both corners; of one it would be the same
+            self._total = self.axes["pressure"].plot([], [], color="0.45", linewidth=0.8, label="$p$") if len(corners) == 2 else []
             self._bars = self._zone_bars()
             self.blocks = BlocksPanel(self.axes["blocks"])
             self._ends, self._frames = defaultdict(End), {"blocks": Window(), "curves": Window()}
@@ -52,10 +53,10 @@ class StateFigure:
     def _zone_bars(self):
         axis = self.axes["zones"]
         names = ["A", "B", "full"] if len(self.corners) == 2 else ["contact"]
+        words = {"full": "both closed", "contact": "contact", "A": "A closed", "B": "B closed"}
         colours = {"full": plots.COLOURS[6], "contact": plots.COLOURS[6], **CORNER_COLOURS}
         bars = {name: axis.plot([], [], color=colours[name], linewidth=5, solid_capstyle="butt")[0] for name in names}
-        axis.set_yticks(range(len(names)), ["both closed" if name == "full" else "contact" if name == "contact" else f"{name} closed"
-                                            for name in names])
+        axis.set_yticks(range(len(names)), [words[name] for name in names])
         axis.set_ylim(len(names) - 0.4, -0.6)
         axis.tick_params(axis="y", length=0)
         return bars
@@ -92,8 +93,8 @@ class StateFigure:
         for kind, rows in (("pressure", surface.pressures), ("gap", np.where(np.isfinite(surface.gaps), surface.gaps, np.nan))):
             for corner, row in zip(self.corners, rows):
                 self._own[kind, corner].set_data(x, row)
-        if self._total:
-            self._total.set_data(x, surface.pressures.sum(axis=0))
+        for total in self._total:
+            total.set_data(x, surface.pressures.sum(axis=0))
         self._lines["micromoment"].set_data(x, surface.micromoment/surface.ell)
         self._lines["turn"].set_data(x, np.degrees(surface.turn))
         for number, (name, bar) in enumerate(self._bars.items()):
@@ -117,7 +118,7 @@ class StateFigure:
     @property
     def moving(self):
         """[(axes, artist)] of what a new state changes, in the order of drawing."""
-        lines = [*self._lines.values(), *self._own.values(), *self._bars.values(), *filter(None, [self._total])]
+        lines = [*self._lines.values(), *self._own.values(), *self._bars.values(), *self._total]
         return [(line.axes, line) for line in lines] + self.blocks.moving
 
 
@@ -129,8 +130,9 @@ class BlocksPanel:
         self._squares = axis.add_collection(PolyCollection([], facecolor="#FBE3D0", edgecolor=plots.COLOURS[1], linewidth=0.8))
         self._obstacle = axis.add_collection(PolyCollection([], facecolor="0.75", edgecolor="k", linewidth=0.8, zorder=0.5))
         self._surface = axis.plot([], [], color="k", linewidth=0.7)[0]
-        self._corners = [axis.plot([], [], marker, color=CORNER_COLOURS[name], markersize=size, markerfacecolor=face, linestyle="none",
-                                   zorder=zorder, label=f"corner {name} closed")[0]      # both seen where two blocks meet
+        # a circle around a square: both are seen where two blocks meet
+        self._corners = [axis.plot([], [], marker, color=CORNER_COLOURS[name], markersize=size, markerfacecolor=face, zorder=zorder,
+                                   linestyle="none", label=f"corner {name} closed")[0]
                          for name, marker, size, face, zorder in (("A", "o", 6, "none", 4), ("B", "s", 3, None, 3))]
         axis.set(aspect="equal", xlabel="$x_1$ (length)")
         axis.tick_params(axis="y", left=False, labelleft=False)
@@ -155,7 +157,8 @@ class BlocksPanel:
 
     @property
     def moving(self):
-        return [(self.axis, artist) for artist in (self._obstacle, self._squares, self._surface, *self._corners[::-1], self._title)]
+        artists = self._obstacle, self._squares, self._surface, *self._corners[::-1], self._title
+        return [(self.axis, artist) for artist in artists]
 
 
 class BlocksFigure:

@@ -32,10 +32,10 @@ def rendered(drawing):
 def test_surface_has_the_gaps_of_the_state_and_its_own_nodes(law):
     state = scene(law).at(LOAD)
     surface = state.surface()
-    for number in range(len(law.corners)):
+    for corner in range(len(law.corners)):
         # the same integrals, once by levers and once by sinking and turning: rounding of gaps of some 1e-2
-        assert surface.gaps[number] == pytest.approx(state.gaps(number, surface.x), abs=1e-12)
-        assert surface.pressures[number, np.isin(surface.x, state.x)] == pytest.approx(state.pressures[number])
+        assert surface.gaps[corner] == pytest.approx(state.gaps(corner, surface.x), abs=1e-12)
+        assert surface.pressures[corner, np.isin(surface.x, state.x)] == pytest.approx(state.pressures[corner])
     assert not surface.pressures[:, ~np.isin(surface.x, state.x)].any()
 
 
@@ -76,7 +76,8 @@ def test_every_kind_of_state_shows_and_draws_itself(block, tmp_path):
     body = mb.Contact(mb.Body(block, mb.Cosserat(E=2.6, nu=0.3, beta=1, ell=0.2), order=2, fixed="bottom"), mb.Cylinder(2.0), law)
     periodic = mb.GridContact(mb.PeriodicHalfPlane(solid(), period=1.0), mb.Wave(0.01, 1.0), mb.Unilateral())
     states = [scene(law).at(LOAD), scene(mb.Unilateral(), obstacle=mb.Punch(0.3)).at(LOAD),
-              mb.FittedContact(solid(), mb.Cylinder(R), mb.Microclamped()).at(LOAD, rtol=1e-2), body.at(0.05), periodic.at(0.5, nodes=256)]
+              mb.FittedContact(solid(), mb.Cylinder(R), mb.Microclamped()).at(LOAD, rtol=1e-2), body.at(0.05),
+              periodic.at(0.5, nodes=256)]
     for state in states:
         assert len(repr(state)) < 150 and repr(state) == str(state)
         assert "force per thickness" in state._repr_html_() and "error estimate" in state._repr_html_()
