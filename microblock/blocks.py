@@ -45,7 +45,7 @@ def blocks(surface, contact, frame=None):
 
     frame : (left, right); without it that of `window`
     """
-    left, right = frame or window(surface.ell, contact)
+    left, right = frame or within(window(surface.ell, contact), surface)
     if not left < right:
         raise BadArgument("window", frame, "must be (left, right), left < right")
     count = int(np.clip(np.floor((right - left)/surface.ell), 1, 4*MOST))
@@ -70,6 +70,12 @@ def window(ell, contact):
     if right - left + 2*margin > MOST*ell:
         return right - (MOST - BEYOND)*ell, right + BEYOND*ell
     return left - margin, right + margin
+
+
+def within(frame, surface):
+    """A frame without what lies beyond the surface, as far as that leaves room for a few blocks."""
+    middle, half = (surface.x[0] + surface.x[-1])/2, max(np.ptp(surface.x), LEAST/2*surface.ell)/2
+    return max(frame[0], middle - half), min(frame[1], middle + half)
 
 
 def _magnification(turn, sinking, width):

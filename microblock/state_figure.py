@@ -15,6 +15,7 @@ LEAST_USE, ROOM = 0.25, 1.6      # of an axis, below which it ends elsewhere; an
 STEPS = np.array((1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0))      # ends of axes, times a power of ten
 CORNER_COLOURS = {"A": plots.COLOURS[0], "B": plots.COLOURS[1], "C": plots.COLOURS[6]}
 CORNER_LINES = {"A": "-", "B": "--", "C": "-"}      # told apart without colours
+PEAK = 4.0           # of the mean pressure, beyond which it is cut off; a cylinder has 1.3
 TICKS = 5            # intervals on an axis, at most
 GAP_SHOWN = 0.5      # of the half-width of the contact, beyond it, in which gaps set the end of their axis
 OUT_OF_CONTACT = "0.85"
@@ -84,8 +85,8 @@ class StateFigure:
         wide = window or self._frames["curves"].holding(_around(zones["contact"], ell))
         surface = state.surface((min(wide[0], near[0]), max(wide[1], near[1])))
         self._draw(surface, zones)
-        self._limit(surface, (max(wide[0], surface.x[0]), min(wide[1], surface.x[-1])))
-        self.blocks.update(blocks.blocks(surface, zones["contact"], near))
+        self._limit(surface, zones["contact"], (max(wide[0], surface.x[0]), min(wide[1], surface.x[-1])))
+        self.blocks.update(blocks.blocks(surface, zones["contact"], blocks.within(near, surface)))
         return self
 
     def _draw(self, surface, zones):
@@ -100,16 +101,18 @@ class StateFigure:
         for number, (name, bar) in enumerate(self._bars.items()):
             bar.set_data([edge for a, b in zones[name] for edge in (a, b, math.nan)], np.full(3*len(zones[name]), number))
 
-    def _limit(self, surface, window):
+    def _limit(self, surface, contact, window):
         """Ends of all axes: kept while they fit, so that the eye has something to hold on to."""
         shown = (surface.x >= window[0]) & (surface.x <= window[1])
         for name in ("pressure", "micromoment", "gap", "turn", "zones"):
             self.axes[name].set_xlim(*window)
         gaps, turn = surface.gaps[:, shown], np.degrees(surface.turn[shown])
-        finite = np.isfinite(surface.pressures.sum(axis=0)) & shown
-        for name, values in (("pressure", surface.pressures[:, finite].sum(axis=0)), ("gap", gaps[np.isfinite(gaps)])):
+        pressure = surface.pressures.sum(axis=0)
+        # at the ends of a punch the pressure is infinite
+        most = PEAK*np.trapezoid(pressure, surface.x)/max(sum(right - left for left, right in contact), 1e-300)
+        for name, values in (("pressure", np.minimum(pressure[shown], most)), ("gap", gaps[np.isfinite(gaps)])):
             self.axes[name].set_ylim(0, self._ends[name].holding(values.max(initial=0.0)))
-        for name, values in (("micromoment", surface.micromoment[shown]/surface.ell), ("turn", turn)):
+        for name, values in (("micromoment", np.clip(surface.micromoment[shown]/surface.ell, -most, most)), ("turn", turn)):
             size = np.abs(values).max(initial=0.0)
             low, high = (side.holding(max(size/10, (sign*values).max(initial=0.0)))
                          for sign, side in ((-1, self._ends[name, "low"]), (1, self._ends[name, "high"])))
@@ -171,8 +174,8 @@ class BlocksFigure:
 
     def update(self, state, window=None):
         contact = state.named_zones["contact"]
-        window = window or blocks.window(state.setting.ell, contact)
-        self.panel.update(blocks.blocks(state.surface(window), contact, window))
+        surface = state.surface(window or blocks.window(state.setting.ell, contact))
+        self.panel.update(blocks.blocks(surface, contact, window))
         return self
 
 
