@@ -73,9 +73,10 @@ def clocked(work):
 def solve(parameters, name, law, psi0, slider):
     """Records of one slider from end to end, a row a frame; one without a state says why."""
     session, rows = explorer(parameters, law, psi0), []
+    first, last = np.array(SLIDERS[slider])*(LOAD if slider == "load" else 1.0)
+    session.update(**{slider: float(first)})      # the way to the end of the slider is a jump, and not looked at
     session.png()
-    ends = np.array(SLIDERS[slider])*(LOAD if slider == "load" else 1.0)
-    for value in np.linspace(*ends, parameters.steps + 1)[:-1] if slider == "psi0" else np.linspace(*ends, parameters.steps):
+    for value in np.linspace(first, last, parameters.steps + 1)[1:]:
         row = {"blocks": name, "slider": slider, "value": float(value), "failure": None}
         try:
             state = clocked(lambda: session.solve(**{slider: float(value)}))

@@ -11,7 +11,7 @@ from . import blocks, plots
 
 SIZE = 7.0, 7.4      # inches, two columns of a page
 BLOCKS_HEIGHT, ABOVE = 0.29, 0.12      # of the picture of blocks, over its width: all of it, and above the surface
-LEAST_USE, ROOM = 0.25, 1.6      # of an axis, below which it ends elsewhere; and what more it then has than needed
+LEAST_USE, ROOM = 0.25, 1.7      # of an axis, below which it ends elsewhere; and what more it then has than needed
 STEPS = np.array((1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0))      # ends of axes, times a power of ten
 CORNER_COLOURS = {"A": plots.COLOURS[0], "B": plots.COLOURS[1], "C": plots.COLOURS[6]}
 CORNER_LINES = {"A": "-", "B": "--", "C": "-"}      # told apart without colours
@@ -81,8 +81,12 @@ class StateFigure:
     def update(self, state, window=None):
         """Show a state; `window` (left, right) of x1, or the contact and its surroundings."""
         ell, zones = state.setting.ell, state.named_zones
-        near = self._frames["blocks"].holding(blocks.window(ell, zones["contact"]))
-        wide = window or self._frames["curves"].holding(_around(zones["contact"], ell))
+        needed = {"blocks": blocks.window(ell, zones["contact"]), "curves": _around(zones["contact"], ell)}
+        self._renewed = not all(self._frames[name].fits(frame) for name, frame in needed.items())
+        if self._renewed:      # then everything at once: the eye, and the clock, have one jump instead of several
+            for name, frame in needed.items():
+                self._frames[name].renew(frame)
+        near, wide = self._frames["blocks"].value, window or self._frames["curves"].value
         surface = state.surface((min(wide[0], near[0]), max(wide[1], near[1])))
         self._draw(surface, zones)
         self._limit(surface, zones["contact"], (max(wide[0], surface.x[0]), min(wide[1], surface.x[-1])))
@@ -111,10 +115,10 @@ class StateFigure:
         # at the ends of a punch the pressure is infinite
         most = PEAK*np.trapezoid(pressure, surface.x)/max(sum(right - left for left, right in contact), 1e-300)
         for name, values in (("pressure", np.minimum(pressure[shown], most)), ("gap", gaps[np.isfinite(gaps)])):
-            self.axes[name].set_ylim(0, self._ends[name].holding(values.max(initial=0.0)))
+            self.axes[name].set_ylim(0, self._ends[name].holding(values.max(initial=0.0), self._renewed))
         for name, values in (("micromoment", np.clip(surface.micromoment[shown]/surface.ell, -most, most)), ("turn", turn)):
             size = np.abs(values).max(initial=0.0)
-            low, high = (side.holding(max(size/10, (sign*values).max(initial=0.0)))
+            low, high = (side.holding(max(size/10, (sign*values).max(initial=0.0)), self._renewed)
                          for sign, side in ((-1, self._ends[name, "low"]), (1, self._ends[name, "high"])))
             self.axes[name].set_ylim(-low, high)
 
@@ -184,26 +188,30 @@ class End:
 
     value = None
 
-    def holding(self, needed):
+    def holding(self, needed, renew):
+        """The end for what is needed; `renew` where the panel is drawn anew anyway."""
         if self.value is None:
             self.value = _nice(needed)
-        elif not self.value*LEAST_USE <= needed <= self.value:
+        elif renew or not self.value*LEAST_USE <= needed <= self.value:
             self.value = _nice(ROOM*needed)
         return self.value
 
 
 class Window:
-    """(left, right), kept while another is within and uses it well."""
+    """(left, right) as `value`: tight at first, then with room."""
 
     value = None
 
-    def holding(self, needed):
-        left, right = self.value or needed
-        width = needed[1] - needed[0]
-        if self.value is None or needed[0] < left or needed[1] > right or width < LEAST_USE*(right - left):
-            more = 0.0 if self.value is None else (ROOM - 1)*width/2
-            self.value = needed[0] - more, needed[1] + more
-        return self.value
+    def fits(self, needed):
+        """Whether what is needed is within and uses it well."""
+        if self.value is None:
+            return False
+        left, right = self.value
+        return left <= needed[0] and needed[1] <= right and needed[1] - needed[0] >= LEAST_USE*(right - left)
+
+    def renew(self, needed):
+        more = 0.0 if self.value is None else (ROOM - 1)*(needed[1] - needed[0])/2
+        self.value = needed[0] - more, needed[1] + more
 
 
 def _around(contact, ell):
