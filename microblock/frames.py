@@ -4,6 +4,7 @@ import io
 from contextlib import contextmanager
 
 import matplotlib
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 
@@ -11,6 +12,7 @@ from . import plots
 
 DPI = 96
 LIGHT = 1            # compression of the PNG: higher takes longer than it saves
+SAME = 1e-9          # of the ends of an axis: rounding
 PAD = 1.02           # of a panel with its labels: next ones may be a little longer
 
 
@@ -28,18 +30,18 @@ class Frames:
         if self._still is None:
             self._draw_all()
         limits, canvas = self._limits(), self.canvas
-        changed = [name for name in limits if limits[name] != self._drawn[name]]
+        changed = [name for name in limits if not np.allclose(limits[name], self._drawn[name], rtol=SAME, atol=0)]
         canvas.restore_region(self._still)
         with matplotlib.rc_context(plots.STYLE):
             if changed:
                 self._draw_panels(changed)
-                self._drawn = limits
+                self._drawn = {**self._drawn, **{name: limits[name] for name in changed}}
             for axis, artist in self.figure.moving:
                 axis.draw_artist(artist)
 
     def _limits(self):
         # heights of the blocks have no labels
-        return {name: (axis.get_xlim(), None if name == "blocks" else axis.get_ylim()) for name, axis in self.figure.axes.items()}
+        return {name: (*axis.get_xlim(), *(() if name == "blocks" else axis.get_ylim())) for name, axis in self.figure.axes.items()}
 
     def _draw_all(self):
         with self._without_moving():
