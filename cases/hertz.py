@@ -231,6 +231,8 @@ def warnings(parameters, states):
         found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain and the parabola")
     if parameters.solid.ell > parameters.a_Hz:
         found.append("ell is larger than a_Hz: blocks larger than the contact of a classical solid")
+    if parameters.model == "fe":
+        found += hertz_fe.warnings(parameters)
     return found
 
 

@@ -11,6 +11,7 @@ from microblock.body_state import zones_of
 from microblock.errors import BadArgument
 from microblock.fitted import LADDER, FittedContact
 from microblock.halfplane import coalescence_exponent
+from microblock.meshes import longest_element
 from microblock.observables import zone_changes
 from microblock.surface_state import difference
 from microblock.uniform import UniformContact
@@ -60,6 +61,17 @@ def resolved(parameters):
     if found["mesh"] == "uniform" and (parameters.h is not None or parameters.order is not None):
         found["h"], found["order"] = parameters.h or PAPER_H, parameters.order or 1
     return found
+
+
+def warnings(parameters):
+    """Where equal squares are too coarse for the layer at the surface."""
+    if parameters.mesh != "uniform" or parameters.h is None:
+        return []
+    longest = longest_element(parameters.solid, parameters.order)/parameters.a_Hz
+    if parameters.h <= longest:
+        return []
+    return [f"elements of order {parameters.order} longer than {longest:.2g} a_Hz do not resolve the layer at the surface: take a "
+            "smaller h, a higher order, or --mesh fitted"]
 
 
 def solve(parameters):

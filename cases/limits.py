@@ -18,14 +18,14 @@ from dataclasses import asdict, dataclass
 
 from tqdm import tqdm
 
-from cases import limits_figures, limits_line, limits_pool
+from cases import limits_figures, limits_line, limits_meshes, limits_newton, limits_pool
 from cases.limits_maps import KINDS
 from cases.options import command, option
 from microblock import plots
 from microblock.errors import BadArgument
 from microblock.study import grouped, read_records, versions, write_records
 
-MAPS = {one.name: one for one in limits_line.MAPS}
+MAPS = {one.name: one for room in (limits_line, limits_meshes, limits_newton) for one in room.MAPS}
 QUICK = 5        # least runs of a panel, the smallest stratified sample and one near a degeneracy
 
 

@@ -9,7 +9,7 @@ from microblock import plots
 
 BLUE, RED, GREEN, PINK, ORANGE, SKY, BLACK = plots.COLOURS
 STYLES = dict(zip(KINDS, (("o", SKY), ("s", GREEN), ("^", ORANGE), ("X", RED), ("P", BLACK), ("D", PINK), ("v", BLACK), ("*", BLACK))))
-COLUMNS = ("error", "iterations")
+COLUMNS = ("error", "iterations", "oscillation", "wrong_sign")
 
 
 def chart(drawn, rows):
@@ -48,14 +48,18 @@ def _shades(drawing, axis, drawn, rows, column):
     if mine:
         norm = matplotlib.colors.LogNorm()
         points = axis.scatter(*_places(drawn, mine), c=[row[column] for row in mine], s=9, norm=norm, cmap="cividis", linewidths=0)
-        drawing.colorbar(points, ax=axis, label=drawn.error if column == "error" else column)
+        drawing.colorbar(points, ax=axis, label=drawn.error if column == "error" else column.replace("_", " "))
 
 
 def _frame(axis, across, up):
     for one, set_scale, invert, label, side in ((across, axis.set_xscale, axis.invert_xaxis, axis.set_xlabel, axis.xaxis),
                                                 (up, axis.set_yscale, axis.invert_yaxis, axis.set_ylabel, axis.yaxis)):
         label(one.label)
-        if one.scale != "linear":
+        if one.choices:
+            side.set_ticks(range(len(one.choices)), one.choices)
+            side.set_tick_params(rotation=90 if one is across else 0)
+            (axis.set_xlim if one is across else axis.set_ylim)(-0.5, len(one.choices) - 0.5)
+        elif one.scale != "linear":
             set_scale("log")
             side.set_major_locator(LogLocator(numticks=6))
             side.set_minor_locator(NullLocator())

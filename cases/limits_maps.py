@@ -27,6 +27,8 @@ class Axis:
 
     scale : "linear"; "log"; or "gap", where `low` and `high` are distances below the value `limit`, from far to near on a
         logarithmic axis, which is how nu -> 1/2 and beta -> 2 are looked at
+    choices : the values of an axis of names or orders, drawn at their places in this list; `low` and `high` are 0 and 1
+    whole : whether the parameter is an integer
     """
 
     name: str
@@ -36,6 +38,8 @@ class Axis:
     scale: str = "log"
     degenerate: str = ""
     limit: float | None = None
+    choices: tuple = ()
+    whole: bool = False
 
     def drawn(self, share):
         """What the chart's axis shows at a share in [0, 1] of the axis."""
@@ -45,10 +49,15 @@ class Axis:
 
     def value(self, share):
         """The parameter at a share in [0, 1] of the axis."""
-        return self.limit - self.drawn(share) if self.scale == "gap" else self.drawn(share)
+        if self.choices:
+            return self.choices[min(int(share*len(self.choices)), len(self.choices) - 1)]
+        value = float(self.limit - self.drawn(share) if self.scale == "gap" else self.drawn(share))
+        return round(value) if self.whole else value
 
     def place(self, value):
         """What the chart's axis shows for a value of the parameter."""
+        if self.choices:
+            return self.choices.index(value)
         return self.limit - value if self.scale == "gap" else value
 
     def brink(self, share, end):
@@ -58,6 +67,11 @@ class Axis:
     @property
     def ends(self):
         return {"": (), "both": ("low", "high")}.get(self.degenerate, (self.degenerate,))
+
+
+def choice(name, label, *choices, degenerate=""):
+    """An axis of names or orders; a degenerate end is that of the first or the last of them."""
+    return Axis(name, label, 0.0, 1.0, "linear", degenerate, choices=choices)
 
 
 @dataclass(frozen=True)
@@ -97,7 +111,7 @@ class Map:
         return found
 
     def _setting(self, shares):
-        return {axis.name: float(axis.value(share)) for axis, share in zip(self.axes, shares)}
+        return {axis.name: axis.value(share) for axis, share in zip(self.axes, shares)}
 
 
 @dataclass(frozen=True)

@@ -1,14 +1,21 @@
 """Speed against accuracy: time and unknowns over true error, one curve a method.
 
-Geometry   the strip of section 4.1; a cylinder on a half-plane for both laws, alpha = 0.05, 0.25, 1; its classical limit.
+Geometry   the strip of section 4.1; a cylinder on a half-plane for both laws, alpha = 0.01 (the layers), 0.05, 0.25, 1; its
+           classical limit.
 Equations  those of `strip` and `hertz`.
-Model      half-plane, fitted finite elements, uniform squares condensed (orders 1, 2, 4), the paper's way (bilinear, nodal
-           augmented Lagrangian, UMFPACK, square of 18 a_Hz), penalty with several rho, uniform cells, tamaas where installed.
+Model      half-plane, fitted finite elements, uniform squares and triangles condensed (orders 1, 2, 4, 6), the paper's way
+           (bilinear, nodal augmented Lagrangian, UMFPACK, square of 18 a_Hz), the same with triangles, of order 2, and with
+           Gauss's rule for the contact term, penalty with several rho, uniform cells; tamaas and scikit-fem where installed, and
+           NGSolve's own ContactBoundary, in the classical limit. Rungs that take a minute (the paper's own mesh) in one scene
+           only, alpha = 0.25.
 Reference  the closed form (strip, Hertz ellipse); else panels of another kind (cases/reference_line.py), whose own error, the
            distance of two of its rungs, is the floor of the charts. Methods are told apart down to 100 times the floor.
-Look at    the slope of each curve; requested against obtained error; which rho is best on which mesh; where the time goes.
+Look at    the slope of each curve; requested against obtained error; which rho is best on which mesh; where the time goes;
+           pulling pressures (of Gauss's rule, and between the nodes of high order); psi in the layers; growth of time and memory
+           up to 10^6 unknowns, and the distance to one factorisation (cases/speed_growth.py).
 Tuned      in favour of others: rho of the penalty and period of tamaas, the best for each mesh, as only one knows who has the
-           answer; cells are given the edge of the contact. Nothing where an accuracy is asked for.
+           answer; cells are given the edge of the contact, scikit-fem starts with it; more in cases/speed_skfem.py and
+           cases/speed_ngsolve.py. Nothing where an accuracy is asked for.
 Units      processor seconds of one thread, setup (what further loads reuse) and solving apart, each the best of --repeats after
            a warm-up; a run of more than ONCE seconds counts itself. Errors as in cases/speed_scenes.py, all relative.
 """
@@ -24,7 +31,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")      # of tamaas, before it is imp
 
 from tqdm import tqdm  # noqa: E402
 
-from cases import speed_figures  # noqa: E402
+from cases import figures_growth, speed_figures, speed_growth  # noqa: E402
 from cases.options import command, option  # noqa: E402
 from cases.speed_methods import METHODS, NAMES, clock  # noqa: E402
 from cases.speed_scenes import QUICK, SCENES  # noqa: E402
@@ -32,16 +39,20 @@ from microblock import plots  # noqa: E402
 from microblock.errors import BadArgument, MicroblockError  # noqa: E402
 from microblock.study import grouped, read_records, versions, write_records  # noqa: E402
 
-ONCE = 2.0             # seconds of a warm-up beyond which it counts itself
-ENOUGH = 2.0           # seconds of all runs of a setting, beyond which it is not repeated further
+ONCE = 1.0             # seconds of a warm-up beyond which it counts itself
+ENOUGH = 1.0           # seconds of all runs of a setting, beyond which it is not repeated further
 STOP = 5.0             # times dearer, at most, is the next rung of a ladder
 QUICK_RUNGS = 2        # settings of a ladder
-TUNED = ("penalty", "tamaas")      # by rho and by period, for each mesh
+GROWTH = "growth"      # in --only: the part of cases/speed_growth.py
+# by rho and by period, for each mesh
+TUNED = ("penalty", "tamaas", *(name for name in NAMES if name.startswith("ContactBoundary")))
 BETTER = 100           # times, that a reference should be better than a method
-SETTINGS = ("rtol", "h", "order", "elements", "model", "solver", "rho", "domain", "nodes", "period", "residual")
+SETTINGS = ("rtol", "h", "order", "elements", "model", "solver", "rho", "domain", "reach", "shape", "rule",
+            "nodes", "period", "residual")
 # where the time goes: the functions whose cumulative time makes each phase, by what the profile calls them
-PHASES = {"mesh": ("uniform", "graded", "line", "column"), "assembly": ("_assemble", "AssembleLinearization"),
-          "residual": ("Apply",), "factor": ("_factorise of condensation", "Inverse"),
+PHASES = {"mesh": ("uniform", "graded", "line", "column", "_mesh of speed_ngsolve", "init_tensor of mesh_quad_1"),
+          "assembly": ("_assemble", "AssembleLinearization", "assemble of bilinear_form"),
+          "residual": ("Apply",), "factor": ("_factorise of condensation", "Inverse", "_state of speed_skfem"),
           "condensation": ("_matrix of condensation",),
           "states": ("solve of active_set", "solve of projected_cg"), "tables": ("kernels", "prepare of grid_contact")}
 FILES = {"uniform": "meshes", "graded": "meshes", "line": "meshes", "column": "meshes", "_assemble": "condensation",
@@ -50,7 +61,7 @@ FILES = {"uniform": "meshes", "graded": "meshes", "line": "meshes", "column": "m
 
 @dataclass(frozen=True)
 class Parameters:
-    only: tuple = option((), f"scenes ({', '.join(SCENES)}) and methods ({', '.join(NAMES)}) to run", str,
+    only: tuple = option((), f"scenes ({', '.join(SCENES)}), methods ({', '.join(NAMES)}) and the part {GROWTH} to run", str,
                          nargs="+", metavar="NAME")
     repeats: int = option(3, "runs after the warm-up, of which the best counts", int)
     limit: float = option(100.0, "seconds of a run beyond which a ladder is not climbed")
@@ -58,8 +69,8 @@ class Parameters:
 
     def __post_init__(self):
         for name in self.only:
-            if name not in (*SCENES, *NAMES):
-                raise BadArgument("only", name, f"must be one of {', '.join((*SCENES, *NAMES))}")
+            if name not in (*SCENES, *NAMES, GROWTH):
+                raise BadArgument("only", name, f"must be one of {', '.join((*SCENES, *NAMES, GROWTH))}")
         if not 1 <= self.repeats <= 100:
             raise BadArgument("repeats", self.repeats, "must lie between 1 and 100")
         if not 0 < self.limit < 1e5:
@@ -69,16 +80,23 @@ class Parameters:
         """Of the known names those that were asked for; all of them if none was."""
         return [name for name in known if name in self.only] or list(known)
 
+    @property
+    def grows(self):
+        """Whether the growth of time and memory is asked for."""
+        return not self.only or GROWTH in self.only
+
 
 def plan(parameters):
     """[(scene, method, settings)] of a study."""
     found = []
+    if set(parameters.only) == {GROWTH}:
+        return found
     for name in parameters.chosen(SCENES):
         if parameters.quick and not parameters.only and name not in QUICK:
             continue
         for method in METHODS:
             if method.name in parameters.chosen(NAMES) and SCENES[name].kind in method.kinds and method.available:
-                settings = method.settings[:QUICK_RUNGS] if parameters.quick else method.settings
+                settings = method.rungs(SCENES[name])[:QUICK_RUNGS if parameters.quick else None]
                 found.append((SCENES[name], method, settings))
     return found
 
@@ -87,8 +105,9 @@ def blank(scene, method, setting):
     """Record of a setting that has not been run."""
     return {"scene": scene.name, **scene.parameters, "method": method.name, **{name: setting.get(name) for name in SETTINGS},
             "unknowns": None, "contact_nodes": None, "error": None, "error_p": None, "error_m": None, "error_psi": None,
-            "error_u": None, "floor": scene.floor, "judged": None, "setup": None, "solve": None, "spent": None, "repeats": 0,
-            "iterations": None, "estimate": None, **{f"share_{name}": None for name in PHASES}, "best": None, "failure": None}
+            "error_u": None, "floor": scene.floor, "floor_psi": scene.floor_psi, "pull": None, "swing": None, "judged": None,
+            "setup": None, "solve": None, "spent": None, "repeats": 0, "iterations": None, "estimate": None,
+            **{f"share_{name}": None for name in PHASES}, "best": None, "failure": None}
 
 
 def measure(scene, method, setting, repeats):
@@ -103,7 +122,8 @@ def measure(scene, method, setting, repeats):
         return {**row, "spent": clock() - start, "failure": f"{type(failure).__name__}: {' '.join(str(failure).split())}"}
     errors = scene.errors(answer.found)
     error = max(errors.values())
-    row.update(errors, error=error, judged=error >= BETTER*scene.floor, repeats=0 if answers[0] is answer else len(answers),
+    row.update(errors, **scene.remarks(answer), error=error, judged=error >= BETTER*scene.floor,
+               repeats=0 if answers[0] is answer else len(answers),
                setup=min(one.setup for one in answers), solve=min(one.solve for one in answers))
     row.update({name: getattr(answer, name) for name in ("unknowns", "contact_nodes", "iterations", "estimate")})
     return {**row, **shares(profile, row["spent"])}
@@ -170,12 +190,14 @@ def result(parameters, quiet=True):
     for scene in {id(scene): scene for scene, *_ in work}.values():
         scene.floor      # the references, made before anything is timed
     ready = time.perf_counter()
-    with tqdm(total=sum(len(settings) for *_, settings in work), disable=quiet, unit="run") as progress:
+    larger = speed_growth.plan(parameters.quick) if parameters.grows else []
+    with tqdm(total=sum(len(settings) for *_, settings in (*work, *larger)), disable=quiet, unit="run") as progress:
         for scene, method, settings in work:
             rows += climbed(scene, method, settings, parameters, progress)
+        cost = speed_growth.result(larger, progress)
     return {"parameters": {**asdict(parameters), "only": list(parameters.only)}, "versions": {**versions(), **_peers()},
             "threads": threads(), "seconds": {"setup": ready - start, "solve": time.perf_counter() - ready},
-            "runs": marked(rows), "growth": growth(rows)}
+            "runs": marked(rows), "growth": growth(rows), "cost": cost}
 
 
 def threads():
@@ -184,10 +206,9 @@ def threads():
 
 
 def _peers():
-    found = {}
-    for name in {method.needs for method in METHODS if method.needs and method.available}:
-        found[name] = metadata.version(name)
-    return found
+    owners = metadata.packages_distributions()
+    needed = {method.needs for method in METHODS if method.needs and method.available}
+    return {owner: metadata.version(owner) for name in sorted(needed) for owner in owners[name]}
 
 
 def growth(rows):
@@ -211,10 +232,12 @@ def run(parameters, out=None, quiet=False):
     if out:
         peers = {f"version_{name}": version for name, version in _peers().items()}
         extra = {"command": command("speed", parameters), **answer["threads"], **peers}
-        write_records(out/"speed.csv", [{**row, **extra} for row in answer["runs"]])
-        records = read_records(out/"speed.csv")
-        for name, drawing in speed_figures.PLATES.items():
-            plots.draw(drawing, records, out, f"speed_{name}")
+        for name, rows, plates in (("speed", answer["runs"], speed_figures.PLATES),
+                                   ("speed_cost", answer["cost"]["runs"], figures_growth.PLATES)):
+            if rows:
+                write_records(out/f"{name}.csv", [{**row, **extra} for row in rows])
+                for plate, drawing in plates.items():
+                    plots.draw(drawing, read_records(out/f"{name}.csv"), out, f"speed_{plate}")
     return answer
 
 
@@ -231,3 +254,4 @@ def show(answer):
     for row in answer["growth"]:
         if row["exponent"] is not None:
             print(f"{row['scene']:>16}  {row['method']:>20}  time like {row['over']} to the power {row['exponent']:.2f}")
+    speed_growth.show(answer["cost"])

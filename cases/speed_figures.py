@@ -8,16 +8,30 @@ from microblock import plots
 from microblock.study import grouped
 
 BLUE, RED, GREEN, PINK, ORANGE, SKY, BLACK = plots.COLOURS
+GREY = "0.5"
 STYLES = {      # a method keeps its colour, marker and line in all charts
     "half-plane": (BLUE, "o", "-"), "fitted fe": (GREEN, "^", "-"), "paper's way": (RED, "s", "-"), "penalty": (PINK, "D", "--"),
     "condensed, order 1": (ORANGE, "v", ":"), "condensed, order 2": (ORANGE, "P", "--"), "condensed, order 4": (ORANGE, "X", "-"),
     "cells": (SKY, "h", "-"), "tamaas": (BLACK, "*", "-"), "line, rtol": (BLUE, "o", "-"), "line, order 2": (ORANGE, "P", "--"),
-    "line, order 4": (ORANGE, "X", "-"), "line, order 6": (GREEN, "^", "-")}
+    "line, order 4": (ORANGE, "X", "-"), "line, order 6": (GREEN, "^", "-"), "condensed, order 6": (ORANGE, "d", "-."),
+    "triangles, order 1": (BLUE, "v", ":"), "triangles, order 2": (BLUE, "P", "--"), "triangles, order 4": (BLUE, "X", "-"),
+    "triangles, order 6": (BLUE, "d", "-."), "AL, triangles": (SKY, ">", "--"), "AL, order 2": (BLACK, "p", "-"),
+    "AL, Gauss": (GREEN, "<", ":"), "AL, order 2, Gauss": (PINK, "p", "-."),
+    "scikit-fem, order 1": (BLACK, "<", ":"), "scikit-fem, order 2": (BLACK, ">", "--"),
+    "ContactBoundary, order 1": (GREY, "v", ":"), "ContactBoundary, order 2": (GREY, "P", "--"),
+    "ContactBoundary, order 4": (GREY, "X", "-")}
+# plates of their own, of meshes that are uniform
+ELEMENTS = tuple(f"{shape}, order {order}" for shape in ("condensed", "triangles") for order in (1, 2, 4, 6))
+RULES = ("paper's way", "AL, Gauss", "AL, order 2", "AL, order 2, Gauss", "AL, triangles")
+PRESSURES = (*ELEMENTS[:5], "AL, Gauss", "AL, order 2, Gauss")
+APART = (set(ELEMENTS) | set(RULES)) - {"paper's way", *ELEMENTS[:3]}      # which the plates of all methods leave out
 FLOOR_BAND = 100        # times the floor: there the reference no longer tells methods apart
 PHASES = ("mesh", "tables", "assembly", "residual", "factor", "condensation", "states")
 UNTUNED = (False, "False")      # as it is, and as a CSV file has it
+NODES = (10, 20, 50, 100, 200, 500)      # ticks
+FAINT = 1e-3            # part of the largest pressure below which pulls and swings are drawn linearly
 ACROSS = 3              # panels in a row
-LEGEND_COLUMNS, ROW = 4, 0.2      # of a legend; inches
+COLUMN, ROW = 1.8, 0.2      # of a legend, inches
 
 
 def total(row):
@@ -44,13 +58,18 @@ def curves(records):
 def panels(records, draw, labels):
     """A figure with a panel a scene, `draw(axis, records of the scene)`, and one legend below all of them."""
     scenes = grouped(records, "scene")
+    if not scenes:
+        drawing, axis = plots.figure(height=0.6)
+        axis.axis("off")
+        axis.text(0.5, 0.5, "no such runs", ha="center", va="center")
+        return drawing
     across = min(ACROSS, len(scenes))
     drawing, axes = plots.figure(-(-len(scenes)//across), across, height=2.6, width=2.7, squeeze=False)
     for axis, letter, (scene, rows) in zip(axes.flat, "abcdefghijkl", scenes.items()):
         draw(axis, rows)
         axis.minorticks_off()      # their labels run into each other
-        least, most = np.log10(axis.get_ylim())
-        axis.set_ylim(10.0**np.floor(least), 10.0**np.ceil(most))
+        if axis.get_yscale() == "log":
+            axis.set_ylim(_decades(axis.get_ylim()))
         axis.set_title(f"({letter}) {scene.replace('-', ', alpha ')}", fontsize=8)
     for axis in axes.flat[len(scenes):]:
         axis.set_visible(False)
@@ -59,27 +78,41 @@ def panels(records, draw, labels):
     for axis in axes.flat[max(0, len(scenes) - across):len(scenes)]:
         axis.set_xlabel(labels[0])
     known = {text: handle for axis in axes.flat for handle, text in zip(*axis.get_legend_handles_labels())}
-    _legend(drawing, known.values(), known)
+    legend_below_all(drawing, known.values(), known)
     return drawing
 
 
-def _legend(drawing, handles, texts):
+def _decades(ends):
+    least, most = np.log10(ends)
+    return 10.0**np.floor(least), 10.0**np.ceil(most)
+
+
+def legend_below_all(drawing, handles, texts, columns=None):
     """Below all panels, in room of its own."""
     width, height = drawing.get_size_inches()
-    rows = -(-len(texts)//LEGEND_COLUMNS)
+    columns = columns or max(1, int(width/COLUMN))
+    rows = -(-len(texts)//columns)
     drawing.set_size_inches(width, height + ROW*rows)
     share = ROW*rows/(height + ROW*rows)
     drawing.get_layout_engine().set(rect=(0, share, 1, 1 - share))
-    drawing.legend(handles, texts, loc="lower center", ncols=LEGEND_COLUMNS).set_in_layout(False)
+    drawing.legend(handles, texts, loc="lower center", ncols=columns).set_in_layout(False)
 
 
-def against_error(cost):
-    """A panel: cost(row) over true error; failed runs as crosses at the right, at what they had spent."""
+def against_error(cost, close=False):
+    """A panel: cost(row) over true error; failed runs as crosses at the right, at what they had spent.
+
+    A `close` view spans the errors of the runs alone, and says in words where the reference's own is.
+    """
     def draw(axis, rows):
         floor = rows[0]["floor"]
         axis.set(xscale="log", yscale="log")
-        axis.axvspan(floor, FLOOR_BAND*floor, color="0.92", zorder=0, label="reference less than 100 times better")
-        axis.axvline(floor, color="0.5", linewidth=0.8, label="error of the reference")
+        if close:
+            errors = [row["error"] for row in rows if row["error"]]
+            axis.set_xlim(_decades((min(errors, default=0.1)/1.1, max(errors, default=0.1)*1.1)))
+            axis.text(0.03, 0.03, f"reference: {floor:.0e}", transform=axis.transAxes, fontsize=7, color="0.4")
+        else:
+            axis.axvspan(floor, FLOOR_BAND*floor, color="0.92", zorder=0, label="reference less than 100 times better")
+            axis.axvline(floor, color="0.5", linewidth=0.8, label="error of the reference")
         for method, (good, failed) in curves(rows).items():
             colour, marker, line = STYLES[method]
             axis.plot([row["error"] for row in good], [cost(row) for row in good], color=colour, marker=marker, linestyle=line,
@@ -95,21 +128,80 @@ def against_error(cost):
     return draw
 
 
+def _main(records):
+    return [row for row in records if row["method"] not in APART]
+
+
+def _uniform(records, names):
+    """Records of these methods on uniform meshes, in the order of the names."""
+    return [row for name in names for row in records if row["method"] == name and row["h"] is not None]
+
+
+def _spent(row):
+    return row["spent"] if row["failure"] else total(row)
+
+
 def seconds(records):
     """Processor seconds of setup and solving over true error."""
-    return panels(records, against_error(lambda row: row["spent"] if row["failure"] else total(row)),
-                  ("true error", "setup and solving (s)"))
+    return panels(_main(records), against_error(_spent), ("true error", "setup and solving (s)"))
 
 
 def solving(records):
     """The same of solving alone: what a further load costs."""
-    return panels(records, against_error(lambda row: row["spent"] if row["failure"] else row["solve"]),
+    return panels(_main(records), against_error(lambda row: row["spent"] if row["failure"] else row["solve"]),
                   ("true error", "solving alone (s)"))
 
 
 def unknowns(records):
     """Unknowns over true error; a failed run has neither."""
-    return panels(records, against_error(lambda row: row["unknowns"]), ("true error", "unknowns"))
+    return panels(_main(records), against_error(lambda row: row["unknowns"]), ("true error", "unknowns"))
+
+
+def elements(records):
+    """Shapes and orders of elements on uniform meshes, condensed: seconds over true error."""
+    return panels(_uniform(records, ELEMENTS), against_error(_spent, close=True), ("true error", "setup and solving (s)"))
+
+
+def element_unknowns(records):
+    """The same, unknowns over true error."""
+    return panels(_uniform(records, ELEMENTS), against_error(lambda row: row["unknowns"], close=True), ("true error", "unknowns"))
+
+
+def rules(records):
+    """The paper's way beside order 2, Gauss's rule and triangles: seconds over true error."""
+    return panels(_uniform(records, RULES), against_error(_spent, close=True), ("true error", "setup and solving (s)"))
+
+
+def pulls(records):
+    """Pressures of the wrong sign over the largest one."""
+    return panels(_uniform(records, PRESSURES), against_nodes("pull"), ("contact nodes", "largest pull"))
+
+
+def swings(records):
+    """Total variation of the pressure over that of the reference, less 1."""
+    return panels(_uniform(records, PRESSURES), against_nodes("swing"), ("contact nodes", "excess variation"))
+
+
+def against_nodes(name):
+    """A panel: what a record says over contact nodes."""
+    def draw(axis, rows):
+        axis.set_xscale("log")
+        axis.set_xticks(NODES, [str(number) for number in NODES])
+        axis.set_yscale("symlog", linthresh=FAINT)
+        axis.axhline(0, color="0.6", linewidth=0.8)
+        for method, (good, _) in curves(rows).items():
+            colour, marker, line = STYLES[method]
+            axis.plot([row["contact_nodes"] for row in good], [row[name] for row in good], color=colour, marker=marker,
+                      linestyle=line, label=method)
+    return draw
+
+
+def layers(records):
+    """Seconds over the error of psi below the surface."""
+    deep = [{**row, "error": row["error_psi"], "floor": row["floor_psi"]} for row in records
+            if row["floor_psi"] is not None and (row["error_psi"] is not None or row["failure"])]
+    return panels([row for row in deep if row["method"] not in APART - {"condensed, order 6"}], against_error(_spent),
+                  ("error of psi below the surface", "setup and solving (s)"))
 
 
 def asked(records):
@@ -137,12 +229,12 @@ def growth(records):
             good = sorted(good, key=lambda row: row["unknowns"])
             axis.plot([row["unknowns"] for row in good], [total(row) for row in good], color=colour, marker=marker,
                       linestyle=line, label=method)
-    return panels(records, draw, ("unknowns", "setup and solving (s)"))
+    return panels(_main(records), draw, ("unknowns", "setup and solving (s)"))
 
 
 def phases(records):
     """Where the time goes: shares of the finest run of each method, of one scene."""
-    scenes = grouped([row for row in records if row["error"] is not None], "scene")
+    scenes = grouped([row for row in _main(records) if row["error"] is not None], "scene")
     scene = next((name for name in ("microblock-0.25", *scenes) if name in scenes), None)
     drawing, axis = plots.figure(height=2.8, width=5.0)
     finest = {method: good[-1] for method, (good, _) in curves(scenes.get(scene, [])).items() if good}
@@ -156,8 +248,10 @@ def phases(records):
         axis.text(1.02, number, f"{total(row):.2g} s", va="center", fontsize=7)
     axis.set(xlim=(0, 1), xlabel="share of the time of the finest run", title=scene)
     axis.invert_yaxis()
-    _legend(drawing, *axis.get_legend_handles_labels())
+    legend_below_all(drawing, *axis.get_legend_handles_labels(), columns=4)
     return drawing
 
 
-PLATES = {"seconds": seconds, "solving": solving, "unknowns": unknowns, "asked": asked, "growth": growth, "phases": phases}
+PLATES = {"seconds": seconds, "solving": solving, "unknowns": unknowns, "asked": asked, "growth": growth, "phases": phases,
+          "elements": elements, "element_unknowns": element_unknowns, "rules": rules, "pulls": pulls, "swings": swings,
+          "layers": layers}

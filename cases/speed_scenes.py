@@ -2,7 +2,10 @@
 
 A contact on a line is judged by max(|dp|, |dM|/ell)/|p| in L2, all methods on the same points: Gauss points on cells that
 shrink geometrically towards every edge and kink of the reference, and are nowhere longer than CELL. The strip is judged by
-the larger one of the relative L2 errors of psi and u over the thickness.
+the larger one of the relative L2 errors of psi and u over the thickness. What pressures look like is recorded beside the
+error: `pull`, the largest pull of a corner over the largest pressure, and `swing`, by how much of the pressure's total
+variation it varies more than the reference. At alpha = DEEP psi below x1 = WHERE is judged too: relative L2 over the
+depths of Figs 12 and 13 (evenly in log(1 + depth/ell)) against the half-plane's modes from a state at rtol PSI_RTOLS[-1].
 """
 
 import math
@@ -11,9 +14,10 @@ from functools import cached_property
 
 import numpy as np
 
-from cases import accuracy
+from cases import accuracy, layers
 from cases import reference_line as judge
 from cases import strip
+from microblock import subsurface
 from microblock.halfplane import HalfPlane
 from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
@@ -26,6 +30,9 @@ CELL = 0.005                       # of the rule, over a_Hz: a quarter of the fi
 GRADES, POINTS = 40, 4             # halvings of the cells towards an edge (a root there is lost below 1e-12); points on each
 BEYOND = 1.5                       # of the outermost edge: as far as pressures are looked at
 OBSTACLE = Cylinder(1.0)
+DEEP, WHERE = 0.01, 0.5            # alpha of the layers; the vertical line, over a_Hz
+PSI_RTOLS = (1e-7, 1e-9)           # of the states that give psi: the distance of both is the judge's own error
+PSI_ACCURACY = 14                  # of the modes' integrals, where runs have subsurface.ACCURACY
 
 
 @dataclass(frozen=True)
@@ -37,6 +44,11 @@ class LineScene:
     alpha: float
     beta: float = 1.0
     measures = ("error_p", "error_m")
+
+    @property
+    def deep(self):
+        """Whether psi below the surface is judged."""
+        return self.alpha == DEEP
 
     @property
     def kind(self):
@@ -96,6 +108,30 @@ class LineScene:
         return {name: float(np.sqrt(weights @ (found - exact)**2/size))
                 for name, found, exact in zip(self.measures, fields(x), known)}
 
+    @cached_property
+    def _known_psi(self):
+        """Depths x2 and psi there, and its own error."""
+        x2 = layers.depths(self.alpha)
+        coarse, fine = (subsurface.fields(self.half_plane.at(LOAD, rtol=rtol), WHERE, x2, accuracy).psi
+                        for rtol, accuracy in zip(PSI_RTOLS, (subsurface.ACCURACY, PSI_ACCURACY)))
+        return x2, fine, _relative(coarse, fine)
+
+    @property
+    def floor_psi(self):
+        """Error of the reference of psi below the surface; None where that is not judged."""
+        return self._known_psi[2] if self.deep else None
+
+    def remarks(self, answer):
+        """What is recorded beside the errors: pull, swing, and error_psi where psi is judged and the answer has it."""
+        x, _, known, _ = self._known
+        p, moment = answer.found(x)
+        swing = np.abs(np.diff(p)).sum()/np.abs(np.diff(known)).sum() - 1
+        found = {"pull": max(0.0, float(np.max(np.abs(moment) - p/len(self.levers))/known.max())), "swing": float(swing)}
+        if self.deep and answer.psi:
+            x2, psi, _ = self._known_psi
+            found["error_psi"] = _relative(answer.psi(WHERE, x2), psi)
+        return found
+
     def fields(self, state):
         """x -> (p, M/ell) of a state that knows the pressure of its corners."""
         def seen(x):
@@ -111,6 +147,7 @@ class StripScene:
     name: str = "strip"
     kind = "strip"
     measures = ("error_psi", "error_u")
+    floor_psi = None
     floor = 4*float(np.finfo(float).eps)      # rounding of the closed form
 
     @property
@@ -121,6 +158,13 @@ class StripScene:
     def errors(self, solution):
         found = strip.errors(solution)
         return {name: found[name] for name in self.measures}
+
+    def remarks(self, answer):
+        return {}
+
+
+def _relative(found, exact):
+    return float(np.linalg.norm(found - exact)/np.linalg.norm(exact))
 
 
 def rule(places):
@@ -135,7 +179,7 @@ def rule(places):
     return ((borders[:-1, None] + half) + half*points).ravel(), (half*weights).ravel()
 
 
-ALPHAS = (0.05, 0.25, 1.0)
+ALPHAS = (DEEP, 0.05, 0.25, 1.0)
 SCENES = {scene.name: scene for scene in (
     StripScene(), LineScene("classical", "unilateral", 1.0, CLASSICAL),
     *(LineScene(f"{law}-{alpha:g}", law, alpha) for law in ("microblock", "unilateral") for alpha in ALPHAS))}

@@ -130,11 +130,11 @@ class Solution:
         return ((left + (points + 1)/2)/elements).ravel(), np.tile(weights/(2*elements), elements)
 
 
-def solve_once(parameters):
-    """The strip on the mesh and with the order that the parameters name."""
+def solve_once(parameters, mesh=None):
+    """The strip on the mesh (of its model, if it is given) and with the order that the parameters name."""
     start = time.perf_counter()
     build = meshes.line if parameters.model == "line" else meshes.column
-    body = Body(build(1.0, parameters.elements), parameters.solid, parameters.order,
+    body = Body(mesh or build(1.0, parameters.elements), parameters.solid, parameters.order,
                 fixed={"u1": "middle", "u2": "middle"}, periodic=parameters.model == "column")
     # counted from first touch: the plane begins over the corner that sticks out
     plane = Plane(parameters.ell_over_H/2*abs(parameters.psi0))
@@ -277,13 +277,18 @@ def warnings(parameters):
         found.append(f"delta = {parameters.delta_over_H:g} H: beyond small strain")
     if parameters.ell_over_H > 1:
         found.append(f"ell = {parameters.ell_over_H:g} H: the blocks are larger than the half-thickness")
+    if parameters.elements:
+        longest = meshes.longest_element(parameters.solid, parameters.order)
+        if 1/parameters.elements > longest:
+            found.append(f"elements of order {parameters.order} longer than {longest:.2g} H do not resolve the layer: take more, "
+                         "or a higher order, or ask for an --rtol")
     return found
 
 
 def result(parameters):
     """The contract's object: parameters as resolved, versions, seconds, observables and errors."""
     asked = parameters.resolved()
-    told = warnings(parameters)
+    told = warnings(asked)
     demanded = parameters.rtol is not None or asked.rtol is None
     try:
         solution, estimate, passes = solve(asked)

@@ -165,7 +165,8 @@ class Body:
         residual = state.vec.CreateVector()
         form.Apply(state.vec, residual)
         form.AssembleLinearization(state.vec)
-        step = solve_linear(form.mat, self.space.FreeDofs(), residual, "the bulk; are rigid motions fixed?")
+        step = solve_linear(form.mat, self.space.FreeDofs(), residual,
+                            "the bulk; are rigid motions fixed, and psi where beta = 0?")
         state.vec.data -= step
         return Fields(self, state.components)
 

@@ -23,7 +23,10 @@ from .panels import lagrange
 
 FLAT = 1e-12      # n1 below which a displacement along x1 does not enter the gaps
 SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}      # no pivoting: K is positive definite
+CANCELLED = 1e-11 # of a diagonal entry, below which what is left of it is rounding: 1e-12 and less without supports, 1e-6 for
+                  # beta = 2 - 1e-6 and nu = 0.4999 with them
 UNSOLVED = 1e-6   # of a right-hand side that the factors leave if K is singular to rounding
+HELD = "are rigid motions fixed, and psi where beta = 0?"
 
 
 class ContactNodes:
@@ -114,6 +117,7 @@ class Condensed(ContactNodes):
     Attributes
     ----------
     compliance : Compliance
+    form : BilinearForm of the bulk, with the interiors of the elements eliminated
     unknowns : int, free unknowns of the bulk
 
     Raises
@@ -141,15 +145,15 @@ class Condensed(ContactNodes):
         m = solid.couple_stress(kappa)
         varied, turned = self.body.gradients(v1, v2, chi)
         bonus = CURVED if self.body.mesh.GetCurveOrder() > 1 else 0      # as for the energy of the fields
-        self._form = ng.BilinearForm(space, symmetric=True, condense=True)
-        self._form += (s11*varied[0, 0] + s12*(varied[0, 1] + chi) + s21*(varied[1, 0] - chi) + s22*varied[1, 1]
+        self.form = ng.BilinearForm(space, symmetric=True, condense=True)
+        self.form += (s11*varied[0, 0] + s12*(varied[0, 1] + chi) + s21*(varied[1, 0] - chi) + s22*varied[1, 1]
                        + m[0]*turned[0] + m[1]*turned[1])*ng.dx(bonus_intorder=bonus)
-        self._form.Assemble()
+        self.form.Assemble()
         self.unknowns = sum(space.FreeDofs())
 
     def _factorise(self):
         space = self.body.space
-        values, columns, starts = self._form.mat.CSR()
+        values, columns, starts = self.form.mat.CSR()
         bulk = csr_matrix((np.array(values), np.array(columns), np.array(starts)), shape=(space.ndof, space.ndof))
         free = np.array(list(space.FreeDofs(True)))
         onto = self._onto()
@@ -165,9 +169,9 @@ class Condensed(ContactNodes):
                 raise RuntimeError("the factorisation pivots")
             upper = self._factors.U[len(inner):, len(inner):].toarray()
         except RuntimeError as failure:
-            raise NotConverged(f"no factorisation of the bulk: {failure}; are rigid motions fixed?") from failure
-        if not np.all(np.diag(upper) > 0):
-            raise NotConverged("the bulk is not positive definite; are rigid motions fixed?")
+            raise NotConverged(f"no factorisation of the bulk: {failure}; {HELD}") from failure
+        if not np.all(self._factors.U.diagonal() > CANCELLED*bulk.diagonal()[self._order]):
+            raise NotConverged(f"singular matrix of the bulk; {HELD}")
         self._cholesky = upper/np.sqrt(np.diag(upper))[:, None]
         self._rows = onto[:, contact].toarray()
         self._bulk = bulk
@@ -194,9 +198,9 @@ class Condensed(ContactNodes):
         vector[self._order] = self._factors.solve(right[self._order])
         left = (right - self._bulk @ vector)[self._order]
         if not np.linalg.norm(left) <= UNSOLVED*np.linalg.norm(right):
-            raise NotConverged("singular matrix of the bulk; are rigid motions fixed?")
+            raise NotConverged(f"singular matrix of the bulk; {HELD}")
         vector[self._order] += self._factors.solve(left)      # one step of refinement
-        state.vec.data += self._form.harmonic_extension*state.vec
+        state.vec.data += self.form.harmonic_extension*state.vec
         return Fields(self.body, state.components)
 
     def reaction(self, fields):

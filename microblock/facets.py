@@ -2,9 +2,11 @@
 
 Gaps are checked, and multipliers live, at the Gauss-Lobatto points of each facet (the paper's
 nodal quadrature, for any order): `ContactFacets` numbers these nodes and builds the penalty
-term (31) and the augmented Lagrangian term (37).
+term (31) and the augmented Lagrangian term (37). With Gauss's rule the multipliers stay nodal, but
+(37) is integrated, and gaps are checked, at Gauss points: for comparison, as pressures then oscillate.
 """
 
+from copy import copy
 from functools import lru_cache
 
 import ngsolve as ng
@@ -18,6 +20,8 @@ from .errors import BadArgument
 
 
 SAME_GAP = 1e-12     # of ell: two corner gaps that differ by less are one function
+RULES = ("nodal", "gauss")
+STRAIGHT = 1e-9      # of the normals: gaps of a boundary that bends more are no polynomials between its nodes
 
 
 @lru_cache(maxsize=64)
@@ -38,6 +42,8 @@ class ContactFacets:
     law : a law of `microblock.law`
     obstacle : see `microblock.obstacles.gap`
     boundary : str, name or pattern of the contact boundary
+    rule : "nodal", or "gauss": order + 1 Gauss points a facet, for the augmented Lagrangian on a straight boundary in 2D,
+        all of it below the obstacle, with one order for all fields
 
     Attributes
     ----------
@@ -51,12 +57,15 @@ class ContactFacets:
     multipliers : the H1 space of one corner's multiplier
     """
 
-    def __init__(self, body, law, obstacle, boundary="contact"):
+    def __init__(self, body, law, obstacle, boundary="contact", rule="nodal"):
+        if rule not in RULES:
+            raise BadArgument("rule", rule, f"must be one of {', '.join(RULES)}")
         if body.element_orders is not None:
             raise BadArgument("body", body, "must have one order for all elements: the contact rule is the same on every facet")
         self.body, self.law, self.corners = body, law, law.corners
         self.region = body.boundary(boundary)
         self.order = min(body.order, body.order_psi)
+        self.nodal = rule == "nodal"
         self._number_nodes()
         ell = body.solid.ell
         self.levers = law.levers(self.points[:, 0])
@@ -64,6 +73,8 @@ class ContactFacets:
         self.can_touch = self._reachable()
         if not any(mask.any() for mask in self.can_touch.values()):
             raise BadArgument("obstacle", obstacle, "lies over no point of the contact boundary")
+        if not self.nodal:
+            self._take_gauss_points()
 
     def _number_nodes(self):
         """Nodes are the Lobatto points of all facets, those on shared vertices once."""
@@ -72,6 +83,7 @@ class ContactFacets:
         spaces = dict(zip(FIELDS, body.spaces), multiplier=self.multipliers)
         points, weights = lobatto(self.order) if mesh.dim == 2 else (np.zeros(1), np.ones(1))
         self.rule = ng.IntegrationRule(points=[(float(t),) for t in points], weights=[float(w) for w in weights])
+        self._nodal_rule = self.rule
         outward = ng.specialcf.normal(mesh.dim)
         numbers, nodes, rows = {}, [], {name: [] for name in spaces}
         for facet, side in zip(self.region.Elements(), outward_sides(mesh, self.region)):
@@ -100,6 +112,30 @@ class ContactFacets:
         self._values = {name: _matrix([rows[name][i] for i in order], space.ndof) for name, space in spaces.items()}
         self._interpolation = splu(self._values["multiplier"].tocsc())
 
+    def _take_gauss_points(self):
+        """The rule of Gauss, the values of nodal polynomials at its points, and the integrals of |multipliers' functions|."""
+        body = self.body
+        for excluded, why in ((body.mesh.dim != 2, "needs a 2D body"),
+                              (body.order != body.order_psi, "needs one order for all fields"),
+                              (np.ptp(self.normals, axis=0).max() > STRAIGHT, "needs a straight contact boundary"),
+                              (not all(mask.all() for mask in self.can_touch.values()),
+                               "needs an obstacle above all of the contact boundary, and psi free there")):
+            if excluded:
+                raise BadArgument("rule", "gauss", why)
+        self.rule = ng.IntegrationRule(ng.SEGM, 2*self.order + 1)
+        rows, weights = [], []
+        for facet in self.region.Elements():
+            element, dofs = self.multipliers.GetFE(facet), self.multipliers.GetDofNrs(facet)
+            for point in self.rule:
+                rows.append(_point_row(element, dofs, point.point[0]))
+                weights.append(point.weight*body.mesh.GetTrafo(facet)(point.point[0]).measure)
+        self._at_rule = _matrix(rows, self.multipliers.ndof)
+        self.extents = abs(self._at_rule).T @ np.array(weights)
+
+    def at_rule(self, values):
+        """Values at the points of the rule of the piecewise polynomial with these values, array (n,), at the nodes."""
+        return values if self.nodal else self._at_rule @ self._interpolation.solve(values)
+
     def _reachable(self):
         free = self.body.spaces[FIELDS.index("psi")].FreeDofs()
         fixed = np.array([not any(free[int(d)] for d in row.indices) for row in self._values["psi"]])
@@ -113,8 +149,22 @@ class ContactFacets:
         nearest = np.argmin(gaps, axis=0)
         spread = np.where(np.isfinite(gaps.max(axis=0)), gaps.max(axis=0), 0) - gaps.min(axis=0, initial=np.inf)
         self.twins = fixed & (len(self.corners) > 1) & (np.abs(spread) <= SAME_GAP*self.body.solid.ell)
+        if not self.nodal:      # between the nodes twins are no twins: both keep their multipliers there, tied at the node
+            fixed = fixed & ~self.twins
         return {corner: np.isfinite(self.initial_gaps[corner]) & (~fixed | (nearest == number))
                 for number, corner in enumerate(self.corners)}
+
+    @property
+    def first_touch(self):
+        """Approach at which the first corner touches the undeformed body."""
+        return min(float((self.initial_gaps[corner]/self.normals[:, 1])[mask].min())
+                   for corner, mask in self.can_touch.items() if mask.any())
+
+    def lowered(self, approach):
+        """These facets under the same obstacle, lowered by `approach`."""
+        other = copy(self)
+        other.initial_gaps = {corner: gap - approach*self.normals[:, 1] for corner, gap in self.initial_gaps.items()}
+        return other
 
     def at_nodes(self, name, function):
         """Values at the nodes of a grid function of the field `name` ("u1", "u2", "psi", "multiplier")."""
@@ -144,9 +194,9 @@ class ContactFacets:
         return (self.interpolate(finite) - n2*approach - (n1*u1 + n2*u2)
                 + self.body.solid.ell/2*self.interpolate(self.levers[corner])*psi)
 
-    def integral(self, density):
-        """Integral of an expression over the contact boundary by the nodal rule."""
-        return density*ng.ds(definedon=self.region, intrules={ng.SEGM: self.rule})
+    def integral(self, density, rule=None):
+        """Integral of an expression over the contact boundary by the rule, or another one."""
+        return density*ng.ds(definedon=self.region, intrules={ng.SEGM: self.rule if rule is None else rule})
 
     def penalty(self, rho, u1, u2, psi, approach):
         """The contact term of (31): sum over the corners of rho/2 <g>_-^2."""
@@ -164,7 +214,12 @@ class ContactFacets:
             separation = -multiplier**2/(2*rho)
             contact = (multiplier + rho/2*gap)*gap
             total += self._where(corner, ng.IfPos(multiplier + rho*gap, separation, contact), separation)
-        return self.integral(total)
+        if self.nodal or not self.twins.any():
+            return self.integral(total)
+        # where psi is held at a node the gaps determine the sum of its multipliers only: their difference is 0 by symmetry
+        first, second = multipliers
+        tie = self.interpolate(self.twins.astype(float))*(first - second)**2/(2*rho)
+        return self.integral(total) - self.integral(tie, self._nodal_rule)
 
     def _where(self, corner, term, otherwise):
         """`term` where the corner can touch."""

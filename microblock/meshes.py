@@ -1,5 +1,6 @@
 """Meshes. Boundaries are named by role; the contact surface lies at x2 = 0, the body below it."""
 
+import math
 from dataclasses import dataclass
 
 import netgen.meshing as netgen
@@ -10,6 +11,7 @@ from ngsolve.meshes import MakeStructured2DMesh
 
 from .errors import BadArgument, NotConverged, require_finite
 
+HELD, POWER = 0.9, 1.6      # layers that an element of order 2, 4, 6 holds: 2.7, 8.3, 16
 GRADING = 0.5        # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
 RATIO = 0.15         # of the elements towards a graded vertex
 GROWTH = 3.0         # of equal squares, over their side and times the reach: 1.03 for the paper's 0.02 of 2 a_Hz
@@ -17,6 +19,17 @@ SLIVER = 1e-9        # of the reach, below which two edges are one
 FALL = 1.6, 1.0      # on a half and on a whole body, over the linear fall of the order in the logarithm of the distance: errors
                      # of a far field that is not symmetric tilt the surface
 FIRST = 0.4          # of the reach: within it of a tip the orders begin to fall
+
+
+def longest_element(solid, order):
+    """Length of an element, with one order for all fields, beyond which a layer at the surface is wrong by more than a tenth.
+
+    What is wrong then are psi and, more, micromoment and layer lengths (`cases limits`, maps locking_strip and thin_layer).
+    Order 1 locks: where mu_c is stiff psi follows the slope of u1, which it cannot.
+    """
+    if solid.beta == 0:
+        return math.inf
+    return solid.ell/math.sqrt(solid.eta) if order == 1 else HELD*order**POWER*solid.layer_length
 
 
 def line(depth, elements):
@@ -141,20 +154,20 @@ def _face(ground, tips, spacing):
     return occ.OCCGeometry(face, dim=2)
 
 
-def uniform(ground, h):
+def uniform(ground, h, quads=True):
     """Squares of side h (length) for 0 < |x1| < reach and as deep, from there growing geometrically to the far field.
 
     The paper's mesh: with h a fiftieth of a_Hz, the reach 2 a_Hz and the domain 18 a_Hz it has 130 000 unknowns. The whole
-    surface is the boundary "contact".
+    surface is the boundary "contact". With ``quads=False`` each element is cut into two triangles.
     """
     require_finite(h=h)
     reach = ground.reach[1]
     if not 0 < h <= reach:
         raise BadArgument("h", h, f"must be positive and no longer than the region of equal squares, {reach:g}")
-    lines = _uniform_lines(reach, ground.far, h)
+    lines = uniform_lines(reach, ground.far, h)
     across = lines if ground.half else np.concatenate((-lines[:0:-1], lines))
     nx, ny = len(across) - 1, len(lines) - 1
-    mesh = MakeStructured2DMesh(quads=True, nx=nx, ny=ny,
+    mesh = MakeStructured2DMesh(quads=quads, nx=nx, ny=ny,
                                 mapping=lambda x, y: (across[round(x*nx)], -lines[ny - round(y*ny)]))
     names = {"top": "contact", "bottom": "bottom", "right": "side", "left": "axis" if ground.half else "side"}
     for number, name in enumerate(mesh.GetBoundaries()):
@@ -162,7 +175,7 @@ def uniform(ground, h):
     return ng.Mesh(mesh.ngmesh)
 
 
-def _uniform_lines(reach, far, h):
+def uniform_lines(reach, far, h):
     """Ascending distances from 0 to far: steps of h within the reach, then growing by the same factor."""
     near = np.linspace(0, reach, max(1, round(reach/h)) + 1)
     growth = 1 + GROWTH*near[1]/reach

@@ -44,7 +44,8 @@ class State:
     fields : Fields
     psi : array (n,), microrotation at the contact nodes
     gaps, multipliers, closed : {corner: array (n,)}
-        Gaps (22), effective multipliers lambda <= 0 of (40) (stress) and whether the corner is closed.
+        Gaps (22), effective multipliers lambda <= 0 of (40) (stress) and whether the corner is closed; by Gauss's rule
+        the multipliers as they are, which may pull, and gaps that vanish in the mean only.
     traction, micromoment : arrays (n,), t_n and M of (29); where psi is prescribed the corners share
         what symmetry cannot tell apart, and M is the law's part of the reaction
     iterations : int
@@ -98,7 +99,12 @@ class Newton:
             raise BadArgument("method", method, f"must be one of {', '.join(METHODS)}")
         if control not in CONTROLS:
             raise BadArgument("control", control, f"must be one of {', '.join(CONTROLS)}")
-        self.body, self.facets, self.method, self.control = body, facets, method, control
+        if method != "al" and not facets.nodal:
+            raise BadArgument("rule", "gauss", "belongs to the method al")
+        self.body, self.method, self.control = body, method, control
+        # the unknown approach counts from first touch: a distance before it would take digits from small displacements
+        self._first = facets.first_touch
+        self.facets = facets.lowered(self._first)
         self.rho = default_rho(body, method) if rho is None else rho
         require_finite(rho=self.rho)
         if not self.rho > 0:
@@ -160,6 +166,9 @@ class Newton:
         unknowns, visits, factor, best = self._first_guess(level, start), {}, None, None
         for iteration in range(MAX_ITERATIONS + 1):
             now = self._look(unknowns, level)
+            if self.control == "load" and not any(mask.any() for mask in now.closed.values()):
+                self._touch(unknowns)      # else the approach would be free
+                now = self._look(unknowns, level)
             if best and now.kkt > best.kkt/2:
                 return best
             if now.kkt <= self._tolerance(factor, unknowns):      # then refined while that helps
@@ -181,29 +190,36 @@ class Newton:
                                     "and is something in contact?")
             unknowns.vec.data -= step
         raise self._failure(level, MAX_ITERATIONS, now.kkt, "the residual stalls; take a smaller step, "
-                            "or a rho whose rounding leaves more digits")
+                            "a rho whose rounding leaves more digits, or less stretched elements")
 
     def _first_guess(self, level, start):
         unknowns = ng.GridFunction(self.space)
-        if start is None:
-            self.body.prescribe(unknowns.components)
-        else:
-            unknowns.vec.data = start.vector
+        self.body.prescribe(unknowns.components)
+        if start is not None:      # supports keep the values of this body
+            free = np.array(self.free)
+            unknowns.vec.FV().NumPy()[free] = start.vector.FV().NumPy()[free]
         if self.control == "approach":
-            unknowns.vec[self._approach] = level
+            unknowns.vec[self._approach] = level - self._first
             return unknowns
         self._load.Set(level)
         if start is None or not any(mask.any() for mask in start.closed.values()):
-            # with no contact the rigid approach is free: begin where the nearest corner has just closed
-            ahead = self._touches(unknowns)
-            unknowns.vec[self._approach] = ahead.min() + 1e-9*max(np.ptp(ahead), self.body.solid.ell)
+            self._touch(unknowns)
+        else:
+            unknowns.vec[self._approach] = start.approach - self._first
         return unknowns
 
+    def _touch(self, unknowns):
+        """Lower the obstacle until the nearest corner has just closed, the body staying as it is."""
+        ahead = self._touches(unknowns)
+        unknowns.vec[self._approach] = ahead.min() + 1e-9*max(np.ptp(ahead), self.body.solid.ell)
+
     def _touches(self, unknowns):
-        """Approaches at which the corners that can touch would do so, the body staying as it is."""
+        """Approaches at which the corners that can touch would close, the body staying as it is."""
         unknowns.vec[self._approach] = 0.0
-        return np.concatenate([(gap/self.facets.normals[:, 1])[self.facets.can_touch[corner]]
-                               for corner, gap in self._gaps(unknowns).items()])
+        augmented = self._augmented(self._own(unknowns), self._gaps(unknowns))
+        ahead = {corner: value/(self.rho*self.facets.normals[:, 1]) for corner, value in augmented.items()}
+        return np.concatenate([values[self.facets.can_touch[corner]] if self.facets.nodal else self.facets.at_rule(values)
+                               for corner, values in ahead.items()])
 
     def _first_touch(self, load):
         """The state of load 0: the unloaded body just touched."""
@@ -222,28 +238,41 @@ class Newton:
     def _look(self, unknowns, level):
         """Gaps, effective multipliers, active set and residual of an iterate."""
         gaps = self._gaps(unknowns)
-        own = {corner: np.zeros(len(gap)) for corner, gap in gaps.items()}
-        if self.method == "al":
-            own = {corner: self.facets.at_nodes("multiplier", component)
-                   for corner, component in zip(self.facets.corners, unknowns.components[3:-1])}
+        own = self._own(unknowns)
         # (40): closed where the augmented multiplier lambda + rho g is not positive, and this is its force
-        augmented = {corner: own[corner] + self.rho*np.where(self.facets.can_touch[corner], gap, np.inf)
-                     for corner, gap in gaps.items()}
+        augmented = self._augmented(own, gaps)
         closed = {corner: value <= 0 for corner, value in augmented.items()}
-        forces = {corner: np.where(closed[corner], value, 0.0) for corner, value in augmented.items()}
+        forces = {corner: np.where(closed[corner], value, 0.0) if self.facets.nodal else own[corner]
+                  for corner, value in augmented.items()}
         residual = unknowns.vec.CreateVector()
         self.form.Apply(unknowns.vec, residual)
         unbalanced = residual.FV().NumPy()[:len(self._free_fields)][self._free_fields]
         parts = [_ratio(unbalanced, self._force(unknowns))]
         if self.method == "al":
             length = self._length(unknowns)
+        if self.method == "al" and not self.facets.nodal:      # (40) holds in the mean over each multiplier's function
+            for part in self._ranges[3:-1]:
+                parts.append(_ratio(residual.FV().NumPy()[part.start:part.stop]/self.facets.extents, length))
+        elif self.method == "al":
             stress = max(np.abs(force).max() for force in forces.values())
             parts += [_ratio(gaps[corner][closed[corner]], length) for corner in gaps]
             parts += [_ratio(own[corner] - forces[corner], stress) for corner in gaps]
         if self.control == "load":
             parts.append(_ratio(np.array([self._resultant(forces) - level]), abs(level)))
-        active = b"".join(mask.tobytes() for mask in closed.values())
+        active = b"".join((self.facets.at_rule(value) <= 0).tobytes() for value in augmented.values())
         return _Iterate(gaps, forces, closed, active, residual, max(parts))
+
+    def _own(self, unknowns):
+        """{corner: its multiplier at the nodes}; 0 without multipliers."""
+        if self.method == "penalty":
+            return {corner: np.zeros(len(self.facets.points)) for corner in self.facets.corners}
+        return {corner: self.facets.at_nodes("multiplier", component)
+                for corner, component in zip(self.facets.corners, unknowns.components[3:-1])}
+
+    def _augmented(self, own, gaps):
+        """{corner: lambda + rho g at the nodes}, inf where it cannot touch."""
+        return {corner: own[corner] + self.rho*np.where(self.facets.can_touch[corner], gap, np.inf)
+                for corner, gap in gaps.items()}
 
     def _tolerance(self, factor, unknowns):
         """RESIDUAL, or what the rounding of the sum of all |K_ij x_j| leaves beside the forces if that is more."""
@@ -297,7 +326,7 @@ class Newton:
         kept = ng.GridFunction(self.space)
         kept.vec.data = unknowns.vec
         facets, forces = self.facets, self._shared(now.forces)
-        return State(level=level, approach=float(kept.vec[self._approach]), load=self._resultant(forces),
+        return State(level=level, approach=self._first + float(kept.vec[self._approach]), load=self._resultant(forces),
                      fields=Fields(self.body, kept.components), psi=facets.at_nodes("psi", kept.components[2]),
                      gaps=now.gaps, multipliers=forces, closed=now.closed, traction=law.traction(forces),
                      micromoment=law.micromoment(forces, facets.levers, self.body.solid.ell),

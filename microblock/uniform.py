@@ -14,13 +14,14 @@ from . import active_set
 from .body import Body
 from .condensation import Condensed, ContactNodes
 from .errors import BadArgument, NotConverged
-from .facets import ContactFacets
+from .facets import RULES, ContactFacets
 from .ground import GroundScene
 from .meshes import Ground, uniform
 from .newton import PENALTY, Newton, load_path
 from .surface_state import SurfaceState, surface_state
 
 METHODS = ("condensed", "al", "penalty")
+SHAPES = ("quadrilaterals", "triangles")
 FAR = 1000.0         # size of an unbounded domain over the region of equal squares
 
 
@@ -35,6 +36,8 @@ class UniformContact(GroundScene):
     reach : half-width and depth of the region of equal squares (length)
     method : "condensed", "al" or "penalty"
     rho : regularisation of the last two (stress per length), as of `Newton`
+    shape : "quadrilaterals", or "triangles": the same squares, each cut into two
+    rule : "nodal", or "gauss" for the contact term of "al", as of `ContactFacets`
     """
 
     h: float = 1.0
@@ -42,6 +45,8 @@ class UniformContact(GroundScene):
     reach: float = 1.0
     method: str = "condensed"
     rho: float | None = None
+    shape: str = "quadrilaterals"
+    rule: str = "nodal"
 
     def __post_init__(self):
         super().__post_init__()
@@ -49,6 +54,12 @@ class UniformContact(GroundScene):
             raise BadArgument("method", self.method, f"must be one of {', '.join(METHODS)}")
         if self.rho is not None and self.method == "condensed":
             raise BadArgument("rho", self.rho, "belongs to the methods al and penalty")
+        if self.shape not in SHAPES:
+            raise BadArgument("shape", self.shape, f"must be one of {', '.join(SHAPES)}")
+        if self.rule not in RULES:
+            raise BadArgument("rule", self.rule, f"must be one of {', '.join(RULES)}")
+        if self.rule == "gauss" and self.method != "al":
+            raise BadArgument("rule", self.rule, "belongs to the method al: the others have their pressures at nodes")
 
     def states(self, loads):
         """SurfaceStates at the loads (force per thickness), in their order; from load to load in ascending order.
@@ -77,7 +88,7 @@ class UniformContact(GroundScene):
             flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
             return nodes, flexibility, self._within(nodes, gaps), share
         nodes = (Condensed if self.law.clamps_rotation else ContactNodes)(body)      # the bulk's matrix gives the reaction
-        facets = ContactFacets(body, self.law, self.obstacle)
+        facets = ContactFacets(body, self.law, self.obstacle, rule=self.rule)
         return nodes, facets, Newton(body, facets, method=self.method, rho=self.rho or self._rho(), control="load")
 
     def axis_closes(self):
@@ -99,7 +110,7 @@ class UniformContact(GroundScene):
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact"
-        return Body(uniform(ground, self.h), self.solid, self.order, fixed=supports)
+        return Body(uniform(ground, self.h, self.shape == "quadrilaterals"), self.solid, self.order, fixed=supports)
 
     def _condensed(self, loads):
         nodes, flexibility, gaps, share = self.prepare()

@@ -9,7 +9,7 @@ import pytest
 
 from cases import limits, limits_pool
 from cases.__main__ import main
-from cases.limits_maps import Axis, Map, Outcome, attempt
+from cases.limits_maps import Axis, Map, Outcome, attempt, choice
 from microblock.errors import NotConverged
 from microblock.study import read_records
 
@@ -53,6 +53,14 @@ def test_samples_are_stratified_and_a_fifth_is_near_a_degeneracy():
     assert len(near)/len(drawn) == pytest.approx(0.2, abs=0.02)      # rounded up to whole runs
     assert all(0.5 - one["nu"] < 2e-4 or not 0.0121 < one["alpha"] < 0.83 for one in near)      # 1/25 of an axis
     assert drawn == TWO.settings(200, seed=3) != TWO.settings(200, seed=4)
+
+
+def test_axes_of_names_and_whole_numbers():
+    one = choice("method", "", "al", "penalty", "condensed")
+    assert [one.value(share) for share in (0.0, 0.34, 0.999, 1.0)] == ["al", "penalty", "condensed", "condensed"]
+    assert one.place("penalty") == 1
+    elements = Axis("elements", "", 1, 64, whole=True)
+    assert [elements.value(share) for share in (0, 0.5, 1)] == [1, 8, 64] and isinstance(elements.value(0.3), int)
 
 
 @pytest.mark.parametrize("outcome, kind", [

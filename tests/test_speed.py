@@ -5,12 +5,13 @@ import json
 import numpy as np
 import pytest
 
-from cases import accuracy, speed, speed_figures
+from cases import accuracy, figures_growth, speed, speed_figures, speed_growth
 from cases.__main__ import main
-from cases.speed_methods import METHODS, Answer, Method, uniform
-from cases.speed_scenes import CLASSICAL, LOAD, SCENES, rule
+from cases.speed_methods import AL_RHO, LINES, METHODS, PAPER_SCENE, REACH, Answer, Method, fitted, half_plane, uniform
+from cases.speed_scenes import CLASSICAL, LOAD, OBSTACLE, SCENES, WHERE, rule
 from microblock.errors import NotConverged
 from microblock.study import read_records
+from microblock.uniform import UniformContact
 
 SCENE = SCENES["microblock-0.25"]
 NAMED = {method.name: method for method in METHODS if "line" in method.kinds}
@@ -47,6 +48,58 @@ def test_measure_is_that_of_the_sample_of_scenes():
     state = SCENE.half_plane.at(LOAD, rtol=1e-3)
     # the state's own edges are off the rule's: its error there is small beside the rest
     assert max(SCENE.errors(SCENE.fields(state)).values()) == pytest.approx(accuracy.error(state, fine), rel=0.01)
+
+
+def test_pull_and_swing_are_what_they_say():
+    """A tension of a tenth on a strip beyond the contact: a pull of 0.1, and 0.2 more variation over twice the ellipse's 1."""
+    scene = SCENES["classical"]
+    right = scene._reference[0]
+
+    def pulled(x):
+        return right(x)[0] - 0.1*((x > 1.2) & (x < 1.3)), 0*x
+
+    found = scene.remarks(Answer(pulled, 1, 1, 0.0, 0.0))
+    # the rule's points see the ellipse's top and feet up to half a cell
+    assert found == pytest.approx({"pull": 0.1, "swing": 0.1}, rel=1e-3)
+    assert scene.remarks(Answer(right, 1, 1, 0.0, 0.0)) == {"pull": 0.0, "swing": 0.0}
+    corner = SCENE.remarks(Answer(lambda x: (right(x)[0], 0.6*right(x)[0]), 1, 1, 0.0, 0.0))      # one of them pulls with 0.1
+    assert corner["pull"] == pytest.approx(0.1/SCENE._known[2].max(), rel=1e-3)
+
+
+def test_psi_in_the_layers_is_judged_by_modes():
+    """Finite elements know nothing of the modes of the half-plane: both agree as far as either promises."""
+    scene = SCENES["microblock-0.01"]
+    assert scene.deep and 0 < scene.floor_psi < 1e-9 and scene.floor < 1e-9
+    asked = {rtol: scene.remarks(run(scene, rtol)) for run, rtol in ((fitted, 1e-3), (half_plane, 1e-5))}
+    assert all(0 < found["error_psi"] < rtol for rtol, found in asked.items())
+    assert scene.remarks(Answer(scene._reference[0], 1, 1, 0.0, 0.0, psi=lambda x1, x2: 1.01*scene._known_psi[1]*(x1 == WHERE))
+                         )["error_psi"] == pytest.approx(0.01, rel=1e-9)      # linear: rounding alone
+    others = [other for other in SCENES.values() if not getattr(other, "deep", False)]
+    assert len(others) == len(SCENES) - 2 and all(other.floor_psi is None for other in others)
+
+
+def test_every_curve_has_a_style_and_every_mesh_its_shape_and_rule():
+    assert {method.name for method in METHODS} <= set(speed_figures.STYLES)
+    lines = {method.name: speed_figures.STYLES[method.name] for method in METHODS if method.kinds == LINES}
+    assert len(set(lines.values())) == len(lines)      # told apart by more than colour
+    for method in METHODS:
+        if method.run is uniform:
+            for setting in method.settings + method.dear:
+                more = set() if setting["solver"] == "condensed" else {"rho", "domain"}
+                assert set(setting) == {"h", "order", "solver", "reach", "shape", "rule"} | more <= set(speed.SETTINGS)
+            assert method.rungs(SCENES[PAPER_SCENE]) == method.settings + method.dear
+            assert method.rungs(SCENES["unilateral-1"]) == method.settings
+
+
+def test_recorded_rho_is_the_default_of_the_mesh():
+    scene = SCENES["unilateral-1"]
+    assert UniformContact(scene.solid, OBSTACLE, scene.law, reach=REACH, method="al")._rho() == pytest.approx(AL_RHO, rel=1e-12)
+
+
+def test_plates_without_runs_say_so():
+    for plate in speed_figures.PLATES.values():
+        assert plate([]) is not None
+    assert [text.get_text() for text in speed_figures.elements([]).axes[0].texts] == ["no such runs"]
 
 
 def test_what_is_asked_for_is_obtained_above_the_floor():
@@ -119,8 +172,11 @@ def test_quick_study(tmp_path, capsys):
     assert all(0 <= sum(row[f"share_{phase}"] for phase in speed.PHASES) <= 1.05 for row in rows)
     condensed = next(row for row in rows if row["method"] == "condensed, order 1" and row["scene"] == SCENE.name)
     assert all(condensed[f"share_{phase}"] > 0 for phase in ("mesh", "assembly", "factor", "condensation", "states"))
-    names = {f"speed_{plate}.{kind}" for plate in speed_figures.PLATES for kind in ("png", "pdf")}
-    assert {path.name for path in (tmp_path/"o").iterdir()} == {*names, "speed.csv"}
+    assert {row["method"] for row in answer["cost"]["runs"]} == set(speed_growth.QUICK)
+    assert not [row for row in answer["cost"]["runs"] if row["failure"]]
+    plates = *speed_figures.PLATES, *figures_growth.PLATES
+    names = {f"speed_{plate}.{kind}" for plate in plates for kind in ("png", "pdf")}
+    assert {path.name for path in (tmp_path/"o").iterdir()} == {*names, "speed.csv", "speed_cost.csv"}
     record = read_records(tmp_path/"o"/"speed.csv")[0]
     assert {"command", "version_ngsolve", "version_machine", "OMP_NUM_THREADS", *speed.SETTINGS} <= set(record)
 

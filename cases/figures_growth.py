@@ -1,0 +1,71 @@
+"""Chart of the growth of time and memory, from the records of `speed_growth`."""
+
+import numpy as np
+
+from cases.speed_figures import PHASES, STYLES, legend_below_all
+from microblock import plots
+from microblock.study import grouped
+
+LABELS = {"unknowns": "unknowns", "contact_nodes": "contact nodes", "seconds": "setup and solving (s)",
+          "megabytes": "memory (MiB)", "distance": "time over one factorisation"}
+GUIDE = 1.5          # exponent of the grey line: a sparse factorisation in the plane
+HATCHES = ("", "//", "", "..", "xx", "", "\\\\")
+
+
+def cost(records):
+    """Time and memory over unknowns (a, b) and contact nodes (c, d); total over the floor (e); where the time goes (f)."""
+    drawing, axes = plots.figure(3, 2, height=2.3, width=2.9)
+    good = grouped([row for row in records if not row["failure"]], "method")
+    panels = [("unknowns", "seconds"), ("unknowns", "megabytes"), ("contact_nodes", "seconds"), ("contact_nodes", "megabytes"),
+              ("unknowns", "distance")]
+    for axis, letter, (size, value) in zip(axes.flat, "abcde", panels):
+        for method, rows in good.items():
+            colour, marker, line = STYLES[method]
+            rows = [row for row in rows if row[value] and row[value] > 0]
+            axis.plot([row[size] for row in rows], [row[value] for row in rows], color=colour, marker=marker, linestyle=line,
+                      label=method)
+        axis.set(xscale="log", yscale="log", xlabel=LABELS[size], ylabel=LABELS[value])
+        axis.set_title(f"({letter})", loc="left", fontsize=8)
+        axis.minorticks_off()
+    _left_out(axes.flat[0], records)
+    _guide(axes.flat[0])
+    axes.flat[4].axhline(1.0, color="0.5", linewidth=0.8)
+    _shares(axes.flat[5], {method: rows[-1] for method, rows in good.items()})
+    known = {text: handle for axis in axes.flat for handle, text in zip(*axis.get_legend_handles_labels())}
+    legend_below_all(drawing, known.values(), known)
+    return drawing
+
+
+def _left_out(axis, records):
+    """A cross at the right for each method whose next rung was left out or failed, at its last time."""
+    for method, rows in grouped(records, "method").items():
+        good = [row for row in rows if not row["failure"]]
+        if len(good) < len(rows) and good:
+            axis.plot([0.98], [good[-1]["seconds"]], "x", color=STYLES[method][0], markersize=6,
+                      transform=axis.get_yaxis_transform(), label="next one failed or left out")
+
+
+def _guide(axis):
+    low, high = axis.get_xlim()
+    x = np.array([1e4, high])
+    axis.plot(x, 0.02*(x/1e4)**GUIDE, color="0.6", linewidth=0.8, zorder=0, label=f"power {GUIDE:g}")
+    axis.set_xlim(low, high)
+
+
+def _shares(axis, last):
+    """Stacked shares of the largest run of each method; its seconds at the right."""
+    left = dict.fromkeys(last, 0.0)
+    for number, phase in enumerate(PHASES):
+        widths = [row[f"share_{phase}"] or 0.0 for row in last.values()]
+        axis.barh(range(len(last)), widths, left=list(left.values()), color=plots.COLOURS[number], label=phase, edgecolor="white",
+                  hatch=HATCHES[number], linewidth=0.3)
+        left = {method: start + width for (method, start), width in zip(left.items(), widths)}
+    for number, row in enumerate(last.values()):
+        axis.text(1.02, number, f"{row['seconds']:.2g} s", va="center", fontsize=7)
+    axis.set_yticks(range(len(last)), [method.replace(", ", ",\n") for method in last], fontsize=6)
+    axis.set(xlim=(0, 1), xlabel="share of the largest run's time")
+    axis.set_title("(f)", loc="left", fontsize=8)
+    axis.invert_yaxis()
+
+
+PLATES = {"cost": cost}
