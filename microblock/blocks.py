@@ -15,7 +15,7 @@ LEAST = 10           # of them that would fit: the picture is flat
 BEYOND = 6           # of them outside the contact, where it is too wide for all
 MARGIN = 0.3         # of the half-width of the contact, shown on either side, and a block and a half more
 SHOWN_TURN = 0.35    # largest magnified angle (radians)
-SHOWN_DEPTH = 0.2    # largest magnified difference of displacements, over the width of the picture
+SHOWN_DEPTH = 0.12  # largest magnified difference of displacements, over the width of the picture
 CLOSED = 1e-6        # of the range of the gaps: rounding in one that is closed
 
 

@@ -10,7 +10,7 @@ from matplotlib.collections import PolyCollection
 from . import blocks, plots
 
 SIZE = 7.0, 7.4      # inches, two columns of a page
-BLOCKS_HEIGHT, ABOVE = 0.29, 0.12      # of the picture of blocks, over its width: all of it, and above the surface
+BLOCKS_HEIGHT, ABOVE = 0.33, 0.1      # of the picture of blocks, over its width: all of it, and above the surface
 LEAST_USE, ROOM = 0.25, 1.7      # of an axis, below which it ends elsewhere; and what more it then has than needed
 STEPS = np.array((1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0))      # ends of axes, times a power of ten
 CORNER_COLOURS = {"A": plots.COLOURS[0], "B": plots.COLOURS[1], "C": plots.COLOURS[6]}
