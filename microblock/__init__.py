@@ -18,10 +18,12 @@ _ROOMS = {
     "Condensed": "condensation", "Ground": "meshes",
     "BodyContact": "body_contact", "BodyState": "body_state",
     "FittedContact": "fitted", "UniformContact": "uniform", "SurfaceState": "surface_state",
+    "Explorer": "explorer", "Choice": "explorer",
     "ContactFacets": "facets",
     "Newton": "newton", "State": "newton", "Event": "newton", "load_path": "newton",
     "sweep": "sweeps", "to_csv": "export", "to_vtk": "export",
     "MicroblockError": "errors", "BadArgument": "errors", "Inadmissible": "errors", "NotConverged": "errors",
+    "MissingExtra": "errors",
 }
 
 __all__ = sorted(_ROOMS)

@@ -14,6 +14,7 @@ from . import active_set
 from .body import Body
 from .body_state import BodyState, zones_of
 from .condensation import Condensed
+from .display import Shown, path_summary, scene_summary
 from .errors import BadArgument, require_positive
 from .observables import zone_changes
 from .path import Event
@@ -21,7 +22,7 @@ from .refined import refine_until
 
 
 @dataclass(frozen=True)
-class BodyContact:
+class BodyContact(Shown):
     """Frictionless contact of a body with a rigid obstacle that comes down along -e2.
 
     Parameters
@@ -45,6 +46,10 @@ class BodyContact:
     obstacle: object
     law: object
     boundary: str = "contact"
+
+    def summary(self):
+        words = f"body of {self.body.mesh.ne} elements, order {self.body.order}"
+        return scene_summary("Contact scene", words, self.body.solid, self.obstacle, self.law)
 
     @cached_property
     def nodes(self):
@@ -110,12 +115,15 @@ class BodyContact:
         return closed | (self.nodes.compliance.held & closed.any(axis=0))
 
 
-@dataclass(frozen=True)
-class BodyPath:
+@dataclass(frozen=True, repr=False)
+class BodyPath(Shown):
     """The states of a scene from first touch to the load `last`, on one mesh."""
 
     scene: BodyContact
     last: float
+
+    def summary(self):
+        return path_summary(self, self.__dict__.get("events"))
 
     def at(self, load):
         """The state at a load up to the last one."""

@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
-from . import plots
 from .law import corner_shifts
 from .observables import contact_zones, distance_to_ends, runs
+from .surface_view import Setting, StateView, surface
 
 
-@dataclass(frozen=True)
-class BodyState:
+@dataclass(frozen=True, repr=False)
+class BodyState(StateView):
     """A state on the contact nodes of a condensed body.
 
     Attributes
@@ -55,6 +55,23 @@ class BodyState:
     @property
     def law(self):
         return self.scene.law
+
+    @property
+    def solid(self):
+        return self.nodes.body.solid
+
+    @property
+    def setting(self):
+        return Setting(self.scene.obstacle, self.law, self.nodes.compliance.ell)
+
+    @property
+    def named_zones(self):
+        return self.zones
+
+    def surface(self, window=None):
+        """The Surface at the nodes."""
+        return surface(self.setting, self.approach, self.nodes.points, self.nodes.normals, pressures=self.pressures,
+                       micromoment=self.micromoment, psi=self.psi, sinking=self.sinking)
 
     @property
     def x(self):
@@ -105,6 +122,11 @@ class BodyState:
         """{"A", "B", "full", "contact": [(left, right), ...]} of x1; a node stands for half the way to its neighbours."""
         return zones_of(self.x, self.closed, self.law)
 
+    def webgui(self, quantity="psi"):
+        """A field in the body by NGSolve's webgui, in a notebook: "psi", "s22", "s11" or "skew"."""
+        from .below import draw_webgui
+        return draw_webgui(self.fields, self.nodes.body.mesh, quantity)
+
     @cached_property
     def energy(self):
         """Elastic energy per thickness: half the work of the corner forces."""
@@ -139,16 +161,6 @@ class BodyState:
         levers = np.array(list(self.law.levers(x).values()))
         errors = weights @ (own - other).sum(axis=0)**2, weights @ np.sum(levers/2*(own - other), axis=0)**2
         return float(np.sqrt(max(errors)/(weights @ other.sum(axis=0)**2)))
-
-    def plot(self, path):
-        """Write a picture of pressures and micromoment over x1 (PNG, PDF or SVG, by the ending of `path`)."""
-        drawing, axis = plots.figure()
-        for name, own in zip(self.law.corners, self.pressures):
-            axis.plot(self.x, own, label=f"$p_{name}$")
-        axis.plot(self.x, self.micromoment/self.nodes.compliance.ell, label=r"$M/\ell$")
-        axis.set(xlabel="$x_1$")
-        axis.legend()
-        drawing.savefig(path)
 
 
 def zones_of(x, closed, law):

@@ -77,7 +77,7 @@ def edge_coefficients(panels, q):
     return found
 
 
-def fit(line, load, zones, *, order, tolerance):
+def fit(line, load, zones, *, order, tolerance, steps=EDGE_STEPS):
     """Move the free edges of trial zones until p vanishes there, for one topology.
 
     An edge where the obstacle ends stays while it is pressed.
@@ -89,6 +89,7 @@ def fit(line, load, zones, *, order, tolerance):
     zones : {corner number: ((left, right), ...)}
     order : Gauss points on a panel
     tolerance : of the edges' share in the relative L2 error of the pressure
+    steps : of Newton's method, at most
 
     Raises
     ------
@@ -96,7 +97,7 @@ def fit(line, load, zones, *, order, tolerance):
         If an edge runs away, K1 turns negative or no progress is made: the topology is another one.
     """
     best, idle, zones = np.inf, 0, _within_ends(line, zones)
-    for iteration in range(EDGE_STEPS):
+    for iteration in range(steps):
         if any(np.any(np.diff(np.ravel(intervals)) <= 0) for intervals in zones.values()):
             raise NotConverged(f"edges of the zones cross at load {load:g}: another topology of the zones", iterations=iteration)
         panels = make_panels(line, zones, order)

@@ -64,6 +64,13 @@ class NotConverged(MicroblockError, RuntimeError):
         self.reached, self.iterations = reached, iterations
 
 
+class MissingExtra(MicroblockError, ImportError):
+    """A package that an optional part needs is not installed: says which extra brings it."""
+
+    def __init__(self, what, package, extra):
+        super().__init__(f"{what} needs {package}: python -m pip install 'microblock[{extra}]'")
+
+
 def require_positive(**arguments):
     """Raise BadArgument for the first argument that is no positive, finite number."""
     require_finite(**arguments)

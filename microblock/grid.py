@@ -12,12 +12,13 @@ twice the length or more, which a product with padded forces does not see. On a 
 (on the doubled length: of the periodic) half-plane is the preconditioner.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
+from .display import Row
 from .errors import BadArgument, require_finite
 from .halfplane import ODD, HalfPlane, symbol
 
@@ -40,6 +41,10 @@ class PeriodicHalfPlane(HalfPlane):
             raise BadArgument("period", period, "must be positive")
         super().__init__(solid)
         self.period = period
+
+    def summary(self):
+        own = super().summary()
+        return replace(own, rows=(Row("period", "", self.period, "length"), *own.rows))
 
     def compliance(self, x, clamped=False):
         """Not there: dense matrices are of the half-plane without images; `flexibility` is of both."""

@@ -6,10 +6,12 @@ from functools import cached_property
 import numpy as np
 
 from . import projected_cg
+from .display import Shown, scene_summary
 from .errors import BadArgument, NotConverged, require_finite, require_tolerance
 from .grid import Cells, PeriodicHalfPlane
 from .law import corner_shifts
-from .observables import distance_to_ends, runs
+from .observables import contact_zones, distance_to_ends, runs
+from .surface_view import Setting, StateView, surface
 
 FIRST, MOST = 128, 2**21       # cells of the coarsest and finest grid that rtol may ask for
 COARSEST = 1024                # at which halving a given number of cells ends, after two halvings at the earliest
@@ -18,15 +20,16 @@ RESIDUAL = 1e-9                # of the state; its pressures are good to some te
 SLOWEST = 1.4                  # ratio of successive changes from grid to grid taken for the slowest convergence; 2 is expected
 
 
-@dataclass(frozen=True)
-class GridState:
+@dataclass(frozen=True, repr=False)
+class GridState(StateView):
     """A state on uniform cells.
 
     Attributes
     ----------
+    scene : GridContact
     x, weights : arrays (n,), centres and lengths of the cells
     pressures : array (corners, n), of each corner
-    micromoment, psi : arrays (n,), M of (29) (where psi is prescribed the reaction to it), microrotation
+    micromoment, psi, sinking : arrays (n,), M of (29) (where psi is prescribed the reaction to it), microrotation, -u2
     load, approach : force per thickness (and per period), approach over the level of the body
     energy : float, half the work of the forces, up to the same level
     kkt : float, largest relative residual of (a), see `microblock.projected_cg.GridForces`
@@ -35,11 +38,13 @@ class GridState:
         pressure is infinite, with the distance from it as weight; None without coarser grids
     """
 
+    scene: object
     x: np.ndarray
     weights: np.ndarray
     pressures: np.ndarray
     micromoment: np.ndarray
     psi: np.ndarray
+    sinking: np.ndarray
     load: float
     approach: float
     energy: float
@@ -54,9 +59,29 @@ class GridState:
         return {number: np.array([(self.x[first] - half, self.x[last] + half) for first, last in runs(own > 0)]).reshape(-1, 2)
                 for number, own in enumerate(self.pressures)}
 
+    @property
+    def solid(self):
+        return self.scene.body.solid
+
+    @property
+    def setting(self):
+        return Setting(self.scene.repeated_obstacle, self.scene.law, self.scene.body.solid.ell)
+
+    @property
+    def named_zones(self):
+        """{"A", "B", "full", "contact": intervals} of x1."""
+        return contact_zones({number: [tuple(pair) for pair in own.tolist()] for number, own in self.zones.items()},
+                             self.scene.law.corners)
+
+    def surface(self, window=None):
+        """The Surface at the centres of the cells."""
+        return surface(self.setting, self.approach, np.column_stack((self.x, np.zeros_like(self.x))),
+                       np.tile([0.0, 1.0], (len(self.x), 1)), pressures=self.pressures, micromoment=self.micromoment,
+                       psi=self.psi, sinking=self.sinking)
+
 
 @dataclass(frozen=True)
-class GridContact:
+class GridContact(Shown):
     """Frictionless contact of a half-plane with a rigid obstacle, on uniform cells.
 
     Parameters
@@ -80,6 +105,10 @@ class GridContact:
     obstacle: object
     law: object
     window: tuple | None = None
+
+    def summary(self):
+        where = f"window {self.window}" if self._period is None else f"period {self._period:g}"
+        return scene_summary("GridContact", f"half-plane on cells, {where}", self.body.solid, self.obstacle, self.law)
 
     def __post_init__(self):
         if isinstance(self.body, PeriodicHalfPlane):
@@ -157,10 +186,14 @@ class GridContact:
             return Cells(self.body, -self._period/2, self._period/2, nodes)
         return Cells(self.body, *self.window, nodes)
 
+    @property
+    def repeated_obstacle(self):
+        """The obstacle; on a period, with its images."""
+        return self.obstacle if self._period is None else _repeated(self.obstacle, self._period)
+
     def _gaps(self, x):
         normals = np.tile([0.0, 1.0], (len(x), 1))
-        obstacle = self.obstacle if self._period is None else _repeated(self.obstacle, self._period)
-        gaps = self.law.initial_gaps(np.column_stack((x, np.zeros_like(x))), normals, self.body.solid.ell, obstacle)
+        gaps = self.law.initial_gaps(np.column_stack((x, np.zeros_like(x))), normals, self.body.solid.ell, self.repeated_obstacle)
         return np.array(list(gaps.values()))
 
     @cached_property
@@ -192,15 +225,16 @@ class GridContact:
 
     def _state(self, cells, flexibility, gaps, found):
         half, pressures = self.body.solid.ell/2, found.forces/cells.width
+        sinking, phi = flexibility.surface(found.forces)
         if len(pressures) == 2:
-            moment, phi = half*(flexibility.levers*pressures).sum(axis=0), flexibility.surface(found.forces)[1]
+            moment = half*(flexibility.levers*pressures).sum(axis=0)
         elif self.law.clamps_rotation:
             moment, phi = half*flexibility.besides(pressures), np.zeros(cells.count)
         else:
             moment, phi = np.zeros(cells.count), flexibility.besides(found.forces)
         sunk = np.where(found.forces > 0, found.approach - gaps, 0)
-        return GridState(cells.x, np.full(cells.count, cells.width), pressures, moment, phi/half, found.load, found.approach,
-                         float(np.sum(sunk*found.forces)/2), found.kkt, found.products)
+        return GridState(self, cells.x, np.full(cells.count, cells.width), pressures, moment, phi/half, sinking, found.load,
+                         found.approach, float(np.sum(sunk*found.forces)/2), found.kkt, found.products)
 
 
 def difference(finer, coarser, ell, period=None, weights=1.0):

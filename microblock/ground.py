@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .display import Shown, scene_summary
 from .errors import BadArgument, NotConverged, require_positive
 from .law import corner_shifts, symmetric
 from .observables import runs
@@ -12,7 +13,7 @@ from .panels import Line
 
 
 @dataclass(frozen=True)
-class GroundScene:
+class GroundScene(Shown):
     """Frictionless contact of the ground x2 < 0 with a rigid obstacle.
 
     Parameters
@@ -31,6 +32,10 @@ class GroundScene:
     def __post_init__(self):
         if not self.domain > 0:
             raise BadArgument("domain", self.domain, "must be positive (length), or inf")
+
+    def summary(self):
+        body = "half-plane by finite elements" if self.domain == math.inf else f"square of {self.domain:g}"
+        return scene_summary(type(self).__name__, body, self.solid, self.obstacle, self.law)
 
     @property
     def symmetric(self):

@@ -13,6 +13,7 @@ wavenumber to k = i t makes the kernels on the line Laplace integrals of real we
 nu, beta and gamma' alone, and are tabulated once in log x.
 """
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -20,6 +21,7 @@ from numpy.polynomial import chebyshev
 from numpy.polynomial.legendre import leggauss
 
 from .compliance import Compliance
+from .display import Shown
 from .errors import BadArgument
 from .material import Cosserat
 
@@ -138,7 +140,7 @@ def _parting():
     return (np.linalg.inv(np.vander(fine, increasing=True)) @ values).reshape(-1, POINTS)
 
 
-class HalfPlane:
+class HalfPlane(Shown):
     """The half-plane x2 < 0 of one solid.
 
     Its level is arbitrary: displacements hold up to a constant, approaches of a scene up to the same.
@@ -153,6 +155,9 @@ class HalfPlane:
 
     def __init__(self, solid):
         self.solid = solid
+
+    def summary(self):
+        return replace(self.solid.summary(), title=type(self).__name__)
 
     def compliance(self, x, clamped=False):
         """Compliance of n equal cells of constant pressure and micromoment, centred at the uniform abscissae x.

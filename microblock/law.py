@@ -56,6 +56,8 @@ class Microblock:
 
     def angle(self, x):
         """psi0 at the abscissae x, shape (n,)."""
+        if not callable(self.psi0) and abs(self.psi0) < 1:
+            return np.full(np.shape(x), float(self.psi0))
         try:
             psi0 = np.broadcast_to(np.asarray(self.psi0(x) if callable(self.psi0) else self.psi0, float), np.shape(x))
         except (TypeError, ValueError) as failure:

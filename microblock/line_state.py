@@ -6,10 +6,14 @@ from itertools import product
 
 import numpy as np
 
+from .observables import contact_zones
 from .panels import Line, Panels, half_line, lagrange, log_response, response, zone_edges
+from .surface_view import Setting, StateView, surface
 
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
 JOINT = 1e-12        # of a panel: rounding may leave that between two
+AROUND = 0.6         # of the half-width of the contact, and two blocks, that pictures show on either side
+OUTSIDE = 30         # points on a stretch of the surface out of contact, clustered towards its ends, where edges are
 NEXT_TO = 1e-10      # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
 
 
@@ -33,8 +37,8 @@ class Estimate:
         return None if self.discretisation is None else self.discretisation + self.edges + self.kernel
 
 
-@dataclass(frozen=True)
-class LineState:
+@dataclass(frozen=True, repr=False)
+class LineState(StateView):
     """A state on fitted panels.
 
     Attributes
@@ -68,6 +72,21 @@ class LineState:
         if not self.line.mirror or half_line(self.line):
             return self.zones
         return {0: self.zones[0], 1: tuple((-right, -left) for left, right in reversed(self.zones[0]))}
+
+    _level = ", up to the level of the half-plane"
+
+    @property
+    def solid(self):
+        return self.line.solid
+
+    @property
+    def setting(self):
+        return Setting(self.line.obstacle, self.line.law, self.line.solid.ell)
+
+    @property
+    def named_zones(self):
+        """{"A", "B", "full", "contact": intervals} of x1."""
+        return contact_zones(self.all_zones, self.line.law.corners)
 
     @cached_property
     def _anchored(self):
@@ -149,10 +168,12 @@ class LineState:
 
     def rotation(self, x):
         """Microrotation of the surface at x, array (n,)."""
+        return self._rotation(x, None if self.line.law.clamps_rotation else self._response(x, np.zeros_like(x), self.line.kernel))
+
+    def _rotation(self, x, sunk):
         if self.line.law.clamps_rotation:
             return np.zeros_like(x)
-        sunk, turned = (self._response(x, np.full_like(x, lever), self.line.kernel) for lever in (0.0, 1.0))
-        return 2/self.line.solid.ell*(turned - sunk)
+        return 2/self.line.solid.ell*(self._response(x, np.ones_like(x), self.line.kernel) - sunk)
 
     def _response(self, x, lever, kernel):
         return response(self.line, self.panels, x, lever, kernel) @ self.q + log_response(self.line, self.panels, x, lever, kernel)
@@ -162,6 +183,35 @@ class LineState:
         numbers = np.full(len(x), corner)
         return (self.line.initial_gap(numbers, x) - self.approach
                 + self._response(x, self.line.lever(numbers, x), self.line.kernel))
+
+    def surface(self, window=None):
+        """The Surface at `x` and out of contact within a window (left, right); without it the contact and its surroundings."""
+        contact = self.named_zones["contact"]
+        margin = AROUND*(contact[-1][1] - contact[0][0])/2 + 2*self.line.solid.ell
+        left, right = window or (contact[0][0] - margin, contact[-1][1] + margin)
+        ends = [left, *(edge for interval in contact for edge in interval if left < edge < right), right]
+        share = (1 - np.cos(np.pi*np.linspace(0, 1, OUTSIDE)))/2
+        outside = np.concatenate([one + (other - one)*share for one, other in zip(ends, ends[1:])
+                                  if not any(a <= (one + other)/2 <= b for a, b in contact)] or [np.array((left, right))])
+        x, own = np.concatenate((outside, self.x)), np.arange(len(outside), len(outside) + len(self.x))
+        x, first = np.unique(x, return_index=True)
+        values = np.zeros((len(self.pressures) + 1, len(outside) + len(self.x)))
+        values[:-1, own], values[-1, own] = self.pressures, self.micromoment
+        if self.line.law.clamps_rotation:
+            values[-1, :len(outside)] = self.reaction(outside)
+        values = values[:, first]
+        sunk = self._response(x, np.zeros_like(x), self.line.kernel)
+        return surface(self.setting, self.approach, np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1)),
+                       pressures=values[:-1], micromoment=values[-1], psi=self._rotation(x, sunk), sinking=sunk)
+
+    def plot_below(self, quantity="psi", path=None):
+        """A Figure of a field below the contact: one of `below.QUANTITIES`, "psi", "s22", "s11", "skew" or "shear"."""
+        from .below import draw_below
+        from .subsurface import fields
+        drawing = draw_below(self, fields, quantity)
+        if path is not None:
+            drawing.savefig(path)
+        return drawing
 
     @cached_property
     def energy(self):

@@ -7,11 +7,12 @@ symbolic expressions, numpy arrays and numbers; this module imports neither.
 import math
 from dataclasses import dataclass
 
+from .display import Row, Shown, Summary, number
 from .errors import BadArgument, Inadmissible, require_finite
 
 
 @dataclass(frozen=True, init=False)
-class Cosserat:
+class Cosserat(Shown):
     """Linear isotropic Cosserat solid in plane strain.
 
     Parameters
@@ -61,6 +62,14 @@ class Cosserat:
         mu = E/(2*(1 + nu))
         for name, value in dict(E=E, nu=nu, ell=ell, eta=_coupling_ratio(mu, beta, eta, mu_c), curvature=curvature).items():
             object.__setattr__(self, name, float(value))
+
+    def summary(self):
+        rows = (Row("Young's modulus", "E", self.E, "stress"), Row("Poisson's ratio", "&nu;", self.nu),
+                Row("size of a block", "&ell;", self.ell, "length"), Row("coupling", "&beta;", self.beta, "0 to 2"),
+                Row("coupling modulus", "&mu;<sub>c</sub>", self.mu_c, "stress"),
+                Row("curvature coefficient", "&gamma;'", self.curvature),
+                Row("layer length", "L", self.layer_length, "length"))
+        return Summary("Cosserat solid", f"E {number(self.E)}, nu {number(self.nu)}, ell {number(self.ell)}", rows)
 
     @property
     def mu(self):

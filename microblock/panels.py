@@ -134,7 +134,7 @@ class Panels:
         """Gauss points and weights of v on one panel."""
         return gauss_rule(self.order)
 
-    @property
+    @cached_property
     def nodes(self):
         """Of all Gauss points: number of the panel, v, x and Gauss weight, arrays (m,)."""
         points, weights = self.points

@@ -12,7 +12,9 @@ from functools import cached_property
 from itertools import takewhile
 
 import numpy as np
+from tqdm.auto import tqdm
 
+from .display import Row, Shown, path_summary
 from .errors import NotConverged
 from .halfplane import coalescence_exponent
 from .observables import contact_zones, zone_changes
@@ -50,13 +52,22 @@ class Event:
     x: float
 
 
-@dataclass(frozen=True)
-class LinePath:
-    """States of a scene from first touch to the load `last`."""
+@dataclass(frozen=True, repr=False)
+class LinePath(Shown):
+    """States of a scene from first touch to the load `last`.
+
+    What was computed is kept: after an interruption (KeyboardInterrupt) the same call goes on from there. With `progress`
+    a bar counts the states.
+    """
 
     scene: object
     last: float
     rtol: float
+    progress: bool = False
+
+    def summary(self):
+        return path_summary(self, self.__dict__.get("events"), Row("accuracy asked for", "rtol", self.rtol),
+                            Row("coarse states kept", "", len(self._kept)))
 
     def at(self, load):
         """The state at a load, from the nearest one that is known; errors as of `Contact.at`."""
@@ -64,11 +75,33 @@ class LinePath:
         return self.scene.at(load, self.rtol, near=near)
 
     @cached_property
+    def _kept(self):
+        """{load: coarse state, or NotConverged where there is none}."""
+        return {}
+
+    @cached_property
+    def _bar(self):
+        return tqdm(desc="load path", unit=" states", disable=not self.progress)
+
+    def _coarse(self, load, near=None):
+        """The coarse state at a load, computed once; NotConverged is kept as well."""
+        if load not in self._kept:
+            try:
+                self._kept[load] = self.scene.at(load, order=EVENT_ORDER, near=near)
+            except NotConverged as failure:
+                self._kept[load] = failure
+            self._bar.update()
+        found = self._kept[load]
+        if isinstance(found, NotConverged):
+            raise found
+        return found
+
+    @cached_property
     def _scan(self):
         """States at geometric loads, ascending, coarse."""
-        states = [self.scene.at(self.last, order=EVENT_ORDER)]
+        states = [self._coarse(self.last)]
         while not self._is_small(states[0]) and states[0].load > LEAST*self.last:
-            state = self.scene.at(states[0].load/FACTOR, order=EVENT_ORDER, near=states[0])
+            state = self._coarse(states[0].load/FACTOR, states[0])
             if len(states) > 1 and abs(_width(state) - _width(states[0])) <= SAME*_width(state):
                 break
             states.insert(0, state)
@@ -207,7 +240,7 @@ class LinePath:
     def _state(self, load, near):
         """A state from a neighbour on; None where none can be found."""
         try:
-            return self.scene.at(load, order=EVENT_ORDER, near=near)
+            return self._coarse(load, near)
         except NotConverged:
             return None
 

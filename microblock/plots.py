@@ -1,8 +1,11 @@
 """One figure style: sizes for print, colours that the colour-blind can tell apart."""
 
+import io
+
 import matplotlib
 from matplotlib.figure import Figure
 
+SCREEN_DPI = 110 # of what notebooks show
 COLUMN = 3.5     # inches, one column of a journal page
 # Okabe and Ito's palette (2008), ordered for contrast on white
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -15,9 +18,26 @@ STYLE = {
 }
 
 
+class Drawing(Figure):
+    """A figure that keeps the house style when it is drawn and saved, and shows itself in a notebook."""
+
+    def draw(self, renderer):
+        with matplotlib.rc_context(STYLE):
+            super().draw(renderer)
+
+    def savefig(self, fname, **settings):
+        with matplotlib.rc_context(STYLE):
+            super().savefig(fname, **settings)
+
+    def _repr_png_(self):
+        written = io.BytesIO()
+        self.savefig(written, format="png", dpi=SCREEN_DPI)
+        return written.getvalue()
+
+
 def figure(rows=1, columns=1, height=2.6, width=COLUMN, **grid):
     """An empty figure: (Figure, Axes or array of Axes); sizes in inches a panel, `grid` as for subplots."""
-    drawing = Figure(figsize=(width*columns, height*rows), layout="constrained")
+    drawing = Drawing(figsize=(width*columns, height*rows), layout="constrained")
     return drawing, drawing.subplots(rows, columns, **grid)
 
 

@@ -6,6 +6,7 @@ from . import contact_line, line_state, topology
 from .panels import Line, half_line
 from .path import LinePath
 from .adapt import climb
+from .display import Shown, scene_summary
 from .errors import BadArgument, NotConverged, require_positive, require_tolerance
 from .law import symmetric
 
@@ -14,10 +15,12 @@ ORDERS = (6, 10, 14, 18, 22, 26)
 FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed: rounding
 MENDINGS = 4          # of zones that a fitted state shows wrong
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
+NEAR_STEPS = 5        # of the edges, from a neighbour's on: if there are more the coarse grid is the shorter way
+AMPLE = 0.03          # of rtol: a neighbour as good as that had more order than needed
 
 
 @dataclass(frozen=True)
-class Contact:
+class Contact(Shown):
     """Frictionless contact of a half-plane with a rigid obstacle; of a `Body` on a mesh it makes a `BodyContact`.
 
     Parameters
@@ -47,6 +50,23 @@ class Contact:
             return BodyContact(body, *scene, **named)
         return super().__new__(cls)
 
+    def summary(self):
+        return scene_summary("Contact scene", "half-plane", self.body.solid, self.obstacle, self.law)
+
+    def explore(self, load, rtol=1e-3):
+        """Sliders for load, psi0, radius, alpha and law with a picture that follows (in Jupyter, extra `notebook`).
+
+        `load` is where they begin; `alpha` is ell over the half-width of a classical contact under it.
+
+        Raises
+        ------
+        MissingExtra
+            Without ipywidgets. `microblock.Explorer` does the same from a script.
+        """
+        from .explorer import Explorer      # here, with matplotlib: a script that only solves does without
+        from .widgets import explore
+        return explore(Explorer(self, load, rtol))
+
     @property
     def line(self):
         """The problem on the contact line; a symmetric scene is solved for one corner."""
@@ -63,7 +83,7 @@ class Contact:
         Parameters
         ----------
         rtol : float; chooses the order of the panels, unless `order` fixes it
-        near : LineState of a nearby load to start from
+        near : LineState to start from, of a nearby load or a scene that differs little; its zones and order are taken over
 
         Returns
         -------
@@ -80,12 +100,12 @@ class Contact:
         ladder = ORDERS if order is None else (order,)
         tolerance = EDGE_SHARE*rtol if order is None else FIXED_ORDER_EDGES
         failure = None
-        for zones, first in self._trials(load, near, ladder[:2]):
+        for zones, orders in self._trials(load, near, ladder, rtol):
             try:
-                state = self._settled(load, zones, first, tolerance)
+                states = self._on(load, zones, orders, tolerance)
                 if order is not None:
-                    return state
-                return self._climb(first, state, rtol, tolerance)
+                    return states[order]
+                return self._climb(states, rtol, tolerance)
             except NotConverged as objection:
                 if objection.reached is not None:
                     raise
@@ -93,21 +113,33 @@ class Contact:
         raise NotConverged(f"no zones fit at load {load:g}: {failure}; next to a load at which zones meet only a larger rtol is in "
                            "reach, and contacts far narrower or wider than a block are classical: try GridContact") from failure
 
-    def load(self, last, rtol=1e-3):
-        """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load."""
-        require_positive(load=last)
-        return LinePath(self, last, rtol)
+    def load(self, last, rtol=1e-3, progress=False):
+        """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load.
 
-    def _trials(self, load, near, orders):
+        With `progress` a bar counts states; an interrupted path keeps them.
+        """
+        require_positive(load=last)
+        return LinePath(self, last, rtol, progress)
+
+    def _trials(self, load, near, ladder, rtol):
         """Zones and orders to try, the likely ones first: next to coalescence a coarse one may fit neither side."""
-        line = self.line
+        line, orders = self.line, ladder[:2]
         if near:      # if they do not fit at once, a coarse grid is the shorter way
-            yield near.zones, orders[0]
+            yield near.zones, _orders_of(near, rtol) if len(ladder) > 1 else ladder
         elif half_line(line):
-            yield from ((topology.classical(line, load), order) for order in orders)
+            yield from ((topology.classical(line, load), (order,)) for order in orders)
         for cells in topology.CELLS:
             variants = topology.variants(line, topology.coarse(line, self.body, load, cells))
-            yield from ((zones, order) for order in orders for zones in variants)
+            yield from ((zones, (order,)) for order in orders for zones in variants)
+
+    def _on(self, load, zones, orders, tolerance):
+        """{order: state} from these zones on: orders before the last are near it and fit soon, or not at all."""
+        states = {}
+        for order in orders[:-1]:
+            states[order] = contact_line.fit(self.line, load, zones, order=order, tolerance=tolerance, steps=NEAR_STEPS)
+            zones = states[order].zones
+        states[orders[-1]] = self._settled(load, zones, orders[-1], tolerance)
+        return states
 
     def _settled(self, load, zones, order, tolerance):
         """The state on these zones, mended where they do not hold."""
@@ -129,14 +161,14 @@ class Contact:
         except NotConverged:      # none after all
             return state
 
-    def _climb(self, first, state, rtol, tolerance):
-        """State on the ladder of orders, from a state of the order `first` on."""
-        states = {first: state}
+    def _climb(self, states, rtol, tolerance):
+        """State on the ladder of orders, from the lowest of {order: state} on."""
+        load, first = states[max(states)].load, min(states)
 
         def rung(order):
             if order not in states:
                 zones = states[max(states)].zones
-                states[order] = self._settled(state.load, zones, order, tolerance)
+                states[order] = self._settled(load, zones, order, tolerance)
             return states[order]
 
         def error(coarse, fine):
@@ -157,3 +189,11 @@ class Contact:
         if not self.may_meet_on_axis:
             raise BadArgument("scene", self, "must be a symmetric one of microblocks under an obstacle without ends")
         return contact_line.coalescence(self.line, OUTER_AT_TOUCH*self.body.solid.ell, order)
+
+
+def _orders_of(near, rtol):
+    """(an order, the next) for the neighbour of a state: up to its own, or to one lower where that was ample."""
+    number = max(1, ORDERS.index(near.panels.order) if near.panels.order in ORDERS else 1)
+    if number > 1 and near.error_estimate is not None and near.error_estimate < AMPLE*rtol:
+        number -= 1
+    return ORDERS[number - 1], ORDERS[number]

@@ -10,8 +10,9 @@ import numpy as np
 
 from .condensation import ContactNodes
 from .law import corner_shifts
-from .observables import distance_to_ends
+from .observables import contact_zones, distance_to_ends
 from .panels import Line
+from .surface_view import Setting, StateView, surface
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,8 @@ class Estimate:
         return None if self.discretisation is None else sum(parts)
 
 
-@dataclass(frozen=True)
-class SurfaceState:
+@dataclass(frozen=True, repr=False)
+class SurfaceState(StateView):
     """A state on the contact nodes of a body whose contact boundary runs along x1.
 
     Attributes
@@ -77,6 +78,36 @@ class SurfaceState:
     @property
     def order(self):
         return self.body.body.order
+
+    @property
+    def error_estimate(self):
+        """Relative L2 error of pressure and micromoment; None where the mesh was prescribed."""
+        return None if self.estimate is None else self.estimate.total
+
+    @property
+    def solid(self):
+        return self.line.solid
+
+    @property
+    def setting(self):
+        return Setting(self.line.obstacle, self.line.law, self.line.solid.ell)
+
+    @property
+    def named_zones(self):
+        """{"A", "B", "full", "contact": intervals} of x1."""
+        return contact_zones(self.all_zones, self.line.law.corners)
+
+    def surface(self, window=None):
+        """The Surface at `x`; a window (left, right) is none of its business, the nodes are where they are."""
+        sunk = self._unfold(-self.body.compliance.matrix[:len(self._x)] @ self._loads, 1)
+        return surface(self.setting, self.approach, np.column_stack((self.x, np.zeros_like(self.x))),
+                       np.tile([0.0, 1.0], (len(self.x), 1)), pressures=self.pressures, micromoment=self.micromoment,
+                       psi=self.psi, sinking=sunk)
+
+    @property
+    def _loads(self):
+        """Nodal normal forces and moments of the computed part, array (2 n,)."""
+        return self.body.compliance.onto_corners(self.line.law).T @ self.forces.ravel()
 
     @property
     def _x(self):
@@ -133,6 +164,11 @@ class SurfaceState:
         """Microrotation at `x`."""
         return self._unfold(self.computed_psi, -1)
 
+    def webgui(self, quantity="psi"):
+        """A field in the body by NGSolve's webgui, in a notebook: "psi", "s22", "s11" or "skew"."""
+        from .below import draw_webgui
+        return draw_webgui(self.fields, self.body.body.mesh, quantity)
+
     @cached_property
     def energy(self):
         """Elastic energy: half the work of the corner forces."""
@@ -146,9 +182,7 @@ class SurfaceState:
         """Displacement, microrotation and stresses of the computed part as NGSolve functions, by one back-substitution."""
         if self.found_fields is not None:
             return self.found_fields
-        count = len(self._x)
-        loads = self.body.compliance.onto_corners(self.line.law).T @ self.forces.ravel()
-        return self.body.fields(loads[:count], loads[count:])
+        return self.body.fields(*np.split(self._loads, 2))
 
     @cached_property
     def _clamping(self):

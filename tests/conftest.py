@@ -34,3 +34,10 @@ def block():
     for number, name in enumerate(mesh.GetBoundaries()):
         mesh.ngmesh.SetBCName(number, {"top": "contact"}.get(name, name))
     return ng.Mesh(mesh.ngmesh)
+
+
+def pytest_collection_modifyitems(config, items):
+    """Tests marked browser run with `-m browser` only."""
+    if "browser" not in config.getoption("-m"):
+        config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("browser")])
+        items[:] = [item for item in items if not item.get_closest_marker("browser")]

@@ -1,0 +1,242 @@
+"""Pictures of a contact state that are made once and then only told new data: curves, zones and turned blocks."""
+
+import math
+from collections import defaultdict
+
+import matplotlib
+import numpy as np
+from matplotlib.collections import PolyCollection
+
+from . import blocks, plots
+
+SIZE = 7.0, 7.4      # inches, two columns of a page
+BLOCKS_HEIGHT, ABOVE = 0.33, 0.1      # of the picture of blocks, over its width: all of it, and above the surface
+LEAST_USE, ROOM = 0.25, 1.7      # of an axis, below which it ends elsewhere; and what more it then has than needed
+STEPS = np.array((1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0))      # ends of axes, times a power of ten
+CORNER_COLOURS = {"A": plots.COLOURS[0], "B": plots.COLOURS[1], "C": plots.COLOURS[6]}
+CORNER_LINES = {"A": "-", "B": "--", "C": "-"}      # told apart without colours
+PEAK = 4.0           # of the mean pressure, beyond which it is cut off; a cylinder has 1.3
+TICKS = 5            # intervals on an axis, at most
+GAP_SHOWN = 0.5      # of the half-width of the contact, beyond it, in which gaps set the end of their axis
+OUT_OF_CONTACT = "0.85"
+
+
+class StateFigure:
+    """Pressures, micromoment, corner gaps, turn, zones and blocks of a state; `update` shows another one of the same law.
+
+    `drawing` is the figure.
+    """
+
+    def __init__(self, corners):
+        with matplotlib.rc_context(plots.STYLE):
+            self.drawing = plots.Drawing(figsize=SIZE, layout="constrained")
+            grid = self.drawing.add_gridspec(4, 2, height_ratios=(2, 2, 0.2 + 0.2*(len(corners) + (len(corners) == 2)), 2.7))
+            self.axes = {}
+            for name, row, column, above in (("pressure", 0, 0, None), ("micromoment", 0, 1, None), ("gap", 1, 0, "pressure"),
+                                             ("turn", 1, 1, "micromoment")):
+                self.axes[name] = self.drawing.add_subplot(grid[row, column], sharex=self.axes.get(above))
+            self.axes["zones"], self.axes["blocks"] = (self.drawing.add_subplot(grid[row, :]) for row in (2, 3))
+            self.corners = corners
+            self._lines = {name: self._curve(name) for name in ("micromoment", "turn")}
+            self._own = {(kind, corner): self._curve(kind, corner) for kind in ("pressure", "gap") for corner in corners}
+            # the sum of both corners; of one it would be the same
+            self._total = self.axes["pressure"].plot([], [], color="0.45", linewidth=0.8, label="$p$") if len(corners) == 2 else []
+            self._bars = self._zone_bars()
+            self.blocks = BlocksPanel(self.axes["blocks"])
+            self._ends, self._frames = defaultdict(End), {"blocks": Window(), "curves": Window()}
+            self._label()
+
+    def _curve(self, kind, corner=None):
+        colour = CORNER_COLOURS[corner] if corner else plots.COLOURS[2]
+        label = rf"${'p' if kind == 'pressure' else 'g'}_{corner}$" if corner else None
+        return self.axes[kind].plot([], [], CORNER_LINES.get(corner, "-"), color=colour, label=label)[0]
+
+    def _zone_bars(self):
+        axis = self.axes["zones"]
+        names = ["A", "B", "full"] if len(self.corners) == 2 else ["contact"]
+        words = {"full": "both closed", "contact": "contact", "A": "A closed", "B": "B closed"}
+        colours = {"full": plots.COLOURS[6], "contact": plots.COLOURS[6], **CORNER_COLOURS}
+        bars = {name: axis.plot([], [], color=colours[name], linewidth=5, solid_capstyle="butt")[0] for name in names}
+        axis.set_yticks(range(len(names)), [words[name] for name in names])
+        axis.set_ylim(len(names) - 0.4, -0.6)
+        axis.tick_params(axis="y", length=0)
+        return bars
+
+    def _label(self):
+        labels = {"pressure": "pressure $p$ (stress)", "micromoment": r"$M/\ell$ (stress)", "gap": "corner gap $g$ (length)",
+                  "turn": r"turn $\psi_0 + \psi$ (degrees)"}
+        for name, text in labels.items():
+            self.axes[name].set(ylabel=text)
+            self.axes[name].locator_params(nbins=TICKS)      # labels are what takes time to draw
+            if name in ("gap", "turn"):
+                self.axes[name].set_xlabel("$x_1$ (length)")
+            else:
+                self.axes[name].tick_params(labelbottom=False)
+            self.axes[name].axhline(0, color=OUT_OF_CONTACT, linewidth=0.6, zorder=0)
+        self.axes["zones"].set_xlabel("$x_1$ (length)")
+        if len(self.corners) == 2:
+            for name in ("pressure", "gap"):
+                self.axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0.1)
+
+    def update(self, state, window=None):
+        """Show a state; `window` (left, right) of x1, or the contact and its surroundings."""
+        ell, zones = state.setting.ell, state.named_zones
+        needed = {"blocks": blocks.window(ell, zones["contact"]), "curves": _around(zones["contact"], ell)}
+        self._renewed = not all(self._frames[name].fits(frame) for name, frame in needed.items())
+        if self._renewed:      # then everything at once: the eye, and the clock, have one jump instead of several
+            for name, frame in needed.items():
+                self._frames[name].renew(frame)
+        near, wide = self._frames["blocks"].value, window or self._frames["curves"].value
+        surface = state.surface((min(wide[0], near[0]), max(wide[1], near[1])))
+        self._draw(surface, zones)
+        self._limit(surface, zones["contact"], (max(wide[0], surface.x[0]), min(wide[1], surface.x[-1])))
+        self.blocks.update(blocks.blocks(surface, zones["contact"], blocks.within(near, surface)))
+        return self
+
+    def _draw(self, surface, zones):
+        x = surface.x
+        for kind, rows in (("pressure", surface.pressures), ("gap", np.where(np.isfinite(surface.gaps), surface.gaps, np.nan))):
+            for corner, row in zip(self.corners, rows):
+                self._own[kind, corner].set_data(x, row)
+        for total in self._total:
+            total.set_data(x, surface.pressures.sum(axis=0))
+        self._lines["micromoment"].set_data(x, surface.micromoment/surface.ell)
+        self._lines["turn"].set_data(x, np.degrees(surface.turn))
+        for number, (name, bar) in enumerate(self._bars.items()):
+            bar.set_data([edge for a, b in zones[name] for edge in (a, b, math.nan)], np.full(3*len(zones[name]), number))
+
+    def _limit(self, surface, contact, window):
+        """Ends of all axes: kept while they fit, so that the eye has something to hold on to."""
+        shown = (surface.x >= window[0]) & (surface.x <= window[1])
+        for name in ("pressure", "micromoment", "gap", "turn", "zones"):
+            self.axes[name].set_xlim(*window)
+        gaps, turn = surface.gaps[:, shown], np.degrees(surface.turn[shown])
+        pressure = surface.pressures.sum(axis=0)
+        # at the ends of a punch the pressure is infinite
+        most = PEAK*np.trapezoid(pressure, surface.x)/max(sum(right - left for left, right in contact), 1e-300)
+        for name, values in (("pressure", np.minimum(pressure[shown], most)), ("gap", gaps[np.isfinite(gaps)])):
+            self.axes[name].set_ylim(0, self._ends[name].holding(values.max(initial=0.0), self._renewed))
+        for name, values in (("micromoment", np.clip(surface.micromoment[shown]/surface.ell, -most, most)), ("turn", turn)):
+            size = np.abs(values).max(initial=0.0)
+            low, high = (side.holding(max(size/10, (sign*values).max(initial=0.0)), self._renewed)
+                         for sign, side in ((-1, self._ends[name, "low"]), (1, self._ends[name, "high"])))
+            self.axes[name].set_ylim(-low, high)
+
+    @property
+    def moving(self):
+        """[(axes, artist)] of what a new state changes, in the order of drawing."""
+        lines = [*self._lines.values(), *self._own.values(), *self._bars.values(), *self._total]
+        return [(line.axes, line) for line in lines] + self.blocks.moving
+
+
+class BlocksPanel:
+    """Blocks, surface and obstacle on an Axes."""
+
+    def __init__(self, axis):
+        self.axis = axis
+        self._squares = axis.add_collection(PolyCollection([], facecolor="#FBE3D0", edgecolor=plots.COLOURS[1], linewidth=0.8))
+        self._obstacle = axis.add_collection(PolyCollection([], facecolor="0.75", edgecolor="k", linewidth=0.8, zorder=0.5))
+        self._surface = axis.plot([], [], color="k", linewidth=0.7)[0]
+        # a circle around a square: both are seen where two blocks meet
+        self._corners = [axis.plot([], [], marker, color=CORNER_COLOURS[name], markersize=size, markerfacecolor=face, zorder=zorder,
+                                   linestyle="none", label=f"corner {name} closed")[0]
+                         for name, marker, size, face, zorder in (("A", "o", 6, "none", 4), ("B", "s", 3, None, 3))]
+        axis.set(aspect="equal", xlabel="$x_1$ (length)")
+        axis.tick_params(axis="y", left=False, labelleft=False)
+        axis.spines["left"].set_visible(False)
+        self._title = axis.text(0, 1.02, "", transform=axis.transAxes)
+        axis.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, borderaxespad=0.1)
+
+    def update(self, shown):
+        """Show other Blocks; heights from the uppermost point of the surface on."""
+        left, right = shown.window
+        width = right - left
+        top = np.nanmax(shown.surface[:, 1], initial=shown.squares[..., 1].max(initial=-math.inf))
+        down = np.array((0.0, top))
+        self._squares.set_verts(shown.squares - down)
+        self._surface.set_data(*(shown.surface - down).T)
+        self._obstacle.set_verts([_under(piece - down, ABOVE*width) for piece in _pieces(shown.obstacle)])
+        for number, dots in enumerate(self._corners):
+            dots.set_data(*(shown.squares[shown.closed[:, number], number] - down).T)
+        self.axis.set(xlim=(left, right), ylim=((ABOVE - BLOCKS_HEIGHT)*width, ABOVE*width))
+        self._title.set_text(rf"blocks turned by $\psi_0 + \psi$; heights and angles {shown.magnification:g} times")
+        return self
+
+    @property
+    def moving(self):
+        artists = self._obstacle, self._squares, self._surface, *self._corners[::-1], self._title
+        return [(self.axis, artist) for artist in artists]
+
+
+class BlocksFigure:
+    """The turned blocks alone; as `StateFigure`."""
+
+    def __init__(self):
+        with matplotlib.rc_context(plots.STYLE):
+            self.drawing, axis = plots.figure(width=SIZE[0], height=2.9)
+            self.panel = BlocksPanel(axis)
+
+    def update(self, state, window=None):
+        contact = state.named_zones["contact"]
+        surface = state.surface(window or blocks.window(state.setting.ell, contact))
+        self.panel.update(blocks.blocks(surface, contact, window))
+        return self
+
+
+class End:
+    """The end of an axis that starts at 0: a round number, kept while values use it well."""
+
+    value = None
+
+    def holding(self, needed, renew):
+        """The end for what is needed; `renew` where the panel is drawn anew anyway."""
+        if self.value is None:
+            self.value = _nice(needed)
+        elif renew or not self.value*LEAST_USE <= needed <= self.value:
+            self.value = _nice(ROOM*needed)
+        return self.value
+
+
+class Window:
+    """(left, right) as `value`: tight at first, then with room."""
+
+    value = None
+
+    def fits(self, needed):
+        """Whether what is needed is within and uses it well."""
+        if self.value is None:
+            return False
+        left, right = self.value
+        return left <= needed[0] and needed[1] <= right and needed[1] - needed[0] >= LEAST_USE*(right - left)
+
+    def renew(self, needed):
+        more = 0.0 if self.value is None else (ROOM - 1)*(needed[1] - needed[0])/2
+        self.value = needed[0] - more, needed[1] + more
+
+
+def _around(contact, ell):
+    if not len(contact):
+        return -ell, ell
+    margin = GAP_SHOWN*(contact[-1][1] - contact[0][0])/2 + 1.5*ell
+    return contact[0][0] - margin, contact[-1][1] + margin
+
+
+def _nice(value):
+    """The next round number above."""
+    if not value > 0:
+        return 1.0
+    decade = 10.0**np.floor(np.log10(value))
+    return float(decade*STEPS[np.searchsorted(STEPS, min(1.03*value/decade, 10.0))])
+
+
+def _pieces(line):
+    """A line cut where it is nan: [array (n, 2), ...]."""
+    known = np.isfinite(line[:, 1])
+    cuts = np.flatnonzero(np.diff(known.astype(int))) + 1
+    return [piece for piece in np.split(line, cuts) if len(piece) > 1 and np.isfinite(piece[0, 1])]
+
+
+def _under(piece, top):
+    """The obstacle as an area from its surface up to the top of the picture."""
+    low = np.minimum(piece[:, 1], top)
+    return np.concatenate((np.column_stack((piece[:, 0], low)), [(piece[-1, 0], top), (piece[0, 0], top)]))

@@ -1,0 +1,154 @@
+"""What states of every kind show along the surface, in one form, and what they have in common when they show themselves."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .display import Row, Shown, Summary, intervals, number
+from .obstacles import gap
+
+ZONES = ("A", "B", "full", "contact")
+LARGE_TURN = math.radians(10)      # of a block: the small-angle form (41) misses 1.5 % there
+STEEP = 0.2                        # slope of the surface: beyond small strain, and of a cylinder beyond its parabola
+NEXT_TO = 1e-6                     # of the contact's width, over which the obstacle's slope at an edge is taken
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A state along the surface, at points in the order of x1.
+
+    Attributes
+    ----------
+    points, normals : arrays (n, 2), of the undeformed surface
+    pressures, gaps : arrays (corners, n); a gap is inf where there is no obstacle over the corner
+    micromoment, psi, turn : arrays (n,); turn is psi, with psi0 where that acts in the gaps
+    sinking : array (n,), -u.n (of a half-plane up to its level)
+    obstacle : array (n,), height of the obstacle over the undeformed surface along n, at the state's approach
+    corners : their names
+    ell : side of a block
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    pressures: np.ndarray
+    gaps: np.ndarray
+    micromoment: np.ndarray
+    psi: np.ndarray
+    turn: np.ndarray
+    sinking: np.ndarray
+    obstacle: np.ndarray
+    corners: tuple
+    ell: float
+
+    @property
+    def x(self):
+        return self.points[:, 0]
+
+
+def surface(scene, approach, points, normals, *, pressures, micromoment, psi, sinking):
+    """The Surface of a state of a `scene` with obstacle, law and ell, from its fields at the points."""
+    law, ell, x = scene.law, scene.ell, points[:, 0]
+    initial = np.array(list(law.initial_gaps(points, normals, ell, scene.obstacle).values()))
+    levers = np.array(list(law.levers(x).values()))
+    gaps = initial - approach*normals[:, 1] + sinking + ell/2*levers*psi
+    turned = law.angle(x) if getattr(law, "reading", None) == "gap" else np.zeros_like(x)
+    over = gap(scene.obstacle, points, normals) - approach*normals[:, 1]
+    return Surface(points, normals, np.asarray(pressures), gaps, micromoment, psi, turned + psi, sinking, over, law.corners, ell)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What `surface` needs to know of a scene."""
+
+    obstacle: object
+    law: object
+    ell: float
+
+
+class StateView(Shown):
+    """Base of contact states.
+
+    They have `load`, `approach`, `error_estimate`, `energy`, `named_zones` and `solid`, and give `setting` and `surface()`.
+    """
+
+    @property
+    def warnings(self):
+        """Where the small-strain model leaves its ground: a list of sentences."""
+        setting, found = self.setting, []
+        turn = float(np.abs(self.turn).max())
+        if turn > LARGE_TURN:
+            found.append(f"blocks turn by {math.degrees(turn):.0f} degrees: beyond the small-angle form (41)")
+        slope = self._slope()
+        if slope > STEEP:
+            found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain")
+        contact = self.named_zones["contact"]
+        if len(contact) and contact[-1][1] - contact[0][0] < 2*setting.ell:
+            found.append("blocks are larger than the half-width of the contact")
+        return found
+
+    @property
+    def turn(self):
+        """psi0 + psi at `x` (psi alone where psi0 acts in the levers only), array (n,)."""
+        law = self.setting.law
+        return self.psi + (law.angle(self.x) if getattr(law, "reading", None) == "gap" else 0.0)
+
+    def _slope(self):
+        """Largest slope of the obstacle at an edge of the contact."""
+        edges = np.array([edge for interval in self.named_zones["contact"] for edge in interval], float)
+        if not len(edges):
+            return 0.0
+        height = getattr(self.setting.obstacle, "height", self.setting.obstacle)
+        step = NEXT_TO*max(np.ptp(edges), NEXT_TO*self.setting.ell)
+        around = np.array([height(edges + sign*step) for sign in (-1, 1)], float)
+        known = np.isfinite(around).all(axis=0)
+        return float(np.abs(np.diff(around[:, known], axis=0)/(2*step)).max(initial=0.0))
+
+    def summary(self):
+        zones, setting = self.named_zones, self.setting
+        names = [name for name in ZONES if name == "contact" or len(setting.law.corners) == 2]
+        named = {"A": "corner A closed", "B": "corner B closed", "full": "both closed", "contact": "contact"}
+        rows = [Row("load", "P", self.load, "force per thickness"),
+                Row("approach", "d", self.approach, "length" + self._level),
+                Row("largest nodal pressure", "p", float(self.pressures.sum(axis=0).max()), "stress"),
+                Row("largest nodal micromoment", "|M|", float(np.abs(self.micromoment).max()), "stress x length"),
+                Row("largest turn of a block", "|&psi;<sub>0</sub> + &psi;|", math.degrees(np.abs(self.turn).max()), "degrees"),
+                *(Row(named[name], "", intervals(zones[name]), "x1, length") for name in names),
+                *scales(setting.obstacle, self.solid, self.load),
+                Row("error estimate", "", self.error_estimate, "relative, of p and M in L2")]
+        brief = f"load {number(self.load)}, contact {intervals(zones['contact'])}, error estimate {number(self.error_estimate)}"
+        return Summary("Contact state", brief, tuple(rows), tuple(self.warnings))
+
+    _level = ""
+
+    def plot(self, path=None, window=None):
+        """Pressures, micromoment, corner gaps, turn, zones and the turned blocks over x1, as a Figure.
+
+        Parameters
+        ----------
+        path : where to write it (PNG, PDF or SVG, by its ending), if anywhere
+        window : (left, right) of x1; the contact and its surroundings
+        """
+        from .state_figure import StateFigure      # here: whoever does not draw does not load matplotlib
+        drawing = StateFigure(self.setting.law.corners).update(self, window).drawing
+        if path is not None:
+            drawing.savefig(path)
+        return drawing
+
+    def plot_blocks(self, path=None, window=None):
+        """The turned blocks under the obstacle, as in Fig. 3 of the paper; as `plot`."""
+        from .state_figure import BlocksFigure
+        drawing = BlocksFigure().update(self, window).drawing
+        if path is not None:
+            drawing.savefig(path)
+        return drawing
+
+
+def scales(obstacle, solid, load):
+    """Rows with the scales of Hertz' contact, (50), where the obstacle is a cylinder."""
+    R = getattr(obstacle, "R", None)
+    if R is None:
+        return ()
+    a, p = math.sqrt(4*load*R/(math.pi*solid.E_star)), math.sqrt(load*solid.E_star/(math.pi*R))
+    return (Row("Hertz' half-width", "a<sub>Hz</sub>", a, "length"), Row("Hertz' pressure", "p<sub>Hz</sub>", p, "stress"),
+            Row("size of a block", "&alpha; = &ell;/a<sub>Hz</sub>", solid.ell/a))

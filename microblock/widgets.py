@@ -1,0 +1,71 @@
+"""Sliders for an Explorer in Jupyter; everything that can be done without a browser is in `microblock.explorer`."""
+
+import math
+
+from .below import QUANTITIES
+from .errors import MicroblockError, MissingExtra
+
+RANGE = 30.0         # between the ends of a slider on a logarithmic scale
+TURN = 3.0           # degrees, to either side
+LABELS = {"load": "load P", "radius": "radius R", "alpha": "α = ℓ/a"}
+
+
+def explore(explorer):
+    """Sliders, the picture and a table of the state: an ipywidgets box.
+
+    Raises
+    ------
+    MissingExtra
+        If ipywidgets is not installed.
+    """
+    try:
+        import ipywidgets
+    except ImportError as failure:
+        raise MissingExtra("explore()", "ipywidgets", "notebook") from failure
+    return Panel(explorer, ipywidgets).box
+
+
+class Panel:
+    """The widgets of one Explorer; `box` holds them all."""
+
+    def __init__(self, explorer, ipywidgets):
+        self.explorer, self._widgets = explorer, ipywidgets
+        self.controls = {name: self._control(name) for name in ("load", "psi0", "radius", "alpha", "law")
+                         if getattr(explorer.choice, name) is not None}
+        self.picture = ipywidgets.Image(value=explorer.png(), format="png")
+        self.table, self.told = ipywidgets.HTML(explorer.state._repr_html_()), ipywidgets.HTML()
+        self.quantity = ipywidgets.Dropdown(options=list(QUANTITIES), description="below")
+        self.button = ipywidgets.Button(description="draw the field below")
+        self.below = ipywidgets.Image(format="png", layout={"display": "none"})
+        self.button.on_click(lambda _: self._draw_below())
+        for name, control in self.controls.items():
+            control.observe(lambda change, name=name: self._changed(name, change["new"]), names="value")
+        aside = [*self.controls.values(), self.told, self.table, ipywidgets.HBox([self.quantity, self.button]), self.below]
+        self.box = ipywidgets.HBox([self.picture, ipywidgets.VBox(aside)])
+
+    def _control(self, name):
+        value, layout = getattr(self.explorer.choice, name), {"width": "340px"}
+        if name == "law":
+            return self._widgets.Dropdown(options=["microblock", "unilateral", "microclamped"], value=value, description="law")
+        if name == "psi0":
+            degrees = math.degrees(value)
+            return self._widgets.FloatSlider(value=degrees, min=min(-TURN, degrees), max=max(TURN, degrees), step=0.01,
+                                             description="ψ₀ (degrees)", layout=layout)
+        ends = math.log10(value/math.sqrt(RANGE)), math.log10(value*math.sqrt(RANGE))
+        return self._widgets.FloatLogSlider(value=value, min=ends[0], max=ends[1], step=(ends[1] - ends[0])/200,
+                                            description=LABELS[name], readout_format=".3g", layout=layout)
+
+    def _changed(self, name, value):
+        """A new state; where there is none the picture stays and a line says why."""
+        try:
+            self.explorer.update(**{name: math.radians(value) if name == "psi0" else value})
+        except MicroblockError as failure:
+            self.told.value = f"<span style='color:#a04000'>{failure}</span>"
+            return
+        self.told.value = ""
+        self.picture.value, self.table.value = self.explorer.png(), self.explorer.state._repr_html_()
+        self.below.layout.display = "none"
+
+    def _draw_below(self):
+        self.below.value = self.explorer.state.plot_below(self.quantity.value)._repr_png_()
+        self.below.layout.display = ""
