@@ -4,6 +4,7 @@ A map's `run(**setting)` is a function of a module (worker processes look it up 
 """
 
 import math
+import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -89,7 +90,7 @@ class Map:
 
     def __post_init__(self):
         names = [axis.name for axis in self.axes] + [self.panels[0]]
-        taken = {"map", "near", "kind", "message", *MEASURES} & {*names}
+        taken = {"map", "near", "kind", "message", "spent", *MEASURES} & {*names}
         if taken or len(set(names)) < len(names):      # a column of the records would hide the other
             raise ValueError(f"{self.name}: names of parameters must differ from each other and from {taken}")
 
@@ -154,17 +155,20 @@ class Outcome:
 
 
 def attempt(run, setting):
-    """{measures, kind, message} of one run, whatever becomes of it."""
-    blank = dict.fromkeys(MEASURES)
+    """{measures, kind, message, spent} of one run, whatever becomes of it; `spent` are processor seconds."""
+    start, found = time.process_time(), dict.fromkeys(MEASURES)
     try:
         with warnings.catch_warnings(record=True) as heard:
             warnings.simplefilter("always")
             outcome = run(**setting)
-    except MicroblockError as failure:
-        return {**blank, "kind": "typed error", "message": f"{type(failure).__name__}: {' '.join(str(failure).split())}"}
     except Exception as failure:      # whatever it is, it is a finding
-        return {**blank, "kind": "untyped error", "message": f"{type(failure).__name__}: {' '.join(str(failure).split())}"}
-    found = {name: getattr(outcome, name) for name in MEASURES}
-    found.update({name: None for name, value in found.items() if isinstance(value, float) and not math.isfinite(value)})
-    said = "; ".join(dict.fromkeys(str(one.message) for one in heard))
-    return {**found, "kind": outcome.kind, "message": said or None}
+        kind = "typed error" if isinstance(failure, MicroblockError) else "untyped error"
+        message = f"{type(failure).__name__}: {' '.join(str(failure).split())}"
+    else:
+        found.update({name: _finite(getattr(outcome, name)) for name in MEASURES})
+        kind, message = outcome.kind, "; ".join(dict.fromkeys(str(one.message) for one in heard)) or None
+    return {**found, "kind": kind, "message": message, "spent": time.process_time() - start}
+
+
+def _finite(value):
+    return None if isinstance(value, float) and not math.isfinite(value) else value

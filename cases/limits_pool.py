@@ -7,7 +7,7 @@ from pebble import ProcessExpired, ProcessPool
 
 from cases.limits_maps import MEASURES, attempt
 
-START = 30.0      # seconds that a new worker may take for its imports
+START = 300.0     # seconds that a new worker may take for its imports
 
 
 def records(work, workers, limit, progress):
@@ -21,14 +21,18 @@ def records(work, workers, limit, progress):
         for waiting in [pool.schedule(int, timeout=START) for _ in range(workers)]:
             waiting.result()
         numbers = {pool.schedule(attempt, (run, setting), timeout=limit): number for number, (run, setting) in enumerate(work)}
-        for future in as_completed(numbers):
-            found[numbers[future]] = _answer(future, limit)
-            progress()
+        try:
+            for future in as_completed(numbers):
+                found[numbers[future]] = _answer(future, limit)
+                progress()
+        except BaseException:
+            pool.stop()      # else leaving would wait for all that is scheduled
+            raise
     return found
 
 
 def _answer(future, limit):
-    blank = dict.fromkeys(MEASURES)
+    blank = dict.fromkeys((*MEASURES, "spent"))
     try:
         return future.result()
     except TimeoutError:
