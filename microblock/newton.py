@@ -25,6 +25,7 @@ WORST = 1e-6           # relative, that may be accepted where rounding keeps fro
 ROUNDED = 1e-15        # relative, below which a refinement has nothing to gain
 ROUNDING = 1e-14       # some rounding errors of double precision
 PENALTY = 1e4          # penalty stiffness over that of the body: penetrations of some 1e-4 of the compression
+STALLED = 6            # steps of one factorisation that do not halve the residual, before it counts as stalled in rounding
 MAX_VISITS = 3         # of one active set, which rounding excuses where a corner is just about to close
 UNSOLVED = 0.1         # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
 SMALLEST_STEP = 1e-4   # of the whole way to a target, before load stepping gives up
@@ -211,12 +212,17 @@ class Newton:
                     raise self._failure(level, iteration, now.kkt, f"the active set cycles with period {period}; "
                                         "take a smaller step, or another rho")
                 factor = self._factorise(unknowns, now.active, level)
+                last, lowest = iteration, now.kkt
+            elif now.kkt < lowest/2:
+                last, lowest = iteration, now.kkt
+            elif iteration - last >= STALLED:
+                break
             step = factor.inverse*now.residual
             if not self._solves(step.Evaluate(), now.residual):
                 raise self._failure(level, iteration, now.kkt, "the matrix is singular; is the body supported, "
                                     "and is something in contact?")
             unknowns.vec.data -= step
-        raise self._failure(level, MAX_ITERATIONS, now.kkt, "the residual stalls; take a smaller step, "
+        raise self._failure(level, iteration, now.kkt, "the residual stalls; take a smaller step, "
                             "a rho whose rounding leaves more digits, or less stretched elements")
 
     def _first_guess(self, level, start):

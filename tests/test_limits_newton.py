@@ -62,6 +62,14 @@ def test_a_guess_without_contact_is_brought_into_touch(block, capfd):
     assert "singular" not in capfd.readouterr().out      # UMFPACK would say so
 
 
+def test_rounding_is_seen_before_the_iterations_run_out(block):
+    body = Body(block, SOLID, 2, fixed=BOTTOM)
+    facets = ContactFacets(body, law.Microblock(0.05), obstacles.Cylinder(1.0))
+    with pytest.raises(NotConverged, match="residual stalls") as failure:
+        Newton(body, facets, method="penalty", rho=1e13, control="load").solve(0.1)
+    assert failure.value.iterations < 30      # of 60; some sets are tried first
+
+
 @pytest.mark.parametrize("fixed, beta", [({"u1": "bottom", "psi": "bottom"}, 1), ({"u2": "bottom", "psi": "bottom"}, 1), ({}, 1),
                                          (BOTTOM, 0), (BOTTOM, 1e-15), ({"u1": "bottom"}, 1.999999)])
 @pytest.mark.parametrize("order", [1, 2, 3, 4])
