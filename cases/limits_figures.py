@@ -61,7 +61,10 @@ def _frame(axis, across, up):
             (axis.set_xlim if one is across else axis.set_ylim)(-0.5, len(one.choices) - 0.5)
         elif one.scale != "linear":
             set_scale("log")
-            side.set_major_locator(LogLocator(numticks=4))      # labels of twelve decades overlap else
+            if 0.1 < one.low/one.high < 10:      # no decade to mark
+                side.set_ticks((one.low, one.high), (f"{one.low:g}", f"{one.high:g}"))
+            else:
+                side.set_major_locator(LogLocator(numticks=4))      # labels of twelve decades overlap else
             side.set_minor_locator(NullLocator())
         if one.low > one.high:
             invert()      # degenerate ends lie where the axis goes
