@@ -32,7 +32,7 @@ FLAT_LOAD = 0.02         # drops out too
 
 @dataclass(frozen=True)
 class Parameters:
-    loads: tuple = option((FLAT, 0.5, 2.0), "loads of the tilted punch in units of that of full classical contact; 0: the flat punch",
+    loads: tuple = option((FLAT, 0.5, 1.0, 2.0), "loads of the tilted punch in units of that of full classical contact; 0: the flat punch",
                           nargs="+", metavar="LOAD")
     alpha: float = option(0.3, "ell over b")
     nu: float = option(0.3, "Poisson's ratio, -1 < nu < 1/2")

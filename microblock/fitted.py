@@ -21,7 +21,7 @@ from .condensation import Condensed
 from .errors import BadArgument, NotConverged, require_tolerance
 from .ground import GroundScene
 from .law import corner_shifts
-from .meshes import Ground, falling_orders, graded
+from .meshes import RATIO, Ground, falling_orders, graded
 from .surface_state import Estimate, difference, surface_state
 
 FAR = 1000.0         # size of an unbounded domain over the reach
@@ -43,6 +43,8 @@ PARTIAL = 2.4        # width of a partial zone over ell as ell -> 0: a first gue
 SLIVER = 1e-11       # of the outer edge, to which a node is at an edge
 SEEN = 0.05          # of the way to the next edge: sets that differ by more are another topology
 MEETING = 0.1        # of the outer edge: zones whose inner edges are this near to the axis may meet there
+AT_END = 0.7         # of the half-width, times RATIO for all levels but one: an edge this near to an end of the obstacle cannot be
+                     # told from it by nodes, and need not be: it changes p by as much, the 1/sqrt(r) of an end by its root
 COLLAPSED = 1e-5     # of the outer edge: an inner edge this near is none; p^2 there is below 1e-3 of its size
 SHOWN = 4            # nodes next to the axis that make an overlap or a gap
 TRUNCATION = 2.0     # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
@@ -240,10 +242,12 @@ class FittedContact(GroundScene):
         if not edges:
             raise NotConverged("no contact")
         outer = max(abs(edge) for edge in edges)
+        near = AT_END*(edges[-1] - edges[0])/2*RATIO**max(levels - 1, 0)
+        zones = self._at_ends(zones, near)
         if self.symmetric:      # an edge that has run into the axis is none
             zones = {corner: tuple((left if left > COLLAPSED*outer else 0.0, right) for left, right in own
                                    if right > COLLAPSED*outer) for corner, own in zones.items()}
-            edges = sorted({edge for own in zones.values() for interval in own for edge in interval})
+        edges = sorted({edge for own in zones.values() for interval in own for edge in interval})
         ground = self._ground(outer)
         tips = sorted({*self._features(ground), *(edge for edge in edges if edge != 0 or not self.symmetric),
                        *([0.0] if self._meeting(zones, outer) else [])})
@@ -254,7 +258,16 @@ class FittedContact(GroundScene):
         x, margin = body.points[:, 0], SLIVER*outer
         closed = [np.any([np.zeros(len(x), bool), *((x >= left - margin) & (x <= right + margin) for left, right in own)], axis=0)
                   for own in zones.values()]
-        return _FittedMesh(body, system, np.ravel(closed) & np.isfinite(system[1]), zones, ground, tips)
+        return _FittedMesh(body, system, np.ravel(closed) & np.isfinite(system[1]), zones, ground, tips, near)
+
+    def _at_ends(self, zones, near):
+        """Zones whose edges lie at the ends of the obstacle for their corner where they are near; what is left of none goes."""
+        found, shifts = {}, corner_shifts(self.law, self.solid.ell)
+        for corner, own in zones.items():
+            ends = [end + shifts[corner] for end in getattr(self.obstacle, "ends", ())]
+            placed = [tuple(next((end for end in ends if abs(edge - end) < near), edge) for edge in interval) for interval in own]
+            found[corner] = tuple((left, right) for left, right in placed if left < right)
+        return found
 
     def _pass(self, load, zones, order, levels, spacing=None):
         """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
@@ -303,7 +316,8 @@ class FittedContact(GroundScene):
         apart = np.abs(tips[:, None] - tips) + np.where(np.eye(len(tips)), np.inf, 0)
         way = np.minimum(apart.min(axis=1), trial.ground.reach[1])
         nearest = np.argmin(np.abs(x[:, None] - tips), axis=1)
-        far = np.abs(x - tips[nearest]) > SEEN*way[nearest]
+        hidden = np.where(np.isin(tips, self.ends()), np.minimum(SEEN*way, trial.near), SEEN*way)
+        far = np.abs(x - tips[nearest]) > hidden[nearest]
         wrong = closed != trial.closed.reshape(count, -1)
         inner = MEETING*tips.max()
         if tips[0] == 0 and not np.any((tips > 0) & (tips < inner)):      # zones that meet: a small overlap or gap shows
@@ -321,6 +335,7 @@ class _FittedMesh:
     zones: dict
     ground: Ground
     tips: list
+    near: float      # to an end of the obstacle: an edge nearer to it is put there
 
     @property
     def x(self):
