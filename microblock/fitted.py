@@ -33,6 +33,7 @@ SPACING = 0.7        # of the elements on the surface, over the half-width
 LAYERS = 8.0         # of them, over the layer length: order 5 sees a layer of an eighth of the element
 COARSE = 12, 3       # elements over the reach and order of the first mesh, which knows no edges
 RATE = 0.5, -0.15    # digits that an order adds, and that order 0 lacks: where the ladder is entered, no more
+LOWEST_EVEN = 1      # rung on which the edges are looked for by elements of one order: order 4 locks as the low orders at edges do
 LOCATED = 0.03       # error of the edges at which more order helps more than another step
 STEPS = 6            # of the edges on one rung
 LONGEST_MOVE = 0.4   # of an edge in one step, over the way to the next
@@ -88,8 +89,11 @@ class FittedContact(GroundScene):
         """
         self.check_load(load)
         require_tolerance(rtol)
-        zones, passes = (near.zones, 0) if near else self.topology(load)
-        zones, passes = self._located(load, zones, passes)
+        scene, zones, passes = self._settled(load, *((near.zones, 0) if near else self.topology(load)))
+        return scene._climb(load, rtol, zones, passes)
+
+    def _climb(self, load, rtol, zones, passes):
+        """The state to rtol from zones to which the first rung has moved the edges."""
         coarse, best, first = None, math.inf, _first_rung(rtol)
         for rung in range(2 - first % 2, first, 2):      # edges from the lowest rung would spoil the difference of higher ones
             zones, passes = self._pass(load, zones, *self._ladder[rung]).moved, passes + 1
@@ -119,10 +123,20 @@ class FittedContact(GroundScene):
     def _ladder(self):
         return KINKED if getattr(self.obstacle, "kinks", ()) or getattr(self.obstacle, "ends", ()) else LADDER
 
+    def _settled(self, load, zones, passes):
+        """The scene with orders on which the edges settle, the zones there, and the number of passes."""
+        try:
+            return self, *self._located(load, zones, passes)
+        except NotConverged as failure:
+            if self.even:
+                raise
+            firm = replace(self, even=True)      # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
+            return firm, *firm._located(load, zones, passes + failure.iterations)
+
     def _located(self, load, zones, passes):
-        """Zones to which the first rung of the ladder moves edges that were good to LOCATED, and the number of passes."""
+        """Zones to which a low rung of the ladder moves edges that were good to LOCATED, and the number of passes."""
         for _ in range(STEPS):
-            trial = self._pass(load, zones, *self._ladder[0])
+            trial = self._pass(load, zones, *self._ladder[LOWEST_EVEN if self.even else 0])
             passes += 1
             if trial.edge_error <= LOCATED:
                 return trial.moved, passes
@@ -138,7 +152,11 @@ class FittedContact(GroundScene):
         `spacing` is that of the elements on the surface (length); without it the ladder's.
         """
         self.check_load(load)
-        zones, passes = self._located(load, *self.topology(load))
+        scene, zones, passes = self._settled(load, *self.topology(load))
+        return scene._fixed(load, order, spacing, zones, passes)
+
+    def _fixed(self, load, order, spacing, zones, passes):
+        """The same from zones to which the first rung has moved the edges."""
         levels, last = max(own for top, own in self._ladder if top <= max(order, LADDER[0][0])), math.inf
         for _ in range(STEPS):
             trial = self._pass(load, zones, order, levels, spacing)
@@ -232,9 +250,11 @@ class FittedContact(GroundScene):
         return both
 
     def _read(self, mesh, p, edge, inward, way, length):
-        """K0 and K1 at an edge."""
-        return _coefficients((mesh.x - edge)*inward, p, mesh.body.weights,
-                             FITTED*min(way, PARTIAL*self.solid.layer_length), FURTHEST*min(way, length))
+        """K0 and K1 at an edge, read beyond the element there: it cannot follow 1/sqrt(r), and swings."""
+        r, beside = (mesh.x - edge)*inward, mesh.length_at(edge, inward)
+        reach, furthest = FITTED*min(way, PARTIAL*self.solid.layer_length), FURTHEST*min(way, length)
+        beyond = np.count_nonzero((r > beside) & (r < reach)) > TERMS
+        return _coefficients(r, p, mesh.body.weights, beside if beyond else 0.0, reach, furthest)
 
     def _fit_mesh(self, zones, order, levels, spacing=None):
         """A mesh with vertices at the edges of trial zones, and the corners that are closed on them."""
@@ -261,12 +281,12 @@ class FittedContact(GroundScene):
         return _FittedMesh(body, system, np.ravel(closed) & np.isfinite(system[1]), zones, ground, tips, near)
 
     def _at_ends(self, zones, near):
-        """Zones whose edges lie at the ends of the obstacle for their corner where they are near; what is left of none goes."""
+        """Zones whose edges lie at the ends of the obstacle for their corner where they are near; gaps and zones of no width go."""
         found, shifts = {}, corner_shifts(self.law, self.solid.ell)
         for corner, own in zones.items():
             ends = [end + shifts[corner] for end in getattr(self.obstacle, "ends", ())]
             placed = [tuple(next((end for end in ends if abs(edge - end) < near), edge) for edge in interval) for interval in own]
-            found[corner] = tuple((left, right) for left, right in placed if left < right)
+            found[corner] = _joined([(left, right) for left, right in placed if left < right])
         return found
 
     def _pass(self, load, zones, order, levels, spacing=None):
@@ -341,6 +361,12 @@ class _FittedMesh:
     def x(self):
         return self.body.points[:, 0]
 
+    def length_at(self, edge, inward):
+        """Length of the element at an edge, with a margin of rounding."""
+        ends = np.array([(left, right) for left, right, _ in self.body.interpolation])
+        left, right = ends[np.argmin(np.abs(ends[:, 0 if inward > 0 else 1] - edge))]
+        return (1 + 1e-9)*(right - left)
+
     def pressures(self, load):
         """Pressures that close the gaps on the zones and carry the load of the computed part, array (corners, n)."""
         return _closed(*self.system, self.closed, load).reshape(len(self.zones), -1)/self.body.weights
@@ -350,6 +376,17 @@ class _FittedMesh:
 class _Pass(_FittedMesh):
     moved: dict
     edge_error: float
+
+
+def _joined(intervals):
+    """Ascending intervals, those that touch or overlap joined."""
+    found = []
+    for left, right in intervals:
+        if found and left <= found[-1][1]:
+            found[-1] = found[-1][0], max(right, found[-1][1])
+        else:
+            found.append((left, right))
+    return tuple(found)
 
 
 def _closed(flexibility, gaps, share, closed, load):
@@ -367,14 +404,14 @@ def _closed(flexibility, gaps, share, closed, load):
     return forces
 
 
-def _coefficients(r, p, weights, reach, furthest):
-    """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...``, least squares in L2 over 0 < r < reach.
+def _coefficients(r, p, weights, nearest, reach, furthest):
+    """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...``, least squares in L2 over nearest < r < reach.
 
     On coarse meshes the reach grows, and the series gets shorter, until there are more nodes than terms.
     """
     while np.count_nonzero((r > 1e-3*reach) & (r < reach)) <= TERMS and reach < furthest:
         reach *= 1.5
-    here = (r > 1e-3*reach) & (r < reach)
+    here = (r > max(nearest, 1e-3*reach)) & (r < reach)
     terms = min(TERMS, np.count_nonzero(here) - 1)
     if terms < 2:
         raise NotConverged(f"only {terms + 1} contact nodes within {reach:g} of an edge")
