@@ -83,6 +83,10 @@ class ContactNodes:
         self.normals = normals/np.linalg.norm(normals, axis=1)[:, None]
         self._values = _rows([rows[i] for i in order], space.ndof)
 
+    def values(self, field):
+        """u1, u2 or psi of a state of the body (a component of its space) at the nodes, array (n,)."""
+        return self._values @ field.vec.FV().NumPy()
+
     @cached_property
     def interpolation(self):
         """[(left, right, numbers of its nodes)] of the facets of a boundary along x1, all left to right."""

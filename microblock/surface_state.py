@@ -99,10 +99,17 @@ class SurfaceState(StateView):
 
     def surface(self, window=None):
         """The Surface at `x`; a window (left, right) is none of its business, the nodes are where they are."""
-        sunk = self._unfold(-self.body.compliance.matrix[:len(self._x)] @ self._loads, 1)
+        sunk = self._unfold(-self._raised, 1)
         return surface(self.setting, self.approach, np.column_stack((self.x, np.zeros_like(self.x))),
                        np.tile([0.0, 1.0], (len(self.x), 1)), pressures=self.pressures, micromoment=self.micromoment,
                        psi=self.psi, sinking=sunk)
+
+    @property
+    def _raised(self):
+        """u.n at the nodes of the computed part; Newton's methods have it in their fields, without a compliance."""
+        if self.found_fields is not None:
+            return self.body.values(self.found_fields.u2)
+        return self.body.compliance.matrix[:len(self._x)] @ self._loads
 
     @property
     def _loads(self):

@@ -238,3 +238,16 @@ def test_edges_are_read_beyond_the_element_beside_them():
     true = Contact(HalfPlane(solid), Cylinder(1.0), Unilateral()).at(P, 1e-5).zones[0][0][1]
     moved = scene._pass(P, {0: ((0.0, 0.99*true),)}, 5, 4).moved
     assert moved[0][0][1] == pytest.approx(true, rel=1e-2)
+
+
+@pytest.mark.parametrize("method, law, tolerance", [("al", Microblock(), 1e-11), ("al", Microclamped(), 1e-11), ("penalty", Microblock(), 1e-3)])
+def test_states_of_newton_show_their_surface(method, law, tolerance):
+    """Without a compliance its surface failed with AttributeError. One discrete problem: to rounding; penalty: to its overlap."""
+    solid = Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    scene = UniformContact(solid, Cylinder(R=10), law, domain=4.0, h=0.1, reach=0.8, order=2)
+    (one,), (other,) = scene.states([1.0]), replace(scene, method=method).states([1.0])
+    condensed, found = one.surface(), other.surface()
+    size = np.abs(condensed.sinking).max()
+    assert found.sinking == pytest.approx(condensed.sinking, abs=tolerance*size)
+    assert found.gaps == pytest.approx(condensed.gaps, abs=tolerance*size)
+    assert len(other.plot().axes) > 1
