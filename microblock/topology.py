@@ -76,22 +76,22 @@ def _snap(edge, end, width):
 
 
 def _set_apart(line, zones, width):
-    """Outer edges of the two corners that fall on one cell are moved a partial zone's width apart."""
+    """Outer edges of the two corners that fall on one cell are moved a partial zone's width apart, but for ends of the obstacle."""
     if len(line.law.corners) == 1:      # exactly symmetric where the scene is
         return {0: ((-zones[0][-1][1], zones[0][-1][1]),)} if line.mirror else zones
     if not all(zones.values()):
         return zones
     apart = PARTIAL*line.solid.ell
     narrow = apart < 3*width
-    a = list(map(list, zones[0]))
+    a, free_left = list(map(list, zones[0])), zones[0][0][0] not in line.ends.get(0, ())
     if line.mirror:
-        if narrow and len(a) == 1 and abs(a[0][0] + a[0][1]) < 1.5*width:
+        if narrow and free_left and len(a) == 1 and abs(a[0][0] + a[0][1]) < 1.5*width:
             a[0][0] = apart - a[0][1]
         return {0: tuple(map(tuple, a))}
     b = list(map(list, zones[1]))
-    if narrow and abs(a[0][0] - b[0][0]) < 1.5*width:
+    if narrow and free_left and abs(a[0][0] - b[0][0]) < 1.5*width:
         a[0][0] = b[0][0] + apart
-    if narrow and abs(a[-1][1] - b[-1][1]) < 1.5*width:
+    if narrow and b[-1][1] not in line.ends.get(1, ()) and abs(a[-1][1] - b[-1][1]) < 1.5*width:
         b[-1][1] = a[-1][1] - apart
     for first, second in ((a, b), (b, a)):      # two edges on one cell overlap a little, to begin with
         for one in first:

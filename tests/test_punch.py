@@ -10,6 +10,11 @@ from cases import punch, three_ways
 from cases.__main__ import main
 from microblock import references
 from microblock.fitted import FittedContact
+from microblock.halfplane import HalfPlane
+from microblock.law import Microblock
+from microblock.material import Cosserat
+from microblock.obstacles import Punch
+from microblock.scene import Contact
 
 PARAMETERS = punch.Parameters()
 FINE = np.linspace(-1.2, 1.2, 40001) + 1e-6      # between the nodes of all
@@ -93,6 +98,16 @@ def test_narrow_rims_are_found(alpha):
     assert rim - (1 - alpha/2) == pytest.approx(0.16*alpha, rel=0.05)      # of ell, as the other rims do: 0.155 to 0.168
     cells = three_ways.on_cells(state, 8000)
     assert three_ways.difference(state, cells.x, cells.pressures) <= cells.error_estimate
+
+
+@pytest.mark.parametrize("tilt, psi0, alpha", [(5.9e-4, -7.6e-5, 0.0312), (0.9, 0.011, 0.01435)])
+def test_edges_at_ends_of_the_obstacle_are_not_set_apart(tilt, psi0, alpha):
+    """Two outer edges within a cell of each other, both at ends: one was moved far inwards, and no zones fitted."""
+    solid = Cosserat(E=2*(1 - 0.3**2), nu=0.3, ell=alpha, beta=1.0)
+    state = Contact(HalfPlane(solid), Punch(1.0, tilt), Microblock(psi0)).at(1.0, 1e-3)
+    assert (state.all_zones[0][0][0], state.all_zones[1][0][0]) == pytest.approx((alpha/2 - 1, -1 - alpha/2), abs=1e-12)
+    cells = three_ways.on_cells(state, 8000)
+    assert three_ways.difference(state, cells.x, cells.pressures) <= cells.error_estimate < 0.2      # 1/sqrt(r) falls slowly
 
 
 def test_microblocks_become_classical_as_they_shrink():
