@@ -33,7 +33,7 @@ SPACING = 0.7        # of the elements on the surface, over the half-width
 LAYERS = 8.0         # of them, over the layer length: order 5 sees a layer of an eighth of the element
 COARSE = 12, 3       # elements over the reach and order of the first mesh, which knows no edges
 RATE = 0.5, -0.15    # digits that an order adds, and that order 0 lacks: where the ladder is entered, no more
-LOWEST_EVEN = 1      # rung on which the edges are looked for by elements of one order: order 4 locks as the low orders at edges do
+LOWEST_EVEN = 1      # rung on which edges are looked for by elements of one order: order 4 locks as low orders do
 LOCATED = 0.03       # error of the edges at which more order helps more than another step
 STEPS = 6            # of the edges on one rung
 LONGEST_MOVE = 0.4   # of an edge in one step, over the way to the next
@@ -130,7 +130,8 @@ class FittedContact(GroundScene):
         except NotConverged as failure:
             if self.even:
                 raise
-            firm = replace(self, even=True)      # low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
+            # Low orders beside the edges lock where beta is close to 2, most with nu close to 1/2
+            firm = replace(self, even=True)
             return firm, *firm._located(load, zones, passes + failure.iterations)
 
     def _located(self, load, zones, passes):
@@ -281,7 +282,7 @@ class FittedContact(GroundScene):
         return _FittedMesh(body, system, np.ravel(closed) & np.isfinite(system[1]), zones, ground, tips, near)
 
     def _at_ends(self, zones, near):
-        """Zones whose edges lie at the ends of the obstacle for their corner where they are near; gaps and zones of no width go."""
+        """Zones, edges near to an end of the obstacle for their corner put there; gaps and zones of no width go."""
         found, shifts = {}, corner_shifts(self.law, self.solid.ell)
         for corner, own in zones.items():
             ends = [end + shifts[corner] for end in getattr(self.obstacle, "ends", ())]

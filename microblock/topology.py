@@ -76,7 +76,7 @@ def _snap(edge, end, width):
 
 
 def _set_apart(line, zones, width):
-    """Outer edges of the two corners that fall on one cell are moved a partial zone's width apart, but for ends of the obstacle."""
+    """Outer edges of the two corners that fall on one cell are moved a partial zone's width apart; ends of the obstacle stay."""
     if len(line.law.corners) == 1:      # exactly symmetric where the scene is
         return {0: ((-zones[0][-1][1], zones[0][-1][1]),)} if line.mirror else zones
     if not all(zones.values()):

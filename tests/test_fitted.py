@@ -240,7 +240,8 @@ def test_edges_are_read_beyond_the_element_beside_them():
     assert moved[0][0][1] == pytest.approx(true, rel=1e-2)
 
 
-@pytest.mark.parametrize("method, law, tolerance", [("al", Microblock(), 1e-11), ("al", Microclamped(), 1e-11), ("penalty", Microblock(), 1e-3)])
+@pytest.mark.parametrize("method, law, tolerance", [("al", Microblock(), 1e-11), ("al", Microclamped(), 1e-11),
+                                                    ("penalty", Microblock(), 1e-3)])
 def test_states_of_newton_show_their_surface(method, law, tolerance):
     """Without a compliance its surface failed with AttributeError. One discrete problem: to rounding; penalty: to its overlap."""
     solid = Cosserat(E=100, nu=0.3, ell=0.1, beta=1)

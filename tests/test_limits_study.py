@@ -120,4 +120,5 @@ def test_elements_judge_punches_by_a_promise():
     """On rungs of equal depth they were off by 5.5e-3 with an estimate of 4.5e-4, and could not call a miss."""
     rtol = 5.6e-3
     found = limits_line.punches(tilt=1.9e-5, psi0=1.2e-6, alpha=1.0862, sign=1, rtol=rtol)
-    assert found.error <= found.promise - rtol + found.estimate < 4e-3      # of both, of elements asked for 3e-3 and a far better line
+    both = found.promise - rtol + found.estimate      # estimates of elements asked for 3e-3 and of a far better line
+    assert found.error <= both < 4e-3
