@@ -28,8 +28,8 @@ from microblock.uniform import UniformContact
 
 SCENE = "microblock-0.25"
 WINDOW = 1.5           # of the cells, over a_Hz: a little more than the contact
-LONGEST = 240.0        # seconds that a run may be expected to take
-STEEPEST = {"seconds": 1.5, "megabytes": 1.25}      # exponents over unknowns for that expectation; factors in the plane
+LONGEST = 190.0        # seconds that a run may be expected to take
+STEEPEST = {"seconds": 1.4, "megabytes": 1.25}      # exponents over unknowns for that expectation; factors in the plane
 SPARE = 0.7            # share of the free memory that a run may be expected to take
 OVERDUE = 3600.0       # wall seconds after which a run has failed
 REPEATS, QUICKLY = 3, 1.0      # of runs that take less than so many seconds
