@@ -91,6 +91,15 @@ def test_refinement_by_recovery_holds(law, rtol):
     assert error < state.error_estimate < 6*error
 
 
+@pytest.mark.parametrize("alpha, law", [(0.37, mb.Unilateral()), (0.05, mb.Microblock())])
+def test_two_kinds_of_mesh_agree_on_a_small_square(alpha, law):
+    """Neither knows of the other: one is refined by recovery, the other follows the edges; their estimates add up."""
+    solid = mb.Cosserat(E=SOLID.E, nu=0.3, ell=alpha, beta=1)
+    state = mb.Contact(mb.Body(ground(6.0), solid, 5, fixed="bottom"), mb.Cylinder(1.0), law).at(P, 4e-3)
+    other = FittedContact(solid, mb.Cylinder(1.0), law, 6.0).at(P, 1e-2)
+    assert state.difference(other.pressure) < state.error_estimate + other.estimate.total
+
+
 def test_only_elements_that_matter_are_cut():
     scene = mb.Contact(mb.Body(ground(18.0), SOLID, 3, fixed="bottom"), mb.Cylinder(1.0), mb.Unilateral())
     found = scene.at(P, 3e-3)
