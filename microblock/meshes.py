@@ -33,6 +33,22 @@ def longest_element(solid, order):
     return solid.ell/math.sqrt(solid.eta) if order == 1 else HELD*order**POWER*solid.layer_length
 
 
+def thicknesses(mesh, region):
+    """(numbers of the elements below the facets of a boundary, how far they reach below them): arrays (facets,).
+
+    Twice the area of a triangle, or the area of a quadrilateral, over the length of its facet.
+    """
+    above = {edge.nr: element for element in mesh.Elements() for edge in element.edges}
+    areas = ng.Integrate(ng.CF(1), mesh, ng.VOL, element_wise=True).NumPy()
+    numbers, found = [], []
+    for facet in region.Elements():
+        element = above[facet.edges[0].nr]
+        start, end = (np.array(mesh[vertex].point) for vertex in facet.vertices)
+        numbers.append(element.nr)
+        found.append((2 if len(element.vertices) == 3 else 1)*areas[element.nr]/np.linalg.norm(end - start))
+    return np.array(numbers), np.array(found)
+
+
 def line(depth, elements):
     """The depth alone: a 1D mesh of [-depth, 0] for fields that depend on x2 only.
 
