@@ -3,17 +3,18 @@
 import numpy as np
 
 from cases.speed_figures import PHASES, STYLES, legend_below_all
+from cases.speed_growth import TOLD
 from microblock import plots
 from microblock.study import grouped
 
 LABELS = {"unknowns": "unknowns", "contact_nodes": "contact nodes", "seconds": "setup and solving (s)",
-          "megabytes": "memory (MiB)", "distance": "time over one factorisation"}
+          "megabytes": "memory (MiB)", "distance": "time over its floor"}
 GUIDE = 1.5          # exponent of the grey line: a sparse factorisation in the plane
 HATCHES = ("", "//", "", "..", "xx", "", "\\\\")
 
 
 def cost(records):
-    """Time and memory over unknowns (a, b) and contact nodes (c, d); total over the floor (e); where the time goes (f)."""
+    """Time and memory over unknowns (a, b) and contact nodes (c, d); total over the floor of `speed_growth` (e); where the time goes (f)."""
     drawing, axes = plots.figure(3, 2, height=2.3, width=2.9)
     good = grouped([row for row in records if not row["failure"]], "method")
     panels = [("unknowns", "seconds"), ("unknowns", "megabytes"), ("contact_nodes", "seconds"), ("contact_nodes", "megabytes"),
@@ -21,7 +22,7 @@ def cost(records):
     for axis, letter, (size, value) in zip(axes.flat, "abcde", panels):
         for method, rows in good.items():
             colour, marker, line = STYLES[method]
-            rows = [row for row in rows if row[value] and row[value] > 0]
+            rows = [row for row in rows if row[value] and row[value] >= TOLD.get(value, 0)]
             axis.plot([row[size] for row in rows], [row[value] for row in rows], color=colour, marker=marker, linestyle=line,
                       label=method)
         axis.set(xscale="log", yscale="log", xlabel=LABELS[size], ylabel=LABELS[value])
@@ -60,6 +61,8 @@ def _shares(axis, last):
         axis.barh(range(len(last)), widths, left=list(left.values()), color=plots.COLOURS[number], label=phase, edgecolor="white",
                   hatch=HATCHES[number], linewidth=0.3)
         left = {method: start + width for (method, start), width in zip(left.items(), widths)}
+    rest = [max(0.0, 1 - start) for start in left.values()]
+    axis.barh(range(len(last)), rest, left=list(left.values()), color="0.85", label="other")
     for number, row in enumerate(last.values()):
         axis.text(1.02, number, f"{row['seconds']:.2g} s", va="center", fontsize=7)
     axis.set_yticks(range(len(last)), [method.replace(", ", ",\n") for method in last], fontsize=6)

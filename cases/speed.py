@@ -31,7 +31,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")      # of tamaas, before it is imp
 
 from tqdm import tqdm  # noqa: E402
 
-from cases import figures_growth, speed_figures, speed_growth  # noqa: E402
+from cases import figures_growth, figures_peers, speed_figures, speed_growth  # noqa: E402
 from cases.options import command, option  # noqa: E402
 from cases.speed_methods import METHODS, NAMES, clock  # noqa: E402
 from cases.speed_scenes import QUICK, SCENES  # noqa: E402
@@ -232,7 +232,7 @@ def run(parameters, out=None, quiet=False):
     if out:
         peers = {f"version_{name}": version for name, version in _peers().items()}
         extra = {"command": command("speed", parameters), **answer["threads"], **peers}
-        for name, rows, plates in (("speed", answer["runs"], speed_figures.PLATES),
+        for name, rows, plates in (("speed", answer["runs"], {**speed_figures.PLATES, **figures_peers.PLATES}),
                                    ("speed_cost", answer["cost"]["runs"], figures_growth.PLATES)):
             if rows:
                 write_records(out/f"{name}.csv", [{**row, **extra} for row in rows])

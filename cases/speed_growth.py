@@ -28,12 +28,12 @@ from microblock.uniform import UniformContact
 
 SCENE = "microblock-0.25"
 WINDOW = 1.5           # of the cells, over a_Hz: a little more than the contact
-LONGEST = 240.0        # seconds that a run may be expected to take
-STEEPEST = 1.5         # exponent of time, and of memory, over unknowns for that expectation
+LONGEST = 190.0        # seconds that a run may be expected to take
+STEEPEST = {"seconds": 1.4, "megabytes": 1.25}      # exponents over unknowns for that expectation; factors in the plane
 SPARE = 0.7            # share of the free memory that a run may be expected to take
 OVERDUE = 3600.0       # wall seconds after which a run has failed
 REPEATS, QUICKLY = 3, 1.0      # of runs that take less than so many seconds
-QUICK = {"condensed, order 1": 2, "cells": 2}      # rungs of the short form
+QUICK = {"condensed, order 1": 2}      # rungs of the short form
 DECADE = 10.0
 TOLD = {"seconds": 1e-4, "megabytes": 2.0}     # below it the clock or the allocator's reserves are what is seen
 SETTINGS = ("h", "order", "solver", "domain", "nodes", "rtol")
@@ -202,8 +202,8 @@ def refused(rows):
     """Why the next rung, taken as much larger as the last one was, is left out; None if it is not."""
     if len(rows) < 2:
         return None
-    larger = (rows[-1]["unknowns"]/rows[-2]["unknowns"])**STEEPEST
-    seconds, megabytes = rows[-1]["seconds"]*larger, (rows[-1]["megabytes"] or 0)*larger
+    larger = rows[-1]["unknowns"]/rows[-2]["unknowns"]
+    seconds, megabytes = ((rows[-1][cost] or 0)*larger**power for cost, power in STEEPEST.items())
     if seconds > LONGEST:
         return f"left out: about {seconds:.0f} s would go beyond {LONGEST:g} s"
     free = available()
@@ -236,12 +236,12 @@ def result(work, progress):
 
 
 def slopes(rows):
-    """Exponents of seconds and memory over unknowns and contact nodes, fitted to the last decade of each method's rungs."""
+    """Exponents of seconds and memory over unknowns and contact nodes, fitted to the last decade of unknowns of each method."""
     found = []
     for method, mine in grouped([row for row in rows if not row["failure"]], "method").items():
+        last = [row for row in mine if row["unknowns"]*DECADE >= mine[-1]["unknowns"]]
+        last = last if len(last) > 1 else mine[-2:]
         for size in SIZES:
-            last = [row for row in mine if row[size]*DECADE >= mine[-1][size]]
-            last = last if len(last) > 1 else mine[-2:]
             row = {"method": method, "over": size, "from": last[0][size], "to": last[-1][size]}
             sizes = [one[size] for one in last]
             found.append({**row, **{cost: _slope(sizes, [one[cost] for one in last], TOLD[cost]) for cost in COSTS}})

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from . import meshes
 from .law import corner_shifts
 from .observables import contact_zones, distance_to_ends, runs
 from .surface_view import Setting, StateView, surface
@@ -67,6 +68,26 @@ class BodyState(StateView):
     @property
     def named_zones(self):
         return self.zones
+
+    @property
+    def warnings(self):
+        """Where the model leaves its ground, and where elements under the contact do not resolve the layer.
+
+        The latter on a mesh that was prescribed: an estimate speaks for itself.
+        """
+        return super().warnings + ([] if self.error_estimate is not None else self._unresolved())
+
+    def _unresolved(self):
+        body, closed = self.nodes.body, self.closed.any(axis=0)
+        numbers, across = meshes.thicknesses(body.mesh, self.nodes.region)
+        pressed = np.array([closed[members].any() for members in self.nodes.facets])
+        orders = np.full(body.mesh.ne, min(body.order, body.order_psi)) if body.element_orders is None else body.element_orders
+        for order in np.unique(orders[numbers[pressed]]):
+            longest = meshes.longest_element(self.solid, int(order))
+            if across[pressed & (orders[numbers] == order)].max() > longest:
+                return [f"elements of order {order} that reach deeper than {longest:.2g} below the contact do not resolve the "
+                        "layer at the surface: cut them, take a higher order, or ask for an rtol"]
+        return []
 
     def surface(self, window=None):
         """The Surface at the nodes."""

@@ -65,7 +65,13 @@ class NotConverged(MicroblockError, RuntimeError):
 
 
 class MissingExtra(MicroblockError, ImportError):
-    """A package that an optional part needs is not installed: says which extra brings it."""
+    """A package that an optional part needs is not installed: says which extra brings it.
+
+    Examples
+    --------
+    >>> print(mb.MissingExtra("explore()", "ipywidgets", "notebook"))
+    explore() needs ipywidgets: python -m pip install 'microblock[notebook]'
+    """
 
     def __init__(self, what, package, extra):
         super().__init__(f"{what} needs {package}: python -m pip install 'microblock[{extra}]'")

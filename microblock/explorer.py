@@ -23,6 +23,11 @@ class Choice:
     """What may be changed: load (force per thickness), psi0 (radians), radius (length), alpha = ell/a_ref, law (by name).
 
     psi0 and radius are None where the scene has none, or none that is one number.
+
+    Examples
+    --------
+    >>> mb.Choice(load=1.0, psi0=0.0, radius=10.0, alpha=0.25, law="microblock").alpha
+    0.25
     """
 
     load: float
@@ -47,6 +52,13 @@ class Explorer(Shown):
     scene : Contact
     load : float, force per thickness
     rtol : float, as of `Contact.at`
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+    >>> explorer = mb.Explorer(mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock(psi0=0)), load=1.0)
+    >>> explorer.choice.law
+    'microblock'
     """
 
     def __init__(self, scene, load, rtol=1e-3):

@@ -16,8 +16,9 @@ GRADING = 0.5        # of netgen, away from the surface; from 0.6 on some meshes
 RATIO = 0.15         # of the elements towards a graded vertex
 GROWTH = 3.0         # of equal squares, over their side and times the reach: 1.03 for the paper's 0.02 of 2 a_Hz
 SLIVER = 1e-9        # of the reach, below which two edges are one
-FALL = 1.6, 1.0      # on a half and on a whole body, over the linear fall of the order in the logarithm of the distance: errors
-                     # of a far field that is not symmetric tilt the surface
+FALL = 1.6/3, 1/3    # of the way to the lowest order, on a half and on a whole body, that a decade of distance takes, wherever
+                     # the body ends: what an error far away does to the surface falls with its distance alone. Less on a whole
+                     # body: errors of a far field that is not symmetric tilt the surface
 FIRST = 0.4          # of the reach: within it of a tip the orders begin to fall
 
 
@@ -30,6 +31,22 @@ def longest_element(solid, order):
     if solid.beta == 0:
         return math.inf
     return solid.ell/math.sqrt(solid.eta) if order == 1 else HELD*order**POWER*solid.layer_length
+
+
+def thicknesses(mesh, region):
+    """(numbers of the elements below the facets of a boundary, how far they reach below them): arrays (facets,).
+
+    Twice the area of a triangle, or the area of a quadrilateral, over the length of its facet.
+    """
+    above = {edge.nr: element for element in mesh.Elements() for edge in element.edges}
+    areas = ng.Integrate(ng.CF(1), mesh, ng.VOL, element_wise=True).NumPy()
+    numbers, found = [], []
+    for facet in region.Elements():
+        element = above[facet.edges[0].nr]
+        start, end = (np.array(mesh[vertex].point) for vertex in facet.vertices)
+        numbers.append(element.nr)
+        found.append((2 if len(element.vertices) == 3 else 1)*areas[element.nr]/np.linalg.norm(end - start))
+    return np.array(numbers), np.array(found)
 
 
 def line(depth, elements):
@@ -194,13 +211,14 @@ def uniform_lines(reach, far, h):
 def falling_orders(mesh, ground, tips, top):
     """Orders of the elements (array (elements,)): `top` near the surface, falling linearly in the logarithm of the distance.
 
-    The lowest, at the tips of the grading and in the far field, is nearly half of it: their errors have to fall with the rest.
+    The lowest, at the tips of the grading and in a field that is far, is nearly half of it: their errors have to fall with the
+    rest. A small square has no such field: low orders at its sides would bend the surface under every rung of a ladder alike.
     """
     centres, sizes = _elements(mesh)
     reach = max(abs(x) for x in ground.reach)
-    away = np.log(np.maximum(np.hypot(*centres.T)/reach, 1))/np.log(ground.far/reach)
+    decades = np.log10(np.maximum(np.hypot(*centres.T)/reach, 1))
     at_tips, far = max(1, (top - 3)//2), max(1, (top - 3)//2) if ground.half else max(2, (top - 2)//2)
-    orders = far + (top - far)*np.maximum(1 - FALL[not ground.half]*away, 0)
+    orders = far + (top - far)*np.maximum(1 - FALL[not ground.half]*decades, 0)
     if len(tips):
         distance = np.abs(centres[:, None, 0] - np.asarray(tips)) + np.abs(centres[:, None, 1])
         smallest = sizes.min()

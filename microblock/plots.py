@@ -51,6 +51,8 @@ def draw(drawing, data, folder, name):
     paths = [folder/f"{name}.{kind}" for kind in ("png", "pdf")]
     with matplotlib.rc_context(STYLE):
         finished = drawing(data)
+        finished.draw_without_rendering()
+        finished.set_layout_engine("none")      # laid out once for both files
         for path in paths:
             part = path.with_name(f".{path.name}")
             finished.savefig(part)

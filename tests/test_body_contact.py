@@ -1,6 +1,7 @@
 """A body on a mesh as the one word changed: states, path, events, energy, curved boundaries, refinement of its mesh."""
 
 import math
+from dataclasses import replace
 
 import netgen.occ as occ
 import ngsolve as ng
@@ -9,7 +10,7 @@ import pytest
 from conftest import dome
 
 import microblock as mb
-from microblock import active_set, references, refined
+from microblock import active_set, meshes, references, refined
 from microblock.body_contact import BodyContact
 from microblock.fitted import FittedContact
 
@@ -89,6 +90,36 @@ def test_refinement_by_recovery_holds(law, rtol):
     assert state.error_estimate <= rtol and mesh.ne == elements      # the user's mesh stays as it is
     # 1.0 to 3.5 were seen over a dozen meshes: traction of averaged gradients is less accurate than nodal forces
     assert error < state.error_estimate < 6*error
+
+
+@pytest.mark.parametrize("alpha, law", [(0.37, mb.Unilateral()), (0.05, mb.Microblock())])
+def test_two_kinds_of_mesh_agree_on_a_small_square(alpha, law):
+    """Neither knows of the other: one is refined by recovery, the other follows the edges; their estimates add up."""
+    solid = mb.Cosserat(E=SOLID.E, nu=0.3, ell=alpha, beta=1)
+    state = mb.Contact(mb.Body(ground(6.0), solid, 5, fixed="bottom"), mb.Cylinder(1.0), law).at(P, 4e-3)
+    other = FittedContact(solid, mb.Cylinder(1.0), law, 6.0).at(P, 1e-2)
+    assert state.difference(other.pressure) < state.error_estimate + other.estimate.total
+
+
+@pytest.mark.parametrize("ell, order, told", [(0.25, 3, False), (0.25, 1, True), (0.01, 3, True)])
+def test_a_state_tells_of_layers_thinner_than_an_element(ell, order, told):
+    """Told where micromoments inside the contact are wrong by more than a tenth, which is what the longest element stands for."""
+    solid = mb.Cosserat(E=SOLID.E, nu=0.3, ell=ell, beta=1)
+    state = mb.Contact(mb.Body(ground(6.0), solid, order, fixed="bottom"), mb.Cylinder(1.0), mb.Microblock()).at(P)
+    assert any("resolve the layer" in one for one in state.warnings) == told
+    fitted = FittedContact(solid, mb.Cylinder(1.0), mb.Microblock(), 6.0).at(P, 1e-2)
+    inside = np.abs(state.x) < 0.8
+    true = np.interp(np.abs(state.x[inside]), fitted.x, fitted.micromoment)*np.sign(state.x[inside])
+    assert (np.linalg.norm(state.micromoment[inside] - true) > 0.1*np.linalg.norm(true)) == told
+    estimated = replace(state, error_estimate=0.1)      # which speaks for itself
+    assert not any("resolve the layer" in one for one in estimated.warnings)
+
+
+@pytest.mark.parametrize("quads", [True, False])
+def test_thickness_of_elements_below_the_surface(quads):
+    body = mb.Body(meshes.column(depth=1.0, elements=4, width=0.7, quads=quads), SOLID, 1, fixed="middle", periodic=True)
+    numbers, across = meshes.thicknesses(body.mesh, body.boundary("contact"))
+    assert across == pytest.approx([0.25]) and len(numbers) == 1      # rounding
 
 
 def test_only_elements_that_matter_are_cut():

@@ -101,6 +101,16 @@ def test_truncation_is_within_its_estimate():
     assert 0.25*TRUNCATION/400 < cut[1] < TRUNCATION/400      # an estimate that is not idle
 
 
+@pytest.mark.parametrize("size, law", [(3.0, Unilateral()), (6.0, Microblock()), (18.0, Unilateral())])
+def test_estimate_holds_on_squares_of_any_size(size, law):
+    """Against one order for all elements: rungs that share low orders in a field that is near share their error."""
+    scene = FittedContact(solid_of(0.3), Cylinder(1.0), law, size)
+    judge = replace(scene, even=True).at(P, 1e-4)
+    for rtol in (1e-2, 1e-3):
+        state = scene.at(P, rtol)
+        assert difference(state, judge) + judge.estimate.total < state.estimate.total <= rtol
+
+
 def test_domain_of_the_paper_changes_the_third_digit():
     scene = [FittedContact(solid_of(0.25), Cylinder(1.0), Microblock(), domain).of_order(P, 6) for domain in (18.0, math.inf)]
     centre = [float(sum(state.pressure(corner, np.zeros(1))[0] for corner in (0, 1))) for state in scene]

@@ -18,7 +18,7 @@ MAY_IMPORT = {
     "surface_state": {"below", "condensation", "law", "observables", "panels", "surface_view"},
     "ground": {"law", "observables", "panels"}, "uniform": {"active_set", "body", "condensation", "facets", "ground", "meshes",
                                                           "newton", "surface_state"},
-    "body_state": {"below", "law", "observables", "surface_view"}, "refined": {"facets", "panels"},
+    "body_state": {"below", "law", "meshes", "observables", "surface_view"}, "refined": {"facets", "panels"},
     "body_contact": {"active_set", "body", "body_state", "condensation", "observables", "path", "refined"},
     "meeting": {"halfplane"},
     "fitted": {"active_set", "body", "condensation", "ground", "law", "meshes", "surface_state"},

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from cases import accuracy, figures_growth, speed, speed_figures, speed_growth
+from cases import accuracy, figures_growth, figures_peers, speed, speed_figures, speed_growth
 from cases.__main__ import main
 from cases.speed_methods import AL_RHO, LINES, METHODS, PAPER_SCENE, REACH, Answer, Method, fitted, half_plane, uniform
 from cases.speed_scenes import CLASSICAL, LOAD, OBSTACLE, SCENES, WHERE, rule
@@ -174,7 +174,7 @@ def test_quick_study(tmp_path, capsys):
     assert all(condensed[f"share_{phase}"] > 0 for phase in ("mesh", "assembly", "factor", "condensation", "states"))
     assert {row["method"] for row in answer["cost"]["runs"]} == set(speed_growth.QUICK)
     assert not [row for row in answer["cost"]["runs"] if row["failure"]]
-    plates = *speed_figures.PLATES, *figures_growth.PLATES
+    plates = *speed_figures.PLATES, *figures_peers.PLATES, *figures_growth.PLATES
     names = {f"speed_{plate}.{kind}" for plate in plates for kind in ("png", "pdf")}
     assert {path.name for path in (tmp_path/"o").iterdir()} == {*names, "speed.csv", "speed_cost.csv"}
     record = read_records(tmp_path/"o"/"speed.csv")[0]
