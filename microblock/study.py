@@ -42,13 +42,16 @@ def write_json(path, result):
 
 
 def write_records(path, rows):
-    """Write a CSV file, whole or not at all: one row a run, the columns of the first row, versions last."""
+    """Write a CSV file, whole or not at all: one row a run, the columns of the first row, versions last.
+
+    Rows that come with versions, from earlier records, keep them.
+    """
     known = {f"version_{name}": version for name, version in versions().items()}
     with tempfile.SpooledTemporaryFile(mode="w+", newline="", max_size=10**8) as text:
-        table = csv.DictWriter(text, fieldnames=[*rows[0], *known])
+        table = csv.DictWriter(text, fieldnames=[*rows[0], *(name for name in known if name not in rows[0])])
         table.writeheader()
         for row in rows:
-            table.writerow({**row, **known})
+            table.writerow({**known, **row})
         text.seek(0)
         write_text(path, text.read())
 
