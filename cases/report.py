@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 
 from tqdm import tqdm
 
-from cases import figures_fe, figures_hertz, figures_layers, figures_strip, limits_table, paper_and_here, report_page
+from cases import figures_fe, figures_hertz, figures_layers, figures_strip, figures_studies, limits_table, paper_and_here, report_page
 from cases.options import option
 from microblock import plots, provenance
 from microblock.errors import BadArgument, NotConverged
@@ -21,7 +21,7 @@ from microblock.study import read_records, versions, write_json, write_records, 
 
 OUT = "out"
 # modules with PLATES {name: (records, drawing)} or TABLES {name: records}: what is named here is part of the report
-ROOMS = (figures_strip, figures_fe, figures_hertz, figures_layers, limits_table)
+ROOMS = (figures_strip, figures_fe, figures_hertz, figures_layers, figures_studies, limits_table)
 PLATES = {name: plate for room in ROOMS for name, plate in getattr(room, "PLATES", {}).items()}
 TABLES = {name: table for room in ROOMS for name, table in getattr(room, "TABLES", {}).items()}
 JUDGED = paper_and_here.TABLES     # made from the records of the others
