@@ -444,3 +444,11 @@ def test_tableau_is_made_anew(monkeypatch):
     often = path(H, g0, [2.0])
     assert [(e.corner, e.kind) for e in often.events] == [(e.corner, e.kind) for e in whole.events]
     assert [e.load for e in often.events] == pytest.approx([e.load for e in whole.events], rel=1e-11)
+
+
+def test_rigid_corners_without_gaps_take_the_load_from_a_compliant_one():
+    """Each gap and force of the compliant corner vanishes: no length is left to which a residual could be relative."""
+    flexibility = np.diag([0.0, 0.0, 0.5625])
+    state = solve(flexibility, np.zeros(3), load=10.0)
+    assert state.forces.sum() == pytest.approx(10.0, rel=1e-12)      # rounding of a sum
+    assert abs(state.approach) <= 1e-14 and state.forces[2] <= 1e-14      # of 0.5625*10 and 10, rounding
