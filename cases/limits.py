@@ -26,7 +26,7 @@ from microblock.errors import BadArgument
 from microblock.study import grouped, read_records, versions, write_records
 
 MAPS = {one.name: one for room in (limits_line, limits_states, limits_meshes, limits_newton) for one in room.MAPS}
-QUICK = 3        # runs of a panel, one of them near a degeneracy
+QUICK = 2        # runs of a panel, one of them near a degeneracy
 
 
 @dataclass(frozen=True)
