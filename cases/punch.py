@@ -21,7 +21,7 @@ from tqdm import tqdm
 from cases import three_ways
 from cases.options import command, option
 from microblock import plots
-from microblock.errors import BadArgument, require_finite, require_tolerance
+from microblock.errors import BadArgument, require_finite
 from microblock.obstacles import Punch
 from microblock.study import column, grouped, read_records, versions, write_records
 
@@ -47,17 +47,10 @@ class Parameters:
             require_finite(loads=load)
             if load < 0 or 0 < load < 0.01 or load > 1e3:
                 raise BadArgument("loads", load, "must be 0 or lie between 0.01 and 1000")
-        require_finite(alpha=self.alpha, beta=self.beta)
+        require_finite(alpha=self.alpha)
         if not 0.01 <= self.alpha <= 2:
             raise BadArgument("alpha", self.alpha, "must lie between 0.01 and 2")
-        if not 0 < self.beta < 2:
-            raise BadArgument("beta", self.beta, "must satisfy 0 < beta < 2")
-        require_tolerance(self.rtol)
-        if not 1e-4 <= self.rtol_fe < 1:
-            raise BadArgument("rtol_fe", self.rtol_fe, "must lie between 1e-4 and 1")
-        if not 256 <= self.nodes <= 2**20:
-            raise BadArgument("nodes", self.nodes, f"must lie between 256 and {2**20}")
-        three_ways.solid_of(self, "microblock")      # Inadmissible moduli are named here
+        three_ways.check(self)
 
 
 def scene(load):

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from microblock.errors import MicroblockError
+from microblock.errors import BadArgument, MicroblockError, require_finite, require_tolerance
 from microblock.fitted import FittedContact
 from microblock.grid_contact import GridContact
 from microblock.halfplane import HalfPlane
@@ -17,6 +17,19 @@ from microblock.study import column, grouped
 CLASSICAL = 1e-10        # coupling of the classical limit: results differ from it by as much
 LAWS = {"classical": Unilateral, "unilateral": Unilateral, "microblock": Microblock}
 WINDOW = 1.1             # of cells over the contact
+
+
+def check(parameters):
+    """Raise BadArgument for a beta, rtol, rtol_fe or nodes of a case's parameters out of range; inadmissible moduli are named too."""
+    require_finite(beta=parameters.beta)
+    if not 0 < parameters.beta < 2:
+        raise BadArgument("beta", parameters.beta, "must satisfy 0 < beta < 2")
+    require_tolerance(parameters.rtol)
+    if not 1e-4 <= parameters.rtol_fe < 1:
+        raise BadArgument("rtol_fe", parameters.rtol_fe, "must lie between 1e-4 and 1")
+    if not 256 <= parameters.nodes <= 2**20:
+        raise BadArgument("nodes", parameters.nodes, f"must lie between 256 and {2**20}")
+    solid_of(parameters, "microblock")
 
 
 def solid_of(parameters, law):

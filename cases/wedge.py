@@ -22,7 +22,7 @@ from tqdm import tqdm
 from cases import three_ways
 from cases.options import command, option
 from microblock import plots
-from microblock.errors import BadArgument, require_finite, require_tolerance
+from microblock.errors import BadArgument, require_finite
 from microblock.halfplane import HalfPlane, short_waves
 from microblock.obstacles import Wedge
 from microblock.scene import Contact
@@ -49,15 +49,7 @@ class Parameters:
             require_finite(loads=load)
             if not 1e-3 <= load <= 1e3:
                 raise BadArgument("loads", load, "must lie between 0.001 and 1000")
-        require_finite(beta=self.beta)
-        if not 0 < self.beta < 2:
-            raise BadArgument("beta", self.beta, "must satisfy 0 < beta < 2")
-        require_tolerance(self.rtol)
-        if not 1e-4 <= self.rtol_fe < 1:
-            raise BadArgument("rtol_fe", self.rtol_fe, "must lie between 1e-4 and 1")
-        if not 256 <= self.nodes <= 2**20:
-            raise BadArgument("nodes", self.nodes, f"must lie between 256 and {2**20}")
-        three_ways.solid_of(self, "microblock")      # Inadmissible moduli are named here
+        three_ways.check(self)
 
 
 def solve(parameters, law, load):

@@ -6,9 +6,8 @@ from itertools import product
 
 import numpy as np
 
-from .observables import contact_zones
 from .panels import Line, Panels, half_line, lagrange, log_response, response, zone_edges
-from .surface_view import Setting, StateView, surface
+from .surface_view import LineView, surface
 
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
 JOINT = 1e-12        # of a panel: rounding may leave that between two
@@ -38,7 +37,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, repr=False)
-class LineState(StateView):
+class LineState(LineView):
     """A state on fitted panels.
 
     Attributes
@@ -74,19 +73,6 @@ class LineState(StateView):
         return {0: self.zones[0], 1: tuple((-right, -left) for left, right in reversed(self.zones[0]))}
 
     _level = ", up to the level of the half-plane"
-
-    @property
-    def solid(self):
-        return self.line.solid
-
-    @property
-    def setting(self):
-        return Setting(self.line.obstacle, self.line.law, self.line.solid.ell)
-
-    @property
-    def named_zones(self):
-        """{"A", "B", "full", "contact": intervals} of x1."""
-        return contact_zones(self.all_zones, self.line.law.corners)
 
     @cached_property
     def _anchored(self):

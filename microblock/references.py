@@ -6,8 +6,22 @@ from dataclasses import dataclass
 import numpy as np
 
 
+class _Layered:
+    """What strips have in common, from their ell, nu, beta and curvature."""
+
+    @property
+    def k(self):
+        """Inverse decay length of the layer, over 1/H."""
+        return math.sqrt(2*self.beta/self.curvature)/self.ell
+
+    @property
+    def oedometric(self):
+        """(lambda + 2 mu)/mu."""
+        return 2*(1 - self.nu)/(1 - 2*self.nu)
+
+
 @dataclass(frozen=True)
-class Strip:
+class Strip(_Layered):
     """The strip between rigid planes, (44)-(49), for any curvature coefficient gamma'.
 
     Lengths over H, stresses over mu. The strip occupies -1 <= x2 <= 1; fields at depths 0 <= x2 <= 1.
@@ -29,16 +43,6 @@ class Strip:
     beta: float
     delta: float
     curvature: float = 2.0
-
-    @property
-    def k(self):
-        """Inverse decay length of the layer, over 1/H."""
-        return math.sqrt(2*self.beta/self.curvature)/self.ell
-
-    @property
-    def oedometric(self):
-        """(lambda + 2 mu)/mu."""
-        return 2*(1 - self.nu)/(1 - 2*self.nu)
 
     @property
     def _lever(self):
@@ -119,7 +123,7 @@ class Strip:
 
 
 @dataclass(frozen=True)
-class TwoFacedStrip:
+class TwoFacedStrip(_Layered):
     """The strip between rigid planes with blocks turned differently on its two faces (docs/theory.md, "Two faces").
 
     Lengths over half the thickness H, stresses over mu; the strip occupies -1 <= x2 <= 1. Equal turns give `Strip`. With
@@ -141,16 +145,6 @@ class TwoFacedStrip:
     beta: float
     delta: float
     curvature: float = 2.0
-
-    @property
-    def k(self):
-        """Inverse decay length of the layers, over 1/H."""
-        return math.sqrt(2*self.beta/self.curvature)/self.ell
-
-    @property
-    def oedometric(self):
-        """(lambda + 2 mu)/mu."""
-        return 2*(1 - self.nu)/(1 - 2*self.nu)
 
     @property
     def _stiffness(self):

@@ -10,9 +10,9 @@ import numpy as np
 
 from .condensation import ContactNodes
 from .law import corner_shifts
-from .observables import contact_zones, distance_to_ends
+from .observables import distance_to_ends
 from .panels import Line
-from .surface_view import Setting, StateView, surface
+from .surface_view import LineView, surface
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, repr=False)
-class SurfaceState(StateView):
+class SurfaceState(LineView):
     """A state on the contact nodes of a body whose contact boundary runs along x1.
 
     Attributes
@@ -83,19 +83,6 @@ class SurfaceState(StateView):
     def error_estimate(self):
         """Relative L2 error of pressure and micromoment; None where the mesh was prescribed."""
         return None if self.estimate is None else self.estimate.total
-
-    @property
-    def solid(self):
-        return self.line.solid
-
-    @property
-    def setting(self):
-        return Setting(self.line.obstacle, self.line.law, self.line.solid.ell)
-
-    @property
-    def named_zones(self):
-        """{"A", "B", "full", "contact": intervals} of x1."""
-        return contact_zones(self.all_zones, self.line.law.corners)
 
     def surface(self, window=None):
         """The Surface at `x`; a window (left, right) is none of its business, the nodes are where they are."""

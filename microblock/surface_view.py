@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .display import Row, Shown, Summary, intervals, number
+from .observables import contact_zones
 from .obstacles import gap
 
 ZONES = ("A", "B", "full", "contact")
@@ -142,6 +143,23 @@ class StateView(Shown):
         if path is not None:
             drawing.savefig(path)
         return drawing
+
+
+class LineView(StateView):
+    """Base of states along x1 that know their scene as a `line`, and `all_zones`."""
+
+    @property
+    def solid(self):
+        return self.line.solid
+
+    @property
+    def setting(self):
+        return Setting(self.line.obstacle, self.line.law, self.line.solid.ell)
+
+    @property
+    def named_zones(self):
+        """{"A", "B", "full", "contact": intervals} of x1."""
+        return contact_zones(self.all_zones, self.line.law.corners)
 
 
 def scales(obstacle, solid, load):

@@ -29,7 +29,7 @@ MAY_IMPORT = {
     "scene": {"adapt", "body_contact", "contact_line", "explorer", "law", "line_state", "panels", "path", "topology", "widgets"},
     "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "law", "observables", "projected_cg", "surface_view"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
-    "display": set(), "surface_view": {"obstacles", "state_figure"}, "blocks": set(), "state_figure": {"blocks", "plots"},
+    "display": set(), "surface_view": {"observables", "obstacles", "state_figure"}, "blocks": set(), "state_figure": {"blocks", "plots"},
     "frames": {"plots"}, "below": {"plots"}, "explorer": {"frames", "law", "state_figure", "topology"}, "widgets": {"below"},
 }
 
