@@ -18,6 +18,7 @@ from tqdm import tqdm
 
 from cases import reference_line as judge
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import active_set, plots
 from microblock.errors import BadArgument, MicroblockError, NotConverged
 from microblock.halfplane import HalfPlane
@@ -25,7 +26,7 @@ from microblock.law import Microblock, Microclamped, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Wedge
 from microblock.scene import Contact
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 LOAD, RADIUS = np.pi/2, 10.0       # with E* = 20: a_Hz = 1
 KINDS = {"microblock": 0.30, "unilateral": 0.20, "microclamped": 0.14, "psi0": 0.26, "wedge": 0.10}      # shares of the sample
@@ -229,9 +230,7 @@ def result(parameters, quiet=True):
     start = time.perf_counter()
     rows = [row for draw in tqdm(sample(parameters.scenes, parameters.seed), disable=quiet, unit="scene")
             for row in judged(draw, parameters.rtols)]
-    return {"parameters": {**asdict(parameters), "rtols": list(parameters.rtols)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "table": table(rows), "scenes": rows,
-            "failures": grouped(misses(rows), "failure")}
+    return returned(parameters, start, table=table(rows), scenes=rows, failures=grouped(misses(rows), "failure"))
 
 
 def misses(rows):
@@ -246,8 +245,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"accuracy.csv", [{**row, "command": command("accuracy", parameters)} for row in answer["scenes"]])
-        plots.draw(figure, read_records(out/"accuracy.csv"), out, "accuracy")
+        keep(out, "accuracy", [{**row, "command": command("accuracy", parameters)} for row in answer["scenes"]], figure)
     return answer
 
 

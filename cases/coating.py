@@ -12,13 +12,14 @@ Units      a_Hz = 1, R = 10, E* = 20; thick layers carry pi/2, thin ones what th
 
 import math
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from tqdm import tqdm
 
 from cases.bodies import balances, draw_body, mesh_of, points_of, polygon
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.body import Body
 from microblock.errors import BadArgument, require_finite
@@ -27,7 +28,7 @@ from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Punch
 from microblock.scene import Contact
-from microblock.study import grouped, read_records, versions, write_records
+from microblock.study import grouped
 
 LOAD, RADIUS, STIFFNESS = math.pi/2, 10.0, 20.0
 OBSTACLES = {"cylinder": Cylinder(RADIUS), "punch": Punch(1.0, tilt=0.01)}
@@ -134,8 +135,7 @@ def result(parameters, quiet=True):
     start = time.perf_counter()
     chosen = [(h, obstacle, law) for obstacle in OBSTACLES for law in LAWS for h in parameters.thicknesses]
     rows = [solve(parameters, *one)[0] for one in tqdm(chosen, disable=quiet, unit="layer")]
-    return {"parameters": {**asdict(parameters), "thicknesses": list(parameters.thicknesses)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "layers": rows}
+    return returned(parameters, start, layers=rows)
 
 
 def run(parameters, out=None, quiet=False):
@@ -145,11 +145,9 @@ def run(parameters, out=None, quiet=False):
         show(answer)
     if out:
         repeat = {"command": command("coating", parameters)}
-        write_records(out/"coating.csv", [{**repeat, **row} for row in answer["layers"]])
-        plots.draw(figure, read_records(out/"coating.csv"), out, "coating")
+        keep(out, "coating", [{**repeat, **row} for row in answer["layers"]], figure)
         _, state = solve(parameters, PICTURE, "cylinder", "microblock")
-        write_records(out/"coating_body.csv", [{**repeat, **row} for row in points_of(state, (-2, 2, -PICTURE))])
-        plots.draw(draw_body, read_records(out/"coating_body.csv"), out, "coating_body")
+        keep(out, "coating_body", [{**repeat, **row} for row in points_of(state, (-2, 2, -PICTURE))], draw_body)
     return answer
 
 

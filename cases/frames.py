@@ -11,12 +11,13 @@ Units      milliseconds; a frame is the new state, the new data and the PNG of t
 
 import math
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from tqdm import tqdm
 
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, NotConverged, require_positive, require_tolerance
 from microblock.explorer import LAWS, Explorer
@@ -25,7 +26,7 @@ from microblock.law import Microblock
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder
 from microblock.scene import Contact
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 NU = 0.3
 LOAD = math.pi/2       # with E* = 2, R = 1: a_ref = 1
@@ -108,8 +109,7 @@ def result(parameters, quiet=True):
     frames = [row for run in tqdm(runs(parameters), disable=quiet, unit="slider") for row in solve(parameters, *run)]
     digests = [{"blocks": name, "slider": slider, **digest(rows)} for name, own in grouped(frames, "blocks").items()
                for slider, rows in grouped(own, "slider").items()]
-    return {"parameters": asdict(parameters), "versions": versions(), "aims": AIMS, "all": digest(frames), "sliders": digests,
-            "frames": frames, "seconds": {"setup": ready - start, "solve": time.perf_counter() - ready}}
+    return returned(parameters, ready, ready - start, aims=AIMS, all=digest(frames), sliders=digests, frames=frames)
 
 
 def run(parameters, out=None, quiet=False):
@@ -118,8 +118,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"frames.csv", [{"command": command("frames", parameters), **row} for row in answer["frames"]])
-        plots.draw(figure, read_records(out/"frames.csv"), out, "frames")
+        keep(out, "frames", [{"command": command("frames", parameters), **row} for row in answer["frames"]], figure)
     return answer
 
 

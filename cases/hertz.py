@@ -19,13 +19,14 @@ import numpy as np
 
 from cases import hertz_fe
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import line_state, law, obstacles, plots
 from microblock.errors import BadArgument, require_finite
 from microblock.halfplane import HalfPlane
 from microblock.material import Cosserat
 from microblock.observables import contact_zones, half_widths, largest
 from microblock.scene import Contact
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 RTOL = 1e-3
 ALPHA = 0.25
@@ -246,10 +247,8 @@ def result(parameters):
     states = solve(resolved)
     observed = [observe(resolved, *state) for state in states]
     history = (hertz_fe.events if resolved.model == "fe" else events)(resolved, max(resolved.loads))
-    return {"parameters": {**asdict(resolved), "loads": list(resolved.loads)}, "versions": versions(),
-            "seconds": {"setup": ready - start, "solve": time.perf_counter() - ready},
-            "model": resolved.model, "unknowns": max(one["unknowns"] for one in observed), "states": observed,
-            "events": history, "warnings": warnings(resolved, states)}
+    return returned(resolved, ready, ready - start, model=resolved.model, unknowns=max(one["unknowns"] for one in observed),
+                    states=observed, events=history, warnings=warnings(resolved, states))
 
 
 def run(parameters, out=None, quiet=False):
@@ -258,8 +257,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"hertz.csv", rows(parameters, answer["states"]))
-        plots.draw(figure, read_records(out/"hertz.csv"), out, "hertz")
+        keep(out, "hertz", rows(parameters, answer["states"]), figure)
     return answer
 
 

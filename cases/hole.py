@@ -11,13 +11,14 @@ Units      the block's own; E = 1.
 """
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import netgen.occ as occ
 from tqdm import tqdm
 
 from cases.bodies import balances, draw_body, mesh_of, points_of
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.body import Body
 from microblock.errors import BadArgument, require_finite
@@ -25,7 +26,7 @@ from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Punch
 from microblock.scene import Contact
-from microblock.study import grouped, read_records, versions, write_records
+from microblock.study import grouped
 
 OBSTACLES = {"cylinder": Cylinder(5.0), "punch": Punch(0.5, tilt=0.005)}
 LAWS = {"microblock": Microblock(), "unilateral": Unilateral()}
@@ -99,8 +100,7 @@ def result(parameters, quiet=True):
     start = time.perf_counter()
     chosen = [(obstacle, law) for obstacle in OBSTACLES for law in LAWS]
     rows = [row for one in tqdm(chosen, disable=quiet, unit="scene") for row in solve(parameters, *one)[0]]
-    return {"parameters": {**asdict(parameters), "rtols": list(parameters.rtols)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": rows}
+    return returned(parameters, start, states=rows)
 
 
 def run(parameters, out=None, quiet=False):
@@ -110,11 +110,9 @@ def run(parameters, out=None, quiet=False):
         show(answer)
     if out:
         repeat = {"command": command("hole", parameters)}
-        write_records(out/"hole.csv", [{**repeat, **row} for row in answer["states"]])
-        plots.draw(figure, read_records(out/"hole.csv"), out, "hole")
+        keep(out, "hole", [{**repeat, **row} for row in answer["states"]], figure)
         state = scene(parameters, *PICTURE).at(parameters.load, max(parameters.rtols[-1], 1e-2))
-        write_records(out/"hole_body.csv", [{**repeat, **row} for row in points_of(state, (-2, 2, -2))])
-        plots.draw(draw_body, read_records(out/"hole_body.csv"), out, "hole_body")
+        keep(out, "hole_body", [{**repeat, **row} for row in points_of(state, (-2, 2, -2))], draw_body)
     return answer
 
 

@@ -25,6 +25,7 @@ import numpy as np  # noqa: E402
 from tqdm import tqdm  # noqa: E402
 
 from cases.options import command, option  # noqa: E402
+from cases.records import keep, returned
 from microblock import plots  # noqa: E402
 from microblock.errors import BadArgument  # noqa: E402
 from microblock.grid import PeriodicHalfPlane  # noqa: E402
@@ -34,7 +35,7 @@ from microblock.law import Unilateral  # noqa: E402
 from microblock.material import Cosserat  # noqa: E402
 from microblock.obstacles import Cylinder, Rough  # noqa: E402
 from microblock.scene import Contact  # noqa: E402
-from microblock.study import read_records, versions, write_records  # noqa: E402
+from microblock.study import versions
 
 NU, BETA = 0.3, 1e-10
 PERIODS = (32, 40, 48, 56, 64, 80)                   # over a_Hz
@@ -234,8 +235,7 @@ def result(parameters, quiet=True):
         if theirs["code"] == "tamaas" and theirs["problem"] == ours["problem"] and theirs["solve"] and ours["solve"]:
             ratios.append({"problem": ours["problem"], "solve": theirs["solve"]/ours["solve"],
                            "setup_and_solve": (theirs["setup"] + theirs["solve"])/(ours["setup"] + ours["solve"])})
-    return {"parameters": asdict(parameters), "versions": {**versions(), "tamaas": tamaas.__version__},
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "runs": rows, "ratios": ratios}
+    return returned(parameters, start, versions={**versions(), "tamaas": tamaas.__version__}, runs=rows, ratios=ratios)
 
 
 def run(parameters, out=None, quiet=False):
@@ -246,8 +246,7 @@ def run(parameters, out=None, quiet=False):
     if out:
         extra = {"command": command("peers", parameters), **asdict(parameters), "threads": 1,
                  "version_tamaas": answer["versions"]["tamaas"]}
-        write_records(out/"peers.csv", [{**row, **extra} for row in answer["runs"]])
-        plots.draw(figure, read_records(out/"peers.csv"), out, "peers")
+        keep(out, "peers", [{**row, **extra} for row in answer["runs"]], figure)
     return answer
 
 

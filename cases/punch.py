@@ -20,10 +20,11 @@ from tqdm import tqdm
 
 from cases import three_ways
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, require_finite
 from microblock.obstacles import Punch
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 TILT = 0.01              # drops out: the problem is linear in tilt and load together
 FLAT = 0.0               # the load that stands for the flat punch
@@ -98,8 +99,7 @@ def result(parameters, quiet=True):
     for one in tqdm(chosen, disable=quiet, unit="state"):
         found, profile = observe(parameters, *one)
         states.append({**found, "profile": {name: column(profile, name) for name in profile[0]}})
-    return {"parameters": {**asdict(parameters), "loads": list(parameters.loads)}, "versions": versions(), "model": "halfplane",
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": states}
+    return returned(parameters, start, model="halfplane", states=states)
 
 
 def run(parameters, out=None, quiet=False):
@@ -109,8 +109,7 @@ def run(parameters, out=None, quiet=False):
         three_ways.table(answer["states"], ("load", "law", "half_width", "inner_half_width", "centre", "unknowns", "error_estimate", "error",
                                             "edges_error", "difference_fe", "estimate_fe", "difference_cells", "estimate_cells", "seconds"), 14)
     if out:
-        write_records(out/"punch.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"punch.csv"), out, "punch")
+        keep(out, "punch", rows(parameters, answer), figure)
     return answer
 
 

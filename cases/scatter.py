@@ -18,6 +18,7 @@ import numpy as np
 from tqdm import tqdm
 
 from cases.options import command, option
+from cases.records import keep, returned
 from cases.rough import rough_turns
 from cases.three_ways import table
 from microblock import plots
@@ -28,7 +29,7 @@ from microblock.law import Microblock
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Rough
 from microblock.scene import Contact
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 RADIUS = 20.0            # over a_Hz: psi0 of a_Hz/R is 2.9 degrees
 LOAD = math.pi/2         # gives a_Hz = p_Hz = 1 with E* = 2 R
@@ -127,10 +128,8 @@ def result(parameters, quiet=True):
         against = judged(parameters, amplitude, seed, state) if seed < parameters.first_seed + JUDGED else dict.fromkeys(
             ("difference", "change_hardness", "change_full"))
         rows.append({"amplitude": amplitude, "seed": seed, **observe(state), **against})
-    return {"parameters": {**asdict(parameters), "amplitudes": list(parameters.amplitudes)}, "versions": versions(), "model": "halfplane",
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": rows,
-            "summary": [summary(amplitude, own) for amplitude, own in grouped(rows, "amplitude").items()],
-            "aligned": aligned(parameters)}
+    summaries = [summary(amplitude, own) for amplitude, own in grouped(rows, "amplitude").items()]
+    return returned(parameters, start, model="halfplane", states=rows, summary=summaries, aligned=aligned(parameters))
 
 
 def aligned(parameters):
@@ -162,8 +161,7 @@ def run(parameters, out=None, quiet=False):
         print("aligned blocks against panels: " + ", ".join(f"{name} {value:.6g}" for name, value in answer["aligned"].items()))
     if out:
         common = {"command": command("scatter", parameters), **asdict(parameters), "amplitudes": None}
-        write_records(out/"scatter.csv", [{**common, **row} for row in answer["states"]])
-        plots.draw(figure, read_records(out/"scatter.csv"), out, "scatter")
+        keep(out, "scatter", [{**common, **row} for row in answer["states"]], figure)
     return answer
 
 

@@ -18,12 +18,13 @@ from functools import cached_property
 import numpy as np
 
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import meshes, plots
 from microblock.adapt import climb
 from microblock.body import Body, Loads
 from microblock.errors import BadArgument, Inadmissible, NotConverged, require_finite
 from microblock.material import Cosserat
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 RTOL = 1e-9
 ORDERS = (4, 6, 8, 10, 12, 14, 16)
@@ -218,10 +219,9 @@ def result(parameters):
     profile = {"x2": x2.tolist(), "psi": psi.tolist(), "u1": u1.tolist(), "u2": u2.tolist()}
     last = PAST*max(*found["delta_fc"], parameters.delta_over_H) or 1e-2
     path = [observe(strip, float(delta)) for delta in np.linspace(0, last, APPROACHES)]
-    return {"parameters": asdict(parameters), "versions": versions(), "seconds": {"setup": 0.0, "solve": time.perf_counter() - start},
-            **found, "errors": errors(parameters, found, profile), "error_estimate": estimate, "order": strip.order,
-            "elements": strip.elements, "unknowns": int(sum(strip.body.space.FreeDofs())), "profile": profile,
-            "path": [{name: value for name, value in one.items() if name not in ("loads", "delta_fc")} for one in path]}
+    return returned(parameters, start, **found, errors=errors(parameters, found, profile), error_estimate=estimate,
+                    order=strip.order, elements=strip.elements, unknowns=int(sum(strip.body.space.FreeDofs())), profile=profile,
+                    path=[{name: value for name, value in one.items() if name not in ("loads", "delta_fc")} for one in path])
 
 
 def run(parameters, out=None, quiet=False):
@@ -230,8 +230,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"two_faces.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"two_faces.csv"), out, "two_faces")
+        keep(out, "two_faces", rows(parameters, answer), figure)
     return answer
 
 

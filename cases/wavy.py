@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, require_finite
 from microblock.grid import PeriodicHalfPlane
@@ -25,7 +26,7 @@ from microblock.halfplane import symbol
 from microblock.law import Microblock, Microclamped, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Wave
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 RTOL = 1e-3
 CLASSICAL_BETA = 1e-10      # coupling of the classical limit: results differ from it by as much
@@ -173,10 +174,8 @@ def result(parameters):
     for state, exact in zip(classical, reference(chosen)):
         state["error"] = polygon_error(state["profile"]["x"], state["profile"]["pressure"], exact.pressure)
         state["contact_fraction_exact"] = 2*exact.half_width
-    closure = closure_of(chosen)
-    return {"parameters": {**asdict(chosen), "loads": list(chosen.loads)}, "versions": versions(), "model": "halfplane",
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": states, "classical": classical,
-            "full_closure": closure, "path": path(chosen)}
+    return returned(chosen, start, model="halfplane", states=states, classical=classical, full_closure=closure_of(chosen),
+                    path=path(chosen))
 
 
 def run(parameters, out=None, quiet=False):
@@ -185,12 +184,11 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"wavy.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"wavy.csv"), out, "wavy")
+        keep(out, "wavy", rows(parameters, answer), figure)
         if answer["path"]:
             common = {"command": command("wavy", parameters), **asdict(parameters.resolved()), "loads": None}
-            write_records(out/"wavy_path.csv", [{**common, "full_closure": answer["full_closure"], **row, "law": row["contact"]} for row in answer["path"]])
-            plots.draw(draw_path, read_records(out/"wavy_path.csv"), out, "wavy_path")
+            common |= {"full_closure": answer["full_closure"]}
+            keep(out, "wavy_path", [{**common, **row, "law": row["contact"]} for row in answer["path"]], draw_path)
     return answer
 
 

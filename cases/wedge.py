@@ -21,12 +21,13 @@ from tqdm import tqdm
 
 from cases import three_ways
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, require_finite
 from microblock.halfplane import HalfPlane, short_waves
 from microblock.obstacles import Wedge
 from microblock.scene import Contact
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 SLOPE = 0.01             # drops out: the problem is linear in slope and load together
 OTHER = 3.0              # times as much slope, load and ell: the scaling law's check
@@ -106,9 +107,7 @@ def result(parameters, quiet=True):
         found, profile = observe(parameters, *one)
         states.append({**found, "profile": {name: column(profile, name) for name in profile[0]}})
     load, error = coalescence(parameters)
-    return {"parameters": {**asdict(parameters), "loads": list(parameters.loads)}, "versions": versions(), "model": "halfplane",
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "coalescence": load, "coalescence_error": error,
-            "states": states}
+    return returned(parameters, start, model="halfplane", coalescence=load, coalescence_error=error, states=states)
 
 
 def run(parameters, out=None, quiet=False):
@@ -119,8 +118,7 @@ def run(parameters, out=None, quiet=False):
                                             "error_estimate", "error", "difference_fe", "estimate_fe", "difference_cells", "estimate_cells"), 14)
         print(f"the two zones of microblocks merge at the load {answer['coalescence']:.9g} +- {answer['coalescence_error']:.1e}")
     if out:
-        write_records(out/"wedge.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"wedge.csv"), out, "wedge")
+        keep(out, "wedge", rows(parameters, answer), figure)
     return answer
 
 
