@@ -159,8 +159,8 @@ class GridContact(Shown):
         for state in self._states(load, approach, doublings, residual):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= 4*FIRST:
                 return state
-        raise NotConverged(f"error {state.error_estimate:.1e} instead of {rtol:g} on {MOST} nodes; a fitted scene (Contact) reaches more "
-                           "under smooth obstacles", reached=state.error_estimate)
+        raise NotConverged(f"error {state.error_estimate:.1e} instead of {rtol:g} on {MOST} nodes; a fitted scene (Contact) "
+                           "reaches more under smooth obstacles", reached=state.error_estimate)
 
     def _states(self, load, approach, sizes, residual):
         """States on grids of the given sizes, each started from the one before."""

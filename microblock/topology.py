@@ -219,8 +219,8 @@ def _closing(state, corner, looked, overlap):
 
 def _gaps(state, corner, x):
     """Gaps of a corner at x, inf in its zones."""
-    inside = np.any([(left <= x) & (x <= right) for left, right in state.zones[corner]], axis=0) if state.zones[corner] else x != x
-    return np.where(inside, np.inf, state.gaps(corner, x))
+    inside = [x != x, *((left <= x) & (x <= right) for left, right in state.zones[corner])]
+    return np.where(np.any(inside, axis=0), np.inf, state.gaps(corner, x))
 
 
 def _toggled(intervals, left, right, inside):
