@@ -27,7 +27,7 @@ from tqdm import tqdm  # noqa: E402
 from cases.options import command, option  # noqa: E402
 from cases.records import keep, returned
 from microblock import plots  # noqa: E402
-from microblock.errors import BadArgument  # noqa: E402
+from microblock.errors import BadArgument, MissingExtra  # noqa: E402
 from microblock.grid import PeriodicHalfPlane  # noqa: E402
 from microblock.grid_contact import GridContact, halvings  # noqa: E402
 from microblock.halfplane import HalfPlane, kernels  # noqa: E402
@@ -222,7 +222,7 @@ def _row(problem, code, bar, error, setup, seconds, trials, nodes, kind, toleran
 def result(parameters, quiet=True):
     """Rows, and the ratios of times of tamaas to ours."""
     if importlib.util.find_spec("tamaas") is None:
-        raise BadArgument("tamaas", "missing", "this comparison needs it: pip install 'microblock[bench]'")
+        raise MissingExtra("this comparison", "tamaas", "bench")
     import tamaas
     tamaas.initialize(1)
     tamaas.set_log_level(tamaas.LogLevel.error)
