@@ -144,7 +144,8 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        keep(out, "accuracy_fe", [{**row, "command": command("accuracy_fe", parameters)} for row in answer["scenes"]], accuracy.figure)
+        rows = [{**row, "command": command("accuracy_fe", parameters)} for row in answer["scenes"]]
+        keep(out, "accuracy_fe", rows, accuracy.figure)
     return answer
 
 

@@ -88,8 +88,8 @@ def solve(parameters, obstacle, law):
         contact = state.zones["contact"]
         states.append(state)
         rows.append({"obstacle": obstacle, "law": law, "rtol": rtol, "error_estimate": state.error_estimate,
-                     "approach": state.approach, "left": contact[0][0], "right": contact[-1][1], "energy_balance": energy, "work_balance": work,
-                     "unknowns": state.unknowns, "seconds": seconds})
+                     "approach": state.approach, "left": contact[0][0], "right": contact[-1][1], "energy_balance": energy,
+                     "work_balance": work, "unknowns": state.unknowns, "seconds": seconds})
     for row, state in zip(rows, states):
         row["difference"] = state.difference(states[-1].pressure) if state is not states[-1] else None
     return rows, states[-1]

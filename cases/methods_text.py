@@ -6,10 +6,10 @@ from cases.facts import Fact, Range, below, best, claim, cost, count, of_finest,
 
 HEAD = """# Which method, and where it breaks
 
-Each sentence is checked against the records of `python -m cases speed` and `python -m cases limits` (docs/data), and the table at
-the end says which ones: study, measure, selection, number of runs. Seconds are processor seconds of one thread, setup and solving
-together; errors are relative, of pressure and micromoment in L2 unless said otherwise. `python -m cases methods --out docs` writes this
-page, and stops at a sentence that the records do not bear out."""
+Each sentence is checked against the records of `python -m cases speed` and `python -m cases limits` (docs/data), and the table
+at the end says which ones: study, measure, selection, number of runs. Seconds are processor seconds of one thread, setup and
+solving together; errors are relative, of pressure and micromoment in L2 unless said otherwise.
+`python -m cases methods --out docs` writes this page, and stops at a sentence that the records do not bear out."""
 
 SCENE = "microblock-0.25"
 ASKED = ("half-plane", "fitted fe")  # methods that are asked for an accuracy

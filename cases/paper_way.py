@@ -23,6 +23,7 @@ from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, require_finite
 from microblock.halfplane import gauss_rule
+from microblock.panels import zone_edges
 from microblock.study import column
 
 LOADS = tuple(round(0.1*step, 1) for step in range(1, 11))
@@ -67,8 +68,7 @@ class Parameters:
 
 def distance(state, reference):
     """max(|dp|, |dM|/ell)/|p| in L2, by Gauss points between all nodes of `state` and all edges of both."""
-    edges = [edge for one in (state, reference) for own in one.all_zones.values() for zone in own for edge in zone]
-    cuts = np.unique(np.concatenate((state.x, edges)))
+    cuts = np.unique(np.concatenate((state.x, zone_edges(state.all_zones), zone_edges(reference.all_zones))))
     cuts = np.sort(np.concatenate((cuts, cuts[:-1] + np.diff(cuts)/100, cuts[1:] - np.diff(cuts)/100)))   # square roots at edges
     points, weights = gauss_rule(POINTS)
     x = (cuts[:-1, None] + np.diff(cuts)[:, None]*points).ravel()

@@ -17,7 +17,8 @@ def returned(parameters, start, setup=0.0, /, **found):
     setup : float, seconds before that
     """
     given = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(parameters).items()}
-    return {"parameters": given, "versions": versions(), "seconds": {"setup": setup, "solve": time.perf_counter() - start}, **found}
+    seconds = {"setup": setup, "solve": time.perf_counter() - start}
+    return {"parameters": given, "versions": versions(), "seconds": seconds, **found}
 
 
 def keep(out, name, rows, drawing):

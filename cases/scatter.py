@@ -1,13 +1,14 @@
 """Rough microblocks under a cylinder: how hardness and real contact scatter with psi0(x).
 
-Geometry   half-plane x2 < 0; a cylinder pressed down by a force P; blocks of side ell = alpha a_Hz, turned by a self-affine psi0(x) of seeded
-           phases, many seeds at each root mean square.
+Geometry   half-plane x2 < 0; a cylinder pressed down by a force P; blocks of side ell = alpha a_Hz, turned by a self-affine
+           psi0(x) of seeded phases, many seeds at each root mean square.
 Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
 Model      uniform cells on a window, products by FFT, no mesh (`GridContact`, psi0 a callable).
 Reference  four times as many cells, for the first seeds of each roughness; aligned blocks (psi0 = 0): panels fitted to the edges.
-Look at    up to about 0.05 a_Hz/R nothing but full contact suffers; beyond it the contact breaks into zones, real contact shrinks, the
-           largest pressure grows, and so does the scatter from seed to seed.
-Units      lengths over a_Hz, pressures over p_Hz, loads over P; psi0 over a_Hz/R, the slope of the cylinder at the edge of Hertz's contact.
+Look at    up to about 0.05 a_Hz/R nothing but full contact suffers; beyond it the contact breaks into zones, real contact
+           shrinks, the largest pressure grows, and so does the scatter from seed to seed.
+Units      lengths over a_Hz, pressures over p_Hz, loads over P; psi0 over a_Hz/R, the slope of the cylinder at the edge of
+           Hertz's contact.
 """
 
 import math
@@ -28,6 +29,7 @@ from microblock.halfplane import HalfPlane
 from microblock.law import Microblock
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Rough
+from microblock.panels import zone_edges
 from microblock.scene import Contact
 from microblock.study import column, grouped
 
@@ -42,7 +44,8 @@ OBSERVED = ("hardness_apparent", "hardness_real", "contact", "full_contact", "pr
 
 @dataclass(frozen=True)
 class Parameters:
-    amplitudes: tuple = option((0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0), "root mean squares of psi0 over a_Hz/R", nargs="+", metavar="PSI0")
+    amplitudes: tuple = option((0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0), "root mean squares of psi0 over a_Hz/R", nargs="+",
+                               metavar="PSI0")
     seeds: int = option(20, "profiles at each of them", int)
     first_seed: int = option(1, "the first of them", int)
     alpha: float = option(0.1, "ell over a_Hz")
@@ -136,9 +139,10 @@ def aligned(parameters):
     """Distance of the cells to the panels for psi0 = 0: relative L2 of the pressure, and half-width."""
     cells, panels = solve(parameters, 0.0, 0), reference(parameters)
     exact = sum(panels.pressure(corner, cells.x) for corner in (0, 1))
-    outer = max(edge for zone in panels.all_zones.values() for interval in zone for edge in interval)
+    outer = zone_edges(panels.all_zones)[-1]
     return {"difference": float(np.linalg.norm(cells.pressures.sum(axis=0) - exact)/np.linalg.norm(exact)),
-            "estimate": cells.error_estimate, "half_width": float(1/observe(cells)["hardness_apparent"]), "half_width_panels": float(outer)}
+            "estimate": cells.error_estimate, "half_width": float(1/observe(cells)["hardness_apparent"]),
+            "half_width_panels": float(outer)}
 
 
 def summary(amplitude, rows):
@@ -156,8 +160,9 @@ def run(parameters, out=None, quiet=False):
     """Solve, print a table, draw means and scatter over the roughness into the folder `out`."""
     answer = result(parameters, quiet)
     if not quiet:
-        table(answer["summary"], ("amplitude", "seeds", "hardness_real", "hardness_real_sd", "contact", "contact_sd", "full_contact", "full_contact_sd",
-                                  "pressure_max", "pressure_max_sd", "zones", "error_estimate", "difference", "change_hardness"), 15)
+        table(answer["summary"], ("amplitude", "seeds", "hardness_real", "hardness_real_sd", "contact", "contact_sd",
+                                  "full_contact", "full_contact_sd", "pressure_max", "pressure_max_sd", "zones",
+                                  "error_estimate", "difference", "change_hardness"), 15)
         print("aligned blocks against panels: " + ", ".join(f"{name} {value:.6g}" for name, value in answer["aligned"].items()))
     if out:
         common = {"command": command("scatter", parameters), **asdict(parameters), "amplitudes": None}

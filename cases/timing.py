@@ -79,7 +79,8 @@ def solve(kind, alpha, rtol, repeats):
         further = clocked(lambda: here.at(FURTHER*LOAD, rtol, near=state), repeats)[1]
     except NotConverged as failure:
         return {**row, "failure": " ".join(str(failure).split())}
-    return {**row, "milliseconds": spent, "further": further, "unknowns": len(state.q) + 1, "error_estimate": state.error_estimate}
+    return {**row, "milliseconds": spent, "further": further, "unknowns": len(state.q) + 1,
+            "error_estimate": state.error_estimate}
 
 
 def result(parameters, quiet=True):

@@ -1,7 +1,8 @@
 """Strip between rigid planes whose blocks are turned differently on its upper and lower face.
 
-Geometry   the whole thickness -H <= x2 <= H; blocks turned by --upper-deg at x2 = H and --lower-deg at x2 = -H. Each plane starts in
-           touch with one corner of every block and moves by delta. Fields depend on x2 only; no half of the strip stands for both.
+Geometry   the whole thickness -H <= x2 <= H; blocks turned by --upper-deg at x2 = H and --lower-deg at x2 = -H. Each plane
+           starts in touch with one corner of every block and moves by delta. Fields depend on x2 only; no half of the strip
+           stands for both.
 Equations  (10)-(18) in the strip, the corner gaps (21), (22) and conditions (26) at both faces, with their own normals.
 Model      the depth alone, a 1D mesh of the whole thickness, condensed to how much the strip is squeezed and how its faces
            turn under a pressure and two micromoments. The pressure is the path's parameter; which second corners are
@@ -140,7 +141,8 @@ class Strip:
         """r of both faces and the loads (pressure, M upper, M lower)."""
         rotation, force = self.rotations(pressure, pressure >= self.closings)
         slack = SLACK*(pressure or 1.0)
-        if (force < -slack).any() or (force > pressure + slack).any() or (rotation > self.turn + SLACK*self.turn.max() + slack).any():
+        beyond = rotation > self.turn + SLACK*self.turn.max() + slack
+        if (force < -slack).any() or (force > pressure + slack).any() or beyond.any():
             raise NotConverged(f"the corners found closed at the pressure {pressure:g} do not meet (26)")
         return rotation, np.array([pressure, *-self.sign*(self.lever*pressure - self.parameters.ell_over_H*force)])
 
@@ -163,15 +165,17 @@ def ladder(parameters):
     """Orders on a mesh of the layer's scale, then on its halvings."""
     coarsest = max(1, int(np.ceil(2/(LAYERS_PER_ELEMENT*parameters.solid.layer_length))))
     if coarsest > MOST_ELEMENTS:
-        raise NotConverged(f"the layer of thickness {parameters.solid.layer_length:.1e} H is too thin for {MOST_ELEMENTS} elements; "
-                           "take a larger ell_over_H")
+        raise NotConverged(f"the layer of thickness {parameters.solid.layer_length:.1e} H is too thin for {MOST_ELEMENTS} "
+                           "elements; take a larger ell_over_H")
     return ((order, coarsest*2**doubling) for doubling in range(DOUBLINGS + 1) for order in ORDERS)
 
 
 def distance(coarse, fine):
     """Relative difference of surface values, forces and closings, and of psi and u over the depth."""
-    numbers = [np.array([*one["psi"], *one["micromoment"], one["pressure"], *one["delta_fc"]]) for one in map(observe, (coarse, fine))]
-    scales = np.repeat([abs(numbers[1][part]).max() or 1.0 for part in (slice(0, 2), slice(2, 4), slice(4, 5), slice(5, 7))], (2, 2, 1, 2))
+    numbers = [np.array([*one["psi"], *one["micromoment"], one["pressure"], *one["delta_fc"]])
+               for one in map(observe, (coarse, fine))]
+    parts = np.split(np.abs(numbers[1]), (2, 4, 5))      # psi, M, pressure, delta_fc
+    scales = np.concatenate([np.full(len(part), part.max() or 1.0) for part in parts])
     loads = observe(fine)["loads"]
     x2 = np.linspace(-1, 1, SAMPLES)
     fields = [one.at(x2, loads) for one in (coarse, fine)]
