@@ -15,6 +15,7 @@ import time
 from dataclasses import asdict, dataclass
 
 import numpy as np
+from matplotlib.ticker import LogLocator, NullFormatter
 from tqdm import tqdm
 
 from cases.options import command, option
@@ -154,9 +155,12 @@ def figure(records):
     for axis, (what, aim), letter in zip(axes, AIMS.items(), "ab"):
         for (name, rows), colour, style in zip(grouped(records, "blocks").items(), plots.COLOURS, LINES):
             times = np.sort([row[f"{what}_elapsed"] for row in rows if not row["failure"]])
-            axis.semilogx(times, np.arange(1, len(times) + 1)/len(times), style, color=colour, label=name)
+            axis.semilogx(times, np.arange(1, len(times) + 1)/len(times), linestyle=style, color=colour, label=name)
+        axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.xaxis.set_major_formatter("{x:g}")
+        axis.xaxis.set_minor_formatter(NullFormatter())
         axis.axvline(aim, color="0.5", linestyle=":", linewidth=0.8)
         axis.axhline(0.95, color="0.5", linestyle=":", linewidth=0.8)
         axis.set(xlabel=f"time of a {what} (ms)", ylabel="share of frames", title=f"({letter}) {what}", ylim=(0, 1.02))
-    plots.legend_below(axes[0], 2)
+    plots.legend_below(axes[0], 3)
     return drawing
