@@ -1,6 +1,6 @@
 """A state on panels fitted to the zones of each corner: pressures, micromoment, gaps, what violates (26), its error."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 
@@ -10,6 +10,7 @@ from .panels import Line, Panels, half_line, lagrange, log_response, response, z
 from .surface_view import ErrorParts, LineView, surface
 
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
+FURTHEST = 2.0       # of the way between two states, by which zones are moved on
 JOINT = 1e-12        # of a panel: rounding may leave that between two
 AROUND = 0.6         # of the half-width of the contact, and two blocks, that pictures show on either side
 OUTSIDE = 30         # points on a stretch of the surface out of contact, clustered towards its ends, where edges are
@@ -69,6 +70,16 @@ class LineState(LineView):
         return {0: self.zones[0], 1: tuple((-right, -left) for left, right in reversed(self.zones[0]))}
 
     _level = ", up to the level of the half-plane"
+
+    def moved_on(self, earlier, share):
+        """With the zones moved on, if they are alike in both states and none is turned inside out."""
+        own, old = self.all_zones, earlier.all_zones
+        if not abs(share) <= FURTHEST or any(len(old.get(corner, ())) != len(zones) for corner, zones in own.items()):
+            return self
+        moved = {corner: tuple(tuple(edge + share*(edge - before) for edge, before in zip(*pair)) for pair in zip(zones, old[corner]))
+                 for corner, zones in own.items()}
+        apart = all(np.all(np.diff(np.ravel(zones)) > 0) for zones in moved.values())
+        return replace(self, zones={corner: moved[corner] for corner in self.zones}) if apart else self
 
     @cached_property
     def _anchored(self):
@@ -164,6 +175,13 @@ class LineState(LineView):
         return (self.line.initial_gap(numbers, x) - self.approach
                 + self._response(x, self.line.lever(numbers, x), self.line.kernel))
 
+    def gaps_off_zones(self, x):
+        """{corner: (those x that lie off its zones, its gaps there)} of the corners that are computed; sooner than one by one."""
+        places = {corner: x[~_within(x, self.zones[corner])] for corner in self.line.corners}
+        sizes = [len(own) for own in places.values()]
+        gaps = np.split(self.gaps(np.repeat(list(places), sizes), np.concatenate(list(places.values()))), np.cumsum(sizes)[:-1])
+        return {corner: (own, found) for (corner, own), found in zip(places.items(), gaps)}
+
     def surface(self, window=None):
         """The Surface at `x` and out of contact within a window (left, right); without it the contact and its surroundings."""
         contact = self.named_zones["contact"]
@@ -184,14 +202,13 @@ class LineState(LineView):
         return surface(self.setting, self.approach, np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1)),
                        pressures=values[:-1], micromoment=values[-1], psi=self._rotation(x, sunk), sinking=sunk)
 
-    def plot_below(self, quantity="psi", path=None):
-        """A Figure of a field below the contact: one of `below.QUANTITIES`, "psi", "s22", "s11", "skew" or "shear"."""
-        from .below import draw_below
+    def fields_below(self, box):
+        """Points, psi and stresses in a box ((left, right), depth) below the surface, as `below.draw_below` asks for them."""
+        from .below import half_plane_grid
         from .subsurface import fields
-        drawing = draw_below(self, fields, quantity)
-        if path is not None:
-            drawing.savefig(path)
-        return drawing
+        x1, x2, triangles = half_plane_grid(box)
+        found = fields(self, x1, x2)
+        return x1, x2, triangles, found.psi, found.stress
 
 
 def violation(state):
@@ -208,20 +225,22 @@ def violations(state):
     around = np.unique(np.concatenate([edge + sign*steps for edge in edges for sign in (1, -1)]))
     heights = line.initial_gap(np.zeros(len(around), int), around)
     size = np.ptp(heights[np.isfinite(heights)]) or width
-    for corner in line.corners:
-        own = np.zeros(len(around), bool)
-        inside = np.zeros(len(state.x), bool)
-        for left, right in state.zones[corner]:
-            own |= (around >= left) & (around <= right)
-            inside |= (state.x >= left) & (state.x <= right)
-        if half_line(line):
-            own |= around < 0
-        places, nodes = around[~own], state.x[inside]
-        x = np.concatenate((places, nodes))
-        wrong = np.concatenate((-state.gaps(corner, places)/size, -state.pressures[corner, inside]/top))
+    around = around[around > 0] if half_line(line) else around
+    for corner, (places, gaps) in state.gaps_off_zones(around).items():
+        inside = _within(state.x, state.zones[corner])
+        x = np.concatenate((places, state.x[inside]))
+        wrong = np.concatenate((-gaps/size, -state.pressures[corner, inside]/top))
         order = np.argsort(x)
         found[corner] = x[order], wrong[order]
     return found
+
+
+def _within(x, intervals):
+    """Whether each x lies in one of the intervals."""
+    inside = np.zeros(len(x), bool)
+    for left, right in intervals:
+        inside |= (left <= x) & (x <= right)
+    return inside
 
 
 def difference(coarse, fine):
