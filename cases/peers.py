@@ -25,7 +25,7 @@ import numpy as np  # noqa: E402
 from tqdm import tqdm  # noqa: E402
 
 from cases.options import command, option  # noqa: E402
-from cases.records import keep, returned
+from cases.records import keep, returned  # noqa: E402
 from microblock import plots  # noqa: E402
 from microblock.errors import BadArgument, MissingExtra  # noqa: E402
 from microblock.grid import PeriodicHalfPlane  # noqa: E402
@@ -35,7 +35,7 @@ from microblock.law import Unilateral  # noqa: E402
 from microblock.material import Cosserat  # noqa: E402
 from microblock.obstacles import Cylinder, Rough  # noqa: E402
 from microblock.scene import Contact  # noqa: E402
-from microblock.study import versions
+from microblock.study import versions  # noqa: E402
 
 NU, BETA = 0.3, 1e-10
 PERIODS = (32, 40, 48, 56, 64, 80)                   # over a_Hz
