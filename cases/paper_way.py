@@ -23,6 +23,7 @@ from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, require_finite
 from microblock.halfplane import gauss_rule
+from microblock.observables import distance
 from microblock.panels import zone_edges
 from microblock.study import column
 
@@ -66,7 +67,7 @@ class Parameters:
         return self.scene(loads=(load,), model="fe", rtol=rtol).resolved()
 
 
-def distance(state, reference):
+def between(state, reference):
     """max(|dp|, |dM|/ell)/|p| in L2, by Gauss points between all nodes of `state` and all edges of both."""
     cuts = np.unique(np.concatenate((state.x, zone_edges(state.all_zones), zone_edges(reference.all_zones))))
     cuts = np.sort(np.concatenate((cuts, cuts[:-1] + np.diff(cuts)/100, cuts[1:] - np.diff(cuts)/100)))   # square roots at edges
@@ -75,8 +76,7 @@ def distance(state, reference):
     weight = (np.diff(cuts)[:, None]*weights).ravel()
     own, true = (np.array([one.pressure(corner, x) for corner in range(len(one.line.law.corners))]) for one in (state, reference))
     levers = np.array([state.line.lever(np.full(len(x), corner), x) for corner in range(len(own))])
-    errors = (own - true).sum(axis=0), (levers*(own - true)).sum(axis=0)/2
-    return float(np.sqrt(max(weight @ error**2 for error in errors)/(weight @ true.sum(axis=0)**2)))
+    return distance(weight, (own - true).sum(axis=0), (levers*(own - true)).sum(axis=0)/2, true.sum(axis=0))
 
 
 def nodal(state, reference):
@@ -102,13 +102,13 @@ def result(parameters):
     papers, seconds = timed(parameters.paper)
     found, spent = [], {"asked": np.zeros(2), "obtained": np.zeros(2)}
     for load, paper, reference in zip(parameters.loads, papers, references):
-        error = distance(paper, reference)
+        error = between(paper, reference)
         row = {"load": load, "error_paper": error, "nodes_paper": nodal(paper, reference), "iterations_paper": paper.iterations,
                "unknowns_paper": paper.unknowns}
         for name, rtol in (("asked", SHARE*error), ("obtained", LOOSE)):
             (own,), took = timed(parameters.fitted(load, rtol))
             spent[name] += took
-            row |= {f"rtol_{name}": rtol, f"error_{name}": distance(own, reference), f"nodes_{name}": nodal(own, reference),
+            row |= {f"rtol_{name}": rtol, f"error_{name}": between(own, reference), f"nodes_{name}": nodal(own, reference),
                     f"estimate_{name}": own.estimate.total, f"unknowns_{name}": own.unknowns, f"passes_{name}": own.iterations,
                     f"seconds_{name}": float(took[0])}
         found.append(row)

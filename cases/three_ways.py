@@ -10,7 +10,7 @@ from microblock.grid_contact import GridContact
 from microblock.halfplane import HalfPlane
 from microblock.law import Microblock, Unilateral, corner_shifts
 from microblock.material import Cosserat
-from microblock.observables import distance_to_ends, half_widths
+from microblock.observables import distance, distance_to_ends, half_widths
 from microblock.panels import zone_edges
 from microblock.scene import Contact
 from microblock.study import column, grouped
@@ -78,8 +78,7 @@ def difference(state, x, pressures):
     weights = distance_to_ends(x, getattr(line.obstacle, "ends", ()), corner_shifts(line.law, line.solid.ell))
     own = np.array([state.pressure(corner, x) for corner in range(len(line.law.corners))])
     levers = np.array([line.lever(np.full(len(x), corner), x) for corner in range(len(own))])
-    errors = weights @ np.sum(own - pressures, axis=0)**2, weights @ (np.sum(levers*(own - pressures), axis=0)/2)**2
-    return float(np.sqrt(max(errors)/(weights @ own.sum(axis=0)**2)))
+    return distance(weights, np.sum(own - pressures, axis=0), np.sum(levers*(own - pressures), axis=0)/2, own.sum(axis=0))
 
 
 def zones_of(state):

@@ -6,6 +6,7 @@ from itertools import product
 
 import numpy as np
 
+from .observables import distance
 from .panels import Line, Panels, half_line, lagrange, log_response, response, zone_edges
 from .surface_view import ErrorParts, LineView, surface
 
@@ -253,8 +254,7 @@ def difference(coarse, fine):
         levers = [fine.line.lever(np.full(len(x), corner), x) for corner in range(len(p))]
         moment = (ell/2*np.sum(levers*p, axis=0) - fine.micromoment)/ell
     total = fine.pressures.sum(axis=0)
-    errors = (weights @ (p.sum(axis=0) - total)**2, weights @ moment**2)
-    return float(np.sqrt(max(errors)/(weights @ total**2)))
+    return distance(weights, p.sum(axis=0) - total, moment, total)
 
 
 def _distinct(x):

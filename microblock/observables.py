@@ -27,6 +27,12 @@ def layer_lengths(solid, psi, u1, micromoment, pressure):
     return psi/slope_psi, u1/slope_u
 
 
+def distance(weights, pressure, moment, total):
+    """max(|dp|, |dM|/ell)/|p| in L2, the norm of all error estimates: of dp, dM/ell and p with weights, arrays (n,); 0 without p."""
+    size = weights @ total**2
+    return float(np.sqrt(max(weights @ pressure**2, weights @ moment**2)/size)) if size else 0.0
+
+
 def relative_error(values, reference, weights, scale):
     """Relative L2 error of `values` against `reference` in a quadrature rule.
 

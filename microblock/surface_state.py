@@ -11,7 +11,7 @@ import numpy as np
 from .condensation import ContactNodes
 from .law import corner_shifts
 from .mesh_fields import BelowOnMesh
-from .observables import distance_to_ends
+from .observables import distance, distance_to_ends
 from .panels import Line
 from .surface_view import ErrorParts, LineView, surface
 
@@ -216,10 +216,10 @@ def difference(coarse, fine):
     weights = fine.weights*distance_to_ends(x, getattr(fine.line.obstacle, "ends", ()), shifts)
     p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
     total = fine.pressures.sum(axis=0)
-    errors = [weights @ (p.sum(axis=0) - total)**2]
+    moment = np.zeros_like(x)
     if len(p) == 2:
         levers = np.array([fine.line.lever(np.full(len(x), corner), x) for corner in range(2)])
-        errors.append(weights @ (np.sum(levers*(p - fine.pressures), axis=0)/2)**2)
+        moment = np.sum(levers*(p - fine.pressures), axis=0)/2
     elif fine.line.law.clamps_rotation:
-        errors.append(weights @ ((coarse.clamping(x) - fine.micromoment)*(total > 0)/ell)**2)
-    return float(np.sqrt(max(errors)/(weights @ total**2)))
+        moment = (coarse.clamping(x) - fine.micromoment)*(total > 0)/ell
+    return distance(weights, p.sum(axis=0) - total, moment, total)

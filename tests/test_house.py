@@ -24,7 +24,7 @@ MAY_IMPORT = {
     "fitted": {"active_set", "body", "condensation", "ground", "law", "meshes", "observables", "panels", "surface_state"},
     "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane", "law"}, "active_set": set(),
     "contact_line": {"line_state", "meeting", "panels"}, "subsurface": {"halfplane", "panels"},
-    "line_state": {"below", "panels", "subsurface", "surface_view"}, "topology": {"active_set", "line_state", "observables", "panels"},
+    "line_state": {"below", "observables", "panels", "subsurface", "surface_view"}, "topology": {"active_set", "line_state", "observables", "panels"},
     "path": {"halfplane", "observables"},
     "scene": {"adapt", "body_contact", "contact_line", "law", "line_state", "panels", "path", "scene_view", "topology"},
     "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "law", "observables", "projected_cg", "scene_view", "surface_view"},
