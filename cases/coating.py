@@ -133,9 +133,9 @@ def result(parameters, quiet=True):
     """The case's object: a row a layer."""
     start = time.perf_counter()
     chosen = [(h, obstacle, law) for obstacle in OBSTACLES for law in LAWS for h in parameters.thicknesses]
-    rows = [solve(parameters, *one)[0] for one in tqdm(chosen, disable=quiet, unit="layer")]
+    layers = [solve(parameters, *one)[0] for one in tqdm(chosen, disable=quiet, unit="layer")]
     return {"parameters": {**asdict(parameters), "thicknesses": list(parameters.thicknesses)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "layers": rows}
+            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "layers": layers}
 
 
 def run(parameters, out=None, quiet=False):
@@ -144,12 +144,10 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        repeat = {"command": command("coating", parameters)}
-        write_records(out/"coating.csv", [{**repeat, **row} for row in answer["layers"]])
+        write_records(out/"coating.csv", rows(parameters, answer))
         plots.draw(figure, read_records(out/"coating.csv"), out, "coating")
-        _, state = solve(parameters, PICTURE, "cylinder", "microblock")
-        write_records(out/"coating_body.csv", [{**repeat, **row} for row in points_of(state, (-2, 2, -PICTURE))])
-        plots.draw(draw_body, read_records(out/"coating_body.csv"), out, "coating_body")
+        write_records(out/"coating_body.csv", body_records(parameters))
+        plots.draw(body_figure, read_records(out/"coating_body.csv"), out, "coating_body")
     return answer
 
 
@@ -161,8 +159,34 @@ def show(answer):
         print("  ".join(f"{row[name]:10.3g}" if isinstance(row[name], float) else f"{row[name] or '-':>10}" for name in columns))
 
 
+def rows(parameters, answer):
+    """A row a layer; its seconds, which no other run has again, are left to the table."""
+    own = {"command": command("coating", parameters)}
+    return [{**own, **{name: cell for name, cell in row.items() if name != "seconds"}} for row in answer["layers"]]
+
+
+def body_records(parameters):
+    """What `body_figure` draws."""
+    _, state = solve(parameters, PICTURE, "cylinder", "microblock")
+    return [{"command": command("coating", parameters), **row} for row in points_of(state, (-2, 2, -PICTURE))]
+
+
+def body_figure(records):
+    """Elastic layer of thickness a_Hz on a rigid base under a cylinder: the deformed body (displacements magnified) with -sigma_22
+    in colours.
+    """
+    return draw_body(records)
+
+
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Differences to the mattress (thin layers) and to the half-plane (thick ones) over h; dashed the orders 3/2, 1 and -2."""
+    """Elastic layer on a rigid base: differences to the mattress (thin layers) and to the half-plane (thick ones) over the
+    thickness h; dashed the orders 3/2, 1 and -2.
+    """
     drawing, axis = plots.figure(height=3.0)
     for colour, (obstacle, own) in zip(plots.COLOURS, grouped(records, "obstacle").items()):
         for (law, rows), style in zip(grouped(own, "law").items(), ("-", ":")):
