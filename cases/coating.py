@@ -40,6 +40,7 @@ SIDES = {"bonded": "bottom", "sliding": {"u1": "left", "u2": "bottom", "psi": "b
 SAMPLES = 20001             # of the contact boundary, for the load of a mattress
 JUDGE = 0.1                 # of rtol, to which the half-plane is asked
 PICTURE = 1.0               # h of the layer that is drawn
+SEEN, CUT = 2.0, 1.6        # half of its length in the records, whole triangles, and in the picture
 BASES = tuple(SIDES)
 
 
@@ -168,14 +169,16 @@ def rows(parameters, answer):
 def body_records(parameters):
     """What `body_figure` draws."""
     _, state = solve(parameters, PICTURE, "cylinder", "microblock")
-    return [{"command": command("coating", parameters), **row} for row in points_of(state, (-2, 2, -PICTURE))]
+    return [{"command": command("coating", parameters), **row} for row in points_of(state, (-SEEN, SEEN, -PICTURE))]
 
 
 def body_figure(records):
-    """Elastic layer of thickness a_Hz on a rigid base under a cylinder: the deformed body (displacements magnified) with -sigma_22
-    in colours.
+    """Elastic layer of thickness a_Hz on a rigid base under a cylinder: the middle of the deformed body (displacements magnified)
+    with -sigma_22 in colours.
     """
-    return draw_body(records)
+    drawing = draw_body(records)
+    drawing.axes[0].set_xlim(-CUT, CUT)
+    return drawing
 
 
 def records(parameters):

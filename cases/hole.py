@@ -14,6 +14,7 @@ import time
 from dataclasses import asdict, dataclass
 
 import netgen.occ as occ
+from matplotlib.ticker import LogLocator
 from tqdm import tqdm
 
 from cases.bodies import balances, draw_body, mesh_of, points_of
@@ -158,5 +159,6 @@ def figure(records):
                     label=f"{obstacle}, {law}")
         axis.loglog([row["unknowns"] for row in rows], [row["error_estimate"] for row in rows], "--", color=colour)
     axis.set(xlabel="unknowns", ylabel="relative $L_2$ difference, estimate")
+    axis.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))      # of a decade all labels would overlap
     plots.legend_below(axis)
     return drawing
