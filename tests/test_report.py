@@ -157,7 +157,7 @@ def test_two_interrupted_processes_stop_and_keep_what_is_done(small, tmp_path):
 
     threading.Thread(target=interrupt, daemon=True).start()
     start = time.monotonic()
-    with pytest.raises(NotConverged, match="stopped after 1 of 4"):
+    with pytest.raises(NotConverged, match="stopped after [01] of 4"):      # it may come before the word that `two` is done
         report.run(report.Parameters(workers=2), tmp_path, quiet=True)
     assert time.monotonic() - start < 50      # it does not wait for the one that sleeps for a minute
     assert 'id="two"' in (tmp_path/"index.html").read_text()
