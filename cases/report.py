@@ -31,10 +31,11 @@ TABLES = {name: table for room in ROOMS for name, table in getattr(room, "TABLES
 CLOCKED = {name for room in ROOMS for name in getattr(room, "CLOCKED", ())}      # records are times: nothing runs beside them
 JUDGED = paper_and_here.TABLES     # made from the records of the others
 KNOWN = (*JUDGED, *PLATES, *TABLES)
+HALF_PLANE = ("classical", "timing")
 # headings of the page and how the names under them begin; tables have one of their own
 SECTIONS = {"The paper and here": tuple(JUDGED), "Figures of the paper": ("fig",), "Strip": ("strip_",),
-            "Half-plane": ("classical", "timing", "frames"), "Finite elements": ("coalescence", "facets"),
-            "Scenes": tuple(name for name in figures_scenes.PLATES if name not in ("classical", "timing", "frames")),
+            "Half-plane": HALF_PLANE, "Finite elements": ("coalescence", "facets"),
+            "Scenes": tuple(name for name in figures_scenes.PLATES if name not in HALF_PLANE),
             "Methods: speed and accuracy": ("speed_",), "Methods: limits": ("limits_",)}
 LONG = ("coalescence", "fig11", "hole", "coating", "wedge", "punch", "fig9", "facets", "scatter", "fig13", "strip_convergence",
         "classical", "fig10", "fig8")     # the longest first: so that no process ends long after the others
@@ -97,16 +98,19 @@ def _make(names, records, workers, progress):
     """Make items, those that may not run beside others, or need them, after the others."""
     def keep(name, outcome):
         records.keep(name, outcome)
-        progress.set_description(name)
         progress.update()
+
+    def tell(under_way):
+        progress.set_description(" and ".join(under_way))
 
     early = sorted((name for name in names if name not in CLOCKED and name not in JUDGED),
                    key=lambda name: LONG.index(name) if name in LONG else len(LONG))
     late = sorted((name for name in names if name not in early), key=lambda name: name in JUDGED)
     if workers > 1 and len(early) > 1:
-        together([records.task(name) for name in early], workers, keep)
+        together([records.task(name) for name in early], workers, keep, tell)
         early = []
     for name in (*early, *late):
+        tell([name])
         try:
             outcome = records.make(name)
         except Exception as failure:      # whatever it is, the others go on

@@ -3,7 +3,7 @@
 import hashlib
 import json
 import time
-from concurrent.futures import as_completed
+from concurrent.futures import FIRST_COMPLETED, wait
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +12,8 @@ import cloudpickle
 from microblock import plots
 from microblock.study import read_records, versions, write_json, write_records
 from microblock.sweeps import processes
+
+BEAT = 1.0      # seconds between two signs of life
 
 
 @dataclass(frozen=True)
@@ -75,17 +77,19 @@ class Task:
         return told, self.file.draw(self.drawing) if self.drawing else None
 
 
-def together(tasks, workers, keep):
+def together(tasks, workers, keep, tell):
     """Run tasks on so many processes, the first ones first; keep(name, outcome of `run`, or the exception) as they come.
 
-    When interrupted, for what has come by then.
+    When interrupted, for what has come by then. Every second tell(names that are being made).
     """
     with processes(min(workers, len(tasks))) as pool:
-        waiting = {pool.schedule(_run, (cloudpickle.dumps(task),)): task.file.name for task in tasks}
-        left = dict(waiting)
+        left = {pool.schedule(_run, (cloudpickle.dumps(task),)): task.file.name for task in tasks}
         try:
-            for future in as_completed(waiting):
-                keep(left.pop(future), future.exception() or future.result())
+            while left:
+                done, _ = wait(left, timeout=BEAT, return_when=FIRST_COMPLETED)
+                for future in done:
+                    keep(left.pop(future), future.exception() or future.result())
+                tell([name for future, name in left.items() if future.running()])
         except BaseException:
             for future, name in left.items():
                 if not future.cancel() and future.done() and not future.exception():
