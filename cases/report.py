@@ -37,7 +37,7 @@ SECTIONS = {"The paper and here": tuple(JUDGED), "Figures of the paper": ("fig",
             "Half-plane": HALF_PLANE, "Finite elements": ("coalescence", "facets"),
             "Scenes": tuple(name for name in figures_scenes.PLATES if name not in HALF_PLANE),
             "Methods: speed and accuracy": ("speed_",), "Methods: limits": ("limits_",)}
-LONG = ("coalescence", "fig11", "hole", "coating", "wedge", "punch", "fig9", "facets", "scatter", "fig13", "strip_convergence",
+LONG = ("coalescence", "coating", "fig11", "hole", "wedge", "punch", "fig9", "facets", "scatter", "fig13", "strip_convergence",
         "classical", "fig10", "fig8")     # the longest first: so that no process ends long after the others
 COMMANDS = 12     # of an item's runs, at most, on the page
 MOST = 8          # processes, if nothing is said
