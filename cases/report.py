@@ -25,7 +25,7 @@ from microblock.study import read_records, versions, write_text
 
 OUT = "out"
 # modules with PLATES {name: (records, drawing)} or TABLES {name: records}: what is named here is part of the report
-ROOMS = (figures_strip, figures_hertz, figures_fe, figures_layers, figures_scenes, figures_studies, limits_table)
+ROOMS = (figures_strip, figures_fe, figures_hertz, figures_layers, figures_scenes, figures_studies, limits_table)
 PLATES = {name: plate for room in ROOMS for name, plate in getattr(room, "PLATES", {}).items()}
 TABLES = {name: table for room in ROOMS for name, table in getattr(room, "TABLES", {}).items()}
 CLOCKED = {name for room in ROOMS for name in getattr(room, "CLOCKED", ())}      # records are times: nothing runs beside them
