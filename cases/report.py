@@ -63,8 +63,6 @@ class Parameters:
 def run(parameters, out, quiet=False):
     """Make what is asked for; returns paths and seconds of each. The page shows what else of the folder still holds."""
     start, busy = time.perf_counter(), _processor_seconds()
-    for folder in ("figures", "data"):
-        (out/folder).mkdir(exist_ok=True)
     names = [name for name in KNOWN if name in parameters.only] or KNOWN
     records = Records(out, parameters.anew)
     try:
@@ -127,6 +125,8 @@ class Records:
 
     def __init__(self, out, anew=False):
         self.anew, self.told, self.drawn, self.failed = anew, {}, {}, {}
+        for folder in ("figures", "data"):
+            (out/folder).mkdir(exist_ok=True)
         base = {name: provenance.digest(TABLES[name] if name in TABLES else PLATES[name][0], provenance.software())
                 for name in (*PLATES, *TABLES)}      # now, and not when the code in the files may be newer than what runs
         judged = {name: provenance.digest(judge, base) for name, judge in JUDGED.items()}
