@@ -40,9 +40,9 @@ def page(items, told, versions, failed=()):
 
 def _verdicts(one):
     """A line on what was judged, with a link to it; nothing for other items."""
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in one["verdicts"].items())
+    counts = ", ".join(f"{verdict} {count}" for verdict, count in sorted(one["verdicts"].items()))
     title = one["name"].replace("_", " ")
-    return f'<p><a href="#{one["name"]}">{title[:1].upper() + title[1:]}</a>: of what is said in the paper, {counts}.</p>' if counts else ""
+    return f'<p><a href="#{one["name"]}">{title[:1].upper() + title[1:]}</a>, verdicts on what the paper says: {counts}.</p>' if counts else ""
 
 
 def _anchor(title):
