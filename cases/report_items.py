@@ -80,21 +80,15 @@ class Task:
 def together(tasks, workers, keep, tell):
     """Run tasks on so many processes, the first ones first; keep(name, outcome of `run`, or the exception) as they come.
 
-    When interrupted, for what has come by then. Every second tell(names that are being made).
+    Every second tell(names that are being made). When interrupted, processes are stopped; what is on the disk by then is whole.
     """
     with processes(min(workers, len(tasks))) as pool:
         left = {pool.schedule(_run, (cloudpickle.dumps(task),)): task.file.name for task in tasks}
-        try:
-            while left:
-                done, _ = wait(left, timeout=BEAT, return_when=FIRST_COMPLETED)
-                for future in done:
-                    keep(left.pop(future), future.exception() or future.result())
-                tell([name for future, name in left.items() if future.running()])
-        except BaseException:
-            for future, name in left.items():
-                if not future.cancel() and future.done() and not future.exception():
-                    keep(name, future.result())
-            raise
+        while left:
+            done, _ = wait(left, timeout=BEAT, return_when=FIRST_COMPLETED)
+            for future in done:
+                keep(left.pop(future), future.exception() or future.result())
+            tell([name for future, name in left.items() if future.running()])
 
 
 def _run(pickled):

@@ -90,7 +90,7 @@ class Body(Shown):
         order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
         order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
         free = int(sum(self.space.FreeDofs()))
-        held = [Row(f"{name} held", "", pattern.replace("|", ", "), "boundaries") for name, pattern in self.fixed.items() if pattern]
+        held = [Row(f"{name} held", "", pattern.replace("|", ", "), "boundaries") for name, pattern in self.fixed.items()]
         rows = (Row("elements", "", self.mesh.ne, kinds), Row("order", "", order), Row("unknowns", "", free, "free"),
                 *(held or [Row("held", "", "nowhere")]), *self.solid.summary().rows)
         return Summary("Cosserat body", f"{self.mesh.ne} elements {kinds}, order {order}, {free} unknowns", rows)
