@@ -12,12 +12,13 @@ Units      lengths over the half-width of the contact a; errors are relative, in
 
 import math
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from tqdm import tqdm
 
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, MicroblockError
 from microblock.grid_contact import GridContact
@@ -26,7 +27,7 @@ from microblock.law import Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Punch, Wedge
 from microblock.scene import Contact
-from microblock.study import grouped, read_records, versions, write_records
+from microblock.study import grouped
 
 NU, BETA = 0.3, 1e-10
 WINDOW = (-1.25, 1.25)
@@ -102,8 +103,7 @@ def result(parameters, quiet=True):
                          "estimate": state.error_estimate, "seconds": seconds, "failure": None})
         x = WINDOW[0] + (WINDOW[1] - WINDOW[0])*(np.arange(parameters.nodes[-2]) + 0.5)/parameters.nodes[-2]
         runs += [*grid, on_panels(obstacle, x, parameters.rtol)]
-    return {"parameters": {**asdict(parameters), "nodes": list(parameters.nodes)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "runs": runs}
+    return returned(parameters, start, runs=runs)
 
 
 def run(parameters, out=None, quiet=False):
@@ -112,8 +112,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"classical.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"classical.csv"), out, "classical")
+        keep(out, "classical", rows(parameters, answer), figure)
     return answer
 
 

@@ -12,13 +12,14 @@ Units      a_Hz = 1, R = 10, E* = 20; thick layers carry pi/2, thin ones what th
 
 import math
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from tqdm import tqdm
 
 from cases.bodies import balances, draw_body, mesh_of, points_of, polygon
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.body import Body
 from microblock.errors import BadArgument, require_finite
@@ -27,7 +28,7 @@ from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Punch
 from microblock.scene import Contact
-from microblock.study import grouped, read_records, versions, write_records
+from microblock.study import grouped
 
 LOAD, RADIUS, STIFFNESS = math.pi/2, 10.0, 20.0
 OBSTACLES = {"cylinder": Cylinder(RADIUS), "punch": Punch(1.0, tilt=0.01)}
@@ -135,8 +136,7 @@ def result(parameters, quiet=True):
     start = time.perf_counter()
     chosen = [(h, obstacle, law) for obstacle in OBSTACLES for law in LAWS for h in parameters.thicknesses]
     layers = [solve(parameters, *one)[0] for one in tqdm(chosen, disable=quiet, unit="layer")]
-    return {"parameters": {**asdict(parameters), "thicknesses": list(parameters.thicknesses)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "layers": layers}
+    return returned(parameters, start, layers=layers)
 
 
 def run(parameters, out=None, quiet=False):
@@ -145,10 +145,8 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"coating.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"coating.csv"), out, "coating")
-        write_records(out/"coating_body.csv", body_records(parameters))
-        plots.draw(body_figure, read_records(out/"coating_body.csv"), out, "coating_body")
+        keep(out, "coating", rows(parameters, answer), figure)
+        keep(out, "coating_body", body_records(parameters), body_figure)
     return answer
 
 

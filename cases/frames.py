@@ -12,15 +12,17 @@ Units      milliseconds; a frame is the new state, the new data and the PNG of t
 
 import math
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.ticker import LogLocator, NullFormatter
 from tqdm import tqdm
 
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import meshes, plots
-from microblock.errors import BadArgument, NotConverged, require_positive, require_tolerance
 from microblock.body import Body
+from microblock.errors import BadArgument, NotConverged, require_positive, require_tolerance
 from microblock.explorer import LAWS, Explorer
 from microblock.grid_contact import GridContact
 from microblock.halfplane import HalfPlane
@@ -28,7 +30,7 @@ from microblock.law import Microblock
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder
 from microblock.scene import Contact
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 NU = 0.3
 LOAD = math.pi/2       # with E* = 2, R = 1: a_ref = 1
@@ -117,8 +119,7 @@ def result(parameters, quiet=True):
     frames = [row for run in tqdm(runs, disable=quiet, unit="slider") for row in solve(parameters, *run)]
     digests = [{"blocks": name, "slider": slider, **digest(rows)} for name, own in grouped(frames, "blocks").items()
                for slider, rows in grouped(own, "slider").items()]
-    return {"parameters": asdict(parameters), "versions": versions(), "aims": AIMS, "all": digest(frames), "sliders": digests,
-            "frames": frames, "seconds": {"setup": ready - start, "solve": time.perf_counter() - ready}}
+    return returned(parameters, ready, ready - start, aims=AIMS, all=digest(frames), sliders=digests, frames=frames)
 
 
 def run(parameters, out=None, quiet=False):
@@ -127,8 +128,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"frames.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"frames.csv"), out, "frames")
+        keep(out, "frames", rows(parameters, answer), figure)
     return answer
 
 
@@ -166,9 +166,12 @@ def figure(records):
     for axis, (what, aim), letter in zip(axes, AIMS.items(), "ab"):
         for (name, rows), colour, style in zip(grouped(records, "blocks").items(), plots.COLOURS, LINES):
             times = np.sort([row[f"{what}_elapsed"] for row in rows if not row["failure"]])
-            axis.semilogx(times, np.arange(1, len(times) + 1)/len(times), style, color=colour, label=name)
+            axis.semilogx(times, np.arange(1, len(times) + 1)/len(times), linestyle=style, color=colour, label=name)
+        axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.xaxis.set_major_formatter("{x:g}")
+        axis.xaxis.set_minor_formatter(NullFormatter())
         axis.axvline(aim, color="0.5", linestyle=":", linewidth=0.8)
         axis.axhline(0.95, color="0.5", linestyle=":", linewidth=0.8)
         axis.set(xlabel=f"time of a {what} (ms)", ylabel="share of frames", title=f"({letter}) {what}", ylim=(0, 1.02))
-    plots.legend_below(axes[0], 2)
+    plots.legend_below(axes[0], 3)
     return drawing

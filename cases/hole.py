@@ -11,7 +11,7 @@ Units      the block's own; E = 1.
 """
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import netgen.occ as occ
 from matplotlib.ticker import LogLocator
@@ -19,6 +19,7 @@ from tqdm import tqdm
 
 from cases.bodies import balances, draw_body, mesh_of, points_of
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.body import Body
 from microblock.errors import BadArgument, require_finite
@@ -26,7 +27,7 @@ from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Punch
 from microblock.scene import Contact
-from microblock.study import grouped, read_records, versions, write_records
+from microblock.study import grouped
 
 OBSTACLES = {"cylinder": Cylinder(5.0), "punch": Punch(0.5, tilt=0.005)}
 LAWS = {"microblock": Microblock(), "unilateral": Unilateral()}
@@ -88,8 +89,8 @@ def solve(parameters, obstacle, law):
         contact = state.zones["contact"]
         states.append(state)
         rows.append({"obstacle": obstacle, "law": law, "rtol": rtol, "error_estimate": state.error_estimate,
-                     "approach": state.approach, "left": contact[0][0], "right": contact[-1][1], "energy_balance": energy, "work_balance": work,
-                     "unknowns": state.unknowns, "seconds": seconds})
+                     "approach": state.approach, "left": contact[0][0], "right": contact[-1][1], "energy_balance": energy,
+                     "work_balance": work, "unknowns": state.unknowns, "seconds": seconds})
     for row, state in zip(rows, states):
         row["difference"] = state.difference(states[-1].pressure) if state is not states[-1] else None
     return rows, states[-1]
@@ -100,8 +101,7 @@ def result(parameters, quiet=True):
     start = time.perf_counter()
     chosen = [(obstacle, law) for obstacle in OBSTACLES for law in LAWS]
     states = [row for one in tqdm(chosen, disable=quiet, unit="scene") for row in solve(parameters, *one)[0]]
-    return {"parameters": {**asdict(parameters), "rtols": list(parameters.rtols)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": states}
+    return returned(parameters, start, states=states)
 
 
 def run(parameters, out=None, quiet=False):
@@ -110,10 +110,8 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"hole.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"hole.csv"), out, "hole")
-        write_records(out/"hole_body.csv", body_records(parameters))
-        plots.draw(body_figure, read_records(out/"hole_body.csv"), out, "hole_body")
+        keep(out, "hole", rows(parameters, answer), figure)
+        keep(out, "hole_body", body_records(parameters), body_figure)
     return answer
 
 

@@ -19,6 +19,7 @@ from cases.limits_maps import Axis, Map, Outcome
 from microblock.errors import NotConverged
 from microblock.law import corner_shifts
 from microblock.observables import distance_to_ends
+from microblock.panels import zone_edges
 
 NU, BETA = 0.3, 1.0           # unless an axis says otherwise
 ALPHA_MID = 0.8343132323      # of these
@@ -48,7 +49,7 @@ def outcome(scene, load, state, rtol):
 
 def beside_grid(scene, load, state):
     """(relative L2 distance of the pressure from that on uniform cells, their own error)."""
-    edges = [edge for zones in state.all_zones.values() for zone in zones for edge in zone]
+    edges = zone_edges(state.all_zones)
     middle, half = (max(edges) + min(edges))/2, WINDOW*(max(edges) - min(edges))/2
     grid = mb.GridContact(scene.body, scene.obstacle, scene.law, (middle - half, middle + half)).at(load, nodes=CELLS)
     p = grid.pressures.sum(axis=0)

@@ -1,4 +1,4 @@
-"""The notebooks of docs/notebooks, executed from top to bottom in fresh kernels: pages with all outputs, and what it took.
+"""The notebooks of docs/notebooks, executed in fresh kernels: pages with all outputs, and times.
 
 Look at    DIR/NAME.html, a page a notebook, which opens without a kernel (its sliders do not move there).
 Model      nbclient and a kernel that finds this checkout first; extra `notebook`.

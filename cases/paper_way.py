@@ -13,16 +13,18 @@ Units      those of `hertz`; seconds of one thread, assembly, factors and all pa
 """
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
 from cases import hertz, hertz_fe
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, require_finite
 from microblock.halfplane import gauss_rule
-from microblock.study import column, read_records, versions, write_records
+from microblock.panels import zone_edges
+from microblock.study import column
 
 LOADS = tuple(round(0.1*step, 1) for step in range(1, 11))
 SHARE = 0.1              # of the error of the paper's way, asked for on fitted meshes
@@ -66,8 +68,7 @@ class Parameters:
 
 def distance(state, reference):
     """max(|dp|, |dM|/ell)/|p| in L2, by Gauss points between all nodes of `state` and all edges of both."""
-    edges = [edge for one in (state, reference) for own in one.all_zones.values() for zone in own for edge in zone]
-    cuts = np.unique(np.concatenate((state.x, edges)))
+    cuts = np.unique(np.concatenate((state.x, zone_edges(state.all_zones), zone_edges(reference.all_zones))))
     cuts = np.sort(np.concatenate((cuts, cuts[:-1] + np.diff(cuts)/100, cuts[1:] - np.diff(cuts)/100)))   # square roots at edges
     points, weights = gauss_rule(POINTS)
     x = (cuts[:-1, None] + np.diff(cuts)[:, None]*points).ravel()
@@ -114,9 +115,7 @@ def result(parameters):
     ways = {name: {"seconds": float(own[0]), "wall": float(own[1]), "ratio": float(seconds[0]/own[0]),
                    "ratio_wall": float(seconds[1]/own[1]), "worst": _worst(found, f"error_{name}", "error_paper"),
                    "nodes": _worst(found, f"nodes_{name}", "nodes_paper")} for name, own in spent.items()}
-    return {"parameters": {**asdict(parameters), "loads": list(parameters.loads)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start},
-            "paper": {"seconds": float(seconds[0]), "wall": float(seconds[1])}, **ways, "loads": found}
+    return returned(parameters, start, paper={"seconds": float(seconds[0]), "wall": float(seconds[1])}, **ways, loads=found)
 
 
 def _worst(found, name, paper):
@@ -137,8 +136,7 @@ def run(parameters, out=None, quiet=False):
             print("a tenth {0}: {seconds:.2f} s, {ratio:.0f} times faster; error over a tenth of the paper's at most "
                   "{worst:.2f}, at the nodes alone {nodes:.2f}".format(name, **answer[name]))
     if out:
-        write_records(out/"paper_way.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"paper_way.csv"), out, "paper_way")
+        keep(out, "paper_way", rows(parameters, answer), figure)
     return answer
 
 

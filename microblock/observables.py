@@ -120,4 +120,5 @@ def distance_to_ends(x, ends, shifts):
 
     As a weight at x, array (n,), it makes the L2 norm finite. `shifts`: of the contact points from the obstacle's places.
     """
-    return np.min([np.ones_like(x), *(2*np.abs(x - end - shift)/(ends[-1] - ends[0]) for end in ends for shift in shifts)], axis=0)
+    distances = (2*np.abs(x - end - shift)/(ends[-1] - ends[0]) for end in ends for shift in shifts)
+    return np.min([np.ones_like(x), *distances], axis=0)

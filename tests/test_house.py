@@ -12,7 +12,7 @@ ROOT = Path(microblock.__file__).parent
 MAY_IMPORT = {
     "errors": set(), "material": set(), "obstacles": set(), "meshes": set(), "references": set(), "observables": set(),
     "plots": set(), "adapt": set(), "study": {"__init__"}, "provenance": {"study"}, "sweeps": {"provenance"},
-    "export": {"line_state", "study", "subsurface"},
+    "export": {"line_state", "panels", "study", "subsurface"},
     "law": {"obstacles"}, "body": {"material"},
     "condensation": {"body", "compliance", "facets", "panels"},
     "surface_state": {"condensation", "law", "mesh_fields", "observables", "panels", "surface_view"},
@@ -21,7 +21,7 @@ MAY_IMPORT = {
     "body_state": {"law", "mesh_fields", "meshes", "observables", "surface_view"}, "mesh_fields": {"below"}, "refined": {"facets", "panels"},
     "body_contact": {"active_set", "body", "body_state", "condensation", "observables", "path", "refined", "scene_view"},
     "meeting": {"halfplane"},
-    "fitted": {"active_set", "body", "condensation", "ground", "law", "meshes", "surface_state"},
+    "fitted": {"active_set", "body", "condensation", "ground", "law", "meshes", "observables", "panels", "surface_state"},
     "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane", "law"}, "active_set": set(),
     "contact_line": {"line_state", "meeting", "panels"}, "subsurface": {"halfplane", "panels"},
     "line_state": {"below", "panels", "subsurface", "surface_view"}, "topology": {"active_set", "line_state", "observables", "panels"},
