@@ -15,27 +15,24 @@ Units      lengths over a_Hz (line) or the period (rough), pressures over E*; se
 
 import importlib.util
 import math
-import os
 import time
 from dataclasses import asdict, dataclass
 
-os.environ.setdefault("OMP_NUM_THREADS", "1")      # of tamaas, before it is imported
+import numpy as np
+from tqdm import tqdm
 
-import numpy as np  # noqa: E402
-from tqdm import tqdm  # noqa: E402
-
-from cases.options import command, option  # noqa: E402
-from cases.records import keep, returned  # noqa: E402
-from microblock import plots  # noqa: E402
-from microblock.errors import BadArgument, MissingExtra  # noqa: E402
-from microblock.grid import PeriodicHalfPlane  # noqa: E402
-from microblock.grid_contact import GridContact, halvings  # noqa: E402
-from microblock.halfplane import HalfPlane, kernels  # noqa: E402
-from microblock.law import Unilateral  # noqa: E402
-from microblock.material import Cosserat  # noqa: E402
-from microblock.obstacles import Cylinder, Rough  # noqa: E402
-from microblock.scene import Contact  # noqa: E402
-from microblock.study import versions  # noqa: E402
+from cases.options import command, option
+from cases.records import keep, returned
+from microblock import plots
+from microblock.errors import BadArgument, MissingExtra
+from microblock.grid import PeriodicHalfPlane
+from microblock.grid_contact import GridContact, halvings
+from microblock.halfplane import HalfPlane, kernels
+from microblock.law import Unilateral
+from microblock.material import Cosserat
+from microblock.obstacles import Cylinder, Rough
+from microblock.scene import Contact
+from microblock.study import versions
 
 NU, BETA = 0.3, 1e-10
 PERIODS = (32, 40, 48, 56, 64, 80)                   # over a_Hz

@@ -27,18 +27,16 @@ from dataclasses import dataclass
 from importlib import metadata
 from pstats import Stats
 
-os.environ.setdefault("OMP_NUM_THREADS", "1")      # of tamaas, before it is imported
+from tqdm import tqdm
 
-from tqdm import tqdm  # noqa: E402
-
-from cases import figures_growth, figures_peers, speed_figures, speed_growth  # noqa: E402
-from cases.options import command, option  # noqa: E402
-from cases.records import kept, returned  # noqa: E402
-from cases.speed_methods import METHODS, NAMES, clock  # noqa: E402
-from cases.speed_scenes import QUICK, SCENES  # noqa: E402
-from microblock import plots  # noqa: E402
-from microblock.errors import BadArgument, MicroblockError  # noqa: E402
-from microblock.study import grouped, versions  # noqa: E402
+from cases import figures_growth, figures_peers, speed_figures, speed_growth
+from cases.options import command, option
+from cases.records import kept, returned
+from cases.speed_methods import METHODS, NAMES, clock
+from cases.speed_scenes import QUICK, SCENES
+from microblock import plots
+from microblock.errors import BadArgument, MicroblockError
+from microblock.study import grouped, versions
 
 ONCE = 1.0             # seconds of a warm-up beyond which it counts itself
 ENOUGH = 1.0           # seconds of all runs of a setting, beyond which it is not repeated further
