@@ -41,6 +41,7 @@ SIDES = {"bonded": "bottom", "sliding": {"u1": "left", "u2": "bottom", "psi": "b
 SAMPLES = 20001             # of the contact boundary, for the load of a mattress
 JUDGE = 0.1                 # of rtol, to which the half-plane is asked
 PICTURE = 1.0               # h of the layer that is drawn
+SEEN, CUT = 2.0, 1.6        # half of its length in the records, whole triangles, and in the picture
 BASES = tuple(SIDES)
 
 
@@ -134,8 +135,8 @@ def result(parameters, quiet=True):
     """The case's object: a row a layer."""
     start = time.perf_counter()
     chosen = [(h, obstacle, law) for obstacle in OBSTACLES for law in LAWS for h in parameters.thicknesses]
-    rows = [solve(parameters, *one)[0] for one in tqdm(chosen, disable=quiet, unit="layer")]
-    return returned(parameters, start, layers=rows)
+    layers = [solve(parameters, *one)[0] for one in tqdm(chosen, disable=quiet, unit="layer")]
+    return returned(parameters, start, layers=layers)
 
 
 def run(parameters, out=None, quiet=False):
@@ -144,10 +145,8 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        repeat = {"command": command("coating", parameters)}
-        keep(out, "coating", [{**repeat, **row} for row in answer["layers"]], figure)
-        _, state = solve(parameters, PICTURE, "cylinder", "microblock")
-        keep(out, "coating_body", [{**repeat, **row} for row in points_of(state, (-2, 2, -PICTURE))], draw_body)
+        keep(out, "coating", rows(parameters, answer), figure)
+        keep(out, "coating_body", body_records(parameters), body_figure)
     return answer
 
 
@@ -159,8 +158,36 @@ def show(answer):
         print("  ".join(f"{row[name]:10.3g}" if isinstance(row[name], float) else f"{row[name] or '-':>10}" for name in columns))
 
 
+def rows(parameters, answer):
+    """A row a layer; its seconds, which no other run has again, are left to the table."""
+    own = {"command": command("coating", parameters)}
+    return [{**own, **{name: cell for name, cell in row.items() if name != "seconds"}} for row in answer["layers"]]
+
+
+def body_records(parameters):
+    """What `body_figure` draws."""
+    _, state = solve(parameters, PICTURE, "cylinder", "microblock")
+    return [{"command": command("coating", parameters), **row} for row in points_of(state, (-SEEN, SEEN, -PICTURE))]
+
+
+def body_figure(records):
+    """Elastic layer of thickness a_Hz on a rigid base under a cylinder: the middle of the deformed body (displacements magnified)
+    with -sigma_22 in colours.
+    """
+    drawing = draw_body(records)
+    drawing.axes[0].set_xlim(-CUT, CUT)
+    return drawing
+
+
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Differences to the mattress (thin layers) and to the half-plane (thick ones) over h; dashed the orders 3/2, 1 and -2."""
+    """Elastic layer on a rigid base: differences to the mattress (thin layers) and to the half-plane (thick ones) over the
+    thickness h; dashed the orders 3/2, 1 and -2.
+    """
     drawing, axis = plots.figure(height=3.0)
     for colour, (obstacle, own) in zip(plots.COLOURS, grouped(records, "obstacle").items()):
         for (law, rows), style in zip(grouped(own, "law").items(), ("-", ":")):

@@ -128,7 +128,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        keep(out, "frames", [{"command": command("frames", parameters), **row} for row in answer["frames"]], figure)
+        keep(out, "frames", rows(parameters, answer), figure)
     return answer
 
 
@@ -148,8 +148,20 @@ def _three(times):
     return f"{'failed':>30}" if times is None else "".join(f"{each:>10.1f}" for each in times)
 
 
+def rows(parameters, answer):
+    """A row a frame."""
+    return [{"command": command("frames", parameters), **row} for row in answer["frames"]]
+
+
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Share of frames (a) whose state, (b) that as a whole took no longer than a time; dotted: the aims."""
+    """How soon a slider is answered on this machine: share of frames (a) whose state, (b) that as a whole took no longer than a
+    time; dotted: the aims of 20 ms and 100 ms, and 95 percent.
+    """
     drawing, axes = plots.figure(1, 2)
     for axis, (what, aim), letter in zip(axes, AIMS.items(), "ab"):
         for (name, rows), colour, style in zip(grouped(records, "blocks").items(), plots.COLOURS, LINES):

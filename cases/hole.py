@@ -14,6 +14,7 @@ import time
 from dataclasses import dataclass
 
 import netgen.occ as occ
+from matplotlib.ticker import LogLocator
 from tqdm import tqdm
 
 from cases.bodies import balances, draw_body, mesh_of, points_of
@@ -99,8 +100,8 @@ def result(parameters, quiet=True):
     """The case's object: a row a state."""
     start = time.perf_counter()
     chosen = [(obstacle, law) for obstacle in OBSTACLES for law in LAWS]
-    rows = [row for one in tqdm(chosen, disable=quiet, unit="scene") for row in solve(parameters, *one)[0]]
-    return returned(parameters, start, states=rows)
+    states = [row for one in tqdm(chosen, disable=quiet, unit="scene") for row in solve(parameters, *one)[0]]
+    return returned(parameters, start, states=states)
 
 
 def run(parameters, out=None, quiet=False):
@@ -109,10 +110,8 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        repeat = {"command": command("hole", parameters)}
-        keep(out, "hole", [{**repeat, **row} for row in answer["states"]], figure)
-        state = scene(parameters, *PICTURE).at(parameters.load, max(parameters.rtols[-1], 1e-2))
-        keep(out, "hole_body", [{**repeat, **row} for row in points_of(state, (-2, 2, -2))], draw_body)
+        keep(out, "hole", rows(parameters, answer), figure)
+        keep(out, "hole_body", body_records(parameters), body_figure)
     return answer
 
 
@@ -124,8 +123,32 @@ def show(answer):
         print("  ".join(f"{row[name]:10.4g}" if isinstance(row[name], float) else f"{row[name] or '-':>10}" for name in columns))
 
 
+def rows(parameters, answer):
+    """A row a state; its seconds, which no other run has again, are left to the table."""
+    own = {"command": command("hole", parameters)}
+    return [{**own, **{name: cell for name, cell in row.items() if name != "seconds"}} for row in answer["states"]]
+
+
+def body_records(parameters):
+    """What `body_figure` draws."""
+    state = scene(parameters, *PICTURE).at(parameters.load, max(parameters.rtols[-1], 1e-2))
+    return [{"command": command("hole", parameters), **row} for row in points_of(state, (-2, 2, -2))]
+
+
+def body_figure(records):
+    """Block with a hole under a cylinder: the deformed body (displacements magnified) with -sigma_22 in colours."""
+    return draw_body(records)
+
+
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Difference to the finest state (full) and estimate (dashed) over unknowns."""
+    """Block with a hole under a cylinder and a tilted punch: difference to the finest state (full) and estimate (dashed) over the
+    unknowns of the refined meshes.
+    """
     drawing, axis = plots.figure(height=3.0)
     scenes = [(obstacle, law, rows) for obstacle, own in grouped(records, "obstacle").items()
               for law, rows in grouped(own, "law").items()]
@@ -134,5 +157,6 @@ def figure(records):
                     label=f"{obstacle}, {law}")
         axis.loglog([row["unknowns"] for row in rows], [row["error_estimate"] for row in rows], "--", color=colour)
     axis.set(xlabel="unknowns", ylabel="relative $L_2$ difference, estimate")
+    axis.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))      # of a decade all labels would overlap
     plots.legend_below(axis)
     return drawing

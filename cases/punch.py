@@ -124,8 +124,14 @@ def rows(parameters, answer):
     return found
 
 
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Pressure of each load: microblocks, the unilateral law, and the classical limit (markers) on its closed form."""
+    """Flat and tilted punch: pressure of each load for microblocks, the unilateral law, and the classical limit (markers) on its
+    closed form. Each corner has its own ends, half a block beside the punch's."""
     loads = grouped(records, "load")
     drawing, axes = plots.figure(1, len(loads), width=2.6, height=2.6, squeeze=False)
     x = np.linspace(-1, 1, 2001)[1:-1]

@@ -135,8 +135,14 @@ def rows(parameters, answer):
     return [{**common, **dict(zip(profile, node))} for node in zip(*profile.values())]
 
 
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Pressure (a) and micromoment (b) around the largest pressure."""
+    """Rough obstacle and rough psi0(x): pressure (a) and micromoment (b) around the largest pressure, one corner's zones torn from
+    the other's."""
     drawing, axes = plots.figure(1, 2)
     for axis, name in zip(axes, ("pressure", "micromoment")):
         axis.plot(column(records, "x"), column(records, name), linewidth=0.8)

@@ -123,16 +123,16 @@ def judged(parameters, amplitude, seed, coarse):
 
 def result(parameters, quiet=True):
     """The case's object: a row a state, and mean and scatter of each roughness."""
-    start, rows = time.perf_counter(), []
+    start, states = time.perf_counter(), []
     chosen = [(amplitude, parameters.first_seed + number) for amplitude in parameters.amplitudes
               for number in range(parameters.seeds if amplitude else 1)]
     for amplitude, seed in tqdm(chosen, disable=quiet, unit="state"):
         state = solve(parameters, amplitude, seed)
         against = judged(parameters, amplitude, seed, state) if seed < parameters.first_seed + JUDGED else dict.fromkeys(
             ("difference", "change_hardness", "change_full"))
-        rows.append({"amplitude": amplitude, "seed": seed, **observe(state), **against})
-    summaries = [summary(amplitude, own) for amplitude, own in grouped(rows, "amplitude").items()]
-    return returned(parameters, start, model="halfplane", states=rows, summary=summaries, aligned=aligned(parameters))
+        states.append({"amplitude": amplitude, "seed": seed, **observe(state), **against})
+    summaries = [summary(amplitude, own) for amplitude, own in grouped(states, "amplitude").items()]
+    return returned(parameters, start, model="halfplane", states=states, summary=summaries, aligned=aligned(parameters))
 
 
 def aligned(parameters):
@@ -165,13 +165,25 @@ def run(parameters, out=None, quiet=False):
                                   "error_estimate", "difference", "change_hardness"), 15)
         print("aligned blocks against panels: " + ", ".join(f"{name} {value:.6g}" for name, value in answer["aligned"].items()))
     if out:
-        common = {"command": command("scatter", parameters), **asdict(parameters), "amplitudes": None}
-        keep(out, "scatter", [{**common, **row} for row in answer["states"]], figure)
+        keep(out, "scatter", rows(parameters, answer), figure)
     return answer
 
 
+def rows(parameters, answer):
+    """A row a state, with every parameter."""
+    common = {"command": command("scatter", parameters), **asdict(parameters), "amplitudes": None}
+    return [{**common, **row} for row in answer["states"]]
+
+
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Real hardness (a), real and full contact (b) of each seed (dots), with means and standard deviations, over the roughness."""
+    """Rough psi0 under a cylinder: hardness (a), real and full contact (b) of each seed (dots), with means and standard
+    deviations, over the roughness of psi0.
+    """
     drawing, axes = plots.figure(1, 2)
     shown = ((axes[0], (("hardness_real", "real hardness"), ("hardness_apparent", "apparent hardness"))),
              (axes[1], (("contact", "one corner or both"), ("full_contact", "both corners"))))

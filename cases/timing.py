@@ -90,8 +90,8 @@ def result(parameters, quiet=True):
     scene("microblock", 1.0).at(LOAD)      # warm-up
     ready = time.perf_counter()
     runs = [(kind, alpha, rtol) for kind in SCENES for alpha in parameters.alphas for rtol in parameters.rtols]
-    rows = [solve(*run, parameters.repeats) for run in tqdm(runs, disable=quiet, unit="state")]
-    return returned(parameters, ready, ready - start, table_milliseconds=setup, runs=rows)
+    found = [solve(*run, parameters.repeats) for run in tqdm(runs, disable=quiet, unit="state")]
+    return returned(parameters, ready, ready - start, table_milliseconds=setup, runs=found)
 
 
 def run(parameters, out=None, quiet=False):
@@ -100,7 +100,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        keep(out, "timing", [{"command": command("timing", parameters), **row} for row in answer["runs"]], figure)
+        keep(out, "timing", rows(parameters, answer), figure)
     return answer
 
 
@@ -115,8 +115,20 @@ def show(answer):
             print(f"{kind:>12}  {alpha:>6g}  " + "  ".join(f"{text:>16}" for text in texts))
 
 
+def rows(parameters, answer):
+    """A row a scene, alpha and tolerance."""
+    return [{"command": command("timing", parameters), **row} for row in answer["runs"]]
+
+
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Time of a state over alpha: (a) at the first, (b) at the last of the tolerances."""
+    """What a state of the half-plane costs on this machine: processor time over alpha, (a) at the first, (b) at the last of the
+    tolerances.
+    """
     rtols = list(grouped(records, "rtol"))
     drawing, axes = plots.figure(1, 2)
     for axis, rtol, letter in zip(axes, (rtols[0], rtols[-1]), "ab"):

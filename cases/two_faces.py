@@ -258,8 +258,14 @@ def rows(parameters, answer):
     return [{**common, **row} for row in path + profile]
 
 
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Turning of the blocks (a) and micromoments (b) over the approach, psi over the depth (c): markers, on the closed form."""
+    """Strip whose faces are turned differently: turning of the blocks (a) and micromoments (b) over the approach, psi over the
+    depth (c). Markers: computed, lines: closed form; a kink where the second corner of a face closes."""
     given = Parameters(**{name: records[0][name] for name in Parameters.__dataclass_fields__})
     kinds = grouped(records, "kind")
     drawing, axes = plots.figure(1, 3, width=2.7)

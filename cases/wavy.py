@@ -187,9 +187,7 @@ def run(parameters, out=None, quiet=False):
     if out:
         keep(out, "wavy", rows(parameters, answer), figure)
         if answer["path"]:
-            common = {"command": command("wavy", parameters), **asdict(parameters.resolved()), "loads": None}
-            common |= {"full_closure": answer["full_closure"]}
-            keep(out, "wavy_path", [{**common, **row, "law": row["contact"]} for row in answer["path"]], draw_path)
+            keep(out, "wavy_path", path_rows(parameters, answer["path"]), draw_path)
     return answer
 
 
@@ -221,8 +219,14 @@ def rows(parameters, answer):
     return found
 
 
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Pressure (a) and micromoment (b) under a wave at each load; broken lines: classical limit."""
+    """Wave pressed flat: pressure (a) and micromoment (b) over one period at mean pressures up to beyond full closure; broken lines:
+    classical limit."""
     drawing, axes = plots.figure(1, 2)
     laws = grouped(records, "law")
     for law, chosen in laws.items():
@@ -240,8 +244,22 @@ def figure(records):
     return drawing
 
 
+def path_rows(parameters, states):
+    """A row a state of the path, with every parameter."""
+    chosen = parameters.resolved()
+    common = {"command": command("wavy", parameters), **asdict(chosen), "loads": None, "full_closure": closure_of(chosen)}
+    return [{**common, **row, "law": row["contact"]} for row in states]
+
+
+def path_records(parameters):
+    """What `draw_path` draws."""
+    return path_rows(parameters, path(parameters.resolved()))
+
+
 def draw_path(records):
-    """Contact (a) and approach (b) from first touch to full closure; lines without markers: closed form."""
+    """Wave pressed flat, from first touch to full closure: contact (a) and approach (b) over the mean pressure, classical markers on
+    Westergaard's closed form; microblocks close at the vertical line.
+    """
     from microblock.references import Wavy      # judges only: the computation does without
     drawing, axes = plots.figure(1, 2)
     laws = grouped(records, "law")

@@ -135,8 +135,14 @@ def rows(parameters, answer):
     return found
 
 
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Half-widths over the load (a), on the limits of light and heavy loads; pressure at three loads (b)."""
+    """Blunt wedge on microblocks: edges of the contact over the load (a), between the limits of light and heavy loads, two zones
+    for each of which one corner acts alone and the classical wedge; pressure at three loads (b), dotted the classical ones."""
     given = Parameters(**{name: records[0][name] for name in ("nu", "beta")})
     laws = grouped(records, "law")
     drawing, axes = plots.figure(1, 2)
