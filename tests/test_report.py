@@ -191,9 +191,13 @@ def test_numbers_of_processes_have_bounds(workers):
         report.Parameters(workers=workers)
 
 
+DEAR = {"punch", "wedge", "scatter", "coating", "coating_body", "hole", "hole_body"}      # scenes
+
+
 @pytest.mark.slow
 def test_every_figure_and_table_can_be_made(tmp_path):
-    drawn_elsewhere = {name for name in report.PLATES if name.startswith(("limits_", "speed_"))}      # by those studies' quick form
+    # the studies' quick form, and tests of the scenes, draw those
+    drawn_elsewhere = {name for name in report.PLATES if name.startswith(("limits_", "speed_"))} | DEAR
     drawn = [name for name in report.KNOWN if name not in drawn_elsewhere] + ["limits_cycling", "speed_seconds"]
     assert main(["report", "--out", str(tmp_path), "--only", *drawn]) == 0
     for name in {*report.PLATES} & {*drawn}:
