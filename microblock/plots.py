@@ -46,6 +46,11 @@ def legend_below(axis, columns=2):
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.25), ncols=columns)
 
 
+def legend_of_all(drawing, axis, columns=4, title=None):
+    """One legend below all panels for what `axis` shows."""
+    drawing.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=columns, title=title, title_fontsize=7)
+
+
 def draw(drawing, data, folder, name):
     """Call ``drawing(data) -> Figure`` in the house style and write PNG and PDF, each whole or not at all; their paths."""
     paths = [folder/f"{name}.{kind}" for kind in ("png", "pdf")]
