@@ -34,6 +34,8 @@ def draw_below(state, fields, quantity="psi"):
         size = np.abs(values).max()
         levels = MaxNLocator(LEVELS).tick_values(-size if signed else values.min(), size if signed else values.max())
         drawn = axis.contourf(*grid, values, levels, cmap=DIVERGING if signed else SEQUENTIAL)
+        if signed:      # dashed where it is negative: the two ends of the colours are equally dark in print
+            axis.contour(*grid, values, levels, colors="k", linewidths=0.4)
         for left, right in contact:
             axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
         axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", ylim=(x2[-1], 0.03*DEEP*half),
