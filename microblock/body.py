@@ -79,14 +79,18 @@ class Body:
         self.fixed = self._patterns(fixed)
         self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
         self.space = self.spaces[0]*self.spaces[1]*self.spaces[2]
+        self.derived = {}      # what costs a factorisation, kept as long as the body by who makes it
 
-    def on(self, mesh, fixed=None):
-        """The same body on another mesh of its geometry, or with other supports; one order for all elements."""
+    def on(self, mesh, fixed=None, solid=None):
+        """The same body on another mesh of its geometry, with other supports or of another solid.
+
+        Only a body with one order for all elements goes to another mesh.
+        """
         if self.element_orders is not None and mesh is not self.mesh:
             raise BadArgument("order", "one for each element", "belongs to one mesh: give one order for all elements")
         order = self.order if self.element_orders is None else self.element_orders
         order_psi = self.order_psi if self.element_orders is None else None
-        return Body(mesh, self.solid, order, order_psi=order_psi, fixed=self.fixed if fixed is None else fixed,
+        return Body(mesh, solid or self.solid, order, order_psi=order_psi, fixed=self.fixed if fixed is None else fixed,
                     prescribed=self.prescribed, periodic=self.periodic)
 
     def scalar(self, order, **options):

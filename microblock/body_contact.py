@@ -13,16 +13,17 @@ import numpy as np
 from . import active_set
 from .body import Body
 from .body_state import BodyState, zones_of
-from .condensation import Condensed
+from .condensation import condensed
 from .display import Shown, path_summary, scene_summary
 from .errors import BadArgument, require_positive
 from .observables import zone_changes
 from .path import Event
 from .refined import refine_until
+from .scene_view import SceneView
 
 
 @dataclass(frozen=True)
-class BodyContact(Shown):
+class BodyContact(SceneView):
     """Frictionless contact of a body with a rigid obstacle that comes down along -e2.
 
     Parameters
@@ -51,21 +52,31 @@ class BodyContact(Shown):
         words = f"body of {self.body.mesh.ne} elements, order {self.body.order}"
         return scene_summary("Contact scene", words, self.body.solid, self.obstacle, self.law)
 
-    @cached_property
+    @property
+    def solid(self):
+        return self.body.solid
+
+    def opened(self, load, rtol):
+        state = self.at(load, rtol)
+        return state.scene, state
+
+    def varied(self, solid, obstacle, law):
+        """The scene with these; the same solid is not condensed again."""
+        body = self.body if solid == self.solid else self.body.on(self.body.mesh, solid=solid)
+        return BodyContact(body, obstacle, law, self.boundary)
+
+    def follow(self, load, rtol, near):
+        """The state at a load on this mesh, whatever rtol; from the closed corners of one `near`."""
+        return self.at(load, near=near if len(near.law.corners) == len(self.law.corners) else None)
+
+    @property
     def nodes(self):
         """The body condensed to its contact nodes."""
-        return Condensed(self._supported(self.body), self.boundary)
+        return condensed(self.body, self.boundary, self.law.clamps_rotation)
 
     @cached_property
     def _system(self):
         return self.nodes.compliance.corner_system(self.law, self.obstacle)
-
-    def _supported(self, body):
-        """The body, with psi held on the contact boundary if the law asks for that."""
-        if not self.law.clamps_rotation or self.boundary in body.fixed.get("psi", ""):
-            return body
-        psi = "|".join(filter(None, (body.fixed.get("psi"), self.boundary)))
-        return body.on(body.mesh, fixed={**body.fixed, "psi": psi})
 
     def at(self, load, rtol=None, near=None):
         """The state at a load (force per thickness).

@@ -10,12 +10,13 @@ import numpy as np
 
 from . import meshes
 from .law import corner_shifts
+from .mesh_fields import BelowOnMesh
 from .observables import contact_zones, distance_to_ends, runs
 from .surface_view import Setting, StateView, surface
 
 
 @dataclass(frozen=True, repr=False)
-class BodyState(StateView):
+class BodyState(BelowOnMesh, StateView):
     """A state on the contact nodes of a condensed body.
 
     Attributes
@@ -142,11 +143,6 @@ class BodyState(StateView):
     def zones(self):
         """{"A", "B", "full", "contact": [(left, right), ...]} of x1; a node stands for half the way to its neighbours."""
         return zones_of(self.x, self.closed, self.law)
-
-    def webgui(self, quantity="psi"):
-        """A field in the body by NGSolve's webgui, in a notebook: "psi", "s22", "s11" or "skew"."""
-        from .below import draw_webgui
-        return draw_webgui(self.fields, self.nodes.body.mesh, quantity)
 
     @cached_property
     def energy(self):

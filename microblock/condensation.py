@@ -225,6 +225,21 @@ class Condensed(ContactNodes):
         return np.linalg.solve(self._values[:, used].toarray().T, held[used])
 
 
+def condensed(body, boundary="contact", clamped=False):
+    """A body as `Condensed`, with psi held on the contact boundary if it is `clamped`; made once and kept with the body."""
+    key = "condensed", boundary, clamped
+    if key not in body.derived:
+        body.derived[key] = Condensed(_clamped(body, boundary) if clamped else body, boundary)
+    return body.derived[key]
+
+
+def _clamped(body, boundary):
+    if boundary in body.fixed.get("psi", ""):
+        return body
+    psi = "|".join(filter(None, (body.fixed.get("psi"), boundary)))
+    return body.on(body.mesh, fixed={**body.fixed, "psi": psi})
+
+
 def _rows(rows, width):
     i = np.repeat(np.arange(len(rows)), [len(dofs) for dofs, _ in rows])
     return csr_matrix((np.concatenate([np.asarray(shape) for _, shape in rows]),

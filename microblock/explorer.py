@@ -1,21 +1,22 @@
 """Scene, state and picture for parameters that change one by one: what sliders need, and scripts as well.
 
-A state starts from the zones of the last one, moved on as the last two moved under the same parameter; the half-plane's
-kernels depend on nu, beta and gamma' alone and are kept. The picture only gets new data.
+A state starts from the last one, its zones moved on as the last two moved under the same parameter; what a scene does not
+compute again is its own matter (`varied`, `follow`). The picture only gets new data.
 """
 
 import math
+import time
 from dataclasses import dataclass, fields, replace
 
 from . import topology
 from .display import Row, Shown, Summary, number
 from .errors import BadArgument, NotConverged, require_positive
 from .frames import Frames
-from .law import Microblock, Microclamped, Unilateral
+from .law import Microblock, Microclamped, Unilateral, symmetric
+from .panels import Line
 from .state_figure import StateFigure
 
 LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
-FURTHEST = 2.0       # steps of the last length, by which zones are moved on
 
 
 @dataclass(frozen=True)
@@ -38,20 +39,21 @@ class Choice:
 
 
 class Explorer(Shown):
-    """A scene on the half-plane (`Contact`) under changing parameters.
+    """A scene under changing parameters.
 
     Attributes
     ----------
     choice : Choice, the parameters of the state
-    state : LineState
-    figure : StateFigure that shows it
+    scene : of these parameters; of a body on a mesh, on the mesh that the first state has got
+    state : the scene's state
+    seconds : float, what the state took
     reference : float, the length a_ref in alpha = ell/a_ref: the half-width of a classical contact under the first load
 
     Parameters
     ----------
-    scene : Contact
+    scene : Contact, GridContact or FittedContact
     load : float, force per thickness
-    rtol : float, as of `Contact.at`
+    rtol : float, as of the scene's `at`, whose own is taken without it; of a body on a mesh it refines for the first state
 
     Examples
     --------
@@ -61,29 +63,38 @@ class Explorer(Shown):
     'microblock'
     """
 
-    def __init__(self, scene, load, rtol=1e-3):
+    def __init__(self, scene, load, rtol=None):
         require_positive(load=load)
-        self._scene, self._rtol, self._before, self._frames = scene, rtol, None, None
+        self._before, self._drawn = None, {}
+        self._rtol = scene.usual_rtol if rtol is None else rtol
         self.reference = reference_length(scene, load)
         names = {law: name for name, law in LAWS.items()}
         if type(scene.law) not in names:
             raise BadArgument("law", scene.law, f"must be one of {', '.join(LAWS)}")
         psi0 = getattr(scene.law, "psi0", 0.0)
         self.choice = Choice(float(load), None if callable(psi0) else float(psi0), _number(getattr(scene.obstacle, "R", None)),
-                             scene.body.solid.ell/self.reference, names[type(scene.law)])
-        self.state = self.scene().at(load, rtol)
+                             scene.solid.ell/self.reference, names[type(scene.law)])
+        self._microblock = scene.law if isinstance(scene.law, Microblock) else Microblock()
+        self.scene, self.state = self._timed(lambda: scene.opened(load, self._rtol))
         self.show()
 
-    def scene(self, choice=None):
-        """The Contact of a choice, or of the present one."""
-        choice, scene = choice or self.choice, self._scene
-        solid = replace_solid(scene.body.solid, choice.alpha*self.reference)
+    def _timed(self, work):
+        start = time.perf_counter()
+        found = work()
+        self.seconds = time.perf_counter() - start
+        return found
+
+    def _scene(self, choice):
+        """The scene of a choice; of the present one, what does not change with it is kept."""
+        now, scene = self.choice, self.scene
+        if replace(choice, load=now.load) == now:
+            return scene
         law = LAWS[choice.law]()
         if choice.law == "microblock":
-            own = scene.law if isinstance(scene.law, Microblock) else Microblock()
-            law = own if choice.psi0 is None else replace(own, psi0=choice.psi0)
-        obstacle = scene.obstacle if choice.radius is None else replace(scene.obstacle, R=choice.radius)
-        return replace(scene, body=type(scene.body)(solid), obstacle=obstacle, law=law)
+            law = self._microblock if choice.psi0 is None else replace(self._microblock, psi0=choice.psi0)
+        solid = scene.solid if choice.alpha == now.alpha else replace(scene.solid, ell=choice.alpha*self.reference)
+        obstacle = scene.obstacle if choice.radius == now.radius else replace(scene.obstacle, R=choice.radius)
+        return scene.varied(solid, obstacle, law)
 
     def solve(self, **changes):
         """Change parameters (names of `Choice`) and return the new state; where there is none, all stays as it was.
@@ -94,13 +105,22 @@ class Explorer(Shown):
             For a name or a value that the scene does not have.
         NotConverged
         """
-        choice = self._changed(changes)
-        scene, name = self.scene(choice), next(iter(changes)) if len(changes) == 1 else None
-        state = scene.at(choice.load, self._rtol, near=self._guess(scene, choice, name))
+        choice, name = self._changed(changes), next(iter(changes)) if len(changes) == 1 else None
+        scene = self._scene(choice)
+        state = self._timed(lambda: scene.follow(choice.load, self._rtol, self._near(choice, name)))
         value = getattr(self.choice, name) if name else None
         self._before = (name, value, self.state) if name and not isinstance(value, str) else None
-        self.choice, self.state = choice, state
+        self.choice, self.scene, self.state = choice, scene, state
         return state
+
+    def _near(self, choice, name):
+        """The last state, moved on if this parameter has moved before."""
+        if self._before is None or self._before[0] != name:
+            return self.state
+        _, value, earlier = self._before
+        step = getattr(self.choice, name) - value
+        share = (getattr(choice, name) - getattr(self.choice, name))/step if step else 0.0
+        return self.state.moved_on(earlier, share)
 
     def update(self, **changes):
         """As `solve`, and show the state in the figure."""
@@ -108,12 +128,15 @@ class Explorer(Shown):
         self.show()
         return self.state
 
+    @property
+    def figure(self):
+        """The StateFigure that shows the state."""
+        return self.frames.figure
+
     def png(self):
         """The figure as a PNG, bytes: what has not changed since the last call is not drawn again."""
-        if self._frames is None:
-            self._frames = Frames(self.figure)
-        self._frames.draw()
-        return self._frames.png()
+        self.frames.draw()
+        return self.frames.png()
 
     def _changed(self, changes):
         known = {entry.name for entry in fields(Choice)}
@@ -127,25 +150,13 @@ class Explorer(Shown):
                 require_positive(**{name: value})
         return replace(self.choice, **changes)
 
-    def _guess(self, scene, choice, name):
-        """The last state with its zones moved on, as far as they fit the new scene; None if they do not."""
-        state, line = self.state, scene.line
-        if len(state.line.law.corners) != len(line.law.corners):
-            return None
-        zones = state.all_zones
-        if self._before is not None and self._before[0] == name:
-            _, value, earlier = self._before
-            step = getattr(self.choice, name) - value
-            share = (getattr(choice, name) - getattr(self.choice, name))/step if step else 0.0
-            zones = _moved_on(earlier.all_zones, zones, share)
-        zones = {corner: zones[corner] for corner in line.corners}
-        return replace(state, zones=zones) if any(zones.values()) else None      # a corner of a turned block may touch nowhere
-
     def show(self):
-        corners = self.state.line.law.corners
-        if getattr(self, "figure", None) is None or self.figure.corners != corners:
-            self.figure, self._frames = StateFigure(corners), None
-        self.figure.update(self.state)
+        """Show the state in the figure; a law with other corners has another, kept as well."""
+        corners = self.state.setting.law.corners
+        if corners not in self._drawn:
+            self._drawn[corners] = Frames(StateFigure(corners))
+        self.frames = self._drawn[corners]
+        self.frames.figure.update(self.state)
 
     def summary(self):
         shown = [(entry.name, getattr(self.choice, entry.name)) for entry in fields(Choice)]
@@ -153,34 +164,17 @@ class Explorer(Shown):
         return Summary("Explorer", ", ".join(f"{name} {number(value)}" for name, value in shown if value is not None), rows)
 
 
-def _moved_on(earlier, zones, share):
-    """Zones moved on by a share of the way from the earlier ones, if they are alike and none is turned inside out."""
-    if not abs(share) <= FURTHEST or any(len(earlier[corner]) != len(own) for corner, own in zones.items()):
-        return zones
-    moved = {corner: tuple(tuple(edge + share*(edge - old) for edge, old in zip(interval, before))
-                           for interval, before in zip(own, earlier[corner])) for corner, own in zones.items()}
-    edges = [edge for own in moved.values() for interval in own for edge in interval]
-    fits = all(a < b for own in moved.values() for interval in own for a, b in [interval])
-    apart = all(a[1] < b[0] for own in moved.values() for a, b in zip(own, own[1:]))
-    return moved if fits and apart and all(map(math.isfinite, edges)) else zones
-
-
 def reference_length(scene, load):
     """Half-width of a classical contact under the load: a_Hz of a cylinder, half a punch, as `topology` guesses it elsewhere."""
-    obstacle = scene.obstacle
+    obstacle, solid = scene.obstacle, scene.solid
     if hasattr(obstacle, "R"):
-        return math.sqrt(4*load*obstacle.R/(math.pi*scene.body.solid.E_star))
+        return math.sqrt(4*load*obstacle.R/(math.pi*solid.E_star))
     if getattr(obstacle, "ends", ()):
         return (obstacle.ends[-1] - obstacle.ends[0])/2
     try:
-        return topology.classical(scene.line, load)[0][0][1]
+        return topology.classical(Line(solid, scene.law, obstacle, symmetric(scene.law, obstacle)), load)[0][0][1]
     except NotConverged:
-        return scene.body.solid.ell
-
-
-def replace_solid(solid, ell):
-    """The same solid with blocks of another size."""
-    return type(solid)(solid.E, solid.nu, ell, eta=solid.eta, curvature=solid.curvature)
+        return solid.ell
 
 
 def _number(value):

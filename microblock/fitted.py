@@ -71,7 +71,12 @@ class FittedContact(GroundScene):
     lines: tuple = ()
     even: bool = False
 
-    def at(self, load, rtol=1e-3, near=None):
+    usual_rtol = 1e-3
+
+    def _starts_from(self, near):
+        return near.line.mirror == self.symmetric and len(near.zones) == len(self.law.corners)
+
+    def at(self, load, rtol=usual_rtol, near=None):
         """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
 
         Parameters

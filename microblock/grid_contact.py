@@ -6,11 +6,12 @@ from functools import cached_property
 import numpy as np
 
 from . import projected_cg
-from .display import Shown, scene_summary
+from .display import scene_summary
 from .errors import BadArgument, NotConverged, require_finite, require_tolerance
 from .grid import Cells, PeriodicHalfPlane
 from .law import corner_shifts
 from .observables import contact_zones, distance_to_ends, runs
+from .scene_view import SceneView
 from .surface_view import Setting, StateView, surface
 
 FIRST, MOST = 128, 2**21       # cells of the coarsest and finest grid that rtol may ask for
@@ -81,7 +82,7 @@ class GridState(StateView):
 
 
 @dataclass(frozen=True)
-class GridContact(Shown):
+class GridContact(SceneView):
     """Frictionless contact of a half-plane with a rigid obstacle, on uniform cells.
 
     Parameters
@@ -105,6 +106,25 @@ class GridContact(Shown):
     obstacle: object
     law: object
     window: tuple | None = None
+
+    usual_rtol = 1e-2
+
+    @property
+    def solid(self):
+        return self.body.solid
+
+    def opened(self, load, rtol):
+        return self, self.at(load, rtol=rtol)
+
+    def varied(self, solid, obstacle, law):
+        """The scene with these, on the same period or window."""
+        body = type(self.body)(solid, *(() if self._period is None else (self._period,)))
+        return replace(self, body=body, obstacle=obstacle, law=law)
+
+    def follow(self, load, rtol, near):
+        """The state at a load on as many cells as one `near`, or on more if rtol asks for them."""
+        state = self.at(load, nodes=len(near.x))
+        return state if state.error_estimate <= rtol else self.at(load, rtol=rtol)
 
     def summary(self):
         where = f"window {self.window}" if self._period is None else f"period {self._period:g}"
@@ -153,7 +173,7 @@ class GridContact(Shown):
         if nodes is not None:
             *_, last = self._states(load, approach, halvings(nodes), residual)
             return last
-        rtol = 1e-2 if rtol is None else rtol
+        rtol = self.usual_rtol if rtol is None else rtol
         require_tolerance(rtol)
         doublings = FIRST*2**np.arange(int(np.log2(MOST/FIRST)) + 1)
         for state in self._states(load, approach, doublings, residual):

@@ -1,19 +1,20 @@
 """The ground pressed by a rigid obstacle: what all finite element scenes share, whatever their mesh."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .display import Shown, scene_summary
+from .display import scene_summary
 from .errors import BadArgument, NotConverged, require_positive
 from .law import corner_shifts, symmetric
 from .observables import runs
 from .panels import Line
+from .scene_view import SceneView
 
 
 @dataclass(frozen=True)
-class GroundScene(Shown):
+class GroundScene(SceneView):
     """Frictionless contact of the ground x2 < 0 with a rigid obstacle.
 
     Parameters
@@ -36,6 +37,10 @@ class GroundScene(Shown):
     def summary(self):
         body = "half-plane by finite elements" if self.domain == math.inf else f"square of {self.domain:g}"
         return scene_summary(type(self).__name__, body, self.solid, self.obstacle, self.law)
+
+    def varied(self, solid, obstacle, law):
+        """The scene with these, on the same domain."""
+        return replace(self, solid=solid, obstacle=obstacle, law=law)
 
     @property
     def symmetric(self):

@@ -1,6 +1,6 @@
 """A state on panels fitted to the zones of each corner: pressures, micromoment, gaps, what violates (26), its error."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 
@@ -10,6 +10,7 @@ from .panels import Line, Panels, half_line, lagrange, log_response, response, z
 from .surface_view import LineView, surface
 
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
+FURTHEST = 2.0       # of the way between two states, by which zones are moved on
 JOINT = 1e-12        # of a panel: rounding may leave that between two
 AROUND = 0.6         # of the half-width of the contact, and two blocks, that pictures show on either side
 OUTSIDE = 30         # points on a stretch of the surface out of contact, clustered towards its ends, where edges are
@@ -73,6 +74,16 @@ class LineState(LineView):
         return {0: self.zones[0], 1: tuple((-right, -left) for left, right in reversed(self.zones[0]))}
 
     _level = ", up to the level of the half-plane"
+
+    def moved_on(self, earlier, share):
+        """With the zones moved on, if they are alike in both states and none is turned inside out."""
+        own, old = self.all_zones, earlier.all_zones
+        if not abs(share) <= FURTHEST or any(len(old.get(corner, ())) != len(zones) for corner, zones in own.items()):
+            return self
+        moved = {corner: tuple(tuple(edge + share*(edge - before) for edge, before in zip(*pair)) for pair in zip(zones, old[corner]))
+                 for corner, zones in own.items()}
+        apart = all(np.all(np.diff(np.ravel(zones)) > 0) for zones in moved.values())
+        return replace(self, zones={corner: moved[corner] for corner in self.zones}) if apart else self
 
     @cached_property
     def _anchored(self):
@@ -190,14 +201,13 @@ class LineState(LineView):
         return surface(self.setting, self.approach, np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1)),
                        pressures=values[:-1], micromoment=values[-1], psi=self._rotation(x, sunk), sinking=sunk)
 
-    def plot_below(self, quantity="psi", path=None):
-        """A Figure of a field below the contact: one of `below.QUANTITIES`, "psi", "s22", "s11", "skew" or "shear"."""
-        from .below import draw_below
+    def fields_below(self, box):
+        """Points, psi and stresses in a box ((left, right), depth) below the surface, as `below.draw_below` asks for them."""
+        from .below import half_plane_grid
         from .subsurface import fields
-        drawing = draw_below(self, fields, quantity)
-        if path is not None:
-            drawing.savefig(path)
-        return drawing
+        x1, x2, triangles = half_plane_grid(box)
+        found = fields(self, x1, x2)
+        return x1, x2, triangles, found.psi, found.stress
 
     @cached_property
     def energy(self):

@@ -6,9 +6,10 @@ from . import contact_line, line_state, topology
 from .panels import Line, half_line
 from .path import LinePath
 from .adapt import climb
-from .display import Shown, scene_summary
+from .display import scene_summary
 from .errors import BadArgument, NotConverged, require_positive, require_tolerance
 from .law import symmetric
+from .scene_view import SceneView
 
 OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of partial contact touch: a first guess
 ORDERS = (6, 10, 14, 18, 22, 26)
@@ -20,7 +21,7 @@ AMPLE = 0.03          # of rtol: a neighbour as good as that had more order than
 
 
 @dataclass(frozen=True)
-class Contact(Shown):
+class Contact(SceneView):
     """Frictionless contact of a half-plane with a rigid obstacle; of a `Body` on a mesh it makes a `BodyContact`.
 
     Parameters
@@ -53,19 +54,22 @@ class Contact(Shown):
     def summary(self):
         return scene_summary("Contact scene", "half-plane", self.body.solid, self.obstacle, self.law)
 
-    def explore(self, load, rtol=1e-3):
-        """Sliders for load, psi0, radius, alpha and law with a picture that follows (in Jupyter, extra `notebook`).
+    usual_rtol = 1e-3
 
-        `load` is where they begin; `alpha` is ell over the half-width of a classical contact under it.
+    @property
+    def solid(self):
+        return self.body.solid
 
-        Raises
-        ------
-        MissingExtra
-            Without ipywidgets. `microblock.Explorer` does the same from a script.
-        """
-        from .explorer import Explorer      # here, with matplotlib: a script that only solves does without
-        from .widgets import explore
-        return explore(Explorer(self, load, rtol))
+    def varied(self, solid, obstacle, law):
+        """The scene with these; the half-plane's kernels depend on nu, beta and gamma' alone and are kept."""
+        return replace(self, body=type(self.body)(solid), obstacle=obstacle, law=law)
+
+    def follow(self, load, rtol, near):
+        """The state at a load from the zones of one `near`, as far as they fit."""
+        if len(near.line.law.corners) != len(self.law.corners):
+            return self.at(load, rtol)
+        zones = {corner: near.all_zones[corner] for corner in self.line.corners}
+        return self.at(load, rtol, near=replace(near, zones=zones) if any(zones.values()) else None)      # one may touch nowhere
 
     @property
     def line(self):
@@ -77,7 +81,7 @@ class Contact(Shown):
         """Whether obstacle and blocks are known to be symmetric about x = 0."""
         return symmetric(self.law, self.obstacle)
 
-    def at(self, load, rtol=1e-3, order=None, near=None):
+    def at(self, load, rtol=usual_rtol, order=None, near=None):
         """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
 
         Parameters

@@ -10,6 +10,7 @@ import numpy as np
 
 from .condensation import ContactNodes
 from .law import corner_shifts
+from .mesh_fields import BelowOnMesh
 from .observables import distance_to_ends
 from .panels import Line
 from .surface_view import LineView, surface
@@ -37,7 +38,7 @@ class Estimate:
 
 
 @dataclass(frozen=True, repr=False)
-class SurfaceState(LineView):
+class SurfaceState(BelowOnMesh, LineView):
     """A state on the contact nodes of a body whose contact boundary runs along x1.
 
     Attributes
@@ -158,10 +159,9 @@ class SurfaceState(LineView):
         """Microrotation at `x`."""
         return self._unfold(self.computed_psi, -1)
 
-    def webgui(self, quantity="psi"):
-        """A field in the body by NGSolve's webgui, in a notebook: "psi", "s22", "s11" or "skew"."""
-        from .below import draw_webgui
-        return draw_webgui(self.fields, self.body.body.mesh, quantity)
+    @property
+    def mirrored(self):
+        return self.line.mirror
 
     @cached_property
     def energy(self):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .display import Row, Shown, Summary, intervals, number
+from .errors import BadArgument
 from .observables import contact_zones
 from .obstacles import gap
 
@@ -88,6 +89,10 @@ class StateView(Shown):
             found.append("blocks are larger than the half-width of the contact")
         return found
 
+    def moved_on(self, earlier, share):
+        """This state, moved on by a share of the way from an earlier one as far as that helps to find the next: here not at all."""
+        return self
+
     @property
     def turn(self):
         """psi0 + psi at `x` (psi alone where psi0 acts in the levers only), array (n,)."""
@@ -140,6 +145,16 @@ class StateView(Shown):
         """The turned blocks under the obstacle, as in Fig. 3 of the paper; as `plot`."""
         from .state_figure import BlocksFigure
         drawing = BlocksFigure(self.setting.law.corners).update(self, window).drawing
+        if path is not None:
+            drawing.savefig(path)
+        return drawing
+
+    def plot_below(self, quantity="psi", path=None):
+        """A Figure of a field below the contact: "psi", "s22", "s11", "skew" or "shear"; not of states on cells."""
+        if not hasattr(self, "fields_below"):
+            raise BadArgument("state", self, "must be one of Contact or FittedContact: cells have no fields below the surface")
+        from .below import draw_below
+        drawing = draw_below(self, quantity)
         if path is not None:
             drawing.savefig(path)
         return drawing

@@ -7,6 +7,7 @@ from .errors import MicroblockError, MissingExtra
 
 RANGE = 30.0         # between the ends of a slider on a logarithmic scale
 TURN = 3.0           # degrees, to either side
+SLOW = 0.15          # seconds for a state, from which on a slider waits until it is let go
 LABELS = {"load": "load P", "radius": "radius R", "alpha": "α = ℓ/a"}
 
 
@@ -40,20 +41,22 @@ class Panel:
         self.button.on_click(lambda _: self._draw_below())
         for name, control in self.controls.items():
             control.observe(lambda change, name=name: self._changed(name, change["new"]), names="value")
-        aside = [*self.controls.values(), self.told, self.table, ipywidgets.HBox([self.quantity, self.button]), self.below]
-        self.box = ipywidgets.HBox([self.picture, ipywidgets.VBox(aside)])
+        below = [ipywidgets.HBox([self.quantity, self.button]), self.below] if hasattr(explorer.state, "fields_below") else []
+        self.aside = [*self.controls.values(), self.told, self.table, *below]
+        self.box = ipywidgets.HBox([self.picture, ipywidgets.VBox(self.aside)])
 
     def _control(self, name):
-        value, layout = getattr(self.explorer.choice, name), {"width": "340px"}
+        value = getattr(self.explorer.choice, name)
+        shown = {"layout": {"width": "340px"}, "continuous_update": self.explorer.seconds < SLOW}
         if name == "law":
             return self._widgets.Dropdown(options=["microblock", "unilateral", "microclamped"], value=value, description="law")
         if name == "psi0":
             degrees = math.degrees(value)
             return self._widgets.FloatSlider(value=degrees, min=min(-TURN, degrees), max=max(TURN, degrees), step=0.01,
-                                             description="ψ₀ (degrees)", layout=layout)
+                                             description="ψ₀ (degrees)", **shown)
         ends = math.log10(value/math.sqrt(RANGE)), math.log10(value*math.sqrt(RANGE))
         return self._widgets.FloatLogSlider(value=value, min=ends[0], max=ends[1], step=(ends[1] - ends[0])/200,
-                                            description=LABELS[name], readout_format=".3g", layout=layout)
+                                            description=LABELS[name], readout_format=".3g", **shown)
 
     def _changed(self, name, value):
         """A new state; where there is none the picture stays and a line says why."""

@@ -4,11 +4,12 @@ import builtins
 import dataclasses
 import io
 
+import ngsolve as ng
 import numpy as np
 import pytest
 
 import microblock as mb
-from microblock import blocks, contact_line, widgets
+from microblock import blocks, condensation, contact_line, subsurface, widgets
 from microblock.display import Row, Summary, html, intervals, number
 from microblock.explorer import Explorer
 
@@ -97,6 +98,15 @@ def test_fields_below_are_drawn_and_unknown_ones_refused(tmp_path):
         state.plot_below("pressure")
 
 
+@pytest.mark.parametrize("quantity", ["psi", "skew", "shear"])
+def test_fields_of_bodies_are_drawn_below_as_well(block, quantity):
+    state = on_mesh(block, mb.Microblock()).at(0.05)
+    assert (rendered(state.plot_below(quantity)).min(axis=2) < 200).mean() > 0.1      # colours, and not an empty box
+    cells = others(block, mb.Microblock())["cells"][0].at(LOAD, nodes=256)
+    with pytest.raises(mb.BadArgument, match="cells have no fields"):
+        cells.plot_below(quantity)
+
+
 def test_warnings_where_small_strain_ends():
     assert scene().at(LOAD).warnings == []
     steep = mb.Contact(mb.HalfPlane(mb.Cosserat(E=2, nu=0.3, beta=1, ell=0.1)), mb.Cylinder(1.0), mb.Microblock(0.2)).at(1.0)
@@ -121,12 +131,99 @@ def test_states_of_sliders_are_those_of_scenes_asked_afresh(name, values):
     session = Explorer(scene(mb.Microblock(0.001)), LOAD)
     for value in values:
         state = session.update(**{name: value})
-        fresh = session.scene().at(session.choice.load)
+        fresh = session.scene.at(session.choice.load)
         assert getattr(session.choice, name) == value
         for zone, own in fresh.named_zones.items():
             # an edge is wrong by about the square of the pressure's relative error, 1e-3, and what that is next to a birth
             assert np.ravel(state.named_zones[zone]) == pytest.approx(np.ravel(own), abs=2e-3*fresh.x[-1]), zone
         assert state.error_estimate <= 1e-3
+
+
+def on_mesh(block, law):
+    return mb.Contact(mb.Body(block, mb.Cosserat(E=2.6, nu=0.3, beta=1, ell=0.2), order=3, fixed="bottom"), mb.Cylinder(2.0), law)
+
+
+def others(block, law):
+    """{kind: (scene, load)} that are not half-planes on panels."""
+    cells = mb.GridContact(mb.HalfPlane(solid()), mb.Cylinder(R), law, window=(-1.5, 1.5))
+    periodic = mb.GridContact(mb.PeriodicHalfPlane(solid(), period=1.0), mb.Wave(0.01, 1.0), law)
+    return {"body": (on_mesh(block, law), 0.05), "cells": (cells, LOAD), "periodic": (periodic, LOAD)}
+
+
+@pytest.mark.parametrize("kind", ["body", "cells", "periodic"])
+def test_sessions_on_meshes_and_cells_answer_as_their_scenes_do(block, kind):
+    start, load = others(block, mb.Microblock(0.001))[kind]
+    session = Explorer(start, load)
+    for changes in ({"load": 1.1*load}, {"psi0": -0.002}, {"radius": 11.0}, {"alpha": 0.5}, {"law": "unilateral"},
+                    {"law": "microclamped"}, {"load": load}, {"law": "microblock"}):
+        if session.choice.radius is None and "radius" in changes:
+            continue
+        state = session.update(**changes)
+        fresh = session.scene.at(session.choice.load)
+        # on a mesh or on equal cells both solve the same finite problem, cells to a residual of 2e-5; else both are good to 1e-2
+        tolerance = 1e-9 if kind == "body" else 1e-4 if len(fresh.x) == len(state.x) else 1e-2
+        assert state.approach == pytest.approx(fresh.approach, rel=tolerance), changes
+        assert state.solid.ell == pytest.approx(session.choice.alpha*session.reference)
+        assert state.load == pytest.approx(session.choice.load, rel=1e-12)      # of cells it is the sum of their forces
+        if kind != "body":
+            assert state.error_estimate <= 1e-2
+    assert session.png().startswith(b"\x89PNG")
+
+
+def test_a_body_is_condensed_once_for_all_loads_obstacles_angles_and_laws(block, monkeypatch):
+    made, init = [], condensation.Condensed.__init__
+    monkeypatch.setattr(condensation.Condensed, "__init__", lambda self, *given: made.append(given) or init(self, *given))
+    scene = on_mesh(block, mb.Microblock())
+    session = Explorer(scene, 0.05)
+    for changes in ({"load": 0.06}, {"psi0": 0.01}, {"radius": 3.0}, {"law": "unilateral"}, {"law": "microblock"}, {"load": 0.04}):
+        session.solve(**changes)
+    mb.Contact(scene.body, mb.Wedge(0.02), mb.Unilateral()).at(0.03)
+    assert len(made) == 1
+    session.solve(law="microclamped")      # psi held: another matrix
+    session.solve(alpha=0.7)
+    session.solve(load=0.05)
+    assert len(made) == 3
+
+
+def test_a_session_on_a_body_refines_for_its_first_state_and_stays_on_that_mesh(block):
+    session = Explorer(on_mesh(block, mb.Unilateral()), 0.05, rtol=0.1)
+    assert session.state.error_estimate <= 0.1 and session.scene.body.mesh.ne > block.ne
+    assert session.solve(load=0.06).unknowns == session.scene.at(0.05).unknowns
+
+
+def test_sessions_on_fitted_meshes_start_from_the_last_zones():
+    session = Explorer(mb.FittedContact(solid(), mb.Cylinder(R), mb.Microblock(), domain=18.0), LOAD, rtol=1e-2)
+    for changes in ({"load": 1.05}, {"psi0": 0.002}, {"law": "unilateral"}):      # the second is not symmetric any more
+        assert session.solve(**changes).error_estimate <= 1e-2
+
+
+def rectangle_below():
+    """Quadrilaterals of [-8, 8] x [-8, 0], finer towards the origin."""
+    from ngsolve.meshes import MakeStructured2DMesh
+    mesh = MakeStructured2DMesh(quads=True, nx=24, ny=12, mapping=lambda x, y: (8*(2*x - 1)**3, -8*(1 - y)**3))
+    for index, name in enumerate(mesh.GetBoundaries()):
+        mesh.ngmesh.SetBCName(index, {"top": "contact"}.get(name, name))
+    return ng.Mesh(mesh.ngmesh)
+
+
+@pytest.mark.parametrize("quads", [False, True])
+def test_fields_below_a_contact_on_a_mesh_are_those_of_the_half_plane(quads):
+    law = mb.Microblock()
+    if quads:
+        body = mb.Body(rectangle_below(), solid(), order=4, fixed="bottom")
+        state = mb.Contact(body, mb.Cylinder(R), law).at(LOAD)
+    else:
+        state = mb.FittedContact(solid(), mb.Cylinder(R), law).at(LOAD)
+    x1, x2, triangles, psi, stress = state.fields_below(((-0.4, 0.6), 0.5))
+    corners = np.column_stack((x1, x2))[triangles]
+    areas = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))/2
+    # every place of the box of area 0.5: the mirrored half as well, and small triangles across the sides of the box
+    assert 0.5 <= areas.sum() < 0.8
+    deep = (x2 < -0.1) & (x2 > -0.5)
+    half = subsurface.fields(scene(law).at(LOAD, rtol=1e-5), x1[deep], x2[deep])
+    # the fitted state is good to 1e-3, its stresses inside elements of low order to some 1e-2 of the largest
+    assert psi[deep] == pytest.approx(half.psi, abs=0.02*np.abs(half.psi).max())
+    assert stress[..., deep] == pytest.approx(half.stress, abs=0.05*np.abs(half.stress).max())
 
 
 def test_neighbours_cost_fewer_solutions_than_fresh_states(monkeypatch):
@@ -137,7 +234,7 @@ def test_neighbours_cost_fewer_solutions_than_fresh_states(monkeypatch):
         session.solve(load=load)
     moved = len(count)
     count.clear()
-    session.scene().at(1.06)
+    session.scene.at(1.06)
     assert moved <= 3 < len(count)      # two orders, one of them twice; afresh each starts from the edges of cells
 
 
@@ -159,9 +256,10 @@ def test_frames_are_what_drawing_everything_gives():
     for changes in ({}, {"load": 1.1}, {"load": 0.1}, {"psi0": 0.01}, {"law": "unilateral"}):
         session.update(**changes)
         session.png()
-        kept = np.asarray(session._frames.canvas.buffer_rgba())[..., :3].astype(int)
-        session._frames.canvas.draw()
-        whole = np.asarray(session._frames.canvas.buffer_rgba())[..., :3].astype(int)
+        canvas = session.frames.canvas
+        kept = np.asarray(canvas.buffer_rgba())[..., :3].astype(int)
+        canvas.draw()
+        whole = np.asarray(canvas.buffer_rgba())[..., :3].astype(int)
         # lines drawn over axes instead of under them differ in single pixels at the ends of axes
         assert (np.abs(kept - whole).max(axis=2) > 60).mean() < 3e-3, changes
 
@@ -179,6 +277,17 @@ def test_sliders_move_the_session():
     panel.button.click()
     assert bytes(panel.below.value).startswith(b"\x89PNG") and panel.below.layout.display == ""
     assert isinstance(scene().explore(LOAD), ipywidgets.Box)
+
+
+def test_sliders_of_slow_scenes_wait_until_they_are_let_go(block):
+    ipywidgets = pytest.importorskip("ipywidgets")
+    for kind, (start, load) in others(block, mb.Microblock()).items():
+        session = Explorer(start, load)
+        session.seconds = 0.01
+        panel = widgets.Panel(session, ipywidgets)
+        assert panel.controls["load"].continuous_update and (panel.below in panel.aside) == (kind == "body")
+        session.seconds = 1.0
+        assert not widgets.Panel(session, ipywidgets).controls["load"].continuous_update
 
 
 def test_a_state_that_is_not_found_is_told_and_the_picture_stays(monkeypatch):
