@@ -171,6 +171,6 @@ def figure(records):
                             label=f"{obstacle}, {law}" if number == 0 else None)
     for power, (first, last), size in ((1.5, (0.05, 0.4), 0.0015), (1, (0.05, 0.4), 0.03), (-2, (4, 32), 0.2)):
         axis.loglog((first, last), (size, size*(last/first)**power), "--", color="0.6", linewidth=0.7)
-    axis.set(xlabel="$h/a_{Hz}$", ylabel="difference to the limit")
+    axis.set(xlabel=r"$h/a_\mathrm{Hz}$", ylabel="difference to the limit")
     plots.legend_below(axis)
     return drawing

@@ -134,7 +134,8 @@ def figure(records):
     for (obstacle, law, rows), colour, marker in zip(scenes, plots.COLOURS, plots.MARKERS):
         axis.loglog([row["unknowns"] for row in rows[:-1]], [row["difference"] for row in rows[:-1]], color=colour, marker=marker,
                     label=f"{obstacle}, {law}")
-        axis.loglog([row["unknowns"] for row in rows], [row["error_estimate"] for row in rows], "--", color=colour)
+        axis.loglog([row["unknowns"] for row in rows], [row["error_estimate"] for row in rows], "--", color=colour, marker=marker,
+                    markerfacecolor="none")
     axis.set(xlabel="unknowns", ylabel="relative $L_2$ difference, estimate")
-    plots.legend_below(axis)
+    plots.legend_below(axis, title="full: difference to the finest state, dashed: estimate")
     return drawing

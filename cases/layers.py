@@ -41,7 +41,7 @@ DEPTHS = (0.0, 2.0)          # of the fit: from (over ell) and to (over a_Hz)
 VARIED = ((0.5, 2.0), (0.0, 1.0), (0.0, 4.0))
 LENGTHS = (0.05, 20.0)       # searched: from this times ell to this times a_Hz
 GRID = (300, 30)             # short and long lengths tried before the fit is refined
-DASHES = "-", "--", "-.", ":"      # of the modes' lines
+LENGTHS = "markers: fit (51), lines: micropolar mode"
 APART = 0.05                 # of their logarithms there, at least
 FAINT = 1e-6                 # amplitude over the largest value, below which it is an error of the states
 CONFIDENCE = 2               # standard deviations of the fit that count as its error
@@ -289,7 +289,7 @@ def figure(found):
     """Layer length over the position: fit with error bars, and the micropolar mode's own length."""
     drawing, axis = plots.figure(height=3.2)
     draw_lengths(axis, found)
-    plots.legend_below(axis)
+    plots.legend_below(axis, title=LENGTHS)
     return drawing
 
 
@@ -300,11 +300,11 @@ def draw_lengths(axis, found, every=1):
         lines = [row for row in found if row["alpha"] == alpha]
         fitted = [row for row in lines[::every] if row["L_bl_over_ell"] is not None]
         colour = plots.COLOURS[number % len(plots.COLOURS)]
-        axis.plot(column(lines, "x1"), column(lines, "mode_length_over_ell"), DASHES[number % len(DASHES)], color=colour)
+        axis.plot(column(lines, "x1"), column(lines, "mode_length_over_ell"), plots.LINES[number % len(plots.LINES)], color=colour)
         axis.errorbar(column(fitted, "x1"), column(fitted, "L_bl_over_ell"), yerr=column(fitted, "L_bl_error"),
                       fmt=plots.MARKERS[number % len(plots.MARKERS)], color=colour, markerfacecolor="none", capsize=2,
                       linewidth=0.8)
-        axis.plot([], [], plots.MARKERS[number % len(plots.MARKERS)] + DASHES[number % len(DASHES)], color=colour,
+        axis.plot([], [], plots.MARKERS[number % len(plots.MARKERS)] + plots.LINES[number % len(plots.LINES)], color=colour,
                   markerfacecolor="none", label=rf"$\alpha = {alpha:g}$")
     axis.axhline(1/np.sqrt(found[0]["beta"]), color="k", linewidth=0.5, zorder=0, label=r"$\beta^{-1/2}$, (49)")
     axis.set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", ylabel=r"$L_{\mathrm{bl}}/\ell$")
