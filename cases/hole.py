@@ -136,6 +136,7 @@ def figure(records):
                     label=f"{obstacle}, {law}")
         axis.loglog([row["unknowns"] for row in rows], [row["error_estimate"] for row in rows], "--", color=colour, marker=marker,
                     markerfacecolor="none")
+    plots.plain_log(axis.xaxis)
     axis.set(xlabel="unknowns", ylabel="relative $L_2$ difference, estimate")
     plots.legend_below(axis, title="full: difference to the finest state, dashed: estimate")
     return drawing

@@ -269,5 +269,5 @@ def figure(records):
     timed = [row for row in records if row["solve"]]
     axis.barh([f"{row['problem']}\n{row['code']}" for row in timed], [row["solve"] for row in timed],
               color=[plots.COLOURS[row["code"] == "tamaas"] for row in timed])
-    axis.set(xscale="log", xlabel="s")
+    axis.set(xscale="log", xlabel="time to solve (s)")
     return drawing

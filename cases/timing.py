@@ -125,5 +125,5 @@ def figure(records):
             axis.loglog([row["alpha"] for row in mine], [row["milliseconds"] for row in mine], color=colour, marker=marker,
                         label=kind)
         axis.set(xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$", ylabel="time of a state (ms)", title=f"({letter}) rtol {rtol:g}")
-    plots.legend_below(axes[0], 3)
+    plots.legend_of_all(drawing, axes[0], columns=6)
     return drawing

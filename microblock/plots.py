@@ -4,6 +4,7 @@ import io
 
 import matplotlib
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 SCREEN_DPI = 110 # of what notebooks show
 COLUMN = 3.5     # inches, one column of a journal page
@@ -51,6 +52,13 @@ def legend_below(axis, columns=2, title=None):
 def legend_of_all(drawing, axis, columns=4, title=None):
     """One legend below all panels for what `axis` shows."""
     drawing.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=columns, title=title, title_fontsize=7)
+
+
+def plain_log(side):
+    """Labels 1, 2, 5, 10, ... of a logarithmic axis (`axis.xaxis` or `axis.yaxis`) over few decades."""
+    side.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    side.set_major_formatter(StrMethodFormatter("{x:g}"))
+    side.set_minor_locator(NullLocator())
 
 
 def draw(drawing, data, folder, name):
