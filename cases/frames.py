@@ -1,8 +1,9 @@
 """How soon an interactive session answers: a new state, and a drawn frame, while one parameter moves.
 
-Geometry   cylinder on a half-plane, as in `hertz`; a_ref = 1 at load and radius 1.
+Geometry   cylinder on a half-plane, as in `hertz`, and on a block of depth and half-width 6; a_ref = 1 at load and radius 1.
 Equations  those of `hertz`.
-Model      halfplane; `microblock.Explorer` as the sliders of `scene.explore()` use it: each state starts from the last two.
+Model      halfplane (on panels; on `cells`), finite elements condensed once (`body`); `microblock.Explorer` as the sliders of
+           `scene.explore()` use it: each state starts from the last two.
 Reference  none: times on this machine; the aims are 20 ms for a state and 100 ms for a frame.
 Look at    the 95th percentile beside the median: frames in which the number of zones changes, or an axis gets other ends.
 Units      milliseconds; a frame is the new state, the new data and the PNG of the whole picture. `elapsed` is what one waits,
@@ -14,12 +15,15 @@ import time
 from dataclasses import asdict, dataclass
 
 import numpy as np
+from matplotlib.ticker import LogLocator, NullFormatter
 from tqdm import tqdm
 
 from cases.options import command, option
-from microblock import plots
+from microblock import meshes, plots
 from microblock.errors import BadArgument, NotConverged, require_positive, require_tolerance
+from microblock.body import Body
 from microblock.explorer import LAWS, Explorer
+from microblock.grid_contact import GridContact
 from microblock.halfplane import HalfPlane
 from microblock.law import Microblock
 from microblock.material import Cosserat
@@ -29,6 +33,7 @@ from microblock.study import column, grouped, read_records, versions, write_reco
 
 NU = 0.3
 LOAD = math.pi/2       # with E* = 2, R = 1: a_ref = 1
+LINES = "-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (1, 3))
 AIMS = {"state": 20.0, "frame": 100.0}
 # load over the first; psi0 R/a_ref
 SLIDERS = {"load": (0.3, 2.0), "radius": (0.5, 2.0), "alpha": (0.1, 1.5), "psi0": (-0.1, 0.1)}
@@ -50,17 +55,21 @@ class Parameters:
             raise BadArgument("steps", self.steps, "must lie between 2 and 10000")
 
 
-def explorer(parameters, law, psi0):
+def explorer(parameters, name):
+    """The session of one of RUNS."""
     solid = Cosserat(E=2*(1 - NU**2), nu=NU, ell=parameters.alpha, beta=1)
-    blocks = Microblock(psi0) if law == "microblock" else LAWS[law]()
+    blocks = LAWS[name]() if name in LAWS else Microblock(parameters.psi0 if name == "turned" else 0.0)
+    if name == "body":
+        mesh = meshes.uniform(meshes.Ground(far=6.0, reach=(-3.0, 3.0), half=False), 0.2)
+        return Explorer(Contact(Body(mesh, solid, order=3, fixed="bottom"), Cylinder(1.0), blocks), LOAD)
+    if name == "cells":
+        return Explorer(GridContact(HalfPlane(solid), Cylinder(1.0), blocks, window=(-4.0, 4.0)), LOAD)
     return Explorer(Contact(HalfPlane(solid), Cylinder(1.0), blocks), LOAD, parameters.rtol)
 
 
-def runs(parameters):
-    """[(name of the blocks, law, psi0, slider)]."""
-    found = [("microblock", "microblock", 0.0, slider) for slider in SLIDERS]
-    found += [("turned", "microblock", parameters.psi0, slider) for slider in ("load", "radius", "alpha")]
-    return found + [(law, law, 0.0, slider) for law in ("unilateral", "microclamped") for slider in ("load", "radius", "alpha")]
+# {what is pressed: sliders}; alpha of a body is another matrix, and no matter of a frame
+RUNS = {"microblock": tuple(SLIDERS), "turned": ("load", "radius", "alpha"), "unilateral": ("load", "radius", "alpha"),
+        "microclamped": ("load", "radius", "alpha"), "cells": tuple(SLIDERS), "body": ("load", "radius", "psi0")}
 
 
 def clocked(work):
@@ -70,9 +79,9 @@ def clocked(work):
     return 1e3*(time.perf_counter() - elapsed), 1e3*(time.process_time() - processor)
 
 
-def solve(parameters, name, law, psi0, slider):
+def solve(parameters, name, slider):
     """Records of one slider from end to end, a row a frame; one without a state says why."""
-    session, rows = explorer(parameters, law, psi0), []
+    session, rows = explorer(parameters, name), []
     first, last = np.array(SLIDERS[slider])*(LOAD if slider == "load" else 1.0)
     session.update(**{slider: float(first)})      # the way to the end of the slider is a jump, and not looked at
     session.png()
@@ -103,9 +112,10 @@ def digest(rows):
 def result(parameters, quiet=True):
     """The case's object: a digest for each slider and for all of them, and the frames."""
     start = time.perf_counter()
-    explorer(parameters, "microblock", 0.0).png()      # tables, fonts
+    explorer(parameters, "microblock").png()      # tables, fonts
     ready = time.perf_counter()
-    frames = [row for run in tqdm(runs(parameters), disable=quiet, unit="slider") for row in solve(parameters, *run)]
+    runs = [(name, slider) for name, sliders in RUNS.items() for slider in sliders]
+    frames = [row for run in tqdm(runs, disable=quiet, unit="slider") for row in solve(parameters, *run)]
     digests = [{"blocks": name, "slider": slider, **digest(rows)} for name, own in grouped(frames, "blocks").items()
                for slider, rows in grouped(own, "slider").items()]
     return {"parameters": asdict(parameters), "versions": versions(), "aims": AIMS, "all": digest(frames), "sliders": digests,
@@ -143,11 +153,14 @@ def figure(records):
     """Share of frames (a) whose state, (b) that as a whole took no longer than a time; dotted: the aims."""
     drawing, axes = plots.figure(1, 2)
     for axis, (what, aim), letter in zip(axes, AIMS.items(), "ab"):
-        for (name, rows), colour, style in zip(grouped(records, "blocks").items(), plots.COLOURS, ("-", "--", "-.", ":")):
+        for (name, rows), colour, style in zip(grouped(records, "blocks").items(), plots.COLOURS, LINES):
             times = np.sort([row[f"{what}_elapsed"] for row in rows if not row["failure"]])
-            axis.semilogx(times, np.arange(1, len(times) + 1)/len(times), style, color=colour, label=name)
+            axis.semilogx(times, np.arange(1, len(times) + 1)/len(times), linestyle=style, color=colour, label=name)
+        axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axis.xaxis.set_major_formatter("{x:g}")
+        axis.xaxis.set_minor_formatter(NullFormatter())
         axis.axvline(aim, color="0.5", linestyle=":", linewidth=0.8)
         axis.axhline(0.95, color="0.5", linestyle=":", linewidth=0.8)
         axis.set(xlabel=f"time of a {what} (ms)", ylabel="share of frames", title=f"({letter}) {what}", ylim=(0, 1.02))
-    plots.legend_of_all(drawing, axes[0])
+    plots.legend_of_all(drawing, axes[0], columns=3)
     return drawing

@@ -78,13 +78,13 @@ class BodyContact(SceneView):
     def _system(self):
         return self.nodes.compliance.corner_system(self.law, self.obstacle)
 
-    def at(self, load, rtol=None, near=None):
+    def at(self, load, rtol=None, near=None, progress=False):
         """The state at a load (force per thickness).
 
         Parameters
         ----------
         rtol : float, relative error of pressures and fields (`refined.estimate`) to which the mesh is refined; None: on
-            the mesh as it is
+            the mesh as it is; an interrupted refinement goes on when asked again
         near : BodyState of this scene at a nearby load to start from, on the same mesh
 
         Raises
@@ -96,18 +96,18 @@ class BodyContact(SceneView):
         """
         require_positive(load=load)
         if rtol is not None:
-            return refine_until(self, load, rtol)
+            return refine_until(self, load, rtol, progress)
         flexibility, gaps, share = self._system
         start = near.closed.ravel() if near else None
         return self._state(load, active_set.solve(flexibility, gaps, load=load, c=share, start=start))
 
-    def load(self, last, rtol=None):
+    def load(self, last, rtol=None, progress=False):
         """The load path from first touch to `last` (force per thickness): `events`, and states `at` any load of it.
 
         With `rtol` the mesh is that on which the state at the last load reaches it.
         """
         if rtol is not None:
-            return self.at(last, rtol).scene.load(last)
+            return self.at(last, rtol, progress=progress).scene.load(last)
         require_positive(load=last)
         return BodyPath(self, last)
 

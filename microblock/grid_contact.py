@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from tqdm.auto import tqdm
 
 from . import projected_cg
 from .display import scene_summary
@@ -141,7 +142,7 @@ class GridContact(SceneView):
         if not self.window[0] < self.window[1]:
             raise BadArgument("window", self.window, "must be (left, right), left < right")
 
-    def at(self, load=None, *, approach=None, nodes=None, rtol=None, residual=RESIDUAL, start=None):
+    def at(self, load=None, *, approach=None, nodes=None, rtol=None, residual=RESIDUAL, start=None, progress=False):
         """The state at a load or an approach, on so many nodes, or on as many as a tolerance asks for.
 
         The grids below are solved first, each from the one before. Pressures are compared as polygons through the
@@ -154,6 +155,8 @@ class GridContact(SceneView):
         rtol : float, relative L2 error of pressure and of micromoment over ell, both over the pressure; 1e-2 without nodes
         residual : float, to which (a) is solved
         start : GridState of a nearby scene; coarser grids are then left out, and its `error_estimate` is None
+        progress : bool, a bar of the cells of all grids; grids that are done are kept if that is interrupted, and the same
+            call goes on with the next
 
         Returns
         -------
@@ -171,27 +174,39 @@ class GridContact(SceneView):
         if start is not None:
             return self._solve(nodes or len(start.x), load, approach, start, residual)
         if nodes is not None:
-            *_, last = self._states(load, approach, halvings(nodes), residual)
+            *_, last = self._states(load, approach, halvings(nodes), residual, progress)
             return last
         rtol = self.usual_rtol if rtol is None else rtol
         require_tolerance(rtol)
         doublings = FIRST*2**np.arange(int(np.log2(MOST/FIRST)) + 1)
-        for state in self._states(load, approach, doublings, residual):
+        for state in self._states(load, approach, doublings, residual, progress):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= 4*FIRST:
                 return state
         raise NotConverged(f"error {state.error_estimate:.1e} instead of {rtol:g} on {MOST} nodes; a fitted scene (Contact) reaches more "
                            "under smooth obstacles", reached=state.error_estimate)
 
-    def _states(self, load, approach, sizes, residual):
+    def _states(self, load, approach, sizes, residual, progress):
         """States on grids of the given sizes, each started from the one before."""
-        state, changes = None, []
-        for size in sizes:
-            enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL/size)
-            finer = self._solve(int(size), load, approach, state, enough)
-            if state is not None:
-                changes.append(difference(finer, state, self.body.solid.ell, self._period, self._end_weights(finer.x)))
-            state = finer
-            yield replace(state, error_estimate=_estimate(changes))
+        state, changes, asked = None, [], (load, approach, residual, sizes[-1])
+        done, total = self._interrupted.pop(asked, {}), None if sizes[-1] == MOST else int(sum(sizes))
+        with tqdm(total=total, unit=" cells", unit_scale=True, disable=not progress) as bar:
+            for size in map(int, sizes):
+                try:
+                    enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL/size)
+                    finer = done[size] = done.get(size) or self._solve(size, load, approach, state, enough)
+                except KeyboardInterrupt:
+                    self._interrupted[asked] = done
+                    raise
+                if state is not None:
+                    changes.append(difference(finer, state, self.body.solid.ell, self._period, self._end_weights(finer.x)))
+                state = finer
+                bar.update(size)
+                yield replace(state, error_estimate=_estimate(changes))
+
+    @cached_property
+    def _interrupted(self):
+        """{what was asked for: {cells: state}} of the grids that were done."""
+        return {}
 
     @property
     def _period(self):

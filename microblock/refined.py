@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 
 import ngsolve as ng
 import numpy as np
+from tqdm.auto import tqdm
 
 from .errors import NotConverged, require_tolerance
 from .facets import lobatto, outward_sides
@@ -120,8 +121,11 @@ def _traction(state, averaged):
     return ng.CF((-sum(n[i]*rows[i][j]*n[j] for i in range(2) for j in range(2)), m[0]*n[0] + m[1]*n[1]))
 
 
-def refine_until(scene, load, rtol):
+def refine_until(scene, load, rtol, progress=False):
     """The state at a load on a mesh that is cut where the estimate asks for it, until it is at most rtol.
+
+    Interrupted (KeyboardInterrupt), the body keeps the mesh that was reached, and the same call goes on from there.
+    `progress` shows a bar of passes with the estimate.
 
     Raises
     ------
@@ -129,18 +133,32 @@ def refine_until(scene, load, rtol):
         If that takes more than MOST unknowns or PASSES passes; `reached` is the smallest estimate.
     """
     require_tolerance(rtol)
-    best = math.inf
-    for passes in range(1, PASSES + 1):
-        state = scene.at(load)
-        found = estimate(state)
-        if found.total <= rtol:
-            return replace(state, error_estimate=found.total)
-        best = min(best, found.total)
-        if state.unknowns > MOST:
-            break
-        scene = scene.on(cut(state.nodes.body.mesh, marked(found, rtol), state.nodes.body.order))
+    # an obstacle may have no hash; by their numbers they are told apart as long as the kept scene holds them
+    asked, kept, best = ("refined", load, id(scene.obstacle), id(scene.law), scene.boundary), scene.body.derived, math.inf
+    scene, first = kept.pop(asked, (scene, 1))
+    with tqdm(desc=f"refined to {rtol:g}", initial=first - 1, unit=" passes", disable=not progress) as bar:
+        for passes in range(first, PASSES + 1):
+            try:
+                state, found = _judged(scene, load)
+            except KeyboardInterrupt:
+                kept[asked] = scene, passes
+                raise
+            bar.update()
+            bar.set_postfix(estimate=f"{found.total:.1e}", unknowns=state.unknowns)
+            best = min(best, found.total)
+            if found.total <= rtol:
+                return replace(state, error_estimate=found.total)
+            if state.unknowns > MOST:
+                break
+            scene = scene.on(cut(state.nodes.body.mesh, marked(found, rtol), state.nodes.body.order))
     raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g} with {state.unknowns} unknowns, the smallest error "
                        f"estimate was {best:.1e}; ask for that, or raise the order", reached=best, iterations=passes)
+
+
+def _judged(scene, load):
+    """The state on the scene's mesh, and its estimate."""
+    state = scene.at(load)
+    return state, estimate(state)
 
 
 def marked(found, rtol):

@@ -195,19 +195,20 @@ def newborn(state):
     looked = np.linspace(edges[0] - beyond, edges[-1] + beyond, LOOKED_AT)
     heights = line.initial_gap(np.zeros(LOOKED_AT, int), looked)
     overlap = UNSEEN*tolerated(state.panels.order)*np.ptp(heights[np.isfinite(heights)])
-    born = {corner: _closing(state, corner, looked, overlap) for corner in line.corners}
+    born = {corner: _closing(state, corner, looked, overlap, _elsewhere_inf(looked, *found))
+            for corner, found in state.gaps_off_zones(looked).items()}
     return {corner: sorted([*state.zones[corner], *born[corner]]) for corner in born} if any(born.values()) else None
 
 
-def _closing(state, corner, looked, overlap):
+def _closing(state, corner, looked, overlap, gaps):
     """Intervals, about, where a corner's gap is below -overlap next to a local minimum that lies off its zones."""
-    gaps, found = _gaps(state, corner, looked), []
+    found = []
     lower = (gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:]) & np.isfinite(gaps[:-2] + gaps[2:])
     for i in 1 + np.flatnonzero(lower):
         left, right = looked[i - 1], looked[i + 1]
         for _ in range(ZOOMS):
             x = np.linspace(left, right, 9)
-            values = _gaps(state, corner, x)
+            values = _elsewhere_inf(x, *state.gaps_off_zones(x)[corner])
             least = int(np.clip(np.argmin(values), 1, 7))
             left, right = x[least - 1], x[least + 1]
             if values.min() < -overlap:
@@ -217,10 +218,11 @@ def _closing(state, corner, looked, overlap):
     return found
 
 
-def _gaps(state, corner, x):
-    """Gaps of a corner at x, inf in its zones."""
-    inside = np.any([(left <= x) & (x <= right) for left, right in state.zones[corner]], axis=0) if state.zones[corner] else x != x
-    return np.where(inside, np.inf, state.gaps(corner, x))
+def _elsewhere_inf(x, places, values):
+    """Values at x from those at some of them, inf at the others."""
+    found = np.full(len(x), np.inf)
+    found[np.isin(x, places)] = values
+    return found
 
 
 def _toggled(intervals, left, right, inside):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock import blocks, condensation, contact_line, subsurface, widgets
+from microblock import blocks, condensation, contact_line, refined, subsurface, widgets
 from microblock.display import Row, Summary, html, intervals, number
 from microblock.explorer import Explorer
 
@@ -343,3 +343,40 @@ def test_an_interrupted_path_keeps_its_states(monkeypatch):
 
 def test_choice_names_are_the_sliders():
     assert [entry.name for entry in dataclasses.fields(mb.Choice)] == ["load", "psi0", "radius", "alpha", "law"]
+
+
+def stopped(at, works):
+    """A method that is interrupted at its call number `at`, the calls in `works`."""
+    def method(whole):
+        def counted(*given, **named):
+            works.append(given)
+            if len(works) == at:
+                raise KeyboardInterrupt
+            return whole(*given, **named)
+        return counted
+    return method
+
+
+def test_interrupted_cells_go_on_with_the_next_grid(monkeypatch):
+    scene, works = mb.GridContact(mb.HalfPlane(solid()), mb.Cylinder(R), mb.Microblock(), window=(-1, 1)), []
+    whole = scene.at(LOAD, nodes=1024)
+    monkeypatch.setattr(mb.GridContact, "_solve", stopped(3, works)(mb.GridContact._solve))
+    with pytest.raises(KeyboardInterrupt):
+        scene.at(LOAD, nodes=1024)
+    state = scene.at(LOAD, nodes=1024, progress=True)
+    assert [given[1] for given in works] == [256, 512, 1024, 1024]      # none of those done twice
+    assert np.array_equal(state.pressures, whole.pressures) and state.error_estimate == whole.error_estimate
+    scene.at(LOAD, nodes=1024)
+    assert len(works) == 7      # what was asked for is there: nothing is kept
+
+
+def test_an_interrupted_refinement_goes_on_from_its_mesh(block, monkeypatch, capsys):
+    whole, works = on_mesh(block, mb.Unilateral()).at(0.05, rtol=0.03), []
+    scene = on_mesh(block, mb.Unilateral())
+    monkeypatch.setattr(refined, "estimate", stopped(3, works)(refined.estimate))
+    with pytest.raises(KeyboardInterrupt):
+        scene.at(0.05, rtol=0.03)
+    state = scene.at(0.05, rtol=0.03, progress=True)
+    meshes = [given[0].nodes.body.mesh.ne for given in works]
+    assert meshes[2] == meshes[3] and len(set(meshes)) == len(meshes) - 1 and "passes" in capsys.readouterr().err
+    assert state.error_estimate == pytest.approx(whole.error_estimate, rel=1e-6)      # the same meshes

@@ -11,23 +11,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).parents[1]
-NOTEBOOKS = sorted((ROOT/"docs"/"notebooks").glob("*.ipynb"))
+from cases import notebooks
+from cases.__main__ import main
+from microblock.errors import NotConverged
+
+NOTEBOOKS = notebooks.NOTEBOOKS.values()
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 
 @pytest.fixture(scope="module")
 def executed():
     """{name: the notebook with its outputs}, each executed once, in a kernel that finds this checkout first."""
-    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("nbclient")
     known = {}
 
     def execute(path):
         if path not in known:
-            book = nbformat.read(path, as_version=4)
-            environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
-            nbclient.NotebookClient(book, timeout=120, kernel_name="python3").execute(env=environment)
-            known[path] = book
+            known[path], _, _ = notebooks.execute(path)
         return known[path]
 
     return execute
@@ -54,8 +54,27 @@ def test_there_are_notebooks_and_they_are_kept_without_outputs():
 
 
 def test_sliders_of_the_first_notebook_are_there(executed):
-    book = executed(ROOT/"docs"/"notebooks"/"first_contact.ipynb")
+    book = executed(notebooks.NOTEBOOKS["first_contact"])
     assert len(outputs(book, "application/vnd.jupyter.widget-view+json")) == 1
+
+
+def small(folder, source):
+    nbformat = pytest.importorskip("nbformat")
+    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell("# Words"), nbformat.v4.new_code_cell(source)])
+    nbformat.write(book, folder/"small.ipynb")
+    return folder/"small.ipynb"
+
+
+def test_a_page_and_the_times_of_each_notebook_are_written(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(notebooks, "NOTEBOOKS", {"small": small(tmp_path, "import microblock; print(6*7)")})
+    assert main(["notebooks", "--out", str(tmp_path/"out")]) == 0
+    assert "42" in (tmp_path/"out"/"small.html").read_text() and "small" in capsys.readouterr().out
+    assert (tmp_path/"out"/"notebooks.csv").read_text().startswith("command,notebook,cells,kernel,slowest,all")
+
+
+def test_a_cell_that_fails_is_named(tmp_path):
+    with pytest.raises(NotConverged, match="cell 1 of small.ipynb failed: ZeroDivisionError"):
+        notebooks.execute(small(tmp_path, "1/0"))
 
 
 @pytest.mark.browser
@@ -63,9 +82,9 @@ def test_sliders_of_the_first_notebook_are_there(executed):
 def test_notebook_shows_something_in_a_browser(executed, path, tmp_path):
     if CHROMIUM is None:
         pytest.skip("no Chromium is installed: apt-get install chromium")
-    nbconvert, images = pytest.importorskip("nbconvert"), pytest.importorskip("PIL.Image")
+    images = pytest.importorskip("PIL.Image")
     page, picture = tmp_path/f"{path.stem}.html", Path(os.environ.get("SCREENSHOTS", tmp_path))/f"{path.stem}.png"
-    page.write_text(nbconvert.HTMLExporter(template_name="lab").from_notebook_node(executed(path))[0])
+    page.write_text(notebooks.page(executed(path)))
     # scripts that the page wants from the net (mathematics, sliders) are not waited for
     subprocess.run([CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--window-size=1000,5200",
                     "--host-resolver-rules=MAP * ~NOTFOUND", "--virtual-time-budget=3000", f"--user-data-dir={tmp_path}/profile",
