@@ -81,7 +81,7 @@ def fig13_draw(rows):
     drawing, axis = plots.figure(height=3.6)
     layers.draw_lengths(axis, rows, every=2)
     axis.set(ylim=(0.6, 1.3), xlim=(0, 1))
-    plots.legend_below(axis, title=layers.LENGTHS)
+    plots.legend_below(axis, title=layers.READ)
     return drawing
 
 

@@ -41,7 +41,7 @@ DEPTHS = (0.0, 2.0)          # of the fit: from (over ell) and to (over a_Hz)
 VARIED = ((0.5, 2.0), (0.0, 1.0), (0.0, 4.0))
 LENGTHS = (0.05, 20.0)       # searched: from this times ell to this times a_Hz
 GRID = (300, 30)             # short and long lengths tried before the fit is refined
-LENGTHS = "markers: fit (51), lines: micropolar mode"
+READ = "markers: fit (51), lines: micropolar mode"
 APART = 0.05                 # of their logarithms there, at least
 FAINT = 1e-6                 # amplitude over the largest value, below which it is an error of the states
 CONFIDENCE = 2               # standard deviations of the fit that count as its error
@@ -289,7 +289,7 @@ def figure(found):
     """Layer length over the position: fit with error bars, and the micropolar mode's own length."""
     drawing, axis = plots.figure(height=3.2)
     draw_lengths(axis, found)
-    plots.legend_below(axis, title=LENGTHS)
+    plots.legend_below(axis, title=READ)
     return drawing
 
 
