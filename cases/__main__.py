@@ -2,8 +2,9 @@
 
 import os
 
-# OpenBLAS threads stall small dense work on busy cores; said before numpy is first imported
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# threads stall small dense work on busy cores; said before numpy, and tamaas, are first imported
+for library in ("OPENBLAS", "OMP"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 import json  # noqa: E402
 import pkgutil  # noqa: E402
@@ -18,15 +19,14 @@ from microblock.errors import BadArgument, MicroblockError  # noqa: E402
 from microblock.study import check_writable, write_json  # noqa: E402
 
 
-def modules():
-    """{name: module} of all cases: the modules of this package that have `Parameters` and `run`."""
-    found = {}
-    for entry in pkgutil.iter_modules(cases.__path__):
-        if entry.name != "__main__":
-            module = import_module(f"cases.{entry.name}")
-            if hasattr(module, "Parameters") and hasattr(module, "run"):
-                found[entry.name] = module
-    return found
+def modules(asked=None):
+    """{name: module} of all cases, the modules of this package with `Parameters` and `run`; of the one asked for alone, sooner."""
+    names, found = [entry.name for entry in pkgutil.iter_modules(cases.__path__) if entry.name != "__main__"], {}
+    for name in [asked] if asked in names else names:
+        module = import_module(f"cases.{name}")
+        if hasattr(module, "Parameters") and hasattr(module, "run"):
+            found[name] = module
+    return found or modules()
 
 
 def parser(known):
@@ -43,7 +43,8 @@ def parser(known):
 
 
 def main(words=None):
-    known = modules()
+    words = sys.argv[1:] if words is None else words
+    known = modules(words[0] if words else None)
     arguments = vars(parser(known).parse_args(words))
     name, json_path, out = (arguments.pop(key, None) for key in ("case", "json", "out"))
     if name is None:

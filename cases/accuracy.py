@@ -18,14 +18,16 @@ from tqdm import tqdm
 
 from cases import reference_line as judge
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import active_set, plots
 from microblock.errors import BadArgument, MicroblockError, NotConverged
 from microblock.halfplane import HalfPlane
 from microblock.law import Microblock, Microclamped, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Wedge
+from microblock.panels import zone_edges
 from microblock.scene import Contact
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 LOAD, RADIUS = np.pi/2, 10.0       # with E* = 20: a_Hz = 1
 KINDS = {"microblock": 0.30, "unilateral": 0.20, "microclamped": 0.14, "psi0": 0.26, "wedge": 0.10}      # shares of the sample
@@ -92,8 +94,8 @@ def sample(count, seed):
 
 def _draws(rng, kind, count):
     def strata(low, high):
-        return np.geomspace(low, high, count + 1)[:-1]*(high/low)**((rng.permutation(count) + rng.uniform(size=count))/max(count, 1)
-                                                                    - np.arange(count)/max(count, 1))
+        place = (rng.permutation(count) + rng.uniform(size=count))/max(count, 1) - np.arange(count)/max(count, 1)
+        return np.geomspace(low, high, count + 1)[:-1]*(high/low)**place
 
     alphas, turns, widths = strata(0.01, 2.0), strata(1e-3, 1.5), strata(1.5, 8.0)
     for number in range(count):
@@ -135,7 +137,7 @@ def _zones_of_solver(scene, load):
 
 
 def _zones_of_grid(cells):
-    """A function that takes a scene and a load to the zones {corner: [(left, right), ...]} of the closed cells of a uniform grid."""
+    """A function: scene and load -> zones {corner: [(left, right), ...]} of the closed cells of a uniform grid."""
     def zones(scene, load):
         reach = 1.6 if scene.symmetric and isinstance(scene.obstacle, Cylinder) else 3.0
         reach = reach + 2*scene.body.solid.ell
@@ -165,8 +167,7 @@ def error(state, fine):
     """
     ell, law = state.line.solid.ell, state.line.law
     panels = fine.panels
-    places = {sign*x for sign in (1, -1) for x in (*panels.e, *(panels.e + panels.h),
-                                                   *(edge for pairs in state.all_zones.values() for pair in pairs for edge in pair))}
+    places = {sign*x for sign in (1, -1) for x in (*panels.e, *(panels.e + panels.h), *zone_edges(state.all_zones))}
     turning = 0.0
     if law.clamps_rotation:
         wrong = state.micromoment/ell - fine.micromoment(state.x)
@@ -200,7 +201,8 @@ def judged(draw, rtols):
         except MicroblockError as failure:
             row["failure"] = f"{type(failure).__name__}: {failure}"
         else:
-            row.update(estimate_over_rtol=state.error_estimate/rtol, zones=str({corner: len(pairs) for corner, pairs in state.all_zones.items()}))
+            zones = {corner: len(pairs) for corner, pairs in state.all_zones.items()}
+            row.update(estimate_over_rtol=state.error_estimate/rtol, zones=str(zones))
             if fine:
                 row["error_over_rtol"] = error(state, fine)/rtol
         row["seconds"] = time.perf_counter() - start
@@ -229,9 +231,7 @@ def result(parameters, quiet=True):
     start = time.perf_counter()
     rows = [row for draw in tqdm(sample(parameters.scenes, parameters.seed), disable=quiet, unit="scene")
             for row in judged(draw, parameters.rtols)]
-    return {"parameters": {**asdict(parameters), "rtols": list(parameters.rtols)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "table": table(rows), "scenes": rows,
-            "failures": grouped(misses(rows), "failure")}
+    return returned(parameters, start, table=table(rows), scenes=rows, failures=grouped(misses(rows), "failure"))
 
 
 def misses(rows):
@@ -246,8 +246,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"accuracy.csv", [{**row, "command": command("accuracy", parameters)} for row in answer["scenes"]])
-        plots.draw(figure, read_records(out/"accuracy.csv"), out, "accuracy")
+        keep(out, "accuracy", [{**row, "command": command("accuracy", parameters)} for row in answer["scenes"]], figure)
     return answer
 
 

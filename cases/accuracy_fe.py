@@ -19,10 +19,10 @@ from cases import accuracy
 from cases import reference_line as judge
 from cases.accuracy import Draw
 from cases.options import command, option
-from microblock import plots
+from cases.records import keep, returned
 from microblock.errors import BadArgument, MicroblockError, NotConverged
 from microblock.fitted import FittedContact
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 KINDS = {"microblock": 0.35, "unilateral": 0.30, "psi0": 0.25, "wedge": 0.10}      # shares of the sample
 JUDGES = 1e-8, 1e-7, 1e-6       # rtol of the half-plane, the first that it reaches
@@ -135,9 +135,7 @@ def result(parameters, quiet=True):
             for draw in column(own, "draw")[:-(-len(own)//3)]]
     for draw in tqdm(draws, disable=quiet, unit="scene"):
         rows += judged(draw, parameters.rtols if draw in dear else often)
-    return {"parameters": {**asdict(parameters), "rtols": list(parameters.rtols)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "table": table(rows), "scenes": rows,
-            "failures": grouped(accuracy.misses(rows), "failure")}
+    return returned(parameters, start, table=table(rows), scenes=rows, failures=grouped(accuracy.misses(rows), "failure"))
 
 
 def run(parameters, out=None, quiet=False):
@@ -146,8 +144,8 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"accuracy_fe.csv", [{**row, "command": command("accuracy_fe", parameters)} for row in answer["scenes"]])
-        plots.draw(accuracy.figure, read_records(out/"accuracy_fe.csv"), out, "accuracy_fe")
+        rows = [{**row, "command": command("accuracy_fe", parameters)} for row in answer["scenes"]]
+        keep(out, "accuracy_fe", rows, accuracy.figure)
     return answer
 
 

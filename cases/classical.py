@@ -12,12 +12,13 @@ Units      lengths over the half-width of the contact a; errors are relative, in
 
 import math
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from tqdm import tqdm
 
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, MicroblockError
 from microblock.grid_contact import GridContact
@@ -26,7 +27,7 @@ from microblock.law import Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Punch, Wedge
 from microblock.scene import Contact
-from microblock.study import grouped, read_records, versions, write_records
+from microblock.study import grouped
 
 NU, BETA = 0.3, 1e-10
 WINDOW = (-1.25, 1.25)
@@ -91,7 +92,7 @@ def on_panels(obstacle, x, rtol):
 
 def result(parameters, quiet=True):
     """The case's object: a row a run."""
-    start, rows = time.perf_counter(), []
+    start, runs = time.perf_counter(), []
     for obstacle in tqdm(OBSTACLES, disable=quiet, unit="obstacle"):
         grid = []
         for nodes in parameters.nodes:
@@ -101,9 +102,8 @@ def result(parameters, quiet=True):
             grid.append({"obstacle": obstacle, "method": "cells", "nodes": nodes, "error": found, "order": order,
                          "estimate": state.error_estimate, "seconds": seconds, "failure": None})
         x = WINDOW[0] + (WINDOW[1] - WINDOW[0])*(np.arange(parameters.nodes[-2]) + 0.5)/parameters.nodes[-2]
-        rows += [*grid, on_panels(obstacle, x, parameters.rtol)]
-    return {"parameters": {**asdict(parameters), "nodes": list(parameters.nodes)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "runs": rows}
+        runs += [*grid, on_panels(obstacle, x, parameters.rtol)]
+    return returned(parameters, start, runs=runs)
 
 
 def run(parameters, out=None, quiet=False):
@@ -112,9 +112,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        records = [{"command": command("classical", parameters), **row, "rtol": parameters.rtol} for row in answer["runs"]]
-        write_records(out/"classical.csv", records)
-        plots.draw(figure, read_records(out/"classical.csv"), out, "classical")
+        keep(out, "classical", rows(parameters, answer), figure)
     return answer
 
 
@@ -127,8 +125,21 @@ def show(answer):
         print("  ".join(f"{cell:>10}" for cell in cells), row["failure"] or "")
 
 
+def rows(parameters, answer):
+    """A row a run; its seconds, which no other run has again, are left to the table."""
+    own = {"command": command("classical", parameters)}
+    return [{**own, **{name: cell for name, cell in row.items() if name != "seconds"}, "rtol": parameters.rtol} for row in answer["runs"]]
+
+
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Relative L2 error over nodes: uniform cells (lines) and fitted panels (single marks)."""
+    """Classical limit against the closed forms: relative L2 error over nodes of uniform cells (lines) and of fitted panels (open
+    marks), for cylinder, flat punch and wedge.
+    """
     drawing, axis = plots.figure(height=3.0)
     for (obstacle, rows), colour, marker in zip(grouped(records, "obstacle").items(), plots.COLOURS, plots.MARKERS):
         cells = [row for row in rows if row["method"] == "cells"]

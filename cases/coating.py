@@ -12,13 +12,14 @@ Units      a_Hz = 1, R = 10, E* = 20; thick layers carry pi/2, thin ones what th
 
 import math
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from tqdm import tqdm
 
 from cases.bodies import balances, draw_body, mesh_of, points_of, polygon
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.body import Body
 from microblock.errors import BadArgument, require_finite
@@ -27,7 +28,7 @@ from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Punch
 from microblock.scene import Contact
-from microblock.study import grouped, read_records, versions, write_records
+from microblock.study import grouped
 
 LOAD, RADIUS, STIFFNESS = math.pi/2, 10.0, 20.0
 OBSTACLES = {"cylinder": Cylinder(RADIUS), "punch": Punch(1.0, tilt=0.01)}
@@ -40,6 +41,7 @@ SIDES = {"bonded": "bottom", "sliding": {"u1": "left", "u2": "bottom", "psi": "b
 SAMPLES = 20001             # of the contact boundary, for the load of a mattress
 JUDGE = 0.1                 # of rtol, to which the half-plane is asked
 PICTURE = 1.0               # h of the layer that is drawn
+SEEN, CUT = 2.0, 1.6        # half of its length in the records, whole triangles, and in the picture
 BASES = tuple(SIDES)
 
 
@@ -133,9 +135,8 @@ def result(parameters, quiet=True):
     """The case's object: a row a layer."""
     start = time.perf_counter()
     chosen = [(h, obstacle, law) for obstacle in OBSTACLES for law in LAWS for h in parameters.thicknesses]
-    rows = [solve(parameters, *one)[0] for one in tqdm(chosen, disable=quiet, unit="layer")]
-    return {"parameters": {**asdict(parameters), "thicknesses": list(parameters.thicknesses)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "layers": rows}
+    layers = [solve(parameters, *one)[0] for one in tqdm(chosen, disable=quiet, unit="layer")]
+    return returned(parameters, start, layers=layers)
 
 
 def run(parameters, out=None, quiet=False):
@@ -144,12 +145,8 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        repeat = {"command": command("coating", parameters)}
-        write_records(out/"coating.csv", [{**repeat, **row} for row in answer["layers"]])
-        plots.draw(figure, read_records(out/"coating.csv"), out, "coating")
-        _, state = solve(parameters, PICTURE, "cylinder", "microblock")
-        write_records(out/"coating_body.csv", [{**repeat, **row} for row in points_of(state, (-2, 2, -PICTURE))])
-        plots.draw(draw_body, read_records(out/"coating_body.csv"), out, "coating_body")
+        keep(out, "coating", rows(parameters, answer), figure)
+        keep(out, "coating_body", body_records(parameters), body_figure)
     return answer
 
 
@@ -161,8 +158,36 @@ def show(answer):
         print("  ".join(f"{row[name]:10.3g}" if isinstance(row[name], float) else f"{row[name] or '-':>10}" for name in columns))
 
 
+def rows(parameters, answer):
+    """A row a layer; its seconds, which no other run has again, are left to the table."""
+    own = {"command": command("coating", parameters)}
+    return [{**own, **{name: cell for name, cell in row.items() if name != "seconds"}} for row in answer["layers"]]
+
+
+def body_records(parameters):
+    """What `body_figure` draws."""
+    _, state = solve(parameters, PICTURE, "cylinder", "microblock")
+    return [{"command": command("coating", parameters), **row} for row in points_of(state, (-SEEN, SEEN, -PICTURE))]
+
+
+def body_figure(records):
+    """Elastic layer of thickness a_Hz on a rigid base under a cylinder: the middle of the deformed body (displacements magnified)
+    with -sigma_22 in colours.
+    """
+    drawing = draw_body(records)
+    drawing.axes[0].set_xlim(-CUT, CUT)
+    return drawing
+
+
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Differences to the mattress (thin layers) and to the half-plane (thick ones) over h; dashed the orders 3/2, 1 and -2."""
+    """Elastic layer on a rigid base: differences to the mattress (thin layers) and to the half-plane (thick ones) over the
+    thickness h; dashed the orders 3/2, 1 and -2.
+    """
     drawing, axis = plots.figure(height=3.0)
     for colour, marker, (obstacle, own) in zip(plots.COLOURS, plots.MARKERS, grouped(records, "obstacle").items()):
         for (law, rows), style in zip(grouped(own, "law").items(), ("-", ":")):

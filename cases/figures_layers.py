@@ -100,4 +100,5 @@ def layers_fe():
 
 
 TABLES = {"layers_fe": layers_fe}
+CLOCKED = ("layers_fe",)      # its records have the seconds of the states
 PLATES = {"fig12": (fig12_records, fig12_draw), "fig13": (fig13_records, fig13_draw)}

@@ -1,11 +1,11 @@
 """Charts of the report from the records of the two studies `speed` and `limits`, which take too long to repeat for a report."""
 
-import hashlib
 from functools import cache
 from pathlib import Path
 
 from cases import figures_growth, figures_peers, limits, limits_figures, speed_figures
 from microblock.errors import NotConverged
+from microblock.provenance import File
 from microblock.study import read_records
 
 FOLDER = Path(__file__).parents[1]/"docs"/"data"
@@ -18,24 +18,20 @@ none. Axes run towards the degenerate end where there is one, and a part of the 
 
 
 @cache
-def _read(study, content):
-    return read_records(FOLDER/f"{study}.csv")
-
-
-def _content(study):
-    """What the records of a study are known by; None where there are none."""
-    path = FOLDER/f"{study}.csv"
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.exists() else None
+def _read(file, content):
+    """Records of a File, read once for each content."""
+    return read_records(file.path)
 
 
 def _records(study, **where):
-    """A function that returns the records of a study with these values."""
-    content = _content(study)
+    """A function that returns the records of a study with these values; its digest is that of the file."""
+    file = File(FOLDER/f"{study}.csv")
 
     def records():
+        content = file.content
         if content is None:
             raise NotConverged(f"no records of {study} in {FOLDER}: python -m cases {study.partition('_')[0]} --out docs/data")
-        return [row for row in _read(study, content) if all(row[name] == value for name, value in where.items())]
+        return [row for row in _read(file, content) if all(row[name] == value for name, value in where.items())]
     return records
 
 

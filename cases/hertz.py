@@ -19,13 +19,15 @@ import numpy as np
 
 from cases import hertz_fe
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import line_state, law, obstacles, plots
 from microblock.errors import BadArgument, require_finite
 from microblock.halfplane import HalfPlane
 from microblock.material import Cosserat
 from microblock.observables import contact_zones, half_widths, largest
+from microblock.panels import zone_edges
 from microblock.scene import Contact
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 RTOL = 1e-3
 ALPHA = 0.25
@@ -57,9 +59,10 @@ class Parameters:
     rho: float | None = option(None, "fe: regularisation")
     mesh: str | None = option(None, "fe: fitted or uniform", str, choices=("fitted", "uniform"))
     h: float | None = option(None, "fe: near-zone element over a_Hz")
-    order: int | None = option(None, "Gauss points on a panel, 4 to 30, or order of the finite elements: fixes what --rtol would choose", int)
-    rtol: float | None = option(None, "relative error of pressure and of micromoment over ell, both over the pressure, in L2 on the "
-                                "Gauss points of the panels, whose weights vanish at edges: for a punch, whose L2 norm is "
+    order: int | None = option(None, "Gauss points on a panel, 4 to 30, or order of the finite elements: fixes what --rtol "
+                               "would choose", int)
+    rtol: float | None = option(None, "relative error of pressure and of micromoment over ell, both over the pressure, in L2 on "
+                                "the Gauss points of the panels, whose weights vanish at edges: for a punch, whose L2 norm is "
                                 f"infinite, it is that of this rule ({RTOL:g} if nothing is given)")
 
     def __post_init__(self):
@@ -161,7 +164,9 @@ def observe(parameters, state, estimate):
     load = state.load/parameters.P
     moment = None if infinite and len(corners) == 2 else _micromoment_max(state)/(p*ell)
     centre = float(total_pressure(state, np.zeros(1))[0])/p
-    return {"load": load, "pressure_centre": None if infinite and len(corners) == 1 and parameters.obstacle == "wedge" else centre,
+    if infinite and len(corners) == 1 and parameters.obstacle == "wedge":
+        centre = None
+    return {"load": load, "pressure_centre": centre,
             "pressure_max": None if infinite else top/p, "pressure_max_at": [x/a for x in where], "zones": zones,
             "half_width": outer, "inner_half_width": inner, "hardness_apparent": load/outer,
             "hardness_real": load/(outer - inner), "micromoment_max": moment,
@@ -223,8 +228,7 @@ def warnings(parameters, states):
     """Where the small-strain model leaves its ground."""
     found = []
     turn = max(float(np.abs(state.psi).max()) for state, _ in states) + math.radians(abs(parameters.psi0_deg))
-    edges = [edge for state, _ in states for own in state.all_zones.values() for interval in own for edge in interval]
-    slope = max(map(abs, edges))/parameters.R
+    slope = max(abs(edge) for state, _ in states for edge in zone_edges(state.all_zones))/parameters.R
     if turn > math.radians(10):
         found.append(f"blocks turn by {math.degrees(turn):.0f} degrees: beyond the small-angle form (41)")
     if slope > 0.2 and parameters.obstacle == "cylinder":
@@ -246,10 +250,8 @@ def result(parameters):
     states = solve(resolved)
     observed = [observe(resolved, *state) for state in states]
     history = (hertz_fe.events if resolved.model == "fe" else events)(resolved, max(resolved.loads))
-    return {"parameters": {**asdict(resolved), "loads": list(resolved.loads)}, "versions": versions(),
-            "seconds": {"setup": ready - start, "solve": time.perf_counter() - ready},
-            "model": resolved.model, "unknowns": max(one["unknowns"] for one in observed), "states": observed,
-            "events": history, "warnings": warnings(resolved, states)}
+    return returned(resolved, ready, ready - start, model=resolved.model, unknowns=max(one["unknowns"] for one in observed),
+                    states=observed, events=history, warnings=warnings(resolved, states))
 
 
 def run(parameters, out=None, quiet=False):
@@ -258,8 +260,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"hertz.csv", rows(parameters, answer["states"]))
-        plots.draw(figure, read_records(out/"hertz.csv"), out, "hertz")
+        keep(out, "hertz", rows(parameters, answer["states"]), figure)
     return answer
 
 

@@ -70,8 +70,8 @@ def warnings(parameters):
     longest = longest_element(parameters.solid, parameters.order)/parameters.a_Hz
     if parameters.h <= longest:
         return []
-    return [f"elements of order {parameters.order} longer than {longest:.2g} a_Hz do not resolve the layer at the surface: take a "
-            "smaller h, a higher order, or --mesh fitted"]
+    return [f"elements of order {parameters.order} longer than {longest:.2g} a_Hz do not resolve the layer at the surface: take "
+            "a smaller h, a higher order, or --mesh fitted"]
 
 
 def solve(parameters):

@@ -11,13 +11,14 @@ Units      the block's own; E = 1.
 """
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import netgen.occ as occ
 from tqdm import tqdm
 
 from cases.bodies import balances, draw_body, mesh_of, points_of
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.body import Body
 from microblock.errors import BadArgument, require_finite
@@ -25,7 +26,7 @@ from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Punch
 from microblock.scene import Contact
-from microblock.study import grouped, read_records, versions, write_records
+from microblock.study import grouped
 
 OBSTACLES = {"cylinder": Cylinder(5.0), "punch": Punch(0.5, tilt=0.005)}
 LAWS = {"microblock": Microblock(), "unilateral": Unilateral()}
@@ -87,8 +88,8 @@ def solve(parameters, obstacle, law):
         contact = state.zones["contact"]
         states.append(state)
         rows.append({"obstacle": obstacle, "law": law, "rtol": rtol, "error_estimate": state.error_estimate,
-                     "approach": state.approach, "left": contact[0][0], "right": contact[-1][1], "energy_balance": energy, "work_balance": work,
-                     "unknowns": state.unknowns, "seconds": seconds})
+                     "approach": state.approach, "left": contact[0][0], "right": contact[-1][1], "energy_balance": energy,
+                     "work_balance": work, "unknowns": state.unknowns, "seconds": seconds})
     for row, state in zip(rows, states):
         row["difference"] = state.difference(states[-1].pressure) if state is not states[-1] else None
     return rows, states[-1]
@@ -98,9 +99,8 @@ def result(parameters, quiet=True):
     """The case's object: a row a state."""
     start = time.perf_counter()
     chosen = [(obstacle, law) for obstacle in OBSTACLES for law in LAWS]
-    rows = [row for one in tqdm(chosen, disable=quiet, unit="scene") for row in solve(parameters, *one)[0]]
-    return {"parameters": {**asdict(parameters), "rtols": list(parameters.rtols)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": rows}
+    states = [row for one in tqdm(chosen, disable=quiet, unit="scene") for row in solve(parameters, *one)[0]]
+    return returned(parameters, start, states=states)
 
 
 def run(parameters, out=None, quiet=False):
@@ -109,12 +109,8 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        repeat = {"command": command("hole", parameters)}
-        write_records(out/"hole.csv", [{**repeat, **row} for row in answer["states"]])
-        plots.draw(figure, read_records(out/"hole.csv"), out, "hole")
-        state = scene(parameters, *PICTURE).at(parameters.load, max(parameters.rtols[-1], 1e-2))
-        write_records(out/"hole_body.csv", [{**repeat, **row} for row in points_of(state, (-2, 2, -2))])
-        plots.draw(draw_body, read_records(out/"hole_body.csv"), out, "hole_body")
+        keep(out, "hole", rows(parameters, answer), figure)
+        keep(out, "hole_body", body_records(parameters), body_figure)
     return answer
 
 
@@ -126,8 +122,32 @@ def show(answer):
         print("  ".join(f"{row[name]:10.4g}" if isinstance(row[name], float) else f"{row[name] or '-':>10}" for name in columns))
 
 
+def rows(parameters, answer):
+    """A row a state; its seconds, which no other run has again, are left to the table."""
+    own = {"command": command("hole", parameters)}
+    return [{**own, **{name: cell for name, cell in row.items() if name != "seconds"}} for row in answer["states"]]
+
+
+def body_records(parameters):
+    """What `body_figure` draws."""
+    state = scene(parameters, *PICTURE).at(parameters.load, max(parameters.rtols[-1], 1e-2))
+    return [{"command": command("hole", parameters), **row} for row in points_of(state, (-2, 2, -2))]
+
+
+def body_figure(records):
+    """Block with a hole under a cylinder: the deformed body (displacements magnified) with -sigma_22 in colours."""
+    return draw_body(records)
+
+
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Difference to the finest state (full) and estimate (dashed) over unknowns."""
+    """Block with a hole under a cylinder and a tilted punch: difference to the finest state (full) and estimate (dashed) over the
+    unknowns of the refined meshes.
+    """
     drawing, axis = plots.figure(height=3.0)
     scenes = [(obstacle, law, rows) for obstacle, own in grouped(records, "obstacle").items()
               for law, rows in grouped(own, "law").items()]

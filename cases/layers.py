@@ -15,13 +15,14 @@ Units      lengths over a_Hz (alpha = ell/a_Hz), psi as psi R/a_Hz. L_bl_error i
 """
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from cases import layers_fe
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots, subsurface
 from microblock.errors import BadArgument, Inadmissible, require_finite
 from microblock.halfplane import HalfPlane
@@ -29,7 +30,7 @@ from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder
 from microblock.scene import Contact
-from microblock.study import column, read_records, versions, write_records
+from microblock.study import column
 
 MODELS = ("halfplane", "fe")
 ALPHAS = (0.01, 0.02, 0.05, 0.1)
@@ -229,9 +230,7 @@ def result(parameters):
             lines, seconds = _by_modes(alpha, parameters)
         found += lines
         setup += seconds
-    return {"parameters": asdict(parameters), "versions": versions(),
-            "seconds": {"setup": setup, "solve": time.perf_counter() - start - setup},
-            "model": parameters.model, **more, "layers": found}
+    return returned(parameters, start + setup, setup, model=parameters.model, **more, layers=found)
 
 
 def _by_modes(alpha, parameters):
@@ -269,9 +268,7 @@ def run(parameters, out=None, quiet=False):
                 ("mode_length_over_ell", "9.4f"))]
             print(f"{row['alpha']:7g} {row['x1']:6g}", *shown, f" {row['reason'] or ''}")
     if out:
-        records = out/"layers.csv"
-        write_records(records, rows(parameters, answer))
-        plots.draw(figure, read_records(records), out, "layers")
+        keep(out, "layers", rows(parameters, answer), figure)
     return answer
 
 

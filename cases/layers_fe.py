@@ -14,6 +14,7 @@ from microblock.fitted import FittedContact
 from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder
+from microblock.panels import zone_edges
 
 RTOLS = 1e-4, 1e-5       # of the pressures: the last one gives the row, the distance to the first its error
 SKIN = 1e-9              # over a_Hz: depth at which fields "at" the surface are taken
@@ -62,8 +63,8 @@ def _profiles(states, positions, x2, seconds):
 
 
 def _mode_length(states, x1):
-    edges = [edge for state in states for own in state.all_zones.values() for zone in own for edge in zone]
-    depth = min(SLOPE_DEPTH*states[0].line.solid.ell, np.abs(x1 - np.array(edges)).min())
+    edges = np.concatenate([zone_edges(state.all_zones) for state in states])
+    depth = min(SLOPE_DEPTH*states[0].line.solid.ell, np.abs(x1 - edges).min())
     x2 = -np.sin(np.linspace(0, np.pi/2, SLOPE_POINTS))**2
     thetas = [along(state, mode(state), (x1,), depth*x2)[0] for state in states]
     *_, slope, value = np.polyfit(x2, thetas[0] - thetas[1], SLOPE_ORDER)

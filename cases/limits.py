@@ -14,16 +14,17 @@ Units      each run has --limit seconds of wall time, in one of --workers proces
 
 import time
 from collections import Counter
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from tqdm import tqdm
 
 from cases import limits_figures, limits_line, limits_meshes, limits_newton, limits_pool, limits_states
 from cases.limits_maps import KINDS
 from cases.options import command, option
+from cases.records import kept, returned
 from microblock import plots
 from microblock.errors import BadArgument
-from microblock.study import grouped, read_records, versions, write_records
+from microblock.study import grouped
 
 MAPS = {one.name: one for room in (limits_line, limits_states, limits_meshes, limits_newton) for one in room.MAPS}
 QUICK = 2        # runs of a panel, one of them near a degeneracy
@@ -68,8 +69,7 @@ def result(parameters, quiet=True):
             for (one, setting, near), answer in zip(work, answers)]
     counts = [{"map": name, **{kind: Counter(row["kind"] for row in mine)[kind] for kind in KINDS}}
               for name, mine in grouped(rows, "map").items()]
-    return {"parameters": {**asdict(parameters), "only": list(parameters.only)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "counts": counts, "runs": rows}
+    return returned(parameters, start, counts=counts, runs=rows)
 
 
 def run(parameters, out=None, quiet=False):
@@ -78,8 +78,8 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"limits.csv", [{**row, "command": command("limits", parameters)} for row in answer["runs"]])
-        for name, mine in grouped(read_records(out/"limits.csv"), "map").items():
+        records = kept(out/"limits.csv", [{**row, "command": command("limits", parameters)} for row in answer["runs"]])
+        for name, mine in grouped(records, "map").items():
             plots.draw(lambda rows, drawn=MAPS[name]: limits_figures.chart(drawn, rows), mine, out, f"limits_{name}")
     return answer
 

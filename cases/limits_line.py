@@ -18,7 +18,8 @@ from cases.accuracy import LOAD, RADIUS, Draw
 from cases.limits_maps import Axis, Map, Outcome
 from microblock.errors import NotConverged
 from microblock.law import corner_shifts
-from microblock.observables import distance_to_ends
+from microblock.observables import distance, distance_to_ends
+from microblock.panels import zone_edges
 
 NU, BETA = 0.3, 1.0           # unless an axis says otherwise
 ALPHA_MID = 0.8343132323      # of these
@@ -48,7 +49,7 @@ def outcome(scene, load, state, rtol):
 
 def beside_grid(scene, load, state):
     """(relative L2 distance of the pressure from that on uniform cells, their own error)."""
-    edges = [edge for zones in state.all_zones.values() for zone in zones for edge in zone]
+    edges = zone_edges(state.all_zones)
     middle, half = (max(edges) + min(edges))/2, WINDOW*(max(edges) - min(edges))/2
     grid = mb.GridContact(scene.body, scene.obstacle, scene.law, (middle - half, middle + half)).at(load, nodes=CELLS)
     p = grid.pressures.sum(axis=0)
@@ -103,8 +104,7 @@ def beside_elements(state, other):
     weights = np.outer((right - left)/2, weights).ravel()*distance_to_ends(x, state.line.obstacle.ends, shifts)
     p = np.array([state.pressure(corner, x) for corner in (0, 1)])
     wrong = p - [other.pressure(corner, x) for corner in (0, 1)]
-    errors = weights @ (wrong[0] + wrong[1])**2, weights @ (wrong[0] - wrong[1])**2/4
-    return float(np.sqrt(max(errors)/(weights @ p.sum(axis=0)**2)))
+    return distance(weights, wrong[0] + wrong[1], (wrong[0] - wrong[1])/2, p.sum(axis=0))
 
 
 def coalescing(side, distance, rtol):

@@ -9,6 +9,7 @@ from cases import bodies, layers, rough, wavy
 from cases.limits_maps import Axis, Map, Outcome
 from microblock import active_set, subsurface
 from microblock.errors import NotConverged
+from microblock.panels import zone_edges
 
 LOAD = np.pi/2                # with E* = 2 and R = 1: a_Hz = 1
 NU = 0.3
@@ -124,7 +125,7 @@ def cells_of_cylinder(nodes, ratio, slack, psi0, contact):
         edges, exact = (-1.0, 1.0), partial(_references().hertz, load=LOAD, half_width=1.0)
     else:
         fitted = mb.Contact(_ground(alpha), mb.Cylinder(1.0), law).at(LOAD, rtol=LINE)
-        edges, exact = [edge for zones in fitted.all_zones.values() for zone in zones for edge in zone], _total(fitted)
+        edges, exact = zone_edges(fitted.all_zones), _total(fitted)
     middle, half = (max(edges) + min(edges))/2, slack*(max(edges) - min(edges))/2
     scene = mb.GridContact(_ground(alpha), mb.Cylinder(1.0), law, (middle - half, middle + half))
     return _beside(scene.at(LOAD, nodes=nodes), exact, None)

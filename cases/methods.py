@@ -9,13 +9,14 @@ Units      seconds are processor seconds; errors relative.
 """
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 from cases.methods_text import HEAD, SECTIONS
 from cases.options import option
+from cases.records import returned
 from microblock.errors import BadArgument
-from microblock.study import read_records, versions, write_records, write_text
+from microblock.study import read_records, write_records, write_text
 
 STUDIES = ("speed", "speed_cost", "limits")
 
@@ -66,5 +67,4 @@ def run(parameters, out=None, quiet=False):
         write_text(out/"methods.md", text)
     elif not quiet:
         print(text)
-    return {"parameters": asdict(parameters), "versions": versions(), "text": text, "facts": rows,
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}}
+    return returned(parameters, start, text=text, facts=rows)

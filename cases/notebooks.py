@@ -1,4 +1,4 @@
-"""The notebooks of docs/notebooks, executed from top to bottom in fresh kernels: pages with all outputs, and what it took.
+"""The notebooks of docs/notebooks, executed in fresh kernels: pages with all outputs, and times.
 
 Look at    DIR/NAME.html, a page a notebook, which opens without a kernel (its sliders do not move there).
 Model      nbclient and a kernel that finds this checkout first; extra `notebook`.
@@ -8,14 +8,15 @@ Units      seconds elapsed, of the kernel's start, of each cell and of all.
 
 import os
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 from tqdm import tqdm
 
 from cases.options import command, option
+from cases.records import kept, returned
 from microblock.errors import BadArgument, MissingExtra, NotConverged
-from microblock.study import versions, write_records, write_text
+from microblock.study import write_text
 
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = {path.stem: path for path in sorted((ROOT/"docs"/"notebooks").glob("*.ipynb"))}
@@ -79,8 +80,7 @@ def result(parameters, out=None, quiet=True):
         rows.append({"notebook": name, "cells": len(cells), "kernel": kernel, "slowest": max(cells), "all": kernel + sum(cells)})
         if out:
             write_text(out/f"{name}.html", page(book))
-    return {"parameters": asdict(parameters), "versions": versions(), "notebooks": rows,
-            "seconds": {"setup": sum(row["kernel"] for row in rows), "solve": time.perf_counter() - start}}
+    return returned(parameters, start, notebooks=rows)
 
 
 def run(parameters, out=None, quiet=False):
@@ -91,5 +91,5 @@ def run(parameters, out=None, quiet=False):
         for row in answer["notebooks"]:
             print(f"{row['notebook']:<15}{row['cells']:>20}{row['kernel']:>10.1f}{row['slowest']:>14.1f}{row['all']:>8.1f}")
     if out:
-        write_records(out/"notebooks.csv", [{"command": command("notebooks", parameters), **row} for row in answer["notebooks"]])
+        kept(out/"notebooks.csv", [{"command": command("notebooks", parameters), **row} for row in answer["notebooks"]])
     return answer

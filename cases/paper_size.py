@@ -185,8 +185,8 @@ def enforced_rotation(records):
 
 STATEMENTS = (
     Statement("4.2, Fig. 10", "contact area numerically exact: g_A = 0 and p_A = 0 at both boundaries a and b",
-              "largest pull, overlap or what the edges miss of the pressure, relative, alpha = 0.25 and 1.25", edges_closed, below(EXACT),
-              "edges by Newton's method, looked at from either side"),
+              "largest pull, overlap or what the edges miss of the pressure, relative, alpha = 0.25 and 1.25", edges_closed,
+              below(EXACT), "edges by Newton's method, looked at from either side"),
     Statement("4.2, Fig. 10", "small alpha: simply connected; large alpha: separation in the middle",
               "share of 18 alphas with a gap exactly beyond alpha_mid", gap_topology, printed(1, 0), "records of Fig. 11"),
     Statement("4.2, Fig. 10", "alpha_mid = 0.8874", "alpha_mid", alpha_mid, printed(0.8874, 5e-5),

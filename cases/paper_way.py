@@ -13,16 +13,19 @@ Units      those of `hertz`; seconds of one thread, assembly, factors and all pa
 """
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
 from cases import hertz, hertz_fe
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, require_finite
 from microblock.halfplane import gauss_rule
-from microblock.study import column, read_records, versions, write_records
+from microblock.observables import distance
+from microblock.panels import zone_edges
+from microblock.study import column
 
 LOADS = tuple(round(0.1*step, 1) for step in range(1, 11))
 SHARE = 0.1              # of the error of the paper's way, asked for on fitted meshes
@@ -64,18 +67,16 @@ class Parameters:
         return self.scene(loads=(load,), model="fe", rtol=rtol).resolved()
 
 
-def distance(state, reference):
+def between(state, reference):
     """max(|dp|, |dM|/ell)/|p| in L2, by Gauss points between all nodes of `state` and all edges of both."""
-    edges = [edge for one in (state, reference) for own in one.all_zones.values() for zone in own for edge in zone]
-    cuts = np.unique(np.concatenate((state.x, edges)))
+    cuts = np.unique(np.concatenate((state.x, zone_edges(state.all_zones), zone_edges(reference.all_zones))))
     cuts = np.sort(np.concatenate((cuts, cuts[:-1] + np.diff(cuts)/100, cuts[1:] - np.diff(cuts)/100)))   # square roots at edges
     points, weights = gauss_rule(POINTS)
     x = (cuts[:-1, None] + np.diff(cuts)[:, None]*points).ravel()
     weight = (np.diff(cuts)[:, None]*weights).ravel()
     own, true = (np.array([one.pressure(corner, x) for corner in range(len(one.line.law.corners))]) for one in (state, reference))
     levers = np.array([state.line.lever(np.full(len(x), corner), x) for corner in range(len(own))])
-    errors = (own - true).sum(axis=0), (levers*(own - true)).sum(axis=0)/2
-    return float(np.sqrt(max(weight @ error**2 for error in errors)/(weight @ true.sum(axis=0)**2)))
+    return distance(weight, (own - true).sum(axis=0), (levers*(own - true)).sum(axis=0)/2, true.sum(axis=0))
 
 
 def nodal(state, reference):
@@ -101,22 +102,20 @@ def result(parameters):
     papers, seconds = timed(parameters.paper)
     found, spent = [], {"asked": np.zeros(2), "obtained": np.zeros(2)}
     for load, paper, reference in zip(parameters.loads, papers, references):
-        error = distance(paper, reference)
+        error = between(paper, reference)
         row = {"load": load, "error_paper": error, "nodes_paper": nodal(paper, reference), "iterations_paper": paper.iterations,
                "unknowns_paper": paper.unknowns}
         for name, rtol in (("asked", SHARE*error), ("obtained", LOOSE)):
             (own,), took = timed(parameters.fitted(load, rtol))
             spent[name] += took
-            row |= {f"rtol_{name}": rtol, f"error_{name}": distance(own, reference), f"nodes_{name}": nodal(own, reference),
+            row |= {f"rtol_{name}": rtol, f"error_{name}": between(own, reference), f"nodes_{name}": nodal(own, reference),
                     f"estimate_{name}": own.estimate.total, f"unknowns_{name}": own.unknowns, f"passes_{name}": own.iterations,
                     f"seconds_{name}": float(took[0])}
         found.append(row)
     ways = {name: {"seconds": float(own[0]), "wall": float(own[1]), "ratio": float(seconds[0]/own[0]),
                    "ratio_wall": float(seconds[1]/own[1]), "worst": _worst(found, f"error_{name}", "error_paper"),
                    "nodes": _worst(found, f"nodes_{name}", "nodes_paper")} for name, own in spent.items()}
-    return {"parameters": {**asdict(parameters), "loads": list(parameters.loads)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start},
-            "paper": {"seconds": float(seconds[0]), "wall": float(seconds[1])}, **ways, "loads": found}
+    return returned(parameters, start, paper={"seconds": float(seconds[0]), "wall": float(seconds[1])}, **ways, loads=found)
 
 
 def _worst(found, name, paper):
@@ -137,8 +136,7 @@ def run(parameters, out=None, quiet=False):
             print("a tenth {0}: {seconds:.2f} s, {ratio:.0f} times faster; error over a tenth of the paper's at most "
                   "{worst:.2f}, at the nodes alone {nodes:.2f}".format(name, **answer[name]))
     if out:
-        write_records(out/"paper_way.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"paper_way.csv"), out, "paper_way")
+        keep(out, "paper_way", rows(parameters, answer), figure)
     return answer
 
 

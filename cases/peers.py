@@ -15,26 +15,24 @@ Units      lengths over a_Hz (line) or the period (rough), pressures over E*; se
 
 import importlib.util
 import math
-import os
 import time
 from dataclasses import asdict, dataclass
 
-os.environ.setdefault("OMP_NUM_THREADS", "1")      # of tamaas, before it is imported
+import numpy as np
+from tqdm import tqdm
 
-import numpy as np  # noqa: E402
-from tqdm import tqdm  # noqa: E402
-
-from cases.options import command, option  # noqa: E402
-from microblock import plots  # noqa: E402
-from microblock.errors import BadArgument  # noqa: E402
-from microblock.grid import PeriodicHalfPlane  # noqa: E402
-from microblock.grid_contact import GridContact, halvings  # noqa: E402
-from microblock.halfplane import HalfPlane, kernels  # noqa: E402
-from microblock.law import Unilateral  # noqa: E402
-from microblock.material import Cosserat  # noqa: E402
-from microblock.obstacles import Cylinder, Rough  # noqa: E402
-from microblock.scene import Contact  # noqa: E402
-from microblock.study import read_records, versions, write_records  # noqa: E402
+from cases.options import command, option
+from cases.records import keep, returned
+from microblock import plots
+from microblock.errors import BadArgument, MissingExtra
+from microblock.grid import PeriodicHalfPlane
+from microblock.grid_contact import GridContact, halvings
+from microblock.halfplane import HalfPlane, kernels
+from microblock.law import Unilateral
+from microblock.material import Cosserat
+from microblock.obstacles import Cylinder, Rough
+from microblock.scene import Contact
+from microblock.study import versions
 
 NU, BETA = 0.3, 1e-10
 PERIODS = (32, 40, 48, 56, 64, 80)                   # over a_Hz
@@ -221,7 +219,7 @@ def _row(problem, code, bar, error, setup, seconds, trials, nodes, kind, toleran
 def result(parameters, quiet=True):
     """Rows, and the ratios of times of tamaas to ours."""
     if importlib.util.find_spec("tamaas") is None:
-        raise BadArgument("tamaas", "missing", "this comparison needs it: pip install 'microblock[bench]'")
+        raise MissingExtra("this comparison", "tamaas", "bench")
     import tamaas
     tamaas.initialize(1)
     tamaas.set_log_level(tamaas.LogLevel.error)
@@ -234,8 +232,7 @@ def result(parameters, quiet=True):
         if theirs["code"] == "tamaas" and theirs["problem"] == ours["problem"] and theirs["solve"] and ours["solve"]:
             ratios.append({"problem": ours["problem"], "solve": theirs["solve"]/ours["solve"],
                            "setup_and_solve": (theirs["setup"] + theirs["solve"])/(ours["setup"] + ours["solve"])})
-    return {"parameters": asdict(parameters), "versions": {**versions(), "tamaas": tamaas.__version__},
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "runs": rows, "ratios": ratios}
+    return returned(parameters, start, versions={**versions(), "tamaas": tamaas.__version__}, runs=rows, ratios=ratios)
 
 
 def run(parameters, out=None, quiet=False):
@@ -246,8 +243,7 @@ def run(parameters, out=None, quiet=False):
     if out:
         extra = {"command": command("peers", parameters), **asdict(parameters), "threads": 1,
                  "version_tamaas": answer["versions"]["tamaas"]}
-        write_records(out/"peers.csv", [{**row, **extra} for row in answer["runs"]])
-        plots.draw(figure, read_records(out/"peers.csv"), out, "peers")
+        keep(out, "peers", [{**row, **extra} for row in answer["runs"]], figure)
     return answer
 
 

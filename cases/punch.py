@@ -1,10 +1,10 @@
 """Flat and tilted punch on a half-plane, classical and with microblocks.
 
-Geometry   half-plane x2 < 0; a rigid punch |x1| <= b, flat or turned so that its left end is deeper, pressed down by a force P; blocks
-           of side ell = alpha b (psi0 = 0).
+Geometry   half-plane x2 < 0; a rigid punch |x1| <= b, flat or turned so that its left end is deeper, pressed down by a force P;
+           blocks of side ell = alpha b (psi0 = 0).
 Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
 Model      the contact line alone, panels fitted to the zones of each corner (`Contact(HalfPlane(...), ...)`).
-Reference  classical limit: closed forms `references.punch`, `tilted_punch`. Microblocks: fitted finite elements and uniform cells.
+Reference  classical limit: closed forms `references.punch`, `tilted_punch`. Microblocks: fitted finite elements, uniform cells.
 Look at    each corner has its own two ends, ell/2 beside the punch's, so that blocks on the rim stand on one corner; a
            gap opens between rim and middle. A tilted punch leans on its deep end with a free edge that moves with the load.
 Units      lengths over b, E* = 1; loads over pi/2 E* tilt b, from which on a classical punch lies on its whole width (0: the flat
@@ -20,10 +20,11 @@ from tqdm import tqdm
 
 from cases import three_ways
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, require_finite
 from microblock.obstacles import Punch
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 TILT = 0.01              # drops out: the problem is linear in tilt and load together
 FLAT = 0.0               # the load that stands for the flat punch
@@ -32,8 +33,8 @@ FLAT_LOAD = 0.02         # drops out too
 
 @dataclass(frozen=True)
 class Parameters:
-    loads: tuple = option((FLAT, 0.5, 1.0, 2.0), "loads of the tilted punch in units of that of full classical contact; 0: the flat punch",
-                          nargs="+", metavar="LOAD")
+    loads: tuple = option((FLAT, 0.5, 1.0, 2.0), "loads of the tilted punch in units of that of full classical contact; 0: the "
+                          "flat punch", nargs="+", metavar="LOAD")
     alpha: float = option(0.3, "ell over b")
     nu: float = option(0.3, "Poisson's ratio, -1 < nu < 1/2")
     beta: float = option(1.0, "coupling number, 0 < beta < 2")
@@ -73,7 +74,8 @@ def reference(load):
     punch, force = scene(load)
     if load == FLAT:
         return lambda x: references.punch(x, force, 1.0), (-1.0, 1.0)
-    return (lambda x: references.tilted_punch(x, force, 1.0, TILT, 1.0)[0]), references.tilted_punch(0.0, force, 1.0, TILT, 1.0)[1]
+    scene_of = force, 1.0, TILT, 1.0
+    return lambda x: references.tilted_punch(x, *scene_of)[0], references.tilted_punch(0.0, *scene_of)[1]
 
 
 def observe(parameters, law, load):
@@ -86,8 +88,7 @@ def observe(parameters, law, load):
              "centre": three_ways.centre(state), "unknowns": len(state.q) + 1, "error_estimate": state.error_estimate,
              "edges_error": float(np.abs(np.subtract(zones["contact"][0], edges)).max()) if edges else None,
              **three_ways.judged(state, parameters.nodes, parameters.rtol_fe, exact), "seconds": seconds}
-    profile = [{**row, "pressure": row["pressure"]/mean, "micromoment": row["micromoment"]/mean} for row in three_ways.profile_of(state)]
-    return found, profile
+    return found, three_ways.profile_of(state, mean)
 
 
 def result(parameters, quiet=True):
@@ -98,19 +99,18 @@ def result(parameters, quiet=True):
     for one in tqdm(chosen, disable=quiet, unit="state"):
         found, profile = observe(parameters, *one)
         states.append({**found, "profile": {name: column(profile, name) for name in profile[0]}})
-    return {"parameters": {**asdict(parameters), "loads": list(parameters.loads)}, "versions": versions(), "model": "halfplane",
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": states}
+    return returned(parameters, start, model="halfplane", states=states)
 
 
 def run(parameters, out=None, quiet=False):
     """Solve, print a table, draw the pressures into the folder `out`."""
     answer = result(parameters, quiet)
     if not quiet:
-        three_ways.table(answer["states"], ("load", "law", "half_width", "inner_half_width", "centre", "unknowns", "error_estimate", "error",
-                                            "edges_error", "difference_fe", "estimate_fe", "difference_cells", "estimate_cells", "seconds"), 14)
+        three_ways.table(answer["states"], ("load", "law", "half_width", "inner_half_width", "centre", "unknowns",
+                                            "error_estimate", "error", "edges_error", "difference_fe", "estimate_fe",
+                                            "difference_cells", "estimate_cells", "seconds"), 14)
     if out:
-        write_records(out/"punch.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"punch.csv"), out, "punch")
+        keep(out, "punch", rows(parameters, answer), figure)
     return answer
 
 
@@ -124,8 +124,14 @@ def rows(parameters, answer):
     return found
 
 
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Pressure of each load: microblocks, the unilateral law, and the classical limit (markers) on its closed form."""
+    """Flat and tilted punch: pressure of each load for microblocks, the unilateral law, and the classical limit (markers) on its
+    closed form. Each corner has its own ends, half a block beside the punch's."""
     loads = grouped(records, "load")
     drawing, axes = plots.figure(-(-len(loads)//2), min(2, len(loads)), height=2.1, squeeze=False)
     x = np.linspace(-1, 1, 2001)[1:-1]

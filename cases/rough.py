@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, require_finite
 from microblock.grid import PeriodicHalfPlane
@@ -23,7 +24,7 @@ from microblock.grid_contact import GridContact
 from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Rough
-from microblock.study import column, read_records, versions, write_records
+from microblock.study import column
 
 DRAWN = 2000      # cells around the largest pressure that the records keep
 
@@ -100,17 +101,16 @@ def result(parameters):
     """The case's object."""
     start = time.perf_counter()
     state = solve(parameters)
-    seconds = time.perf_counter() - start
     pressure = state.pressures.sum(axis=0)
-    return {"parameters": asdict(parameters), "versions": versions(), "model": "halfplane",
-            "seconds": {"setup": 0.0, "solve": seconds}, "unknowns": state.pressures.size + 1,
-            "contact_fraction": float(np.mean(pressure > 0)),
-            "full_contact_fraction": float(np.mean((state.pressures > 0).all(axis=0))),
-            "zones": [len(intervals) for intervals in state.zones.values()], "pressure_max": float(pressure.max()),
-            "micromoment_max": float(np.abs(state.micromoment).max()/parameters.ell), "approach": state.approach,
-            "energy": state.energy, "kkt": state.kkt, "products": state.products, "error_estimate": state.error_estimate,
-            "profile": {"x": state.x.tolist(), "weight": state.weights.tolist(), "pressure": pressure.tolist(),
-                        "micromoment": (state.micromoment/parameters.ell).tolist(), "psi": state.psi.tolist()}}
+    profile = {"x": state.x.tolist(), "weight": state.weights.tolist(), "pressure": pressure.tolist(),
+               "micromoment": (state.micromoment/parameters.ell).tolist(), "psi": state.psi.tolist()}
+    return returned(parameters, start, model="halfplane", unknowns=state.pressures.size + 1,
+                    contact_fraction=float(np.mean(pressure > 0)),
+                    full_contact_fraction=float(np.mean((state.pressures > 0).all(axis=0))),
+                    zones=[len(intervals) for intervals in state.zones.values()], pressure_max=float(pressure.max()),
+                    micromoment_max=float(np.abs(state.micromoment).max()/parameters.ell), approach=state.approach,
+                    energy=state.energy, kkt=state.kkt, products=state.products, error_estimate=state.error_estimate,
+                    profile=profile)
 
 
 def run(parameters, out=None, quiet=False):
@@ -122,8 +122,7 @@ def run(parameters, out=None, quiet=False):
             print(f"{name:>22}  {answer[name]}")
         print(f"{'seconds':>22}  {answer['seconds']['solve']:.3g}")
     if out:
-        write_records(out/"rough.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"rough.csv"), out, "rough")
+        keep(out, "rough", rows(parameters, answer), figure)
     return answer
 
 
@@ -136,8 +135,14 @@ def rows(parameters, answer):
     return [{**common, **dict(zip(profile, node))} for node in zip(*profile.values())]
 
 
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Pressure (a) and micromoment (b) around the largest pressure."""
+    """Rough obstacle and rough psi0(x): pressure (a) and micromoment (b) around the largest pressure, one corner's zones torn from
+    the other's."""
     drawing, axes = plots.figure(1, 2)
     for axis, name in zip(axes, ("pressure", "micromoment")):
         axis.plot(column(records, "x"), column(records, name), linewidth=0.8)

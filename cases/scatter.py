@@ -1,13 +1,14 @@
 """Rough microblocks under a cylinder: how hardness and real contact scatter with psi0(x).
 
-Geometry   half-plane x2 < 0; a cylinder pressed down by a force P; blocks of side ell = alpha a_Hz, turned by a self-affine psi0(x) of seeded
-           phases, many seeds at each root mean square.
+Geometry   half-plane x2 < 0; a cylinder pressed down by a force P; blocks of side ell = alpha a_Hz, turned by a self-affine
+           psi0(x) of seeded phases, many seeds at each root mean square.
 Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
 Model      uniform cells on a window, products by FFT, no mesh (`GridContact`, psi0 a callable).
 Reference  four times as many cells, for the first seeds of each roughness; aligned blocks (psi0 = 0): panels fitted to the edges.
-Look at    up to about 0.05 a_Hz/R nothing but full contact suffers; beyond it the contact breaks into zones, real contact shrinks, the
-           largest pressure grows, and so does the scatter from seed to seed.
-Units      lengths over a_Hz, pressures over p_Hz, loads over P; psi0 over a_Hz/R, the slope of the cylinder at the edge of Hertz's contact.
+Look at    up to about 0.05 a_Hz/R nothing but full contact suffers; beyond it the contact breaks into zones, real contact
+           shrinks, the largest pressure grows, and so does the scatter from seed to seed.
+Units      lengths over a_Hz, pressures over p_Hz, loads over P; psi0 over a_Hz/R, the slope of the cylinder at the edge of
+           Hertz's contact.
 """
 
 import math
@@ -18,6 +19,7 @@ import numpy as np
 from tqdm import tqdm
 
 from cases.options import command, option
+from cases.records import keep, returned
 from cases.rough import rough_turns
 from cases.three_ways import table
 from microblock import plots
@@ -27,8 +29,9 @@ from microblock.halfplane import HalfPlane
 from microblock.law import Microblock
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Rough
+from microblock.panels import zone_edges
 from microblock.scene import Contact
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 RADIUS = 20.0            # over a_Hz: psi0 of a_Hz/R is 2.9 degrees
 LOAD = math.pi/2         # gives a_Hz = p_Hz = 1 with E* = 2 R
@@ -41,7 +44,8 @@ OBSERVED = ("hardness_apparent", "hardness_real", "contact", "full_contact", "pr
 
 @dataclass(frozen=True)
 class Parameters:
-    amplitudes: tuple = option((0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0), "root mean squares of psi0 over a_Hz/R", nargs="+", metavar="PSI0")
+    amplitudes: tuple = option((0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0), "root mean squares of psi0 over a_Hz/R", nargs="+",
+                               metavar="PSI0")
     seeds: int = option(20, "profiles at each of them", int)
     first_seed: int = option(1, "the first of them", int)
     alpha: float = option(0.1, "ell over a_Hz")
@@ -119,27 +123,26 @@ def judged(parameters, amplitude, seed, coarse):
 
 def result(parameters, quiet=True):
     """The case's object: a row a state, and mean and scatter of each roughness."""
-    start, rows = time.perf_counter(), []
+    start, states = time.perf_counter(), []
     chosen = [(amplitude, parameters.first_seed + number) for amplitude in parameters.amplitudes
               for number in range(parameters.seeds if amplitude else 1)]
     for amplitude, seed in tqdm(chosen, disable=quiet, unit="state"):
         state = solve(parameters, amplitude, seed)
         against = judged(parameters, amplitude, seed, state) if seed < parameters.first_seed + JUDGED else dict.fromkeys(
             ("difference", "change_hardness", "change_full"))
-        rows.append({"amplitude": amplitude, "seed": seed, **observe(state), **against})
-    return {"parameters": {**asdict(parameters), "amplitudes": list(parameters.amplitudes)}, "versions": versions(), "model": "halfplane",
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": rows,
-            "summary": [summary(amplitude, own) for amplitude, own in grouped(rows, "amplitude").items()],
-            "aligned": aligned(parameters)}
+        states.append({"amplitude": amplitude, "seed": seed, **observe(state), **against})
+    summaries = [summary(amplitude, own) for amplitude, own in grouped(states, "amplitude").items()]
+    return returned(parameters, start, model="halfplane", states=states, summary=summaries, aligned=aligned(parameters))
 
 
 def aligned(parameters):
     """Distance of the cells to the panels for psi0 = 0: relative L2 of the pressure, and half-width."""
     cells, panels = solve(parameters, 0.0, 0), reference(parameters)
     exact = sum(panels.pressure(corner, cells.x) for corner in (0, 1))
-    outer = max(edge for zone in panels.all_zones.values() for interval in zone for edge in interval)
+    outer = zone_edges(panels.all_zones)[-1]
     return {"difference": float(np.linalg.norm(cells.pressures.sum(axis=0) - exact)/np.linalg.norm(exact)),
-            "estimate": cells.error_estimate, "half_width": float(1/observe(cells)["hardness_apparent"]), "half_width_panels": float(outer)}
+            "estimate": cells.error_estimate, "half_width": float(1/observe(cells)["hardness_apparent"]),
+            "half_width_panels": float(outer)}
 
 
 def summary(amplitude, rows):
@@ -157,19 +160,30 @@ def run(parameters, out=None, quiet=False):
     """Solve, print a table, draw means and scatter over the roughness into the folder `out`."""
     answer = result(parameters, quiet)
     if not quiet:
-        table(answer["summary"], ("amplitude", "seeds", "hardness_real", "hardness_real_sd", "contact", "contact_sd", "full_contact", "full_contact_sd",
-                                  "pressure_max", "pressure_max_sd", "zones", "error_estimate", "difference", "change_hardness"), 15)
+        table(answer["summary"], ("amplitude", "seeds", "hardness_real", "hardness_real_sd", "contact", "contact_sd",
+                                  "full_contact", "full_contact_sd", "pressure_max", "pressure_max_sd", "zones",
+                                  "error_estimate", "difference", "change_hardness"), 15)
         print("aligned blocks against panels: " + ", ".join(f"{name} {value:.6g}" for name, value in answer["aligned"].items()))
     if out:
-        common = {"command": command("scatter", parameters), **asdict(parameters), "amplitudes": None}
-        write_records(out/"scatter.csv", [{**common, **row} for row in answer["states"]])
-        plots.draw(figure, read_records(out/"scatter.csv"), out, "scatter")
+        keep(out, "scatter", rows(parameters, answer), figure)
     return answer
 
 
+def rows(parameters, answer):
+    """A row a state, with every parameter."""
+    common = {"command": command("scatter", parameters), **asdict(parameters), "amplitudes": None}
+    return [{**common, **row} for row in answer["states"]]
+
+
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Real hardness (a), real and full contact (b) of each seed (dots), with means and standard deviations, over the
-    roughness (none: drawn at half the smallest)."""
+    """Rough psi0 under a cylinder: hardness (a), real and full contact (b) of each seed (dots), with means and standard
+    deviations, over the roughness of psi0 (none: drawn at half the smallest).
+    """
     drawing, axes = plots.figure(1, 2)
     shown = ((axes[0], (("hardness_real", "real hardness"), ("hardness_apparent", "apparent hardness"))),
              (axes[1], (("contact", "one corner or both"), ("full_contact", "both corners"))))

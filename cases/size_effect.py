@@ -11,13 +11,14 @@ Units      those of `hertz`; hardness over P/(2 a_Hz).
 
 import math
 import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 from matplotlib.ticker import LogFormatter
 from tqdm import tqdm
 
 from cases import hertz, size_effect_fe
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument
 from microblock.halfplane import HalfPlane
@@ -25,7 +26,7 @@ from microblock.law import Microblock
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder
 from microblock.scene import Contact
-from microblock.study import column, read_records, versions, write_records
+from microblock.study import column
 
 ALPHAS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.25, 0.35, 0.5, 0.65, 0.75, 0.8, 0.83, 0.84, 0.86, 0.9, 1.0, 1.125, 1.25)
 RTOLS = {"halfplane": 1e-6, "fe": 1e-4}
@@ -77,10 +78,8 @@ def result(parameters, quiet=True):
     # panels have no h; the ladder is that of their orders, h the Gauss spacing over a_Hz at an edge panel of length ell
     of_order = [(alpha_mid/order, coalescence_ratio(parameters.nu, parameters.beta, order)[0]) for order in COARSE]
     laws = _laws(parameters, quiet)
-    return {"parameters": {**asdict(replace(parameters, model="halfplane")), "alphas": list(parameters.alphas)},
-            "versions": versions(), "seconds": {"setup": 0.0, "solve": time.perf_counter() - start},
-            "laws": laws, "alpha_mid": alpha_mid, "alpha_mid_error": error, "alpha_mid_of_h": of_order,
-            "warnings": ["hardness_nominal needs an approach, which a half-plane has not: null"]}
+    return returned(replace(parameters, model="halfplane"), start, laws=laws, alpha_mid=alpha_mid, alpha_mid_error=error,
+                    alpha_mid_of_h=of_order, warnings=["hardness_nominal needs an approach, which a half-plane has not: null"])
 
 
 def _laws(parameters, quiet):
@@ -115,9 +114,8 @@ def _by_finite_elements(parameters, quiet, start):
     nu, beta = parameters.nu, parameters.beta
     laws = fe_laws(parameters, quiet)
     alpha_mid, error = size_effect_fe.coalescence_ratio(nu, beta)
-    return {"parameters": {**asdict(parameters), "alphas": list(parameters.alphas)}, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "laws": laws, "alpha_mid": alpha_mid,
-            "alpha_mid_error": error, "alpha_mid_of_h": size_effect_fe.ratio_of_h(nu, beta), "warnings": []}
+    return returned(parameters, start, laws=laws, alpha_mid=alpha_mid, alpha_mid_error=error,
+                    alpha_mid_of_h=size_effect_fe.ratio_of_h(nu, beta), warnings=[])
 
 
 def run(parameters, out=None, quiet=False):
@@ -130,8 +128,7 @@ def run(parameters, out=None, quiet=False):
             for row in found:
                 print("  ".join([f"{contact:>17}", f"{row['alpha']:17.9g}", *(f"{row[name]:17.9g}" for name in KEPT)]))
     if out:
-        write_records(out/"size_effect.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"size_effect.csv"), out, "size_effect")
+        keep(out, "size_effect", rows(parameters, answer), figure)
     return answer
 
 

@@ -23,21 +23,20 @@ Units      processor seconds of one thread, setup (what further loads reuse) and
 import os
 import time
 from cProfile import Profile
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from importlib import metadata
 from pstats import Stats
 
-os.environ.setdefault("OMP_NUM_THREADS", "1")      # of tamaas, before it is imported
+from tqdm import tqdm
 
-from tqdm import tqdm  # noqa: E402
-
-from cases import figures_growth, figures_peers, speed_figures, speed_growth  # noqa: E402
-from cases.options import command, option  # noqa: E402
-from cases.speed_methods import METHODS, NAMES, clock  # noqa: E402
-from cases.speed_scenes import QUICK, SCENES  # noqa: E402
-from microblock import plots  # noqa: E402
-from microblock.errors import BadArgument, MicroblockError  # noqa: E402
-from microblock.study import grouped, read_records, versions, write_records  # noqa: E402
+from cases import figures_growth, figures_peers, speed_figures, speed_growth
+from cases.options import command, option
+from cases.records import kept, returned
+from cases.speed_methods import METHODS, NAMES, clock
+from cases.speed_scenes import QUICK, SCENES
+from microblock import plots
+from microblock.errors import BadArgument, MicroblockError
+from microblock.study import grouped, versions
 
 ONCE = 1.0             # seconds of a warm-up beyond which it counts itself
 ENOUGH = 1.0           # seconds of all runs of a setting, beyond which it is not repeated further
@@ -195,9 +194,8 @@ def result(parameters, quiet=True):
         for scene, method, settings in work:
             rows += climbed(scene, method, settings, parameters, progress)
         cost = speed_growth.result(larger, progress)
-    return {"parameters": {**asdict(parameters), "only": list(parameters.only)}, "versions": {**versions(), **_peers()},
-            "threads": threads(), "seconds": {"setup": ready - start, "solve": time.perf_counter() - ready},
-            "runs": marked(rows), "growth": growth(rows), "cost": cost}
+    return returned(parameters, ready, ready - start, versions={**versions(), **_peers()}, threads=threads(), runs=marked(rows),
+                    growth=growth(rows), cost=cost)
 
 
 def threads():
@@ -235,9 +233,9 @@ def run(parameters, out=None, quiet=False):
         for name, rows, plates in (("speed", answer["runs"], {**speed_figures.PLATES, **figures_peers.PLATES}),
                                    ("speed_cost", answer["cost"]["runs"], figures_growth.PLATES)):
             if rows:
-                write_records(out/f"{name}.csv", [{**row, **extra} for row in rows])
+                records = kept(out/f"{name}.csv", [{**row, **extra} for row in rows])
                 for plate, drawing in plates.items():
-                    plots.draw(drawing, read_records(out/f"{name}.csv"), out, f"speed_{plate}")
+                    plots.draw(drawing, records, out, f"speed_{plate}")
     return answer
 
 

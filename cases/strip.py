@@ -18,6 +18,7 @@ from dataclasses import asdict, dataclass, fields, replace
 import numpy as np
 
 from cases.options import command, option
+from cases.records import keep
 from microblock import meshes, plots
 from microblock.adapt import climb
 from microblock.body import Body
@@ -28,7 +29,7 @@ from microblock.material import Cosserat
 from microblock.newton import METHODS, Newton, State, next_event
 from microblock.obstacles import Plane
 from microblock.observables import layer_lengths, relative_error
-from microblock.study import column, read_records, versions, write_records
+from microblock.study import column, versions
 
 MODELS = ("line", "column")
 RTOL = (1e-9, 1e-6, 1e-3)  # where nothing is asked for: the first that rounding lets us have
@@ -330,9 +331,7 @@ def run(parameters, out=None, quiet=False):
             if name not in ("profile", "versions"):
                 print(f"{name:16} {value}")
     if out:
-        records = out/"strip.csv"
-        write_records(records, rows(parameters, answer))
-        plots.draw(figure, read_records(records), out, "strip")
+        keep(out, "strip", rows(parameters, answer), figure)
     return answer
 
 

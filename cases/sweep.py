@@ -11,15 +11,16 @@ Resuming   DIR/sweep_CASE.jsonl keeps each point as it comes: the same command g
 """
 
 import time
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from functools import partial
 from importlib import import_module
 from numbers import Real
 
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, NotConverged
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 from microblock.sweeps import sweep
 
 PANELS = 6                   # of the chart, if nothing is chosen
@@ -108,9 +109,7 @@ def result(parameters, records=None, quiet=True):
     start, case = time.perf_counter(), parameters.case
     rows = sweep(partial(observed, case.Parameters, case.result, **parameters.fixed), parameters.axes, workers=parameters.workers,
                  records=records, retry=parameters.retry, quiet=quiet)
-    told = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(parameters).items()}
-    return {"parameters": told, "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "rows": rows}
+    return returned(parameters, start, rows=rows)
 
 
 def run(parameters, out=None, quiet=False):
@@ -122,9 +121,8 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(parameters, names, answer["rows"])
     if out:
-        path = out/f"sweep_{parameters.of}.csv"
-        write_records(path, [{**row, **parameters.fixed, "command": command("sweep", parameters)} for row in answer["rows"]])
-        plots.draw(lambda rows: figure(list(parameters.axes), names, rows), read_records(path), out, f"sweep_{parameters.of}")
+        records = [{**row, **parameters.fixed, "command": command("sweep", parameters)} for row in answer["rows"]]
+        keep(out, f"sweep_{parameters.of}", records, partial(figure, list(parameters.axes), names))
     return answer
 
 

@@ -1,4 +1,4 @@
-"""What cases on the contact line share: one scene solved on panels, and judged by fitted elements, by cells and by a closed form."""
+"""What cases on the contact line share: a scene solved on panels, judged by fitted elements, by cells and by a closed form."""
 
 import time
 
@@ -10,7 +10,8 @@ from microblock.grid_contact import GridContact
 from microblock.halfplane import HalfPlane
 from microblock.law import Microblock, Unilateral, corner_shifts
 from microblock.material import Cosserat
-from microblock.observables import contact_zones, distance_to_ends, half_widths
+from microblock.observables import distance, distance_to_ends, half_widths
+from microblock.panels import zone_edges
 from microblock.scene import Contact
 from microblock.study import column, grouped
 
@@ -20,7 +21,7 @@ WINDOW = 1.1             # of cells over the contact
 
 
 def check(parameters):
-    """Raise BadArgument for a beta, rtol, rtol_fe or nodes of a case's parameters out of range; inadmissible moduli are named too."""
+    """Raise BadArgument for a beta, rtol, rtol_fe or nodes of a case's parameters out of range, and for inadmissible moduli."""
     require_finite(beta=parameters.beta)
     if not 0 < parameters.beta < 2:
         raise BadArgument("beta", parameters.beta, "must satisfy 0 < beta < 2")
@@ -47,8 +48,8 @@ def on_panels(solid, obstacle, law, load, rtol):
 
 def on_cells(state, nodes):
     """GridState of the scene of a LineState, on a window around its contact."""
-    edges = [edge for intervals in state.all_zones.values() for interval in intervals for edge in interval]
-    middle, half = (max(edges) + min(edges))/2, WINDOW*(max(edges) - min(edges))/2
+    edges = zone_edges(state.all_zones)
+    middle, half = (edges[-1] + edges[0])/2, WINDOW*(edges[-1] - edges[0])/2
     scene = GridContact(HalfPlane(state.line.solid), state.line.obstacle, state.line.law, window=(middle - half, middle + half))
     return scene.at(state.load, nodes=nodes)
 
@@ -67,7 +68,8 @@ def judged(state, nodes, rtol, exact=None):
         return {**found, "difference_fe": None, "estimate_fe": None, "failure_fe": " ".join(str(failure).split())}
     corners = range(len(state.line.law.corners))
     there = np.array([elements.pressure(corner, cells.x) for corner in corners])
-    return {**found, "difference_fe": difference(state, cells.x, there), "estimate_fe": elements.estimate.total, "failure_fe": None}
+    return {**found, "difference_fe": difference(state, cells.x, there), "estimate_fe": elements.estimate.total,
+            "failure_fe": None}
 
 
 def difference(state, x, pressures):
@@ -76,14 +78,13 @@ def difference(state, x, pressures):
     weights = distance_to_ends(x, getattr(line.obstacle, "ends", ()), corner_shifts(line.law, line.solid.ell))
     own = np.array([state.pressure(corner, x) for corner in range(len(line.law.corners))])
     levers = np.array([line.lever(np.full(len(x), corner), x) for corner in range(len(own))])
-    errors = weights @ np.sum(own - pressures, axis=0)**2, weights @ (np.sum(levers*(own - pressures), axis=0)/2)**2
-    return float(np.sqrt(max(errors)/(weights @ own.sum(axis=0)**2)))
+    return distance(weights, np.sum(own - pressures, axis=0), np.sum(levers*(own - pressures), axis=0)/2, own.sum(axis=0))
 
 
 def zones_of(state):
     """{"A", "B", "full", "contact": intervals} of a LineState, and (half_width, inner_half_width)."""
-    zones = contact_zones(state.all_zones, state.line.law.corners)
-    return {name: [list(map(float, one)) for one in intervals] for name, intervals in zones.items()}, half_widths(zones["contact"])
+    zones = {name: [list(map(float, one)) for one in intervals] for name, intervals in state.named_zones.items()}
+    return zones, half_widths(zones["contact"])
 
 
 def centre(state):
@@ -92,11 +93,13 @@ def centre(state):
     return float(sum(state.weights @ (own*(state.x - shift)) for own, shift in zip(state.pressures, shifts))/state.load)
 
 
-def profile_of(state):
-    """Rows along the contact line: number of the interval of contact, x, pressure of all corners, micromoment over ell, psi."""
-    contact = contact_zones(state.all_zones, state.line.law.corners)["contact"]
-    zone = np.searchsorted([right for _, right in contact], state.x)
-    columns = zone, state.x, state.pressures.sum(axis=0), state.micromoment/state.line.solid.ell, state.psi
+def profile_of(state, unit):
+    """Rows along the contact line: number of the interval of contact, x, pressure of all corners, micromoment over ell, psi.
+
+    unit : float, a pressure over which pressure and micromoment over ell are given
+    """
+    zone = np.searchsorted([right for _, right in state.named_zones["contact"]], state.x)
+    columns = zone, state.x, state.pressures.sum(axis=0)/unit, state.micromoment/state.line.solid.ell/unit, state.psi
     return [dict(zip(("zone", "x", "pressure", "micromoment", "psi"), map(float, node))) for node in zip(*columns)]
 
 
@@ -110,5 +113,6 @@ def table(rows, columns, width=12):
     """Print records as a table."""
     print("  ".join(f"{name[:width]:>{width}}" for name in columns))
     for row in rows:
-        cells = ("-" if row[name] is None else f"{row[name]:.5g}" if isinstance(row[name], float) else str(row[name]) for name in columns)
+        cells = ("-" if row[name] is None else f"{row[name]:.5g}" if isinstance(row[name], float) else str(row[name])
+                 for name in columns)
         print("  ".join(f"{cell:>{width}}" for cell in cells))

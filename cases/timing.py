@@ -10,12 +10,13 @@ Units      milliseconds of processor time, the best of some repetitions, one thr
 
 import math
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from tqdm import tqdm
 
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, NotConverged, require_finite
 from microblock.halfplane import HalfPlane, Kernels
@@ -23,7 +24,7 @@ from microblock.law import Microblock, Microclamped, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Wedge
 from microblock.scene import Contact
-from microblock.study import grouped, read_records, versions, write_records
+from microblock.study import grouped
 
 LOAD = math.pi/2       # with E* = 2, R = 1: a_Hz = 1
 NU = 0.3
@@ -78,7 +79,8 @@ def solve(kind, alpha, rtol, repeats):
         further = clocked(lambda: here.at(FURTHER*LOAD, rtol, near=state), repeats)[1]
     except NotConverged as failure:
         return {**row, "failure": " ".join(str(failure).split())}
-    return {**row, "milliseconds": spent, "further": further, "unknowns": len(state.q) + 1, "error_estimate": state.error_estimate}
+    return {**row, "milliseconds": spent, "further": further, "unknowns": len(state.q) + 1,
+            "error_estimate": state.error_estimate}
 
 
 def result(parameters, quiet=True):
@@ -88,9 +90,8 @@ def result(parameters, quiet=True):
     scene("microblock", 1.0).at(LOAD)      # warm-up
     ready = time.perf_counter()
     runs = [(kind, alpha, rtol) for kind in SCENES for alpha in parameters.alphas for rtol in parameters.rtols]
-    rows = [solve(*run, parameters.repeats) for run in tqdm(runs, disable=quiet, unit="state")]
-    return {"parameters": asdict(parameters), "versions": versions(), "table_milliseconds": setup, "runs": rows,
-            "seconds": {"setup": ready - start, "solve": time.perf_counter() - ready}}
+    found = [solve(*run, parameters.repeats) for run in tqdm(runs, disable=quiet, unit="state")]
+    return returned(parameters, ready, ready - start, table_milliseconds=setup, runs=found)
 
 
 def run(parameters, out=None, quiet=False):
@@ -99,8 +100,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"timing.csv", [{"command": command("timing", parameters), **row} for row in answer["runs"]])
-        plots.draw(figure, read_records(out/"timing.csv"), out, "timing")
+        keep(out, "timing", rows(parameters, answer), figure)
     return answer
 
 
@@ -115,8 +115,20 @@ def show(answer):
             print(f"{kind:>12}  {alpha:>6g}  " + "  ".join(f"{text:>16}" for text in texts))
 
 
+def rows(parameters, answer):
+    """A row a scene, alpha and tolerance."""
+    return [{"command": command("timing", parameters), **row} for row in answer["runs"]]
+
+
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Time of a state over alpha: (a) at the first, (b) at the last of the tolerances."""
+    """What a state of the half-plane costs on this machine: processor time over alpha, (a) at the first, (b) at the last of the
+    tolerances.
+    """
     rtols = list(grouped(records, "rtol"))
     drawing, axes = plots.figure(1, 2)
     for axis, rtol, letter in zip(axes, (rtols[0], rtols[-1]), "ab"):

@@ -1,7 +1,8 @@
 """Strip between rigid planes whose blocks are turned differently on its upper and lower face.
 
-Geometry   the whole thickness -H <= x2 <= H; blocks turned by --upper-deg at x2 = H and --lower-deg at x2 = -H. Each plane starts in
-           touch with one corner of every block and moves by delta. Fields depend on x2 only; no half of the strip stands for both.
+Geometry   the whole thickness -H <= x2 <= H; blocks turned by --upper-deg at x2 = H and --lower-deg at x2 = -H. Each plane
+           starts in touch with one corner of every block and moves by delta. Fields depend on x2 only; no half of the strip
+           stands for both.
 Equations  (10)-(18) in the strip, the corner gaps (21), (22) and conditions (26) at both faces, with their own normals.
 Model      the depth alone, a 1D mesh of the whole thickness, condensed to how much the strip is squeezed and how its faces
            turn under a pressure and two micromoments. The pressure is the path's parameter; which second corners are
@@ -18,12 +19,13 @@ from functools import cached_property
 import numpy as np
 
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import meshes, plots
 from microblock.adapt import climb
 from microblock.body import Body, Loads
 from microblock.errors import BadArgument, Inadmissible, NotConverged, require_finite
 from microblock.material import Cosserat
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 RTOL = 1e-9
 ORDERS = (4, 6, 8, 10, 12, 14, 16)
@@ -139,7 +141,8 @@ class Strip:
         """r of both faces and the loads (pressure, M upper, M lower)."""
         rotation, force = self.rotations(pressure, pressure >= self.closings)
         slack = SLACK*(pressure or 1.0)
-        if (force < -slack).any() or (force > pressure + slack).any() or (rotation > self.turn + SLACK*self.turn.max() + slack).any():
+        beyond = rotation > self.turn + SLACK*self.turn.max() + slack
+        if (force < -slack).any() or (force > pressure + slack).any() or beyond.any():
             raise NotConverged(f"the corners found closed at the pressure {pressure:g} do not meet (26)")
         return rotation, np.array([pressure, *-self.sign*(self.lever*pressure - self.parameters.ell_over_H*force)])
 
@@ -162,15 +165,17 @@ def ladder(parameters):
     """Orders on a mesh of the layer's scale, then on its halvings."""
     coarsest = max(1, int(np.ceil(2/(LAYERS_PER_ELEMENT*parameters.solid.layer_length))))
     if coarsest > MOST_ELEMENTS:
-        raise NotConverged(f"the layer of thickness {parameters.solid.layer_length:.1e} H is too thin for {MOST_ELEMENTS} elements; "
-                           "take a larger ell_over_H")
+        raise NotConverged(f"the layer of thickness {parameters.solid.layer_length:.1e} H is too thin for {MOST_ELEMENTS} "
+                           "elements; take a larger ell_over_H")
     return ((order, coarsest*2**doubling) for doubling in range(DOUBLINGS + 1) for order in ORDERS)
 
 
 def distance(coarse, fine):
     """Relative difference of surface values, forces and closings, and of psi and u over the depth."""
-    numbers = [np.array([*one["psi"], *one["micromoment"], one["pressure"], *one["delta_fc"]]) for one in map(observe, (coarse, fine))]
-    scales = np.repeat([abs(numbers[1][part]).max() or 1.0 for part in (slice(0, 2), slice(2, 4), slice(4, 5), slice(5, 7))], (2, 2, 1, 2))
+    numbers = [np.array([*one["psi"], *one["micromoment"], one["pressure"], *one["delta_fc"]])
+               for one in map(observe, (coarse, fine))]
+    parts = np.split(np.abs(numbers[1]), (2, 4, 5))      # psi, M, pressure, delta_fc
+    scales = np.concatenate([np.full(len(part), part.max() or 1.0) for part in parts])
     loads = observe(fine)["loads"]
     x2 = np.linspace(-1, 1, SAMPLES)
     fields = [one.at(x2, loads) for one in (coarse, fine)]
@@ -218,10 +223,9 @@ def result(parameters):
     profile = {"x2": x2.tolist(), "psi": psi.tolist(), "u1": u1.tolist(), "u2": u2.tolist()}
     last = PAST*max(*found["delta_fc"], parameters.delta_over_H) or 1e-2
     path = [observe(strip, float(delta)) for delta in np.linspace(0, last, APPROACHES)]
-    return {"parameters": asdict(parameters), "versions": versions(), "seconds": {"setup": 0.0, "solve": time.perf_counter() - start},
-            **found, "errors": errors(parameters, found, profile), "error_estimate": estimate, "order": strip.order,
-            "elements": strip.elements, "unknowns": int(sum(strip.body.space.FreeDofs())), "profile": profile,
-            "path": [{name: value for name, value in one.items() if name not in ("loads", "delta_fc")} for one in path]}
+    return returned(parameters, start, **found, errors=errors(parameters, found, profile), error_estimate=estimate,
+                    order=strip.order, elements=strip.elements, unknowns=int(sum(strip.body.space.FreeDofs())), profile=profile,
+                    path=[{name: value for name, value in one.items() if name not in ("loads", "delta_fc")} for one in path])
 
 
 def run(parameters, out=None, quiet=False):
@@ -230,8 +234,7 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"two_faces.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"two_faces.csv"), out, "two_faces")
+        keep(out, "two_faces", rows(parameters, answer), figure)
     return answer
 
 
@@ -255,8 +258,14 @@ def rows(parameters, answer):
     return [{**common, **row} for row in path + profile]
 
 
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Turning of the blocks (a) and micromoments (b) over the approach, psi over the depth (c): markers, on the closed form."""
+    """Strip whose faces are turned differently: turning of the blocks (a) and micromoments (b) over the approach, psi over the
+    depth (c). Markers: computed, lines: closed form; a kink where the second corner of a face closes."""
     given = Parameters(**{name: records[0][name] for name in Parameters.__dataclass_fields__})
     kinds = grouped(records, "kind")
     drawing, axes = plots.figure(1, 3, width=2.33, height=2.4)

@@ -4,8 +4,8 @@ Geometry   half-plane x2 < 0; a rigid cosine of the given wavelength pressed dow
 Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
 Model      one period of uniform cells, products by FFT, no mesh (docs/theory.md, "Large problems").
 Reference  Westergaard's closed form for the classical limit; for microblocks the mean pressure of full closure.
-Look at    microblocks close later and carry a micromoment; the classical contact of the same load beside them. The path from first
-           touch to full closure: contact and approach over the load, classical markers on the closed form.
+Look at    microblocks close later and carry a micromoment; the classical contact of the same load beside them. The path from
+           first touch to full closure: contact and approach over the load, classical markers on the closed form.
 Units      lengths over the wavelength, pressures over pi E* amplitude/wavelength, the mean pressure of full closure in the
            classical limit; M over that and ell. The amplitude drops out (psi0 = 0).
 """
@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, require_finite
 from microblock.grid import PeriodicHalfPlane
@@ -25,7 +26,7 @@ from microblock.halfplane import symbol
 from microblock.law import Microblock, Microclamped, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Wave
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 RTOL = 1e-3
 APART = 0.08             # of the diagonal of a panel: markers on a curve
@@ -112,11 +113,12 @@ def full_closure(solid, amplitude=AMPLITUDE, wavelength=1.0):
     return float(np.hypot(p1, m1)), (float(p1), float(m1))
 
 
-PATH_COLUMNS = ("contact", "load", "nodes", "contact_fraction", "full_contact_fraction", "approach", "pressure_max", "micromoment_max")
+PATH_COLUMNS = ("contact", "load", "nodes", "contact_fraction", "full_contact_fraction", "approach", "pressure_max",
+                "micromoment_max")
 
 
 def path(parameters):
-    """Records of states from first touch to beyond full closure, each from the one before; the classical ones beside Westergaard's."""
+    """Records of states from first touch to beyond full closure, each from the one before; classical ones by Westergaard's."""
     from microblock.references import Wavy      # judges only: the computation does without
     found = []
     for contact, law, beta, last in ((parameters.contact, parameters.contact, parameters.beta, closure_of(parameters)),
@@ -133,7 +135,7 @@ def path(parameters):
 
 
 def closure_of(parameters):
-    """Mean pressure of full closure in the law beside the classical limit: of its one gap without corners, else `full_closure`."""
+    """Mean pressure of full closure in the law beside the classical limit: `full_closure`, or of the one gap without corners."""
     solid = parameters.solid(parameters.beta)
     if parameters.contact == "microblock":
         return full_closure(solid)[0]
@@ -174,10 +176,8 @@ def result(parameters):
     for state, exact in zip(classical, reference(chosen)):
         state["error"] = polygon_error(state["profile"]["x"], state["profile"]["pressure"], exact.pressure)
         state["contact_fraction_exact"] = 2*exact.half_width
-    closure = closure_of(chosen)
-    return {"parameters": {**asdict(chosen), "loads": list(chosen.loads)}, "versions": versions(), "model": "halfplane",
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "states": states, "classical": classical,
-            "full_closure": closure, "path": path(chosen)}
+    return returned(chosen, start, model="halfplane", states=states, classical=classical, full_closure=closure_of(chosen),
+                    path=path(chosen))
 
 
 def run(parameters, out=None, quiet=False):
@@ -186,12 +186,9 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        write_records(out/"wavy.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"wavy.csv"), out, "wavy")
+        keep(out, "wavy", rows(parameters, answer), figure)
         if answer["path"]:
-            common = {"command": command("wavy", parameters), **asdict(parameters.resolved()), "loads": None}
-            write_records(out/"wavy_path.csv", [{**common, "full_closure": answer["full_closure"], **row, "law": row["contact"]} for row in answer["path"]])
-            plots.draw(draw_path, read_records(out/"wavy_path.csv"), out, "wavy_path")
+            keep(out, "wavy_path", path_rows(parameters, answer["path"]), draw_path)
     return answer
 
 
@@ -201,13 +198,14 @@ def show(answer):
     for state in answer["states"] + answer["classical"]:
         error = f"{state['error']:16.3g}" if "error" in state else f"{'-':>16}"
         print("  ".join([f"{state['contact']:>16}", *(f"{state[name]:16.6g}" for name in columns), error]))
-    print(f"{answer['parameters']['contact']}: closed everywhere from the mean pressure {answer['full_closure']:.9g} on (classical: 1)")
+    print(f"{answer['parameters']['contact']}: closed everywhere from the mean pressure {answer['full_closure']:.9g} on "
+          "(classical: 1)")
     known = [row for row in answer["path"] if row["contact_exact"] is not None]
     if known:
         contact, approach = (max(abs(row[name] - row[exact]) for row in known)
                              for name, exact in (("contact_fraction", "contact_exact"), ("approach", "approach_exact")))
-        print(f"classical path against Westergaard: contact off by {contact:.1e} of the wavelength at most (a cell is {1/known[0]['nodes']:.1e}), "
-              f"approach by {approach:.1e} of the amplitude")
+        print(f"classical path against Westergaard: contact off by {contact:.1e} of the wavelength at most (a cell is "
+              f"{1/known[0]['nodes']:.1e}), approach by {approach:.1e} of the amplitude")
 
 
 def rows(parameters, answer):
@@ -222,8 +220,14 @@ def rows(parameters, answer):
     return found
 
 
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Pressure (a) and micromoment (b) under a wave at each mean pressure (over that of the classical full closure); broken lines:
+    """Wave pressed flat: pressure (a) and micromoment (b) over one period at mean pressures over that of the classical full closure,
+    up to beyond it; broken lines:
     classical limit."""
     drawing, axes = plots.figure(1, 2)
     laws = grouped(records, "law")
@@ -244,8 +248,22 @@ def figure(records):
     return drawing
 
 
+def path_rows(parameters, states):
+    """A row a state of the path, with every parameter."""
+    chosen = parameters.resolved()
+    common = {"command": command("wavy", parameters), **asdict(chosen), "loads": None, "full_closure": closure_of(chosen)}
+    return [{**common, **row, "law": row["contact"]} for row in states]
+
+
+def path_records(parameters):
+    """What `draw_path` draws."""
+    return path_rows(parameters, path(parameters.resolved()))
+
+
 def draw_path(records):
-    """Contact (a) and approach (b) from first touch to full closure, over the mean pressure; lines without markers: closed form."""
+    """Wave pressed flat, from first touch to full closure: contact (a) and approach (b) over the mean pressure, classical markers on
+    Westergaard's closed form; microblocks close at the vertical line.
+    """
     from microblock.references import Wavy      # judges only: the computation does without
     drawing, axes = plots.figure(1, 2)
     laws = grouped(records, "law")

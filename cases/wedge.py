@@ -1,12 +1,12 @@
 """Blunt wedge on a half-plane with microblocks: from two separate zones to the classical wedge.
 
-Geometry   half-plane x2 < 0; a blunt wedge whose flanks rise by a slope from its edge at x1 = 0, pressed down by a force P; blocks of
-           side ell (psi0 = 0).
+Geometry   half-plane x2 < 0; a blunt wedge whose flanks rise by a slope from its edge at x1 = 0, pressed down by a force P;
+           blocks of side ell (psi0 = 0).
 Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
 Model      the contact line alone, panels fitted to zones and kinks (`Contact(HalfPlane(...), ...)`).
-Reference  classical limit: closed form `references.wedge`. Microblocks: scaling laws (a/ell depends on P/(E* slope ell), nu, beta only; towards
-           light loads each corner meets the wedge alone, with a compliance of its own; towards heavy ones the classical a follows),
-           uniform cells and fitted finite elements.
+Reference  classical limit: closed form `references.wedge`. Microblocks: scaling laws (a/ell depends on P/(E* slope ell), nu, beta
+           only; towards light loads each corner meets the wedge alone, with a compliance of its own; towards heavy ones the
+           classical a follows), uniform cells and fitted finite elements.
 Look at    light loads: two zones at -+ell/2, one for each corner; they merge at one load; then a plateau, and a classical wedge
            whose logarithm is split in two.
 Units      lengths over ell, loads over E* slope ell (their classical half-width over ell), pressures over E* slope.
@@ -21,12 +21,13 @@ from tqdm import tqdm
 
 from cases import three_ways
 from cases.options import command, option
+from cases.records import keep, returned
 from microblock import plots
 from microblock.errors import BadArgument, require_finite
 from microblock.halfplane import HalfPlane, short_waves
 from microblock.obstacles import Wedge
 from microblock.scene import Contact
-from microblock.study import column, grouped, read_records, versions, write_records
+from microblock.study import column, grouped
 
 SLOPE = 0.01             # drops out: the problem is linear in slope and load together
 OTHER = 3.0              # times as much slope, load and ell: the scaling law's check
@@ -89,13 +90,14 @@ def observe(parameters, law, load):
     state, seconds = solve(parameters, law, load)
     zones, (outer, inner) = three_ways.zones_of(state)
     other = three_ways.zones_of(scaled(parameters, law, load))[1]
-    found = {"law": law, "load": load, "zones": zones, "half_width": outer, "inner_half_width": inner, "over_classical": outer/load,
+    found = {"law": law, "load": load, "zones": zones, "half_width": outer, "inner_half_width": inner,
+             "over_classical": outer/load,
              "over_light": (outer - inner)/2/light(parameters, load) if law == "microblock" else None,
              "scaling_error": float(np.abs(np.array(other)/OTHER - (outer, inner)).max()/outer), "unknowns": len(state.q) + 1,
              "error_estimate": state.error_estimate,
              **three_ways.judged(state, parameters.nodes, parameters.rtol_fe, reference(load) if law == "classical" else None),
              "seconds": seconds}
-    return found, [{**row, "pressure": row["pressure"]/SLOPE, "micromoment": row["micromoment"]/SLOPE} for row in three_ways.profile_of(state)]
+    return found, three_ways.profile_of(state, SLOPE)
 
 
 def result(parameters, quiet=True):
@@ -106,21 +108,19 @@ def result(parameters, quiet=True):
         found, profile = observe(parameters, *one)
         states.append({**found, "profile": {name: column(profile, name) for name in profile[0]}})
     load, error = coalescence(parameters)
-    return {"parameters": {**asdict(parameters), "loads": list(parameters.loads)}, "versions": versions(), "model": "halfplane",
-            "seconds": {"setup": 0.0, "solve": time.perf_counter() - start}, "coalescence": load, "coalescence_error": error,
-            "states": states}
+    return returned(parameters, start, model="halfplane", coalescence=load, coalescence_error=error, states=states)
 
 
 def run(parameters, out=None, quiet=False):
     """Solve, print a table, draw widths over the load and pressures into the folder `out`."""
     answer = result(parameters, quiet)
     if not quiet:
-        three_ways.table(answer["states"], ("load", "law", "half_width", "inner_half_width", "over_classical", "over_light", "scaling_error",
-                                            "error_estimate", "error", "difference_fe", "estimate_fe", "difference_cells", "estimate_cells"), 14)
+        three_ways.table(answer["states"], ("load", "law", "half_width", "inner_half_width", "over_classical", "over_light",
+                                            "scaling_error", "error_estimate", "error", "difference_fe", "estimate_fe",
+                                            "difference_cells", "estimate_cells"), 14)
         print(f"the two zones of microblocks merge at the load {answer['coalescence']:.9g} +- {answer['coalescence_error']:.1e}")
     if out:
-        write_records(out/"wedge.csv", rows(parameters, answer))
-        plots.draw(figure, read_records(out/"wedge.csv"), out, "wedge")
+        keep(out, "wedge", rows(parameters, answer), figure)
     return answer
 
 
@@ -135,8 +135,14 @@ def rows(parameters, answer):
     return found
 
 
+def records(parameters):
+    """What `figure` draws."""
+    return rows(parameters, result(parameters))
+
+
 def figure(records):
-    """Half-widths over the load (a), on the limits of light and heavy loads; pressure at three loads (b)."""
+    """Blunt wedge on microblocks: edges of the contact over the load (a), between the limits of light and heavy loads, two zones
+    for each of which one corner acts alone and the classical wedge; pressure at three loads (b), dotted the classical ones."""
     given = Parameters(**{name: records[0][name] for name in ("nu", "beta")})
     laws = grouped(records, "law")
     drawing, axes = plots.figure(1, 2, height=3.0)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import ngsolve as ng
 import numpy as np
 
+from .display import Row, Shown, Summary
 from .errors import BadArgument, NotConverged
 from .material import Cosserat
 
@@ -38,7 +39,7 @@ class Loads:
     micromoment: Mapping = field(default_factory=dict)
 
 
-class Body:
+class Body(Shown):
     """A linear Cosserat body: mesh, material, spaces and supports.
 
     Parameters
@@ -64,6 +65,8 @@ class Body:
     >>> fields = body.solve(mb.Loads(traction={"contact": (0, -1)}))
     >>> fields.u2(mesh(0.1, -0.1)) < 0
     True
+    >>> body                                  # in a notebook a table, with the moduli
+    <Cosserat body: 32 elements in 2D, order 2, 408 unknowns>
     """
 
     def __init__(self, mesh, solid: Cosserat, order=2, *, order_psi=None, fixed=(), prescribed=None, periodic=False):
@@ -80,6 +83,17 @@ class Body:
         self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
         self.space = self.spaces[0]*self.spaces[1]*self.spaces[2]
         self.derived = {}      # what costs a factorisation, kept as long as the body by who makes it
+
+    def summary(self):
+        """Elements, orders, unknowns, supports and moduli, for `display`."""
+        kinds = f"in {self.mesh.dim}D" + ", periodic"*self.periodic
+        order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
+        order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
+        free = int(sum(self.space.FreeDofs()))
+        held = [Row(f"{name} held", "", pattern.replace("|", ", "), "boundaries") for name, pattern in self.fixed.items()]
+        rows = (Row("elements", "", self.mesh.ne, kinds), Row("order", "", order), Row("unknowns", "", free, "free"),
+                *(held or [Row("held", "", "nowhere")]), *self.solid.summary().rows)
+        return Summary("Cosserat body", f"{self.mesh.ne} elements {kinds}, order {order}, {free} unknowns", rows)
 
     def on(self, mesh, fixed=None, solid=None):
         """The same body on another mesh of its geometry, with other supports or of another solid.

@@ -11,7 +11,7 @@ import numpy as np
 from . import meshes
 from .law import corner_shifts
 from .mesh_fields import BelowOnMesh
-from .observables import contact_zones, distance_to_ends, runs
+from .observables import contact_zones, distance, distance_to_ends, runs
 from .surface_view import Setting, StateView, surface
 
 
@@ -176,8 +176,7 @@ class BodyState(BelowOnMesh, StateView):
         weights = np.concatenate([(right - left)/2*weights for left, right, _ in facets])*self.tamed(x)
         own, other = (np.array([one(corner, x) for corner in range(len(self.forces))]) for one in (self.pressure, pressure))
         levers = np.array(list(self.law.levers(x).values()))
-        errors = weights @ (own - other).sum(axis=0)**2, weights @ np.sum(levers/2*(own - other), axis=0)**2
-        return float(np.sqrt(max(errors)/(weights @ other.sum(axis=0)**2)))
+        return distance(weights, (own - other).sum(axis=0), np.sum(levers/2*(own - other), axis=0), other.sum(axis=0))
 
 
 def zones_of(x, closed, law):

@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from . import subsurface
-from .errors import BadArgument
+from .errors import BadArgument, MissingExtra
 from .line_state import LineState
+from .panels import zone_edges
 from .study import write_records
 
 CORNERS = {1: ("C",), 2: ("A", "B")}
@@ -39,6 +40,7 @@ def to_csv(state, path):
     Parameters
     ----------
     state : what the `at` of a scene returns: LineState, SurfaceState, BodyState or GridState
+    path : where to write it, with its ending
 
     Examples
     --------
@@ -50,13 +52,8 @@ def to_csv(state, path):
     1.0
     """
     columns = {name: np.asarray(values, float).tolist() for name, values in profile(state).items()}
-    common = {"load": float(state.load), "approach": float(state.approach), "error_estimate": _estimate(state)}
+    common = {"load": float(state.load), "approach": float(state.approach), "error_estimate": state.error_estimate}
     write_records(path, [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())])
-
-
-def _estimate(state):
-    given = state.error_estimate if hasattr(state, "error_estimate") else state.estimate and state.estimate.total
-    return None if given is None else float(given)
 
 
 def to_vtk(state, path, x1=None, x2=None):
@@ -69,6 +66,8 @@ def to_vtk(state, path, x1=None, x2=None):
 
     Parameters
     ----------
+    state : what the `at` of a scene returns
+    path : str or Path, the beginning of the files' names
     x1, x2 : ascending arrays, of a half-plane's grid (x2 <= 0); without them the grid is 1.5 times as wide and as
         deep as the contact, and finer towards the surface
 
@@ -79,7 +78,9 @@ def to_vtk(state, path, x1=None, x2=None):
     Raises
     ------
     BadArgument
-        For a grid of a state that has nodes of its own, points above the surface, or where meshio is missing.
+        For a grid of a state that has nodes of its own, or points above the surface.
+    MissingExtra
+        Without meshio.
 
     Examples
     --------
@@ -116,8 +117,8 @@ def _write_surface(state, path):
 
 def _grid(state, x1, x2):
     """Abscissae and depths of the grid, those that are given or the usual ones."""
-    edges = np.array([edge for zones in state.all_zones.values() for zone in zones for edge in zone])
-    middle, reach = (edges.max() + edges.min())/2, REACH*np.ptp(edges)/2
+    edges = zone_edges(state.all_zones)
+    middle, reach = (edges[-1] + edges[0])/2, REACH*(edges[-1] - edges[0])/2
     x1 = middle + reach*np.linspace(-1, 1, ACROSS) if x1 is None else np.asarray(x1, float)
     return x1, -2*reach*np.linspace(1, 0, DOWN)**2 if x2 is None else np.asarray(x2, float)
 
@@ -136,7 +137,7 @@ def _write(path, points, cells, data):
     try:
         import meshio
     except ModuleNotFoundError as failure:
-        raise BadArgument("path", str(path), "VTK files need meshio: pip install 'microblock[vtk]'") from failure
+        raise MissingExtra("to_vtk()", "meshio", "vtk") from failure
     data = {name: np.ascontiguousarray(values) for name, values in data.items()}
     meshio.Mesh(points, cells, point_data=data).write(path)
 

@@ -22,13 +22,16 @@ from .errors import BadArgument, NotConverged, require_tolerance
 from .ground import GroundScene
 from .law import corner_shifts
 from .meshes import RATIO, Ground, falling_orders, graded
+from .observables import joined
+from .panels import zone_edges
 from .surface_state import Estimate, difference, surface_state
 
 FAR = 1000.0         # size of an unbounded domain over the reach
 BEYOND = 1.3         # reach of the contact boundary over the outermost edge
 LADDER = ((4, 3), (5, 4), (6, 4), (7, 4), (8, 4), (9, 5), (10, 5), (11, 6), (12, 6))      # (order, levels)
-KINKED = tuple((order, order) for order, _ in LADDER)      # a logarithm, or at an end 1/sqrt(r), between two nodes: sqrt(RATIO) a
-                                                           # level in L2; rungs of equal depth would share that error and not see it
+# a logarithm, or at an end 1/sqrt(r), between two nodes: sqrt(RATIO) a level in L2; rungs of equal depth would share that error
+# and not see it
+KINKED = tuple((order, order) for order, _ in LADDER)
 SPACING = 0.7        # of the elements on the surface, over the half-width
 LAYERS = 8.0         # of them, over the layer length: order 5 sees a layer of an eighth of the element
 COARSE = 12, 3       # elements over the reach and order of the first mesh, which knows no edges
@@ -44,8 +47,8 @@ PARTIAL = 2.4        # width of a partial zone over ell as ell -> 0: a first gue
 SLIVER = 1e-11       # of the outer edge, to which a node is at an edge
 SEEN = 0.05          # of the way to the next edge: sets that differ by more are another topology
 MEETING = 0.1        # of the outer edge: zones whose inner edges are this near to the axis may meet there
-AT_END = 0.7         # of the half-width, times RATIO for all levels but one: an edge this near to an end of the obstacle cannot be
-                     # told from it by nodes, and need not be: it changes p by as much, the 1/sqrt(r) of an end by its root
+AT_END = 0.7         # of the half-width, times RATIO for all levels but one: an edge this near to an end of the obstacle cannot
+                     # be told from it by nodes, and need not be: it changes p by as much, the 1/sqrt(r) of an end by its root
 COLLAPSED = 1e-5     # of the outer edge: an inner edge this near is none; p^2 there is below 1e-3 of its size
 SHOWN = 4            # nodes next to the axis that make an overlap or a gap
 TRUNCATION = 2.0     # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
@@ -178,7 +181,7 @@ class FittedContact(GroundScene):
     def evenly(self, load, order, count):
         """The body condensed on `count` even elements over the reach that this load needs, without knowledge of the zones."""
         zones, _ = self.topology(load)
-        outer = max(abs(edge) for own in zones.values() for interval in own for edge in interval)
+        outer = max(map(abs, zone_edges(zones)))
         ground = self._ground(outer)
         return self._condense(ground, self._features(ground), ground.reach[1]/count, 0, order)
 
@@ -229,8 +232,9 @@ class FittedContact(GroundScene):
         return {corner: tuple((left, right) for left, right in own if right > left) for corner, own in ((0, a), (1, b))}
 
     def _features(self, ground):
-        """The same for kinks and ends, within the reach."""
-        kinks = [kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in corner_shifts(self.law, self.solid.ell)]
+        """Abscissae of the contact point, of the computed part and within the reach, at which a corner meets a kink or an end."""
+        shifts = corner_shifts(self.law, self.solid.ell)
+        kinks = [kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in shifts]
         left, right = ground.reach
         return sorted({abs(x) if self.symmetric else x for x in (*kinks, *self.ends())
                        if left < (abs(x) if self.symmetric else x) < right or x == 0 == left})
@@ -239,8 +243,7 @@ class FittedContact(GroundScene):
         """Whether the zones of the two corners are about to meet on the axis: there the pressure is singular too."""
         if not self.symmetric or len(zones) == 1:
             return False
-        inner = [edge for own in zones.values() for interval in own for edge in interval if 0 < edge < MEETING*outer]
-        return bool(inner) or (not zones[1] and zones[0][0][0] == 0)
+        return any(0 < edge < MEETING*outer for edge in zone_edges(zones)) or (not zones[1] and zones[0][0][0] == 0)
 
     def edge_coefficients(self, zones, loads, order, levels):
         """((K0, K1) at the innermost edge at each load, the same at the outermost), on one mesh fitted to symmetric zones."""
@@ -264,7 +267,7 @@ class FittedContact(GroundScene):
 
     def _fit_mesh(self, zones, order, levels, spacing=None):
         """A mesh with vertices at the edges of trial zones, and the corners that are closed on them."""
-        edges = sorted({edge for own in zones.values() for interval in own for edge in interval})
+        edges = zone_edges(zones)
         if not edges:
             raise NotConverged("no contact")
         outer = max(abs(edge) for edge in edges)
@@ -273,7 +276,7 @@ class FittedContact(GroundScene):
         if self.symmetric:      # an edge that has run into the axis is none
             zones = {corner: tuple((left if left > COLLAPSED*outer else 0.0, right) for left, right in own
                                    if right > COLLAPSED*outer) for corner, own in zones.items()}
-        edges = sorted({edge for own in zones.values() for interval in own for edge in interval})
+        edges = zone_edges(zones)
         ground = self._ground(outer)
         tips = sorted({*self._features(ground), *(edge for edge in edges if edge != 0 or not self.symmetric),
                        *([0.0] if self._meeting(zones, outer) else [])})
@@ -292,7 +295,7 @@ class FittedContact(GroundScene):
         for corner, own in zones.items():
             ends = [end + shifts[corner] for end in getattr(self.obstacle, "ends", ())]
             placed = [tuple(next((end for end in ends if abs(edge - end) < near), edge) for edge in interval) for interval in own]
-            found[corner] = _joined([(left, right) for left, right in placed if left < right])
+            found[corner] = tuple(joined((left, right) for left, right in placed if left < right))
         return found
 
     def _pass(self, load, zones, order, levels, spacing=None):
@@ -382,17 +385,6 @@ class _FittedMesh:
 class _Pass(_FittedMesh):
     moved: dict
     edge_error: float
-
-
-def _joined(intervals):
-    """Ascending intervals, those that touch or overlap joined."""
-    found = []
-    for left, right in intervals:
-        if found and left <= found[-1][1]:
-            found[-1] = found[-1][0], max(right, found[-1][1])
-        else:
-            found.append((left, right))
-    return tuple(found)
 
 
 def _closed(flexibility, gaps, share, closed, load):

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from .display import Row
-from .errors import BadArgument, require_finite
+from .errors import BadArgument, require_positive
 from .halfplane import ODD, HalfPlane, symbol
 
 
@@ -36,9 +36,7 @@ class PeriodicHalfPlane(HalfPlane):
     """
 
     def __init__(self, solid, period):
-        require_finite(period=period)
-        if not period > 0:
-            raise BadArgument("period", period, "must be positive")
+        require_positive(period=period)
         super().__init__(solid)
         self.period = period
 

@@ -11,7 +11,7 @@ from .display import scene_summary
 from .errors import BadArgument, NotConverged, require_finite, require_tolerance
 from .grid import Cells, PeriodicHalfPlane
 from .law import corner_shifts
-from .observables import contact_zones, distance_to_ends, runs
+from .observables import contact_zones, distance, distance_to_ends, runs
 from .scene_view import SceneView
 from .surface_view import Setting, StateView, surface
 
@@ -182,8 +182,8 @@ class GridContact(SceneView):
         for state in self._states(load, approach, doublings, residual, progress):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= 4*FIRST:
                 return state
-        raise NotConverged(f"error {state.error_estimate:.1e} instead of {rtol:g} on {MOST} nodes; a fitted scene (Contact) reaches more "
-                           "under smooth obstacles", reached=state.error_estimate)
+        raise NotConverged(f"error {state.error_estimate:.1e} instead of {rtol:g} on {MOST} nodes; a fitted scene (Contact) "
+                           "reaches more under smooth obstacles", reached=state.error_estimate)
 
     def _states(self, load, approach, sizes, residual, progress):
         """States on grids of the given sizes, each started from the one before."""
@@ -276,10 +276,10 @@ def difference(finer, coarser, ell, period=None, weights=1.0):
     """max(|dp|, |dM|/ell)/|p| in L2 with these weights on the centres of the finer grid, both states as polygons."""
     def change(name):
         fine, coarse = (np.atleast_2d(getattr(state, name)).sum(axis=0) for state in (finer, coarser))
-        return np.linalg.norm(np.sqrt(weights)*(fine - _polygon(finer.x, coarser.x, coarse, period)))
+        return fine - _polygon(finer.x, coarser.x, coarse, period)
 
-    size = np.linalg.norm(np.sqrt(weights)*finer.pressures.sum(axis=0))
-    return float(max(change("pressures"), change("micromoment")/ell)/size) if size else 0.0
+    weights = np.broadcast_to(weights, len(finer.x))
+    return distance(weights, change("pressures"), change("micromoment")/ell, finer.pressures.sum(axis=0))
 
 
 def _estimate(changes):

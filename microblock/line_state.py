@@ -6,8 +6,9 @@ from itertools import product
 
 import numpy as np
 
+from .observables import distance
 from .panels import Line, Panels, half_line, lagrange, log_response, response, zone_edges
-from .surface_view import LineView, surface
+from .surface_view import ErrorParts, LineView, surface
 
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
 FURTHEST = 2.0       # of the way between two states, by which zones are moved on
@@ -18,7 +19,7 @@ NEXT_TO = 1e-10      # least v at which the pressure is looked at: at an edge or
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(ErrorParts):
     """Parts of the relative L2 error of pressure and micromoment; `total` is their sum.
 
     Attributes
@@ -31,10 +32,6 @@ class Estimate:
     discretisation: float | None
     edges: float
     kernel: float
-
-    @property
-    def total(self):
-        return None if self.discretisation is None else self.discretisation + self.edges + self.kernel
 
 
 @dataclass(frozen=True, repr=False)
@@ -107,7 +104,8 @@ class LineState(LineView):
         elif self.line.mirror and corner == 1:
             return self.pressure(0, -x)
         found, own = np.zeros_like(x), np.flatnonzero(self.panels.corner == corner)
-        known = ~np.any([(left <= x) & (x <= right) for left, right in self.zones[corner]], axis=0) if len(own) else x == x
+        inside = [(left <= x) & (x <= right) for left, right in self.zones[corner]]
+        known = ~np.any(inside, axis=0) if len(own) else x == x
         for slack, number in product((0.0, JOINT), own):
             e, h = self.panels.e[number], self.panels.h[number]
             along = (x - e)/h
@@ -146,13 +144,8 @@ class LineState(LineView):
             found = found + found[::-1, ::-1]
         return found*(self.load/(self.weights @ found.sum(axis=0)))
 
-    @cached_property
-    def micromoment(self):
-        """M of (29) at `x`; where psi is prescribed, the reaction to it."""
-        if self.line.law.clamps_rotation:
-            return self.reaction(self.x)
-        levers = [self.line.lever(np.full(len(self.x), corner), self.x) for corner in range(len(self.pressures))]
-        return self.line.solid.ell/2*np.sum(levers*self.pressures, axis=0)
+    def _held(self):
+        return self.reaction(self.x)
 
     def reaction(self, x):
         """M that holds psi = 0 where it is prescribed on the whole surface, at x, array (n,)."""
@@ -165,7 +158,8 @@ class LineState(LineView):
 
     def rotation(self, x):
         """Microrotation of the surface at x, array (n,)."""
-        return self._rotation(x, None if self.line.law.clamps_rotation else self._response(x, np.zeros_like(x), self.line.kernel))
+        sunk = None if self.line.law.clamps_rotation else self._response(x, np.zeros_like(x), self.line.kernel)
+        return self._rotation(x, sunk)
 
     def _rotation(self, x, sunk):
         if self.line.law.clamps_rotation:
@@ -173,7 +167,8 @@ class LineState(LineView):
         return 2/self.line.solid.ell*(self._response(x, np.ones_like(x), self.line.kernel) - sunk)
 
     def _response(self, x, lever, kernel):
-        return response(self.line, self.panels, x, lever, kernel) @ self.q + log_response(self.line, self.panels, x, lever, kernel)
+        where = self.line, self.panels, x, lever, kernel
+        return response(*where) @ self.q + log_response(*where)
 
     def gaps(self, corner, x):
         """Gaps of a corner at x, array (n,)."""
@@ -215,14 +210,6 @@ class LineState(LineView):
         x1, x2, triangles = half_plane_grid(box)
         found = fields(self, x1, x2)
         return x1, x2, triangles, found.psi, found.stress
-
-    @cached_property
-    def energy(self):
-        """Elastic energy, up to the arbitrary level: half the work of the corner forces."""
-        numbers = np.arange(len(self.pressures))
-        sunk = [self.approach - self.line.initial_gap(np.full(len(self.x), number), self.x) for number in numbers]
-        work = np.where(self.pressures != 0, self.pressures*np.where(np.isfinite(sunk), sunk, 0.0), 0.0)
-        return float(np.sum(work @ self.weights)/2)
 
 
 def violation(state):
@@ -267,8 +254,7 @@ def difference(coarse, fine):
         levers = [fine.line.lever(np.full(len(x), corner), x) for corner in range(len(p))]
         moment = (ell/2*np.sum(levers*p, axis=0) - fine.micromoment)/ell
     total = fine.pressures.sum(axis=0)
-    errors = (weights @ (p.sum(axis=0) - total)**2, weights @ moment**2)
-    return float(np.sqrt(max(errors)/(weights @ total**2)))
+    return distance(weights, p.sum(axis=0) - total, moment, total)
 
 
 def _distinct(x):

@@ -9,7 +9,7 @@ import ngsolve as ng
 import numpy as np
 from ngsolve.meshes import MakeStructured2DMesh
 
-from .errors import BadArgument, NotConverged, require_finite
+from .errors import BadArgument, NotConverged, require_finite, require_positive
 
 HELD, POWER = 0.9, 1.6      # layers that an element of order 2, 4, 6 holds: 2.7, 8.3, 16
 GRADING = 0.5        # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
@@ -82,9 +82,7 @@ def column(depth, elements, width=None, quads=True):
 
 
 def _check(depth, elements):
-    require_finite(depth=depth)
-    if not depth > 0:
-        raise BadArgument("depth", depth, "must be positive")
+    require_positive(depth=depth)
     if not (isinstance(elements, int) and elements >= 1):
         raise BadArgument("elements", elements, "must be an integer of at least 1")
 
@@ -122,7 +120,7 @@ class Ground:
 
     @property
     def supports(self):
-        """{field: boundaries} of design 3.3: the bottom holds all fields, the axis u1 and psi, the sides are free."""
+        """{field: boundaries}: the bottom holds all fields, the axis u1 and psi, the sides are free."""
         axis = "|axis" if self.half else ""
         return {"u1": "bottom" + axis, "u2": "bottom", "psi": "bottom" + axis}
 

@@ -15,6 +15,7 @@ from scipy.sparse import csr_matrix
 
 from . import law
 from .body import Fields, Loads
+from .display import Row, Shown, Summary, number
 from .errors import BadArgument, NotConverged, require_finite
 
 METHODS = ("al", "penalty")
@@ -31,8 +32,8 @@ UNSOLVED = 0.1         # of a right-hand side that a direct solve leaves if the 
 SMALLEST_STEP = 1e-4   # of the whole way to a target, before load stepping gives up
 
 
-@dataclass(frozen=True)
-class State:
+@dataclass(frozen=True, repr=False)
+class State(Shown):
     """One converged contact state.
 
     Attributes
@@ -63,6 +64,8 @@ class State:
     >>> state = mb.Newton(body, facets).solve(0.01)
     >>> state.approach, bool((state.traction < 0).all()), float(np.abs(state.micromoment).max())
     (0.01, True, 0.0)
+    >>> "largest nodal pressure" in state._repr_html_()      # what a notebook shows
+    True
     """
 
     level: float
@@ -78,6 +81,22 @@ class State:
     iterations: int
     kkt: float
     vector: object
+
+    def summary(self):
+        """Load, approach, pressure, closed corners and residual, for `display`."""
+        per = "area" if self.fields.body.mesh.dim == 1 else "thickness"
+        pressure, moment = float(np.max(-self.traction)), float(np.abs(self.micromoment).max())
+        closed = dict(self.closed)
+        if len(closed) > 1:
+            closed["all"] = np.logical_and.reduce(list(self.closed.values()))
+        counts = {corner: f"{np.count_nonzero(nodes)} of {len(nodes)}" for corner, nodes in closed.items()}
+        rows = (Row("load", "P", self.load, f"force per {per}"), Row("approach", "d", self.approach, "length"),
+                Row("largest nodal pressure", "p", pressure, "stress"), Row("largest nodal micromoment", "|M|", moment, "stress x length"),
+                *(Row("all corners closed" if corner == "all" else f"corner {corner} closed", "", count, "contact nodes")
+                  for corner, count in counts.items()),
+                Row("largest relative residual", "", self.kkt), Row("iterations", "", self.iterations))
+        told = ", ".join(f"{corner} closed at {counts[corner]} nodes" for corner in self.closed)
+        return Summary("Newton state", f"load {number(self.load)}, approach {number(self.approach)}, {told}", rows)
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,12 @@ def layer_lengths(solid, psi, u1, micromoment, pressure):
     return psi/slope_psi, u1/slope_u
 
 
+def distance(weights, pressure, moment, total):
+    """max(|dp|, |dM|/ell)/|p| in L2, the norm of all error estimates: of dp, dM/ell and p with weights, arrays (n,); 0 without p."""
+    size = weights @ total**2
+    return float(np.sqrt(max(weights @ pressure**2, weights @ moment**2)/size)) if size else 0.0
+
+
 def relative_error(values, reference, weights, scale):
     """Relative L2 error of `values` against `reference` in a quadrature rule.
 
@@ -120,4 +126,5 @@ def distance_to_ends(x, ends, shifts):
 
     As a weight at x, array (n,), it makes the L2 norm finite. `shifts`: of the contact points from the obstacle's places.
     """
-    return np.min([np.ones_like(x), *(2*np.abs(x - end - shift)/(ends[-1] - ends[0]) for end in ends for shift in shifts)], axis=0)
+    distances = (2*np.abs(x - end - shift)/(ends[-1] - ends[0]) for end in ends for shift in shifts)
+    return np.min([np.ones_like(x), *distances], axis=0)

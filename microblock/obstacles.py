@@ -10,8 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .errors import BadArgument, require_finite
-
+from .errors import BadArgument, require_finite, require_positive
 
 STEEPEST = 0.5      # n2 of the steepest surface that can touch
 
@@ -48,9 +47,7 @@ class Cylinder:
     R: float
 
     def __post_init__(self):
-        require_finite(R=self.R)
-        if not self.R > 0:
-            raise BadArgument("R", self.R, "must be positive")
+        require_positive(R=self.R)
 
     def height(self, x):
         return np.asarray(x, float)**2/(2*self.R)
@@ -101,9 +98,8 @@ class Punch:
         return -self.half_width, self.half_width
 
     def __post_init__(self):
-        require_finite(half_width=self.half_width, tilt=self.tilt)
-        if not self.half_width > 0:
-            raise BadArgument("half_width", self.half_width, "must be positive")
+        require_positive(half_width=self.half_width)
+        require_finite(tilt=self.tilt)
 
     def height(self, x):
         x = np.asarray(x, float)
@@ -164,10 +160,7 @@ class Wave:
     wavelength: float
 
     def __post_init__(self):
-        require_finite(amplitude=self.amplitude, wavelength=self.wavelength)
-        for name in ("amplitude", "wavelength"):
-            if not getattr(self, name) > 0:
-                raise BadArgument(name, getattr(self, name), "must be positive")
+        require_positive(amplitude=self.amplitude, wavelength=self.wavelength)
 
     def height(self, x):
         return self.amplitude*(1 - np.cos(2*np.pi*np.asarray(x, float)/self.wavelength))
@@ -200,10 +193,8 @@ class Rough:
     seed: int = 1
 
     def __post_init__(self):
-        require_finite(period=self.period, slope=self.slope, hurst=self.hurst)
-        for name in ("period", "slope"):
-            if not getattr(self, name) > 0:
-                raise BadArgument(name, getattr(self, name), "must be positive")
+        require_positive(period=self.period, slope=self.slope)
+        require_finite(hurst=self.hurst)
         if not 0 <= self.hurst <= 1:
             raise BadArgument("hurst", self.hurst, "must lie between 0 and 1")
         if len(self.waves) != 2 or not all(isinstance(one, int) for one in self.waves) or not 1 <= self.waves[0] <= self.waves[1]:

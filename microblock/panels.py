@@ -89,7 +89,6 @@ class Line:
         U, V, W = table(scaled)
         return c*(U + target*source*W + (target - source)*V)
 
-
     def clamping_kernel(self, distance, target, source):
         """M that holds psi = 0 under a unit force (dimensionless); the levers play no part."""
         table = kernels(self.solid.nu, self.solid.beta, self.solid.curvature)
@@ -249,7 +248,8 @@ def _log_block(line, panels, x, target, kernel):
 
         def add(rows, y0, y, step, weights):
             places = e + h*y
-            values = kernel((x[rows, None] - (e + h*y0)) - h*step, target[rows, None], line.lever(np.full(places.shape, corner), places))
+            lever = line.lever(np.full(places.shape, corner), places)
+            values = kernel((x[rows, None] - (e + h*y0)) - h*step, target[rows, None], lever)
             found[rows] += amount*np.sum(values*weights*np.log(np.maximum(y, TINY)), axis=1)
 
         along = (x - e)/h

@@ -13,7 +13,7 @@ import json
 import sys
 import sysconfig
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, partial
 from pathlib import Path, PurePath
 from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
@@ -27,6 +27,21 @@ LENGTH = 32      # hexadecimal digits that are kept of a digest: 128 bits
 INSTALLED = tuple(Path(sysconfig.get_path(kind)).resolve() for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
 GLOBALS = ("LOAD_GLOBAL", "LOAD_NAME")
 SCRIPTS = ("__main__", "__mp_main__")      # scripts and notebooks: what they define counts function by function
+
+
+@dataclass(frozen=True)
+class File:
+    """A file as a value: in a digest it is what is in it at that time, wherever it lies.
+
+    path : Path
+    """
+
+    path: Path
+
+    @property
+    def content(self):
+        """Its SHA-256 as hexadecimal digits; None where there is no file."""
+        return hashlib.sha256(self.path.read_bytes()).hexdigest() if self.path.is_file() else None
 
 
 def digest(*parts):
@@ -60,6 +75,8 @@ def described(value, seen):
         return value
     if isinstance(value, float):
         return {"float": value.hex()}
+    if isinstance(value, File):
+        return {"file": value.content}
     if isinstance(value, PurePath):
         return {"path": str(value)}
     if isinstance(value, np.generic):
@@ -199,6 +216,7 @@ def _module(name):
 
 @cache
 def _parsed(path, changed, package):
+    """The same of a file; `changed`, the time of its last change, tells the cache one version from the next."""
     tree = ast.parse(Path(path).read_text())
     used = tuple(one for node in ast.walk(tree) for one in _imported(node, package) if not foreign(one))
     return digest(ast.dump(_bare(tree))), used

@@ -216,7 +216,8 @@ class TwoFacedStrip(_Layered):
     @property
     def surface(self):
         """psi of (upper, lower)."""
-        return tuple(-math.copysign(1, psi0)*turned for psi0, turned in zip((self.upper, self.lower), self.rotations(self.pressure)))
+        turns = zip((self.upper, self.lower), self.rotations(self.pressure))
+        return tuple(-math.copysign(1, psi0)*turned for psi0, turned in turns)
 
     @property
     def micromoments(self):

@@ -3,12 +3,12 @@
 from dataclasses import dataclass, replace
 
 from . import contact_line, line_state, topology
-from .panels import Line, half_line
-from .path import LinePath
 from .adapt import climb
 from .display import scene_summary
 from .errors import BadArgument, NotConverged, require_positive, require_tolerance
 from .law import symmetric
+from .panels import Line, half_line
+from .path import LinePath
 from .scene_view import SceneView
 
 OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of partial contact touch: a first guess
@@ -114,8 +114,9 @@ class Contact(SceneView):
                 if objection.reached is not None:
                     raise
                 failure = objection
-        raise NotConverged(f"no zones fit at load {load:g}: {failure}; next to a load at which zones meet only a larger rtol is in "
-                           "reach, and contacts far narrower or wider than a block are classical: try GridContact") from failure
+        raise NotConverged(f"no zones fit at load {load:g}: {failure}; next to a load at which zones meet only a larger rtol is "
+                           "in reach, and contacts far narrower or wider than a block are classical: try "
+                           "GridContact") from failure
 
     def load(self, last, rtol=1e-3, progress=False):
         """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load.

@@ -40,8 +40,9 @@ class StateFigure:
             self.corners = corners
             self._lines = {name: self._curve(name) for name in ("micromoment", "turn")}
             self._own = {(kind, corner): self._curve(kind, corner) for kind in ("pressure", "gap") for corner in corners}
-            # the sum of both corners; of one it would be the same
-            self._total = self.axes["pressure"].plot([], [], color="0.45", linewidth=0.8, label="$p$") if len(corners) == 2 else []
+            self._total = []      # the sum of both corners; of one it would be the same
+            if len(corners) == 2:
+                self._total = self.axes["pressure"].plot([], [], color="0.45", linewidth=0.8, label="$p$")
             self._bars = self._zone_bars()
             self.blocks = BlocksPanel(self.axes["blocks"], corners)
             self._ends, self._frames = defaultdict(End), {"blocks": Window(), "curves": Window()}
@@ -141,8 +142,8 @@ class BlocksPanel:
         self._obstacle = axis.add_collection(PolyCollection([], facecolor="0.75", edgecolor="k", linewidth=0.8, zorder=0.5))
         self._surface = axis.plot([], [], color="k", linewidth=0.7)[0]
         # a circle around a square: both are seen where two blocks meet
-        self._corners = [axis.plot([], [], marker, color=CORNER_COLOURS[name], markersize=size, markerfacecolor=face, zorder=zorder,
-                                   linestyle="none", label=f"corner {name} closed")[0]
+        self._corners = [axis.plot([], [], marker, color=CORNER_COLOURS[name], markersize=size, markerfacecolor=face,
+                                   zorder=zorder, linestyle="none", label=f"corner {name} closed")[0]
                          for name, marker, size, face, zorder in (("A", "o", 6, "none", 4), ("B", "s", 3, None, 3))]
         axis.set(aspect="equal", xlabel="$x_1$ (length)")
         axis.tick_params(axis="y", left=False, labelleft=False)

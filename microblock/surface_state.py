@@ -11,13 +11,13 @@ import numpy as np
 from .condensation import ContactNodes
 from .law import corner_shifts
 from .mesh_fields import BelowOnMesh
-from .observables import distance_to_ends
+from .observables import distance, distance_to_ends
 from .panels import Line
-from .surface_view import LineView, surface
+from .surface_view import ErrorParts, LineView, surface
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(ErrorParts):
     """Parts of the relative L2 error of pressure and micromoment; `total` is their sum.
 
     Attributes
@@ -30,11 +30,6 @@ class Estimate:
     discretisation: float | None
     edges: float
     truncation: float
-
-    @property
-    def total(self):
-        parts = self.discretisation, self.edges, self.truncation
-        return None if self.discretisation is None else sum(parts)
 
 
 @dataclass(frozen=True, repr=False)
@@ -146,13 +141,8 @@ class SurfaceState(BelowOnMesh, LineView):
             return self._computed
         return np.column_stack((self._computed[::-1, :0:-1], self._computed))
 
-    @cached_property
-    def micromoment(self):
-        """M of (29) at `x`; where psi is prescribed, the reaction to it."""
-        if self.line.law.clamps_rotation:
-            return self._unfold(self._clamping, -1)
-        levers = [self.line.lever(np.full(len(self.x), corner), self.x) for corner in range(len(self.pressures))]
-        return self.line.solid.ell/2*np.sum(levers*self.pressures, axis=0)
+    def _held(self):
+        return self._unfold(self._clamping, -1)
 
     @cached_property
     def psi(self):
@@ -162,14 +152,6 @@ class SurfaceState(BelowOnMesh, LineView):
     @property
     def mirrored(self):
         return self.line.mirror
-
-    @cached_property
-    def energy(self):
-        """Elastic energy: half the work of the corner forces."""
-        sunk = np.array([self.approach - self.line.initial_gap(np.full(len(self.x), number), self.x)
-                         for number in range(len(self.pressures))])
-        work = np.where(self.pressures != 0, self.pressures*np.where(np.isfinite(sunk), sunk, 0.0), 0.0)
-        return float(np.sum(work @ self.weights)/2)
 
     @cached_property
     def fields(self):
@@ -234,10 +216,10 @@ def difference(coarse, fine):
     weights = fine.weights*distance_to_ends(x, getattr(fine.line.obstacle, "ends", ()), shifts)
     p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
     total = fine.pressures.sum(axis=0)
-    errors = [weights @ (p.sum(axis=0) - total)**2]
+    moment = np.zeros_like(x)
     if len(p) == 2:
         levers = np.array([fine.line.lever(np.full(len(x), corner), x) for corner in range(2)])
-        errors.append(weights @ (np.sum(levers*(p - fine.pressures), axis=0)/2)**2)
+        moment = np.sum(levers*(p - fine.pressures), axis=0)/2
     elif fine.line.law.clamps_rotation:
-        errors.append(weights @ ((coarse.clamping(x) - fine.micromoment)*(total > 0)/ell)**2)
-    return float(np.sqrt(max(errors)/(weights @ total**2)))
+        moment = (coarse.clamping(x) - fine.micromoment)*(total > 0)/ell
+    return distance(weights, p.sum(axis=0) - total, moment, total)

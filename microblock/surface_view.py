@@ -1,7 +1,8 @@
 """What states of every kind show along the surface, in one form, and what they have in common when they show themselves."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
@@ -57,6 +58,16 @@ def surface(scene, approach, points, normals, *, pressures, micromoment, psi, si
     turned = law.angle(x) if getattr(law, "reading", None) == "gap" else np.zeros_like(x)
     over = gap(scene.obstacle, points, normals) - approach*normals[:, 1]
     return Surface(points, normals, np.asarray(pressures), gaps, micromoment, psi, turned + psi, sinking, over, law.corners, ell)
+
+
+class ErrorParts:
+    """Base of frozen dataclasses of parts of the relative L2 error of pressure and micromoment; `total` is their sum."""
+
+    @property
+    def total(self):
+        """The sum, float; None where a part is not known."""
+        parts = [getattr(self, entry.name) for entry in fields(self)]
+        return None if None in parts else sum(parts)
 
 
 @dataclass(frozen=True)
@@ -161,7 +172,7 @@ class StateView(Shown):
 
 
 class LineView(StateView):
-    """Base of states along x1 that know their scene as a `line`, and `all_zones`."""
+    """Base of states along x1 that know their scene as a `line`, `all_zones`, and where psi is held the reaction `_held`."""
 
     @property
     def solid(self):
@@ -175,6 +186,22 @@ class LineView(StateView):
     def named_zones(self):
         """{"A", "B", "full", "contact": intervals} of x1."""
         return contact_zones(self.all_zones, self.line.law.corners)
+
+    @cached_property
+    def micromoment(self):
+        """M of (29) at `x`, array (n,); where psi is prescribed, the reaction to it."""
+        if self.line.law.clamps_rotation:
+            return self._held()
+        levers = [self.line.lever(np.full(len(self.x), corner), self.x) for corner in range(len(self.pressures))]
+        return self.line.solid.ell/2*np.sum(levers*self.pressures, axis=0)
+
+    @cached_property
+    def energy(self):
+        """Elastic energy per thickness, half the work of the corner forces; of a half-plane up to its arbitrary level."""
+        numbers = range(len(self.pressures))
+        sunk = np.array([self.approach - self.line.initial_gap(np.full(len(self.x), number), self.x) for number in numbers])
+        work = np.where(self.pressures != 0, self.pressures*np.where(np.isfinite(sunk), sunk, 0.0), 0.0)
+        return float(np.sum(work @ self.weights)/2)
 
 
 def scales(obstacle, solid, load):

@@ -127,21 +127,28 @@ def _compute(function, points, executor, workers, keep):
 
 
 @contextmanager
-def _submitter(executor, workers):
-    """submit(function, point) -> Future, on an executor or on local processes."""
-    if executor is not None:
-        yield lambda function, point: executor.submit(attempt, function, point)
-        return
+def processes(workers=None):
+    """A pool of local processes (pebble), fresh ones of one thread each, one a core without `workers`; on leaving they are stopped."""
     before = {name: os.environ.get(name) for name in PINNED}
     os.environ.update(PINNED)      # for the processes, before they import numpy
     pool = ProcessPool(workers or os.cpu_count(), context=get_context("spawn"))      # forked ones share NGSolve's locks
     try:
-        yield lambda function, point: pool.schedule(_unpacked, (cloudpickle.dumps((function, point)),))
+        yield pool
     finally:
         pool.stop()
         pool.join()
         for name, value in before.items():
             os.environ.pop(name, None) if value is None else os.environ.update({name: value})
+
+
+@contextmanager
+def _submitter(executor, workers):
+    """submit(function, point) -> Future, on an executor or on local processes."""
+    if executor is not None:
+        yield lambda function, point: executor.submit(attempt, function, point)
+        return
+    with processes(workers) as pool:
+        yield lambda function, point: pool.schedule(_unpacked, (cloudpickle.dumps((function, point)),))
 
 
 def _unpacked(pickled):

@@ -1,6 +1,7 @@
 import os
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")      # before numpy: threads stall small dense work
+for library in ("OPENBLAS", "OMP"):      # before numpy and tamaas: threads stall small dense work
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 import netgen.occ as occ  # noqa: E402
 import ngsolve as ng  # noqa: E402

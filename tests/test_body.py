@@ -36,6 +36,16 @@ def stress_error(fields, case):
                    / ng.Integrate(ng.InnerProduct(expected, expected), fields.body.mesh))
 
 
+def test_a_body_shows_its_size_supports_and_moduli():
+    body = Body(rectangle(1, 1, 0.5), PATCH, 2, order_psi=1, fixed={"u1": "left|right", "u2": "bottom"})
+    rows = {row.name: (row.value, row.unit) for row in body.summary().rows}
+    assert rows["elements"] == (body.mesh.ne, "in 2D") and rows["order"][0] == "2, psi 1"
+    assert rows["unknowns"][0] == sum(body.space.FreeDofs()) < body.space.ndof
+    assert rows["u1 held"] == ("left, right", "boundaries") and rows["u2 held"][0] == "bottom" and "psi held" not in rows
+    assert rows["Young's modulus"] == (2500, "stress") and "stress" in body._repr_html_() and len(repr(body)) < 100
+    assert "nowhere" in Body(body.mesh, PATCH)._repr_html_()
+
+
 @SHAPES
 @pytest.mark.parametrize("order", [1, 2, 3, 4])
 @pytest.mark.parametrize("case", PATCHES)

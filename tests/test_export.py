@@ -1,5 +1,7 @@
 """CSV and VTK: what comes back is what the state has."""
 
+import sys
+
 import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
@@ -112,6 +114,12 @@ def area_of(polygons):
     """Sum of the areas of polygons, array (n, corners, 2)."""
     after = np.roll(polygons, -1, axis=1)
     return np.abs(np.sum(polygons[..., 0]*after[..., 1] - polygons[..., 1]*after[..., 0], axis=1)).sum()/2
+
+
+def test_without_meshio_the_extra_is_named(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "meshio", None)      # as if it were not installed
+    with pytest.raises(mb.MissingExtra, match="vtk"):
+        mb.to_vtk(cells(), tmp_path/"state")
 
 
 def test_a_grid_is_of_a_half_plane_alone(tmp_path):

@@ -54,6 +54,16 @@ def test_indentation_satisfies_the_contact_conditions(block, model, order):
         assert np.all(state.micromoment == 0)
 
 
+def test_a_state_shows_its_numbers(block):
+    state = indented(block, order=2).solve(0.1)
+    rows = {row.name: row.value for row in state.summary().rows}
+    assert rows["load"] == state.load and rows["approach"] == 0.1 and rows["largest relative residual"] == state.kkt
+    assert rows["largest nodal pressure"] == (-state.traction).max() > 0
+    assert rows["corner A closed"] == f"{state.closed['A'].sum()} of {len(state.psi)}"
+    assert rows["all corners closed"] == f"{(state.closed['A'] & state.closed['B']).sum()} of {len(state.psi)}"
+    assert len(repr(state)) < 150 and "force per thickness" in state._repr_html_() and rows["iterations"] == state.iterations
+
+
 def test_stationarity_is_the_nodal_condition_at_high_order(block):
     """Multiplier unknowns are hierarchical; still each node is closed with g = 0 or open with lambda = 0."""
     state = indented(block, order=5).solve(0.1)

@@ -11,8 +11,8 @@ from cases.__main__ import main
 def test_distance_is_that_of_the_estimate():
     """Two states of the half-plane: the finer one is exact beside the coarser, whose estimate holds."""
     coarse, fine = (hertz.solve(hertz.Parameters(rtol=rtol).resolved())[0] for rtol in (1e-2, 1e-8))
-    found = paper_way.distance(coarse[0], fine[0])
-    assert 1e-6 < found <= coarse[1] and paper_way.distance(fine[0], fine[0]) == 0
+    found = paper_way.between(coarse[0], fine[0])
+    assert 1e-6 < found <= coarse[1] and paper_way.between(fine[0], fine[0]) == 0
 
 
 def test_command_on_a_coarse_mesh(tmp_path):
@@ -22,7 +22,9 @@ def test_command_on_a_coarse_mesh(tmp_path):
     for row in answer["loads"]:
         assert 0.01 < row["error_paper"] < 0.1      # elements of a fifth of the contact: per cents
         assert row["error_asked"] <= row["rtol_asked"] == paper_way.SHARE*row["error_paper"]
-    assert answer["asked"]["worst"] <= 1 and answer["asked"]["ratio"] > 0 and (tmp_path/"paper_way.png").exists()
+    asked = answer["asked"]
+    assert asked["worst"] <= 1 and asked["ratio"] == pytest.approx(answer["paper"]["seconds"]/asked["seconds"])
+    assert (tmp_path/"paper_way.png").exists()
 
 
 @pytest.mark.parametrize("words, named", [("--h 0", "--h"), ("--loads 0", "--loads"), ("--alpha -1", "--alpha")])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.provenance import digest, foreign, sources
+from microblock.provenance import File, digest, foreign, sources
 
 
 def scaled(factor):
@@ -60,6 +60,18 @@ def test_modules_count_with_what_they_import(tmp_path, monkeypatch):
     assert sources("near") == before
     (tmp_path/"far.py").write_text("VALUE = 2\n")
     assert sources("near") != before
+
+
+def test_files_count_by_their_content(tmp_path):
+    one, other = (File(tmp_path/name) for name in ("one.csv", "other.csv"))
+    assert one.content is None and digest(one) == digest(other)      # of no file: it can be told, and nothing raises
+    for file in (one, other):
+        file.path.write_text("a,b\n")
+    before = digest(one)
+    assert before == digest(other) != digest(one.path)
+    one.path.write_text("a,c\n")      # as long as before
+    assert digest(one) != before
+    assert digest(lambda: one) != digest(lambda: other)      # held by a function
 
 
 def test_installed_packages_count_by_their_version():

@@ -1,21 +1,35 @@
 """The report: figures from records, records that can be repeated."""
 
+import os
 import shlex
+import signal
+import threading
+import time
 
 import pytest
 from matplotlib.figure import Figure
 
 from cases import report
 from cases.__main__ import main
-from microblock.errors import NotConverged
+from microblock.errors import BadArgument, NotConverged
 from microblock.study import read_records, write_json, write_records
 
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     out = tmp_path_factory.mktemp("report")
-    assert main(["report", "--out", str(out), "--only", "fig5", "strip_table", "--json", str(out/"r.json")]) == 0
+    assert main(["report", "--out", str(out), "--only", "fig5", "strip_table", "--workers", "1",
+                 "--json", str(out/"r.json")]) == 0
     return out
+
+
+def test_items_are_the_same_made_by_one_process_or_by_two(made, tmp_path):
+    result = report.run(report.Parameters(only=("strip_table", "fig5"), workers=2), tmp_path, quiet=True)
+    assert [one["name"] for one in result["items"]] == ["fig5", "strip_table"] and not any(one["kept"] for one in result["items"])
+    for name in ("fig5", "strip_table"):
+        assert (tmp_path/"data"/f"{name}.csv").read_bytes() == (made/"data"/f"{name}.csv").read_bytes()
+    assert (tmp_path/"figures"/"fig5.png").read_bytes() == (made/"figures"/"fig5.png").read_bytes()
+    assert result["processor_seconds"] > sum(one["drawing"] or 0 for one in result["items"])/2      # that of the two is counted
 
 
 def test_report_writes_what_it_shows(made):
@@ -43,18 +57,22 @@ def test_table_agrees_with_the_closed_form(made):
 
 @pytest.fixture
 def small(monkeypatch, tmp_path):
-    """The report with three figures and a table: a log of what is computed, and what their code depends on."""
-    log, near = tmp_path/"log", {"value": 1}
+    """The report with three figures and a table: a log of what is computed and where, and what their code depends on."""
+    log, near, here = tmp_path/"log", {"value": 1}, os.getpid()
 
     def note(name):
         with open(log, "a") as notes:
-            notes.write(f"{name} ")
+            notes.write(f"{name}{'' if os.getpid() == here else '*'} ")
 
     def records(name):
         def compute():
             note(name)
             if near.get("stop") == name:
                 raise KeyboardInterrupt
+            if near.get("fail") == name:
+                raise ValueError(f"{name} is\nwrong")
+            if (tmp_path/f"{name} waits").exists():
+                time.sleep(60)
             return [{"x": near["value"], "error_estimate": 0.5, "command": f"python -m cases {name}"}]
         return compute
 
@@ -70,6 +88,7 @@ def small(monkeypatch, tmp_path):
     monkeypatch.setattr(report, "PLATES", {name: (records(name), draw) for name in ("one", "two", "three")})
     monkeypatch.setattr(report, "TABLES", {})
     monkeypatch.setattr(report, "JUDGED", {"judged": judge})
+    monkeypatch.setattr(report, "CLOCKED", {"one"})
     monkeypatch.setattr(report, "KNOWN", ("one", "two", "three", "judged"))
     return log, near
 
@@ -79,12 +98,13 @@ def test_records_are_kept_while_they_hold(small, tmp_path):
 
     def again(*only, **options):
         log.write_text("")
-        result = report.run(report.Parameters(only=only, **options), tmp_path, quiet=True)
+        result = report.run(report.Parameters(only=only, workers=1, **options), tmp_path, quiet=True)
         made = log.read_text().split()
-        assert [one["name"] for one in result["items"] if not one["kept"]] == made
+        assert sorted(one["name"] for one in result["items"] if not one["kept"]) == sorted(made)
         return made
 
-    assert again() == ["one", "two", "three", "judged"] and again() == []
+    # what may not run beside others comes after them, and before what is judged
+    assert again() == ["two", "three", "one", "judged"] and again() == []
     near["value"] = 2      # taken from around the functions that compute
     assert again("one") == ["one"] and again() == ["two", "three", "judged"]
     (tmp_path/"data"/"two.csv").write_text((tmp_path/"data"/"two.csv").read_text().replace("2", "3"))
@@ -92,31 +112,83 @@ def test_records_are_kept_while_they_hold(small, tmp_path):
     assert again() == ["two", "three"] and again() == []
     (tmp_path/"figures"/"one.png").unlink()
     assert again() == [] and (tmp_path/"figures"/"one.png").exists()
-    assert again(anew=True) == ["one", "two", "three", "judged"]
+    assert again(anew=True) == ["two", "three", "one", "judged"]
+
+
+def test_two_processes_make_all_but_what_runs_alone(small, tmp_path):
+    log, near = small
+    result = report.run(report.Parameters(workers=2), tmp_path, quiet=True)
+    made = log.read_text().split()
+    assert sorted(made[:2]) == ["three*", "two*"] and made[2:] == ["one", "judged"]
+    assert [one["name"] for one in result["items"]] == ["one", "two", "three", "judged"]
+    near["value"] = 2      # travels with the functions
+    report.run(report.Parameters(workers=2), tmp_path, quiet=True)
+    assert read_records(tmp_path/"data"/"two.csv")[0]["x"] == 2
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_failing_item_is_named_and_the_others_are_made(small, tmp_path, workers):
+    log, near = small
+    near["fail"] = "two"
+    with pytest.raises(NotConverged, match=r"^2 of 4 items failed.*two \(ValueError: two is wrong\); judged \(.*needs two"):
+        report.run(report.Parameters(workers=workers), tmp_path, quiet=True)
+    assert [word.strip("*") for word in log.read_text().split()].count("two") == 1      # the judgement does not try again
+    page = (tmp_path/"index.html").read_text()
+    assert 'id="three"' in page and 'id="one"' in page and 'id="two"' not in page and "two failed: ValueError: two is wrong" in page
 
 
 def test_an_interrupted_report_keeps_what_is_done_and_goes_on(small, tmp_path):
     _, near = small
     near["stop"] = "three"
-    with pytest.raises(NotConverged, match="stopped after 2 of 4"):
-        report.run(report.Parameters(), tmp_path, quiet=True)
+    with pytest.raises(NotConverged, match="stopped after 1 of 4"):
+        report.run(report.Parameters(workers=1), tmp_path, quiet=True)
     page = (tmp_path/"index.html").read_text()
-    assert 'id="two"' in page and 'id="three"' not in page and "2 of 4 items" in page
-    assert sorted(path.name for path in (tmp_path/"data").iterdir()) == ["one.csv", "one.json", "two.csv", "two.json"]
+    assert 'id="two"' in page and 'id="three"' not in page and "1 of 4 items" in page
+    assert sorted(path.name for path in (tmp_path/"data").iterdir()) == ["two.csv", "two.json"]
+
+
+def test_two_interrupted_processes_stop_and_keep_what_is_done(small, tmp_path):
+    (tmp_path/"three waits").touch()
+
+    def interrupt():      # as Ctrl-C does, once the other item is there
+        while not (tmp_path/"figures"/"two.pdf").exists():
+            time.sleep(0.05)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=interrupt, daemon=True).start()
+    start = time.monotonic()
+    with pytest.raises(NotConverged, match="stopped after [01] of 4"):      # it may come before the word that `two` is done
+        report.run(report.Parameters(workers=2), tmp_path, quiet=True)
+    assert time.monotonic() - start < 50      # it does not wait for the one that sleeps for a minute
+    assert 'id="two"' in (tmp_path/"index.html").read_text()
+    (tmp_path/"three waits").unlink()
+    result = report.run(report.Parameters(workers=1), tmp_path, quiet=True)
+    assert {one["name"]: one["kept"] for one in result["items"]} == {"one": False, "two": True, "three": False, "judged": False}
 
 
 def test_the_page_shows_what_holds_with_command_time_estimate_and_records(small, tmp_path):
     _, near = small
-    report.run(report.Parameters(only=("one", "two")), tmp_path, quiet=True)
-    report.run(report.Parameters(only=("three",)), tmp_path, quiet=True)
+    report.run(report.Parameters(only=("one", "two"), workers=1), tmp_path, quiet=True)
+    report.run(report.Parameters(only=("three",), workers=1), tmp_path, quiet=True)
     page = (tmp_path/"index.html").read_text()
     assert [f'id="{name}"' in page for name in ("one", "two", "three", "judged")] == [True, True, True, False]
     for told in ("python -m cases report --only two", "python -m cases two", "error estimates up to 5.0e-01", "data/two.csv",
                  "figures/two.pdf", "ngsolve 6", "cores", " s on ", "records kept"):
         assert told in page, told
     near["value"] = 7
-    report.run(report.Parameters(only=("three",)), tmp_path, quiet=True)
+    report.run(report.Parameters(only=("three",), workers=1), tmp_path, quiet=True)
     assert 'id="two"' not in (tmp_path/"index.html").read_text()      # it no longer holds
+
+
+def test_every_item_has_a_place_on_the_page_and_what_is_named_exists():
+    assert {report.section(name) for name in report.KNOWN} == {*report.SECTIONS, "Tables"}      # and none among "Others"
+    assert {*report.CLOCKED, *report.LONG} <= {*report.KNOWN}
+
+
+@pytest.mark.parametrize("workers", [0, 65])
+def test_numbers_of_processes_have_bounds(workers):
+    with pytest.raises(BadArgument, match="workers"):
+        report.Parameters(workers=workers)
 
 
 @pytest.mark.slow

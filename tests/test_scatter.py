@@ -33,8 +33,8 @@ def test_another_solver_finds_the_same_state():
     here = parameters.scene(0.5, 7)
     flexibility, gaps, share = HalfPlane(parameters.solid).compliance(state.x).corner_system(here.law, here.obstacle)
     found = active_set.solve(flexibility, gaps, load=scatter.LOAD, c=share)
-    # both are solved to some 1e-9
-    assert found.forces.reshape(2, -1) == pytest.approx(state.pressures*state.weights, rel=1e-6, abs=1e-8*found.forces.max())
+    # cells to a residual of 1e-9, their pressures to some ten times that
+    assert found.forces.reshape(2, -1) == pytest.approx(state.pressures*state.weights, rel=0, abs=3e-8*found.forces.max())
 
 
 def test_roughness_takes_contact_away_and_scatters():
@@ -52,7 +52,7 @@ def test_mirrored_psi0_gives_the_mirror_image():
     here = PARAMETERS.scene(0.3, 5)
     turned = scatter.GridContact(here.body, here.obstacle, scatter.Microblock(lambda x: -here.law.psi0(-x)), window=here.window)
     state, other = (one.at(scatter.LOAD, nodes=512) for one in (here, turned))
-    assert other.pressures[::-1, ::-1] == pytest.approx(state.pressures, rel=1e-5, abs=1e-6)      # residuals of 1e-9
+    assert other.pressures[::-1, ::-1] == pytest.approx(state.pressures, rel=0, abs=1e-7)      # residuals of 1e-9, pressures of order 1
 
 
 def test_command(tmp_path, capsys):

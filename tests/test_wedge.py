@@ -44,7 +44,8 @@ def test_light_loads_leave_each_corner_alone(nu, beta):
 def test_heavy_loads_are_classical():
     """The half-width misses the classical one by a share of ell that settles."""
     missed = [three_ways.zones_of(wedge.solve(PARAMETERS, "microblock", load)[0])[1][0] - load for load in (30.0, 60.0)]
-    assert 0.1 < missed[1] < 0.3 and missed[1] == pytest.approx(missed[0], rel=0.2)
+    # 0.193 and 0.201: what is left falls like ell/a
+    assert 0.1 < missed[1] < 0.3 and missed[1] == pytest.approx(missed[0], rel=0.08)
 
 
 def test_zones_merge_at_one_load():
