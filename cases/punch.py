@@ -133,7 +133,7 @@ def figure(records):
     """Flat and tilted punch: pressure of each load for microblocks, the unilateral law, and the classical limit (markers) on its
     closed form. Each corner has its own ends, half a block beside the punch's."""
     loads = grouped(records, "load")
-    drawing, axes = plots.figure(-(-len(loads)//2), min(2, len(loads)), height=2.1, squeeze=False)
+    drawing, axes = plots.figure(-(-len(loads)//2), min(2, len(loads)), height=2.1, sharex=True, squeeze=False)
     x = np.linspace(-1, 1, 2001)[1:-1]
     for number, (axis, (load, nodes)) in enumerate(zip(axes.flat, loads.items())):
         laws = grouped(nodes, "law")
