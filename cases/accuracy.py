@@ -269,7 +269,7 @@ def figure(records):
         axis.loglog([row["rtol"]*(1 + 0.15*"os^dv".index(marker)) for row in chosen],
                     np.multiply(column(chosen, "error_over_rtol"), column(chosen, "rtol")), marker, markersize=3, label=kind)
     ends = min(column(records, "rtol")), max(column(records, "rtol"))
-    axis.loglog(ends, ends, color="0.6", linewidth=0.7)
-    axis.set(xlabel="asked for", ylabel="obtained")
+    axis.loglog(ends, ends, color="0.6", linewidth=0.7, label="as asked for")
+    axis.set(xlabel="rtol asked for", ylabel="relative $L_2$ error obtained")
     plots.legend_below(axis)
     return drawing

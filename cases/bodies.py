@@ -7,6 +7,7 @@ import numpy as np
 from microblock import plots
 from microblock.study import column
 
+HEIGHTS = np.linspace(0.01, 0.85, 60)      # over that of a picture, at which it is cut at its sides; the surface has a dent
 SHOWN = 0.1          # largest displacement in a picture, over the height of what is shown
 POINTS = ((0, 0), (0.5, 0), (1, 0), (0.5, 0.5), (0, 1), (0, 0.5))      # of a triangle, cut into four
 FOUR = ((0, 1, 5), (1, 2, 3), (5, 3, 4), (1, 3, 5))
@@ -52,14 +53,27 @@ def points_of(state, window):
             for element in values[inside] for triangle in FOUR for row in element[list(triangle)]]
 
 
+def _whole(x, y):
+    """(left, right) of what triangles, three points each, show at all heights: elements end where they like."""
+    ends = np.stack((x, y), axis=1).reshape(-1, 3, 2)
+    sides = np.concatenate([ends[:, pair] for pair in ((0, 1), (1, 2), (2, 0))])
+    across = []
+    for height in y.min() + HEIGHTS*np.ptp(y):
+        low, high = sides[((sides[:, :, 1] - height).prod(axis=1) < 0)].transpose(1, 2, 0)
+        found = low[0] + (high[0] - low[0])*(height - low[1])/(high[1] - low[1])
+        across.append((found.min(), found.max()))
+    left, right = zip(*across)
+    return max(left), min(right)
+
+
 def draw_body(rows):
-    """The deformed body (displacements magnified) with -sigma_22 in colours."""
+    """The deformed body with -sigma_22 in shades; displacements magnified, the largest to a tenth of the height."""
     x, y, u1, u2, stress = (np.array(column(rows, name)) for name in ("x", "y", "u1", "u2", "s22"))
     magnified = SHOWN*np.ptp(y)/max(np.hypot(u1, u2).max(), 1e-300)
     drawing, axis = plots.figure(height=2.2)
     top = np.quantile(-stress, 0.995)      # next to ends of a punch it has no bound
     colours = axis.tripcolor(x + magnified*u1, y + magnified*u2, np.arange(len(x)).reshape(-1, 3), -stress, shading="gouraud",
                              cmap="cividis_r", vmin=min(0.0, np.quantile(-stress, 0.005)), vmax=top, rasterized=True)
-    drawing.colorbar(colours, ax=axis, label=r"$-\sigma_{22}$")
-    axis.set(aspect="equal", xlabel="$x_1$", ylabel="$x_2$")
+    drawing.colorbar(colours, ax=axis, label=r"$-\sigma_{22}$ (stress)", location="bottom", aspect=30)
+    axis.set(aspect="equal", xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", xlim=_whole(x, y))
     return drawing

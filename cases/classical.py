@@ -148,5 +148,5 @@ def figure(records):
         axis.loglog([row["nodes"] for row in panels], [row["error"] for row in panels], color=colour, marker=marker,
                     linestyle="none", markerfacecolor="none")
     axis.set(xlabel="nodes", ylabel="relative $L_2$ error of the pressure")
-    plots.legend_below(axis, 3)
+    plots.legend_below(axis, 3, title="lines: uniform cells, single marks: fitted panels")
     return drawing

@@ -189,13 +189,14 @@ def figure(records):
     thickness h; dashed the orders 3/2, 1 and -2.
     """
     drawing, axis = plots.figure(height=3.0)
-    for colour, (obstacle, own) in zip(plots.COLOURS, grouped(records, "obstacle").items()):
+    for colour, marker, (obstacle, own) in zip(plots.COLOURS, plots.MARKERS, grouped(records, "obstacle").items()):
         for (law, rows), style in zip(grouped(own, "law").items(), ("-", ":")):
             for number, chosen in enumerate(grouped(rows, "limit").values()):
-                axis.loglog([row["h"] for row in chosen], [row["difference"] for row in chosen], style, color=colour, marker="o",
+                axis.loglog([row["h"] for row in chosen], [row["difference"] for row in chosen], style, color=colour, marker=marker,
                             label=f"{obstacle}, {law}" if number == 0 else None)
+    axis.plot([], [], "--", color="0.6", linewidth=0.7, label="orders 3/2, 1 and $-2$")
     for power, (first, last), size in ((1.5, (0.05, 0.4), 0.0015), (1, (0.05, 0.4), 0.03), (-2, (4, 32), 0.2)):
         axis.loglog((first, last), (size, size*(last/first)**power), "--", color="0.6", linewidth=0.7)
-    axis.set(xlabel="$h/a_{Hz}$", ylabel="difference to the limit")
+    axis.set(xlabel=r"$h/a_\mathrm{Hz}$", ylabel="difference to the limit")
     plots.legend_below(axis)
     return drawing

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from cases.speed_figures import PHASES, STYLES, legend_below_all
+from cases.speed_figures import STYLES, legend_below_all, look, stacked_shares
 from cases.speed_growth import TOLD
 from microblock import plots
 from microblock.study import grouped
@@ -10,21 +10,20 @@ from microblock.study import grouped
 LABELS = {"unknowns": "unknowns", "contact_nodes": "contact nodes", "seconds": "setup and solving (s)",
           "megabytes": "memory (MiB)", "distance": "time over its floor"}
 GUIDE = 1.5          # exponent of the grey line: a sparse factorisation in the plane
-HATCHES = ("", "//", "", "..", "xx", "", "\\\\")
 
 
 def cost(records):
-    """Time and memory over unknowns (a, b) and contact nodes (c, d); total over the floor of `speed_growth` (e); where the time goes (f)."""
+    """Growth of processor seconds and memory: over unknowns (a, b) and over contact nodes (c, d); (e) time over its floor, one
+    factorisation of the same matrix (dense: one solve; without a matrix: one product with the flexibility); (f) where the time of the largest run goes.
+    Cross: the next one failed or was left out, drawn at the time of the last one."""
     drawing, axes = plots.figure(3, 2, height=2.3, width=2.9)
     good = grouped([row for row in records if not row["failure"]], "method")
     panels = [("unknowns", "seconds"), ("unknowns", "megabytes"), ("contact_nodes", "seconds"), ("contact_nodes", "megabytes"),
               ("unknowns", "distance")]
     for axis, letter, (size, value) in zip(axes.flat, "abcde", panels):
         for method, rows in good.items():
-            colour, marker, line = STYLES[method]
             rows = [row for row in rows if row[value] and row[value] >= TOLD.get(value, 0)]
-            axis.plot([row[size] for row in rows], [row[value] for row in rows], color=colour, marker=marker, linestyle=line,
-                      label=method)
+            axis.plot([row[size] for row in rows], [row[value] for row in rows], label=method, **look(method))
         axis.set(xscale="log", yscale="log", xlabel=LABELS[size], ylabel=LABELS[value])
         axis.set_title(f"({letter})", loc="left", fontsize=8)
         axis.minorticks_off()
@@ -54,17 +53,8 @@ def _guide(axis):
 
 
 def _shares(axis, last):
-    """Stacked shares of the largest run of each method; its seconds at the right."""
-    left = dict.fromkeys(last, 0.0)
-    for number, phase in enumerate(PHASES):
-        widths = [row[f"share_{phase}"] or 0.0 for row in last.values()]
-        axis.barh(range(len(last)), widths, left=list(left.values()), color=plots.COLOURS[number], label=phase, edgecolor="white",
-                  hatch=HATCHES[number], linewidth=0.3)
-        left = {method: start + width for (method, start), width in zip(left.items(), widths)}
-    rest = [max(0.0, 1 - start) for start in left.values()]
-    axis.barh(range(len(last)), rest, left=list(left.values()), color="0.85", label="other")
-    for number, row in enumerate(last.values()):
-        axis.text(1.02, number, f"{row['seconds']:.2g} s", va="center", fontsize=7)
+    """Shares of the largest run of each method; its seconds at the right."""
+    stacked_shares(axis, last)
     axis.set_yticks(range(len(last)), [method.replace(", ", ",\n") for method in last], fontsize=6)
     axis.set(xlim=(0, 1), xlabel="share of the largest run's time")
     axis.set_title("(f)", loc="left", fontsize=8)

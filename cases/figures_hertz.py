@@ -16,7 +16,8 @@ NOMINAL_RTOL = 1e-4  # of the nominal hardness
 FE_ALPHAS = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0, 1.25)      # of Fig. 11
 MARKED = 30          # nodes of finite elements that are drawn on a curve, about evenly along x1
 BETWEEN = 3          # points of a curve between two nodes
-MARKER = {"markersize": 2.4, "markerfacecolor": "none", "markeredgewidth": 0.6}
+MARKER = {"markersize": 3.0, "markerfacecolor": "none", "markeredgewidth": 0.6}
+MODELS = "lines: half-plane, markers: finite elements"
 EDGE_SIDE = 1e-9     # of the width: a curve is drawn from this side of an edge to the other
 
 
@@ -66,34 +67,35 @@ def draw_profiles(axes, groups, label, names="ab"):
     """Pressure and micromoment of groups of records into two panels; zero outside the contact and in its gaps."""
     for number, (key, rows) in enumerate(groups.items()):
         for axis, name in zip(axes, ("pressure", "micromoment")):
-            draw_models(axis, rows, name, plots.COLOURS[number % len(plots.COLOURS)], label(key))
-    axes[0].plot([], [], "o", color="0.4", label="finite elements", **MARKER)
+            draw_models(axis, rows, name, number, label(key))
     axes[0].set_ylabel(r"$p_n/p_{\mathrm{Hz}}$")
     axes[1].set_ylabel(r"$M/(p_{\mathrm{Hz}}\ell)$")
     for axis, name in zip(axes, names):
         axis.set_title(f"({name})", loc="left")
 
 
-def draw_models(axis, rows, name, colour, label):
-    """One curve by the half-plane (line) and by finite elements (markers)."""
-    models = grouped(rows, "model")
-    axis.plot(column(models["halfplane"], "x"), column(models["halfplane"], name), color=colour, label=label)
+def draw_models(axis, rows, name, number, label):
+    """The curve with that number, by the half-plane (line) and by finite elements (markers)."""
+    models, colour, marker = grouped(rows, "model"), plots.COLOURS[number], plots.MARKERS[number]
+    axis.plot(column(models["halfplane"], "x"), column(models["halfplane"], name), color=colour)
+    axis.plot([], [], marker + "-", color=colour, label=label, **MARKER)
     x, values = (np.array(column(models["fe"], which)) for which in ("x", name))
     touching = np.abs(np.array(column(models["fe"], "pressure"))) > 0
     span = np.flatnonzero(touching)
     x, values = x[span[0]:span[-1] + 1], values[span[0]:span[-1] + 1]
-    axis.plot(x[marked(x)], values[marked(x)], "o", color=colour, **MARKER)
+    axis.plot(x[marked(x)], values[marked(x)], marker, color=colour, **MARKER)
 
 
 def fig8_draw(rows):
-    """Pressure (a) and micromoment (b) over the load for alpha = 0.25, aligned blocks. As in the paper: two separate zones
+    """Pressure (a) and micromoment (b) over the load for alpha = 0.25, aligned blocks, by
+    half-plane (lines) and fitted finite elements (markers). As in the paper: two separate zones
     at first, full contact in the middle later, kinks where it ends. Not as in the paper: the zones meet at P/Pmax =
     0.08979, not at about 0.07, since by scaling this is (alpha/alpha_mid)^2 with alpha_mid = 0.83431 instead of 0.8874."""
     drawing, axes = plots.figure(1, 2, height=3.0)
     draw_profiles(axes, grouped(rows, "load"), lambda key: rf"$\bar P = {key:g}$")
     for axis in axes:
         axis.set_xlabel(r"$x_1/a_{\mathrm{Hz}}$")
-    plots.legend_below(axes[0], columns=4)
+    plots.legend_of_all(drawing, axes[0], title=MODELS)
     return drawing
 
 
@@ -103,7 +105,8 @@ def fig9_records():
 
 
 def fig9_draw(rows):
-    """Turned blocks, pressure (left) and micromoment (right), alpha = 0.25. Top: psi0 = 5 degrees in gaps and levers:
+    """Turned blocks, pressure (left) and micromoment (right), alpha = 0.25, by half-plane (lines) and fitted finite
+    elements (markers). Top: psi0 = 5 degrees in gaps and levers:
     corner A never touches. Middle: the same in the levers only. Bottom: 0.5 degrees in gaps and levers. The paper's figure
     (zones of full and partial contact, pressures higher for x1 < 0, transitions shifted to the right) is the kind of the
     bottom row, and in the middle row the asymmetry is weak; it cannot come from 5 degrees with the strip's geometry."""
@@ -114,7 +117,7 @@ def fig9_draw(rows):
         pair[0].set_title(rf"$\psi_0 = {degrees:g}^\circ$, {'gaps and levers' if reading == 'gap' else 'levers only'}")
     for axis in axes[-1]:
         axis.set_xlabel(r"$x_1/a_{\mathrm{Hz}}$")
-    plots.legend_below(axes[-1][0], columns=3)
+    plots.legend_of_all(drawing, axes[-1][0], title=MODELS)
     return drawing
 
 
@@ -124,7 +127,8 @@ def fig10_records():
 
 
 def fig10_draw(rows):
-    """Pressure over alpha for microblocks (a) and the unilateral law (b), the Hertz ellipse dashed. As in the paper: both
+    """Pressure over alpha for microblocks (a) and the unilateral law (b), the Hertz ellipse dashed; by half-plane
+    (lines) and fitted finite elements (markers). As in the paper: both
     tend to Hertz for small alpha; with alpha the unilateral contact narrows and its peak rises, the microblock contact
     widens, its peak nearly constant beyond 0.5 (from 0.65 to 1.25 it falls by 1.3 %), and splits for large alpha. Not as in
     the paper: it splits from alpha_mid = 0.83431 on instead of 0.8874."""
@@ -132,12 +136,11 @@ def fig10_draw(rows):
     ellipse = np.linspace(-1, 1, 201)
     for axis, contact, name in zip(axes, size_effect.LAWS, "ab"):
         for number, (alpha, nodes) in enumerate(grouped([row for row in rows if row["contact"] == contact], "alpha").items()):
-            draw_models(axis, nodes, "pressure", plots.COLOURS[number], rf"$\alpha = {alpha:g}$")
-        axis.plot([], [], "o", color="0.4", label="finite elements", **MARKER)
+            draw_models(axis, nodes, "pressure", number, rf"$\alpha = {alpha:g}$")
         axis.plot(ellipse, np.sqrt(1 - ellipse**2), "k--", linewidth=0.8, label="Hertz")
         axis.set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", ylabel=r"$p_n/p_{\mathrm{Hz}}$", title=f"({name}) {contact}",
                  xlim=(-1.45, 1.45), ylim=(0, 1.32))
-        plots.legend_below(axis, columns=4)
+    plots.legend_of_all(drawing, axes[0], title=MODELS)
     return drawing
 
 
@@ -160,14 +163,13 @@ def fig11_draw(rows):
     inset = axis.inset_axes((0.47, 0.1, 0.5, 0.3))
     curves = (("microblock", "hardness_apparent", "-", "o"), ("microblock", "hardness_real", "--", "s"),
               ("unilateral", "hardness_apparent", "-", "^"))
-    models = grouped(rows, "model")
+    models, large = grouped(rows, "model"), {**MARKER, "markersize": 3.5}
     for number, (contact, name, line, marker) in enumerate(curves):
         for panel in (axis, inset)[:1 if contact == "unilateral" else 2]:
-            for model, style, label in (("halfplane", line, f"{contact}, {name.split('_')[1]}"), ("fe", marker, None)):
+            for model, style in (("halfplane", line), ("fe", marker)):
                 chosen = [row for row in models[model] if row["contact"] == contact]
-                panel.plot(1/np.array(column(chosen, "alpha")), column(chosen, name), style, color=plots.COLOURS[number],
-                           label=label, **({**MARKER, "markersize": 3.5} if model == "fe" else {}))
-    axis.plot([], [], "o", color="0.4", label="finite elements", **MARKER)
+                panel.plot(1/np.array(column(chosen, "alpha")), column(chosen, name), style, color=plots.COLOURS[number], **large)
+        axis.plot([], [], marker + line, color=plots.COLOURS[number], label=f"{contact}, {name.split('_')[1]}", **large)
     for panel in (axis, inset):
         panel.axvline(1/rows[0]["alpha_mid"], color="0.5", linewidth=0.7, linestyle=":")
     inset.set(xlim=(0.78, 1.35), ylim=(0.72, 0.87))
@@ -178,7 +180,7 @@ def fig11_draw(rows):
         chosen = [row for row in models["fe"] if row["contact"] == contact]
         nominal.errorbar(1/np.array(column(chosen, "alpha")), column(chosen, "hardness_nominal"), fmt=marker, capsize=2,
                          yerr=column(chosen, "hardness_nominal_error"), color=plots.COLOURS[number], label=contact,
-                         linewidth=0.8, **{**MARKER, "markersize": 3.5})
+                         linewidth=0.8, **large)
     nominal.set(xscale="log", xlabel=r"$1/\alpha$", ylabel=r"$H_{\mathrm{nom}}/H_{\mathrm{nom}}(\alpha \to 0)$")
     nominal.set_title("(b)", loc="left")
     for panel in (axis, nominal):

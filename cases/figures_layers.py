@@ -11,6 +11,7 @@ ALPHA, POSITIONS = 0.05, (0.1, 0.3, 0.5, 0.7)      # of Fig. 12a
 FITTED, PAIR = (0.01, 0.05, 0.1), (0.3, 0.6)       # of Fig. 12b
 BESIDE = {"alphas": (0.01, 0.05), "positions": (0.3, 0.6)}      # of the table with finite elements
 PAPER_UNKNOWNS = 3e6
+APART = 0.1                    # of the diagonal of a panel: markers on a curve
 LINES = tuple(round(0.025*step, 3) for step in range(2, 40))
 
 
@@ -32,26 +33,28 @@ def fig12_records():
 
 def fig12_draw(rows):
     """Microrotation below the contact. (a) psi over depth for both laws, alpha = 0.05. (b) Their difference at two
-    positions for three alpha (lines) and the bi-exponential (51) fitted to it from the surface to 2 a_Hz (dashed).
-    As in the paper, the laws differ within a layer of a few ell only, psi starts at x1/R under the microblocks and with
-    vanishing slope under the unilateral law, and (51) describes the difference, to a residual of 0.2 % in L2. Unlike in
-    the paper, where A_sol and L_sol depend weakly on alpha, here A_sol/A_bl is negative and falls with alpha (at
-    x1 = 0.3 a_Hz from 5 % for 0.1 to 0.03 % for 0.01), and L_sol is a matter of the depths used: what is left below the
-    layer is small and decays algebraically."""
+    positions (filled and empty markers) for three alpha (lines) and the bi-exponential (51) fitted to it from the surface
+    to 2 a_Hz (dashed). As in the paper, the laws differ within a layer of a few ell only, psi starts at x1/R under the
+    microblocks and with vanishing slope under the unilateral law, and (51) describes the difference, to a residual of 0.2
+    % in L2. Unlike in the paper, where A_sol and L_sol depend weakly on alpha, here A_sol/A_bl is negative and falls with
+    alpha (at x1 = 0.3 a_Hz from 5 % for 0.1 to 0.03 % for 0.01), and L_sol is a matter of the depths used: what is left
+    below the layer is small and decays algebraically."""
     drawing, axes = plots.figure(1, 2, height=3.4)
     lines = grouped([row for row in rows if row["panel"] == "a"], "x1")
     for number, (x1, nodes) in enumerate(lines.items()):
         for name, style in (("psi_microblock", "-"), ("psi_unilateral", "--")):
             axes[0].plot(column(nodes, "x2"), column(nodes, name), style, color=plots.COLOURS[number],
+                         marker=plots.MARKERS[number] if style == "-" else None, markevery=APART, markersize=3,
                          label=rf"$x_1 = {x1:g}\,a_{{\mathrm{{Hz}}}}$" if style == "-" else None)
     axes[0].plot([], [], "0.4", label="microblock")
     axes[0].plot([], [], "--", color="0.4", label="unilateral")
     axes[0].set(title="(a)", xlim=(-0.5, 0.01), ylim=(0, None), ylabel=r"$\psi R/a_{\mathrm{Hz}}$")
     lines = grouped([row for row in rows if row["panel"] == "b"], "alpha")
     for number, (alpha, nodes) in enumerate(lines.items()):
-        for shade, (x1, line) in zip((1.0, 0.5), grouped(nodes, "x1").items()):
+        for fill, (x1, line) in zip((plots.COLOURS[number], "none"), grouped(nodes, "x1").items()):
             difference = np.subtract(column(line, "psi_microblock"), column(line, "psi_unilateral"))
-            axes[1].plot(column(line, "x2"), difference, color=plots.COLOURS[number], alpha=shade, linewidth=1.6,
+            axes[1].plot(column(line, "x2"), difference, color=plots.COLOURS[number], linewidth=1.6,
+                         marker=plots.MARKERS[number], markevery=APART, markerfacecolor=fill,
                          label=rf"$\alpha = {alpha:g}$, $x_1 = {x1:g}\,a_{{\mathrm{{Hz}}}}$")
             axes[1].plot(column(line, "x2"), column(line, "fit"), "k--", linewidth=0.7)
     axes[1].plot([], [], "k--", linewidth=0.7, label="fit (51)")
@@ -78,7 +81,7 @@ def fig13_draw(rows):
     drawing, axis = plots.figure(height=3.6)
     layers.draw_lengths(axis, rows, every=2)
     axis.set(ylim=(0.6, 1.3), xlim=(0, 1))
-    plots.legend_below(axis)
+    plots.legend_below(axis, title=layers.READ)
     return drawing
 
 

@@ -136,7 +136,7 @@ def fig6_draw(rows):
         axis.set(xlabel=r"$\delta/\delta_{fc}$", title=f"({name})")
         axis.legend()
     axes[0].set(ylim=(0, 1.1), ylabel="normalised micromoment")
-    axes[1].set(ylabel="surface values")
+    axes[1].set(ylabel="normalised surface values")
     return drawing
 
 
@@ -153,7 +153,7 @@ def convergence_draw(rows):
     """Accuracy of the strip on its 1D mesh. (a) Bilinear elements: error of psi over elements per layer
     length ell/sqrt(beta), with slope 2. (b) Error over unknowns by order, ell/H = 0.1. (c) Accuracy asked
     for by rtol and the larger of the errors of psi and u obtained."""
-    drawing, axes = plots.figure(1, 3, width=2.6, height=3.0)
+    drawing, axes = plots.figure(1, 3, width=2.33, height=2.9)
     fixed, asked = [row for row in rows if row["rtol"] is None], [row for row in rows if row["rtol"] is not None]
     for number, (ratio, runs) in enumerate(grouped(fixed, "ell_over_H").items()):
         runs = [row for row in runs if row["order"] == 1 and row["elements"] >= 4]
@@ -174,7 +174,7 @@ def convergence_draw(rows):
     axes[2].loglog(limits, limits, "k:", label="obtained = asked")
     for axis, name, label in zip(axes, "abc", (r"elements per $\ell/\beta^{1/2}$", r"unknowns ($\ell/H = 0.1$)", "rtol asked for")):
         axis.set(title=f"({name})", xlabel=label)
-        plots.legend_below(axis)
+        plots.legend_below(axis, 2 if name == "b" else 1)
     axes[0].set_ylabel(r"relative $L_2$ error of $\psi$")
     axes[1].set_ylabel(r"relative $L_2$ error of $\psi$")
     axes[2].set_ylabel(r"relative $L_2$ error obtained")

@@ -10,6 +10,11 @@ from microblock.study import read_records
 
 FOLDER = Path(__file__).parents[1]/"docs"/"data"
 DRAWINGS = {"speed": {**speed_figures.PLATES, **figures_peers.PLATES}, "speed_cost": figures_growth.PLATES}
+# how to read charts of `limits`
+READ = """A mark is a run at its parameters, other parameters are random. First what became of it; then, of runs that
+answered, shades: their true error, relative unless the bar says otherwise, iterations, and, where a map has them, how much the
+pressure oscillates and the largest one of the wrong sign. A measure's shades are the same in all its panels; exact zeros have
+none. Axes run towards the degenerate end where there is one, and a part of the runs lies right there."""
 
 
 @cache
@@ -31,10 +36,10 @@ def _records(study, **where):
 
 
 def _map(one):
-    """A drawing of a map of `limits`, with its question as caption."""
+    """A drawing of a map of `limits`, with its question and what is drawn as caption."""
     def draw(rows):
         return limits_figures.chart(one, rows)
-    draw.__doc__ = one.question
+    draw.__doc__ = f"{one.question} {READ}"
     return draw
 
 

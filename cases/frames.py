@@ -173,5 +173,5 @@ def figure(records):
         axis.axvline(aim, color="0.5", linestyle=":", linewidth=0.8)
         axis.axhline(0.95, color="0.5", linestyle=":", linewidth=0.8)
         axis.set(xlabel=f"time of a {what} (ms)", ylabel="share of frames", title=f"({letter}) {what}", ylim=(0, 1.02))
-    plots.legend_below(axes[0], 3)
+    plots.legend_of_all(drawing, axes[0], columns=3)
     return drawing

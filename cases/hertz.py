@@ -291,10 +291,11 @@ def show(answer):
 def figure(records):
     """Pressure (a) and micromoment (b) at each load."""
     drawing, axes = plots.figure(1, 2)
-    for load, nodes in grouped(records, "load").items():
-        axes[0].plot(column(nodes, "x"), column(nodes, "pressure"), label=rf"$\bar P = {load:g}$")
-        axes[1].plot(column(nodes, "x"), column(nodes, "micromoment"))
-    axes[0].set(xlabel=r"$x_1/a_{Hz}$", ylabel=r"$p_n/p_{Hz}$", title="(a)")
-    axes[1].set(xlabel=r"$x_1/a_{Hz}$", ylabel=r"$M/(p_{Hz}\ell)$", title="(b)")
-    plots.legend_below(axes[0])
+    for number, (load, nodes) in enumerate(grouped(records, "load").items()):
+        look = {"color": plots.COLOURS[number % len(plots.COLOURS)], "linestyle": plots.LINES[number % len(plots.LINES)]}
+        axes[0].plot(column(nodes, "x"), column(nodes, "pressure"), **look, label=rf"$\bar P = {load:g}$")
+        axes[1].plot(column(nodes, "x"), column(nodes, "micromoment"), **look)
+    axes[0].set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$p_n/p_\mathrm{Hz}$", title="(a)")
+    axes[1].set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$M/(p_\mathrm{Hz}\ell)$", title="(b)")
+    plots.legend_of_all(drawing, axes[0])
     return drawing

@@ -14,7 +14,6 @@ import time
 from dataclasses import dataclass
 
 import netgen.occ as occ
-from matplotlib.ticker import LogLocator
 from tqdm import tqdm
 
 from cases.bodies import balances, draw_body, mesh_of, points_of
@@ -155,8 +154,9 @@ def figure(records):
     for (obstacle, law, rows), colour, marker in zip(scenes, plots.COLOURS, plots.MARKERS):
         axis.loglog([row["unknowns"] for row in rows[:-1]], [row["difference"] for row in rows[:-1]], color=colour, marker=marker,
                     label=f"{obstacle}, {law}")
-        axis.loglog([row["unknowns"] for row in rows], [row["error_estimate"] for row in rows], "--", color=colour)
+        axis.loglog([row["unknowns"] for row in rows], [row["error_estimate"] for row in rows], "--", color=colour, marker=marker,
+                    markerfacecolor="none")
+    plots.plain_log(axis.xaxis)
     axis.set(xlabel="unknowns", ylabel="relative $L_2$ difference, estimate")
-    axis.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))      # of a decade all labels would overlap
-    plots.legend_below(axis)
+    plots.legend_below(axis, title="full: difference to the finest state, dashed: estimate")
     return drawing

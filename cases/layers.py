@@ -42,6 +42,7 @@ DEPTHS = (0.0, 2.0)          # of the fit: from (over ell) and to (over a_Hz)
 VARIED = ((0.5, 2.0), (0.0, 1.0), (0.0, 4.0))
 LENGTHS = (0.05, 20.0)       # searched: from this times ell to this times a_Hz
 GRID = (300, 30)             # short and long lengths tried before the fit is refined
+READ = "markers: fit (51), lines: micropolar mode"
 APART = 0.05                 # of their logarithms there, at least
 FAINT = 1e-6                 # amplitude over the largest value, below which it is an error of the states
 CONFIDENCE = 2               # standard deviations of the fit that count as its error
@@ -285,20 +286,22 @@ def figure(found):
     """Layer length over the position: fit with error bars, and the micropolar mode's own length."""
     drawing, axis = plots.figure(height=3.2)
     draw_lengths(axis, found)
-    plots.legend_below(axis)
+    plots.legend_below(axis, title=READ)
     return drawing
 
 
 def draw_lengths(axis, found, every=1):
-    """L_bl/ell with its error bars (markers) and the length of the micropolar mode (lines), a colour for each alpha (of fits only each `every`)."""
+    """L_bl/ell with its error bars (markers) and the length of the micropolar mode (lines), a colour, marker and
+    line style for each alpha; of fits only each `every`."""
     for number, alpha in enumerate(dict.fromkeys(column(found, "alpha"))):
         lines = [row for row in found if row["alpha"] == alpha]
         fitted = [row for row in lines[::every] if row["L_bl_over_ell"] is not None]
         colour = plots.COLOURS[number % len(plots.COLOURS)]
-        axis.plot(column(lines, "x1"), column(lines, "mode_length_over_ell"), color=colour)
+        axis.plot(column(lines, "x1"), column(lines, "mode_length_over_ell"), plots.LINES[number % len(plots.LINES)], color=colour)
         axis.errorbar(column(fitted, "x1"), column(fitted, "L_bl_over_ell"), yerr=column(fitted, "L_bl_error"),
                       fmt=plots.MARKERS[number % len(plots.MARKERS)], color=colour, markerfacecolor="none", capsize=2,
-                      linewidth=0.8, label=rf"$\alpha = {alpha:g}$")
-    axis.plot([], [], "0.4", label="micropolar mode")
-    axis.axhline(1/np.sqrt(found[0]["beta"]), color="k", linestyle=":", linewidth=0.8, label=r"$\beta^{-1/2}$, (49)")
+                      linewidth=0.8)
+        axis.plot([], [], plots.MARKERS[number % len(plots.MARKERS)] + plots.LINES[number % len(plots.LINES)], color=colour,
+                  markerfacecolor="none", label=rf"$\alpha = {alpha:g}$")
+    axis.axhline(1/np.sqrt(found[0]["beta"]), color="k", linewidth=0.5, zorder=0, label=r"$\beta^{-1/2}$, (49)")
     axis.set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", ylabel=r"$L_{\mathrm{bl}}/\ell$")

@@ -193,13 +193,15 @@ PENALTIES = Axis("rho", RHO.label, 1e-2, 1e10, degenerate="both")
 SQUARES = Axis("spacing", r"$h/a_\mathrm{Hz}$", 0.4, 0.2)
 IN_STRIP = {"rho": r"$\rho H/(\lambda + 2\mu)$"}
 MAPS = (
-    Map("penalty_strip", "Which rho is best on a mesh, and where does it spoil the matrix?", penalty_in_strip,
-        (replace(PENALTIES, label=IN_STRIP["rho"]), Axis("elements", "elements", 2, 512, whole=True)), share=0.5),
-    Map("penalty_squares", "The same under a cylinder.", penalty_on_squares, (PENALTIES, SQUARES, ALPHA), share=0.6),
-    Map("lagrangian_strip", "Does the augmented Lagrangian depend on rho?", lagrangian_in_strip,
+    Map("penalty_strip", "Strip: which rho of the penalty is best on a mesh, and where does it spoil the matrix?",
+        penalty_in_strip, (replace(PENALTIES, label=IN_STRIP["rho"]), Axis("elements", "elements", 2, 512, whole=True)), share=0.5),
+    Map("penalty_squares", "Cylinder: which rho of the penalty is best on a mesh, and where does it spoil the matrix?",
+        penalty_on_squares, (PENALTIES, SQUARES, ALPHA), share=0.6),
+    Map("lagrangian_strip", "Strip: does the augmented Lagrangian depend on rho?", lagrangian_in_strip,
         (replace(RHO, label=IN_STRIP["rho"]), Axis("elements", "elements", 8, 32, whole=True),
          Axis("ell_over_H", r"$\ell/H$", 0.1, 10.0)), share=0.3),
-    Map("lagrangian_squares", "The same under a cylinder.", lagrangian_on_squares, (RHO, SQUARES, ALPHA), share=0.6),
+    Map("lagrangian_squares", "Cylinder: does the augmented Lagrangian depend on rho?", lagrangian_on_squares,
+        (RHO, SQUARES, ALPHA), share=0.6),
     Map("newton", "From how far does Newton's method find the state, at once or with load stepping?", newton,
         (Axis("step", "step over the whole load", 1e-3, 1.0, degenerate="high"),
          Axis("guess", "noise of the first guess", 1e-8, 1e4, degenerate="high"),

@@ -133,16 +133,20 @@ def figure(records):
     """Flat and tilted punch: pressure of each load for microblocks, the unilateral law, and the classical limit (markers) on its
     closed form. Each corner has its own ends, half a block beside the punch's."""
     loads = grouped(records, "load")
-    drawing, axes = plots.figure(1, len(loads), width=2.6, height=2.6, squeeze=False)
+    drawing, axes = plots.figure(-(-len(loads)//2), min(2, len(loads)), height=2.1, sharex=True, squeeze=False)
     x = np.linspace(-1, 1, 2001)[1:-1]
-    for number, (axis, (load, nodes)) in enumerate(zip(axes[0], loads.items())):
+    for number, (axis, (load, nodes)) in enumerate(zip(axes.flat, loads.items())):
         laws = grouped(nodes, "law")
         exact = reference(load)[0](x)/(scene(load)[1]/2)
         axis.plot(x, exact, color="0.5", linewidth=0.8, label="classical closed form")
-        axis.plot(column(laws["classical"], "x"), column(laws["classical"], "pressure"), ".", color="0.5", markersize=3, label="classical, panels")
-        for law, colour in zip(("unilateral", "microblock"), plots.COLOURS):
-            three_ways.draw_zones(axis, laws[law], "pressure", color=colour, label=law)
-        axis.set(xlabel="$x_1/b$", ylim=(0, 4), title=f"({chr(97 + number)})  " + ("flat" if load == FLAT else rf"$P/P_{{full}} = {load:g}$"))
-    axes[0][0].set(ylabel=r"$2 b\,p/P$")
-    plots.legend_below(axes[0][0], 1)
+        axis.plot(column(laws["classical"], "x"), column(laws["classical"], "pressure"), ".", color="0.5", markersize=3,
+                  label="classical, panels")
+        for law, colour, style in zip(("unilateral", "microblock"), plots.COLOURS, ("--", "-")):
+            three_ways.draw_zones(axis, laws[law], "pressure", color=colour, linestyle=style, label=law)
+        told = "flat" if load == FLAT else rf"tilted, $P/P_\mathrm{{full}} = {load:g}$"
+        axis.set(xlabel="$x_1/b$", ylabel=r"$2 b\,p/P$", ylim=(0, 4), title=f"({chr(97 + number)})  {told}")
+        axis.label_outer()
+    for axis in axes.flat[len(loads):]:
+        axis.set_visible(False)
+    plots.legend_of_all(drawing, axes[0, 0])
     return drawing

@@ -146,6 +146,6 @@ def figure(records):
     drawing, axes = plots.figure(1, 2)
     for axis, name in zip(axes, ("pressure", "micromoment")):
         axis.plot(column(records, "x"), column(records, name), linewidth=0.8)
-    axes[0].set(xlabel="$x_1$ over the period", ylabel=r"$p/(E^* h'_{rms})$", title="(a)")
-    axes[1].set(xlabel="$x_1$ over the period", ylabel=r"$M/(E^* h'_{rms}\,\ell)$", title="(b)")
+    axes[0].set(xlabel="$x_1$ over the period", ylabel=r"$p/(E^* h'_\mathrm{rms})$", title="(a)")
+    axes[1].set(xlabel="$x_1$ over the period", ylabel=r"$M/(E^* h'_\mathrm{rms}\,\ell)$", title="(b)")
     return drawing

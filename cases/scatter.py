@@ -182,7 +182,7 @@ def records(parameters):
 
 def figure(records):
     """Rough psi0 under a cylinder: hardness (a), real and full contact (b) of each seed (dots), with means and standard
-    deviations, over the roughness of psi0.
+    deviations, over the roughness of psi0 (none: drawn at half the smallest).
     """
     drawing, axes = plots.figure(1, 2)
     shown = ((axes[0], (("hardness_real", "real hardness"), ("hardness_apparent", "apparent hardness"))),
@@ -196,8 +196,11 @@ def figure(records):
                 axis.plot([place]*len(own), column(own, name), ".", color=colour, markersize=2, alpha=0.5)
             axis.errorbar(places, [np.mean(column(own, name)) for own in groups.values()], [np.std(column(own, name)) for own in groups.values()],
                           color=colour, marker=marker, capsize=2, label=label)
-        axis.set(xscale="log", xlabel=r"rms of $\psi_0$ over $a_{Hz}/R$ (leftmost: 0)")
+        axis.set(xscale="log")
+        axis.set_xticks([amplitude or smallest/2 for amplitude in groups], [f"{amplitude:g}" for amplitude in groups])
+        axis.minorticks_off()
+        axis.set(xlabel=r"rms of $\psi_0 R/a_\mathrm{Hz}$")
         plots.legend_below(axis)
-    axes[0].set(ylabel="hardness over $P/(2 a_{Hz})$", title="(a)")
-    axes[1].set(ylabel="contact length over $a_{Hz}$", title="(b)", ylim=(0, None))
+    axes[0].set(ylabel=r"hardness over $P/(2 a_\mathrm{Hz})$", title="(a)")
+    axes[1].set(ylabel=r"contact length over $a_\mathrm{Hz}$", title="(b)", ylim=(0, None))
     return drawing

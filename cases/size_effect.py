@@ -13,6 +13,7 @@ import math
 import time
 from dataclasses import dataclass, replace
 
+from matplotlib.ticker import LogFormatter
 from tqdm import tqdm
 
 from cases import hertz, size_effect_fe
@@ -149,6 +150,8 @@ def figure(records):
         chosen = [row for row in records if row["contact"] == contact]
         axis.semilogx([1/row["alpha"] for row in chosen], column(chosen, name), style, label=f"{contact}, {name.split('_')[1]}")
     axis.axvline(1/records[0]["alpha_mid"], color="0.6", linewidth=0.7, linestyle=":")
-    axis.set(xlabel=r"$1/\alpha$", ylabel=r"$H/H_{Hz}$")
+    for which in (axis.xaxis.set_major_formatter, axis.xaxis.set_minor_formatter):
+        which(LogFormatter())      # plain numbers, and no minor ones over decades
+    axis.set(xlabel=r"$1/\alpha$", ylabel=r"$H/H_\mathrm{Hz}$")
     plots.legend_below(axis)
     return drawing

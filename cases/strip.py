@@ -347,8 +347,9 @@ def figure(records):
     """psi and u1 over the depth: markers from the records, on the closed form for the same parameters."""
     given = {entry.name: records[0][entry.name] for entry in fields(Parameters)}
     drawing, axes = plots.figure(1, 2)
-    for axis, name, symbol in ((axes[0], "psi", r"$\psi$"), (axes[1], "u1", "$u_1/H$")):
-        axis.plot(column(records, "x2"), column(records, name), "o", color=plots.COLOURS[1], label=given["model"])
+    for axis, name, symbol in zip(axes, ("psi", "u1"), (r"$\psi$ (rad)", "$u_1/H$")):
+        axis.plot(column(records, "x2"), column(records, name), "o", color=plots.COLOURS[1],
+                  label=f"finite elements ({given['model']})")
         axis.set(xlabel="$x_2/H$", ylabel=symbol)
         try:
             exact = reference(Parameters(**given))

@@ -149,7 +149,8 @@ def show(parameters, names, rows):
 def figure(axes, names, rows):
     """Each number over the first parameter, a line for each combination of the others."""
     columns = min(len(names), 3)
-    drawing, panels = plots.figure(-(-len(names)//columns), columns, squeeze=False)
+    width = min(plots.COLUMN, 2*plots.COLUMN/columns)
+    drawing, panels = plots.figure(-(-len(names)//columns), columns, height=2.2, width=width, squeeze=False)
     first, *others = axes
     done = [{**row, "line": ", ".join(f"{name} {row[name]}" for name in others)} for row in rows if not row["error"]]
     for panel, name in zip(panels.flat, names):

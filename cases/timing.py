@@ -136,6 +136,6 @@ def figure(records):
         for (kind, mine), colour, marker in zip(grouped(rows, "scene").items(), plots.COLOURS, plots.MARKERS):
             axis.loglog([row["alpha"] for row in mine], [row["milliseconds"] for row in mine], color=colour, marker=marker,
                         label=kind)
-        axis.set(xlabel=r"$\alpha = \ell/a_{Hz}$", ylabel="time of a state (ms)", title=f"({letter}) rtol {rtol:g}")
-    plots.legend_below(axes[0], 3)
+        axis.set(xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$", ylabel="time of a state (ms)", title=f"({letter}) rtol {rtol:g}")
+    plots.legend_of_all(drawing, axes[0], columns=6)
     return drawing

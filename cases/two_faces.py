@@ -268,12 +268,12 @@ def figure(records):
     depth (c). Markers: computed, lines: closed form; a kink where the second corner of a face closes."""
     given = Parameters(**{name: records[0][name] for name in Parameters.__dataclass_fields__})
     kinds = grouped(records, "kind")
-    drawing, axes = plots.figure(1, 3, width=2.7)
+    drawing, axes = plots.figure(1, 3, width=2.33, height=2.4)
     _draw_path(axes[:2], kinds["path"], given)
     axes[2].plot(column(kinds["profile"], "psi"), column(kinds["profile"], "x2"), "o", color=plots.COLOURS[2], markersize=3, markerfacecolor="none")
     x2 = np.linspace(-1, 1, 301)
     axes[2].plot(reference(given).psi(x2), x2, color=plots.COLOURS[2], zorder=1)
-    axes[2].set(xlabel=r"$\psi$", ylabel="$x_2/H$", title=rf"(c)  $\delta/H = {given.delta_over_H:g}$")
+    axes[2].set(xlabel=r"$\psi$ (rad)", ylabel="$x_2/H$", title=rf"(c)  $\delta/H = {given.delta_over_H:g}$")
     return drawing
 
 
@@ -287,6 +287,6 @@ def _draw_path(axes, rows, given):
         axes[0].plot(deltas, [one.surface[number] for one in exact], **style, zorder=1)
         axes[1].plot(column(rows, "delta"), column(rows, f"M_{face}"), plots.MARKERS[number], **style)
         axes[1].plot(deltas, [one.micromoments[number] for one in exact], **style, zorder=1)
-    axes[0].set(xlabel=r"$\delta/H$", ylabel=r"$\psi$ at the face", title="(a)")
+    axes[0].set(xlabel=r"$\delta/H$", ylabel=r"$\psi$ at the face (rad)", title="(a)")
     axes[1].set(xlabel=r"$\delta/H$", ylabel=r"$M/(\mu H)$", title="(b)")
     plots.legend_below(axes[0], 1)

@@ -29,6 +29,7 @@ from microblock.obstacles import Wave
 from microblock.study import column, grouped
 
 RTOL = 1e-3
+APART = 0.08             # of the diagonal of a panel: markers on a curve
 CLASSICAL_BETA = 1e-10      # coupling of the classical limit: results differ from it by as much
 AMPLITUDE = 1/math.pi       # with E* = 1 and the wavelength 1 the unit of pressure is 1
 DRAWN = 1024                # cells of a state that the records keep
@@ -225,22 +226,25 @@ def records(parameters):
 
 
 def figure(records):
-    """Wave pressed flat: pressure (a) and micromoment (b) over one period at mean pressures up to beyond full closure; broken lines:
+    """Wave pressed flat: pressure (a) and micromoment (b) over one period at mean pressures over that of the classical full closure,
+    up to beyond it; broken lines:
     classical limit."""
     drawing, axes = plots.figure(1, 2)
     laws = grouped(records, "law")
     for law, chosen in laws.items():
         axes[0].set_prop_cycle(None)
         axes[1].set_prop_cycle(None)
-        for load, nodes in grouped(chosen, "load").items():
+        for number, (load, nodes) in enumerate(grouped(chosen, "load").items()):
+            look = {"marker": plots.MARKERS[number % len(plots.MARKERS)], "markevery": APART, "markersize": 3}
             classical = law == "classical"
             axes[0].plot(column(nodes, "x"), column(nodes, "pressure"), "--" if classical else "-",
-                         label=None if classical else rf"$\bar p = {load:.3g}$")
+                         **({"linewidth": 0.8} if classical else look), label=None if classical else rf"$\bar p = {load:.3g}$")
             if not classical:
-                axes[1].plot(column(nodes, "x"), column(nodes, "micromoment"))
+                axes[1].plot(column(nodes, "x"), column(nodes, "micromoment"), **look)
+    axes[0].plot([], [], "--", color="0.4", linewidth=0.8, label="classical")
     axes[0].set(xlabel=r"$x_1/\lambda$", ylabel=r"$p\lambda/(\pi E^*\Delta)$", title="(a)")
-    axes[1].set(xlabel=r"$x_1/\lambda$", ylabel=r"$M/(\bar p_{closure}\,\ell)$", title="(b)")
-    plots.legend_below(axes[0])
+    axes[1].set(xlabel=r"$x_1/\lambda$", ylabel=r"$M/(\bar p_\mathrm{closure}\,\ell)$", title="(b)")
+    plots.legend_of_all(drawing, axes[0])
     return drawing
 
 
@@ -272,10 +276,10 @@ def draw_path(records):
         axes[1].plot(column(own, "load"), column(own, "approach"), **style)
         if law == "microblock":
             axes[0].plot(column(own, "load"), column(own, "full_contact_fraction"), ":", color=colour, label="microblock, both corners")
-    axes[0].axvline(records[0]["full_closure"], color="0.7", linewidth=0.8)
+    axes[0].axvline(records[0]["full_closure"], color="0.7", linewidth=0.8, label="both corners everywhere, closed form")
     axes[0].set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"contact over $\lambda$", title="(a)")
     axes[1].set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"approach over $\Delta$", title="(b)")
-    plots.legend_below(axes[0])
+    plots.legend_of_all(drawing, axes[0], columns=3)
     return drawing
 
 

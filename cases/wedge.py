@@ -145,7 +145,7 @@ def figure(records):
     for each of which one corner acts alone and the classical wedge; pressure at three loads (b), dotted the classical ones."""
     given = Parameters(**{name: records[0][name] for name in ("nu", "beta")})
     laws = grouped(records, "law")
-    drawing, axes = plots.figure(1, 2)
+    drawing, axes = plots.figure(1, 2, height=3.0)
     firsts = [own[0] for own in grouped(laws["microblock"], "load").values()]
     loads = np.array(column(firsts, "load"))
     axes[0].loglog(loads, column(firsts, "half_width"), "o", color=plots.COLOURS[0], label="outer edge")
@@ -158,9 +158,11 @@ def figure(records):
         axes[0].loglog(alone, 0.5 + sign*light(given, alone), style, color="k", linewidth=0.8, label="corner alone, its " + ("outer" if sign > 0 else "inner") + " edge")
     axes[0].axvline(records[0]["coalescence"], color="0.7", linewidth=0.8, label="zones merge")
     axes[0].set(xlabel=r"$P/(E^* s\,\ell)$", ylabel=r"edges over $\ell$", ylim=(0.02, None), title="(a)")
-    for load, colour in zip(dict.fromkeys(min(loads, key=lambda one: abs(math.log(one/drawn))) for drawn in DRAWN), plots.COLOURS):
+    chosen = dict.fromkeys(min(loads, key=lambda one: abs(math.log(one/drawn))) for drawn in DRAWN)
+    for load, colour, style in zip(chosen, plots.COLOURS, plots.LINES):
         own = [row for row in laws["microblock"] if row["load"] == load]
-        three_ways.draw_zones(axes[1], own, "pressure", color=colour, label=rf"$P/(E^* s\,\ell) = {load:g}$")
+        three_ways.draw_zones(axes[1], own, "pressure", color=colour, linestyle=style,
+                              label=rf"$P/(E^* s\,\ell) = {load:g}$")
         x = np.linspace(-load, load, 400)
         axes[1].plot(x, reference(load)(x)/SLOPE, ":", color=colour, linewidth=0.9)
     axes[1].set(xlabel=r"$x_1/\ell$", ylabel=r"$p/(E^* s)$", ylim=(0, 3), title="(b)  dotted: classical")

@@ -4,12 +4,15 @@ import io
 
 import matplotlib
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 SCREEN_DPI = 110 # of what notebooks show
 COLUMN = 3.5     # inches, one column of a journal page
 # Okabe and Ito's palette (2008), ordered for contrast on white
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+LINES = ("-", "--", "-.", ":")
+BELOW = 5.5      # of a legend under a panel, in its letters: room for ticks and label
 STYLE = {
     "font.size": 8, "axes.labelsize": 9, "legend.fontsize": 7, "xtick.labelsize": 8, "ytick.labelsize": 8,
     "lines.linewidth": 1.2, "lines.markersize": 4, "axes.linewidth": 0.6, "legend.frameon": False,
@@ -41,9 +44,21 @@ def figure(rows=1, columns=1, height=2.6, width=COLUMN, **grid):
     return drawing, drawing.subplots(rows, columns, **grid)
 
 
-def legend_below(axis, columns=2):
-    """A legend under the panel, where it cannot cover data."""
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.25), ncols=columns)
+def legend_below(axis, columns=2, title=None):
+    """A legend under the panel and its label, where it cannot cover data."""
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=BELOW, ncols=columns, title=title, title_fontsize=7)
+
+
+def legend_of_all(drawing, axis, columns=4, title=None):
+    """One legend below all panels for what `axis` shows."""
+    drawing.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=columns, title=title, title_fontsize=7)
+
+
+def plain_log(side):
+    """Labels 1, 2, 5, 10, ... of a logarithmic axis (`axis.xaxis` or `axis.yaxis`) over few decades."""
+    side.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    side.set_major_formatter(StrMethodFormatter("{x:g}"))
+    side.set_minor_locator(NullLocator())
 
 
 def draw(drawing, data, folder, name):

@@ -19,6 +19,7 @@ PEAK = 4.0           # of the mean pressure, beyond which it is cut off; a cylin
 TICKS = 5            # intervals on an axis, at most
 GAP_SHOWN = 0.5      # of the half-width of the contact, beyond it, in which gaps set the end of their axis
 OUT_OF_CONTACT = "0.85"
+CLOSED = 1e-6        # of the range of displacements: gaps that are rounding
 
 
 class StateFigure:
@@ -43,7 +44,7 @@ class StateFigure:
             if len(corners) == 2:
                 self._total = self.axes["pressure"].plot([], [], color="0.45", linewidth=0.8, label="$p$")
             self._bars = self._zone_bars()
-            self.blocks = BlocksPanel(self.axes["blocks"])
+            self.blocks = BlocksPanel(self.axes["blocks"], corners)
             self._ends, self._frames = defaultdict(End), {"blocks": Window(), "curves": Window()}
             self._label()
 
@@ -64,8 +65,9 @@ class StateFigure:
         return bars
 
     def _label(self):
-        labels = {"pressure": "pressure $p$ (stress)", "micromoment": r"$M/\ell$ (stress)", "gap": "corner gap $g$ (length)",
-                  "turn": r"turn $\psi_0 + \psi$ (degrees)"}
+        gap = "corner gap" if len(self.corners) == 2 else "gap"
+        labels = {"pressure": "pressure $p$ (stress)", "micromoment": r"$M/\ell$ (stress)", "gap": f"{gap} $g$ (length)",
+                  "turn": f"turn {_turn(self.corners)} (degrees)"}
         for name, text in labels.items():
             self.axes[name].set(ylabel=text)
             self.axes[name].locator_params(nbins=TICKS)      # labels are what takes time to draw
@@ -112,10 +114,11 @@ class StateFigure:
         for name in ("pressure", "micromoment", "gap", "turn", "zones"):
             self.axes[name].set_xlim(*window)
         gaps, turn = surface.gaps[:, shown], np.degrees(surface.turn[shown])
+        gaps = gaps[np.isfinite(gaps) & (gaps > CLOSED*np.ptp(surface.sinking))]
         pressure = surface.pressures.sum(axis=0)
         # at the ends of a punch the pressure is infinite
         most = PEAK*np.trapezoid(pressure, surface.x)/max(sum(right - left for left, right in contact), 1e-300)
-        for name, values in (("pressure", np.minimum(pressure[shown], most)), ("gap", gaps[np.isfinite(gaps)])):
+        for name, values in (("pressure", np.minimum(pressure[shown], most)), ("gap", gaps)):
             self.axes[name].set_ylim(0, self._ends[name].holding(values.max(initial=0.0), self._renewed))
         for name, values in (("micromoment", np.clip(surface.micromoment[shown]/surface.ell, -most, most)), ("turn", turn)):
             size = np.abs(values).max(initial=0.0)
@@ -133,8 +136,8 @@ class StateFigure:
 class BlocksPanel:
     """Blocks, surface and obstacle on an Axes."""
 
-    def __init__(self, axis):
-        self.axis = axis
+    def __init__(self, axis, corners):
+        self.axis, self.corners = axis, corners
         self._squares = axis.add_collection(PolyCollection([], facecolor="#FBE3D0", edgecolor=plots.COLOURS[1], linewidth=0.8))
         self._obstacle = axis.add_collection(PolyCollection([], facecolor="0.75", edgecolor="k", linewidth=0.8, zorder=0.5))
         self._surface = axis.plot([], [], color="k", linewidth=0.7)[0]
@@ -146,7 +149,8 @@ class BlocksPanel:
         axis.tick_params(axis="y", left=False, labelleft=False)
         axis.spines["left"].set_visible(False)
         self._title = axis.text(0, 1.02, "", transform=axis.transAxes)
-        axis.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, borderaxespad=0.1)
+        if len(corners) == 2:
+            axis.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, borderaxespad=0.1)
 
     def update(self, shown):
         """Show other Blocks; heights from the uppermost point of the surface on."""
@@ -160,7 +164,8 @@ class BlocksPanel:
         for number, dots in enumerate(self._corners):
             dots.set_data(*(shown.squares[shown.closed[:, number], number] - down).T)
         self.axis.set(xlim=(left, right), ylim=((ABOVE - BLOCKS_HEIGHT)*width, ABOVE*width))
-        self._title.set_text(rf"blocks turned by $\psi_0 + \psi$; heights and angles {shown.magnification:g} times")
+        touches = "" if len(self.corners) == 2 else "; their middle touches"
+        self._title.set_text(f"blocks turned by {_turn(self.corners)}{touches}; heights and angles {shown.magnification:g} times")
         return self
 
     @property
@@ -172,10 +177,10 @@ class BlocksPanel:
 class BlocksFigure:
     """The turned blocks alone; as `StateFigure`."""
 
-    def __init__(self):
+    def __init__(self, corners):
         with matplotlib.rc_context(plots.STYLE):
             self.drawing, axis = plots.figure(width=SIZE[0], height=2.9)
-            self.panel = BlocksPanel(axis)
+            self.panel = BlocksPanel(axis, corners)
 
     def update(self, state, window=None):
         contact = state.named_zones["contact"]
@@ -222,6 +227,10 @@ def _around(contact, ell):
     return contact[0][0] - margin, contact[-1][1] + margin
 
 
+def _turn(corners):
+    return r"$\psi_0 + \psi$" if len(corners) == 2 else r"$\psi$"
+
+
 def _nice(value):
     """The next round number above."""
     if not value > 0:
@@ -238,6 +247,13 @@ def _pieces(line):
 
 
 def _under(piece, top):
-    """The obstacle as an area from its surface up to the top of the picture."""
+    """The obstacle as an area from its surface up to the top of the picture, without what lies above that on either side."""
+    below = np.flatnonzero(piece[:, 1] < top)
+    if not len(below):
+        return np.empty((0, 2))
+    piece = piece[max(below[0] - 1, 0):below[-1] + 2].copy()
+    for end, inner in ((0, 1), (-1, -2)):
+        if piece[end, 1] > top:
+            piece[end] = piece[inner] + (piece[end] - piece[inner])*(top - piece[inner, 1])/(piece[end, 1] - piece[inner, 1])
     low = np.minimum(piece[:, 1], top)
     return np.concatenate((np.column_stack((piece[:, 0], low)), [(piece[-1, 0], top), (piece[0, 0], top)]))

@@ -155,7 +155,7 @@ class StateView(Shown):
     def plot_blocks(self, path=None, window=None):
         """The turned blocks under the obstacle, as in Fig. 3 of the paper; as `plot`."""
         from .state_figure import BlocksFigure
-        drawing = BlocksFigure().update(self, window).drawing
+        drawing = BlocksFigure(self.setting.law.corners).update(self, window).drawing
         if path is not None:
             drawing.savefig(path)
         return drawing

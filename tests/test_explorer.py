@@ -12,6 +12,7 @@ import microblock as mb
 from microblock import blocks, condensation, contact_line, refined, subsurface, widgets
 from microblock.display import Row, Summary, html, intervals, number
 from microblock.explorer import Explorer
+from microblock.state_figure import StateFigure
 
 R, LOAD = 10.0, 1.0
 
@@ -105,6 +106,12 @@ def test_fields_of_bodies_are_drawn_below_as_well(block, quantity):
     cells = others(block, mb.Microblock())["cells"][0].at(LOAD, nodes=256)
     with pytest.raises(mb.BadArgument, match="cells have no fields"):
         cells.plot_below(quantity)
+
+
+def test_pictures_do_not_magnify_rounding_nor_name_corners_that_a_law_has_not():
+    figure = StateFigure(mb.Unilateral().corners).update(scene(mb.Unilateral(), obstacle=mb.Punch(0.3)).at(LOAD))
+    assert figure.axes["gap"].get_ylim()[1] == 1.0 and figure.axes["blocks"].get_legend() is None      # closed gaps: 1e-17
+    assert StateFigure(mb.Microblock().corners).axes["blocks"].get_legend() is not None
 
 
 def test_warnings_where_small_strain_ends():

@@ -82,6 +82,9 @@ def test_every_curve_has_a_style_and_every_mesh_its_shape_and_rule():
     assert {method.name for method in METHODS} <= set(speed_figures.STYLES)
     lines = {method.name: speed_figures.STYLES[method.name] for method in METHODS if method.kinds == LINES}
     assert len(set(lines.values())) == len(lines)      # told apart by more than colour
+    for plate in (speed_figures.ELEMENTS, speed_figures.RULES, speed_figures.OTHERS):
+        looks = [(*speed_figures.STYLES[name][1:], speed_figures.look(name)["markerfacecolor"] == "none") for name in plate]
+        assert len(set(looks)) == len(plate)
     for method in METHODS:
         if method.run is uniform:
             for setting in method.settings + method.dear:
