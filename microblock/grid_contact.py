@@ -19,6 +19,7 @@ FIRST, MOST = 128, 2**21       # cells of the coarsest and finest grid that rtol
 COARSEST = 1024                # at which halving a given number of cells ends, after two halvings at the earliest
 COARSE_RESIDUAL = 0.01         # of the coarser grids, over their nodes: far below what the next one changes
 RESIDUAL = 1e-9                # of the state; its pressures are good to some ten times that
+ENOUGH = 1e-3                 # of rtol: residual of states that only follow others
 SLOWEST = 1.4                  # ratio of successive changes from grid to grid taken for the slowest convergence; 2 is expected
 
 
@@ -124,7 +125,7 @@ class GridContact(SceneView):
 
     def follow(self, load, rtol, near):
         """The state at a load on as many cells as one `near`, or on more if rtol asks for them."""
-        state = self.at(load, nodes=len(near.x))
+        state = self.at(load, nodes=len(near.x), residual=max(RESIDUAL, ENOUGH*rtol))
         return state if state.error_estimate <= rtol else self.at(load, rtol=rtol)
 
     def summary(self):
