@@ -20,7 +20,7 @@ from microblock.study import check_writable, write_json  # noqa: E402
 
 
 def modules(asked=None):
-    """{name: module} of all cases, the modules of this package with `Parameters` and `run`; of the one asked for alone, sooner."""
+    """{name: module} of all cases, the modules here with `Parameters` and `run`; of the one asked for alone, sooner."""
     names, found = [entry.name for entry in pkgutil.iter_modules(cases.__path__) if entry.name != "__main__"], {}
     for name in [asked] if asked in names else names:
         module = import_module(f"cases.{name}")

@@ -128,7 +128,8 @@ def show(answer):
 def rows(parameters, answer):
     """A row a run; its seconds, which no other run has again, are left to the table."""
     own = {"command": command("classical", parameters)}
-    return [{**own, **{name: cell for name, cell in row.items() if name != "seconds"}, "rtol": parameters.rtol} for row in answer["runs"]]
+    return [{**own, **{name: cell for name, cell in row.items() if name != "seconds"}, "rtol": parameters.rtol}
+            for row in answer["runs"]]
 
 
 def records(parameters):

@@ -28,7 +28,7 @@ from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Punch
 from microblock.scene import Contact
-from microblock.study import grouped
+from microblock.study import column, grouped
 
 LOAD, RADIUS, STIFFNESS = math.pi/2, 10.0, 20.0
 OBSTACLES = {"cylinder": Cylinder(RADIUS), "punch": Punch(1.0, tilt=0.01)}
@@ -192,7 +192,7 @@ def figure(records):
     for colour, marker, (obstacle, own) in zip(plots.COLOURS, plots.MARKERS, grouped(records, "obstacle").items()):
         for (law, rows), style in zip(grouped(own, "law").items(), ("-", ":")):
             for number, chosen in enumerate(grouped(rows, "limit").values()):
-                axis.loglog([row["h"] for row in chosen], [row["difference"] for row in chosen], style, color=colour, marker=marker,
+                axis.loglog(column(chosen, "h"), column(chosen, "difference"), style, color=colour, marker=marker,
                             label=f"{obstacle}, {law}" if number == 0 else None)
     axis.plot([], [], "--", color="0.6", linewidth=0.7, label="orders 3/2, 1 and $-2$")
     for power, (first, last), size in ((1.5, (0.05, 0.4), 0.0015), (1, (0.05, 0.4), 0.03), (-2, (4, 32), 0.2)):

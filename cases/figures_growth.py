@@ -14,7 +14,8 @@ GUIDE = 1.5          # exponent of the grey line: a sparse factorisation in the 
 
 def cost(records):
     """Growth of processor seconds and memory: over unknowns (a, b) and over contact nodes (c, d); (e) time over its floor, one
-    factorisation of the same matrix (dense: one solve; without a matrix: one product with the flexibility); (f) where the time of the largest run goes.
+    factorisation of the same matrix (dense: one solve; without a matrix: one product with the flexibility); (f) where the time
+    of the largest run goes.
     Cross: the next one failed or was left out, drawn at the time of the last one."""
     drawing, axes = plots.figure(3, 2, height=2.3, width=2.9)
     good = grouped([row for row in records if not row["failure"]], "method")

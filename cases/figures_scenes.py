@@ -26,6 +26,7 @@ PLATES = {
     "hole": (partial(hole.records, HOLE), hole.figure),
     "hole_body": (partial(hole.body_records, HOLE), hole.body_figure),
     "classical": (partial(classical.records, classical.Parameters(nodes=(1000, 3000, 10000, 30000))), classical.figure),
-    "timing": (partial(timing.records, timing.Parameters(alphas=(0.05, 0.25, 1.0), rtols=(1e-3, 1e-6), repeats=2)), timing.figure),
+    "timing": (partial(timing.records, timing.Parameters(alphas=(0.05, 0.25, 1.0), rtols=(1e-3, 1e-6), repeats=2)),
+               timing.figure),
 }
 CLOCKED = ("timing",)      # its records are times: nothing runs beside it

@@ -172,7 +172,8 @@ def convergence_draw(rows):
         axes[2].loglog(column(runs, "rtol"), obtained, plots.MARKERS[number], label=rf"$\ell/H = {ratio:g}$")
     limits = np.array([1e-11, 1e-2])
     axes[2].loglog(limits, limits, "k:", label="obtained = asked")
-    for axis, name, label in zip(axes, "abc", (r"elements per $\ell/\beta^{1/2}$", r"unknowns ($\ell/H = 0.1$)", "rtol asked for")):
+    labels = r"elements per $\ell/\beta^{1/2}$", r"unknowns ($\ell/H = 0.1$)", "rtol asked for"
+    for axis, name, label in zip(axes, "abc", labels):
         axis.set(title=f"({name})", xlabel=label)
         plots.legend_below(axis, 2 if name == "b" else 1)
     axes[0].set_ylabel(r"relative $L_2$ error of $\psi$")

@@ -297,7 +297,8 @@ def draw_lengths(axis, found, every=1):
         lines = [row for row in found if row["alpha"] == alpha]
         fitted = [row for row in lines[::every] if row["L_bl_over_ell"] is not None]
         colour = plots.COLOURS[number % len(plots.COLOURS)]
-        axis.plot(column(lines, "x1"), column(lines, "mode_length_over_ell"), plots.LINES[number % len(plots.LINES)], color=colour)
+        style = plots.LINES[number % len(plots.LINES)]
+        axis.plot(column(lines, "x1"), column(lines, "mode_length_over_ell"), style, color=colour)
         axis.errorbar(column(fitted, "x1"), column(fitted, "L_bl_over_ell"), yerr=column(fitted, "L_bl_error"),
                       fmt=plots.MARKERS[number % len(plots.MARKERS)], color=colour, markerfacecolor="none", capsize=2,
                       linewidth=0.8)

@@ -194,7 +194,8 @@ SQUARES = Axis("spacing", r"$h/a_\mathrm{Hz}$", 0.4, 0.2)
 IN_STRIP = {"rho": r"$\rho H/(\lambda + 2\mu)$"}
 MAPS = (
     Map("penalty_strip", "Strip: which rho of the penalty is best on a mesh, and where does it spoil the matrix?",
-        penalty_in_strip, (replace(PENALTIES, label=IN_STRIP["rho"]), Axis("elements", "elements", 2, 512, whole=True)), share=0.5),
+        penalty_in_strip, (replace(PENALTIES, label=IN_STRIP["rho"]), Axis("elements", "elements", 2, 512, whole=True)),
+        share=0.5),
     Map("penalty_squares", "Cylinder: which rho of the penalty is best on a mesh, and where does it spoil the matrix?",
         penalty_on_squares, (PENALTIES, SQUARES, ALPHA), share=0.6),
     Map("lagrangian_strip", "Strip: does the augmented Lagrangian depend on rho?", lagrangian_in_strip,

@@ -153,7 +153,8 @@ def figure(records):
     drawing, axis = plots.figure(height=3.0)
     axis.semilogy(column(records, "load"), column(records, "error_paper"), "s-", label="the paper's way")
     for name, style in (("asked", "o-"), ("obtained", "^--")):
-        axis.semilogy(column(records, "load"), column(records, f"error_{name}"), style, markerfacecolor="none", label=f"fitted, {name}")
+        axis.semilogy(column(records, "load"), column(records, f"error_{name}"), style, markerfacecolor="none",
+                      label=f"fitted, {name}")
     axis.semilogy(column(records, "load"), SHARE*np.array(column(records, "error_paper")), "k:", linewidth=0.8,
                   label="a tenth of the paper's")
     axis.set(xlabel=r"$P/P_{\max}$", ylabel="relative error in $L^2$")

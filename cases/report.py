@@ -69,7 +69,8 @@ def run(parameters, out, quiet=False):
         with tqdm(total=len(names), disable=quiet, unit="item") as progress:
             _make(names, records, parameters.workers, progress)
     except KeyboardInterrupt:
-        raise NotConverged(f"stopped after {len(records.drawn)} of {len(names)} items; the same command goes on from there") from None
+        raise NotConverged(f"stopped after {len(records.drawn)} of {len(names)} items; "
+                           "the same command goes on from there") from None
     finally:
         seconds = time.perf_counter() - start
         made = [name for name in names if name in records.drawn]

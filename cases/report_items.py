@@ -1,4 +1,4 @@
-"""Items of the report in its folder: records that are kept while they hold, figures drawn from them, made here or by other processes."""
+"""Items of the report: records that are kept while they hold, figures drawn from them, made here or by other processes."""
 
 import hashlib
 import json

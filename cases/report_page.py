@@ -42,7 +42,8 @@ def _verdicts(one):
     """A line on what was judged, with a link to it; nothing for other items."""
     counts = ", ".join(f"{verdict} {count}" for verdict, count in sorted(one["verdicts"].items()))
     title = one["name"].replace("_", " ")
-    return f'<p><a href="#{one["name"]}">{title[:1].upper() + title[1:]}</a>, verdicts on what the paper says: {counts}.</p>' if counts else ""
+    link = f'<a href="#{one["name"]}">{title[:1].upper() + title[1:]}</a>'
+    return f"<p>{link}, verdicts on what the paper says: {counts}.</p>" if counts else ""
 
 
 def _anchor(title):

@@ -141,8 +141,8 @@ def records(parameters):
 
 
 def figure(records):
-    """Rough obstacle and rough psi0(x): pressure (a) and micromoment (b) around the largest pressure, one corner's zones torn from
-    the other's."""
+    """Rough obstacle and rough psi0(x): pressure (a) and micromoment (b) around the largest pressure, one corner's zones torn
+    from the other's."""
     drawing, axes = plots.figure(1, 2)
     for axis, name in zip(axes, ("pressure", "micromoment")):
         axis.plot(column(records, "x"), column(records, name), linewidth=0.8)

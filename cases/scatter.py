@@ -194,8 +194,8 @@ def figure(records):
             places = [shift*(amplitude or smallest/2) for amplitude in groups]
             for place, own in zip(places, groups.values()):
                 axis.plot([place]*len(own), column(own, name), ".", color=colour, markersize=2, alpha=0.5)
-            axis.errorbar(places, [np.mean(column(own, name)) for own in groups.values()], [np.std(column(own, name)) for own in groups.values()],
-                          color=colour, marker=marker, capsize=2, label=label)
+            means, spread = ([found(column(own, name)) for own in groups.values()] for found in (np.mean, np.std))
+            axis.errorbar(places, means, spread, color=colour, marker=marker, capsize=2, label=label)
         axis.set(xscale="log")
         axis.set_xticks([amplitude or smallest/2 for amplitude in groups], [f"{amplitude:g}" for amplitude in groups])
         axis.minorticks_off()

@@ -270,7 +270,8 @@ def figure(records):
     kinds = grouped(records, "kind")
     drawing, axes = plots.figure(1, 3, width=2.33, height=2.4)
     _draw_path(axes[:2], kinds["path"], given)
-    axes[2].plot(column(kinds["profile"], "psi"), column(kinds["profile"], "x2"), "o", color=plots.COLOURS[2], markersize=3, markerfacecolor="none")
+    axes[2].plot(column(kinds["profile"], "psi"), column(kinds["profile"], "x2"), "o", color=plots.COLOURS[2], markersize=3,
+                 markerfacecolor="none")
     x2 = np.linspace(-1, 1, 301)
     axes[2].plot(reference(given).psi(x2), x2, color=plots.COLOURS[2], zorder=1)
     axes[2].set(xlabel=r"$\psi$ (rad)", ylabel="$x_2/H$", title=rf"(c)  $\delta/H = {given.delta_over_H:g}$")

@@ -226,9 +226,8 @@ def records(parameters):
 
 
 def figure(records):
-    """Wave pressed flat: pressure (a) and micromoment (b) over one period at mean pressures over that of the classical full closure,
-    up to beyond it; broken lines:
-    classical limit."""
+    """Wave pressed flat: pressure (a) and micromoment (b) over one period at mean pressures over that of the classical full
+    closure, up to beyond it; broken lines: classical limit."""
     drawing, axes = plots.figure(1, 2)
     laws = grouped(records, "law")
     for law, chosen in laws.items():
@@ -261,8 +260,8 @@ def path_records(parameters):
 
 
 def draw_path(records):
-    """Wave pressed flat, from first touch to full closure: contact (a) and approach (b) over the mean pressure, classical markers on
-    Westergaard's closed form; microblocks close at the vertical line.
+    """Wave pressed flat, from first touch to full closure: contact (a) and approach (b) over the mean pressure, classical
+    markers on Westergaard's closed form; microblocks close at the vertical line.
     """
     from microblock.references import Wavy      # judges only: the computation does without
     drawing, axes = plots.figure(1, 2)
@@ -275,7 +274,8 @@ def draw_path(records):
         axes[0].plot(column(own, "load"), column(own, "contact_fraction"), **style, label=law)
         axes[1].plot(column(own, "load"), column(own, "approach"), **style)
         if law == "microblock":
-            axes[0].plot(column(own, "load"), column(own, "full_contact_fraction"), ":", color=colour, label="microblock, both corners")
+            axes[0].plot(column(own, "load"), column(own, "full_contact_fraction"), ":", color=colour,
+                         label="microblock, both corners")
     axes[0].axvline(records[0]["full_closure"], color="0.7", linewidth=0.8, label="both corners everywhere, closed form")
     axes[0].set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"contact over $\lambda$", title="(a)")
     axes[1].set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"approach over $\Delta$", title="(b)")

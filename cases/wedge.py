@@ -155,7 +155,8 @@ def figure(records):
     axes[0].loglog(fine, fine, color="0.5", linewidth=0.8, label="classical wedge")
     alone = fine[light(given, fine) < 0.5]
     for sign, style in ((1, "--"), (-1, ":")):
-        axes[0].loglog(alone, 0.5 + sign*light(given, alone), style, color="k", linewidth=0.8, label="corner alone, its " + ("outer" if sign > 0 else "inner") + " edge")
+        axes[0].loglog(alone, 0.5 + sign*light(given, alone), style, color="k", linewidth=0.8,
+                       label=f"corner alone, its {'outer' if sign > 0 else 'inner'} edge")
     axes[0].axvline(records[0]["coalescence"], color="0.7", linewidth=0.8, label="zones merge")
     axes[0].set(xlabel=r"$P/(E^* s\,\ell)$", ylabel=r"edges over $\ell$", ylim=(0.02, None), title="(a)")
     chosen = dict.fromkeys(min(loads, key=lambda one: abs(math.log(one/drawn))) for drawn in DRAWN)

@@ -33,7 +33,8 @@ def draw_below(state, quantity="psi"):
     with matplotlib.rc_context(plots.STYLE):
         drawing, axis = plots.figure(height=2.9, width=5.2)
         deep = x2 <= -FIRST*box[1]*(1 - ROUNDING)      # nearer to the surface a stress may have no bound
-        drawn = _contours(axis, Triangulation(x1, x2, triangles), values(psi, stress, quantity), quantity in ("psi", "skew"), deep)
+        drawn = _contours(axis, Triangulation(x1, x2, triangles), values(psi, stress, quantity), quantity in ("psi", "skew"),
+                          deep)
         for left, right in contact:
             axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
         axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=box[0],

@@ -41,7 +41,8 @@ class Frames:
 
     def _limits(self):
         # heights of the blocks have no labels
-        return {name: (*axis.get_xlim(), *(() if name == "blocks" else axis.get_ylim())) for name, axis in self.figure.axes.items()}
+        return {name: (*axis.get_xlim(), *(() if name == "blocks" else axis.get_ylim()))
+                for name, axis in self.figure.axes.items()}
 
     def _draw_all(self):
         with self._without_moving():

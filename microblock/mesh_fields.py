@@ -30,8 +30,9 @@ class BelowOnMesh:
         for kind, points in ((ng.ET.TRIG, [(i, j) for j in range(CUTS + 1) for i in range(CUTS + 1 - j)]),
                              (ng.ET.QUAD, [(i, j) for j in range(CUTS + 1) for i in range(CUTS + 1)])):
             numbers = {point: number for number, point in enumerate(points)}
-            halves = [[(i, j), (i + 1, j), (i, j + 1)] for i, j in points] + [[(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i, j in points]
-            cuts[kind] = np.array([[numbers[point] for point in half] for half in halves if all(point in numbers for point in half)])
+            halves = [[(i, j), (i + 1, j), (i, j + 1)] for i, j in points]
+            halves += [[(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i, j in points]
+            cuts[kind] = np.array([[numbers[point] for point in half] for half in halves if numbers.keys() >= {*half}])
             rules[kind] = ng.IntegrationRule([(i/CUTS, j/CUTS) for i, j in points], [0.0]*len(points))
         places = mesh.MapToAllElements(rules, ng.VOL)
         x1, x2, psi, stress = (np.asarray(function(places)) for function in (ng.x, ng.y, fields.psi, fields.stress))
@@ -39,7 +40,8 @@ class BelowOnMesh:
         for element in mesh.Elements():
             triangles.append(first + cuts[element.type])
             first += len(rules[element.type])
-        return _cut_to(box, x1.ravel(), x2.ravel(), np.concatenate(triangles), psi.ravel(), stress.reshape(-1, 2, 2), self.mirrored)
+        triangles, stress = np.concatenate(triangles), stress.reshape(-1, 2, 2)
+        return _cut_to(box, x1.ravel(), x2.ravel(), triangles, psi.ravel(), stress, self.mirrored)
 
 
 def _cut_to(box, x1, x2, triangles, psi, stress, mirrored):

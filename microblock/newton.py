@@ -91,7 +91,8 @@ class State(Shown):
             closed["all"] = np.logical_and.reduce(list(self.closed.values()))
         counts = {corner: f"{np.count_nonzero(nodes)} of {len(nodes)}" for corner, nodes in closed.items()}
         rows = (Row("load", "P", self.load, f"force per {per}"), Row("approach", "d", self.approach, "length"),
-                Row("largest nodal pressure", "p", pressure, "stress"), Row("largest nodal micromoment", "|M|", moment, "stress x length"),
+                Row("largest nodal pressure", "p", pressure, "stress"),
+                Row("largest nodal micromoment", "|M|", moment, "stress x length"),
                 *(Row("all corners closed" if corner == "all" else f"corner {corner} closed", "", count, "contact nodes")
                   for corner, count in counts.items()),
                 Row("largest relative residual", "", self.kkt), Row("iterations", "", self.iterations))

@@ -28,7 +28,12 @@ def layer_lengths(solid, psi, u1, micromoment, pressure):
 
 
 def distance(weights, pressure, moment, total):
-    """max(|dp|, |dM|/ell)/|p| in L2, the norm of all error estimates: of dp, dM/ell and p with weights, arrays (n,); 0 without p."""
+    """max(|dp|, |dM|/ell)/|p| in L2, the norm of all error estimates; 0 without p.
+
+    Parameters
+    ----------
+    weights, pressure, moment, total : arrays (n,), of the rule, dp, dM/ell and p
+    """
     size = weights @ total**2
     return float(np.sqrt(max(weights @ pressure**2, weights @ moment**2)/size)) if size else 0.0
 

@@ -101,7 +101,7 @@ class StateView(Shown):
         return found
 
     def moved_on(self, earlier, share):
-        """This state, moved on by a share of the way from an earlier one as far as that helps to find the next: here not at all."""
+        """This state, moved on by a share of the way from an earlier one if that helps to find the next; by default it stays."""
         return self
 
     @property

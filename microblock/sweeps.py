@@ -128,7 +128,7 @@ def _compute(function, points, executor, workers, keep):
 
 @contextmanager
 def processes(workers=None):
-    """A pool of local processes (pebble), fresh ones of one thread each, one a core without `workers`; on leaving they are stopped."""
+    """A pool of local processes (pebble), fresh ones of one thread each, one a core without `workers`; left, it stops them."""
     before = {name: os.environ.get(name) for name in PINNED}
     os.environ.update(PINNED)      # for the processes, before they import numpy
     pool = ProcessPool(workers or os.cpu_count(), context=get_context("spawn"))      # forked ones share NGSolve's locks

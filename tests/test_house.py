@@ -56,3 +56,9 @@ def test_numbers_do_without_ngsolve():
 def test_public_names_exist():
     for name in microblock.__all__:
         assert getattr(microblock, name).__doc__
+
+
+def test_lines_are_short_enough_to_stand_beside_each_other():
+    long = [f"{path.name}:{number}" for folder in (ROOT, ROOT.parent/"cases") for path in sorted(folder.glob("*.py"))
+            for number, line in enumerate(path.read_text().splitlines(), 1) if len(line) > 130]
+    assert not long

@@ -129,7 +129,7 @@ def test_failed_runs_are_recorded_and_drawn_as_failed():
 
     row = speed.measure(SCENE, Method("paper's way", fails, (), ("line",)), {"h": 0.1}, 3)
     assert row["failure"] == "NotConverged: the active set cycles; take a smaller step"
-    assert row["error"] is None and row["setup"] is None and row["spent"] >= 0
+    assert row["error"] is None and row["setup"] is None
     real = speed.measure(SCENE, NAMED["half-plane"], {"rtol": 1e-15}, 1)
     assert real["failure"].startswith("NotConverged") and real["spent"] > 0
     good = speed.measure(SCENE, NAMED["cells"], {"nodes": 128}, 1)
