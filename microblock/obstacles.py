@@ -1,8 +1,9 @@
 """Rigid obstacles: their height over the plane x2 = 0, and the gap that they leave to a point.
 
 An obstacle's ``height(x)`` takes an array of x1 and returns x2 of its lower surface, ``inf``
-where there is no obstacle. It approaches along -e2. Any callable height serves as well. `kinks` are
-the abscissae at which the slope jumps, `jumps` by how much, `ends` those beyond which there is no obstacle.
+where there is no obstacle. It approaches along -e2. Any callable height serves as well. Optional attributes:
+`kinks`, shape (k,), ascending, the abscissae at which the slope jumps, `jumps`, shape (k,), by how much, `ends`,
+(left, right), those beyond which there is no obstacle.
 """
 
 from dataclasses import dataclass
@@ -55,7 +56,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Wedge:
-    """Blunt wedge whose flanks rise by `slope` (radians) from its edge at x1 = 0.
+    """Blunt wedge of the height slope |x1|: `slope` is that of its flanks, tan of their angle (dimensionless).
 
     Examples
     --------
@@ -74,7 +75,7 @@ class Wedge:
     def __post_init__(self):
         require_finite(slope=self.slope)
         if not self.slope > 0:
-            raise BadArgument("slope", self.slope, "must be positive (radians)")
+            raise BadArgument("slope", self.slope, "must be positive")
 
     def height(self, x):
         return self.slope*np.abs(x)
@@ -82,7 +83,7 @@ class Wedge:
 
 @dataclass(frozen=True)
 class Punch:
-    """Flat punch -half_width <= x1 <= half_width, turned counterclockwise by `tilt` (radians).
+    """Flat punch -half_width <= x1 <= half_width of the height tilt x1: `tilt` is the slope of its face (dimensionless).
 
     Examples
     --------
@@ -110,7 +111,8 @@ class Punch:
 class Profile:
     """Sampled profile: piecewise linear through (x, z), no obstacle outside.
 
-    `x` ascending and finite, shape (n,), n >= 2; `z` of the same shape.
+    `x` ascending and finite, shape (n,), n >= 2; `z` of the same shape. Each sample inside is a kink, where microblocks have
+    a peak of pressure each: that takes seconds to a minute. Give a smooth curve as a function height(x) instead.
 
     Examples
     --------

@@ -12,6 +12,7 @@ COLUMN = 3.5     # inches, one column of a journal page
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 LINES = ("-", "--", "-.", ":")
+CAPTION = 8      # points
 BELOW = 5.5      # of a legend under a panel, in its letters: room for ticks and label
 STYLE = {
     "font.size": 8, "axes.labelsize": 9, "legend.fontsize": 7, "xtick.labelsize": 8, "ytick.labelsize": 8,
@@ -23,6 +24,11 @@ STYLE = {
 
 class Drawing(Figure):
     """A figure that keeps the house style when it is drawn and saved, and shows itself in a notebook."""
+
+    def captioned(self, text):
+        """This figure with a line of small letters above it, which may hold any text."""
+        self.suptitle(text, fontsize=CAPTION, parse_math=False)
+        return self
 
     def draw(self, renderer):
         with matplotlib.rc_context(STYLE):

@@ -27,7 +27,11 @@ class Contact(SceneView):
     Parameters
     ----------
     body : HalfPlane, or Body
-    obstacle : an obstacle of `microblock.obstacles`, or a callable height(x)
+    obstacle : an obstacle of `microblock.obstacles`, or a callable height(x) that takes an array of x1 and returns one of x2;
+        an object with a method ``height(x)`` may also have, as attributes or properties,
+        `kinks` : abscissae at which its slope jumps, ascending, shape (k,); panels and meshes put a node there,
+        `jumps` : by how much the slope jumps at each (left to right, dimensionless), shape (k,),
+        `ends` : (left, right), beyond which there is no obstacle (height inf)
     law : a law of `microblock.law`
 
     Examples
