@@ -50,11 +50,12 @@ def short(thing, longest=60):
 
 
 def call(thing, longest=40):
-    """An obstacle or a law for a title, as it is called: the numbers in four digits, texts only if they are not the usual ones."""
+    """An obstacle or a law for a title, as it is called: numbers in four digits, texts only if they are not the usual ones."""
     if not is_dataclass(thing):
         return short(thing, longest)
     known = [(entry.name, getattr(thing, entry.name), entry.default) for entry in fields(thing)]
-    told = ", ".join(f"{name}={_argument(value)}" for name, value, usual in known if not isinstance(value, str) or value != usual)
+    told = ", ".join(f"{name}={_argument(value)}" for name, value, usual in known
+                     if not isinstance(value, str) or value != usual)
     text = f"{type(thing).__name__}({told})"
     return text if len(text) <= longest else text[:longest - 4] + "...)"
 

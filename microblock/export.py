@@ -1,4 +1,4 @@
-"""Results for other programs: contact surfaces, load paths and studies as CSV, surface and fields as VTK files (ParaView, meshio, PyVista).
+"""Results for other programs: states, load paths and studies as CSV, surface and fields as VTK files (ParaView, meshio, PyVista).
 
 Everything is in the units of the scene. Fields of bodies are written by NGSolve, the rest by meshio (extra `vtk`).
 """
@@ -21,6 +21,7 @@ from .surface_view import StateView
 CORNERS = {1: ("C",), 2: ("A", "B")}
 ACROSS, DOWN = 81, 41       # points of the grid below a contact, if none is given
 REACH = 1.5                 # of the contact: width and depth of that grid
+LONG = 80                   # letters of something refused; of more its type is told
 FINEST = 3                  # halvings of an element at most
 
 
@@ -80,7 +81,7 @@ def _nodes(state):
 def _same_columns(rows):
     """Rows that make a table, or BadArgument."""
     if not isinstance(rows, (list, tuple)) or not rows or not all(isinstance(row, Mapping) for row in rows):
-        shown = f"a {type(rows).__name__}" if rows is not None and len(repr(rows)) > 80 else rows
+        shown = rows if len(repr(rows)) < LONG and "\n" not in repr(rows) else type(rows)
         raise BadArgument("what", shown, "must be a state, a load path, or a list of at least one dict, as sweep() returns it")
     for number, row in enumerate(rows):
         if row.keys() != rows[0].keys():

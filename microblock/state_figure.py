@@ -22,7 +22,7 @@ TICKS = 5            # intervals on an axis, at most
 GAP_SHOWN = 0.5      # of the half-width of the contact, beyond it, in which gaps set the end of their axis
 OUT_OF_CONTACT = "0.85"
 NEAR = 1e-6          # of ell, to which the edge of a zone is at an end of the obstacle
-MOST_TOLD = 4        # places that are listed
+MOST_TOLD = 3        # places that are listed
 CLOSED = 1e-6        # of the range of displacements: gaps that are rounding
 
 
@@ -85,7 +85,8 @@ class StateFigure:
         self.axes["zones"].set_xlabel("$x_1$ (length)")
         if len(self.corners) == 2:
             for name in ("pressure", "gap"):
-                self.axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0.1)
+                self.axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0.1, handlelength=1.6,
+                                       columnspacing=1.0, handletextpad=0.4)
 
     def update(self, state, window=None):
         """Show a state; `window` (left, right) of x1, or the contact and its surroundings."""
@@ -159,7 +160,7 @@ class BlocksPanel:
         self._surface = axis.plot([], [], color="k", linewidth=0.7)[0]
         # a circle around a square: both are seen where two blocks meet
         self._corners = [axis.plot([], [], marker, color=CORNER_COLOURS[name], markersize=size, markerfacecolor=face,
-                                   zorder=zorder, linestyle="none", label=f"{side} corner {name} closed")[0]
+                                   zorder=zorder, linestyle="none", label=f"{name} ({side}) closed")[0]
                          for name, side, marker, size, face, zorder in (("A", "left", "o", 6, "none", 4),
                                                                         ("B", "right", "s", 3, None, 3))]
         axis.set(aspect="equal", xlabel="$x_1$ (length)")
@@ -196,7 +197,7 @@ class BlocksFigure:
 
     def __init__(self, corners):
         with matplotlib.rc_context(plots.STYLE):
-            self.drawing, axis = plots.figure(width=SIZE[0], height=2.9)
+            self.drawing, axis = plots.figure(width=SIZE[0], height=3.2)
             self.panel = BlocksPanel(axis, corners)
 
     def update(self, state, window=None):
@@ -243,14 +244,15 @@ def unbounded(state):
     shifts = dict(zip(setting.law.corners, corner_shifts(setting.law, setting.ell)))
     points = [*getattr(setting.obstacle, "kinks", ()), *getattr(setting.obstacle, "ends", ())]
     margin = NEAR*setting.ell
-    return sorted({float(f"{point + shift:.4g}") for corner, shift in shifts.items() for point in points
+    return sorted({float(point + shift) for corner, shift in shifts.items() for point in points
                    for left, right in zones[corner if len(shifts) == 2 else "contact"]
                    if left - margin <= point + shift <= right + margin})
 
 
 def _listed(places):
-    shown = ", ".join(f"{place:.3g}" for place in places[:MOST_TOLD])
-    return f"$x_1$ = {shown}{', ...' if len(places) > MOST_TOLD else ''}"
+    shown = [float(f"{place:.3g}") for place in places]
+    words = list(dict.fromkeys(f"\u00b1{abs(place):g}" if place and -place in shown else f"{place:g}" for place in shown))
+    return ", ".join(words[:MOST_TOLD]) + (", ..." if len(words) > MOST_TOLD else "")
 
 
 def _around(contact, ell):

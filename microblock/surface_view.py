@@ -134,7 +134,8 @@ class StateView(Shown):
         numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in self.named_zones["contact"]]
         if self.error_estimate is not None or min(numbers, default=FEWEST) >= FEWEST:
             return []
-        return [f"only {min(numbers)} nodes in contact and no error estimate: {advice}"]
+        where = "in contact" if len(numbers) == 1 else "in a zone of the contact"
+        return [f"only {min(numbers)} nodes {where} and no error estimate: {advice}"]
 
     def moved_on(self, earlier, share):
         """This state, moved on by a share of the way from an earlier one if that helps to find the next; by default it stays."""
