@@ -1,6 +1,7 @@
 """What states, paths and obstacles of every kind are called by, what they say of themselves, and what leaves as CSV."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 import microblock as mb
 from microblock import meshes, surface_view
 from microblock.display import call
-from microblock.observables import lowest
+from microblock.observables import contact_zones, lowest
 from microblock.state_figure import BlocksFigure, StateFigure, unbounded
 from microblock.study import read_records
 
@@ -50,6 +51,10 @@ def test_states_of_every_kind_go_by_the_same_names(kind):
         assert name in surface_view.StateView.__doc__
 
 
+def test_edges_are_plain_numbers():
+    assert repr(contact_zones({0: np.array([(0.0, 1.0)]), 1: ()}, "AB")["A"]) == "[(0.0, 1.0)]"
+
+
 def test_nothing_in_contact_has_no_width():
     state = mb.GridContact(HALF, mb.Cylinder(R=10), mb.Microblock(), window=(-1, 1)).at(approach=-1.0, nodes=64)
     assert state.half_width == 0.0 and state.named_zones["contact"] == []
@@ -83,7 +88,7 @@ def test_lowest_points_are_told_from_flat_bottoms_and_ties():
     assert lowest(lambda x: x**2, x) == pytest.approx((0, 0), abs=1e-8)      # root of rounding
     assert lowest(lambda x: np.where(x < 0.3, np.inf, x), np.unique([*x, 0.3])) == (0.3, 0.3)
     assert lowest(lambda x: 0*x + 2, x) == (2.0, None)
-    assert lowest(lambda x: np.cos(4*np.pi*x), np.linspace(-1, 1, 33))[1] is None
+    assert lowest(lambda x: np.cos(2*np.pi*x), x)[1] is None      # -1/2 and 1/2
     assert lowest(lambda x: np.maximum(np.abs(x), 1/9 + 1e-9), x)[1] is None      # flat between two samples
 
 
@@ -161,7 +166,9 @@ def test_few_nodes_without_an_estimate_are_warned_of(coarse, fine, advice):
 
 
 def test_an_estimate_speaks_for_itself():
-    assert not any("nodes in" in text for text in body().at(1.0, rtol=0.2).warnings)
+    state = body().at(1.0)
+    assert any("nodes in" in text for text in state.warnings)
+    assert not any("nodes in" in text for text in replace(state, error_estimate=0.1).warnings)
 
 
 def test_help_tells_what_an_obstacle_may_have():
