@@ -56,7 +56,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Wedge:
-    """Blunt wedge of the height slope |x1|: `slope` is that of its flanks, tan of their angle (dimensionless).
+    """Blunt wedge of the height ``slope*abs(x1)``: `slope` is that of its flanks, tan of their angle (dimensionless).
 
     Examples
     --------
@@ -83,7 +83,7 @@ class Wedge:
 
 @dataclass(frozen=True)
 class Punch:
-    """Flat punch -half_width <= x1 <= half_width of the height tilt x1: `tilt` is the slope of its face (dimensionless).
+    """Flat punch -half_width <= x1 <= half_width of the height ``tilt*x1``: `tilt` is the slope of its face (dimensionless).
 
     Examples
     --------

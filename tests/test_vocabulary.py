@@ -131,6 +131,15 @@ def test_pictures_drawn_for_themselves_say_what_they_show(tmp_path):
     assert labels == ["A (left) closed", "B (right) closed"]
 
 
+def test_captions_stay_within_their_figures():
+    x = np.linspace(-1, 1, 5)
+    state = line(mb.Profile(x, x**2/20), mb.Microblock(-0.001234, "lever")).at(0.1234, rtol=1e-2)
+    drawing = state.plot_below()
+    drawing.draw_without_rendering()
+    box = drawing._suptitle.get_window_extent()
+    assert len(state.caption) > 80 and 0 <= box.x0 and box.x1 <= drawing.bbox.width
+
+
 def test_captions_are_short():
     x = np.linspace(-1, 1, 100)
     assert call(mb.Profile(x, x**2)) == "Profile(x=100 numbers, z=100 numbers)"
