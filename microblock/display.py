@@ -49,7 +49,7 @@ def short(thing, longest=60):
     return text if len(text) <= longest else text[:longest - 3] + "..."
 
 
-def call(thing, longest=40):
+def call(thing, longest=48):
     """An obstacle or a law for a title, as it is called: numbers in four digits, texts only if they are not the usual ones."""
     if not is_dataclass(thing):
         return short(thing, longest)
