@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from . import contact_line, line_state, topology
 from .adapt import climb
 from .display import scene_summary
@@ -29,9 +31,10 @@ class Contact(SceneView):
     body : HalfPlane, or Body
     obstacle : an obstacle of `microblock.obstacles`, or a callable height(x) that takes an array of x1 and returns one of x2;
         an object with a method ``height(x)`` may also have, as attributes or properties,
-        `kinks` : abscissae at which its slope jumps, ascending, shape (k,); panels and meshes put a node there,
-        `jumps` : by how much the slope jumps at each (left to right, dimensionless), shape (k,),
-        `ends` : (left, right), beyond which there is no obstacle (height inf)
+        `kinks` : tuple of abscissae, ascending, at which its slope or a higher derivative jumps; nodes are put there,
+        `jumps` : as long, by how much the slope jumps at each (left to right, dimensionless), 0 where it does not,
+        `ends` : (left, right), beyond which there is no obstacle (height inf);
+        `microblock.Shape` makes one of a function and its kinks
     law : a law of `microblock.law`
 
     Examples
@@ -118,8 +121,9 @@ class Contact(SceneView):
                 if objection.reached is not None:
                     raise
                 failure = objection
-        raise NotConverged(f"no zones fit at load {load:g}: {failure}; next to a load at which zones meet only a larger rtol is "
-                           "in reach, and contacts far narrower or wider than a block are classical: try "
+        hint = "" if hasattr(self.obstacle, "height") else "a height that is not smooth everywhere wants mb.Shape; "
+        raise NotConverged(f"no zones fit at load {load:g}: {failure}; {hint}next to a load at which zones meet only a larger "
+                           "rtol is in reach, and contacts far narrower or wider than a block are classical: try "
                            "GridContact") from failure
 
     def load(self, last, rtol=1e-3, progress=False):
@@ -151,13 +155,19 @@ class Contact(SceneView):
         return states
 
     def _settled(self, load, zones, order, tolerance):
-        """The state on these zones, mended where they do not hold."""
+        """The state on these zones, mended where they do not hold.
+
+        Where mending leads back to the same zones, what is left is the panels' own error, of which the estimate speaks: under
+        an obstacle less smooth than they take it for.
+        """
         state = contact_line.fit(self.line, load, zones, order=order, tolerance=tolerance)
         for _ in range(MENDINGS):
             better = topology.mended(state)
             if better is None:
                 return self._completed(state, tolerance)
-            state = contact_line.fit(self.line, load, better, order=order, tolerance=tolerance)
+            before, state = state, contact_line.fit(self.line, load, better, order=order, tolerance=tolerance)
+            if _alike(before.zones, state.zones, tolerance):
+                return self._completed(state, tolerance)
         raise NotConverged(f"zones still changing after {MENDINGS} mendings at load {load:g}")
 
     def _completed(self, state, tolerance):
@@ -198,6 +208,14 @@ class Contact(SceneView):
         if not self.may_meet_on_axis:
             raise BadArgument("scene", self, "must be a symmetric one of microblocks under an obstacle without ends")
         return contact_line.coalescence(self.line, OUTER_AT_TOUCH*self.body.solid.ell, order)
+
+
+def _alike(zones, others, tolerance):
+    """Whether the same intervals, up to a tolerance over the width of all."""
+    if any(len(own) != len(others[corner]) for corner, own in zones.items()):
+        return False
+    edges, moved = (np.concatenate([np.ravel(own) for own in each.values()]) for each in (zones, others))
+    return bool(np.all(np.abs(edges - moved) <= tolerance*np.ptp(edges)))
 
 
 def _orders_of(near, rtol):

@@ -239,10 +239,11 @@ class Window:
 
 
 def unbounded(state):
-    """Places x1 within the contact at which the pressure is infinite: where a corner meets an end or a kink of the obstacle."""
+    """Places x1 within the contact at which the pressure is infinite: where a corner meets an end or an edge of the obstacle."""
     setting, zones = state.setting, state.named_zones
     shifts = dict(zip(setting.law.corners, corner_shifts(setting.law, setting.ell)))
-    points = [*getattr(setting.obstacle, "kinks", ()), *getattr(setting.obstacle, "ends", ())]
+    kinks, jumps, ends = (getattr(setting.obstacle, name, ()) for name in ("kinks", "jumps", "ends"))
+    points = [*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends]
     margin = NEAR*setting.ell
     return sorted({float(point + shift) for corner, shift in shifts.items() for point in points
                    for left, right in zones[corner if len(shifts) == 2 else "contact"]

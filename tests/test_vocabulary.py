@@ -159,6 +159,7 @@ def test_axes_that_are_cut_say_so_and_where():
     assert told(mb.Cylinder(R=10), mb.Microblock()) == ""
     state = line(mb.Profile(np.array([-2.0, -0.5, 0.5, 2.0]), np.array([0.05, 0.02, 0.0, 0.1])), mb.Unilateral()).at(0.1)
     assert state.half_width < 0.5 and unbounded(state) == [0.5]      # a kink out of contact counts for nothing
+    assert unbounded(line(mb.Shape(lambda x: np.abs(x)**3, kinks=(0.0,))).at(1.0)) == []      # nor one of the curvature
 
 
 @pytest.mark.parametrize("coarse, fine, advice", [(lambda: body().at(1.0), lambda: body(0.05).at(1.0), "ask for rtol="),
