@@ -243,8 +243,8 @@ def heights(obstacle, x):
         raise BadArgument("obstacle", obstacle, "its height(x) must return one number (or inf) for each x of an array")
     wrong = np.isnan(above) | (above == -np.inf)
     if np.any(wrong):
-        raise BadArgument("obstacle", obstacle, f"its height(x) is {above[wrong][0]:g} at x = {x[wrong][0]:.4g}: must be a number, "
-                          "or inf where there is no obstacle")
+        raise BadArgument("obstacle", obstacle, f"its height(x) is {above[wrong][0]:g} at x = {x[wrong][0]:.4g}: must be "
+                          "a number, or inf where there is no obstacle")
     return above
 
 
@@ -261,7 +261,8 @@ def check_lowest(obstacle, ell):
         with np.errstate(invalid="ignore"):      # inf - inf
             falls = np.all(np.diff(above[-TAIL:]) < 0)
         if falls and above[-1] <= min(map(np.min, sides.values())):
-            raise BadArgument("obstacle", obstacle, f"must be lowest somewhere, but its height(x) falls towards x = {side*np.inf:g}")
+            raise BadArgument("obstacle", obstacle,
+                              f"must be lowest somewhere, but its height(x) falls towards x = {side*np.inf:g}")
 
 
 def _returned(obstacle, x):

@@ -20,7 +20,7 @@ MENDINGS = 4          # of zones that a fitted state shows wrong
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
 NEAR_STEPS = 5        # of the edges, from a neighbour's on: if there are more the coarse grid is the shorter way
 LOOSER = (1e-11, 1e-10, 1e-8, 1e-6)      # rtol that are tried, to tell what can be had where rounding keeps from a smaller one
-WIDEST = 6000         # blocks that a contact may cover: beyond it panels do not reach from its layers to its middle
+WIDE = 400            # blocks under a contact, up to which zones are found; symmetric ones up to some 6000
 AMPLE = 0.03          # of rtol: a neighbour as good as that had more order than needed
 
 
@@ -118,8 +118,8 @@ class Contact(SceneView):
             reached = self._reachable(load, rtol) if failure.reached is None else None
             if reached is None:
                 raise
-            raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was {reached:.1e}; "
-                               "ask for that", reached=reached) from failure
+            raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was "
+                               f"{reached:.1e}; ask for that", reached=reached) from failure
 
     def _reachable(self, load, rtol):
         """The smallest error estimate seen where less is asked for; None if there is none."""
@@ -152,9 +152,9 @@ class Contact(SceneView):
         """What to try where no zones fit."""
         (left, right), = topology.classical(self.line, load)[0]
         blocks = (right - left)/self.solid.ell
-        if blocks > WIDEST and len(self.law.corners) > 1:
-            return (f"the contact is some {blocks:.0e} blocks wide, and up to {WIDEST} are in reach: it is a classical one but for "
-                    "layers at its edges, which the unilateral law answers; or take a larger ell")
+        if blocks > WIDE:
+            return (f"the contact is some {blocks:.1g} blocks wide, and up to {WIDE} are in reach, some 6000 if all is symmetric: "
+                    "take a larger ell")
         return "next to a load at which zones meet only a larger rtol is in reach; else take uniform cells"
 
     def load(self, last, rtol=1e-3, progress=False):
