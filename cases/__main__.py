@@ -117,7 +117,8 @@ def _told(out, before, json_path):
     if len(names) > LISTED:
         names = [f"{len(names)} files in {out}"]
     wrote = f"wrote {', '.join([*names, *([json_path] if json_path else [])])}" if made or json_path else ""
-    return "; ".join(words for words in (wrote, "no figures: give --out DIR" if out is None else "") if words) or "nothing written"
+    missing = "no figures: give --out DIR" if out is None else ""
+    return "; ".join(words for words in (wrote, missing) if words) or "nothing written"
 
 
 def _fail(status, name, message):

@@ -65,7 +65,8 @@ class Parameters:
     h: float | None = option(None, "fe: near-zone element over a_Hz; without it --rtol chooses; with --order alone "
                              f"{hertz_fe.PAPER_H:g} on a uniform mesh, on a fitted one what suits the contact")
     order: int | None = option(None, "Gauss points on a panel, 4 to 30, or order of the finite elements: fixes what --rtol "
-                               f"would choose; with --h alone 1 on a uniform mesh, {hertz_fe.LADDER[0][0]} on a fitted one", int)
+                               f"would choose; with --h alone 1 on a uniform mesh, {hertz_fe.LADDER[0][0]} on a fitted one",
+                               int)
     rtol: float | None = option(None, "relative error of pressure and of micromoment over ell, both over the pressure, in L2 on "
                                 "the Gauss points of the panels, whose weights vanish at edges: for a punch, whose L2 norm is "
                                 f"infinite, it is that of this rule ({RTOL:g} if nothing is given)")

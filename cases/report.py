@@ -47,7 +47,7 @@ BOUND = 64        # processes that can be asked for
 @dataclass(frozen=True)
 class Parameters:
     only: tuple = option((), "names to make, all if none is given; DIR/index.html shows them under the headings "
-                         f"{'; '.join((*SECTIONS, 'Tables'))}; README.md lists them, and a name that is none is answered with all",
+                         f"{'; '.join((*SECTIONS, 'Tables'))}; README.md has most, and a name that is none is answered with all",
                          str, nargs="+", metavar="NAME")
     anew: bool = option(False, "compute all records again", bool)
     workers: int | None = option(None, f"processes, 1 for this one alone; without it one a core, {MOST} at most", int)

@@ -153,8 +153,8 @@ class Contact(SceneView):
         (left, right), = topology.classical(self.line, load)[0]
         blocks = (right - left)/self.solid.ell
         if blocks > WIDE:
-            return (f"the contact is some {blocks:.1g} blocks wide, and up to {WIDE} are in reach, some 6000 if all is symmetric: "
-                    "take a larger ell")
+            return (f"the contact is some {blocks:.1g} blocks wide, and up to {WIDE} are in reach, some 6000 if all is "
+                    "symmetric: take a larger ell")
         return "next to a load at which zones meet only a larger rtol is in reach; else take uniform cells"
 
     def load(self, last, rtol=1e-3, progress=False):
