@@ -61,7 +61,8 @@ class Parameters:
                                 "go with --mesh uniform)", str, choices=("condensed", "al", "penalty"))
     rho: float | None = option(None, "fe: regularisation of al and penalty (stress over length); without it the stiffness of the "
                                f"contact, and {PENALTY:g} times that for penalty")
-    mesh: str | None = option(None, f"fe: fitted or uniform ({hertz_fe.DEFAULTS['mesh']} if not given)", str, choices=("fitted", "uniform"))
+    mesh: str | None = option(None, f"fe: fitted or uniform ({hertz_fe.DEFAULTS['mesh']} if not given)", str,
+                                choices=("fitted", "uniform"))
     h: float | None = option(None, "fe: near-zone element over a_Hz; without it --rtol chooses; with --order alone "
                              f"{hertz_fe.PAPER_H:g} on a uniform mesh, on a fitted one what suits the contact")
     order: int | None = option(None, "Gauss points on a panel, 4 to 30, or order of the finite elements: fixes what --rtol "
