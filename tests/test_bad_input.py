@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock import line_state, meshes
+from microblock import meshes
 from microblock.errors import LONGEST, shown
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
