@@ -38,7 +38,8 @@ def draw_below(state, quantity="psi"):
         for left, right in contact:
             axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
         axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=box[0],
-                 ylim=(max(x2.min(), -box[1]), max(0.03*box[1], x2.max())), title="contact in black")
+                 ylim=(max(x2.min(), -box[1]), max(0.03*box[1], x2.max())))
+        drawing.captioned(f"{state.caption}\ncontact in black")
         drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75, ticks=MaxNLocator(6))
     return drawing
 

@@ -33,7 +33,12 @@ class Contact(SceneView):
     Parameters
     ----------
     body : HalfPlane, or Body
-    obstacle : an obstacle of `microblock.obstacles`, or a callable height(x)
+    obstacle : an obstacle of `microblock.obstacles`, or a callable height(x) that takes an array of x1 and returns one of x2;
+        an object with a method ``height(x)`` may also have, as attributes or properties,
+        `kinks` : tuple of abscissae, ascending, at which its slope or a higher derivative jumps; nodes are put there,
+        `jumps` : as long, by how much the slope jumps at each (left to right, dimensionless), 0 where it does not,
+        `ends` : (left, right), beyond which there is no obstacle (height inf);
+        `microblock.Shape` makes one of a function and its kinks
     law : a law of `microblock.law`
 
     Examples
