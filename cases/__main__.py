@@ -10,13 +10,16 @@ import json  # noqa: E402
 import pkgutil  # noqa: E402
 import sys  # noqa: E402
 from argparse import RawDescriptionHelpFormatter  # noqa: E402
+from dataclasses import fields  # noqa: E402
 from importlib import import_module  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 import cases  # noqa: E402
-from cases.options import OneLineParser, add_options, complaint  # noqa: E402
+from cases.options import OneLineParser, add_options, complaint, did_you_mean, flag  # noqa: E402
 from microblock.errors import BadArgument, MicroblockError  # noqa: E402
 from microblock.study import check_writable, write_json  # noqa: E402
+
+LISTED = 8     # files that the last line names; of more it gives the number
 
 
 def modules(asked=None):
@@ -38,14 +41,27 @@ def parser(known):
                                       formatter_class=RawDescriptionHelpFormatter, allow_abbrev=False)
         add_options(command, module.Parameters)
         command.add_argument("--json", metavar="FILE", help="write the result as one JSON object (- for standard output)")
-        command.add_argument("--out", metavar="DIR", help="folder for figures", default=getattr(module, "OUT", None))
+        command.add_argument("--out", metavar="DIR", default=getattr(module, "OUT", None),
+                             help="folder for figures and records"
+                                  + (f" (default {module.OUT})" if hasattr(module, "OUT") else "; without it none are written"))
     return top
+
+
+def parsed(known, words):
+    """{option: value} of the command line; one that is misspelt is answered with the nearest."""
+    top = parser(known)
+    found, unknown = top.parse_known_args(words)
+    if unknown:
+        options = [flag(entry.name) for entry in fields(known[found.case].Parameters)] if found.case else []
+        wrong = next((word for word in unknown if word.startswith("-")), unknown[0])
+        top.error(f"unrecognized arguments: {' '.join(unknown)}" + did_you_mean(wrong, [*options, "--json", "--out", "--help"]))
+    return vars(found)
 
 
 def main(words=None):
     words = sys.argv[1:] if words is None else words
     known = modules(words[0] if words else None)
-    arguments = vars(parser(known).parse_args(words))
+    arguments = parsed(known, words)
     name, json_path, out = (arguments.pop(key, None) for key in ("case", "json", "out"))
     if name is None:
         for case, module in known.items():
@@ -57,11 +73,14 @@ def main(words=None):
         if json_path not in (None, "-"):
             check_writable("json", json_path)
         out = None if out is None else _folder(out)
+        before = _files(out)
         result = module.run(parameters, out, quiet=json_path == "-")
         if json_path == "-":
             print(json.dumps(result, indent=1, allow_nan=False))
         elif json_path:
             write_json(json_path, result)
+        if json_path != "-":
+            print(_told(out, before, json_path), file=sys.stderr)
     except BadArgument as failure:
         return _fail(2, name, complaint(failure, module.Parameters))
     except MicroblockError as failure:
@@ -80,6 +99,26 @@ def _folder(out):
         raise BadArgument("out", out, f"is no folder that can be made ({failure.strerror})") from failure
     check_writable("out", Path(out)/"figure")
     return Path(out)
+
+
+def _files(out):
+    """{path: what changes when it is written} of a folder and the folders in it."""
+    if out is None:
+        return {}
+    paths = [path for pattern in ("*", "*/*") for path in out.glob(pattern) if path.is_file()]
+    return {path: (path.stat().st_mtime_ns, path.stat().st_ino) for path in paths}
+
+
+def _told(out, before, json_path):
+    """The last line: which files were written, or what to give for some."""
+    after = _files(out)
+    made = sorted(path for path in after if after[path] != before.get(path))
+    names = [str(made[0]), *(str(path.relative_to(out)) for path in made[1:])] if made else []
+    if len(names) > LISTED:
+        names = [f"{len(names)} files in {out}"]
+    wrote = f"wrote {', '.join([*names, *([json_path] if json_path else [])])}" if made or json_path else ""
+    missing = "no figures: give --out DIR" if out is None else ""
+    return "; ".join(words for words in (wrote, missing) if words) or "nothing written"
 
 
 def _fail(status, name, message):

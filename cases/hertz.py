@@ -24,6 +24,7 @@ from microblock import line_state, law, obstacles, plots
 from microblock.errors import BadArgument, require_finite
 from microblock.halfplane import HalfPlane
 from microblock.material import Cosserat
+from microblock.newton import PENALTY
 from microblock.observables import contact_zones, half_widths, largest
 from microblock.panels import zone_edges
 from microblock.scene import Contact
@@ -54,13 +55,19 @@ class Parameters:
     contact: str = option("microblock", "contact law", str, choices=("microblock", "unilateral", "microclamped"))
     model: str | None = option(None, "fe or halfplane; without it the smallest that can answer, halfplane", str,
                                choices=("fe", "halfplane"))
-    domain: str | None = option(None, "fe: size of the square over a_Hz, or inf", str)
-    method: str | None = option(None, "fe: condensed, al or penalty", str, choices=("condensed", "al", "penalty"))
-    rho: float | None = option(None, "fe: regularisation")
-    mesh: str | None = option(None, "fe: fitted or uniform", str, choices=("fitted", "uniform"))
-    h: float | None = option(None, "fe: near-zone element over a_Hz")
+    domain: str | None = option(None, "fe: size of the square over a_Hz, or inf for a half-plane, cut off far away "
+                                f"({hertz_fe.DEFAULTS['domain']} if not given)", str)
+    method: str | None = option(None, f"fe: condensed, al or penalty ({hertz_fe.DEFAULTS['method']} if not given; the others "
+                                "go with --mesh uniform)", str, choices=("condensed", "al", "penalty"))
+    rho: float | None = option(None, "fe: regularisation of al and penalty (stress over length); without it the stiffness of the "
+                               f"contact, and {PENALTY:g} times that for penalty")
+    mesh: str | None = option(None, f"fe: fitted or uniform ({hertz_fe.DEFAULTS['mesh']} if not given)", str,
+                                choices=("fitted", "uniform"))
+    h: float | None = option(None, "fe: near-zone element over a_Hz; without it --rtol chooses; with --order alone "
+                             f"{hertz_fe.PAPER_H:g} on a uniform mesh, on a fitted one what suits the contact")
     order: int | None = option(None, "Gauss points on a panel, 4 to 30, or order of the finite elements: fixes what --rtol "
-                               "would choose", int)
+                               f"would choose; with --h alone 1 on a uniform mesh, {hertz_fe.LADDER[0][0]} on a fitted one",
+                               int)
     rtol: float | None = option(None, "relative error of pressure and of micromoment over ell, both over the pressure, in L2 on "
                                 "the Gauss points of the panels, whose weights vanish at edges: for a punch, whose L2 norm is "
                                 f"infinite, it is that of this rule ({RTOL:g} if nothing is given)")

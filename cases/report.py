@@ -17,7 +17,7 @@ from tqdm import tqdm
 
 from cases import (figures_fe, figures_hertz, figures_layers, figures_scenes, figures_strip, figures_studies, limits_table,
                    paper_and_here, report_page)
-from cases.options import option
+from cases.options import did_you_mean, option
 from cases.report_items import File, Task, together
 from microblock import provenance
 from microblock.errors import BadArgument, NotConverged
@@ -46,14 +46,16 @@ BOUND = 64        # processes that can be asked for
 
 @dataclass(frozen=True)
 class Parameters:
-    only: tuple = option((), f"names to make, of {', '.join(KNOWN)}", str, nargs="+", metavar="NAME")
+    only: tuple = option((), "names to make, all if none is given; DIR/index.html shows them under the headings "
+                         f"{'; '.join((*SECTIONS, 'Tables'))}; README.md has most, and a name that is none is answered with all",
+                         str, nargs="+", metavar="NAME")
     anew: bool = option(False, "compute all records again", bool)
     workers: int | None = option(None, f"processes, 1 for this one alone; without it one a core, {MOST} at most", int)
 
     def __post_init__(self):
         for name in self.only:
             if name not in KNOWN:
-                raise BadArgument("only", name, f"must be one of {', '.join(KNOWN)}")
+                raise BadArgument("only", name, f"is no item of the report{did_you_mean(name, KNOWN)}; all: {', '.join(KNOWN)}")
         if self.workers is None:
             object.__setattr__(self, "workers", min(len(os.sched_getaffinity(0)), MOST))
         if not 1 <= self.workers <= BOUND:

@@ -274,6 +274,8 @@ def warnings(parameters):
     found = []
     if abs(parameters.psi0) > SMALL_ANGLE:
         found.append(f"psi0 = {parameters.psi0_deg:g} degrees: beyond the small-angle form (41)")
+    if parameters.delta_over_H <= 0:
+        found.append(f"delta = {parameters.delta_over_H:g} H: the planes do not press, all fields are zero (separation)")
     if parameters.delta_over_H > 0.1:
         found.append(f"delta = {parameters.delta_over_H:g} H: beyond small strain")
     if parameters.ell_over_H > 1:

@@ -30,8 +30,8 @@ LOG = 20                     # ratio of the largest to the smallest value from w
 
 @dataclass(frozen=True)
 class Parameters:
-    of: str = option("hertz", "the case: one that returns numbers, such as strip, hertz, size_effect", str, positional=True,
-                     metavar="CASE")
+    of: str = option("hertz", "the case to vary: one that returns numbers, such as strip, hertz, size_effect", str,
+                     positional=True, metavar="CASE")
     over: tuple = option(None, "a parameter of the case and its values; once for each parameter", str, nargs="+", action="append",
                          metavar=("NAME", "VALUE"))
     given: tuple = option((), "other parameters of the case", str, nargs="+", metavar="NAME=VALUE")

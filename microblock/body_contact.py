@@ -15,9 +15,9 @@ from .body import Body
 from .body_state import BodyState, zones_of
 from .condensation import condensed
 from .display import path_summary, scene_summary
-from .errors import BadArgument, require_positive
+from .errors import require_positive
 from .observables import zone_changes
-from .path import Event, PathView
+from .path import Event, PathView, require_on_path
 from .refined import refine_until
 from .scene_view import SceneView
 
@@ -47,6 +47,8 @@ class BodyContact(SceneView):
     obstacle: object
     law: object
     boundary: str = "contact"
+
+    stands_on = "body", Body, "a Body"
 
     def summary(self):
         words = f"body of {self.body.mesh.ne} elements, order {self.body.order}"
@@ -138,8 +140,7 @@ class BodyPath(PathView):
 
     def at(self, load):
         """The state at a load up to the last one."""
-        if not 0 < load <= self.last:
-            raise BadArgument("load", load, f"must lie between 0 and the end of the path, {self.last:g}")
+        require_on_path(load, self.last)
         return self.scene.at(load)
 
     @cached_property

@@ -3,6 +3,12 @@
 
 from numbers import Real
 
+import numpy as np
+
+LONGEST = 80     # characters of a value in a message
+MANY = 6         # entries of a sequence from which its first FEW are shown
+FEW = 3
+
 
 class MicroblockError(Exception):
     """Base of all errors raised on purpose.
@@ -26,7 +32,7 @@ class BadArgument(MicroblockError, ValueError):
     """
 
     def __init__(self, name, value, allowed):
-        super().__init__(f"{name} = {value!r}: {allowed}")
+        super().__init__(f"{name} = {shown(value)}: {allowed}")
         self.name, self.value, self.allowed = name, value, allowed
 
 
@@ -75,6 +81,21 @@ class MissingExtra(MicroblockError, ImportError):
 
     def __init__(self, what, package, extra):
         super().__init__(f"{what} needs {package}: python -m pip install 'microblock[{extra}]'")
+
+
+def shown(value):
+    """A value on one short line: of a long sequence its length and first entries, of a function its name."""
+    if callable(value) and hasattr(value, "__name__"):
+        return f"{'class' if isinstance(value, type) else 'function'} {value.__name__}"
+    if isinstance(value, (list, tuple, np.ndarray)) and np.ndim(value) and len(value) > MANY:
+        return f"{len(value)} entries ({', '.join(shown(one) for one in value[:FEW])}, ...)"
+    return shortened(repr(value.item() if isinstance(value, np.generic) else value))
+
+
+def shortened(words):
+    """Words on one line of at most LONGEST characters."""
+    line = " ".join(words.split())
+    return line if len(line) <= LONGEST else line[:LONGEST - 4] + " ..."
 
 
 def require_positive(**arguments):

@@ -10,6 +10,7 @@ from . import projected_cg
 from .display import scene_summary
 from .errors import BadArgument, NotConverged, require_finite, require_tolerance
 from .grid import Cells, PeriodicHalfPlane
+from .halfplane import HalfPlane
 from .law import corner_shifts
 from .observables import contact_zones, distance, distance_to_ends, runs
 from .scene_view import SceneView
@@ -114,6 +115,7 @@ class GridContact(SceneView):
     law: object
     window: tuple | None = None
 
+    stands_on = "body", HalfPlane, "a HalfPlane or a PeriodicHalfPlane (mb.HalfPlane(solid)?)"
     usual_rtol = 1e-2
 
     @property
@@ -138,6 +140,7 @@ class GridContact(SceneView):
         return scene_summary("GridContact", f"half-plane on cells, {where}", self.body.solid, self.obstacle, self.law)
 
     def __post_init__(self):
+        super().__post_init__()
         if isinstance(self.body, PeriodicHalfPlane):
             if self.window is not None:
                 raise BadArgument("window", self.window, "belongs to a half-plane without images; here it is the period")

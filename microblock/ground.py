@@ -8,7 +8,9 @@ import numpy as np
 from .display import scene_summary
 from .errors import BadArgument, NotConverged, require_positive
 from .law import corner_shifts, symmetric
+from .material import Cosserat
 from .observables import runs
+from .obstacles import check_lowest, heights
 from .panels import Line
 from .scene_view import SceneView
 
@@ -30,9 +32,14 @@ class GroundScene(SceneView):
     law: object
     domain: float = math.inf
 
+    stands_on = "solid", Cosserat, "a Cosserat"
+
     def __post_init__(self):
+        super().__post_init__()
         if not self.domain > 0:
             raise BadArgument("domain", self.domain, "must be positive (length), or inf")
+        if self.domain == math.inf:
+            check_lowest(self.obstacle, self.solid.ell)
 
     def summary(self):
         body = "half-plane by finite elements" if self.domain == math.inf else f"square of {self.domain:g}"
@@ -57,10 +64,9 @@ class GroundScene(SceneView):
 
     def first_guess(self, load):
         """Half-width of a classical contact that would carry the load, and a block more."""
-        height = getattr(self.obstacle, "height", self.obstacle)
         width = self.solid.ell/100
         for _ in range(200):
-            rise = np.ptp(np.minimum(height(np.linspace(-width, width, 9)), 1e300))
+            rise = np.ptp(np.minimum(heights(self.obstacle, np.linspace(-width, width, 9)), 1e300))
             if 1.3*self.solid.E_star*rise >= load:
                 return 1.2*width + self.solid.ell
             width *= 1.3

@@ -13,6 +13,8 @@ import numpy as np
 
 from .errors import BadArgument, require_finite, require_positive
 
+SCALES = np.geomspace(1e-3, 1e5, 65)     # of ell, at which an obstacle of a half-plane is looked at
+TAIL = 9            # outermost of them, over which an obstacle without a lowest point falls all the way
 STEEPEST = 0.5      # n2 of the steepest surface that can touch
 
 
@@ -146,7 +148,7 @@ class Punch:
 
 @dataclass(frozen=True)
 class Profile:
-    """Sampled profile: piecewise linear through (x, z), no obstacle outside.
+    """Sampled profile: piecewise linear through (x, z), no obstacle outside; a level one is a flat punch.
 
     `x` ascending and finite, shape (n,), n >= 2; `z` of the same shape. Each sample inside is a kink, where microblocks have
     a peak of pressure each: that takes seconds to a minute. Give a smooth curve as a function height(x) instead.
@@ -158,7 +160,7 @@ class Profile:
     """
 
     x: np.ndarray
-    z: np.ndarray
+    z: np.ndarray = None
 
     @property
     def kinks(self):
@@ -173,7 +175,9 @@ class Profile:
         return self.x[0], self.x[-1]
 
     def __post_init__(self):
-        x, z = np.asarray(self.x, float), np.asarray(self.z, float)
+        if callable(self.x):
+            raise BadArgument("x", self.x, "must be numbers; a function height(x) serves as obstacle as it is")
+        x, z = _numbers("x", self.x), _numbers("z", self.z)
         if x.ndim != 1 or x.size < 2 or not np.all(np.diff(x) > 0):
             raise BadArgument("x", self.x, "must be a strictly ascending sequence of at least two numbers")
         if z.shape != x.shape or not (np.all(np.isfinite(x)) and np.all(np.isfinite(z))):
@@ -183,6 +187,13 @@ class Profile:
 
     def height(self, x):
         return np.interp(x, self.x, self.z, left=np.inf, right=np.inf)
+
+
+def _numbers(name, values):
+    try:
+        return np.asarray(() if values is None else values, float)
+    except (TypeError, ValueError) as failure:
+        raise BadArgument(name, values, "must be a sequence of numbers") from failure
 
 
 @dataclass(frozen=True)
@@ -258,6 +269,56 @@ class Rough:
         return (total*turn**self.waves[0]).real
 
 
+def heights(obstacle, x):
+    """Heights of an obstacle at x, array (n,), ``inf`` where there is none.
+
+    Raises
+    ------
+    BadArgument
+        If that is no obstacle, or its height no function that gives a number, or inf, for each of many x.
+    """
+    above = _returned(obstacle, x)
+    if above.shape != np.shape(x):
+        raise BadArgument("obstacle", obstacle, "its height(x) must return one number (or inf) for each x of an array")
+    wrong = np.isnan(above) | (above == -np.inf)
+    if np.any(wrong):
+        raise BadArgument("obstacle", obstacle, f"its height(x) is {above[wrong][0]:g} at x = {x[wrong][0]:.4g}: must be "
+                          "a number, or inf where there is no obstacle")
+    return above
+
+
+def check(obstacle):
+    """BadArgument unless the obstacle has a height that takes arrays, whatever it is where."""
+    if _returned(obstacle, np.zeros(2)).shape != (2,):
+        heights(obstacle, np.zeros(2))
+
+
+def check_lowest(obstacle, ell):
+    """BadArgument unless an obstacle without bounds is lowest somewhere, looked at on the scales of ell (length)."""
+    sides = {side: heights(obstacle, side*ell*SCALES) for side in (-1, 1)}
+    for side, above in sides.items():
+        with np.errstate(invalid="ignore"):      # inf - inf
+            falls = np.all(np.diff(above[-TAIL:]) < 0)
+        if falls and above[-1] <= min(map(np.min, sides.values())):
+            raise BadArgument("obstacle", obstacle,
+                              f"must be lowest somewhere, but its height(x) falls towards x = {side*np.inf:g}")
+
+
+def _returned(obstacle, x):
+    """What the height says, as an array, whatever its shape."""
+    if isinstance(obstacle, type):
+        raise BadArgument("obstacle", obstacle, f"must be an instance, {obstacle.__name__}(...)")
+    height = getattr(obstacle, "height", obstacle)
+    if not callable(height):
+        raise BadArgument("obstacle", obstacle, "must have a method height(x), or be a callable height(x)")
+    try:
+        with np.errstate(all="ignore"):      # what is no number is told of above
+            return np.asarray(height(x), float)
+    except (TypeError, ValueError) as failure:
+        raise BadArgument("obstacle", obstacle, f"its height(x) must take an array of x ({failure}); np.vectorize makes it one "
+                          "that does") from failure
+
+
 def gap(obstacle, points, normals):
     """Initial gap between points of a body's surface and the obstacle, along the surface normal.
 
@@ -274,14 +335,6 @@ def gap(obstacle, points, normals):
     array (n,), ``inf`` where the obstacle has no surface above the point, or the body's surface is
         steeper than 60 degrees: there a gap seen along n is no measure of nearness
     """
-    height = getattr(obstacle, "height", obstacle)
-    if not callable(height):
-        raise BadArgument("obstacle", obstacle, "must have a method height(x), or be a callable height(x)")
-    try:
-        above = np.asarray(height(points[:, 0]), float)
-    except (TypeError, ValueError) as failure:
-        raise BadArgument("obstacle", obstacle, f"its height(x) must take an array of x ({failure})") from failure
-    if above.shape != points[:, 0].shape or np.any(np.isnan(above)) or np.any(above == -np.inf):
-        raise BadArgument("obstacle", obstacle, "its height(x) must return one number (or inf) for each x")
+    above = heights(obstacle, points[:, 0])
     seen = normals[:, 1] > STEEPEST
     return np.where(seen, (above - points[:, 1])*np.where(seen, normals[:, 1], 1.0), np.inf)

@@ -15,7 +15,7 @@ import numpy as np
 from tqdm.auto import tqdm
 
 from .display import Row, Shown, path_summary
-from .errors import NotConverged
+from .errors import BadArgument, NotConverged, require_positive
 from .halfplane import coalescence_exponent
 from .observables import contact_zones, lowest, zone_changes
 
@@ -63,6 +63,13 @@ class PathView(Shown):
     """Base of load paths: `events`, and states `at` any load up to `last`."""
 
 
+def require_on_path(load, last):
+    """BadArgument unless a load lies on the path that ends with the load `last`."""
+    require_positive(load=load)
+    if load > last:
+        raise BadArgument("load", load, f"must lie between 0 and the end of the path, {last:g}")
+
+
 @dataclass(frozen=True, repr=False)
 class LinePath(PathView):
     """States of a scene from first touch to the load `last`.
@@ -81,8 +88,9 @@ class LinePath(PathView):
                             Row("coarse states kept", "", len(self._kept)))
 
     def at(self, load):
-        """The state at a load, from the nearest one that is known; errors as of `Contact.at`."""
-        near = min(self._scan, key=lambda state: abs(np.log(state.load/load))) if load > 0 else None
+        """The state at a load up to the last one, from the nearest that is known; errors as of `Contact.at`."""
+        require_on_path(load, self.last)
+        near = min(self._scan, key=lambda state: abs(np.log(state.load/load)))
         return self.scene.at(load, self.rtol, near=near)
 
     @cached_property

@@ -8,7 +8,9 @@ from . import contact_line, line_state, topology
 from .adapt import climb
 from .display import scene_summary
 from .errors import BadArgument, NotConverged, require_positive, require_tolerance
+from .halfplane import HalfPlane
 from .law import symmetric
+from .obstacles import check_lowest
 from .panels import Line, half_line
 from .path import LinePath
 from .scene_view import SceneView
@@ -19,6 +21,8 @@ FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed
 MENDINGS = 4          # of zones that a fitted state shows wrong
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
 NEAR_STEPS = 5        # of the edges, from a neighbour's on: if there are more the coarse grid is the shorter way
+LOOSER = (1e-11, 1e-10, 1e-8, 1e-6)      # rtol that are tried, to tell what can be had where rounding keeps from a smaller one
+WIDE = 400            # blocks under a contact, up to which zones are found; symmetric ones up to some 6000
 AMPLE = 0.03          # of rtol: a neighbour as good as that had more order than needed
 
 
@@ -57,6 +61,12 @@ class Contact(SceneView):
             from .body_contact import BodyContact      # here, for it loads NGSolve
             return BodyContact(body, *scene, **named)
         return super().__new__(cls)
+
+    stands_on = "body", HalfPlane, "a HalfPlane or a Body (mb.HalfPlane(solid)?)"
+
+    def __post_init__(self):
+        super().__post_init__()
+        check_lowest(self.obstacle, self.solid.ell)
 
     def summary(self):
         return scene_summary("Contact scene", "half-plane", self.body.solid, self.obstacle, self.law)
@@ -106,8 +116,30 @@ class Contact(SceneView):
             If the accuracy is out of reach, or the zones are not found.
         """
         require_positive(load=load)
-        if order is None:
-            require_tolerance(rtol)
+        if order is not None:
+            return self._found(load, rtol, order, near)
+        require_tolerance(rtol)
+        try:
+            return self._found(load, rtol, order, near)
+        except NotConverged as failure:
+            reached = self._reachable(load, rtol) if failure.reached is None else None
+            if reached is None:
+                raise
+            raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was "
+                               f"{reached:.1e}; ask for that", reached=reached) from failure
+
+    def _reachable(self, load, rtol):
+        """The smallest error estimate seen where less is asked for; None if there is none."""
+        for looser in (each for each in LOOSER if each > rtol):
+            try:
+                return self._found(load, looser, None, None).error_estimate
+            except NotConverged as failure:
+                if failure.reached is not None:
+                    return failure.reached
+        return None
+
+    def _found(self, load, rtol, order, near):
+        """The state at a load on the first zones that fit."""
         ladder = ORDERS if order is None else (order,)
         tolerance = EDGE_SHARE*rtol if order is None else FIXED_ORDER_EDGES
         failure = None
@@ -121,10 +153,17 @@ class Contact(SceneView):
                 if objection.reached is not None:
                     raise
                 failure = objection
+        raise NotConverged(f"no zones fit at load {load:g}: {failure}; {self._advice(load)}") from failure
+
+    def _advice(self, load):
+        """What to try where no zones fit."""
+        (left, right), = topology.classical(self.line, load)[0]
+        blocks = (right - left)/self.solid.ell
+        if blocks > WIDE:
+            return (f"the contact is some {blocks:.1g} blocks wide, and up to {WIDE} are in reach, some 6000 if all is "
+                    "symmetric: take a larger ell")
         hint = "" if hasattr(self.obstacle, "height") else "a height that is not smooth everywhere wants mb.Shape; "
-        raise NotConverged(f"no zones fit at load {load:g}: {failure}; {hint}next to a load at which zones meet only a larger "
-                           "rtol is in reach, and contacts far narrower or wider than a block are classical: try "
-                           "GridContact") from failure
+        return f"{hint}next to a load at which zones meet only a larger rtol is in reach; else take uniform cells"
 
     def load(self, last, rtol=1e-3, progress=False):
         """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load.

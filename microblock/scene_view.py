@@ -1,13 +1,27 @@
 """What scenes of every kind have in common: they show themselves, and sessions with sliders go on with them."""
 
+from . import obstacles
 from .display import Shown
-from .errors import NotConverged
+from .errors import BadArgument, NotConverged
 
 
 class SceneView(Shown):
     """Base of scenes that have `obstacle`, `law` and `solid` and give states `at(load, rtol)`."""
 
+    stands_on = "body", (object,), ""      # attribute, classes that it may have, and these in words
     usual_rtol = None      # of `at`, where a session is not told
+
+    def __post_init__(self):
+        """BadArgument for a body, an obstacle or a law that is none."""
+        name, kinds, words = self.stands_on
+        body = getattr(self, name)
+        if not isinstance(body, kinds):
+            raise BadArgument(name, body, f"must be {words}")
+        obstacles.check(self.obstacle)
+        if isinstance(self.law, type):
+            raise BadArgument("law", self.law, f"must be an instance, mb.{self.law.__name__}()")
+        if not all(hasattr(self.law, part) for part in ("corners", "levers", "initial_gaps", "clamps_rotation")):
+            raise BadArgument("law", self.law, "must be a law, such as mb.Microblock() or mb.Unilateral()")
 
     def explore(self, load, rtol=None):
         """Sliders for load, psi0, radius, alpha and law with a picture that follows (in Jupyter, extra `notebook`).

@@ -72,6 +72,75 @@ def test_bad_arguments_get_one_clear_line(words, named, capsys):
     assert printed.err.count("\n") == 1 and named in printed.err
 
 
+@pytest.mark.parametrize("words, meant", [
+    ("herz", "hertz"), ("hertz --alfa 1", "--alpha"), ("hertz --obstacle cylnder", "cylinder"), ("strip --deltaoverH 1", "--delta-over-H"),
+    ("report --only fig99", "fig9"), ("hertz --outt a", "--out")])
+def test_misspelt_words_are_answered_with_the_nearest(words, meant, capsys):
+    try:
+        status = main(words.split())
+    except SystemExit as stop:
+        status = stop.code
+    printed = capsys.readouterr()
+    assert status == 2 and printed.err.count("\n") == 1 and f": did you mean {meant}?" in printed.err
+
+
+def test_what_is_far_from_all_that_is_known_is_not_guessed(capsys):
+    with pytest.raises(SystemExit):
+        main(["xyzzy"])
+    assert "did you mean" not in capsys.readouterr().err
+
+
+def test_the_last_line_names_the_files_or_how_to_get_some(tmp_path, capsys):
+    out = tmp_path/"mine"
+    assert main(["strip", "--out", str(out)]) == 0
+    assert capsys.readouterr().err == f"wrote {out/'strip.csv'}, strip.pdf, strip.png\n"
+    (out/"other").write_text("not ours")
+    assert main(["strip", "--out", str(out), "--json", str(tmp_path/"a.json")]) == 0
+    assert capsys.readouterr().err == f"wrote {out/'strip.csv'}, strip.pdf, strip.png, {tmp_path/'a.json'}\n"
+    assert main(["strip"]) == 0
+    assert capsys.readouterr().err == "no figures: give --out DIR\n"
+    assert main(["strip", "--json", "-", "--out", str(out)]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_many_files_are_counted(tmp_path):
+    from cases.__main__ import LISTED, _told
+    (tmp_path/"figures").mkdir()
+    for number in range(LISTED + 1):
+        (tmp_path/"figures"/f"{number}.png").touch()
+    assert _told(tmp_path, {}, None) == f"wrote {LISTED + 1} files in {tmp_path}"
+
+
+def test_help_says_what_happens_without_an_option(capsys):
+    def told(case):
+        with pytest.raises(SystemExit):
+            main([case, "--help"])
+        return " ".join(capsys.readouterr().out.split())
+
+    hertz, sweep, report = told("hertz"), told("sweep"), told("report")
+    assert "(default 1.0)" in hertz and "(default (" not in hertz
+    assert "without it none are written" in hertz and "records (default out)" in report
+    for words in ("(inf if not given)", "(condensed if not given", "(fitted if not given)", "without it the stiffness", "with --order alone"):
+        assert words in hertz
+    assert "(default hertz)" not in sweep      # it must be given
+    assert "Methods: limits" in report and "limits_cycling" not in report      # sections, not 88 names
+
+
+@pytest.mark.parametrize("words", ["hertz --rtol 1e-15", "hertz --alpha 1e-6"])
+def test_out_of_reach_is_told_without_names_of_python(words, capsys):
+    assert main(words.split()) == 1
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1 and "Contact" not in told
+    assert "smallest error estimate" in told or "blocks wide" in told
+
+
+@pytest.mark.parametrize("delta", ["-0.1", "0"])
+def test_a_strip_that_is_not_pressed_says_so(delta, capsys):
+    assert main(["strip", "--delta-over-H", delta, "--json", "-"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["state"] == "separation" and "do not press" in answer["warnings"][0]
+
+
 def test_json_goes_through_a_pipe_and_leaves_it_one(tmp_path):
     pipe = tmp_path/"pipe"
     os.mkfifo(pipe)
