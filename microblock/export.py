@@ -21,7 +21,6 @@ from .surface_view import StateView
 CORNERS = {1: ("C",), 2: ("A", "B")}
 ACROSS, DOWN = 81, 41       # points of the grid below a contact, if none is given
 REACH = 1.5                 # of the contact: width and depth of that grid
-LONG = 80                   # letters of something refused; of more its type is told
 FINEST = 3                  # halvings of an element at most
 
 
@@ -81,8 +80,7 @@ def _nodes(state):
 def _same_columns(rows):
     """Rows that make a table, or BadArgument."""
     if not isinstance(rows, (list, tuple)) or not rows or not all(isinstance(row, Mapping) for row in rows):
-        shown = rows if len(repr(rows)) < LONG and "\n" not in repr(rows) else type(rows)
-        raise BadArgument("what", shown, "must be a state, a load path, or a list of at least one dict, as sweep() returns it")
+        raise BadArgument("what", rows, "must be a state, a load path, or a list of at least one dict, as sweep() returns it")
     for number, row in enumerate(rows):
         if row.keys() != rows[0].keys():
             raise BadArgument(f"row {number}", list(row), f"must have the columns of the first one, {list(rows[0])}")
