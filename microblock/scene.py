@@ -151,7 +151,8 @@ class Contact(SceneView):
                 return self._climb(states, rtol, tolerance)
             except NotConverged as objection:
                 if objection.reached is not None:
-                    raise
+                    raise NotConverged(f"{objection}{self._hint}", reached=objection.reached,
+                                       iterations=objection.iterations) from objection
                 failure = objection
         raise NotConverged(f"no zones fit at load {load:g}: {failure}; {self._advice(load)}") from failure
 
@@ -162,8 +163,12 @@ class Contact(SceneView):
         if blocks > WIDE:
             return (f"the contact is some {blocks:.1g} blocks wide, and up to {WIDE} are in reach, some 6000 if all is "
                     "symmetric: take a larger ell")
-        hint = "" if hasattr(self.obstacle, "height") else "a height that is not smooth everywhere wants mb.Shape; "
-        return f"{hint}next to a load at which zones meet only a larger rtol is in reach; else take uniform cells"
+        return f"next to a load at which zones meet only a larger rtol is in reach; else take uniform cells{self._hint}"
+
+    @property
+    def _hint(self):
+        """What besides, under a bare callable."""
+        return "" if hasattr(self.obstacle, "height") else "; where the height is not smooth say so by mb.Shape"
 
     def load(self, last, rtol=1e-3, progress=False):
         """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load.
