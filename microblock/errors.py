@@ -87,7 +87,7 @@ def shown(value):
     """A value on one short line: of a long sequence its length and first entries, of a function its name."""
     if callable(value) and hasattr(value, "__name__"):
         return f"{'class' if isinstance(value, type) else 'function'} {value.__name__}"
-    if isinstance(value, (list, tuple, np.ndarray)) and np.ndim(value) and len(value) > MANY:
+    if (isinstance(value, (list, tuple)) or isinstance(value, np.ndarray) and value.ndim) and len(value) > MANY:
         return f"{len(value)} entries ({', '.join(shown(one) for one in value[:FEW])}, ...)"
     return shortened(repr(value.item() if isinstance(value, np.generic) else value))
 
