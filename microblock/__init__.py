@@ -10,7 +10,7 @@ __version__ = "0.1.0"
 _ROOMS = {
     "Cosserat": "material",
     "Plane": "obstacles", "Cylinder": "obstacles", "Wedge": "obstacles", "Punch": "obstacles",
-    "Profile": "obstacles", "Wave": "obstacles", "Rough": "obstacles",
+    "Profile": "obstacles", "Shape": "obstacles", "Wave": "obstacles", "Rough": "obstacles",
     "Microblock": "law", "Unilateral": "law", "Microclamped": "law",
     "HalfPlane": "halfplane", "Compliance": "compliance", "Contact": "scene",
     "PeriodicHalfPlane": "grid", "GridContact": "grid_contact",

@@ -284,8 +284,8 @@ def _kkt(H, g0, forces, closed, d, load):
     wrong = np.where(closed, np.abs(gaps), np.maximum(-gaps, 0))
     terms = np.abs(g0) + abs(d) + np.abs(H) @ forces
     length = terms[closed | (wrong > 0)].max(initial=0.0)
-    if load is not None:      # rigid corners that take all of it leave nothing but rounding to compare with
-        length = max(length, ROUNDED*np.abs(H).max()*load)
+    if load is not None:      # rigid corners that take all of it leave nothing but rounding: ROUNDED of H load is ACCEPTED
+        length = max(length, ROUNDED/ACCEPTED*np.abs(H).max()*load)
     parts = [wrong.max()/length if length else 0.0]
     if load is not None:
         parts.append(abs(forces.sum() - load)/load)

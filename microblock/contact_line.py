@@ -67,7 +67,18 @@ def edge_coefficients(panels, q):
     points, weights = panels.points
     k = np.arange(panels.order)
     series = (2*k + 1)[:, None]*legvander(2*points - 1, panels.order - 1).T*weights
-    basis = np.array(((-1.0)**k, (-1.0)**k*(k - 1)*k*(k + 1)*(k + 2)/4)) @ series
+    return _read(panels, q, np.array(((-1.0)**k, (-1.0)**k*(k - 1)*k*(k + 1)*(k + 2)/4)) @ series)
+
+
+def _mean_coefficients(panels, q):
+    """The same by the best two terms over each panel: K0 is less good, K1 safe where the panel is too smooth for the pressure."""
+    points, weights = panels.points
+    terms = np.column_stack((np.ones_like(points), points**2))
+    return _read(panels, q, np.linalg.solve(terms.T*weights @ terms, terms.T*weights))
+
+
+def _read(panels, q, basis):
+    """The coefficients from functionals of q on a panel: its value at v = 0, and what stands before v^2."""
     found = {}
     for number in np.flatnonzero(panels.root):
         constant, quadratic = basis @ q[number*panels.order:(number + 1)*panels.order]
@@ -96,22 +107,42 @@ def fit(line, load, zones, *, order, tolerance, steps=EDGE_STEPS):
     NotConverged
         If an edge runs away, K1 turns negative or no progress is made: the topology is another one.
     """
-    best, idle, zones = np.inf, 0, _within_ends(line, zones)
+    best, idle, zones, earlier = np.inf, 0, _within_ends(line, zones), None
     for iteration in range(steps):
         if any(np.any(np.diff(np.ravel(intervals)) <= 0) for intervals in zones.values()):
             raise NotConverged(f"edges of the zones cross at load {load:g}: another topology of the zones", iterations=iteration)
         panels = make_panels(line, zones, order)
         (q,), (approach,), noise = solve_zones(line, panels, (load,))
-        moved, error = _moved(line, load, zones, edge_coefficients(panels, q), tolerance)
+        found = edge_coefficients(panels, q)
+        if idle or (earlier and any(K1 <= 0 for _, K1 in found.values())):
+            found = _safer(zones, found, _mean_coefficients(panels, q), earlier)
+        moved, error = _moved(line, load, zones, found, tolerance)
         if error <= tolerance:
             return LineState(line, load, zones, panels, q, float(approach), iteration + 1,
                              Estimate(None, error, _share(panels, noise, q)))
-        idle = 0 if error < best/2 else idle + 1
+        idle, earlier = 0 if error < best/2 else idle + 1, (zones, found)
         if idle == PATIENCE:
             break
         zones, best = moved, min(error, best)
     raise NotConverged(f"edges of the zones still off by {error:.1e} of the pressure at load {load:g}",
                        iterations=iteration + 1)
+
+
+def _safer(zones, coefficients, means, earlier):
+    """Coefficients with K1 from how K0 has changed on the way of each edge, or from the mean over its panel.
+
+    Next to an edge an obstacle may be less smooth than the panel's polynomial takes it for: K0 is good there, K1 is not.
+    """
+    found = dict(coefficients)
+    for corner, intervals in zones.items():
+        for interval, before in zip(intervals, earlier[0][corner]):
+            for edge, old, side in zip(interval, before, (1, -1)):
+                key, first = (corner, edge, side), earlier[1].get((corner, old, side))
+                if key in found:
+                    K0, way = found[key][0], side*(old - edge)
+                    secant = 2*(first[0] - K0)/way if first and way else 0.0
+                    found[key] = K0, secant if secant > 0 else means[key][1]
+    return found
 
 
 def _within_ends(line, zones):

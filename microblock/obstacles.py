@@ -1,8 +1,9 @@
 """Rigid obstacles: their height over the plane x2 = 0, and the gap that they leave to a point.
 
 An obstacle's ``height(x)`` takes an array of x1 and returns x2 of its lower surface, ``inf``
-where there is no obstacle. It approaches along -e2. Any callable height serves as well. `kinks` are
-the abscissae at which the slope jumps, `jumps` by how much, `ends` those beyond which there is no obstacle.
+where there is no obstacle. It approaches along -e2. Any callable height serves as well. `kinks`, a tuple, are
+the abscissae at which the slope, or a higher derivative, jumps, `jumps` by how much the slope does; `ends`, a pair, are
+those beyond which there is no obstacle. An obstacle may be without any of them.
 """
 
 from dataclasses import dataclass
@@ -80,6 +81,43 @@ class Wedge:
 
     def height(self, x):
         return self.slope*np.abs(x)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Any height, with the places at which it is less than smooth: there the computation puts its nodes.
+
+    A bare callable height serves as well where it is smooth, and costs digits where it is not.
+
+    Parameters
+    ----------
+    height : callable, of an array of x1 (length)
+    kinks : tuple of abscissae at which a derivative jumps or has no bound, as those of ``|x|^1.5`` and ``|x|^3`` do at 0
+    jumps : tuple, by how much the slope itself jumps at each of them; not at all without it
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.2, ell=0.085, beta=0.5)
+    >>> tip = mb.Shape(lambda x: np.abs(x)**1.5, kinks=(0.0,))
+    >>> mb.Contact(mb.HalfPlane(solid), tip, mb.Microblock()).at(1.0, rtol=1e-5).error_estimate < 1e-5
+    True
+    """
+
+    height: object
+    kinks: tuple = ()
+    jumps: tuple | None = None
+
+    def __post_init__(self):
+        if not callable(self.height):
+            raise BadArgument("height", self.height, "must be a function of an array of x1")
+        kinks = tuple(self.kinks)
+        jumps = (0.0,)*len(kinks) if self.jumps is None else tuple(self.jumps)
+        if len(jumps) != len(kinks):
+            raise BadArgument("jumps", self.jumps, f"must be one for each of the {len(kinks)} kinks")
+        for place, jump in zip(kinks, jumps):
+            require_finite(kinks=place, jumps=jump)
+        object.__setattr__(self, "kinks", kinks)
+        object.__setattr__(self, "jumps", jumps)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from . import contact_line, line_state, topology
 from .adapt import climb
 from .display import scene_summary
@@ -155,7 +157,8 @@ class Contact(SceneView):
         if blocks > WIDE:
             return (f"the contact is some {blocks:.1g} blocks wide, and up to {WIDE} are in reach, some 6000 if all is "
                     "symmetric: take a larger ell")
-        return "next to a load at which zones meet only a larger rtol is in reach; else take uniform cells"
+        hint = "" if hasattr(self.obstacle, "height") else "a height that is not smooth everywhere wants mb.Shape; "
+        return f"{hint}next to a load at which zones meet only a larger rtol is in reach; else take uniform cells"
 
     def load(self, last, rtol=1e-3, progress=False):
         """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load.
@@ -186,13 +189,19 @@ class Contact(SceneView):
         return states
 
     def _settled(self, load, zones, order, tolerance):
-        """The state on these zones, mended where they do not hold."""
+        """The state on these zones, mended where they do not hold.
+
+        Where mending leads back to the same zones, what is left is the panels' own error, of which the estimate speaks: under
+        an obstacle less smooth than they take it for.
+        """
         state = contact_line.fit(self.line, load, zones, order=order, tolerance=tolerance)
         for _ in range(MENDINGS):
             better = topology.mended(state)
             if better is None:
                 return self._completed(state, tolerance)
-            state = contact_line.fit(self.line, load, better, order=order, tolerance=tolerance)
+            before, state = state, contact_line.fit(self.line, load, better, order=order, tolerance=tolerance)
+            if _alike(before.zones, state.zones, tolerance):
+                return self._completed(state, tolerance)
         raise NotConverged(f"zones still changing after {MENDINGS} mendings at load {load:g}")
 
     def _completed(self, state, tolerance):
@@ -233,6 +242,14 @@ class Contact(SceneView):
         if not self.may_meet_on_axis:
             raise BadArgument("scene", self, "must be a symmetric one of microblocks under an obstacle without ends")
         return contact_line.coalescence(self.line, OUTER_AT_TOUCH*self.body.solid.ell, order)
+
+
+def _alike(zones, others, tolerance):
+    """Whether the same intervals, up to a tolerance over the width of all."""
+    if any(len(own) != len(others[corner]) for corner, own in zones.items()):
+        return False
+    edges, moved = (np.concatenate([np.ravel(own) for own in each.values()]) for each in (zones, others))
+    return bool(np.all(np.abs(edges - moved) <= tolerance*np.ptp(edges)))
 
 
 def _orders_of(near, rtol):

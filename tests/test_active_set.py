@@ -452,3 +452,8 @@ def test_rigid_corners_without_gaps_take_the_load_from_a_compliant_one():
     state = solve(flexibility, np.zeros(3), load=10.0)
     assert state.forces.sum() == pytest.approx(10.0, rel=1e-12)      # rounding of a sum
     assert abs(state.approach) <= 1e-14 and state.forces[2] <= 1e-14      # of 0.5625*10 and 10, rounding
+    # two that share one spring: what rounding leaves in their gap is nothing beside spring and load
+    flexibility = np.zeros((5, 5))
+    flexibility[np.ix_((2, 4), (2, 4))] = 1.0
+    state = solve(flexibility, np.zeros(5), load=1.0)
+    assert state.forces[[0, 1, 3]].sum() == pytest.approx(1.0, rel=1e-12) and state.kkt <= 1e-11

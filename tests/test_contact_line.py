@@ -5,10 +5,11 @@ import pytest
 
 from microblock import contact_line, line_state, obstacles
 from microblock.errors import BadArgument, NotConverged
+from microblock.grid_contact import GridContact
 from microblock.halfplane import HalfPlane, coalescence_exponent
 from microblock.law import Microblock, Microclamped, Unilateral
 from microblock.material import Cosserat
-from microblock.observables import contact_zones
+from microblock.observables import contact_zones, distance
 from microblock.scene import Contact
 
 LOAD = np.pi/2      # with E* = 2 and R = 1 lengths are over a_Hz and pressures over p_Hz
@@ -153,6 +154,40 @@ def test_coalescence():
     loads = [contact_line.load_at_inner_edge(here.line, 10.0**-digits, 1.4, 14)[0] for digits in (4.0, 4.5, 5.0)]
     observed = np.log10((loads[0] - loads[1])/(loads[1] - loads[2]))/0.5/2
     assert observed == pytest.approx(coalescence_exponent(here.body.solid), abs=5e-4)      # next term b^(4 s)
+
+
+def cube(x):
+    return np.abs(x)**3
+
+
+@pytest.mark.parametrize("law", [Microblock(), Microblock(0.01)])
+def test_obstacles_less_smooth_than_the_panels_are_answered(law):
+    solid = Cosserat(E=100, nu=0.2, ell=0.085, beta=0.5)
+    named = obstacles.Shape(cube, kinks=(0.0,))
+    for load in (0.8, 1.0, 1.3, 2.1, 2.7):      # the edges of one corner's zone are next to where the other's gap is not smooth
+        fine = Contact(HalfPlane(solid), named, law).at(load, rtol=1e-6)
+        state = Contact(HalfPlane(solid), cube, law).at(load)
+        p = [fine.pressure(corner, state.x) - state.pressures[corner] for corner in (0, 1)]
+        # both promise their rtol
+        assert distance(state.weights, p[0] + p[1], (p[0] - p[1])/2, state.pressures.sum(axis=0)) <= 1e-3
+
+
+def test_named_kinks_make_rough_tips_as_good_as_smooth_ones():
+    solid = Cosserat(E=100, nu=0.2, ell=0.085, beta=0.5)
+    tip = obstacles.Shape(lambda x: np.abs(x)**1.5, kinks=(0.0,))
+    state = Contact(HalfPlane(solid), tip, Microblock()).at(1.0, rtol=1e-6)
+    cells = GridContact(HalfPlane(solid), tip, Microblock(), window=(-0.4, 0.4)).at(1.0, nodes=16000)
+    p = [state.pressure(corner, cells.x) - cells.pressures[corner] for corner in (0, 1)]
+    found = distance(cells.weights, p[0] + p[1], (p[0] - p[1])/2, cells.pressures.sum(axis=0))
+    assert found <= 1.5*cells.error_estimate < 1e-2      # the cells' own, an estimate
+    with pytest.raises(NotConverged):      # negative control: without the name the panels do not see it
+        Contact(HalfPlane(solid), tip.height, Microblock()).at(1.0, rtol=1e-6)
+
+
+@pytest.mark.parametrize("given", [{"height": 3.0}, {"kinks": (np.nan,)}, {"kinks": (0.0,), "jumps": (1.0, 2.0)}])
+def test_shapes_are_checked(given):
+    with pytest.raises(BadArgument, match=[*given][-1]):
+        obstacles.Shape(**{"height": cube, **given})
 
 
 def test_states_next_to_coalescence():
