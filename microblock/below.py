@@ -38,7 +38,8 @@ def draw_below(state, quantity="psi"):
         for left, right in contact:
             axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
         axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=box[0],
-                 ylim=(max(x2.min(), -box[1]), max(0.03*box[1], x2.max())), title="contact in black")
+                 ylim=(max(x2.min(), -box[1]), max(0.03*box[1], x2.max())))
+        drawing.captioned(f"{state.caption}\ncontact in black")
         drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75, ticks=MaxNLocator(6))
     return drawing
 
@@ -49,8 +50,8 @@ def _contours(axis, triangulation, values, signed, shown):
     size = max(abs(low), abs(high))
     levels = MaxNLocator(LEVELS).tick_values(-size if signed else low, size if signed else high)
     beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
-    if signed:      # dashed where it is negative: the two ends of the colours are equally dark in print
-        axis.tricontour(triangulation, values, levels, colors="k", linewidths=0.4)
+    if signed:      # dashed where it is negative: the two ends of the colours are equally dark in print. At 0 is only noise
+        axis.tricontour(triangulation, values, levels[np.abs(levels) > size/LEVELS/2], colors="k", linewidths=0.4)
     return axis.tricontourf(triangulation, values, levels, cmap=DIVERGING if signed else SEQUENTIAL,
                             extend=beyond[bool(values.min() < levels[0]), bool(values.max() > levels[-1])])
 

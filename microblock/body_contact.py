@@ -14,10 +14,10 @@ from . import active_set
 from .body import Body
 from .body_state import BodyState, zones_of
 from .condensation import condensed
-from .display import Shown, path_summary, scene_summary
+from .display import path_summary, scene_summary
 from .errors import require_positive
 from .observables import zone_changes
-from .path import Event, require_on_path
+from .path import Event, PathView, require_on_path
 from .refined import refine_until
 from .scene_view import SceneView
 
@@ -129,7 +129,7 @@ class BodyContact(SceneView):
 
 
 @dataclass(frozen=True, repr=False)
-class BodyPath(Shown):
+class BodyPath(PathView):
     """The states of a scene from first touch to the load `last`, on one mesh."""
 
     scene: BodyContact
@@ -153,7 +153,8 @@ class BodyPath(Shown):
     def events(self):
         """Zones that are born, merge, split or vanish, ascending in load.
 
-        Zones are those of the nodes, so `load_error` is what the mesh leaves open: the way back to the nodal event before.
+        Zones are those of the nodes, so `load_error` is what the mesh leaves open: the way back to the nodal event before;
+        x, also that of first touch, is good to the distance of two nodes.
         """
         law, x = self.scene.law, self.scene.nodes.points[:, 0]
         closed = np.zeros(len(law.corners)*len(x), bool)
@@ -162,7 +163,7 @@ class BodyPath(Shown):
             for change in changes:
                 closed[change.corner] = change.kind == "closes"
             after = zones_of(x, self.scene.together(closed), law)
-            found += [Event(float(load), float(load - previous), kind, zone, float(place))
+            found += [Event(load, load - previous, kind, zone, place)
                       for zone, intervals in after.items() for kind, place in zone_changes(before[zone], intervals)]
             before, previous = after, load
         return found

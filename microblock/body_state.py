@@ -68,15 +68,17 @@ class BodyState(BelowOnMesh, StateView):
 
     @property
     def named_zones(self):
+        """`zones`, by the name that states of every kind have for them."""
         return self.zones
 
     @property
     def warnings(self):
-        """Where the model leaves its ground, and where elements under the contact do not resolve the layer.
+        """Where the model leaves its ground, where nodes are few, and where elements do not resolve the layer below the contact.
 
-        The latter on a mesh that was prescribed: an estimate speaks for itself.
+        The latter two on a mesh that was prescribed: an estimate speaks for itself.
         """
-        return super().warnings + ([] if self.error_estimate is not None else self._unresolved())
+        coarse = [] if self.error_estimate is not None else self._unresolved()
+        return super().warnings + self._few_nodes("ask for rtol=") + coarse
 
     def _unresolved(self):
         body, closed = self.nodes.body, self.closed.any(axis=0)

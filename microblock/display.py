@@ -1,7 +1,8 @@
 """How objects show themselves: one line in a terminal, one table in a notebook, both from the same plain data."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from html import escape
+from numbers import Real
 
 import numpy as np
 
@@ -44,8 +45,25 @@ def path_summary(path, events, *rows):
 
 def short(thing, longest=60):
     """The repr of a thing, cut if it is long; a function by its name."""
-    text = getattr(thing, "__name__", None) or repr(thing)
+    text = getattr(thing, "__name__", None) or " ".join(repr(thing).split())
     return text if len(text) <= longest else text[:longest - 3] + "..."
+
+
+def call(thing, longest=48):
+    """An obstacle or a law for a title, as it is called: numbers in four digits, texts only if they are not the usual ones."""
+    if not is_dataclass(thing):
+        return short(thing, longest)
+    known = [(entry.name, getattr(thing, entry.name), entry.default) for entry in fields(thing)]
+    told = ", ".join(f"{name}={_argument(value)}" for name, value, usual in known
+                     if not isinstance(value, str) or value != usual)
+    text = f"{type(thing).__name__}({told})"
+    return text if len(text) <= longest else text[:longest - 4] + "...)"
+
+
+def _argument(value):
+    if isinstance(value, np.ndarray):
+        return f"{value.size} numbers"
+    return f"{value:.4g}" if isinstance(value, Real) else short(value)
 
 
 class Shown:

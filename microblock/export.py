@@ -1,9 +1,11 @@
-"""Results for other programs: the contact surface as CSV, surface and fields as VTK files (ParaView, meshio, PyVista).
+"""Results for other programs: states, load paths and studies as CSV, surface and fields as VTK files (ParaView, meshio, PyVista).
 
 Everything is in the units of the scene. Fields of bodies are written by NGSolve, the rest by meshio (extra `vtk`).
 """
 
 import math
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +14,9 @@ from . import subsurface
 from .errors import BadArgument, MissingExtra
 from .line_state import LineState
 from .panels import zone_edges
+from .path import PathView
 from .study import write_records
+from .surface_view import StateView
 
 CORNERS = {1: ("C",), 2: ("A", "B")}
 ACROSS, DOWN = 81, 41       # points of the grid below a contact, if none is given
@@ -32,15 +36,22 @@ def profile(state):
             "micromoment": state.micromoment, "psi": state.psi}
 
 
-def to_csv(state, path):
-    """Write a state's `profile` as CSV, a row a node, with load, approach, error estimate and versions in each.
+def to_csv(what, path):
+    """Write a state, the events of a load path, or the rows of a study as CSV, with the versions in each row.
 
-    `microblock.study.read_records` reads it back, digit by digit.
+    `microblock.study.read_records` reads it back: numbers digit by digit, None as None, anything else as its text.
 
     Parameters
     ----------
-    state : what the `at` of a scene returns: LineState, SurfaceState, BodyState or GridState
+    what : a state, as the `at` of a scene returns it: its `profile`, a row a node, with load, approach and error estimate;
+        a load path, as the `load` of a scene returns it: a row an event, with load, load_error, kind, zone and x;
+        a list of dicts with the same keys, as `sweep` returns it: a row a dict
     path : where to write it, with its ending
+
+    Raises
+    ------
+    BadArgument
+        For anything else, before a file is written.
 
     Examples
     --------
@@ -51,9 +62,29 @@ def to_csv(state, path):
     >>> round(sum(row["weight"]*row["pressure"] for row in rows), 9)
     1.0
     """
+    if isinstance(what, StateView):
+        rows = _nodes(what)
+    elif isinstance(what, PathView):
+        rows = [asdict(event) for event in what.events]
+    else:
+        rows = _same_columns(what)
+    write_records(path, rows)
+
+
+def _nodes(state):
     columns = {name: np.asarray(values, float).tolist() for name, values in profile(state).items()}
     common = {"load": float(state.load), "approach": float(state.approach), "error_estimate": state.error_estimate}
-    write_records(path, [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())])
+    return [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())]
+
+
+def _same_columns(rows):
+    """Rows that make a table, or BadArgument."""
+    if not isinstance(rows, (list, tuple)) or not rows or not all(isinstance(row, Mapping) for row in rows):
+        raise BadArgument("what", rows, "must be a state, a load path, or a list of at least one dict, as sweep() returns it")
+    for number, row in enumerate(rows):
+        if row.keys() != rows[0].keys():
+            raise BadArgument(f"row {number}", list(row), f"must have the columns of the first one, {list(rows[0])}")
+    return rows
 
 
 def to_vtk(state, path, x1=None, x2=None):

@@ -58,7 +58,7 @@ class GridState(StateView):
 
     @property
     def zones(self):
-        """{corner number: array (k, 2) of the intervals of cells with pressure}."""
+        """{corner number: array (k, 2) of the intervals of cells with pressure}; 0 is A (left), 1 is B (right)."""
         half = self.weights[0]/2
         return {number: np.array([(self.x[first] - half, self.x[last] + half) for first, last in runs(own > 0)]).reshape(-1, 2)
                 for number, own in enumerate(self.pressures)}
@@ -70,6 +70,11 @@ class GridState(StateView):
     @property
     def setting(self):
         return Setting(self.scene.repeated_obstacle, self.scene.law, self.scene.body.solid.ell)
+
+    @property
+    def obstacle(self):
+        """Of the scene; on a period, without its images."""
+        return self.scene.obstacle
 
     @property
     def named_zones(self):

@@ -65,7 +65,10 @@ class LineState(LineView):
 
     @cached_property
     def all_zones(self):
-        """{corner number: intervals} of all corners, also those known by symmetry."""
+        """{corner number: ((left, right), ...)} of all corners, also those known by symmetry: 0 is A (left), 1 is B (right).
+
+        A law without corners has 0 alone; `named_zones` has the same by name.
+        """
         if not self.line.mirror or half_line(self.line):
             return self.zones
         return {0: self.zones[0], 1: tuple((-right, -left) for left, right in reversed(self.zones[0]))}

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 NEGLIGIBLE = 1e-13   # of the natural scale: some hundred rounding errors
+REFINED = 1e-9       # of the way between two samples, to which a minimum is found: a parabola shows it no better
 
 
 def layer_lengths(solid, psi, u1, micromoment, pressure):
@@ -70,15 +71,20 @@ def common(first, second):
 
 
 def contact_zones(zones, corners):
-    """{"A", "B", "full", "contact": intervals} from the zones of each corner; A, B and full empty without corners."""
-    own = [list(zones[number]) for number in range(len(corners))]
+    """{"A", "B", "full", "contact": intervals} from the zones of each corner; A, B and full empty without corners.
+
+    Intervals are pairs (left, right) of plain floats.
+    """
+    own = [[(float(left), float(right)) for left, right in zones[number]] for number in range(len(corners))]
     if len(corners) == 1:
         return {"A": [], "B": [], "full": [], "contact": own[0]}
     return {"A": own[0], "B": own[1], "full": common(*own), "contact": joined(own[0] + own[1])}
 
 
 def half_widths(contact):
-    """Half-width of the contact, and of the gap in its middle if there is one (else 0)."""
+    """Half-width of the contact [(left, right), ...], and of the gap in its middle if there is one (else 0)."""
+    if not len(contact):
+        return 0.0, 0.0
     inner = [(left[1], right[0]) for left, right in zip(contact, contact[1:])]
     middle = max(inner, key=lambda gap: gap[1] - gap[0], default=(0.0, 0.0))
     return (contact[-1][1] - contact[0][0])/2, (middle[1] - middle[0])/2
@@ -118,6 +124,25 @@ def largest(function, x, tolerance=1e-7):
     places = sorted(place for value, place in peaks if value >= top*(1 - 1e-9))
     apart = [place for number, place in enumerate(places) if number == 0 or place - places[number - 1] > 1e-6*(x[-1] - x[0])]
     return top, apart
+
+
+def lowest(function, x):
+    """Smallest value of a function of arrays, and where: (value, place), refined between the samples x (ascending).
+
+    The place is None where the function is flat there, or equally low elsewhere; inf is passed over.
+    """
+    values = function(x)
+    x, values = x[np.isfinite(values)], values[np.isfinite(values)]
+    i, noise = int(np.argmin(values)), NEGLIGIBLE*np.abs(values).max()
+    left, right = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
+    low = x[values <= values[i] + noise]
+    if len(low) > 2 or low[0] < left or low[-1] > right:
+        return float(values[i]), None
+    found = minimize_scalar(lambda place: function(np.array([place]))[0], bounds=(left, right), method="bounded",
+                            options={"xatol": REFINED*(right - left)})
+    if found.fun < values[i] - noise:
+        return float(found.fun), float(found.x)
+    return float(values[i]), float(x[i]) if len(low) == 1 else None
 
 
 def runs(flags):

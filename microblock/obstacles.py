@@ -1,9 +1,9 @@
 """Rigid obstacles: their height over the plane x2 = 0, and the gap that they leave to a point.
 
 An obstacle's ``height(x)`` takes an array of x1 and returns x2 of its lower surface, ``inf``
-where there is no obstacle. It approaches along -e2. Any callable height serves as well. `kinks`, a tuple, are
-the abscissae at which the slope, or a higher derivative, jumps, `jumps` by how much the slope does; `ends`, a pair, are
-those beyond which there is no obstacle. An obstacle may be without any of them.
+where there is no obstacle. It approaches along -e2. Any callable height serves as well. An obstacle may have `kinks`, a
+tuple, ascending: the abscissae at which the slope, or a higher derivative, jumps; `jumps`, as long: by how much the slope does;
+`ends`, a pair: those beyond which there is no obstacle.
 """
 
 from dataclasses import dataclass
@@ -58,7 +58,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Wedge:
-    """Blunt wedge whose flanks rise by `slope` (radians) from its edge at x1 = 0.
+    """Blunt wedge of the height ``slope*abs(x1)``: `slope` is that of its flanks, tan of their angle (dimensionless).
 
     Examples
     --------
@@ -77,7 +77,7 @@ class Wedge:
     def __post_init__(self):
         require_finite(slope=self.slope)
         if not self.slope > 0:
-            raise BadArgument("slope", self.slope, "must be positive (radians)")
+            raise BadArgument("slope", self.slope, "must be positive")
 
     def height(self, x):
         return self.slope*np.abs(x)
@@ -122,7 +122,7 @@ class Shape:
 
 @dataclass(frozen=True)
 class Punch:
-    """Flat punch -half_width <= x1 <= half_width, turned counterclockwise by `tilt` (radians).
+    """Flat punch -half_width <= x1 <= half_width of the height ``tilt*x1``: `tilt` is the slope of its face (dimensionless).
 
     Examples
     --------
@@ -150,7 +150,8 @@ class Punch:
 class Profile:
     """Sampled profile: piecewise linear through (x, z), no obstacle outside; a level one is a flat punch.
 
-    `x` ascending and finite, shape (n,), n >= 2; `z` of the same shape.
+    `x` ascending and finite, shape (n,), n >= 2; `z` of the same shape. Each sample inside is a kink, where microblocks have
+    a peak of pressure each: that takes seconds to a minute. Give a smooth curve as a function height(x) instead.
 
     Examples
     --------

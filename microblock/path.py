@@ -17,7 +17,7 @@ from tqdm.auto import tqdm
 from .display import Row, Shown, path_summary
 from .errors import BadArgument, NotConverged, require_positive
 from .halfplane import coalescence_exponent
-from .observables import contact_zones, zone_changes
+from .observables import contact_zones, lowest, zone_changes
 
 FACTOR = 2.5          # between the loads of the scan: a zone that comes and goes within is not seen
 START = 0.2           # of ell: the contact is that narrow where the scan begins
@@ -36,13 +36,16 @@ TOLD = 5e-3           # of the load: nearer to such a crossing states of EVENT_O
 LEFT = 5e-4           # of the way from there to the farther state beside it: least error of its load; a hundredth is seen
 INTERPOLATED = 5      # states from which its load is interpolated
 NAMES = ("A", "B", "full", "contact")
+TOUCH_SAMPLES = 33    # over a zone, between which its lowest point is looked for
 
 
 @dataclass(frozen=True)
 class Event:
     """A zone that is "born", "vanished", or two that "merged" or one that "split", at x.
 
-    `load` (force per thickness) with its error; `zone` is "A", "B", "full" or "contact".
+    `load` (force per thickness) with its error; `zone` is "A", "B", "full" or "contact". At load 0 x is where the initial gap
+    is least; where it is equally small elsewhere, as under a flat punch, the middle of the first zone that is seen.
+    All numbers are plain floats.
     """
 
     load: float
@@ -50,6 +53,14 @@ class Event:
     kind: str
     zone: str
     x: float
+
+    def __post_init__(self):
+        for name in ("load", "load_error", "x"):
+            object.__setattr__(self, name, float(getattr(self, name)))
+
+
+class PathView(Shown):
+    """Base of load paths: `events`, and states `at` any load up to `last`."""
 
 
 def require_on_path(load, last):
@@ -60,7 +71,7 @@ def require_on_path(load, last):
 
 
 @dataclass(frozen=True, repr=False)
-class LinePath(Shown):
+class LinePath(PathView):
     """States of a scene from first touch to the load `last`.
 
     What was computed is kept: after an interruption (KeyboardInterrupt) the same call goes on from there. With `progress`
@@ -130,16 +141,18 @@ class LinePath(Shown):
 
     def _births(self, first):
         """Those up to the first load of the scan: at first touch for the corners that are nearest, else no later than that."""
-        found, line = [], first.line
-        heights = [line.initial_gap(np.full(len(first.x), corner), first.x) for corner in range(len(line.law.corners))]
-        nearest = min(np.min(height) for height in heights)
-        touching = {name for name, height in zip("AB", heights) if np.min(height) <= nearest + SAME*_width(first)}
-        zones = _named(first)
-        early = [interval for name in touching for interval in zones[name]] or zones["contact"]      # without corners
-        for name, intervals in zones.items():
+        found, lows = [], _lowest_of_zones(first)
+        nearest = min(gap for own in lows.values() for gap, _ in own.values())
+        touching = {corner: {interval: x for interval, (gap, x) in own.items() if gap <= nearest + SAME*_width(first)}
+                    for corner, own in lows.items()}
+        own_corners = {"A": [0], "B": [1], "full": [], "contact": list(lows)}
+        for name, intervals in _named(first).items():
             for left, right in intervals:
-                late = 0.0 if any(left <= a and b <= right for a, b in early) and name in (*touching, "contact") else first.load/2
-                found.append(Event(late, late, "born", name, (left + right)/2))
+                early = [x for corner in own_corners[name] if corner in lows
+                         for (a, b), x in touching[corner].items() if left <= a and b <= right]
+                late = 0.0 if early else first.load/2
+                known = len(early) == 1 and early[0] is not None
+                found.append(Event(late, late, "born", name, early[0] if known else (left + right)/2))
         return found
 
     def _between(self, low, high):
@@ -152,7 +165,7 @@ class LinePath(Shown):
             return [Event(*crossing[:2], change.kind, change.zone, crossing[2]) for change in changes]
         if high.load - low.load <= NARROW*high.load:
             half = (high.load - low.load)/2
-            return [Event(float(low.load + half), float(half), change.kind, change.zone, float(change.x)) for change in changes]
+            return [Event(low.load + half, half, change.kind, change.zone, change.x) for change in changes]
         several = len(changes) > MOST or any(abs(change.high - change.low) != 1 for change in changes)
         if several:
             between = self._state((low.load + high.load)/2, low)
@@ -193,7 +206,7 @@ class LinePath(Shown):
             if state is None or _gaps(state).keys() != gaps.keys():
                 break
             states = sorted([*states, state], key=lambda each: each.load)
-        return float(load), float(error), float(_gaps(below)[turned[0]][1])
+        return load, error, _gaps(below)[turned[0]][1]
 
     def _approached(self, low, high, change):
         """States ascending in load towards an event, from the side on which something is left to measure."""
@@ -233,7 +246,7 @@ class LinePath(Shown):
             if len(guesses) > 1 and guesses[0] is not None:
                 # a correction, but no less than what the way left to go makes likely
                 error = min(half, max(abs(load - guesses[0]), APPROACH**2*abs(load - side[-1].load)))
-        return Event(float(load), float(error), change.kind, change.zone, float(change.x))
+        return Event(load, error, change.kind, change.zone, change.x)
 
     def _size(self, state, change):
         """What is left of a zone that is born or vanishes, or of the gap next to x, to the power that is linear."""
@@ -325,6 +338,18 @@ def _crossing_once(found):
 
 def _named(state):
     return contact_zones(state.all_zones, state.line.law.corners)
+
+
+def _lowest_of_zones(state):
+    """{corner number: {interval: (least initial gap of the corner there, its x or None)}} of all zones."""
+    line, found = state.line, {}
+    for corner, intervals in state.all_zones.items():
+        found[corner] = {}
+        for left, right in intervals:
+            kinks = [place for place, jumps in line.kinks.items() if corner in jumps and left <= place <= right]
+            x = np.unique((*np.linspace(left, right, TOUCH_SAMPLES), *kinks))
+            found[corner][left, right] = lowest(lambda x, corner=corner: line.initial_gap(np.full(len(x), corner), x), x)
+    return found
 
 
 def _width(state):

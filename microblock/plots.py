@@ -1,6 +1,7 @@
 """One figure style: sizes for print, colours that the colour-blind can tell apart."""
 
 import io
+from textwrap import fill
 
 import matplotlib
 from matplotlib.figure import Figure
@@ -12,6 +13,8 @@ COLUMN = 3.5     # inches, one column of a journal page
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 LINES = ("-", "--", "-.", ":")
+CAPTION = 8      # points
+LETTERS = 16     # of a caption in an inch; 17.5 were measured
 BELOW = 5.5      # of a legend under a panel, in its letters: room for ticks and label
 STYLE = {
     "font.size": 8, "axes.labelsize": 9, "legend.fontsize": 7, "xtick.labelsize": 8, "ytick.labelsize": 8,
@@ -23,6 +26,12 @@ STYLE = {
 
 class Drawing(Figure):
     """A figure that keeps the house style when it is drawn and saved, and shows itself in a notebook."""
+
+    def captioned(self, text):
+        """This figure with small letters above it, any text, broken where it is longer than the figure is wide."""
+        lines = [fill(line, int(LETTERS*self.get_figwidth())) for line in text.splitlines()]
+        self.suptitle("\n".join(lines), fontsize=CAPTION, parse_math=False)
+        return self
 
     def draw(self, renderer):
         with matplotlib.rc_context(STYLE):

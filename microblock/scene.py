@@ -33,7 +33,12 @@ class Contact(SceneView):
     Parameters
     ----------
     body : HalfPlane, or Body
-    obstacle : an obstacle of `microblock.obstacles`, or a callable height(x)
+    obstacle : an obstacle of `microblock.obstacles`, or a callable height(x) that takes an array of x1 and returns one of x2;
+        an object with a method ``height(x)`` may also have, as attributes or properties,
+        `kinks` : tuple of abscissae, ascending, at which its slope or a higher derivative jumps; nodes are put there,
+        `jumps` : as long, by how much the slope jumps at each (left to right, dimensionless), 0 where it does not,
+        `ends` : (left, right), beyond which there is no obstacle (height inf);
+        `microblock.Shape` makes one of a function and its kinks
     law : a law of `microblock.law`
 
     Examples
@@ -146,7 +151,8 @@ class Contact(SceneView):
                 return self._climb(states, rtol, tolerance)
             except NotConverged as objection:
                 if objection.reached is not None:
-                    raise
+                    raise NotConverged(f"{objection}{self._hint}", reached=objection.reached,
+                                       iterations=objection.iterations) from objection
                 failure = objection
         raise NotConverged(f"no zones fit at load {load:g}: {failure}; {self._advice(load)}") from failure
 
@@ -156,8 +162,12 @@ class Contact(SceneView):
         blocks = (right - left)/self.solid.ell
         if blocks > WIDE:
             return f"the contact is some {blocks:.1g} blocks wide, and up to {WIDE:.0g} are in reach: take a larger ell"
-        hint = "" if hasattr(self.obstacle, "height") else "a height that is not smooth everywhere wants mb.Shape; "
-        return f"{hint}next to a load at which zones meet only a larger rtol is in reach; else take uniform cells"
+        return f"next to a load at which zones meet only a larger rtol is in reach; else take uniform cells{self._hint}"
+
+    @property
+    def _hint(self):
+        """What besides, under a bare callable."""
+        return "" if hasattr(self.obstacle, "height") else "; where the height is not smooth say so by mb.Shape"
 
     def load(self, last, rtol=1e-3, progress=False):
         """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load.

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 
 from . import blocks, plots
+from .law import corner_shifts
 
 SIZE = 7.0, 7.4      # inches, two columns of a page
 BLOCKS_HEIGHT, ABOVE = 0.33, 0.1      # of the picture of blocks, over its width: all of it, and above the surface
@@ -16,9 +17,12 @@ STEPS = np.array((1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0))      
 CORNER_COLOURS = {"A": plots.COLOURS[0], "B": plots.COLOURS[1], "C": plots.COLOURS[6]}
 CORNER_LINES = {"A": "-", "B": "--", "C": "-"}      # told apart without colours
 PEAK = 4.0           # of the mean pressure, beyond which it is cut off; a cylinder has 1.3
+SMALL = 6            # letters that say so, points
 TICKS = 5            # intervals on an axis, at most
 GAP_SHOWN = 0.5      # of the half-width of the contact, beyond it, in which gaps set the end of their axis
 OUT_OF_CONTACT = "0.85"
+NEAR = 1e-6          # of ell, to which the edge of a zone is at an end of the obstacle
+MOST_TOLD = 3        # places that are listed
 CLOSED = 1e-6        # of the range of displacements: gaps that are rounding
 
 
@@ -46,6 +50,8 @@ class StateFigure:
             self._bars = self._zone_bars()
             self.blocks = BlocksPanel(self.axes["blocks"], corners)
             self._ends, self._frames = defaultdict(End), {"blocks": Window(), "curves": Window()}
+            self._cut = {name: self.axes[name].text(1, 1.02, "", transform=self.axes[name].transAxes, ha="right", fontsize=SMALL)
+                         for name in ("pressure", "micromoment")}
             self._label()
 
     def _curve(self, kind, corner=None):
@@ -79,7 +85,8 @@ class StateFigure:
         self.axes["zones"].set_xlabel("$x_1$ (length)")
         if len(self.corners) == 2:
             for name in ("pressure", "gap"):
-                self.axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0.1)
+                self.axes[name].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, borderaxespad=0.1, handlelength=1.6,
+                                       columnspacing=1.0, handletextpad=0.4)
 
     def update(self, state, window=None):
         """Show a state; `window` (left, right) of x1, or the contact and its surroundings."""
@@ -93,6 +100,7 @@ class StateFigure:
         surface = state.surface((min(wide[0], near[0]), max(wide[1], near[1])))
         self._draw(surface, zones)
         self._limit(surface, zones["contact"], (max(wide[0], surface.x[0]), min(wide[1], surface.x[-1])))
+        self._tell_cuts(surface, unbounded(state))
         self.blocks.update(blocks.blocks(surface, zones["contact"], blocks.within(near, surface)))
         return self
 
@@ -126,10 +134,19 @@ class StateFigure:
                          for sign, side in ((-1, self._ends[name, "low"]), (1, self._ends[name, "high"])))
             self.axes[name].set_ylim(-low, high)
 
+    def _tell_cuts(self, surface, places):
+        """Say where an axis ends below the curve, and why."""
+        curves = {"pressure": surface.pressures.sum(axis=0), "micromoment": np.abs(surface.micromoment)/surface.ell}
+        for name, values in curves.items():
+            (left, right), ends = self.axes[name].get_xlim(), np.abs(self.axes[name].get_ylim())
+            top = values[(surface.x >= left) & (surface.x <= right)].max(initial=0.0)
+            why = f"unbounded at {_listed(places)}" if places else f"largest {top:.3g}"
+            self._cut[name].set_text(f"cut: {why}" if top > ends.max() else "")
+
     @property
     def moving(self):
         """[(axes, artist)] of what a new state changes, in the order of drawing."""
-        lines = [*self._lines.values(), *self._own.values(), *self._bars.values(), *self._total]
+        lines = [*self._lines.values(), *self._own.values(), *self._bars.values(), *self._total, *self._cut.values()]
         return [(line.axes, line) for line in lines] + self.blocks.moving
 
 
@@ -143,8 +160,9 @@ class BlocksPanel:
         self._surface = axis.plot([], [], color="k", linewidth=0.7)[0]
         # a circle around a square: both are seen where two blocks meet
         self._corners = [axis.plot([], [], marker, color=CORNER_COLOURS[name], markersize=size, markerfacecolor=face,
-                                   zorder=zorder, linestyle="none", label=f"corner {name} closed")[0]
-                         for name, marker, size, face, zorder in (("A", "o", 6, "none", 4), ("B", "s", 3, None, 3))]
+                                   zorder=zorder, linestyle="none", label=f"{name} ({side}) closed")[0]
+                         for name, side, marker, size, face, zorder in (("A", "left", "o", 6, "none", 4),
+                                                                        ("B", "right", "s", 3, None, 3))]
         axis.set(aspect="equal", xlabel="$x_1$ (length)")
         axis.tick_params(axis="y", left=False, labelleft=False)
         axis.spines["left"].set_visible(False)
@@ -179,7 +197,7 @@ class BlocksFigure:
 
     def __init__(self, corners):
         with matplotlib.rc_context(plots.STYLE):
-            self.drawing, axis = plots.figure(width=SIZE[0], height=2.9)
+            self.drawing, axis = plots.figure(width=SIZE[0], height=3.2)
             self.panel = BlocksPanel(axis, corners)
 
     def update(self, state, window=None):
@@ -218,6 +236,24 @@ class Window:
     def renew(self, needed):
         more = 0.0 if self.value is None else (ROOM - 1)*(needed[1] - needed[0])/2
         self.value = needed[0] - more, needed[1] + more
+
+
+def unbounded(state):
+    """Places x1 within the contact at which the pressure is infinite: where a corner meets an end or an edge of the obstacle."""
+    setting, zones = state.setting, state.named_zones
+    shifts = dict(zip(setting.law.corners, corner_shifts(setting.law, setting.ell)))
+    kinks, jumps, ends = (getattr(setting.obstacle, name, ()) for name in ("kinks", "jumps", "ends"))
+    points = [*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends]
+    margin = NEAR*setting.ell
+    return sorted({float(point + shift) for corner, shift in shifts.items() for point in points
+                   for left, right in zones[corner if len(shifts) == 2 else "contact"]
+                   if left - margin <= point + shift <= right + margin})
+
+
+def _listed(places):
+    shown = [float(f"{place:.3g}") for place in places]
+    words = list(dict.fromkeys(f"\u00b1{abs(place):g}" if place and -place in shown else f"{place:g}" for place in shown))
+    return ", ".join(words[:MOST_TOLD]) + (", ..." if len(words) > MOST_TOLD else "")
 
 
 def _around(contact, ell):

@@ -80,6 +80,10 @@ class SurfaceState(BelowOnMesh, LineView):
         """Relative L2 error of pressure and micromoment; None where the mesh was prescribed."""
         return None if self.estimate is None else self.estimate.total
 
+    @property
+    def warnings(self):
+        return super().warnings + self._few_nodes("take a smaller h, or FittedContact with rtol=")
+
     def surface(self, window=None):
         """The Surface at `x`; a window (left, right) is none of its business, the nodes are where they are."""
         sunk = self._unfold(-self._raised, 1)
@@ -111,7 +115,10 @@ class SurfaceState(BelowOnMesh, LineView):
 
     @cached_property
     def all_zones(self):
-        """{corner number: intervals} on the whole line."""
+        """{corner number: ((left, right), ...)} on the whole line: 0 is A (left), 1 is B (right).
+
+        A law without corners has 0 alone; `named_zones` has the same by name.
+        """
         if not self.line.mirror:
             return self.zones
         found = {}

@@ -6,14 +6,15 @@ from functools import cached_property
 
 import numpy as np
 
-from .display import Row, Shown, Summary, intervals, number
+from .display import Row, Shown, Summary, call, intervals, number
 from .errors import BadArgument
-from .observables import contact_zones
+from .observables import contact_zones, half_widths
 from .obstacles import gap
 
 ZONES = ("A", "B", "full", "contact")
 LARGE_TURN = math.radians(10)      # of a block: the small-angle form (41) misses 1.5 % there
 STEEP = 0.2                        # slope of the surface: beyond small strain, and of a cylinder beyond its parabola
+FEWEST = 9           # nodes across a zone, whose edges half a spacing may misplace by 1/16 of its width
 NEXT_TO = 1e-6                     # of the contact's width, over which the obstacle's slope at an edge is taken
 
 
@@ -80,14 +81,42 @@ class Setting:
 
 
 class StateView(Shown):
-    """Base of contact states.
+    """Base of contact states of every kind: on panels, cells and meshes they go by the same names.
 
-    They have `load`, `approach`, `error_estimate`, `energy`, `named_zones` and `solid`, and give `setting` and `surface()`.
+    Attributes
+    ----------
+    load, approach : float, force per thickness (on a period, of one) and approach of the obstacle
+    error_estimate : float, relative L2 error of pressure and micromoment; None where a mesh or an order was prescribed
+    named_zones : {"A": [(left, right), ...], "B": ..., "full": ..., "contact": ...}, intervals of x1, ascending: where the left
+        corner A is closed, the right one B, both, either; of laws without corners "contact" alone is not empty
+    half_width : float
+    x, weights, psi : arrays (n,), points of the surface, the lengths they stand for, microrotation
+    pressures : array (corners, n), of A and B, or of the one contact point
+    micromoment : array (n,), (29)
+    energy : float, per thickness
+    obstacle, solid : of the scene
+    warnings : list of sentences
+    setting, surface() : what pictures are drawn from
     """
 
     @property
+    def half_width(self):
+        """Half of the distance between the outermost edges of `named_zones["contact"]`, float; 0 where nothing touches."""
+        return half_widths(self.named_zones["contact"])[0]
+
+    @property
+    def obstacle(self):
+        return self.setting.obstacle
+
+    @property
+    def caption(self):
+        """Obstacle, law, load and error estimate in a line, as pictures have it above them."""
+        error = "no error estimate" if self.error_estimate is None else f"error {self.error_estimate:.1g}"
+        return f"{call(self.obstacle)}, {call(self.setting.law)}, load {number(self.load)}, {error}"
+
+    @property
     def warnings(self):
-        """Where the small-strain model leaves its ground: a list of sentences."""
+        """Where the small-strain model leaves its ground, or a mesh without error estimate is coarse: a list of sentences."""
         setting, found = self.setting, []
         turn = float(np.abs(self.turn).max())
         if turn > LARGE_TURN:
@@ -99,6 +128,14 @@ class StateView(Shown):
         if len(contact) and contact[-1][1] - contact[0][0] < 2*setting.ell:
             found.append("blocks are larger than the half-width of the contact")
         return found
+
+    def _few_nodes(self, advice):
+        """A warning where nodes are few in a zone of the contact and no error estimate speaks for itself, as a list."""
+        numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in self.named_zones["contact"]]
+        if self.error_estimate is not None or min(numbers, default=FEWEST) >= FEWEST:
+            return []
+        where = "in contact" if len(numbers) == 1 else "in a zone of the contact"
+        return [f"only {min(numbers)} nodes {where} and no error estimate: {advice}"]
 
     def moved_on(self, earlier, share):
         """This state, moved on by a share of the way from an earlier one if that helps to find the next; by default it stays."""
@@ -147,7 +184,7 @@ class StateView(Shown):
         window : (left, right) of x1; the contact and its surroundings
         """
         from .state_figure import StateFigure      # here: whoever does not draw does not load matplotlib
-        drawing = StateFigure(self.setting.law.corners).update(self, window).drawing
+        drawing = StateFigure(self.setting.law.corners).update(self, window).drawing.captioned(self.caption)
         if path is not None:
             drawing.savefig(path)
         return drawing
@@ -155,7 +192,7 @@ class StateView(Shown):
     def plot_blocks(self, path=None, window=None):
         """The turned blocks under the obstacle, as in Fig. 3 of the paper; as `plot`."""
         from .state_figure import BlocksFigure
-        drawing = BlocksFigure(self.setting.law.corners).update(self, window).drawing
+        drawing = BlocksFigure(self.setting.law.corners).update(self, window).drawing.captioned(self.caption)
         if path is not None:
             drawing.savefig(path)
         return drawing
@@ -172,7 +209,10 @@ class StateView(Shown):
 
 
 class LineView(StateView):
-    """Base of states along x1 that know their scene as a `line`, `all_zones`, and where psi is held the reaction `_held`."""
+    """Base of states along x1 that know their scene as a `line`, `all_zones`, and where psi is held the reaction `_held`.
+
+    The keys of `all_zones` are corner numbers, 0 for A (left) and 1 for B (right), or 0 alone; `named_zones` has names.
+    """
 
     @property
     def solid(self):

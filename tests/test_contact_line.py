@@ -180,7 +180,7 @@ def test_named_kinks_make_rough_tips_as_good_as_smooth_ones():
     p = [state.pressure(corner, cells.x) - cells.pressures[corner] for corner in (0, 1)]
     found = distance(cells.weights, p[0] + p[1], (p[0] - p[1])/2, cells.pressures.sum(axis=0))
     assert found <= 1.5*cells.error_estimate < 1e-2      # the cells' own, an estimate
-    with pytest.raises(NotConverged):      # negative control: without the name the panels do not see it
+    with pytest.raises(NotConverged, match="mb.Shape"):      # negative control: without the name the panels do not see it
         Contact(HalfPlane(solid), tip.height, Microblock()).at(1.0, rtol=1e-6)
 
 

@@ -12,7 +12,7 @@ ROOT = Path(microblock.__file__).parent
 MAY_IMPORT = {
     "errors": set(), "material": set(), "obstacles": set(), "meshes": set(), "references": set(), "observables": set(),
     "plots": set(), "adapt": set(), "study": {"__init__"}, "provenance": {"study"}, "sweeps": {"provenance"},
-    "export": {"line_state", "panels", "study", "subsurface"},
+    "export": {"line_state", "panels", "path", "study", "subsurface", "surface_view"},
     "law": {"obstacles"}, "body": {"material"},
     "condensation": {"body", "compliance", "facets", "panels"},
     "surface_state": {"condensation", "law", "mesh_fields", "observables", "panels", "surface_view"},
@@ -31,7 +31,7 @@ MAY_IMPORT = {
               "scene_view", "topology"},
     "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "halfplane", "law", "observables", "projected_cg", "scene_view", "surface_view"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
-    "display": set(), "surface_view": {"below", "observables", "obstacles", "state_figure"}, "blocks": set(), "state_figure": {"blocks", "plots"},
+    "display": set(), "surface_view": {"below", "observables", "obstacles", "state_figure"}, "blocks": set(), "state_figure": {"blocks", "law", "plots"},
     "frames": {"plots"}, "below": {"plots"}, "explorer": {"frames", "law", "panels", "state_figure", "topology"}, "widgets": {"below"},
 }
 

@@ -18,4 +18,4 @@ def test_python_of_the_readme_runs(tmp_path, monkeypatch):
     assert len(blocks) >= 5
     assert names["path"].at(0.05).load == pytest.approx(0.05)
     assert [row["error"] for row in names["rows"]] == [None]*4
-    assert {"study.jsonl", "state.csv", "state_surface.vtu", "state_body.vtu"} == {path.name for path in tmp_path.iterdir()}
+    assert {"study.jsonl", "study.csv", "events.csv", "state.csv", "state_surface.vtu", "state_body.vtu"} == {path.name for path in tmp_path.iterdir()}
