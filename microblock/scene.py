@@ -22,7 +22,7 @@ MENDINGS = 4          # of zones that a fitted state shows wrong
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
 NEAR_STEPS = 5        # of the edges, from a neighbour's on: if there are more the coarse grid is the shorter way
 LOOSER = (1e-11, 1e-10, 1e-8, 1e-6)      # rtol that are tried, to tell what can be had where rounding keeps from a smaller one
-WIDE = 400            # blocks under a contact, up to which zones are found; symmetric ones up to some 6000
+WIDE = 2e5            # blocks under a contact, up to which zones were found; at 2e6 none were
 AMPLE = 0.03          # of rtol: a neighbour as good as that had more order than needed
 
 
@@ -161,8 +161,7 @@ class Contact(SceneView):
         (left, right), = topology.classical(self.line, load)[0]
         blocks = (right - left)/self.solid.ell
         if blocks > WIDE:
-            return (f"the contact is some {blocks:.1g} blocks wide, and up to {WIDE} are in reach, some 6000 if all is "
-                    "symmetric: take a larger ell")
+            return f"the contact is some {blocks:.1g} blocks wide, and up to {WIDE:.0g} are in reach: take a larger ell"
         return f"next to a load at which zones meet only a larger rtol is in reach; else take uniform cells{self._hint}"
 
     @property

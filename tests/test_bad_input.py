@@ -115,8 +115,8 @@ def test_a_tolerance_out_of_reach_is_answered_with_the_one_that_is_not():
 
 
 def test_too_many_blocks_are_told_by_number():
-    scene = mb.Contact(mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=1e-6)), CYLINDER, LAW)
-    with pytest.raises(mb.NotConverged, match=r"some 7e\+05 blocks wide, and up to 400 are in reach"):      # 2 a_Hz/ell = 6.8e5
+    scene = mb.Contact(mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=1e-9)), CYLINDER, LAW)
+    with pytest.raises(mb.NotConverged, match=r"some 7e\+08 blocks wide, and up to 2e\+05 are in reach"):      # 2 a_Hz/ell
         scene.at(1.0)
 
 

@@ -126,7 +126,7 @@ def test_help_says_what_happens_without_an_option(capsys):
     assert "Methods: limits" in report and "limits_cycling" not in report      # sections, not 88 names
 
 
-@pytest.mark.parametrize("words", ["hertz --rtol 1e-15", "hertz --alpha 1e-6"])
+@pytest.mark.parametrize("words", ["hertz --rtol 1e-15", "hertz --alpha 1e-8"])
 def test_out_of_reach_is_told_without_names_of_python(words, capsys):
     assert main(words.split()) == 1
     told = capsys.readouterr().err
