@@ -87,7 +87,7 @@ class Wedge:
 class Shape:
     """Any height, with the places at which it is less than smooth: there the computation puts its nodes.
 
-    A bare callable height serves as well where it is smooth, and costs digits where it is not.
+    A bare callable height serves as well: `Contact` looks for its singular points, and finds what is not too faint.
 
     Parameters
     ----------

@@ -236,6 +236,13 @@ def _toggled(intervals, left, right, inside):
     return sorted({(a, b) for a, b in pieces if a < b})
 
 
+def surroundings(line, load):
+    """(left, right), twice as far as a first coarse grid reaches."""
+    centre = _lowest(line)
+    reach = 2*_reach(line, load, centre)
+    return centre - reach, centre + reach
+
+
 def _reach(line, load, centre):
     """Half-width of a first coarse grid: where a classical contact would carry the load, and a block more."""
     return 1.5*_classical(line, load, centre) + line.solid.ell

@@ -11,7 +11,7 @@ ROOT = Path(microblock.__file__).parent
 # a room and the rooms that it may use; errors and display may be used by all
 MAY_IMPORT = {
     "errors": set(), "material": set(), "obstacles": set(), "meshes": set(), "references": set(), "observables": set(),
-    "plots": set(), "adapt": set(), "study": {"__init__"}, "provenance": {"study"}, "sweeps": {"provenance"},
+    "plots": set(), "adapt": set(), "smoothness": set(), "study": {"__init__"}, "provenance": {"study"}, "sweeps": {"provenance"},
     "export": {"line_state", "panels", "path", "study", "subsurface", "surface_view"},
     "law": {"obstacles"}, "body": {"material"},
     "condensation": {"body", "compliance", "facets", "panels"},
@@ -28,7 +28,7 @@ MAY_IMPORT = {
     "line_state": {"below", "observables", "panels", "subsurface", "surface_view"}, "topology": {"active_set", "line_state", "observables", "panels"},
     "path": {"halfplane", "observables"},
     "scene": {"adapt", "body_contact", "contact_line", "halfplane", "law", "line_state", "obstacles", "panels", "path",
-              "scene_view", "topology"},
+              "scene_view", "smoothness", "topology"},
     "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "halfplane", "law", "observables", "projected_cg", "scene_view", "surface_view"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
     "display": set(), "surface_view": {"below", "observables", "obstacles", "state_figure"}, "blocks": set(), "state_figure": {"blocks", "law", "plots"},
