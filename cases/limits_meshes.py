@@ -23,7 +23,8 @@ from microblock.errors import NotConverged
 from microblock.facets import ContactFacets
 from microblock.fitted import FittedContact
 from microblock.meshes import Ground, uniform
-from microblock.newton import Newton, load_path
+from microblock.newton import Newton
+from microblock.newton_path import load_path
 from microblock.uniform import UniformContact
 
 REACH = 2.0           # of equal squares, over a_Hz

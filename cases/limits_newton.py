@@ -21,7 +21,8 @@ from microblock.facets import ContactFacets
 from microblock.law import Microblock
 from microblock.material import Cosserat
 from microblock.meshes import Ground, graded
-from microblock.newton import PENALTY, WORST, Newton, load_path
+from microblock.newton import PENALTY, WORST, Newton
+from microblock.newton_path import load_path
 from microblock.obstacles import Cylinder
 from microblock.uniform import UniformContact
 

@@ -26,7 +26,8 @@ from microblock.errors import BadArgument, Inadmissible, NotConverged, require_f
 from microblock.facets import ContactFacets
 from microblock.law import Microblock
 from microblock.material import Cosserat
-from microblock.newton import METHODS, Newton, State, next_event
+from microblock.newton import METHODS, Newton, State
+from microblock.newton_path import next_event
 from microblock.obstacles import Plane
 from microblock.observables import layer_lengths, relative_error
 from microblock.study import column, versions

@@ -20,7 +20,7 @@ _ROOMS = {
     "FittedContact": "fitted", "UniformContact": "uniform", "SurfaceState": "surface_state",
     "Explorer": "explorer", "Choice": "explorer",
     "ContactFacets": "facets",
-    "Newton": "newton", "State": "newton", "Event": "newton", "load_path": "newton",
+    "Newton": "newton", "State": "newton", "Event": "newton_path", "load_path": "newton_path",
     "sweep": "sweeps", "to_csv": "export", "to_vtk": "export",
     "MicroblockError": "errors", "BadArgument": "errors", "Inadmissible": "errors", "NotConverged": "errors",
     "MissingExtra": "errors",

@@ -173,7 +173,7 @@ class Contact(SceneView):
         blocks = (right - left)/self.solid.ell
         if blocks > WIDE and len(self.law.corners) == 2:
             raise NotConverged(f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {WIDE:.0g} are in "
-                               "reach: take a larger ell, or the unilateral law, from which the microblock law hardly differs there")
+                               "reach: take a larger ell, or the unilateral law, from which this one hardly differs there")
 
     @property
     def _advice(self):

@@ -17,7 +17,8 @@ from .errors import BadArgument, NotConverged
 from .facets import RULES, ContactFacets
 from .ground import GroundScene
 from .meshes import Ground, uniform
-from .newton import PENALTY, Newton, load_path
+from .newton import PENALTY, Newton
+from .newton_path import load_path
 from .surface_state import SurfaceState, surface_state
 
 METHODS = ("condensed", "al", "penalty")

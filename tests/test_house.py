@@ -18,7 +18,7 @@ MAY_IMPORT = {
     "surface_state": {"condensation", "law", "mesh_fields", "observables", "panels", "surface_view"},
     "ground": {"law", "material", "observables", "obstacles", "panels", "scene_view"},
     "scene_view": {"explorer", "obstacles", "widgets"},
-    "uniform": {"active_set", "body", "condensation", "facets", "ground", "meshes", "newton", "surface_state"},
+    "uniform": {"active_set", "body", "condensation", "facets", "ground", "meshes", "newton", "newton_path", "surface_state"},
     "body_state": {"law", "mesh_fields", "meshes", "observables", "surface_view"}, "mesh_fields": {"below"}, "refined": {"facets", "panels"},
     "body_contact": {"active_set", "body", "body_state", "condensation", "observables", "path", "refined", "scene_view"},
     "meeting": {"halfplane"},
@@ -30,7 +30,7 @@ MAY_IMPORT = {
     "scene": {"adapt", "body_contact", "contact_line", "halfplane", "law", "line_state", "obstacles", "panels", "path",
               "scene_view", "smoothness", "topology"},
     "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "halfplane", "law", "observables", "projected_cg", "scene_view", "surface_view"},
-    "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "__init__": set(),
+    "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "newton_path": set(), "__init__": set(),
     "display": set(), "surface_view": {"below", "observables", "obstacles", "state_figure"}, "blocks": set(), "state_figure": {"blocks", "law", "plots"},
     "frames": {"plots"}, "below": {"plots"}, "explorer": {"frames", "law", "panels", "state_figure", "topology"}, "widgets": {"below"},
 }
@@ -64,3 +64,10 @@ def test_lines_are_short_enough_to_stand_beside_each_other():
     long = [f"{path.name}:{number}" for folder in (ROOT, ROOT.parent/"cases") for path in sorted(folder.glob("*.py"))
             for number, line in enumerate(path.read_text().splitlines(), 1) if len(line) > 130]
     assert not long
+
+
+def test_one_version_everywhere():
+    top = ROOT.parent
+    changes = next(line for line in (top/"CHANGELOG.md").read_text().splitlines() if line.startswith("## "))
+    assert changes.split()[1].rstrip(",") == microblock.__version__
+    assert f"\nversion: {microblock.__version__}\n" in (top/"CITATION.cff").read_text()

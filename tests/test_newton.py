@@ -13,7 +13,8 @@ from microblock.body import Body, Loads
 from microblock.errors import BadArgument, NotConverged
 from microblock.facets import ContactFacets
 from microblock.material import Cosserat
-from microblock.newton import Newton, load_path, next_event
+from microblock.newton import Newton
+from microblock.newton_path import load_path, next_event
 
 SOLID = Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
 BOTTOM = {"u1": "bottom", "u2": "bottom"}
