@@ -114,7 +114,7 @@ def fit(line, load, zones, *, order, tolerance, steps=EDGE_STEPS):
         panels = make_panels(line, zones, order)
         (q,), (approach,), noise = solve_zones(line, panels, (load,))
         found = edge_coefficients(panels, q)
-        if idle or (earlier and any(K1 <= 0 for _, K1 in found.values())):
+        if idle or (earlier and any(found[key][1] <= 0 for key in _edges(zones) if key in found)):
             found = _safer(zones, found, _mean_coefficients(panels, q), earlier)
         moved, error = _moved(line, load, zones, found, tolerance)
         if error <= tolerance:
@@ -133,16 +133,19 @@ def _safer(zones, coefficients, means, earlier):
 
     Next to an edge an obstacle may be less smooth than the panel's polynomial takes it for: K0 is good there, K1 is not.
     """
-    found = dict(coefficients)
-    for corner, intervals in zones.items():
-        for interval, before in zip(intervals, earlier[0][corner]):
-            for edge, old, side in zip(interval, before, (1, -1)):
-                key, first = (corner, edge, side), earlier[1].get((corner, old, side))
-                if key in found:
-                    K0, way = found[key][0], side*(old - edge)
-                    secant = 2*(first[0] - K0)/way if first and way else 0.0
-                    found[key] = K0, secant if secant > 0 else means[key][1]
+    found, (zones_before, before) = dict(coefficients), earlier
+    for key, key_before in zip(_edges(zones), _edges(zones_before)):
+        if key in found:
+            K0, way = found[key][0], key[2]*(key_before[1] - key[1])
+            secant = 2*(before[key_before][0] - K0)/way if key_before in before and way else 0.0
+            found[key] = K0, secant if secant > 0 else means[key][1]
     return found
+
+
+def _edges(zones):
+    """[(corner, edge, side)] of the zones' own edges, as coefficients are named."""
+    return [(corner, float(edge), side) for corner, intervals in zones.items() for interval in intervals
+            for edge, side in zip(interval, (1, -1))]
 
 
 def _within_ends(line, zones):

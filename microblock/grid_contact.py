@@ -122,9 +122,6 @@ class GridContact(SceneView):
     def solid(self):
         return self.body.solid
 
-    def opened(self, load, rtol):
-        return self, self.at(load, rtol=rtol)
-
     def varied(self, solid, obstacle, law):
         """The scene with these, on the same period or window."""
         body = type(self.body)(solid, *(() if self._period is None else (self._period,)))

@@ -8,8 +8,7 @@ from .display import scene_summary
 from .errors import BadArgument, NotConverged, require_positive, require_tolerance
 from .halfplane import HalfPlane
 from .law import symmetric
-from .obstacles import Shape
-from .obstacles import check_lowest
+from .obstacles import Shape, check_lowest
 from .panels import Line, half_line
 from .path import LinePath
 from .scene_view import SceneView
@@ -169,9 +168,11 @@ class Contact(SceneView):
 
     def _check_width(self, load):
         """NotConverged where the contact has more blocks than zones are found for: before minutes are spent on them."""
+        if len(self.law.corners) == 1:
+            return
         (left, right), = topology.classical(self.line, load)[0]
         blocks = (right - left)/self.solid.ell
-        if blocks > WIDE and len(self.law.corners) == 2:
+        if blocks > WIDE:
             raise NotConverged(f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {WIDE:.0g} are in "
                                "reach: take a larger ell, or the unilateral law, from which this one hardly differs there")
 

@@ -41,7 +41,7 @@ class SceneView(Shown):
 
     def opened(self, load, rtol):
         """(scene, state at the load) with which a session begins: the scene on the mesh, if any, that rtol has asked for."""
-        return self, self.at(load, rtol)
+        return self, self.at(load, rtol=rtol)
 
     def varied(self, solid, obstacle, law):
         """The scene with these; what does not depend on those that differ is kept, not computed again."""

@@ -39,11 +39,13 @@ def kinks(height, left, right):
         larger, unsmooth = unsmooth, []
         for a, b in larger:
             middle, near = (a + b)/2, NEXT*(b - a)
-            parts = [pair for pair in ((middle - near, middle + near), (a, middle), (middle, b)) if not _followed(height, *pair)]
+            # what lies around the middle lies in both halves as well
+            parts = [pair for pair in ((middle - near, middle + near),) if not _followed(height, *pair)]
+            parts = parts or [pair for pair in ((a, middle), (middle, b)) if not _followed(height, *pair)]
             if b - a <= SHORTEST*whole or not parts and b - a < LOST*whole:
                 found.append((middle, b - a))
-            else:      # around its middle it lies in both halves as well
-                unsmooth += parts[:1] if parts and parts[0][1] - parts[0][0] < (b - a)/2 else parts
+            else:
+                unsmooth += parts
     places = _apart(sorted(found), LOST*whole)
     return tuple(places), tuple(_jump(height, place, whole/START) for place in places)
 

@@ -6,6 +6,7 @@ from . import active_set
 from .errors import NotConverged
 from .line_state import violations
 from .observables import runs
+from .obstacles import SCALES
 from .panels import half_line, zone_edges
 
 CELLS = (80, 160)     # of the coarse grid; finer while no zones fit
@@ -40,7 +41,7 @@ def coarse(line, body, load, cells):
 
 def _lowest(line):
     """Where the obstacle is lowest among its ends, its kinks and places around x = 0 at all scales of ell."""
-    scales = line.solid.ell*np.geomspace(1e-3, 1e5, 65)
+    scales = line.solid.ell*SCALES
     places = np.concatenate(([0.0], scales, -scales, getattr(line.obstacle, "ends", ()), getattr(line.obstacle, "kinks", ())))
     return float(places[np.argmin(_height(line)(places))])
 

@@ -25,7 +25,7 @@ MAY_IMPORT = {
     "fitted": {"active_set", "body", "condensation", "ground", "law", "meshes", "observables", "panels", "surface_state"},
     "compliance": set(), "halfplane": {"compliance", "material"}, "panels": {"halfplane", "law"}, "active_set": set(),
     "contact_line": {"line_state", "meeting", "panels"}, "subsurface": {"halfplane", "panels"},
-    "line_state": {"below", "observables", "panels", "subsurface", "surface_view"}, "topology": {"active_set", "line_state", "observables", "panels"},
+    "line_state": {"below", "observables", "panels", "subsurface", "surface_view"}, "topology": {"active_set", "line_state", "observables", "obstacles", "panels"},
     "path": {"halfplane", "observables"},
     "scene": {"adapt", "body_contact", "contact_line", "halfplane", "law", "line_state", "obstacles", "panels", "path",
               "scene_view", "smoothness", "topology"},
