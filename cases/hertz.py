@@ -29,6 +29,7 @@ from microblock.observables import contact_zones, half_widths, largest
 from microblock.panels import zone_edges
 from microblock.scene import Contact
 from microblock.study import column, grouped
+from microblock.surface_view import LARGE_TURN, STEEP
 
 RTOL = 1e-3
 ALPHA = 0.25
@@ -236,9 +237,9 @@ def warnings(parameters, states):
     found = []
     turn = max(float(np.abs(state.psi).max()) for state, _ in states) + math.radians(abs(parameters.psi0_deg))
     slope = max(abs(edge) for state, _ in states for edge in zone_edges(state.all_zones))/parameters.R
-    if turn > math.radians(10):
+    if turn > LARGE_TURN:
         found.append(f"blocks turn by {math.degrees(turn):.0f} degrees: beyond the small-angle form (41)")
-    if slope > 0.2 and parameters.obstacle == "cylinder":
+    if slope > STEEP and parameters.obstacle == "cylinder":
         found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain and the parabola")
     if parameters.solid.ell > parameters.a_Hz:
         found.append("ell is larger than a_Hz: blocks larger than the contact of a classical solid")

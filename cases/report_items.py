@@ -1,6 +1,5 @@
 """Items of the report: records that are kept while they hold, figures drawn from them, made here or by other processes."""
 
-import hashlib
 import json
 import time
 from concurrent.futures import FIRST_COMPLETED, wait
@@ -9,7 +8,7 @@ from pathlib import Path
 
 import cloudpickle
 
-from microblock import plots
+from microblock import plots, provenance
 from microblock.study import read_records, versions, write_json, write_records
 from microblock.sweeps import processes
 
@@ -36,7 +35,7 @@ class File:
         """What is known of records from an earlier run {seconds, machine, kept}; None if they do not hold."""
         try:
             told = json.loads(self.path.with_suffix(".json").read_text())
-            holds = told["depends_on"] == self.depends_on and told["content"] == self._content()
+            holds = told["depends_on"] == self.depends_on and told["content"] == provenance.File(self.path).content
         except (OSError, ValueError, KeyError):      # none, torn, or not ours
             return None
         return {**told, "kept": True} if holds else None
@@ -44,7 +43,8 @@ class File:
     def write(self, rows, seconds):
         """Keep records that took so long; what is known of them."""
         write_records(self.path, rows)
-        told = {"depends_on": self.depends_on, "content": self._content(), "seconds": seconds, "machine": versions()["machine"]}
+        told = {"depends_on": self.depends_on, "content": provenance.File(self.path).content, "seconds": seconds,
+                "machine": versions()["machine"]}
         write_json(self.path.with_suffix(".json"), told)
         return {**told, "kept": False}
 
@@ -53,9 +53,6 @@ class File:
         start = time.perf_counter()
         plots.draw(drawing, read_records(self.path), self.figure.parent, self.name)
         return time.perf_counter() - start
-
-    def _content(self):
-        return hashlib.sha256(self.path.read_bytes()).hexdigest()
 
 
 @dataclass(frozen=True)

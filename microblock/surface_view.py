@@ -184,28 +184,26 @@ class StateView(Shown):
         window : (left, right) of x1; the contact and its surroundings
         """
         from .state_figure import StateFigure      # here: whoever does not draw does not load matplotlib
-        drawing = StateFigure(self.setting.law.corners).update(self, window).drawing.captioned(self.caption)
-        if path is not None:
-            drawing.savefig(path)
-        return drawing
+        return _saved(StateFigure(self.setting.law.corners).update(self, window).drawing.captioned(self.caption), path)
 
     def plot_blocks(self, path=None, window=None):
         """The turned blocks under the obstacle, as in Fig. 3 of the paper; as `plot`."""
         from .state_figure import BlocksFigure
-        drawing = BlocksFigure(self.setting.law.corners).update(self, window).drawing.captioned(self.caption)
-        if path is not None:
-            drawing.savefig(path)
-        return drawing
+        return _saved(BlocksFigure(self.setting.law.corners).update(self, window).drawing.captioned(self.caption), path)
 
     def plot_below(self, quantity="psi", path=None):
         """A Figure of a field below the contact: "psi", "s22", "s11", "skew" or "shear"; not of states on cells."""
         if not hasattr(self, "fields_below"):
             raise BadArgument("state", self, "must be one of Contact or FittedContact: cells have no fields below the surface")
         from .below import draw_below
-        drawing = draw_below(self, quantity)
-        if path is not None:
-            drawing.savefig(path)
-        return drawing
+        return _saved(draw_below(self, quantity), path)
+
+
+def _saved(drawing, path):
+    """A Figure, written where a path is given."""
+    if path is not None:
+        drawing.savefig(path)
+    return drawing
 
 
 class LineView(StateView):
