@@ -27,11 +27,13 @@ class Estimate(ErrorParts):
     discretisation : float, distance to the next coarser order of panels; None where the order was prescribed
     edges : float, what pressures that do not vanish at the edges are worth
     kernel : float, what errors of the kernel's table do to the pressure at worst
+    conditions : float, what the violations of (26) are worth that are left, see `microblock.survey`
     """
 
     discretisation: float | None
     edges: float
     kernel: float
+    conditions: float = 0.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -47,6 +49,7 @@ class LineState(LineView):
     approach : float, up to the arbitrary level of a half-plane
     iterations : int, steps of Newton's method
     estimate : Estimate
+    least : ((corner, x, gap), ...), local minima of the gaps out of contact
     """
 
     line: Line
@@ -57,6 +60,7 @@ class LineState(LineView):
     approach: float
     iterations: int
     estimate: Estimate
+    least: tuple = ()
 
     @property
     def error_estimate(self):
@@ -172,6 +176,10 @@ class LineState(LineView):
     def _response(self, x, lever, kernel):
         where = self.line, self.panels, x, lever, kernel
         return response(*where) @ self.q + log_response(*where)
+
+    def sunk(self, x, lever):
+        """u, or the gap without height and approach of a corner with such levers, at x, arrays (n,)."""
+        return self._response(x, lever, self.line.kernel)
 
     def gaps(self, corner, x):
         """Gaps of a corner at x, array (n,)."""

@@ -3,7 +3,8 @@
 An obstacle's ``height(x)`` takes an array of x1 and returns x2 of its lower surface, ``inf``
 where there is no obstacle. It approaches along -e2. Any callable height serves as well. An obstacle may have `kinks`, a
 tuple, ascending: the abscissae at which the slope, or a higher derivative, jumps; `jumps`, as long: by how much the slope does;
-`ends`, a pair: those beyond which there is no obstacle.
+`ends`, a pair: those beyond which there is no obstacle; `formulas`, True: between all of these the height is a polynomial, and
+need not be looked at.
 """
 
 from dataclasses import dataclass
@@ -30,6 +31,8 @@ class Plane:
 
     level: float = 0.0
 
+    formulas = True
+
     def __post_init__(self):
         require_finite(level=self.level)
 
@@ -48,6 +51,8 @@ class Cylinder:
     """
 
     R: float
+
+    formulas = True
 
     def __post_init__(self):
         require_positive(R=self.R)
@@ -73,6 +78,8 @@ class Wedge:
     @property
     def jumps(self):
         return (2*self.slope,)
+
+    formulas = True
 
     def __post_init__(self):
         require_finite(slope=self.slope)
@@ -137,6 +144,8 @@ class Punch:
     def ends(self):
         return -self.half_width, self.half_width
 
+    formulas = True
+
     def __post_init__(self):
         require_positive(half_width=self.half_width)
         require_finite(tilt=self.tilt)
@@ -173,6 +182,8 @@ class Profile:
     @property
     def ends(self):
         return self.x[0], self.x[-1]
+
+    formulas = True
 
     def __post_init__(self):
         if callable(self.x):

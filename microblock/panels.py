@@ -7,7 +7,7 @@ points v. At a kink of the obstacle p has a logarithm of known size: panels that
 ``p = q/|dx/dv| + log_size log(|h|/|x - e|)``.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -31,13 +31,15 @@ class Line:
     """The problem on the line: solid, law and obstacle, in one place.
 
     `mirror`: obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x >= 0 if
-    the law has one corner only.
+    the law has one corner only. `picture`: what is known of the obstacle, a `microblock.picture.Picture`; without it the
+    obstacle is taken for smooth between its kinks and ends.
     """
 
     solid: object
     law: object
     obstacle: object
     mirror: bool = False
+    picture: object = field(default=None, compare=False, repr=False)
 
     @property
     def corners(self):
@@ -55,7 +57,46 @@ class Line:
         for place, jump in zip(getattr(self.obstacle, "kinks", ()), getattr(self.obstacle, "jumps", ())):
             for corner, shift in enumerate(self._shifts):
                 found.setdefault(float(place + shift), {})[corner] = float(jump)
+        angle = self.picture and self.picture.angle
+        if angle is not None:      # a kink of psi0 is one of the levers, and of the gaps if psi0 acts there
+            size = self.solid.ell/2*(self.law.reading == "gap")
+            for place, jump in zip(angle.singular, angle.jumps):
+                at = found.setdefault(float(place), {})
+                for corner, sign in ((0, 1), (1, -1)):
+                    at[corner] = at.get(corner, 0.0) + sign*size*float(jump)
         return found
+
+    @cached_property
+    def _pieces(self):
+        """[(edges, lengths), ...] in x of the contact point, of all that its gaps and levers are made of."""
+        if self.picture is None:
+            return []
+        angle = [] if self.picture.angle is None else [(self.picture.angle.edges, self.picture.angle.lengths)]
+        return [(self.picture.edges + shift, self.picture.lengths) for shift in self._shifts] + angle
+
+    @property
+    def reach(self):
+        """(left, right) of x, beyond which no corner touches."""
+        stretches, shifts = self.picture.stretches, self._shifts
+        return stretches[0][0] + min(shifts), stretches[-1][1] + max(shifts)
+
+    def shift(self, corner):
+        """What the contact point lies right of a corner."""
+        return self._shifts[corner]
+
+    def sites(self, corner):
+        """Contact points at which a corner stands under a site of the obstacle's picture, or where psi0 was looked at, ascending."""
+        angle = () if self.picture.angle is None else self.picture.angle.samples
+        return np.union1d(self.picture.sites + self._shifts[corner], angle)
+
+    def scale(self, left, right, grading=GROWTH - 1):
+        """How long panels may be on an interval for the sake of heights and psi0 there and beside it: a panel is no longer than the
+        pieces on which these are polynomials, and than it is away from shorter ones; inf if no piece is short for its own sake."""
+        lengths = [np.inf]
+        for edges, own in self._pieces:
+            away = np.maximum(np.maximum(edges[:-1] - right, left - edges[1:]), 0.0)
+            lengths.append((own + grading*away).min())
+        return float(min(lengths))
 
     @cached_property
     def ends(self):
@@ -173,7 +214,7 @@ def make_panels(line, zones, order):
             for pair in zip(breaks, breaks[1:]):
                 roots = tuple(x in edges or x in kinks for x in pair)
                 first = tuple(min([FIRST*line.solid.ell, *(abs(x - edge) for edge in edges if edge != x)]) for x in pair)
-                rows += [(corner, *row) for row in _between(*pair, roots, first)]
+                rows += [(corner, *part) for row in _between(*pair, roots, first) for part in _short_enough(line, *row)]
     corner, e, h, root = map(np.array, zip(*rows))
     sizes = {kink: log_sizes(line, zones, kink) for kink in kinks}
     log_size = [sizes.get(anchor, {}).get(number, 0.0) for number, anchor in zip(corner, e)]
@@ -222,6 +263,14 @@ def _between(left, right, roots, first):
             done += width
             width *= GROWTH if done > start else GROWTH - 1
     return found
+
+
+def _short_enough(line, anchor, length, root):
+    """A panel, or the parts of one that is longer than the obstacle's features ask for."""
+    if abs(length) <= line.scale(*sorted((anchor, anchor + length))):
+        return [(anchor, length, root)]
+    half = length/2
+    return _short_enough(line, anchor, half, root) + _short_enough(line, anchor + half, half, False)
 
 
 def response(line, panels, x, lever, kernel):

@@ -1,28 +1,24 @@
 """What a user types: a body, an obstacle and a law put together, and states asked for by load and accuracy."""
 
+import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
-from . import contact_line, line_state, topology
-from .adapt import climb
+from . import contact_line, picture
 from .display import scene_summary
-from .errors import BadArgument, NotConverged, require_positive, require_tolerance
+from .errors import BadArgument, MicroblockError, NotConverged, require_positive, require_tolerance
 from .halfplane import HalfPlane
 from .law import symmetric
-from .obstacles import Shape, check_lowest
-from .panels import Line, half_line
+from .line_solver import LineSolver, LooksTooNear
+from .obstacles import check_lowest
+from .panels import Line
 from .path import LinePath
 from .scene_view import SceneView
-from .smoothness import kinks
 
 OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of partial contact touch: a first guess
-ORDERS = (6, 10, 14, 18, 22, 26)
-FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed: rounding
-MENDINGS = 4          # of zones that a fitted state shows wrong
-EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
-NEAR_STEPS = 5        # of the edges, from a neighbour's on: if there are more the coarse grid is the shorter way
-LOOSER = (1e-11, 1e-10, 1e-8, 1e-6)      # rtol that are tried, to tell what can be had where rounding keeps from a smaller one
+PICTURED = 4.0        # factor of the load for which one picture of the obstacle serves
+WIDEST = 8            # times farther than a classical half-plane asks for is looked at most
 WIDE = 2e5            # blocks under a contact, up to which zones were found; at 2e6 none were
-AMPLE = 0.03          # of rtol: a neighbour as good as that had more order than needed
 
 
 @dataclass(frozen=True)
@@ -92,6 +88,24 @@ class Contact(SceneView):
         """The problem on the contact line; a symmetric scene is solved for one corner."""
         return Line(self.body.solid, self.law, self.obstacle, self.symmetric)
 
+    def _line(self, load, wider=1):
+        """The same with the obstacle's picture for a load, which is made once for many loads; `wider`: times farther looked at."""
+        bracket = PICTURED**math.ceil(math.log(load)/math.log(PICTURED) - 1e-9)
+        if (bracket, wider) not in self._pictures:
+            try:
+                self._pictures[bracket, wider] = picture.picture(self.line, bracket, picture.BOUND*wider)
+            except MicroblockError:      # it may carry this load, though not that of the bracket
+                self._pictures[bracket, wider] = picture.picture(self.line, load, picture.BOUND*wider)
+        found = self._pictures[bracket, wider]
+        if found.steps:
+            raise NotConverged(f"the height of the obstacle jumps at x = {found.steps[0]:g}, where pressures have no bound")
+        return replace(self.line, obstacle=picture.seen(self.obstacle, found), picture=found)
+
+    @cached_property
+    def _pictures(self):
+        """{(highest load, wider): Picture}."""
+        return {}
+
     @property
     def symmetric(self):
         """Whether obstacle and blocks are known to be symmetric about x = 0."""
@@ -115,76 +129,27 @@ class Contact(SceneView):
             If the accuracy is out of reach, or the zones are not found.
         """
         require_positive(load=load)
-        named = self._named(load)
-        if named is not self:
-            return named.at(load, rtol, order, near)
+        if order is None:
+            require_tolerance(rtol)
         self._check_width(load)
-        if order is not None:
-            return self._found(load, rtol, order, near)
-        require_tolerance(rtol)
+        return self._solved(load, rtol, order, near)
+
+    def _solved(self, load, rtol, order, near, wider=1):
         try:
-            return self._found(load, rtol, order, near)
-        except NotConverged as failure:
-            reached = self._reachable(load, rtol) if failure.reached is None else None
-            if reached is None:
-                raise
-            raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was "
-                               f"{reached:.1e}; ask for that", reached=reached) from failure
-
-    def _named(self, load):
-        """The scene, the singular points of a mere function named as far as they are seen and matter at this load."""
-        if hasattr(self.obstacle, "height"):
-            return self
-        places, jumps = kinks(self.obstacle, *topology.surroundings(self.line, load))
-        return replace(self, obstacle=Shape(self.obstacle, places, jumps)) if places else self
-
-    def _reachable(self, load, rtol):
-        """The smallest error estimate seen where less is asked for; None if there is none."""
-        for looser in (each for each in LOOSER if each > rtol):
-            try:
-                return self._found(load, looser, None, None).error_estimate
-            except NotConverged as failure:
-                if failure.reached is not None:
-                    return failure.reached
-        return None
-
-    def _found(self, load, rtol, order, near):
-        """The state at a load on the first zones that fit."""
-        ladder = ORDERS if order is None else (order,)
-        tolerance = EDGE_SHARE*rtol if order is None else FIXED_ORDER_EDGES
-        failure = None
-        for zones, orders in self._trials(load, near, ladder, rtol):
-            try:
-                states = self._on(load, zones, orders, tolerance)
-                if order is not None:
-                    return states[order]
-                return self._climb(states, rtol, tolerance)
-            except NotConverged as objection:
-                if objection.reached is not None:
-                    raise NotConverged(f"{objection}{self._hint}", reached=objection.reached,
-                                       iterations=objection.iterations) from objection
-                failure = objection
-        raise NotConverged(f"no zones fit at load {load:g}: {failure}; {self._advice}") from failure
+            return LineSolver(self._line(load, wider), self.body, load).solve(rtol, order, near)
+        except LooksTooNear:
+            if wider > WIDEST:
+                raise NotConverged(f"at load {load:g} the half-plane touches the obstacle farther and farther away") from None
+            return self._solved(load, rtol, order, near, 2*wider)
 
     def _check_width(self, load):
         """NotConverged where the contact has more blocks than zones are found for: before minutes are spent on them."""
         if len(self.law.corners) == 1:
             return
-        (left, right), = topology.classical(self.line, load)[0]
-        blocks = (right - left)/self.solid.ell
+        blocks = 2*self._line(load).picture.half_width/self.solid.ell
         if blocks > WIDE:
             raise NotConverged(f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {WIDE:.0g} are in "
                                "reach: take a larger ell, or the unilateral law, from which this one hardly differs there")
-
-    @property
-    def _advice(self):
-        """What to try where no zones fit."""
-        return f"next to a load at which zones meet only a larger rtol is in reach; else take uniform cells{self._hint}"
-
-    @property
-    def _hint(self):
-        """What besides, under a bare callable."""
-        return "" if hasattr(self.obstacle, "height") else "; where the height is not smooth say so by mb.Shape"
 
     def load(self, last, rtol=1e-3, progress=False):
         """The load path from first touch to `last` (force per thickness): its `events`, and states `at` any load.
@@ -193,68 +158,6 @@ class Contact(SceneView):
         """
         require_positive(load=last)
         return LinePath(self, last, rtol, progress)
-
-    def _trials(self, load, near, ladder, rtol):
-        """Zones and orders to try, the likely ones first: next to coalescence a coarse one may fit neither side."""
-        line, orders = self.line, ladder[:2]
-        if near:      # if they do not fit at once, a coarse grid is the shorter way
-            yield near.zones, _orders_of(near, rtol) if len(ladder) > 1 else ladder
-        elif half_line(line):
-            yield from ((topology.classical(line, load), (order,)) for order in orders)
-        for cells in topology.CELLS:
-            variants = topology.variants(line, topology.coarse(line, self.body, load, cells))
-            yield from ((zones, (order,)) for order in orders for zones in variants)
-
-    def _on(self, load, zones, orders, tolerance):
-        """{order: state} from these zones on: orders before the last are near it and fit soon, or not at all."""
-        states = {}
-        for order in orders[:-1]:
-            states[order] = contact_line.fit(self.line, load, zones, order=order, tolerance=tolerance, steps=NEAR_STEPS)
-            zones = states[order].zones
-        states[orders[-1]] = self._settled(load, zones, orders[-1], tolerance)
-        return states
-
-    def _settled(self, load, zones, order, tolerance):
-        """The state on these zones, mended where they do not hold.
-
-        Where mending leads back to the same zones, what is left is the panels' own error, of which the estimate speaks: under
-        an obstacle less smooth than they take it for.
-        """
-        state = contact_line.fit(self.line, load, zones, order=order, tolerance=tolerance)
-        for _ in range(MENDINGS):
-            better = topology.mended(state)
-            if better is None:
-                return self._completed(state, tolerance)
-            state = contact_line.fit(self.line, load, better, order=order, tolerance=tolerance)
-        raise NotConverged(f"zones still changing after {MENDINGS} mendings at load {load:g}")
-
-    def _completed(self, state, tolerance):
-        """The state with a zone that hardly began to touch, where there is one."""
-        zones = topology.newborn(state)
-        if zones is None:
-            return state
-        try:
-            return contact_line.fit(self.line, state.load, zones, order=state.panels.order, tolerance=tolerance)
-        except NotConverged:      # none after all
-            return state
-
-    def _climb(self, states, rtol, tolerance):
-        """State on the ladder of orders, from the lowest of {order: state} on."""
-        load, first = states[max(states)].load, min(states)
-
-        def rung(order):
-            if order not in states:
-                zones = states[max(states)].zones
-                states[order] = self._settled(load, zones, order, tolerance)
-            return states[order]
-
-        def error(coarse, fine):
-            parts = replace(fine.estimate, discretisation=line_state.difference(coarse, fine))
-            states[fine.panels.order] = replace(fine, estimate=parts)
-            return parts.total
-
-        fine, _ = climb(rung, ORDERS[ORDERS.index(first):], error, rtol)
-        return states[fine.panels.order]
 
     @property
     def may_meet_on_axis(self):
@@ -267,10 +170,3 @@ class Contact(SceneView):
             raise BadArgument("scene", self, "must be a symmetric one of microblocks under an obstacle without ends")
         return contact_line.coalescence(self.line, OUTER_AT_TOUCH*self.body.solid.ell, order)
 
-
-def _orders_of(near, rtol):
-    """(an order, the next) for the neighbour of a state: up to its own, or to one lower where that was ample."""
-    number = max(1, ORDERS.index(near.panels.order) if near.panels.order in ORDERS else 1)
-    if number > 1 and near.error_estimate is not None and near.error_estimate < AMPLE*rtol:
-        number -= 1
-    return ORDERS[number - 1], ORDERS[number]

@@ -2,20 +2,18 @@
 
 import numpy as np
 
-from . import active_set
+from . import active_set, picture
 from .errors import NotConverged
-from .line_state import violations
 from .observables import runs
-from .obstacles import SCALES
-from .panels import half_line, zone_edges
+from .panels import half_line
 
 CELLS = (80, 160)     # of the coarse grid; finer while no zones fit
 MEETING = 0.1         # of the width: opposite edges of the two corners this near to each other may be joined or apart
 APART, OVERLAP = 0.3, 0.15      # of the way between such edges, where the other way round is tried
 MARGIN = 1.3          # of the coarse grid around the contact
 SNAP = 1.5            # cells within which an edge is taken for an end of the obstacle, to begin with
-LOOKED_AT, ZOOMS = 64, 6      # places where a gap is looked at, and how often nearer next to its least
-UNSEEN = 1e-3         # of what `tolerated` allows next to edges: overlap off them that is not the panels' own error
+UNSEEN = 1e-3         # of what `tolerated` allows next to edges: overlap apart from them is not the panels' own error
+BESIDE = 0.05         # of its width: an overlap this near to a zone belongs to it
 RIM = 0.15            # of ell, from an end of the obstacle for one corner to the edge of the zone in which the other stands alone
                       # beyond it: 0.09 to 0.16 under flat punches of half-widths from 1.7 ell on
 NEXT_TO = 0.5, 0.05   # of ell, from such an end, where an edge is put there: of cells, which see no more, and of mended zones
@@ -23,9 +21,9 @@ PARTIAL = 2.4         # width of a partial zone over ell as ell -> 0 (2.39 at nu
 
 
 def coarse(line, body, load, cells):
-    """Zones {corner number: ((left, right), ...)} of a body's line at a load, as so many equal cells see them."""
-    centre = 0.0 if line.mirror else _lowest(line)
-    reach = _reach(line, load, centre)
+    """Zones {corner number: ((left, right), ...)} of a body's line at a load, as so many equal cells around the lowest point see them."""
+    centre = 0.0 if line.mirror else line.picture.lowest
+    reach = 1.5*classical(line, load)[0][0][1] + line.solid.ell
     for _ in range(12):
         around = np.linspace(-reach, reach, cells + 1 - cells % 2)
         closed = _closed(line, body, load, centre + around)
@@ -36,18 +34,7 @@ def coarse(line, body, load, cells):
             reach = MARGIN*outer
         else:
             break
-    return _set_apart(line, _intervals(line, centre + around, closed), around[1] - around[0])
-
-
-def _lowest(line):
-    """Where the obstacle is lowest among its ends, its kinks and places around x = 0 at all scales of ell."""
-    scales = line.solid.ell*SCALES
-    places = np.concatenate(([0.0], scales, -scales, getattr(line.obstacle, "ends", ()), getattr(line.obstacle, "kinks", ())))
-    return float(places[np.argmin(_height(line)(places))])
-
-
-def _height(line):
-    return getattr(line.obstacle, "height", line.obstacle)
+    return set_apart(line, _intervals(line, centre + around, closed), around[1] - around[0])
 
 
 def _closed(line, body, load, x):
@@ -76,7 +63,7 @@ def _snap(edge, end, width):
     return float(end if abs(end - edge) < SNAP*width else edge)
 
 
-def _set_apart(line, zones, width):
+def set_apart(line, zones, width):
     """Outer edges of the two corners that fall on one cell are moved a partial zone's width apart; ends of the obstacle stay."""
     if len(line.law.corners) == 1:      # exactly symmetric where the scene is
         return {0: ((-zones[0][-1][1], zones[0][-1][1]),)} if line.mirror else zones
@@ -159,71 +146,37 @@ def tolerated(order):
     return 10**(-(order + 6)/4)
 
 
-def mended(state):
-    """Zones without what is pulled and with what is pressed in on a fitted state; None where nothing is.
+def amended(state, found, tolerance):
+    """Zones without what is pulled and with what overlaps on a fitted state, of which this Survey is; None where nothing does.
+
+    Violations that are worth less than `tolerance`, or than what panels of this order leave, stay: the estimate has them.
 
     Raises
     ------
     NotConverged
         If nothing would be left, or a symmetric zone would have to open in the middle.
     """
-    zones, changed = {}, False
-    for corner, (x, wrong) in violations(state).items():
-        intervals = list(state.zones[corner])
-        edges = np.array(intervals).ravel()
-        for first, last in runs(wrong > tolerated(state.panels.order)):
-            left = (x[first - 1] + x[first])/2 if first else x[first]
-            right = (x[last] + x[last + 1])/2 if last + 1 < len(x) else x[last]
-            intervals = _toggled(intervals, left, right, inside=bool(np.searchsorted(edges, (left + right)/2) % 2))
-            changed = True
-        zones[corner] = tuple(intervals)
-    if not changed:
+    own = tolerated(state.panels.order)
+    edges = np.array([edge for own in state.all_zones.values() for edge in np.ravel(own)])
+
+    def apart(each):
+        return each.depth > 0 and np.abs(edges - (each.left + each.right)/2).min() > each.right - each.left
+
+    zones = {corner: list(own) for corner, own in state.zones.items()}
+    wrong = [each for each in found.violations if each.worth > max(tolerance, own*(UNSEEN if apart(each) else 1.0))]
+    for each in wrong:
+        left, right = each.left, each.right
+        if each.depth:
+            slack = BESIDE*(right - left)
+            beside = [edge for own in zones[each.corner] for edge in own if left - slack < edge < right + slack]
+            left, right = min([left, *beside]), max([right, *beside])
+        zones[each.corner] = _toggled(zones[each.corner], left, right, inside=not each.depth)
+    if not wrong:
         return None
     if half_line(state.line) or not any(zones.values()):
-        raise NotConverged(f"corners would be pressed in, or pulled, on these zones at load {state.load:g}")
+        raise NotConverged(f"corners would overlap the obstacle, or be pulled, on these zones at load {state.load:g}")
+    zones = {corner: tuple(own) for corner, own in zones.items()}
     return zones if len(zones) == 1 and not state.line.mirror else _beyond_ends(state.line, zones, NEXT_TO[1])
-
-
-def newborn(state):
-    """Zones with one more where a gap closes between the places that `violations` looks at; None where none does.
-
-    That is narrow against its distance from all edges: next to the load at which a corner begins to touch.
-    """
-    line, edges = state.line, np.array(zone_edges(state.all_zones))
-    if half_line(line):
-        return None
-    beyond = (edges[-1] - edges[0])/2 + line.solid.ell
-    looked = np.linspace(edges[0] - beyond, edges[-1] + beyond, LOOKED_AT)
-    heights = line.initial_gap(np.zeros(LOOKED_AT, int), looked)
-    overlap = UNSEEN*tolerated(state.panels.order)*np.ptp(heights[np.isfinite(heights)])
-    born = {corner: _closing(state, corner, looked, overlap, _elsewhere_inf(looked, *found))
-            for corner, found in state.gaps_off_zones(looked).items()}
-    return {corner: sorted([*state.zones[corner], *born[corner]]) for corner in born} if any(born.values()) else None
-
-
-def _closing(state, corner, looked, overlap, gaps):
-    """Intervals, about, where a corner's gap is below -overlap next to a local minimum that lies off its zones."""
-    found = []
-    lower = (gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:]) & np.isfinite(gaps[:-2] + gaps[2:])
-    for i in 1 + np.flatnonzero(lower):
-        left, right = looked[i - 1], looked[i + 1]
-        for _ in range(ZOOMS):
-            x = np.linspace(left, right, 9)
-            values = _elsewhere_inf(x, *state.gaps_off_zones(x)[corner])
-            least = int(np.clip(np.argmin(values), 1, 7))
-            left, right = x[least - 1], x[least + 1]
-            if values.min() < -overlap:
-                step, closed = (x[1] - x[0])/4, x[values < 0]
-                found.append((float(closed[0] - step), float(closed[-1] + step)))
-                break
-    return found
-
-
-def _elsewhere_inf(x, places, values):
-    """Values at x from those at some of them, inf at the others."""
-    found = np.full(len(x), np.inf)
-    found[np.isin(x, places)] = values
-    return found
 
 
 def _toggled(intervals, left, right, inside):
@@ -237,31 +190,7 @@ def _toggled(intervals, left, right, inside):
     return sorted({(a, b) for a, b in pieces if a < b})
 
 
-def surroundings(line, load):
-    """(left, right), twice as far as a first coarse grid reaches."""
-    centre = _lowest(line)
-    reach = 2*_reach(line, load, centre)
-    return centre - reach, centre + reach
-
-
-def _reach(line, load, centre):
-    """Half-width of a first coarse grid: where a classical contact would carry the load, and a block more."""
-    return 1.5*_classical(line, load, centre) + line.solid.ell
-
-
 def classical(line, load):
-    """The one zone of a symmetric scene without corners, with the half-width of a classical contact."""
-    half = _classical(line, load, 0.0)
+    """The one zone of a symmetric problem without corners, with the half-width of a classical contact."""
+    half = picture.classical(line, load, line.picture.lowest)[0]
     return {0: ((-half, half),)}
-
-
-def _classical(line, load, centre):
-    """Half-width over which the obstacle rises by what the load sinks a classical half-plane under a parabola."""
-    half = line.solid.ell*np.geomspace(1e-9, 1e9, 721)
-    heights = _height(line)(centre + np.outer((-1.0, 0.0, 1.0), half).ravel()).reshape(3, -1)
-    rise = np.ptp(np.minimum(heights, 1e300), axis=0)
-    enough = np.flatnonzero(np.pi/2*line.solid.E_star*rise >= load)
-    if not len(enough):
-        raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
-    n = enough[0]
-    return float(np.interp(load, np.pi/2*line.solid.E_star*rise[n - 1:n + 1], half[n - 1:n + 1]) if n else half[0])

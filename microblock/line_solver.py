@@ -1,0 +1,134 @@
+"""A state of a half-plane at one load on fitted panels: trial zones, edges by Newton's method, the conditions looked at everywhere,
+and higher orders until the estimate holds.
+
+1. Trial zones: a neighbour's, the classical contact's, those of a few cells; under an obstacle that is not simple, and where these do
+   not fit, graded cells on all of the surface that could touch, finer from round to round.
+2. The edges move until the pressure vanishes there (`contact_line.fit`).
+3. The state is surveyed (`survey`): what overlaps is added to the zones, what is pulled is taken out, until nothing does.
+4. The order of the panels rises until two neighbours agree; what the edges, the kernel's table and the violations that are left are
+   worth stands beside that in the estimate.
+"""
+
+from dataclasses import dataclass, replace
+
+from . import contact_line, line_state, topology
+from .adapt import climb
+from .errors import NotConverged
+from .graded_cells import of_corners, trial_zones
+from .panels import Line, half_line
+from .survey import survey
+
+ORDERS = (6, 10, 14, 18, 22, 26)
+FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed: rounding
+AMENDMENTS = 8        # of zones that a fitted state shows wrong
+EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
+CONDITIONS_SHARE = 0.3      # of rtol, above which a violation changes the zones
+NEAR_STEPS = 5        # of the edges, from a neighbour's on: if there are more the coarse grid is the shorter way
+AMPLE = 0.03          # of rtol: a neighbour as good as that had more order than needed
+
+
+class LooksTooNear(Exception):
+    """Something beyond the obstacle's picture could touch: look farther."""
+
+
+@dataclass(frozen=True)
+class LineSolver:
+    """Of one Line, with its picture, on one half-plane, at one load (force per thickness)."""
+
+    line: Line
+    body: object
+    load: float
+
+    def solve(self, rtol, order=None, near=None):
+        """The LineState to rtol, or of a fixed order, from a neighbour on if there is one.
+
+        Raises
+        ------
+        NotConverged
+            With `reached`, the best estimate, if zones were found but rtol is out of reach; else no zones fit.
+        """
+        ladder = ORDERS if order is None else (order,)
+        edges, conditions = (EDGE_SHARE*rtol, CONDITIONS_SHARE*rtol) if order is None else (FIXED_ORDER_EDGES, 0.0)
+        failure = None
+        for zones, orders in self._trials(near, ladder, rtol):
+            try:
+                states = self._on(zones, orders, edges, conditions)
+                return states[order] if order is not None else self._climb(states, rtol, edges, conditions)
+            except NotConverged as objection:
+                if objection.reached is not None:      # on zones that hold: others are none
+                    raise
+                failure = objection
+        raise NotConverged(f"no zones fit at load {self.load:g}: {failure}") from failure
+
+    def _trials(self, near, ladder, rtol):
+        """Zones and orders to try, the likely ones first: next to coalescence a coarse one may fit neither side."""
+        line, load, orders = self.line, self.load, ladder[:2]
+        if near:      # if they do not fit at once, a coarse grid is the shorter way
+            yield near.zones, _orders_of(near, rtol) if len(ladder) > 1 else ladder
+        simple = line.picture.simple
+        if half_line(line):
+            yield from ((topology.classical(line, load), (order,)) for order in orders)
+        if simple:
+            yield from self._seen_by_cells(orders, topology.CELLS[:1])
+        for zones, cell in trial_zones(line, load):
+            found = topology.set_apart(line, of_corners(line, zones), cell)
+            yield from ((each, (order,)) for order in orders for each in topology.variants(line, found))
+        yield from self._seen_by_cells(orders, topology.CELLS[1:] if simple else topology.CELLS)
+
+    def _seen_by_cells(self, orders, counts):
+        for cells in counts:
+            variants = topology.variants(self.line, topology.coarse(self.line, self.body, self.load, cells))
+            yield from ((zones, (order,)) for order in orders for zones in variants)
+
+    def _on(self, zones, orders, edges, conditions):
+        """{order: state} from these zones on: orders before the last are near it and fit soon, or not at all."""
+        states = {}
+        for order in orders[:-1]:
+            states[order] = contact_line.fit(self.line, self.load, zones, order=order, tolerance=edges, steps=NEAR_STEPS)
+            zones = states[order].zones
+        states[orders[-1]] = self._settled(zones, orders[-1], edges, conditions)
+        return states
+
+    def _settled(self, zones, order, edges, conditions):
+        """The state on these zones, amended where they do not hold."""
+        state = contact_line.fit(self.line, self.load, zones, order=order, tolerance=edges)
+        for _ in range(AMENDMENTS):
+            found = survey(state)
+            if found.beyond:
+                raise LooksTooNear
+            state = replace(state, estimate=replace(state.estimate, conditions=found.worth), least=tuple(found.least))
+            better = topology.amended(state, found, conditions)
+            if better is None:
+                return state
+            try:
+                state = contact_line.fit(self.line, self.load, better, order=order, tolerance=edges)
+            except NotConverged:
+                if found.worth > topology.tolerated(order):
+                    raise
+                return state      # a zone that hardly begins to touch, or none after all: the estimate has what it is worth
+        raise NotConverged(f"zones still changing after {AMENDMENTS} amendments at load {self.load:g}")
+
+    def _climb(self, states, rtol, edges, conditions):
+        """State to rtol, from the lowest order of {order: state} on."""
+        first = min(states)
+
+        def rung(order):
+            if order not in states:
+                states[order] = self._settled(states[max(states)].zones, order, edges, conditions)
+            return states[order]
+
+        def error(coarse, fine):
+            parts = replace(fine.estimate, discretisation=line_state.difference(coarse, fine))
+            states[fine.panels.order] = replace(fine, estimate=parts)
+            return parts.total
+
+        fine, _ = climb(rung, ORDERS[ORDERS.index(first):], error, rtol)
+        return states[fine.panels.order]
+
+
+def _orders_of(near, rtol):
+    """(an order, the next) for the neighbour of a state: up to its own, or to one lower where that was ample."""
+    number = max(1, ORDERS.index(near.panels.order) if near.panels.order in ORDERS else 1)
+    if number > 1 and near.error_estimate is not None and near.error_estimate < AMPLE*rtol:
+        number -= 1
+    return ORDERS[number - 1], ORDERS[number]

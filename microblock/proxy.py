@@ -1,0 +1,203 @@
+"""A function known by its values alone, as polynomials on pieces: where it is smooth, how quickly it changes, where it ends.
+
+Intervals on which a polynomial of degree NODES - 1 does not follow are halved, neighbours that one polynomial serves are joined
+(the idea of chebfun: Battles and Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743). A polynomial follows a smooth function on
+intervals that are short enough, but one with a singular point on none that has it inside. What is narrower than the samples of
+the first intervals, and changes nothing at them, is not seen.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial.chebyshev import chebpts2, chebval, chebvander
+
+from .errors import MicroblockError
+
+NODES = 14
+FOLLOWED = 1e-8      # of the change over an interval: error of a polynomial that follows
+ROUNDING = 1e-14     # of the largest value
+SHORTEST = 1e-10     # of all intervals together: one that is halved no more
+LOST = 1e-5          # of them: where both halves of a shorter interval are smooth, rounding hides the rest of a singular point
+MOST = 200           # unsmooth intervals shorter than that at a time: more of them are noise
+BUDGET = 8000        # pieces
+HALF = 0.5137        # not 1/2: a singular point at a round number shall fall into one of the halves
+GRADED = 1.6         # lengths of a piece within which a singular point is what made it short
+KINK, STEP = 0.9, 50     # a jump of the slope that shrinks by more on a hundredth of the way is none, one that grows so much is a step
+
+_points = chebpts2(NODES)
+_places = np.concatenate((_points, (_points[1:] + _points[:-1])/2))      # samples of an interval, in [-1, 1]
+_coefficients = np.linalg.inv(chebvander(_points, NODES - 1))            # of the polynomial through those at _points
+_between = chebvander(_places[NODES:], NODES - 1) @ _coefficients        # its values at the other samples
+
+
+class TooRough(MicroblockError):
+    """A function is noise, or needs more pieces than the budget has."""
+
+
+@dataclass(frozen=True)
+class Proxy:
+    """Pieces of a function.
+
+    Attributes
+    ----------
+    edges : array (n + 1,), ascending, between the pieces
+    singular : array (k,), ascending, places at which a derivative jumps or has no bound, or the function itself jumps or ends
+    jumps : array (k,), by how much the slope jumps at each; 0 where it does not, nan where the function itself jumps or ends
+    samples, values : arrays, ascending, places at which the function was looked at and what it is there, inf where there is none
+    """
+
+    edges: np.ndarray
+    singular: np.ndarray
+    jumps: np.ndarray
+    samples: np.ndarray
+    values: np.ndarray
+
+    @property
+    def lengths(self):
+        """Of the pieces, array (n,); inf where a piece is short for the sake of a singular point beside it alone."""
+        lengths = np.diff(self.edges)
+        if not len(self.singular):
+            return lengths
+        middle = (self.edges[1:] + self.edges[:-1])/2
+        near = np.abs(middle[:, None] - self.singular).min(axis=1)
+        return np.where(near <= np.maximum(GRADED*lengths, LOST*(self.edges[-1] - self.edges[0])), np.inf, lengths)
+
+
+def proxy(function, edges, floor=0.0):
+    """The Proxy of a function on the intervals between `edges`.
+
+    Parameters
+    ----------
+    function : callable of an array (n,); inf where there is nothing
+    edges : array (n + 1,), ascending; intervals short enough for what shall be seen
+    floor : error per length that does not matter
+
+    Raises
+    ------
+    TooRough
+        With more than BUDGET pieces, or more than MOST singular points.
+    """
+    edges, ends = _with_ends(function, np.asarray(edges, float))
+    whole, done, singular = edges[-1] - edges[0], [], [(end, 0.0) for end in ends]
+    left, right, halves = edges[:-1], edges[1:], False
+    while len(left):
+        values = _values(function, left, right)
+        smooth = _followed(left, right, values, floor)
+        length = right - left
+        shortest = ~smooth & (length <= SHORTEST*whole)
+        singular += zip((left + right)[shortest]/2, length[shortest])
+        if halves:
+            number = len(left)//2
+            lost = smooth.reshape(2, -1).all(axis=0) & ((length[:number] + length[number:]) < LOST*whole)
+            singular += zip(right[:number][lost], (length[:number] + length[number:])[lost])
+        smooth |= shortest
+        done.append((left[smooth], right[smooth], values[smooth]))
+        left, right = left[~smooth], right[~smooth]
+        if sum(len(each[0]) for each in done) + len(left) > BUDGET or np.count_nonzero(right - left < LOST*whole) > MOST:
+            raise TooRough(f"it changes ever more quickly, next to x = {left[0]:.4g}" if len(left) else "too many pieces")
+        middle = left + HALF*(right - left)
+        left, right, halves = np.concatenate((left, middle)), np.concatenate((middle, right)), True
+    left, right, values = (np.concatenate(each) for each in zip(*done))
+    order = np.argsort(left)
+    singular = np.array(_apart(sorted(singular), LOST*whole))
+    left, right, values = _joined(function, left[order], right[order], values[order], singular, LOST*whole, floor)
+    samples, first = np.unique(_spread(left, right), return_index=True)
+    jumps = np.array([_jump(function, place, singular, whole) for place in singular])
+    return Proxy(np.append(left, right[-1]), singular, jumps, samples, values.ravel()[first])
+
+
+def _spread(left, right):
+    """The samples of intervals: array (n, samples)."""
+    return (left + right)[:, None]/2 + (right - left)[:, None]/2*_places
+
+
+def _values(function, left, right):
+    values = np.asarray(function(_spread(left, right).ravel()), float).reshape(len(left), len(_places))
+    return np.where(np.isfinite(values), values, np.inf)
+
+
+def _with_ends(function, edges):
+    """The edges, and more of them where the function begins or ends inside an interval: (edges, these places)."""
+    x = _spread(edges[:-1], edges[1:])
+    x = np.sort(x.ravel())
+    there = np.isfinite(np.asarray(function(x), float))
+    found = []
+    for i in np.flatnonzero(there[1:] != there[:-1]):
+        inside, outside = (x[i], x[i + 1]) if there[i] else (x[i + 1], x[i])
+        while inside != (middle := (inside + outside)/2) != outside:
+            inside, outside = (middle, outside) if np.isfinite(function(np.array([middle]))[0]) else (inside, middle)
+        found.append(float(inside))
+    return np.union1d(edges, found), found
+
+
+def _followed(left, right, values, floor):
+    """Whether a polynomial follows on each interval, as far as rounding lets that be seen."""
+    there = np.isfinite(values)
+    known = np.where(there, values, 0.0)
+    error = np.abs(known[:, :NODES] @ _between.T - known[:, NODES:]).max(axis=1, initial=0.0)
+    few = there.sum(axis=1) < 0.6*len(_places)      # nothing there but at an end of the interval, perhaps
+    return (error <= _allowed(left, right, known, floor)) | few | (~there.all(axis=1) & (there.sum(axis=1) >= len(_places) - 1))
+
+
+def _allowed(left, right, known, floor):
+    """Errors that a polynomial may have on intervals with these values."""
+    change, length = np.ptp(known, axis=1), right - left
+    place = np.maximum(np.abs(left), np.abs(right))
+    rounding = ROUNDING*np.abs(known).max(axis=1) + 4*np.finfo(float).eps*place*change/length
+    return FOLLOWED*change + rounding + floor*length
+
+
+def _joined(function, left, right, values, singular, near, floor):
+    """Neighbours that one polynomial serves made one, two at a time; none across a singular point."""
+    start, idle = 0, 0
+    while idle < 2 and len(left) > 1:
+        one = np.arange(start, len(left) - 1, 2)
+        alike = np.searchsorted(singular, left[one] + near) == np.searchsorted(singular, right[one + 1] - near)
+        one = one[alike]
+        both = _values(function, left[one], right[one + 1])
+        serves = _followed(left[one], right[one + 1], both, floor)
+        serves &= _meets(both, left[one], right[one + 1], [(left[i], right[i], values[i]) for i in (one, one + 1)], floor)
+        merged = one[serves]
+        left[merged + 1], values[merged + 1] = left[merged], both[serves]
+        left, right, values = (np.delete(each, merged, axis=0) for each in (left, right, values))
+        idle, start = (0 if len(merged) else idle + 1), 1 - start
+    return left, right, values
+
+
+def _meets(both, a, b, parts, floor):
+    """Whether the polynomials of pairs of neighbours meet what was seen on each of them."""
+    meets = np.ones(len(a), bool)
+    known = np.where(np.isfinite(both), both, 0.0)
+    series = known[:, :NODES] @ _coefficients.T
+    for left, right, own in parts:
+        along = (2*_spread(left, right) - (a + b)[:, None])/(b - a)[:, None]
+        there = np.isfinite(own).all(axis=1) == np.isfinite(both).all(axis=1)
+        error = np.abs(chebval(along, series.T[:, :, None], tensor=False) - np.where(np.isfinite(own), own, 0.0)).max(axis=1, initial=0)
+        meets &= there & (error <= _allowed(a, b, known, floor))
+    return meets
+
+
+def _apart(found, least):
+    """Of each cluster of (place, interval) the place that is known best."""
+    clusters = []
+    for entry in found:
+        if clusters and entry[0] - clusters[-1][-1][0] <= least:
+            clusters[-1].append(entry)
+        else:
+            clusters.append([entry])
+    return [float(min(cluster, key=lambda entry: entry[1])[0]) for cluster in clusters]
+
+
+def _jump(function, place, singular, whole):
+    """Jump of the slope at a place, from differences beside it; 0 if it shrinks with the way that these look at, nan if it grows."""
+    width = min([whole/8, *(np.abs(singular[singular != place] - place)/4)])
+
+    def seen(step):
+        farther, far, near, nearer = np.asarray(function(place + step*np.array((-2.0, -1.0, 1.0, 2.0))), float)
+        return (nearer - near - far + farther)/step, (near - far)/step
+
+    with np.errstate(invalid="ignore"):      # inf - inf
+        (first, rise), (second, steep), (half, _) = map(seen, width*np.array((1e-2, 1e-4, 5e-5)))
+    if not np.isfinite(first + second + half) or abs(steep) > STEP*abs(rise) + STEP*abs(second):
+        return np.nan
+    return float(2*half - second) if abs(second) > KINK*abs(first) else 0.0
