@@ -24,6 +24,20 @@ MISSED = 4.0         # norm of 1/sqrt(r) on both sides of an edge, cut off far f
 MERGED = 1e-4        # of the tolerance, times the width: edges this near that want to be nearer cross
 
 
+class EdgesMeet(NotConverged):
+    """Two edges of different corners run into each other: what was a gap between their zones is an overlap, or the other way round.
+
+    Attributes
+    ----------
+    zones : as they were then, {corner: ((left, right), ...)}
+    edges : (left, right), these two
+    """
+
+    def __init__(self, message, zones, edges, iterations):
+        super().__init__(message, iterations=iterations)
+        self.zones, self.edges = zones, edges
+
+
 def solve_zones(line, panels, loads):
     """q and approach with the gaps closed on given zones, at each of the loads, and the noise of the first q.
 
@@ -116,7 +130,10 @@ def fit(line, load, zones, *, order, tolerance, steps=EDGE_STEPS):
         found = edge_coefficients(panels, q)
         if idle or (earlier and any(found[key][1] <= 0 for key in _edges(zones) if key in found)):
             found = _safer(zones, found, _mean_coefficients(panels, q), earlier)
-        moved, error = _moved(line, load, zones, found, tolerance)
+        moved, error, meeting = _moved(line, load, zones, found, tolerance)
+        if meeting:
+            raise EdgesMeet(f"two edges run into each other at x = {meeting[0]:g} at load {load:g}: another topology of the zones", zones,
+                            meeting, iteration + 1)
         if error <= tolerance:
             return LineState(line, load, zones, panels, q, float(approach), iteration + 1,
                              Estimate(None, error, _share(panels, noise, q)))
@@ -160,7 +177,7 @@ def _within_ends(line, zones):
 
 
 def _moved(line, load, zones, coefficients, tolerance):
-    """Zones with each free edge moved by 2 K0/K1, and what the edges miss of the pressure's L2 norm at most.
+    """Zones with each free edge moved by 2 K0/K1, what the edges miss of the pressure's L2 norm at most, and two that meet, if any do.
 
     That is K0/sqrt(r), not K0/K1: next to coalescence an edge cannot be told from the next, and need not be.
     """
@@ -168,13 +185,13 @@ def _moved(line, load, zones, coefficients, tolerance):
     edges = sorted(steps)
     width = edges[-1] - edges[0]
     missed = {edge: float(MISSED*part*np.sqrt(width)/load) for edge, part in missing.items()}
-    least, ends = MERGED*tolerance*width, [end for pair in line.ends.values() for end in pair]
+    least, ends, meeting = MERGED*tolerance*width, [end for pair in line.ends.values() for end in pair], []
 
     def new(corner, edge):
         nearest, *others = sorted((other for other in edges if other != edge), key=lambda other: abs(other - edge))
         way, step = abs(nearest - edge), steps[edge]
         if way < least and missed[edge] > tolerance:
-            raise NotConverged(f"two edges run into each other at x = {edge:g}: another topology of the zones")
+            meeting.append(tuple(sorted((edge, nearest))))
         # two neighbours may drift together further than they may come near to each other
         drift = (step + steps[nearest])/2 if others and np.isfinite((step, steps[nearest])).all() else 0.0
         if drift:
@@ -187,7 +204,7 @@ def _moved(line, load, zones, coefficients, tolerance):
 
     moved = {corner: tuple((new(corner, left), new(corner, right)) for left, right in intervals)
              for corner, intervals in zones.items()}
-    return moved, max(missed.values(), default=0.0)
+    return moved, max(missed.values(), default=0.0), meeting[0] if meeting else None
 
 
 def _steps(line, zones, coefficients):

@@ -20,9 +20,11 @@ from .survey import survey
 
 ORDERS = (6, 10, 14, 18, 22, 26)
 FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed: rounding
+CROSSINGS = 6         # of edges of the two corners, in one fit
 AMENDMENTS = 8        # of zones that a fitted state shows wrong
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
 CONDITIONS_SHARE = 0.3      # of rtol, above which a violation changes the zones
+MEETING = 4.0         # cells: opposite edges of the two corners this near to each other may be joined or apart
 NEAR_STEPS = 5        # of the edges, from a neighbour's on: if there are more the coarse grid is the shorter way
 AMPLE = 0.03          # of rtol: a neighbour as good as that had more order than needed
 
@@ -70,9 +72,9 @@ class LineSolver:
             yield from ((topology.classical(line, load), (order,)) for order in orders)
         if simple:
             yield from self._seen_by_cells(orders, topology.CELLS[:1])
-        for zones, cell in trial_zones(line, load):
+        for zones, cell in list(trial_zones(line, load))[::-1]:      # the smallest cells first
             found = topology.set_apart(line, of_corners(line, zones), cell)
-            yield from ((each, (order,)) for order in orders for each in topology.variants(line, found))
+            yield from ((each, (order,)) for order in orders for each in (found, *topology.variants(line, found, MEETING*cell)[1:]))
         yield from self._seen_by_cells(orders, topology.CELLS[1:] if simple else topology.CELLS)
 
     def _seen_by_cells(self, orders, counts):
@@ -84,14 +86,25 @@ class LineSolver:
         """{order: state} from these zones on: orders before the last are near it and fit soon, or not at all."""
         states = {}
         for order in orders[:-1]:
-            states[order] = contact_line.fit(self.line, self.load, zones, order=order, tolerance=edges, steps=NEAR_STEPS)
+            states[order] = self._fit(zones, order, edges, steps=NEAR_STEPS)
             zones = states[order].zones
         states[orders[-1]] = self._settled(zones, orders[-1], edges, conditions)
         return states
 
+    def _fit(self, zones, order, edges, **steps):
+        """The state with its edges fitted; edges of the two corners that run into each other are exchanged."""
+        for _ in range(CROSSINGS):
+            try:
+                return contact_line.fit(self.line, self.load, zones, order=order, tolerance=edges, **steps)
+            except contact_line.EdgesMeet as meeting:
+                zones = topology.crossed(self.line, meeting.zones, meeting.edges)
+                if zones is None:
+                    raise
+        raise NotConverged(f"edges of the zones run into each other again and again at load {self.load:g}")
+
     def _settled(self, zones, order, edges, conditions):
         """The state on these zones, amended where they do not hold."""
-        state = contact_line.fit(self.line, self.load, zones, order=order, tolerance=edges)
+        state = self._fit(zones, order, edges)
         for _ in range(AMENDMENTS):
             found = survey(state)
             if found.beyond:
@@ -101,7 +114,7 @@ class LineSolver:
             if better is None:
                 return state
             try:
-                state = contact_line.fit(self.line, self.load, better, order=order, tolerance=edges)
+                state = self._fit(better, order, edges)
             except NotConverged:
                 if found.worth > topology.tolerated(order):
                     raise

@@ -43,6 +43,7 @@ class Picture:
     kinks, jumps, ends : of the obstacle, as its own or as found
     steps : tuple, places at which the height itself jumps
     angle : Proxy of psi0 where that is a function, else None
+    found : bool, whether kinks or ends are not the obstacle's own
     """
 
     load: float
@@ -60,6 +61,7 @@ class Picture:
     ends: tuple
     steps: tuple
     angle: Proxy | None
+    found: bool = False
 
     @property
     def minima(self):
@@ -71,7 +73,7 @@ class Picture:
     @property
     def simple(self):
         """Whether the obstacle has one lowest place and nothing beside it that is narrower than the contact."""
-        return len(self.minima) <= 1 and self.lengths.min(initial=np.inf) > self.half_width/4 and self.angle is None
+        return len(self.minima) <= 1 and not self.found and self.lengths.min(initial=np.inf) > self.half_width/4 and self.angle is None
 
     def allowed(self, x):
         """Height at x below which a corner may touch, array (n,)."""
@@ -190,7 +192,7 @@ def _looked_at(obstacle, stretches, half, floor):
     ends = (ends[0], ends[-1]) if len(ends) == 2 else () if not ends else (
         ends[0] if ends[0] == sites[there][0] else -np.inf, ends[0] if ends[0] == sites[there][-1] else np.inf)
     return {**found, "kinks": tuple(map(float, singular[kinks])), "jumps": tuple(map(float, jumps[kinks])), "ends": ends,
-            "steps": tuple(float(place) for place in gone if place not in ends)}
+            "steps": tuple(float(place) for place in gone if place not in ends), "found": len(singular) > 0}
 
 
 def _first(stretches, half, breaks, obstacle):

@@ -10,6 +10,7 @@ from .panels import half_line
 CELLS = (80, 160)     # of the coarse grid; finer while no zones fit
 MEETING = 0.1         # of the width: opposite edges of the two corners this near to each other may be joined or apart
 APART, OVERLAP = 0.3, 0.15      # of the way between such edges, where the other way round is tried
+CROSSED = 0.1         # of the way to the next edge: half the distance at which two edges that have met are put on the other side
 MARGIN = 1.3          # of the coarse grid around the contact
 SNAP = 1.5            # cells within which an edge is taken for an end of the obstacle, to begin with
 UNSEEN = 1e-3         # of what `tolerated` allows next to edges: overlap apart from them is not the panels' own error
@@ -89,8 +90,8 @@ def set_apart(line, zones, width):
     return {0: tuple(map(tuple, a)), 1: tuple(map(tuple, b))}
 
 
-def variants(line, zones):
-    """These zones, and where opposite edges of two corners nearly meet also the same taken apart, or joined."""
+def variants(line, zones, near=np.inf):
+    """These zones, and where opposite edges of two corners nearly meet, no further than `near`, also the same taken apart, or joined."""
     found = [zones]
     if len(line.law.corners) == 1:
         return found
@@ -102,7 +103,7 @@ def variants(line, zones):
             # A's left edge with B's right one, and the other way round
             for side in (0, 1):
                 gap, size = one[side] - other[1 - side], max(one[1], other[1]) - min(one[0], other[0])
-                if 0 < abs(gap) < MEETING*size:
+                if 0 < abs(gap) < min(MEETING*size, near):
                     middle = (one[side] + other[1 - side])/2
                     half = -gap*(APART if gap*(1 - 2*side) < 0 else OVERLAP)
                     new = {0: _moved(a, i, side, middle + half)}
@@ -110,6 +111,27 @@ def variants(line, zones):
                         new[1] = _moved(b, j, 1 - side, middle - half)
                     found.append(new)
     return found
+
+
+def crossed(line, zones, edges):
+    """Zones with two neighbouring edges that have met exchanged: apart by a share of the way to the next edge, on the other side.
+
+    Returns None where they are edges of one zone or of one corner: nothing to exchange.
+    """
+    (left, right), middle = edges, sum(edges)/2
+    own = {(corner, float(edge)): side for corner, intervals in zones.items() for pair in intervals for edge, side in zip(pair, (0, 1))}
+    if line.mirror:
+        own |= {(1 - corner, -edge): 1 - side for (corner, edge), side in own.items()}
+    first, second = ([key for key in own if key[1] == edge] for edge in edges)
+    if not first or not second or first[0][0] == second[0][0] or own[first[0]] == own[second[0]]:
+        return None
+    others = [edge for _, edge in own if edge not in edges]
+    half = CROSSED*min([abs(edge - middle) for edge in others], default=right - left)
+    places = {first[0]: middle + half, second[0]: middle - half}
+    if line.mirror:
+        places |= {(1 - corner, -edge): -place for (corner, edge), place in list(places.items())}
+    return {corner: tuple(tuple(places.get((corner, float(edge)), edge) for edge in pair) for pair in intervals)
+            for corner, intervals in zones.items()}
 
 
 def _beyond_ends(line, zones, near):
