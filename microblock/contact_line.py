@@ -21,6 +21,8 @@ PAST = 3.0           # of that distance, where the neighbour is an end of the ob
 OUTER_STEP = 1e-7    # of an edge that is not asked for: its square is left
 INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over ell, extrapolated to coalescence
 MISSED = 4.0         # norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
+CREEPING, NEARER = 1e-2, 0.9      # of the width, and of the way between two edges: nearer ones that lose more in a step creep together
+UNTOLD = 1e-9        # of the width: distance of two edges that need not be known better
 MERGED = 1e-4        # of the tolerance, times the width: edges this near that want to be nearer cross
 
 
@@ -31,11 +33,12 @@ class EdgesMeet(NotConverged):
     ----------
     zones : as they were then, {corner: ((left, right), ...)}
     edges : (left, right), these two
+    state : LineState or None; one whose pressures are good enough, though not what it shows of these edges
     """
 
-    def __init__(self, message, zones, edges, iterations):
+    def __init__(self, message, zones, edges, iterations, state):
         super().__init__(message, iterations=iterations)
-        self.zones, self.edges = zones, edges
+        self.zones, self.edges, self.state = zones, edges, state
 
 
 def solve_zones(line, panels, loads):
@@ -121,7 +124,7 @@ def fit(line, load, zones, *, order, tolerance, steps=EDGE_STEPS):
     NotConverged
         If an edge runs away, K1 turns negative or no progress is made: the topology is another one.
     """
-    best, idle, zones, earlier = np.inf, 0, _within_ends(line, zones), None
+    best, idle, zones, earlier, good = np.inf, 0, _within_ends(line, zones), None, None
     for iteration in range(steps):
         if any(np.any(np.diff(np.ravel(intervals)) <= 0) for intervals in zones.values()):
             raise NotConverged(f"edges of the zones cross at load {load:g}: another topology of the zones", iterations=iteration)
@@ -130,19 +133,35 @@ def fit(line, load, zones, *, order, tolerance, steps=EDGE_STEPS):
         found = edge_coefficients(panels, q)
         if idle or (earlier and any(found[key][1] <= 0 for key in _edges(zones) if key in found)):
             found = _safer(zones, found, _mean_coefficients(panels, q), earlier)
-        moved, error, meeting = _moved(line, load, zones, found, tolerance)
+        moved, error, meeting, crossing = _moved(line, load, zones, found, tolerance)
+        if error <= tolerance:
+            state = LineState(line, load, zones, panels, q, float(approach), iteration + 1, Estimate(None, error, _share(panels, noise, q)))
+            good = good or state
+            if not crossing:
+                return state
+        idle, earlier = 0 if error < best/2 else idle + 1, (zones, found)
+        meeting = meeting or (_drawing_near(zones, moved) if idle == PATIENCE else None)
         if meeting:
             raise EdgesMeet(f"two edges run into each other at x = {meeting[0]:g} at load {load:g}: another topology of the zones", zones,
-                            meeting, iteration + 1)
-        if error <= tolerance:
-            return LineState(line, load, zones, panels, q, float(approach), iteration + 1,
-                             Estimate(None, error, _share(panels, noise, q)))
-        idle, earlier = 0 if error < best/2 else idle + 1, (zones, found)
+                            meeting, iteration + 1, good)
         if idle == PATIENCE:
             break
         zones, best = moved, min(error, best)
+    if good:
+        return good
     raise NotConverged(f"edges of the zones still off by {error:.1e} of the pressure at load {load:g}",
                        iterations=iteration + 1)
+
+
+def _drawing_near(zones, moved):
+    """The two neighbouring edges that come nearest to each other in a step, over what is left between them; None if none do by much."""
+    before, after = (np.concatenate([np.ravel(own) for own in each.values()]) for each in (zones, moved))
+    order = np.argsort(before)
+    before, after = before[order], after[order]
+    way, left = np.diff(before), np.diff(after)
+    near = np.where((way > 0) & (way < CREEPING*(before[-1] - before[0])), left/np.where(way > 0, way, 1.0), 1.0)
+    i = int(np.argmin(near))
+    return (float(before[i]), float(before[i + 1])) if near[i] < NEARER else None
 
 
 def _safer(zones, coefficients, means, earlier):
@@ -177,7 +196,8 @@ def _within_ends(line, zones):
 
 
 def _moved(line, load, zones, coefficients, tolerance):
-    """Zones with each free edge moved by 2 K0/K1, what the edges miss of the pressure's L2 norm at most, and two that meet, if any do.
+    """Zones with each free edge moved by 2 K0/K1, what the edges miss of the pressure's L2 norm at most, two that meet, if any do,
+    and whether the next step would take two neighbours past each other.
 
     That is K0/sqrt(r), not K0/K1: next to coalescence an edge cannot be told from the next, and need not be.
     """
@@ -204,7 +224,10 @@ def _moved(line, load, zones, coefficients, tolerance):
 
     moved = {corner: tuple((new(corner, left), new(corner, right)) for left, right in intervals)
              for corner, intervals in zones.items()}
-    return moved, max(missed.values(), default=0.0), meeting[0] if meeting else None
+    ways, away = np.diff(edges), np.array([steps[edge] for edge in edges])
+    with np.errstate(invalid="ignore"):      # inf - inf
+        crossing = bool(np.any(away[:-1] - away[1:] > ways)) and ways.min() > UNTOLD*width
+    return moved, max(missed.values(), default=0.0), meeting[0] if meeting else None, crossing
 
 
 def _steps(line, zones, coefficients):

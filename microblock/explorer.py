@@ -8,12 +8,12 @@ import math
 import time
 from dataclasses import dataclass, fields, replace
 
-from . import topology
 from .display import Row, Shown, Summary, number
 from .errors import BadArgument, NotConverged, require_positive
 from .frames import Frames
-from .law import Microblock, Microclamped, Unilateral, symmetric
+from .law import Microblock, Microclamped, Unilateral
 from .panels import Line
+from .picture import classical
 from .state_figure import StateFigure
 
 LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
@@ -165,14 +165,14 @@ class Explorer(Shown):
 
 
 def reference_length(scene, load):
-    """Half-width of a classical contact under the load: a_Hz of a cylinder, half a punch, as `topology` guesses it elsewhere."""
+    """Half-width of a classical contact under the load: a_Hz of a cylinder, half a punch, as `picture` guesses it elsewhere."""
     obstacle, solid = scene.obstacle, scene.solid
     if hasattr(obstacle, "R"):
         return math.sqrt(4*load*obstacle.R/(math.pi*solid.E_star))
     if getattr(obstacle, "ends", ()):
         return (obstacle.ends[-1] - obstacle.ends[0])/2
     try:
-        return topology.classical(Line(solid, scene.law, obstacle, symmetric(scene.law, obstacle)), load)[0][0][1]
+        return classical(Line(solid, scene.law, obstacle), load, 0.0)[0]
     except NotConverged:
         return solid.ell
 

@@ -93,13 +93,22 @@ class LineSolver:
 
     def _fit(self, zones, order, edges, **steps):
         """The state with its edges fitted; edges of the two corners that run into each other are exchanged."""
+        good = None
         for _ in range(CROSSINGS):
             try:
                 return contact_line.fit(self.line, self.load, zones, order=order, tolerance=edges, **steps)
             except contact_line.EdgesMeet as meeting:
-                zones = topology.crossed(self.line, meeting.zones, meeting.edges)
-                if zones is None:
+                good, zones = good or meeting.state, topology.crossed(self.line, meeting.zones, meeting.edges)
+                if zones is None and good is None:
                     raise
+            except NotConverged:
+                if good is None:
+                    raise
+                zones = None
+            if zones is None:
+                return good
+        if good is not None:      # next to the load at which they meet: neither is worth more than the edges' tolerance
+            return good
         raise NotConverged(f"edges of the zones run into each other again and again at load {self.load:g}")
 
     def _settled(self, zones, order, edges, conditions):

@@ -103,6 +103,7 @@ def picture(line, load, bound=BOUND):
         x, h = _everywhere(obstacle, ell, KNOWN if known else PER_DECADE, farthest)
         lowest = float(x[np.argmin(h)])
         half, rise = classical(line, load, lowest)
+        half = max(half, _level_at(x, h, lowest, rise))
         if farthest >= FAR*half:
             break
         farthest = 2*FAR*half
@@ -119,10 +120,10 @@ def picture(line, load, bound=BOUND):
 
 
 def seen(obstacle, found):
-    """The obstacle, if it is a mere function with the kinks and ends of its Picture."""
-    if hasattr(obstacle, "height"):
+    """The obstacle with the kinks and ends of its Picture, where these are not its own."""
+    if not found.found:
         return obstacle
-    return Seen(obstacle, found.kinks, found.jumps, found.ends) if found.kinks or found.ends else obstacle
+    return Seen(getattr(obstacle, "height", obstacle), found.kinks, found.jumps, found.ends)
 
 
 @dataclass(frozen=True)
@@ -143,6 +144,12 @@ def classical(line, load, centre):
         raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
     n = enough[0]
     return float(np.interp(rise, rises[n - 1:n + 1], half[n - 1:n + 1]) if n else half[0]), rise
+
+
+def _level_at(x, h, lowest, rise):
+    """Half of the width around the lowest place within which the height is below the rise: that of a flat bottom with steep sides."""
+    within = next((i, j) for i, j in runs(h <= h.min() + rise) if x[i] <= lowest <= x[j])
+    return float(x[within[1]] - x[within[0]])/2
 
 
 def _everywhere(obstacle, ell, per_decade, farthest):
@@ -178,21 +185,26 @@ def _known(obstacle, stretches):
 
 def _looked_at(obstacle, stretches, half, floor):
     """Of any other: by its values in the low stretches."""
-    own = tuple(getattr(obstacle, "kinks", ())), tuple(getattr(obstacle, "jumps", ())), tuple(getattr(obstacle, "ends", ()))
-    pieces = _proxies(lambda x: heights(obstacle, x), _first(stretches, half, own[0] + own[2], obstacle), floor, obstacle)
+    own = dict(zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ())))
+    ends = tuple(getattr(obstacle, "ends", ()))
+    pieces = _proxies(lambda x: heights(obstacle, x), _first(stretches, half, (*own, *ends), obstacle), floor, obstacle, known=own)
     edges, lengths = _one_after_the_other(pieces)
-    sites, above = (np.concatenate([getattr(each, name) for each in pieces]) for name in ("samples", "values"))
-    there = np.isfinite(above)
-    found = {"sites": sites[there], "heights": above[there], "edges": edges, "lengths": lengths}
-    if hasattr(obstacle, "height"):
-        return {**found, "kinks": own[0], "jumps": own[1], "ends": own[2], "steps": ()}
-    singular, jumps = (np.concatenate([getattr(each, name) for each in pieces]) for name in ("singular", "jumps"))
-    kinks, gone = np.isfinite(jumps), singular[~np.isfinite(jumps)]
-    ends = tuple(float(place) for place in gone if place in (sites[there][0], sites[there][-1]))
-    ends = (ends[0], ends[-1]) if len(ends) == 2 else () if not ends else (
-        ends[0] if ends[0] == sites[there][0] else -np.inf, ends[0] if ends[0] == sites[there][-1] else np.inf)
-    return {**found, "kinks": tuple(map(float, singular[kinks])), "jumps": tuple(map(float, jumps[kinks])), "ends": ends,
-            "steps": tuple(float(place) for place in gone if place not in ends), "found": len(singular) > 0}
+    sites, above, singular, jumps = (np.concatenate([getattr(each, name) for each in pieces])
+                                     for name in ("samples", "values", "singular", "jumps"))
+    sites, above = sites[np.isfinite(above)], above[np.isfinite(above)]
+    gone = singular[np.isnan(jumps)].tolist()
+    found = () if ends else _outermost(gone, sites)
+    kinks = {place: jump for place, jump in zip(singular.tolist(), jumps.tolist()) if np.isfinite(jump)}
+    kinks = dict(sorted({**kinks, **{place: jump or kinks.get(place, 0.0) for place, jump in own.items()}}.items()))
+    return {"sites": sites, "heights": above, "edges": edges, "lengths": lengths, "kinks": tuple(kinks), "jumps": tuple(kinks.values()),
+            "ends": ends or found, "steps": tuple(place for place in gone if place not in (*ends, *found)),
+            "found": len(kinks) > len(own) or bool(found)}
+
+
+def _outermost(places, sites):
+    """(left, right) ends of an obstacle, infinite where there is none, from places at which the height ends or jumps."""
+    left, right = (next((place for place in places if place == site), None) for site in (sites[0], sites[-1]))
+    return () if left is None and right is None else (-np.inf if left is None else left, np.inf if right is None else right)
 
 
 def _first(stretches, half, breaks, obstacle):
@@ -211,9 +223,9 @@ def _first(stretches, half, breaks, obstacle):
     return found
 
 
-def _proxies(function, intervals, floor, given, name="obstacle"):
+def _proxies(function, intervals, floor, given, name="obstacle", known=()):
     try:
-        return [proxy(function, edges, floor) for edges in intervals]
+        return [proxy(function, edges, floor, [place for place in known if edges[0] < place < edges[-1]]) for edges in intervals]
     except TooRough as failure:
         raise BadArgument(name, given, f"must be smooth but for some places: {failure}; take uniform cells (GridContact)") from failure
 

@@ -17,8 +17,10 @@ NODES = 14
 FOLLOWED = 1e-8      # of the change over an interval: error of a polynomial that follows
 ROUNDING = 1e-14     # of the largest value
 SHORTEST = 1e-10     # of all intervals together: one that is halved no more
-LOST = 1e-5          # of them: where both halves of a shorter interval are smooth, rounding hides the rest of a singular point
-MOST = 200           # unsmooth intervals shorter than that at a time: more of them are noise
+NARROW = 1/64        # of the first intervals: features that they show are wider; where both halves of a shorter interval are smooth,
+                     # rounding hides the rest of a singular point
+LOST = 1e-5          # of all intervals: singular points nearer to each other are one
+MOST = 200           # unsmooth intervals shorter than NARROW at a time: more of them are noise
 BUDGET = 8000        # pieces
 HALF = 0.5137        # not 1/2: a singular point at a round number shall fall into one of the halves
 GRADED = 1.6         # lengths of a piece within which a singular point is what made it short
@@ -63,7 +65,7 @@ class Proxy:
         return np.where(near <= np.maximum(GRADED*lengths, LOST*(self.edges[-1] - self.edges[0])), np.inf, lengths)
 
 
-def proxy(function, edges, floor=0.0):
+def proxy(function, edges, floor=0.0, known=()):
     """The Proxy of a function on the intervals between `edges`.
 
     Parameters
@@ -71,6 +73,7 @@ def proxy(function, edges, floor=0.0):
     function : callable of an array (n,); inf where there is nothing
     edges : array (n + 1,), ascending; intervals short enough for what shall be seen
     floor : error per length that does not matter
+    known : places that are known to be singular; they are among the edges
 
     Raises
     ------
@@ -78,22 +81,22 @@ def proxy(function, edges, floor=0.0):
         With more than BUDGET pieces, or more than MOST singular points.
     """
     edges, ends = _with_ends(function, np.asarray(edges, float))
-    whole, done, singular = edges[-1] - edges[0], [], [(end, 0.0) for end in ends]
+    whole, narrow, done, singular = edges[-1] - edges[0], NARROW*np.median(np.diff(edges)), [], [(float(place), 0.0) for place in (*known, *ends)]
     left, right, halves = edges[:-1], edges[1:], False
     while len(left):
         values = _values(function, left, right)
-        smooth = _followed(left, right, values, floor)
         length = right - left
+        smooth = _followed(left, right, values, np.where(length < narrow, 0.0, floor))
         shortest = ~smooth & (length <= SHORTEST*whole)
         singular += zip((left + right)[shortest]/2, length[shortest])
         if halves:
             number = len(left)//2
-            lost = smooth.reshape(2, -1).all(axis=0) & ((length[:number] + length[number:]) < LOST*whole)
+            lost = smooth.reshape(2, -1).all(axis=0) & ((length[:number] + length[number:]) < narrow)
             singular += zip(right[:number][lost], (length[:number] + length[number:])[lost])
         smooth |= shortest
         done.append((left[smooth], right[smooth], values[smooth]))
         left, right = left[~smooth], right[~smooth]
-        if sum(len(each[0]) for each in done) + len(left) > BUDGET or np.count_nonzero(right - left < LOST*whole) > MOST:
+        if sum(len(each[0]) for each in done) + len(left) > BUDGET or np.count_nonzero(right - left < narrow) > MOST:
             raise TooRough(f"it changes ever more quickly, next to x = {left[0]:.4g}" if len(left) else "too many pieces")
         middle = left + HALF*(right - left)
         left, right, halves = np.concatenate((left, middle)), np.concatenate((middle, right)), True
@@ -181,7 +184,7 @@ def _apart(found, least):
     """Of each cluster of (place, interval) the place that is known best."""
     clusters = []
     for entry in found:
-        if clusters and entry[0] - clusters[-1][-1][0] <= least:
+        if clusters and entry[0] - clusters[-1][-1][0] <= max(least, 2*entry[1], 2*clusters[-1][-1][1]):
             clusters[-1].append(entry)
         else:
             clusters.append([entry])

@@ -18,6 +18,7 @@ POINTS = 20          # of a stretch; where the kernel's scales are many, more
 PER_SCALE = 4        # for each factor e of them
 DENSER = 3           # times as many places at which a stretch is looked at, beside the sites of the obstacle
 NOISE = 4.0          # times the last coefficients of the series: errors of a gap
+LOOKED_AT = 7        # places of an overlap at which it is verified
 CORE = 0.5           # of ell, or of the contact's width if that is less: scale of the parameter far from the contact
 
 
@@ -57,7 +58,7 @@ def survey(state):
         corner = np.full(len(x), stretch.corner)
         rise = _risen(line, stretch, series, corner, x)
         gaps = line.initial_gap(corner, x) + rise
-        violations += _overlaps(stretch, x, gaps, noise, line.solid.E_star/size)
+        violations += _overlaps(state, stretch, x, gaps, noise, line.solid.E_star/size)
         inner = np.flatnonzero((gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
         least += [(stretch.corner, float(x[i]), float(gaps[i])) for i in inner]
         beyond = beyond or _beyond(line, picture, stretch, x, rise, noise)
@@ -163,13 +164,15 @@ def _sites(line, stretch):
     return np.unique(np.concatenate((own, sites[(sites > own.min()) & (sites < own.max())])))
 
 
-def _overlaps(stretch, x, gaps, noise, unit):
+def _overlaps(state, stretch, x, gaps, noise, unit):
+    """Intervals of x in which the gaps are negative, and are so where they are looked at without a series."""
     found = []
     for first, last in runs(gaps < -noise):
         left = (x[first - 1] + x[first])/2 if first else x[first]
         right = (x[last] + x[last + 1])/2 if last + 1 < len(x) else x[last]
-        if right > left:
-            depth = float(-gaps[first:last + 1].min())
+        looked = np.unique(np.linspace(first, last, LOOKED_AT).astype(int))
+        depth = float(-state.gaps(stretch.corner, x[looked]).min())
+        if right > left and depth > 0:
             found.append(Violation(stretch.corner, float(left), float(right), depth, float(unit*depth/np.sqrt(right - left))))
     return found
 

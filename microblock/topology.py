@@ -171,7 +171,7 @@ def tolerated(order):
 def amended(state, found, tolerance):
     """Zones without what is pulled and with what overlaps on a fitted state, of which this Survey is; None where nothing does.
 
-    Violations that are worth less than `tolerance`, or than what panels of this order leave, stay: the estimate has them.
+    Violations next to edges that are worth less than `tolerance`, or than what panels of this order leave, stay: the estimate has them.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def amended(state, found, tolerance):
         return each.depth > 0 and np.abs(edges - (each.left + each.right)/2).min() > each.right - each.left
 
     zones = {corner: list(own) for corner, own in state.zones.items()}
-    wrong = [each for each in found.violations if each.worth > max(tolerance, own*(UNSEEN if apart(each) else 1.0))]
+    wrong = [each for each in found.violations if each.worth > (UNSEEN*own if apart(each) else max(tolerance, own))]
     for each in wrong:
         left, right = each.left, each.right
         if each.depth:

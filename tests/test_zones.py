@@ -11,6 +11,7 @@ from microblock.halfplane import HalfPlane
 from microblock.law import Microblock, Unilateral
 from microblock.material import Cosserat
 from microblock.scene import Contact
+from microblock.survey import survey
 
 LOAD = np.pi/2
 
@@ -67,24 +68,24 @@ def test_zones_of_other_obstacles(ell, obstacle, law, load):
     assert state.weights @ state.pressures.sum(axis=0) == pytest.approx(load, rel=1e-12)
 
 
-def test_wrong_zones_are_mended():
+def test_wrong_zones_are_amended():
     """A gap that the first guess does not have, and a zone too many."""
     here = scene(0.05, Microblock(), obstacles.Wedge(0.8))
     right = here.at(LOAD, order=10)
     assert len(right.zones[0]) == 2
     (first, _), (_, last) = right.zones[0]
-    wrong = contact_line.fit(here.line, LOAD, {0: ((first, last),)}, order=10, tolerance=1e-9)
-    better = topology.mended(wrong)
+    wrong = contact_line.fit(right.line, LOAD, {0: ((first, last),)}, order=10, tolerance=1e-9)
+    better = topology.amended(wrong, survey(wrong), 1e-9)
     assert len(better[0]) == 2
-    again = contact_line.fit(here.line, LOAD, better, order=10, tolerance=1e-9)
-    assert topology.mended(again) is None and np.allclose(again.zones[0], right.zones[0], atol=1e-8)
+    again = contact_line.fit(right.line, LOAD, better, order=10, tolerance=1e-9)
+    assert topology.amended(again, survey(again), 1e-9) is None and np.allclose(again.zones[0], right.zones[0], atol=1e-8)
 
 
 def test_estimate_is_the_sum_of_its_parts():
     state = scene(0.25, Microblock(), obstacles.Cylinder(1.0)).at(LOAD, rtol=1e-4)
     parts = state.estimate
-    assert min(parts.discretisation, parts.edges, parts.kernel) > 0
-    assert state.error_estimate == parts.discretisation + parts.edges + parts.kernel <= 1e-4
+    assert min(parts.discretisation, parts.edges, parts.kernel) > 0 <= parts.conditions
+    assert state.error_estimate == parts.discretisation + parts.edges + parts.kernel + parts.conditions <= 1e-4
     assert scene(0.25, Microblock(), obstacles.Cylinder(1.0)).at(LOAD, order=8).error_estimate is None
 
 
