@@ -33,6 +33,8 @@ LIMIT = 60                 # seconds of a state
 CARRIES = 1e-4             # share of the load from which a zone counts
 TWICE = 2.0                # so much more, or less, is a difference
 FINER = 2.0                # times as many cells, where the first ones do not decide
+SURE = 5.0                 # times the judge's own error: farther off is wrong under finer cells too
+PATIENCE = 20              # seconds for the reference line
 EVERY = 10                 # scenes of which one is judged by the reference line too
 ORDERS = 8, 12, 14         # of the reference line
 EDGES = 8                  # of the zones of all corners, up to which it is asked
@@ -144,7 +146,8 @@ class Judge:
             return {"outcome": "unjudged", "message": self.complaint}
         limit = max(rtol, state.error_estimate)
         off = error(state, self.cells)
-        if not self.finer and off + self.own > limit and (limit >= 1e-4 or off > self.own/2):
+        near = limit < off + self.own and off < limit + SURE*self.own      # where finer cells may say something else
+        if not self.finer and near and (limit >= CARRIES or off > self.own):
             self._again()
             off = error(state, self.cells)
         wrong = off > limit + self.own
@@ -157,6 +160,15 @@ class Judge:
         self._look(int(FINER*obstacle_cells.MOST))
 
 
+def _by_line(state, rtol, reference, own):
+    """{measures} of a state against the reference line, where there is one."""
+    if reference is None:
+        return {}
+    from cases.accuracy import error as line_error      # which imports this module
+    off = line_error(state, reference)
+    return {"line_error": off, "line_own": own, **({"outcome": "wrong"} if off > max(rtol, state.error_estimate) + own else {})}
+
+
 def line_reference(judge):
     """(reference of another kind, its own error) where it applies, else None: zones of the cells, edges by Newton's method."""
     cells = judge.cells
@@ -165,11 +177,12 @@ def line_reference(judge):
     problem = reference_line.Problem(judge.scene, judge.draw.load)
     problem.kinks, problem.mirror = sorted({x for x, width in cells.setting.places if width == 0}), False
     try:
-        *_, coarse, fine = reference_line.fit(problem, {corner: list(pairs) for corner, pairs in cells.zones.items()}, ORDERS)
+        zones = {corner: list(pairs) for corner, pairs in cells.zones.items()}
+        *_, coarse, fine = within(PATIENCE, lambda: reference_line.fit(problem, zones, ORDERS))
         if reference_line.violation(fine) > BELIEVED:
             return None
         own = reference_line.distance(reference_line.fields(coarse), reference_line.fields(fine), reference_line.breaks([coarse, fine]))
-    except (MicroblockError, ArithmeticError, ValueError, np.linalg.LinAlgError):
+    except (OutOfTime, MicroblockError, ArithmeticError, ValueError, np.linalg.LinAlgError):
         return None
     far = reference_line.fields(fine)(cells.x)[0] - cells.pressures.sum(axis=0)      # the same state, not another one
     alike = distance(cells.weights, far, 0*far, cells.pressures.sum(axis=0)) <= 2*judge.own
@@ -182,8 +195,6 @@ def runs(seed, number, rtols):
     about = {"seed": seed, "number": number, "kind": draw.kind, "contact": draw.contact, "load": draw.load, **draw.material,
              "psi0": draw.psi0}
     judge, line, rows = Judge(draw), None, []
-    if number % EVERY == 0:
-        line = line_reference(judge)
     for rtol in rtols:
         row = {**about, "rtol": rtol, **dict.fromkeys(MEASURES)}
         start = time.perf_counter()
@@ -196,11 +207,9 @@ def runs(seed, number, rtols):
         row["seconds"] = time.perf_counter() - start
         if row["outcome"] is None:
             row.update(judge.verdict(state, rtol), estimate=state.error_estimate, method=getattr(state, "method", None))
-            if line:
-                from cases.accuracy import error as line_error
-                row.update(line_error=line_error(state, line[0]), line_own=line[1])
-                if row["line_error"] > max(rtol, state.error_estimate) + line[1]:
-                    row["outcome"] = "wrong"
+            if number % EVERY == 0 and row["outcome"] == "ok":
+                line = line or line_reference(judge) or (None, None)
+                row.update(_by_line(state, rtol, *line))
         rows.append(row)
     for row in rows:
         row["judge_seconds"] = judge.seconds
