@@ -34,7 +34,7 @@ STEEP = 0.12                        # growth of cells away from edges and featur
 FACTORS = 4.0, 2.2, 1.2, 0.66, 0.36, 0.21      # of growth and sizes, grid by grid
 MOST = 1700                         # cells of the finest grid
 ENOUGH = 1e-4                       # error at which no finer grid is asked for
-SLOWEST = 1.4                       # see `microblock.grid_contact`
+SLOWEST, FASTEST = 1.4, 3.0         # ratio of successive changes that is believed; the second order has 3.3
 
 
 @dataclass(frozen=True)
@@ -379,7 +379,7 @@ def judged(scene, load, window, enough=ENOUGH, most=MOST):
 def _error(changes):
     before, last = changes[-2:] if len(changes) > 1 else (2*changes[-1], changes[-1])
     last = max(last, before/4)      # more is luck
-    return last/(min(max(before/last, SLOWEST), 2) - 1)
+    return last/(min(max(before/last, SLOWEST), FASTEST) - 1)
 
 
 def difference(finer, coarser):

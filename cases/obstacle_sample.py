@@ -85,6 +85,11 @@ def _log(rng, low, high):
     return float(low*(high/low)**rng.uniform())
 
 
+def _sharp(p):
+    """Width of the cells that the pressure |x|^(p - 1) asks for: to the power p - 1/2 it is what one of them leaves in L2."""
+    return 3e-4**(1/(p - 0.5))
+
+
 def _parabola(x):
     return x**2/(2*RADIUS)
 
@@ -150,7 +155,7 @@ def rounded_punch(rng, half):
 
     def height(x):
         return np.maximum(np.abs(x) - flat, 0)**2/(2*radius) + tilt*x
-    return height, Window(-flat - _reach(half), flat + _reach(half), half, ((-flat, 0.0), (flat, 0.0)))
+    return height, Window(-flat - _reach(half), flat + _reach(half), half, ((-flat, 0.02*half), (flat, 0.02*half)))
 
 
 def chamfered_punch(rng, half):
@@ -183,7 +188,7 @@ def power(rng, half):
     def height(x):
         return half**2/(2*RADIUS)*np.abs(x/half)**p
     reach = half*30**(2/p)
-    return height, Window(-min(reach, 40*half), min(reach, 40*half), half, ((0.0, 0.0),))
+    return height, Window(-min(reach, 40*half), min(reach, 40*half), half, ((0.0, half*_sharp(p)),))
 
 
 def shifted_power(rng, half):
@@ -193,7 +198,7 @@ def shifted_power(rng, half):
     def height(x):
         return half**2/(2*RADIUS)*np.abs((x - place)/half)**p
     reach = min(half*30**(2/p), 40*half)
-    return height, Window(place - reach, place + reach, half, ((place, 0.0),))
+    return height, Window(place - reach, place + reach, half, ((place, half*_sharp(p)),))
 
 
 def bump(rng, half):
@@ -236,7 +241,7 @@ def cusps(rng, half):
 
     def height(x):
         return np.min([scale*np.abs((x - place)/half)**p + level for place, p, level in zip(places, powers, levels)], axis=0)
-    return height, Window(-40*half, 40*half, half, tuple((float(place), 0.0) for place in places))
+    return height, Window(-40*half, 40*half, half, tuple((float(place), float(half*_sharp(p))) for place, p in zip(places, powers)))
 
 
 def steps(rng, half):
