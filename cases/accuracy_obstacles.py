@@ -189,8 +189,8 @@ def line_reference(judge):
     return (fine, own) if alike else None
 
 
-def runs(seed, number, rtols):
-    """Records of one scene, one for each rtol."""
+def runs(seed, number, rtols, every=EVERY):
+    """Records of one scene, one for each rtol; of those numbered by a multiple of `every` also against the reference line."""
     draw = Draw(seed, number)
     about = {"seed": seed, "number": number, "kind": draw.kind, "contact": draw.contact, "load": draw.load, **draw.material,
              "psi0": draw.psi0}
@@ -207,7 +207,7 @@ def runs(seed, number, rtols):
         row["seconds"] = time.perf_counter() - start
         if row["outcome"] is None:
             row.update(judge.verdict(state, rtol), estimate=state.error_estimate, method=getattr(state, "method", None))
-            if number % EVERY == 0 and row["outcome"] == "ok":
+            if every and number % every == 0 and row["outcome"] == "ok":
                 line = line or line_reference(judge) or (None, None)
                 row.update(_by_line(state, rtol, *line))
         rows.append(row)
@@ -227,7 +227,23 @@ def result(parameters, quiet=True):
     with tqdm(total=len(work), disable=quiet, unit="scene") as progress:
         found = limits_pool.answers(runs, work, parameters.workers, LIMIT*(len(parameters.rtols) + 4), progress.update, _lost)
     rows = [row for own in found for row in own]
-    return returned(parameters, start, table=table(rows), scenes=rows, bad=bad(rows))
+    return returned(parameters, start, table=table(rows), scenes=rows, bad=bad(rows), paths=_paths(parameters, quiet))
+
+
+def _paths(parameters, quiet):
+    """Records of the load paths, see `cases.obstacle_paths`."""
+    from cases.obstacle_paths import path      # which takes the limits and outcomes of this module
+    work = [(parameters.seed, number) for number in range(parameters.paths)]
+    with tqdm(total=len(work), disable=quiet, unit="path") as progress:
+        return limits_pool.answers(path, work, parameters.workers, 30*LIMIT, progress.update, _path_lost) if work else []
+
+
+def _path_lost(arguments, words):
+    seed, number = arguments
+    draw = Draw(seed, number)
+    return {"seed": seed, "number": number, "kind": draw.kind, "contact": draw.contact, "load": draw.load, **draw.material,
+            "psi0": draw.psi0, "outcome": "crashed" if "died" in words else "slow", "events": None, "looked": 0, "unjudged": 0,
+            "unlike": "", "seconds": None, "message": words}
 
 
 def _lost(arguments, words):
@@ -276,7 +292,9 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        kept(out/"accuracy_obstacles.csv", [{**row, "command": command("accuracy", parameters)} for row in answer["scenes"]])
+        for name, rows in (("accuracy_obstacles", answer["scenes"]), ("accuracy_obstacle_paths", answer["paths"])):
+            if rows:
+                kept(out/f"{name}.csv", [{**row, "command": command("accuracy", parameters)} for row in rows])
     return answer
 
 
@@ -288,3 +306,9 @@ def show(answer):
         print("  ".join(f"{row[name]:12.3g}" if isinstance(row[name], float) else f"{row[name]!s:>12}" for name in names))
     for row in answer["bad"]:
         print(told(row))
+    if answer["paths"]:
+        print("paths:", ", ".join(f"{number} {outcome}" for outcome, number in Counter(row["outcome"] for row in answer["paths"]).items()))
+    for row in answer["paths"]:
+        if row["outcome"] != "ok":
+            print("  ".join(("path", f"number={row['number']}", row["kind"], row["contact"], row["outcome"],
+                             row["unlike"] or row["message"] or "")))
