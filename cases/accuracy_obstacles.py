@@ -38,6 +38,8 @@ PATIENCE = 20              # seconds for the reference line
 EVERY = 10                 # scenes of which one is judged by the reference line too
 ORDERS = 8, 12, 14         # of the reference line
 EDGES = 8                  # of the zones of all corners, up to which it is asked
+KINK = 0.3                 # of ell: features narrower than that are where panels of the reference line break
+FALLS = 0.05               # its error from rung to rung at most; slower, and their difference is no error
 BELIEVED = 1e-7            # violation of (26) of a reference
 MEASURES = ("outcome", "error", "estimate", "judge_error", "certain", "line_error", "line_own", "zones", "unlike", "method",
             "seconds", "judge_seconds", "message")
@@ -172,16 +174,19 @@ def _by_line(state, rtol, reference, own):
 def line_reference(judge):
     """(reference of another kind, its own error) where it applies, else None: zones of the cells, edges by Newton's method."""
     cells = judge.cells
-    if cells is None or sum(map(len, cells.zones.values())) > EDGES//2 or any(0 < w < cells.setting.ell for _, w in judge.draw.window.features):
+    if cells is None or 2*sum(map(len, cells.zones.values())) > EDGES:
         return None
     problem = reference_line.Problem(judge.scene, judge.draw.load)
-    problem.kinks, problem.mirror = sorted({x for x, width in cells.setting.places if width == 0}), False
+    problem.kinks, problem.mirror = sorted({x for x, width in cells.setting.places if width < KINK*cells.setting.ell}), False
+    zones = {corner: list(pairs) for corner, pairs in cells.zones.items()}
     try:
-        zones = {corner: list(pairs) for corner, pairs in cells.zones.items()}
-        *_, coarse, fine = within(PATIENCE, lambda: reference_line.fit(problem, zones, ORDERS))
-        if reference_line.violation(fine) > BELIEVED:
+        states = within(PATIENCE, lambda: reference_line.fit(problem, zones, ORDERS))
+        breaks = reference_line.breaks(states)
+        before, own = (reference_line.distance(reference_line.fields(coarse), reference_line.fields(states[-1]), breaks)
+                       for coarse in states[:-1])
+        fine = states[-1]
+        if reference_line.violation(fine) > BELIEVED or own > FALLS*before:
             return None
-        own = reference_line.distance(reference_line.fields(coarse), reference_line.fields(fine), reference_line.breaks([coarse, fine]))
     except (OutOfTime, MicroblockError, ArithmeticError, ValueError, np.linalg.LinAlgError):
         return None
     far = reference_line.fields(fine)(cells.x)[0] - cells.pressures.sum(axis=0)      # the same state, not another one

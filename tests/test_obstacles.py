@@ -9,7 +9,7 @@ from cases import accuracy_obstacles as outcomes
 from cases import obstacle_cells as judge
 from cases import obstacle_paths as paths
 from cases.__main__ import main
-from cases.obstacle_sample import KINDS, LAWS, Draw, sample
+from cases.obstacle_sample import KINDS, LAWS, STIFFNESS, Draw, sample
 from microblock.halfplane import HalfPlane
 from microblock.law import Microblock, Microclamped, Unilateral
 from microblock.material import Cosserat
@@ -126,9 +126,20 @@ def test_obstacles_are_hard_but_fair():
         x = np.linspace(window.left, window.right, 200_001)
         with np.errstate(over="ignore"):      # exp beyond the window
             beyond = [height(np.array([place])) for place in (window.left - 50, window.right + 50)]
-        low = height(x) < height(x).min() + judge.Setting(draw.scene(), draw.load, window).size
+        low = height(x) < height(x).min() + 10*draw.load/STIFFNESS      # far above what is met in contact
         assert np.abs(np.diff(height(x))/np.diff(x))[low[1:]].max() < 8, draw      # half of what is met
         assert min(map(np.min, beyond)) > height(x).min() and min(height(x[[0, -1]])) > height(x).min(), draw
+
+
+@pytest.mark.parametrize("number", [135, 146])
+def test_a_reference_of_another_kind_agrees_where_contacts_are_far_apart(number):
+    """Panels on the cells' zones, their edges by Newton's method: (26) hold, and cells are as near as they say."""
+    draw = Draw(SEED, number)
+    known = outcomes.Judge(draw)
+    assert len(known.cells.named_zones["contact"]) > 1
+    line, own = outcomes.line_reference(known)      # None if they do not agree
+    p = known.cells.pressures[0]
+    assert own < 1e-7 and distance(known.cells.weights, line.pressure(0, known.cells.x) - p, 0*p, p) < known.own < 3e-4
 
 
 @pytest.mark.parametrize("number", SHORT)
