@@ -7,6 +7,7 @@ Model      halfplane, asked for each rtol anew.
 Reference  graded Legendre panels in x with kernels, quadrature and edges of their own (cases/reference_line.py), checked for
            (26); its own error is the distance of two of its rungs.
 Look at    error over rtol, max(|dp|, |dM|/ell)/|p| in L2: below 1 in 98 % of the scenes, and never above 3.
+Obstacles  --obstacles: a sample of hard ones instead, judged by graded cells on all of the window (cases/obstacle_cells.py).
 Units      a_Hz = 1, R = 10, P = pi/2; for wedges the half-width of a classical contact is some ell.
 """
 
@@ -33,6 +34,9 @@ LOAD, RADIUS = np.pi/2, 10.0       # with E* = 20: a_Hz = 1
 KINDS = {"microblock": 0.30, "unilateral": 0.20, "microclamped": 0.14, "psi0": 0.26, "wedge": 0.10}      # shares of the sample
 SLOPE = 0.02                       # of wedges
 QUICK = 10                         # scenes
+SCENES = {False: 60, True: 2000}   # without and with --obstacles
+RTOLS = {False: (1e-3, 1e-6, 1e-9), True: (1e-3, 1e-6)}
+PATHS = 100                        # of the obstacles
 ORDERS = 8, 12, 14                 # rungs of the reference; the last one judges
 FINER = 100                        # times rtol, that a reference should be better than; counted in the table
 BELIEVED = 1e-7                    # largest violation of (26) of a reference
@@ -44,12 +48,23 @@ COLUMNS = ("rtol", "kind", "scenes", "judged", "below", "above_3", "failed", "wo
 
 @dataclass(frozen=True)
 class Parameters:
-    scenes: int = option(60, "scenes of the sample", int)
+    scenes: int | None = option(None, f"scenes of the sample (default {SCENES[False]}, {SCENES[True]} of obstacles)", int)
     seed: int = option(2020, "of the random numbers", int)
-    rtols: tuple = option((1e-3, 1e-6, 1e-9), "accuracies asked for", nargs="+", metavar="RTOL")
+    rtols: tuple = option((), f"accuracies asked for (default {' '.join(map(str, RTOLS[False]))}, without the last of obstacles)",
+                          nargs="+", metavar="RTOL")
     quick: bool = option(False, f"{QUICK} scenes only", bool)
+    obstacles: bool = option(False, "a sample of obstacles that are meant to be hard, judged by cells instead", bool)
+    paths: int | None = option(None, f"load paths of such obstacles (default {PATHS} of the full sample, else none)", int)
+    workers: int = option(2, "processes, of obstacles", int)
 
     def __post_init__(self):
+        for name, usual in (("scenes", SCENES[self.obstacles]), ("rtols", RTOLS[self.obstacles])):
+            object.__setattr__(self, name, usual if getattr(self, name) in (None, ()) else getattr(self, name))
+        if self.paths is None:
+            object.__setattr__(self, "paths", PATHS if self.obstacles and self.scenes >= SCENES[True] else 0)
+        for name, least in (("paths", 0), ("workers", 1)):
+            if getattr(self, name) < least:
+                raise BadArgument(name, getattr(self, name), f"must be at least {least}")
         object.__setattr__(self, "rtols", tuple(float(rtol) for rtol in self.rtols))
         if self.quick:
             object.__setattr__(self, "scenes", min(self.scenes, QUICK))
@@ -242,6 +257,9 @@ def misses(rows):
 
 def run(parameters, out=None, quiet=False):
     """Judge the sample, print the table and what missed, draw errors into the folder `out`."""
+    if parameters.obstacles:
+        from cases import accuracy_obstacles      # which takes the judge of this sample for some of its own
+        return accuracy_obstacles.run(parameters, out, quiet)
     answer = result(parameters, quiet)
     if not quiet:
         show(answer)
