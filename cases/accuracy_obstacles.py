@@ -14,8 +14,6 @@ unjudged  answered, but there is no judge.
 import signal
 import time
 from collections import Counter
-from dataclasses import replace
-from functools import partial
 
 import numpy as np
 from tqdm import tqdm
@@ -25,7 +23,7 @@ from cases.obstacle_sample import Draw, sample
 from cases.options import command
 from cases.records import kept, returned
 from microblock.errors import MicroblockError, NotConverged
-from microblock.observables import common, distance
+from microblock.observables import distance
 from microblock.study import grouped
 
 OUTCOMES = "ok", "wrong", "refused", "crashed", "slow", "unjudged"
@@ -96,11 +94,13 @@ def unlike(state, cells, rtol=CARRIES):
     than that or rtol.
     """
     setting, found = cells.setting, []
-    kinds = {"contact": slice(None), **{name: slice(number, number + 1) for number, name in enumerate(setting.problem.law.corners)}}
+    kinds = {"contact": slice(None)}
+    kinds |= {name: slice(number, number + 1) for number, name in enumerate(setting.problem.law.corners)}
     for name, chosen in kinds.items():
         if len(setting.levers) == 1 and name != "contact":
             continue
-        rules = [(one.x, one.weights*one.pressures[chosen].sum(axis=0)/setting.load, one.named_zones[name]) for one in (state, cells)]
+        rules = [(one.x, one.weights*one.pressures[chosen].sum(axis=0)/setting.load, one.named_zones[name])
+                 for one in (state, cells)]
         for (x, load, zones), (other_x, other, _), who in ((*rules, "too many"), (*rules[::-1], "missing")):
             spare = 2*np.interp([sum(pair)/2 for pair in zones], cells.x, cells.weights) if len(zones) else ()
             for (a, b), more in zip(zones, spare):
@@ -155,7 +155,8 @@ class Judge:
         wrong = off > limit + self.own
         words = unlike(state, self.cells, rtol)
         return {"outcome": "wrong" if wrong or words else "ok", "error": off, "judge_error": self.own,
-                "certain": bool(off + self.own <= limit or wrong or words), "unlike": words, "zones": len(self.cells.named_zones["contact"])}
+                "certain": bool(off + self.own <= limit or wrong or words), "unlike": words,
+                "zones": len(self.cells.named_zones["contact"])}
 
     def _again(self):
         self.finer = True
@@ -264,8 +265,8 @@ def table(rows):
     """One row for each rtol and kind, law, and for all."""
     found = []
     for rtol, of_rtol in grouped(rows, "rtol").items():
-        for name, chosen in {**grouped(of_rtol, "kind"), **{f"law {law}": own for law, own in grouped(of_rtol, "contact").items()},
-                             "all": of_rtol}.items():
+        laws = {f"law {law}": own for law, own in grouped(of_rtol, "contact").items()}
+        for name, chosen in {**grouped(of_rtol, "kind"), **laws, "all": of_rtol}.items():
             counts = Counter(row["outcome"] for row in chosen)
             own = [row["judge_error"] for row in chosen if row["judge_error"] is not None]
             found.append({"rtol": rtol, "of": name, "runs": len(chosen), **{outcome: counts[outcome] for outcome in OUTCOMES},
@@ -312,7 +313,8 @@ def show(answer):
     for row in answer["bad"]:
         print(told(row))
     if answer["paths"]:
-        print("paths:", ", ".join(f"{number} {outcome}" for outcome, number in Counter(row["outcome"] for row in answer["paths"]).items()))
+        counts = Counter(row["outcome"] for row in answer["paths"])
+        print("paths:", ", ".join(f"{number} {outcome}" for outcome, number in counts.items()))
     for row in answer["paths"]:
         if row["outcome"] != "ok":
             print("  ".join(("path", f"number={row['number']}", row["kind"], row["contact"], row["outcome"],

@@ -39,7 +39,7 @@ SLOWEST, FASTEST = 1.4, 3.0         # ratio of successive changes that is believ
 
 @dataclass(frozen=True)
 class Window:
-    """What the sample knows of an obstacle: where it could touch, its smallest scale, and its features [(x, width)], 0 for kinks."""
+    """What the sample knows of an obstacle: where it could touch, its smallest scale, its features [(x, width)], 0 for kinks."""
 
     left: float
     right: float
@@ -333,7 +333,8 @@ def regrid(state, factor, extra=()):
     largest = min(setting.window.scale/8*factor, max(b - a for a, b in kept)/25*factor)
     kinks = [x for x, width in setting.places if width == 0 and any(a < x < b for a, b in kept)]
     places += [(x, max(growth**4/64*min(setting.ell, setting.window.scale), 1e-10*setting.ell), growth) for x in kinks]
-    places += [(x, width/6*factor, growth) for x, width in setting.places if width and any(2*a - b < x < 2*b - a for a, b in kept)]
+    places += [(x, width/6*factor, growth) for x, width in setting.places
+               if width and any(2*a - b < x < 2*b - a for a, b in kept)]
     places += [((a + b)/2, (b - a)/12, growth) for a, b in extra]
     left, right = grid(kept, sizes_from(places, largest), kinks)
     x = (left + right)/2

@@ -47,7 +47,8 @@ class Draw:
         rng = np.random.default_rng([self.seed, self.number])
         load = LOAD*_log(rng, *LOADS)
         half = np.sqrt(load/LOAD)
-        material = {"nu": float(rng.uniform(0, 0.49)), "ell": float(half*_log(rng, *ALPHAS)), "beta": float(rng.uniform(0.2, 1.9))}
+        material = {"nu": float(rng.uniform(0, 0.49)), "ell": float(half*_log(rng, *ALPHAS)),
+                    "beta": float(rng.uniform(0.2, 1.9))}
         psi0 = float(rng.choice((-1, 1))*_log(rng, *TURNS)*half/RADIUS) if self.contact in ("psi0", "lever") else 0.0
         return load, material, psi0, *KINDS[self.kind](rng, half)
 
@@ -241,7 +242,8 @@ def cusps(rng, half):
 
     def height(x):
         return np.min([scale*np.abs((x - place)/half)**p + level for place, p, level in zip(places, powers, levels)], axis=0)
-    return height, Window(-40*half, 40*half, half, tuple((float(place), float(half*_sharp(p))) for place, p in zip(places, powers)))
+    features = tuple((float(place), float(half*_sharp(p))) for place, p in zip(places, powers))
+    return height, Window(-40*half, 40*half, half, features)
 
 
 def steps(rng, half):
