@@ -20,6 +20,7 @@ from .observables import zone_changes
 from .path import Event, PathView, require_on_path
 from .refined import refine_until
 from .scene_view import SceneView
+from .threads import bounded
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,7 @@ class BodyContact(SceneView):
     def _system(self):
         return self.nodes.compliance.corner_system(self.law, self.obstacle)
 
+    @bounded
     def at(self, load, rtol=None, near=None, progress=False):
         """The state at a load (force per thickness).
 
@@ -144,6 +146,7 @@ class BodyPath(PathView):
         return self.scene.at(load)
 
     @cached_property
+    @bounded
     def nodal_events(self):
         """Every corner that closes or opens on the way (`active_set.Event`), ascending in load; exact for the mesh."""
         flexibility, gaps, share = self.scene._system

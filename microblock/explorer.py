@@ -15,6 +15,7 @@ from .frames import Frames
 from .law import Microblock, Microclamped, Unilateral, symmetric
 from .panels import Line
 from .state_figure import StateFigure
+from .threads import bounded
 
 LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
 
@@ -63,6 +64,7 @@ class Explorer(Shown):
     'microblock'
     """
 
+    @bounded
     def __init__(self, scene, load, rtol=None):
         require_positive(load=load)
         self._before, self._drawn = None, {}
@@ -96,6 +98,7 @@ class Explorer(Shown):
         obstacle = scene.obstacle if choice.radius == now.radius else replace(scene.obstacle, R=choice.radius)
         return scene.varied(solid, obstacle, law)
 
+    @bounded
     def solve(self, **changes):
         """Change parameters (names of `Choice`) and return the new state; where there is none, all stays as it was.
 
@@ -133,6 +136,7 @@ class Explorer(Shown):
         """The StateFigure that shows the state."""
         return self.frames.figure
 
+    @bounded
     def png(self):
         """The figure as a PNG, bytes: what has not changed since the last call is not drawn again."""
         self.frames.draw()

@@ -25,6 +25,7 @@ from .meshes import RATIO, Ground, falling_orders, graded
 from .observables import joined
 from .panels import zone_edges
 from .surface_state import Estimate, difference, surface_state
+from .threads import bounded, released
 
 FAR = 1000.0         # size of an unbounded domain over the reach
 BEYOND = 1.3         # reach of the contact boundary over the outermost edge
@@ -79,6 +80,7 @@ class FittedContact(GroundScene):
     def _starts_from(self, near):
         return near.line.mirror == self.symmetric and len(near.zones) == len(self.law.corners)
 
+    @bounded
     def at(self, load, rtol=usual_rtol, near=None):
         """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
 
@@ -155,6 +157,7 @@ class FittedContact(GroundScene):
         raise NotConverged(f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
                            "topology, or beta close to 2? Take another load, or the half-plane", iterations=passes)
 
+    @bounded
     def of_order(self, load, order, spacing=None):
         """The state of one order, its edges moved until rounding or ever new meshes stop them; no estimate.
 
@@ -178,6 +181,7 @@ class FittedContact(GroundScene):
             raise NotConverged(f"no zones fit at load {load:g} with order {order}; ask for more", iterations=passes)
         return state
 
+    @bounded
     def evenly(self, load, order, count):
         """The body condensed on `count` even elements over the reach that this load needs, without knowledge of the zones."""
         zones, _ = self.topology(load)
@@ -200,6 +204,7 @@ class FittedContact(GroundScene):
         orders = np.full(mesh.ne, order) if self.even or not levels else falling_orders(mesh, ground, tips, order)
         return Condensed(Body(mesh, self.solid, orders, fixed=supports))
 
+    @bounded
     def topology(self, load):
         """Zones of the computed part as a mesh without knowledge of them sees them, and the number of meshes."""
         outer = self.first_guess(load)
@@ -245,6 +250,7 @@ class FittedContact(GroundScene):
             return False
         return any(0 < edge < MEETING*outer for edge in zone_edges(zones)) or (not zones[1] and zones[0][0][0] == 0)
 
+    @bounded
     def edge_coefficients(self, zones, loads, order, levels):
         """((K0, K1) at the innermost edge at each load, the same at the outermost), on one mesh fitted to symmetric zones."""
         found = self._fit_mesh(zones, order, levels)
@@ -394,7 +400,8 @@ def _closed(flexibility, gaps, share, closed, load):
     system[:n, :n] = flexibility[np.ix_(closed, closed)]
     system[:n, n], system[n, :n] = -share[closed], share[closed]
     try:
-        solution = np.linalg.solve(system, np.append(-gaps[closed], load))
+        with released(n):
+            solution = np.linalg.solve(system, np.append(-gaps[closed], load))
     except np.linalg.LinAlgError as failure:
         raise NotConverged(f"singular flexibility of {n} closed corners") from failure
     forces = np.zeros(len(gaps))

@@ -15,6 +15,7 @@ from .law import corner_shifts
 from .observables import contact_zones, distance, distance_to_ends, runs
 from .scene_view import SceneView
 from .surface_view import Setting, StateView, surface
+from .threads import bounded
 
 FIRST, MOST = 128, 2**21       # cells of the coarsest and finest grid that rtol may ask for
 COARSEST = 1024                # at which halving a given number of cells ends, after two halvings at the earliest
@@ -148,6 +149,7 @@ class GridContact(SceneView):
         if not self.window[0] < self.window[1]:
             raise BadArgument("window", self.window, "must be (left, right), left < right")
 
+    @bounded
     def at(self, load=None, *, approach=None, nodes=None, rtol=None, residual=RESIDUAL, start=None, progress=False):
         """The state at a load or an approach, on so many nodes, or on as many as a tolerance asks for.
 
@@ -241,6 +243,7 @@ class GridContact(SceneView):
     def _grids(self):
         return {}
 
+    @bounded
     def prepare(self, nodes):
         """Cells, flexibility and initial gaps on so many nodes, made once and kept for further loads."""
         if nodes not in self._grids:

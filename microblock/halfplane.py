@@ -24,6 +24,7 @@ from .compliance import Compliance
 from .display import Shown
 from .errors import BadArgument
 from .material import Cosserat
+from .threads import bounded
 
 NEAREST, FARTHEST = 1e-16, 1e10     # x/ell between which the kernels are tabulated
 POINTS, PIECE = 16, 1.4             # Chebyshev points on a piece, this wide in log x, from which the table is made: 1e-13
@@ -99,6 +100,7 @@ class Kernels:
         rotation of a half-plane; and for layers below 1e-12 ell.
     """
 
+    @bounded
     def __init__(self, nu, beta, curvature=2.0):
         solid = Cosserat(E=2*(1 + nu), nu=nu, ell=1.0, beta=beta, curvature=curvature)
         if not RATES[0] <= 1/solid.layer_length <= RATES[1]:

@@ -9,6 +9,7 @@ import numpy as np
 from .observables import distance
 from .panels import Line, Panels, half_line, lagrange, log_response, response, zone_edges
 from .surface_view import ErrorParts, LineView, surface
+from .threads import bounded
 
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
 FURTHEST = 2.0       # of the way between two states, by which zones are moved on
@@ -186,6 +187,7 @@ class LineState(LineView):
         gaps = np.split(self.gaps(np.repeat(list(places), sizes), np.concatenate(list(places.values()))), np.cumsum(sizes)[:-1])
         return {corner: (own, found) for (corner, own), found in zip(places.items(), gaps)}
 
+    @bounded
     def surface(self, window=None):
         """The Surface at `x` and out of contact within a window (left, right); without it the contact and its surroundings."""
         contact = self.named_zones["contact"]

@@ -17,6 +17,7 @@ from . import law
 from .body import Fields, Loads
 from .display import Row, Shown, Summary, number
 from .errors import BadArgument, NotConverged, require_finite
+from .threads import bounded
 
 METHODS = ("al", "penalty")
 CONTROLS = ("approach", "load")
@@ -173,6 +174,7 @@ class Newton:
         """Number of free unknowns, multipliers and approach included."""
         return sum(self.free)
 
+    @bounded
     def solve(self, level, start=None):
         """The contact state at this approach or load.
 

@@ -30,6 +30,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .errors import BadArgument, NotConverged, require_finite
+from .threads import bounded
 
 SHARE = 0.1                # of the decrease of q that the gradient promises; any number in (0, 1/2) is proven to do
 INNER = 0.5               # of the residual on the face at which conjugate gradients stop: a better solution of the wrong
@@ -64,6 +65,7 @@ class GridForces:
     steps: int
 
 
+@bounded
 def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     """The state at a load or at an approach.
 

@@ -13,6 +13,7 @@ from .panels import Line, half_line
 from .path import LinePath
 from .scene_view import SceneView
 from .smoothness import kinks
+from .threads import bounded
 
 OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of partial contact touch: a first guess
 ORDERS = (6, 10, 14, 18, 22, 26)
@@ -97,6 +98,7 @@ class Contact(SceneView):
         """Whether obstacle and blocks are known to be symmetric about x = 0."""
         return symmetric(self.law, self.obstacle)
 
+    @bounded
     def at(self, load, rtol=usual_rtol, order=None, near=None):
         """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
 
@@ -261,6 +263,7 @@ class Contact(SceneView):
         """Whether two zones of partial contact may meet on the axis: corners, symmetric, under an obstacle without ends."""
         return self.symmetric and len(self.law.corners) == 2 and not self.line.ends
 
+    @bounded
     def coalescence(self, order=14):
         """Load at which the two zones of partial contact touch on the axis, and its error; symmetric scenes only."""
         if not self.may_meet_on_axis:

@@ -20,6 +20,7 @@ from .meshes import Ground, uniform
 from .newton import PENALTY, Newton
 from .newton_path import load_path
 from .surface_state import SurfaceState, surface_state
+from .threads import bounded
 
 METHODS = ("condensed", "al", "penalty")
 SHAPES = ("quadrilaterals", "triangles")
@@ -69,6 +70,7 @@ class UniformContact(GroundScene):
         if self.rule == "gauss" and self.method != "al":
             raise BadArgument("rule", self.rule, "belongs to the method al: the others have their pressures at nodes")
 
+    @bounded
     def states(self, loads):
         """SurfaceStates at the loads (force per thickness), in their order; from load to load in ascending order.
 
@@ -84,6 +86,7 @@ class UniformContact(GroundScene):
         found = dict(zip(ascending, solved))
         return [found[load] for load in loads]
 
+    @bounded
     def prepare(self):
         """Mesh and matrices, made once and kept for further loads: condensed or, of Newton's method, not yet factorised."""
         return self._prepared
@@ -99,6 +102,7 @@ class UniformContact(GroundScene):
         facets = ContactFacets(body, self.law, self.obstacle, rule=self.rule)
         return nodes, facets, Newton(body, facets, method=self.method, rho=self.rho or self._rho(), control="load")
 
+    @bounded
     def axis_closes(self):
         """Load (force per thickness) at which the node on the axis closes for good, as the load path of this mesh has it."""
         if not self.symmetric:
