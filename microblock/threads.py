@@ -6,8 +6,8 @@ one on BLAS (numpy's, scipy's and NGSolve's own are three libraries) and OpenMP 
 back when it is left, by an exception as well. Within, `released` gives it to matrices that are large enough to gain by it.
 NGSolve's own tasks (``with ngsolve.TaskManager()``) are no such threads, and stay as they are.
 
-BLAS has one number of threads for the whole process, so that entries of all Python threads are counted together; OpenMP has
-one for each of them.
+BLAS has one number of threads for the whole process, so that entries of all Python threads are counted together; OpenMP, and a
+BLAS built on it, has one for each of them.
 """
 
 import sys
@@ -39,11 +39,11 @@ class _Hold:
             for library in libraries[len(self.before):]:
                 self.before.append(library.get_num_threads() or 1)
                 if self.before[-1] > 1:
-                    library.set_num_threads(1)
+                    _set(library, 1)
         elif self.before:
             for library, number in zip(libraries, self.before):
                 if number > 1:
-                    library.set_num_threads(number)
+                    _set(library, number)
             self.before.clear()
 
 
@@ -52,6 +52,14 @@ class _OwnHold(_Hold, threading.local):
 
 
 _holds = _Hold("blas"), _OwnHold("openmp")
+
+
+def _set(library, number):
+    """Set a library's threads, from whatever Python thread: threadpoolctl leaves OpenBLAS to the first one that ever did."""
+    free = getattr(library, "clear_controlling_thread", lambda force: None)
+    free(force=True)
+    library.set_num_threads(number)
+    free(force=True)
 
 
 def _change(inside=0, large=0):
@@ -68,7 +76,8 @@ def _look():
     known = {library.filepath for own in _libraries.values() for library in own}
     for library in ThreadpoolController().lib_controllers:
         if library.filepath not in known:
-            _libraries[library.user_api].append(library)
+            own = "openmp" in (library.user_api, getattr(library, "threading_layer", None))
+            _libraries["openmp" if own else "blas"].append(library)
     _seen = len(sys.modules)
 
 
