@@ -1,4 +1,4 @@
-"""What more than one BLAS thread does to calls of the library: seconds with the default number beside those with one.
+"""What the default number of BLAS threads does to calls of the library, beside one thread.
 
 Geometry   a cylinder on a half-plane, on squares and on a block, as a user of the library would ask for it.
 Equations  those of `hertz`.

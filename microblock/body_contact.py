@@ -15,7 +15,7 @@ from .body import Body
 from .body_state import BodyState, zones_of
 from .condensation import condensed
 from .display import path_summary, scene_summary
-from .errors import require_positive
+from .errors import require_kind, require_positive, require_tolerance
 from .observables import zone_changes
 from .path import Event, PathView, require_on_path
 from .refined import refine_until
@@ -99,7 +99,10 @@ class BodyContact(SceneView):
             If supports leave a rigid motion free, or the estimate stays above rtol.
         """
         require_positive(load=load)
+        if near is not None:
+            require_kind(BodyState, "a BodyState", near=near)
         if rtol is not None:
+            require_tolerance(rtol)
             return refine_until(self, load, rtol, progress)
         flexibility, gaps, share = self._system
         start = near.closed.ravel() if near else None
@@ -110,9 +113,9 @@ class BodyContact(SceneView):
 
         With `rtol` the mesh is that on which the state at the last load reaches it.
         """
+        require_positive(load=last)
         if rtol is not None:
             return self.at(last, rtol, progress=progress).scene.load(last)
-        require_positive(load=last)
         return BodyPath(self, last)
 
     def on(self, mesh):

@@ -15,9 +15,9 @@ from scipy.linalg import solve_triangular
 from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
-from .body import CURVED, Fields
+from .body import CURVED, Body, Fields
 from .compliance import Compliance
-from .errors import BadArgument, NotConverged
+from .errors import BadArgument, NotConverged, require_kind
 from .facets import lobatto, outward_sides
 from .panels import lagrange
 from .threads import bounded, released
@@ -48,6 +48,7 @@ class ContactNodes:
     """
 
     def __init__(self, body, boundary="contact"):
+        require_kind(Body, "a Body", body=body)
         if body.mesh.dim != 2:
             raise BadArgument("body", body, "must be two-dimensional")
         self.body, self.region = body, body.boundary(boundary)

@@ -10,10 +10,11 @@ from dataclasses import dataclass, fields, replace
 
 from . import topology
 from .display import Row, Shown, Summary, number
-from .errors import BadArgument, NotConverged, require_positive
+from .errors import BadArgument, NotConverged, require_choice, require_finite, require_kind, require_positive, require_tolerance
 from .frames import Frames
 from .law import Microblock, Microclamped, Unilateral, symmetric
 from .panels import Line
+from .scene_view import SceneView
 from .state_figure import StateFigure
 from .threads import bounded
 
@@ -66,7 +67,10 @@ class Explorer(Shown):
 
     @bounded
     def __init__(self, scene, load, rtol=None):
+        require_kind(SceneView, "a scene", scene=scene)
         require_positive(load=load)
+        if rtol is not None:
+            require_tolerance(rtol)
         self._before, self._drawn = None, {}
         self._rtol = scene.usual_rtol if rtol is None else rtol
         self.reference = reference_length(scene, load)
@@ -148,10 +152,12 @@ class Explorer(Shown):
             if name not in known or getattr(self.choice, name) is None:
                 raise BadArgument(name, value, "is not a parameter of this scene; it has "
                                   + ", ".join(each for each in sorted(known) if getattr(self.choice, each) is not None))
-            if name == "law" and value not in LAWS:
-                raise BadArgument("law", value, f"must be one of {', '.join(LAWS)}")
+            if name == "law":
+                require_choice(LAWS, law=value)
             if name in ("load", "radius", "alpha"):
                 require_positive(**{name: value})
+            if name == "psi0":
+                require_finite(psi0=value)
         return replace(self.choice, **changes)
 
     def show(self):

@@ -18,13 +18,13 @@ import numpy as np
 from . import active_set
 from .body import Body
 from .condensation import Condensed
-from .errors import BadArgument, NotConverged, require_tolerance
+from .errors import BadArgument, NotConverged, require_finite, require_kind, require_positive, require_tolerance, require_whole
 from .ground import GroundScene
 from .law import corner_shifts
 from .meshes import RATIO, Ground, falling_orders, graded
 from .observables import joined
 from .panels import zone_edges
-from .surface_state import Estimate, difference, surface_state
+from .surface_state import Estimate, SurfaceState, difference, surface_state
 from .threads import bounded, released
 
 FAR = 1000.0         # size of an unbounded domain over the reach
@@ -39,6 +39,7 @@ COARSE = 12, 3       # elements over the reach and order of the first mesh, whic
 RATE = 0.5, -0.15    # digits that an order adds, and that order 0 lacks: where the ladder is entered, no more
 LOWEST_EVEN = 1      # rung on which edges are looked for by elements of one order: order 4 locks as low orders do
 LOCATED = 0.03       # error of the edges at which more order helps more than another step
+MOST_ORDER = 20      # that may be fixed
 STEPS = 6            # of the edges on one rung
 LONGEST_MOVE = 0.4   # of an edge in one step, over the way to the next
 FITTED = 0.4         # of the way to the next edge, or of the layer if that is less, from where K0 and K1 are read
@@ -77,6 +78,13 @@ class FittedContact(GroundScene):
 
     usual_rtol = 1e-3
 
+    def __post_init__(self):
+        super().__post_init__()
+        lines = tuple(self.lines) if np.iterable(self.lines) else (self.lines,)
+        for line in lines:
+            require_finite(lines=line)
+        object.__setattr__(self, "lines", lines)
+
     def _starts_from(self, near):
         return near.line.mirror == self.symmetric and len(near.zones) == len(self.law.corners)
 
@@ -99,6 +107,8 @@ class FittedContact(GroundScene):
         """
         self.check_load(load)
         require_tolerance(rtol)
+        if near is not None:
+            require_kind(SurfaceState, "a SurfaceState", near=near)
         scene, zones, passes = self._settled(load, *((near.zones, 0) if near else self.topology(load)))
         return scene._climb(load, rtol, zones, passes)
 
@@ -164,6 +174,9 @@ class FittedContact(GroundScene):
         `spacing` is that of the elements on the surface (length); without it the ladder's.
         """
         self.check_load(load)
+        require_whole(1, MOST_ORDER, order=order)
+        if spacing is not None:
+            require_positive(spacing=spacing)
         scene, zones, passes = self._settled(load, *self.topology(load))
         return scene._fixed(load, order, spacing, zones, passes)
 
@@ -184,6 +197,9 @@ class FittedContact(GroundScene):
     @bounded
     def evenly(self, load, order, count):
         """The body condensed on `count` even elements over the reach that this load needs, without knowledge of the zones."""
+        self.check_load(load)
+        require_whole(1, MOST_ORDER, order=order)
+        require_whole(1, count=count)
         zones, _ = self.topology(load)
         outer = max(map(abs, zone_edges(zones)))
         ground = self._ground(outer)

@@ -22,7 +22,7 @@ from numpy.polynomial.legendre import leggauss
 
 from .compliance import Compliance
 from .display import Shown
-from .errors import BadArgument
+from .errors import BadArgument, require_kind
 from .material import Cosserat
 from .threads import bounded
 
@@ -156,6 +156,7 @@ class HalfPlane(Shown):
     """
 
     def __init__(self, solid):
+        require_kind(Cosserat, "a Cosserat", solid=solid)
         self.solid = solid
 
     def summary(self):

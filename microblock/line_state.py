@@ -230,7 +230,8 @@ def violations(state):
     steps = width*0.5*(np.arange(1, LOOKOUTS + 1)/LOOKOUTS)**3
     around = np.unique(np.concatenate([edge + sign*steps for edge in edges for sign in (1, -1)]))
     heights = line.initial_gap(np.zeros(len(around), int), around)
-    size = np.ptp(heights[np.isfinite(heights)]) or width
+    heights = heights[np.isfinite(heights)]      # none over a punch narrower than a block
+    size = (np.ptp(heights) if heights.size else 0.0) or width
     around = around[around > 0] if half_line(line) else around
     for corner, (places, gaps) in state.gaps_off_zones(around).items():
         inside = _within(state.x, state.zones[corner])

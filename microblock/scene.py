@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from . import contact_line, line_state, topology
 from .adapt import climb
 from .display import scene_summary
-from .errors import BadArgument, NotConverged, require_positive, require_tolerance
+from .errors import BadArgument, NotConverged, require_kind, require_positive, require_tolerance, require_whole
 from .halfplane import HalfPlane
 from .law import symmetric
 from .obstacles import Shape, check_lowest
@@ -17,6 +17,7 @@ from .threads import bounded
 
 OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of partial contact touch: a first guess
 ORDERS = (6, 10, 14, 18, 22, 26)
+FIXED_ORDERS = 2, 100          # least and most that may be fixed
 FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed: rounding
 MENDINGS = 4          # of zones that a fitted state shows wrong
 EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
@@ -116,14 +117,13 @@ class Contact(SceneView):
         NotConverged
             If the accuracy is out of reach, or the zones are not found.
         """
-        require_positive(load=load)
+        self._check(load, rtol, order, near)
         named = self._named(load)
         if named is not self:
             return named.at(load, rtol, order, near)
         self._check_width(load)
         if order is not None:
             return self._found(load, rtol, order, near)
-        require_tolerance(rtol)
         try:
             return self._found(load, rtol, order, near)
         except NotConverged as failure:
@@ -132,6 +132,16 @@ class Contact(SceneView):
                 raise
             raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was "
                                f"{reached:.1e}; ask for that", reached=reached) from failure
+
+    @staticmethod
+    def _check(load, rtol, order=None, near=None):
+        """BadArgument for what cannot be asked for."""
+        require_positive(load=load)
+        require_tolerance(rtol)
+        if order is not None:
+            require_whole(*FIXED_ORDERS, order=order)
+        if near is not None:
+            require_kind(line_state.LineState, "a LineState", near=near)
 
     def _named(self, load):
         """The scene, the singular points of a mere function named as far as they are seen and matter at this load."""
@@ -193,7 +203,7 @@ class Contact(SceneView):
 
         With `progress` a bar counts states; an interrupted path keeps them.
         """
-        require_positive(load=last)
+        self._check(last, rtol)
         return LinePath(self, last, rtol, progress)
 
     def _trials(self, load, near, ladder, rtol):
@@ -266,6 +276,7 @@ class Contact(SceneView):
     @bounded
     def coalescence(self, order=14):
         """Load at which the two zones of partial contact touch on the axis, and its error; symmetric scenes only."""
+        require_whole(*FIXED_ORDERS, order=order)
         if not self.may_meet_on_axis:
             raise BadArgument("scene", self, "must be a symmetric one of microblocks under an obstacle without ends")
         return contact_line.coalescence(self.line, OUTER_AT_TOUCH*self.body.solid.ell, order)

@@ -17,7 +17,7 @@ MAY_IMPORT = {
     "condensation": {"body", "compliance", "facets", "panels"},
     "surface_state": {"condensation", "law", "mesh_fields", "observables", "panels", "surface_view"},
     "ground": {"law", "material", "observables", "obstacles", "panels", "scene_view"},
-    "scene_view": {"explorer", "obstacles", "widgets"},
+    "scene_view": {"explorer", "law", "obstacles", "widgets"},
     "uniform": {"active_set", "body", "condensation", "facets", "ground", "meshes", "newton", "newton_path", "surface_state"},
     "body_state": {"law", "mesh_fields", "meshes", "observables", "surface_view"}, "mesh_fields": {"below"}, "refined": {"facets", "panels"},
     "body_contact": {"active_set", "body", "body_state", "condensation", "observables", "path", "refined", "scene_view"},
@@ -32,7 +32,7 @@ MAY_IMPORT = {
     "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "halfplane", "law", "observables", "projected_cg", "scene_view", "surface_view"},
     "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "newton_path": set(), "__init__": set(),
     "display": set(), "threads": set(), "surface_view": {"below", "observables", "obstacles", "state_figure"}, "blocks": set(), "state_figure": {"blocks", "law", "plots"},
-    "frames": {"plots"}, "below": {"plots"}, "explorer": {"frames", "law", "panels", "state_figure", "topology"}, "widgets": {"below"},
+    "frames": {"plots"}, "below": {"plots"}, "explorer": {"frames", "law", "panels", "scene_view", "state_figure", "topology"}, "widgets": {"below"},
 }
 
 
