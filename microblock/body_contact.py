@@ -51,6 +51,10 @@ class BodyContact(SceneView):
 
     stands_on = "body", Body, "a Body"
 
+    def __post_init__(self):
+        super().__post_init__()
+        require_kind(str, "the name of a boundary", boundary=self.boundary)
+
     def summary(self):
         words = f"body of {self.body.mesh.ne} elements, order {self.body.order}"
         return scene_summary("Contact scene", words, self.body.solid, self.obstacle, self.law)

@@ -49,6 +49,7 @@ class ContactNodes:
 
     def __init__(self, body, boundary="contact"):
         require_kind(Body, "a Body", body=body)
+        require_kind(str, "the name of a boundary", boundary=boundary)
         if body.mesh.dim != 2:
             raise BadArgument("body", body, "must be two-dimensional")
         self.body, self.region = body, body.boundary(boundary)
@@ -145,6 +146,7 @@ class Condensed(ContactNodes):
 
     @bounded
     def __init__(self, body, boundary="contact"):
+        require_kind(Body, "a Body", body=body)
         if body.prescribed:
             raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
         super().__init__(body, boundary)

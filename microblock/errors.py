@@ -8,7 +8,6 @@ MANY = 6         # entries of a sequence from which its first FEW are shown
 FEW = 3
 NUMBERS = int, float, np.integer, np.floating
 SMALLEST, LARGEST = 1e-50, 1e50      # of lengths, stresses and loads: products of a few of them stay within 1e+-300
-CARRIED = ": double precision does not carry the products of it; take other units"
 
 
 class MicroblockError(Exception):
@@ -104,8 +103,17 @@ def require_finite(**arguments):
     for name, value in arguments.items():
         if isinstance(value, bool) or not isinstance(value, NUMBERS) or not abs(value) < float("inf"):
             raise BadArgument(name, value, "must be a finite number")
-        if abs(value) > LARGEST:
-            raise BadArgument(name, value, f"must not exceed {LARGEST:g} in absolute value{CARRIED}")
+        if value:
+            require_size(least=0.0, **{name: value})
+
+
+def require_size(least=SMALLEST, **arguments):
+    """Raise BadArgument for the first number, other than 0, whose products with others double precision cannot carry."""
+    for name, value in arguments.items():
+        size = abs(value) if isinstance(value, int) else abs(float(value))      # float32 knows no LARGEST
+        if not least <= size <= LARGEST:
+            raise BadArgument(name, value, f"must lie between {SMALLEST:g} and {LARGEST:g} in absolute value: double precision "
+                              "does not carry products of others; take other units")
 
 
 def require_positive(**arguments):
@@ -114,8 +122,7 @@ def require_positive(**arguments):
     for name, value in arguments.items():
         if not value > 0:
             raise BadArgument(name, value, "must be positive")
-        if value < SMALLEST:
-            raise BadArgument(name, value, f"must be at least {SMALLEST:g}{CARRIED}")
+        require_size(**{name: value})
 
 
 def require_tolerance(rtol, name="rtol"):
@@ -146,6 +153,16 @@ def require_kind(kinds, words, **arguments):
     for name, value in arguments.items():
         if not isinstance(value, kinds):
             raise BadArgument(name, value, f"must be {words}")
+
+
+def require_values(**arguments):
+    """[list of values of each argument]; BadArgument for the first argument that cannot be gone through."""
+    try:
+        for name, value in arguments.items():
+            arguments[name] = list(value)
+    except TypeError as failure:
+        raise BadArgument(name, value, "must be a sequence") from failure
+    return list(arguments.values())
 
 
 def require_pair(**arguments):

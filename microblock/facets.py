@@ -70,6 +70,7 @@ class ContactFacets:
     def __init__(self, body, law, obstacle, boundary="contact", rule="nodal"):
         require_choice(RULES, rule=rule)
         require_kind(Body, "a Body", body=body)
+        require_kind(str, "the name of a boundary", boundary=boundary)
         check_law(law)
         if body.element_orders is not None:
             raise BadArgument("body", body, "must have one order for all elements: the contact rule is the same on every facet")

@@ -40,6 +40,7 @@ RATE = 0.5, -0.15    # digits that an order adds, and that order 0 lacks: where 
 LOWEST_EVEN = 1      # rung on which edges are looked for by elements of one order: order 4 locks as low orders do
 LOCATED = 0.03       # error of the edges at which more order helps more than another step
 MOST_ORDER = 20      # that may be fixed
+MOST_COUNT = 10**6   # elements over the reach, likewise
 STEPS = 6            # of the edges on one rung
 LONGEST_MOVE = 0.4   # of an edge in one step, over the way to the next
 FITTED = 0.4         # of the way to the next edge, or of the layer if that is less, from where K0 and K1 are read
@@ -199,7 +200,7 @@ class FittedContact(GroundScene):
         """The body condensed on `count` even elements over the reach that this load needs, without knowledge of the zones."""
         self.check_load(load)
         require_whole(1, MOST_ORDER, order=order)
-        require_whole(1, count=count)
+        require_whole(1, MOST_COUNT, count=count)
         zones, _ = self.topology(load)
         outer = max(map(abs, zone_edges(zones)))
         ground = self._ground(outer)

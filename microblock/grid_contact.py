@@ -260,6 +260,7 @@ class GridContact(SceneView):
     @bounded
     def prepare(self, nodes):
         """Cells, flexibility and initial gaps on so many nodes, made once and kept for further loads."""
+        require_whole(1, MOST_GIVEN, nodes=nodes)
         if nodes not in self._grids:
             cells = self._cells(nodes)
             self._grids[nodes] = cells, cells.flexibility(self.law), self._gaps(cells.x)

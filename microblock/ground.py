@@ -36,7 +36,7 @@ class GroundScene(SceneView):
 
     def __post_init__(self):
         super().__post_init__()
-        if self.domain is not math.inf and self.domain != math.inf:
+        if not (isinstance(self.domain, float) and self.domain == math.inf):
             require_positive(domain=self.domain)
         else:
             check_lowest(self.obstacle, self.solid.ell)

@@ -167,7 +167,10 @@ class HalfPlane(Shown):
 
         Displacement and rotation are those at the centres. With `clamped` psi = 0 on the whole surface.
         """
-        x = np.asarray(x, float)
+        try:
+            x = np.atleast_1d(np.asarray(x, float))
+        except (TypeError, ValueError, OverflowError) as failure:
+            raise BadArgument("x", x, "must be a sequence of numbers") from failure
         width = np.diff(x)
         if x.ndim != 1 or len(x) < 2 or not np.allclose(width, width[0], rtol=1e-9, atol=0) or not width[0] > 0:
             raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")

@@ -195,7 +195,7 @@ class Profile:
 def _numbers(name, values):
     try:
         return np.asarray(() if values is None else values, float)
-    except (TypeError, ValueError) as failure:
+    except (TypeError, ValueError, OverflowError) as failure:
         raise BadArgument(name, values, "must be a sequence of numbers") from failure
 
 
@@ -284,7 +284,7 @@ def heights(obstacle, x):
     BadArgument
         If that is no obstacle, or its height no function that gives a number, or inf, for each of many x.
     """
-    above = _returned(obstacle, x)
+    above = returned(obstacle, x)
     if above.shape != np.shape(x):
         raise BadArgument("obstacle", obstacle, "its height(x) must return one number (or inf) for each x of an array")
     wrong = np.isnan(above) | (above == -np.inf)
@@ -296,7 +296,7 @@ def heights(obstacle, x):
 
 def check(obstacle):
     """BadArgument unless the obstacle has a height that takes arrays, whatever it is where."""
-    if _returned(obstacle, np.zeros(2)).shape != (2,):
+    if returned(obstacle, np.zeros(2)).shape != (2,):
         heights(obstacle, np.zeros(2))
 
 
@@ -311,7 +311,7 @@ def check_lowest(obstacle, ell):
                               f"must be lowest somewhere, but its height(x) falls towards x = {side*np.inf:g}")
 
 
-def _returned(obstacle, x):
+def returned(obstacle, x):
     """What the height says, as an array, whatever its shape."""
     if isinstance(obstacle, type):
         raise BadArgument("obstacle", obstacle, f"must be an instance, {obstacle.__name__}(...)")

@@ -1,6 +1,7 @@
 """What a user types: a body, an obstacle and a law put together, and states asked for by load and accuracy."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 from . import contact_line, line_state, topology
 from .adapt import climb
@@ -8,7 +9,7 @@ from .display import scene_summary
 from .errors import BadArgument, NotConverged, require_kind, require_positive, require_tolerance, require_whole
 from .halfplane import HalfPlane
 from .law import symmetric
-from .obstacles import Shape, check_lowest
+from .obstacles import Shape, check_lowest, returned
 from .panels import Line, half_line
 from .path import LinePath
 from .scene_view import SceneView
@@ -147,7 +148,7 @@ class Contact(SceneView):
         """The scene, the singular points of a mere function named as far as they are seen and matter at this load."""
         if hasattr(self.obstacle, "height"):
             return self
-        places, jumps = kinks(self.obstacle, *topology.surroundings(self.line, load))
+        places, jumps = kinks(partial(returned, self.obstacle), *topology.surroundings(self.line, load))
         return replace(self, obstacle=Shape(self.obstacle, places, jumps)) if places else self
 
     def _reachable(self, load, rtol):

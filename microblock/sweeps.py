@@ -23,7 +23,7 @@ from pebble import ProcessPool
 from tqdm import tqdm
 
 from . import provenance
-from .errors import BadArgument, NotConverged, require_whole
+from .errors import BadArgument, NotConverged, require_values, require_whole
 
 OWN = ("seconds", "error")      # columns that each row has besides the point's and the answer's
 PINNED = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL")}
@@ -101,7 +101,7 @@ def _points(over):
             if isinstance(values, (str, Mapping)) or not np.iterable(values):
                 raise BadArgument("over", {name: values}, "must give each argument a list of values")
         return [dict(zip(over, values)) for values in product(*over.values())]
-    points = list(over)
+    points, = require_values(over=over)
     for point in points:
         if not isinstance(point, Mapping):
             raise BadArgument("over", point, "must be {argument: values}, or a list of points {argument: value}")

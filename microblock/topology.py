@@ -1,12 +1,14 @@
 """Which zones there are: seen first on a coarse uniform grid, then mended where a fitted state shows them wrong."""
 
+from functools import partial
+
 import numpy as np
 
 from . import active_set
 from .errors import NotConverged
 from .line_state import violations
 from .observables import runs
-from .obstacles import SCALES
+from .obstacles import SCALES, returned
 from .panels import half_line, zone_edges
 
 CELLS = (80, 160)     # of the coarse grid; finer while no zones fit
@@ -47,7 +49,7 @@ def _lowest(line):
 
 
 def _height(line):
-    return getattr(line.obstacle, "height", line.obstacle)
+    return partial(returned, line.obstacle)
 
 
 def _closed(line, body, load, x):
