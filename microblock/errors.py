@@ -7,6 +7,7 @@ LONGEST = 80     # characters of a value in a message
 MANY = 6         # entries of a sequence from which its first FEW are shown
 FEW = 3
 NUMBERS = int, float, np.integer, np.floating
+MOST = 2**62     # whole number where no other limit stands: what arrays are counted by
 SMALLEST, LARGEST = 1e-50, 1e50      # of lengths, stresses and loads: products of a few of them stay within 1e+-300
 
 
@@ -136,7 +137,7 @@ def require_whole(least, most=None, **arguments):
     """Raise BadArgument for the first argument that is no whole number from `least` on, up to `most` if there is one."""
     for name, value in arguments.items():
         whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-        if not whole or value < least or most is not None and value > most:
+        if not whole or not least <= value <= (MOST if most is None else most):
             raise BadArgument(name, value, "must be a whole number"
                               + (f", at least {least}" if most is None else f" between {least} and {most}"))
 

@@ -163,6 +163,9 @@ class _Problem:
         while True:
             tau = (kept.sum() - self.load)/len(kept)
             above = kept[kept > tau]
+            if not len(above):      # then the sum of all is larger than the load, but for rounding
+                raise NotConverged(f"the load {self.load:g} is lost in the rounding of gaps of {np.abs(self.g0).max():g}: "
+                                   "ask for a larger one")
             if len(above) == len(kept):
                 return np.maximum(values - tau, 0)
             kept = above
@@ -242,6 +245,8 @@ def _face_step(problem, forces, slope, rtol):
         if free:
             z -= ones*(z.sum()/ones.sum())
         product = residual @ z
+        if not abs(product) > 0:      # underflow: nothing is left to gain
+            break
         direction[face] = product/before*direction[face] - z
         before = product
         answer = problem.sinking(direction)
