@@ -6,7 +6,6 @@ import os
 for library in ("OPENBLAS", "OMP"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
-import json  # noqa: E402
 import pkgutil  # noqa: E402
 import sys  # noqa: E402
 from argparse import RawDescriptionHelpFormatter  # noqa: E402
@@ -15,9 +14,9 @@ from importlib import import_module  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 import cases  # noqa: E402
-from cases.options import OneLineParser, add_options, complaint, did_you_mean, flag  # noqa: E402
+from cases.options import OneLineParser, add_options, check_sizes, complaint, did_you_mean, flag  # noqa: E402
 from microblock.errors import BadArgument, MicroblockError  # noqa: E402
-from microblock.study import check_writable, write_json  # noqa: E402
+from microblock.study import check_writable, json_text, write_json  # noqa: E402
 
 LISTED = 8     # files that the last line names; of more it gives the number
 
@@ -69,6 +68,7 @@ def main(words=None):
         return 0
     module = known[name]
     try:
+        check_sizes(module.Parameters, arguments)
         parameters = module.Parameters(**arguments)
         if json_path not in (None, "-"):
             check_writable("json", json_path)
@@ -76,7 +76,7 @@ def main(words=None):
         before = _files(out)
         result = module.run(parameters, out, quiet=json_path == "-")
         if json_path == "-":
-            print(json.dumps(result, indent=1, allow_nan=False))
+            print(json_text(result))
         elif json_path:
             write_json(json_path, result)
         if json_path != "-":
@@ -85,7 +85,7 @@ def main(words=None):
         return _fail(2, name, complaint(failure, module.Parameters))
     except MicroblockError as failure:
         return _fail(1, name, failure)
-    except (MemoryError, OSError, RuntimeError) as failure:      # NGSolve's own are RuntimeErrors
+    except (MemoryError, OSError, RuntimeError, ArithmeticError) as failure:      # NGSolve's own are RuntimeErrors
         return _fail(1, name, f"stopped by {type(failure).__name__}: {failure}")
     return 0
 

@@ -44,8 +44,8 @@ class Parameters:
 
     def __post_init__(self):
         object.__setattr__(self, "nodes", tuple(sorted(self.nodes)))
-        if len(self.nodes) < 2 or not 32 <= self.nodes[0] <= self.nodes[-1] <= 2**21:
-            raise BadArgument("nodes", self.nodes, f"must be two numbers or more between 32 and {2**21}")
+        if len(set(self.nodes)) < max(2, len(self.nodes)) or not 32 <= self.nodes[0] <= self.nodes[-1] <= 2**21:
+            raise BadArgument("nodes", self.nodes, f"must be two different numbers or more between 32 and {2**21}")
         if not 1e-12 <= self.rtol < 1:
             raise BadArgument("rtol", self.rtol, "must lie between 1e-12 and 1")
 

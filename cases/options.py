@@ -1,11 +1,12 @@
 """Parameters of a case, declared once: a frozen dataclass whose fields become the command's options."""
 
 import argparse
+import math
 import re
 from dataclasses import MISSING, field, fields
 from difflib import get_close_matches
 
-from microblock.errors import BadArgument, shortened, shown
+from microblock.errors import BadArgument, require_size, shortened, shown
 
 
 def option(default, text, kind=float, **choice):
@@ -32,6 +33,18 @@ def _default(entry):
         return ""
     words = entry.default if isinstance(entry.default, tuple) else (entry.default,)
     return f" (default {' '.join(map(str, words))})"
+
+
+def check_sizes(parameters, arguments):
+    """BadArgument for the first number on the command line that double precision cannot carry through products: the one guard.
+
+    NaN and infinity are left to the cases: some options take them.
+    """
+    for entry in fields(parameters):
+        value = arguments.get(entry.name)
+        for one in value if isinstance(value, (tuple, list)) else (value,):
+            if isinstance(one, float) and math.isfinite(one) and one:
+                require_size(**{entry.name: one})
 
 
 def flag(name):

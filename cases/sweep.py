@@ -19,7 +19,7 @@ from numbers import Real
 from cases.options import command, option
 from cases.records import keep, returned
 from microblock import plots
-from microblock.errors import BadArgument, NotConverged
+from microblock.errors import BadArgument, NotConverged, require_finite
 from microblock.study import column, grouped
 from microblock.sweeps import sweep
 
@@ -86,7 +86,12 @@ class Parameters:
         """A word as a value of the case's parameter."""
         kind = _types(self.case.Parameters)[self._known(told, name)]
         try:
-            return {"True": True, "False": False}[word] if kind is bool else kind(word)
+            value = {"True": True, "False": False}[word] if kind is bool else kind(word)
+            if isinstance(value, float):
+                require_finite(**{name: value})
+            return value
+        except BadArgument as failure:
+            raise BadArgument(told, f"{name} {word}", failure.allowed) from failure
         except (KeyError, ValueError) as failure:
             raise BadArgument(told, f"{name} {word}", f"is no {kind.__name__}") from failure
 

@@ -40,6 +40,7 @@ import numpy as np
 from scipy.linalg.blas import dgemm
 
 from .errors import BadArgument, NotConverged, require_finite
+from .threads import bounded, released
 
 ROUNDING = 1e-14           # relative to its own terms, some rounding errors: below it a sign means nothing
 ROUNDED = 1e-15            # relative residual that no refinement improves
@@ -118,6 +119,7 @@ class _Problem:
     reduced: dict          # {r: K}, as far as they were needed
 
 
+@bounded
 def solve(H, g0, *, load=None, approach=None, c=None, start=None):
     """The contact state at a load or at an approach, (a).
 
@@ -153,6 +155,7 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
     return replace(path(H, g0, [load], c=c).states[0], followed=True)
 
 
+@bounded
 def path(H, g0, loads, *, c=None):
     """States at the `loads` and all events from first touch to the last load.
 
@@ -209,7 +212,8 @@ def _problem(H, g0, c, free):
 
 def _is_positive(H):
     try:
-        np.linalg.cholesky(H)
+        with released(len(H)):
+            np.linalg.cholesky(H)
     except np.linalg.LinAlgError:
         return False
     return True
@@ -337,7 +341,8 @@ def _complementary(K, q, closed):
     """z of the set, w = 0 where closed and z = 0 where open, and where z or w is negative beyond rounding."""
     z, columns = np.zeros(len(q)), K[:, closed]
     try:
-        z[closed] = np.linalg.solve(columns[closed], -q[closed])
+        with released(columns.shape[1]):
+            z[closed] = np.linalg.solve(columns[closed], -q[closed])
     except np.linalg.LinAlgError as failure:
         raise NotConverged(f"singular flexibility of {closed.sum()} closed corners") from failure
     if not np.all(np.isfinite(z)):
@@ -406,5 +411,6 @@ def _exchange(tableau, block):
     rows = -inverse @ tableau[block]
     rows[:, block] = inverse
     tableau[:, block] = 0
-    dgemm(1.0, columns, rows, 1.0, tableau, overwrite_c=True)
+    with released(len(tableau)):
+        dgemm(1.0, columns, rows, 1.0, tableau, overwrite_c=True)
     tableau[block] = rows

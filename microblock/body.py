@@ -9,6 +9,7 @@ import numpy as np
 from .display import Row, Shown, Summary
 from .errors import BadArgument, NotConverged
 from .material import Cosserat
+from .threads import bounded
 
 FIELDS = ("u1", "u2", "psi")
 CURVED = 4           # more integration orders for the energy, for elements with curved sides
@@ -183,6 +184,7 @@ class Body(Shown):
             potential -= micromoment*psi*ng.ds(self.boundary(boundary))
         return potential
 
+    @bounded
     def solve(self, loads=Loads()):
         """Equilibrium without contact, as Fields.
 

@@ -15,11 +15,12 @@ from .body import Body
 from .body_state import BodyState, zones_of
 from .condensation import condensed
 from .display import path_summary, scene_summary
-from .errors import require_positive
+from .errors import require_kind, require_positive, require_tolerance
 from .observables import zone_changes
 from .path import Event, PathView, require_on_path
 from .refined import refine_until
 from .scene_view import SceneView
+from .threads import bounded
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,10 @@ class BodyContact(SceneView):
     boundary: str = "contact"
 
     stands_on = "body", Body, "a Body"
+
+    def __post_init__(self):
+        super().__post_init__()
+        require_kind(str, "the name of a boundary", boundary=self.boundary)
 
     def summary(self):
         words = f"body of {self.body.mesh.ne} elements, order {self.body.order}"
@@ -80,6 +85,7 @@ class BodyContact(SceneView):
     def _system(self):
         return self.nodes.compliance.corner_system(self.law, self.obstacle)
 
+    @bounded
     def at(self, load, rtol=None, near=None, progress=False):
         """The state at a load (force per thickness).
 
@@ -97,7 +103,10 @@ class BodyContact(SceneView):
             If supports leave a rigid motion free, or the estimate stays above rtol.
         """
         require_positive(load=load)
+        if near is not None:
+            require_kind(BodyState, "a BodyState", near=near)
         if rtol is not None:
+            require_tolerance(rtol)
             return refine_until(self, load, rtol, progress)
         flexibility, gaps, share = self._system
         start = near.closed.ravel() if near else None
@@ -108,9 +117,9 @@ class BodyContact(SceneView):
 
         With `rtol` the mesh is that on which the state at the last load reaches it.
         """
+        require_positive(load=last)
         if rtol is not None:
             return self.at(last, rtol, progress=progress).scene.load(last)
-        require_positive(load=last)
         return BodyPath(self, last)
 
     def on(self, mesh):
@@ -144,6 +153,7 @@ class BodyPath(PathView):
         return self.scene.at(load)
 
     @cached_property
+    @bounded
     def nodal_events(self):
         """Every corner that closes or opens on the way (`active_set.Event`), ascending in load; exact for the mesh."""
         flexibility, gaps, share = self.scene._system

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .errors import BadArgument
+from .threads import released
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,8 @@ class Compliance:
         gaps = np.where(held & ~nearest, np.inf, gaps)
         onto = self.onto_corners(law)
         share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)      # of corners that cannot touch it does not matter
-        return onto @ self.matrix @ onto.T, gaps.ravel(), share.ravel()
+        with released(len(onto)):
+            return onto @ self.matrix @ onto.T, gaps.ravel(), share.ravel()
 
     def onto_corners(self, law):
         """Changes of the gaps, one corner after the other, from (u.n, psi): array (corners n, 2 n); transposed, of the forces."""

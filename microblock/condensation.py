@@ -15,11 +15,12 @@ from scipy.linalg import solve_triangular
 from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
-from .body import CURVED, Fields
+from .body import CURVED, Body, Fields
 from .compliance import Compliance
-from .errors import BadArgument, NotConverged
+from .errors import BadArgument, NotConverged, require_kind
 from .facets import lobatto, outward_sides
 from .panels import lagrange
+from .threads import bounded, released
 
 FLAT = 1e-12      # n1 below which a displacement along x1 does not enter the gaps
 SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}      # no pivoting: K is positive definite
@@ -47,6 +48,8 @@ class ContactNodes:
     """
 
     def __init__(self, body, boundary="contact"):
+        require_kind(Body, "a Body", body=body)
+        require_kind(str, "the name of a boundary", boundary=boundary)
         if body.mesh.dim != 2:
             raise BadArgument("body", body, "must be two-dimensional")
         self.body, self.region = body, body.boundary(boundary)
@@ -141,7 +144,9 @@ class Condensed(ContactNodes):
     (True, 4.0)
     """
 
+    @bounded
     def __init__(self, body, boundary="contact"):
+        require_kind(Body, "a Body", body=body)
         if body.prescribed:
             raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
         super().__init__(body, boundary)
@@ -200,9 +205,11 @@ class Condensed(ContactNodes):
         return csr_matrix((data, (row, column)), shape=(2*n, self.body.space.ndof))
 
     def _matrix(self):
-        half = solve_triangular(self._cholesky, self._rows.T, trans="T")
-        return half.T @ half
+        with released(len(self._cholesky)):
+            half = solve_triangular(self._cholesky, self._rows.T, trans="T")
+            return half.T @ half
 
+    @bounded
     def fields(self, forces, moments):
         """Fields under nodal forces along n and nodal moments, arrays (n,), by one back-substitution."""
         state = ng.GridFunction(self.body.space)
@@ -216,6 +223,7 @@ class Condensed(ContactNodes):
         state.vec.data += self.form.harmonic_extension*state.vec
         return Fields(self.body, state.components)
 
+    @bounded
     def reaction(self, fields):
         """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""
         width = self.body.spaces[0].ndof

@@ -12,6 +12,7 @@ from .errors import NotConverged
 from .line_state import Estimate, LineState
 from .meeting import extrapolated
 from .panels import SLIVER, half_line, log_response, make_panels, response
+from .threads import released
 
 TABLE_ERROR = 5e-15  # of the kernels as a rule, 2e-14 at most: see `halfplane.Kernels`
 EDGE_STEPS = 40      # of Newton's method for the edges
@@ -61,7 +62,8 @@ def solve_zones(line, panels, loads):
     terms = np.abs(system[:count, :count]).max(axis=1)/weights.max()*loads[0]
     right[:count, -1] = TABLE_ERROR*terms*(-1.0)**np.arange(count)
     try:
-        solution = np.linalg.solve(system, right)
+        with released(count):
+            solution = np.linalg.solve(system, right)
     except np.linalg.LinAlgError as failure:
         raise NotConverged(f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} "
                            f"at load {loads[0]:g}") from failure

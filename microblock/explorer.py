@@ -9,12 +9,14 @@ import time
 from dataclasses import dataclass, fields, replace
 
 from .display import Row, Shown, Summary, number
-from .errors import BadArgument, NotConverged, require_positive
+from .errors import BadArgument, NotConverged, require_choice, require_finite, require_kind, require_positive, require_tolerance
 from .frames import Frames
 from .law import Microblock, Microclamped, Unilateral
 from .panels import Line
 from .picture import classical
+from .scene_view import SceneView
 from .state_figure import StateFigure
+from .threads import bounded
 
 LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
 
@@ -63,8 +65,12 @@ class Explorer(Shown):
     'microblock'
     """
 
+    @bounded
     def __init__(self, scene, load, rtol=None):
+        require_kind(SceneView, "a scene", scene=scene)
         require_positive(load=load)
+        if rtol is not None:
+            require_tolerance(rtol)
         self._before, self._drawn = None, {}
         self._rtol = scene.usual_rtol if rtol is None else rtol
         self.reference = reference_length(scene, load)
@@ -96,6 +102,7 @@ class Explorer(Shown):
         obstacle = scene.obstacle if choice.radius == now.radius else replace(scene.obstacle, R=choice.radius)
         return scene.varied(solid, obstacle, law)
 
+    @bounded
     def solve(self, **changes):
         """Change parameters (names of `Choice`) and return the new state; where there is none, all stays as it was.
 
@@ -133,6 +140,7 @@ class Explorer(Shown):
         """The StateFigure that shows the state."""
         return self.frames.figure
 
+    @bounded
     def png(self):
         """The figure as a PNG, bytes: what has not changed since the last call is not drawn again."""
         self.frames.draw()
@@ -144,10 +152,12 @@ class Explorer(Shown):
             if name not in known or getattr(self.choice, name) is None:
                 raise BadArgument(name, value, "is not a parameter of this scene; it has "
                                   + ", ".join(each for each in sorted(known) if getattr(self.choice, each) is not None))
-            if name == "law" and value not in LAWS:
-                raise BadArgument("law", value, f"must be one of {', '.join(LAWS)}")
+            if name == "law":
+                require_choice(LAWS, law=value)
             if name in ("load", "radius", "alpha"):
                 require_positive(**{name: value})
+            if name == "psi0":
+                require_finite(psi0=value)
         return replace(self.choice, **changes)
 
     def show(self):

@@ -15,8 +15,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 from scipy.special import roots_jacobi
 
-from .body import FIELDS
-from .errors import BadArgument
+from .body import FIELDS, Body
+from .errors import BadArgument, require_choice, require_kind
+from .law import check as check_law
 
 
 SAME_GAP = 1e-12     # of ell: two corner gaps that differ by less are one function
@@ -67,8 +68,10 @@ class ContactFacets:
     """
 
     def __init__(self, body, law, obstacle, boundary="contact", rule="nodal"):
-        if rule not in RULES:
-            raise BadArgument("rule", rule, f"must be one of {', '.join(RULES)}")
+        require_choice(RULES, rule=rule)
+        require_kind(Body, "a Body", body=body)
+        require_kind(str, "the name of a boundary", boundary=boundary)
+        check_law(law)
         if body.element_orders is not None:
             raise BadArgument("body", body, "must have one order for all elements: the contact rule is the same on every facet")
         self.body, self.law, self.corners = body, law, law.corners

@@ -18,13 +18,14 @@ import numpy as np
 from . import active_set
 from .body import Body
 from .condensation import Condensed
-from .errors import BadArgument, NotConverged, require_tolerance
+from .errors import BadArgument, NotConverged, require_finite, require_kind, require_positive, require_tolerance, require_whole
 from .ground import GroundScene
 from .law import corner_shifts
 from .meshes import RATIO, Ground, falling_orders, graded
 from .observables import joined
 from .panels import zone_edges
-from .surface_state import Estimate, difference, surface_state
+from .surface_state import Estimate, SurfaceState, difference, surface_state
+from .threads import bounded, released
 
 FAR = 1000.0         # size of an unbounded domain over the reach
 BEYOND = 1.3         # reach of the contact boundary over the outermost edge
@@ -38,6 +39,8 @@ COARSE = 12, 3       # elements over the reach and order of the first mesh, whic
 RATE = 0.5, -0.15    # digits that an order adds, and that order 0 lacks: where the ladder is entered, no more
 LOWEST_EVEN = 1      # rung on which edges are looked for by elements of one order: order 4 locks as low orders do
 LOCATED = 0.03       # error of the edges at which more order helps more than another step
+MOST_ORDER = 20      # that may be fixed
+MOST_COUNT = 10**6   # elements over the reach, likewise
 STEPS = 6            # of the edges on one rung
 LONGEST_MOVE = 0.4   # of an edge in one step, over the way to the next
 FITTED = 0.4         # of the way to the next edge, or of the layer if that is less, from where K0 and K1 are read
@@ -76,9 +79,17 @@ class FittedContact(GroundScene):
 
     usual_rtol = 1e-3
 
+    def __post_init__(self):
+        super().__post_init__()
+        lines = tuple(self.lines) if np.iterable(self.lines) else (self.lines,)
+        for line in lines:
+            require_finite(lines=line)
+        object.__setattr__(self, "lines", lines)
+
     def _starts_from(self, near):
         return near.line.mirror == self.symmetric and len(near.zones) == len(self.law.corners)
 
+    @bounded
     def at(self, load, rtol=usual_rtol, near=None):
         """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
 
@@ -97,6 +108,8 @@ class FittedContact(GroundScene):
         """
         self.check_load(load)
         require_tolerance(rtol)
+        if near is not None:
+            require_kind(SurfaceState, "a SurfaceState", near=near)
         scene, zones, passes = self._settled(load, *((near.zones, 0) if near else self.topology(load)))
         return scene._climb(load, rtol, zones, passes)
 
@@ -155,12 +168,16 @@ class FittedContact(GroundScene):
         raise NotConverged(f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
                            "topology, or beta close to 2? Take another load, or the half-plane", iterations=passes)
 
+    @bounded
     def of_order(self, load, order, spacing=None):
         """The state of one order, its edges moved until rounding or ever new meshes stop them; no estimate.
 
         `spacing` is that of the elements on the surface (length); without it the ladder's.
         """
         self.check_load(load)
+        require_whole(1, MOST_ORDER, order=order)
+        if spacing is not None:
+            require_positive(spacing=spacing)
         scene, zones, passes = self._settled(load, *self.topology(load))
         return scene._fixed(load, order, spacing, zones, passes)
 
@@ -178,8 +195,12 @@ class FittedContact(GroundScene):
             raise NotConverged(f"no zones fit at load {load:g} with order {order}; ask for more", iterations=passes)
         return state
 
+    @bounded
     def evenly(self, load, order, count):
         """The body condensed on `count` even elements over the reach that this load needs, without knowledge of the zones."""
+        self.check_load(load)
+        require_whole(1, MOST_ORDER, order=order)
+        require_whole(1, MOST_COUNT, count=count)
         zones, _ = self.topology(load)
         outer = max(map(abs, zone_edges(zones)))
         ground = self._ground(outer)
@@ -200,6 +221,7 @@ class FittedContact(GroundScene):
         orders = np.full(mesh.ne, order) if self.even or not levels else falling_orders(mesh, ground, tips, order)
         return Condensed(Body(mesh, self.solid, orders, fixed=supports))
 
+    @bounded
     def topology(self, load):
         """Zones of the computed part as a mesh without knowledge of them sees them, and the number of meshes."""
         outer = self.first_guess(load)
@@ -245,6 +267,7 @@ class FittedContact(GroundScene):
             return False
         return any(0 < edge < MEETING*outer for edge in zone_edges(zones)) or (not zones[1] and zones[0][0][0] == 0)
 
+    @bounded
     def edge_coefficients(self, zones, loads, order, levels):
         """((K0, K1) at the innermost edge at each load, the same at the outermost), on one mesh fitted to symmetric zones."""
         found = self._fit_mesh(zones, order, levels)
@@ -394,7 +417,8 @@ def _closed(flexibility, gaps, share, closed, load):
     system[:n, :n] = flexibility[np.ix_(closed, closed)]
     system[:n, n], system[n, :n] = -share[closed], share[closed]
     try:
-        solution = np.linalg.solve(system, np.append(-gaps[closed], load))
+        with released(n):
+            solution = np.linalg.solve(system, np.append(-gaps[closed], load))
     except np.linalg.LinAlgError as failure:
         raise NotConverged(f"singular flexibility of {n} closed corners") from failure
     forces = np.zeros(len(gaps))

@@ -8,15 +8,18 @@ from tqdm.auto import tqdm
 
 from . import projected_cg
 from .display import scene_summary
-from .errors import BadArgument, NotConverged, require_finite, require_tolerance
+from .errors import (BadArgument, NotConverged, require_finite, require_kind, require_pair, require_positive, require_tolerance,
+                     require_whole)
 from .grid import Cells, PeriodicHalfPlane
 from .halfplane import HalfPlane
 from .law import corner_shifts
 from .observables import contact_zones, distance, distance_to_ends, runs
 from .scene_view import SceneView
 from .surface_view import Setting, StateView, surface
+from .threads import bounded
 
 FIRST, MOST = 128, 2**21       # cells of the coarsest and finest grid that rtol may ask for
+MOST_GIVEN = 2**26             # that may be given: some 20 GB
 COARSEST = 1024                # at which halving a given number of cells ends, after two halvings at the earliest
 COARSE_RESIDUAL = 0.01         # of the coarser grids, over their nodes: far below what the next one changes
 RESIDUAL = 1e-9                # of the state; its pressures are good to some ten times that
@@ -144,10 +147,9 @@ class GridContact(SceneView):
             return
         if self.window is None:
             raise BadArgument("window", None, "must be (left, right): where the obstacle may touch")
-        require_finite(left=self.window[0], right=self.window[1])
-        if not self.window[0] < self.window[1]:
-            raise BadArgument("window", self.window, "must be (left, right), left < right")
+        require_pair(window=self.window)
 
+    @bounded
     def at(self, load=None, *, approach=None, nodes=None, rtol=None, residual=RESIDUAL, start=None, progress=False):
         """The state at a load or an approach, on so many nodes, or on as many as a tolerance asks for.
 
@@ -175,21 +177,35 @@ class GridContact(SceneView):
         """
         if nodes is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the nodes: not together with nodes")
-        if nodes is not None and (isinstance(nodes, bool) or not isinstance(nodes, (int, np.integer)) or nodes < 32):
-            raise BadArgument("nodes", nodes, "must be a whole number, at least 32")
+        self._check(load, approach, nodes, rtol, residual, start)
         if start is not None:
             return self._solve(nodes or len(start.x), load, approach, start, residual)
         if nodes is not None:
             *_, last = self._states(load, approach, halvings(nodes), residual, progress)
             return last
         rtol = self.usual_rtol if rtol is None else rtol
-        require_tolerance(rtol)
         doublings = FIRST*2**np.arange(int(np.log2(MOST/FIRST)) + 1)
         for state in self._states(load, approach, doublings, residual, progress):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= 4*FIRST:
                 return state
         raise NotConverged(f"error {state.error_estimate:.1e} instead of {rtol:g} on {MOST} nodes; a fitted scene (Contact) "
                            "reaches more under smooth obstacles", reached=state.error_estimate)
+
+    @staticmethod
+    def _check(load, approach, nodes, rtol, residual, start):
+        """BadArgument for what cannot be asked for."""
+        if (load is None) == (approach is None):
+            raise BadArgument("load", load, "give either load or approach")
+        require_finite(load=0.0 if load is None else load, approach=0.0 if approach is None else approach)
+        if load:      # 0 is first touch
+            require_positive(load=load)
+        require_tolerance(residual, "residual")
+        if nodes is not None:
+            require_whole(32, MOST_GIVEN, nodes=nodes)
+        if rtol is not None:
+            require_tolerance(rtol)
+        if start is not None:
+            require_kind(GridState, "a GridState", start=start)
 
     def _states(self, load, approach, sizes, residual, progress):
         """States on grids of the given sizes, each started from the one before."""
@@ -241,8 +257,10 @@ class GridContact(SceneView):
     def _grids(self):
         return {}
 
+    @bounded
     def prepare(self, nodes):
         """Cells, flexibility and initial gaps on so many nodes, made once and kept for further loads."""
+        require_whole(1, MOST_GIVEN, nodes=nodes)
         if nodes not in self._grids:
             cells = self._cells(nodes)
             self._grids[nodes] = cells, cells.flexibility(self.law), self._gaps(cells.x)

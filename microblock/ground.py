@@ -36,9 +36,9 @@ class GroundScene(SceneView):
 
     def __post_init__(self):
         super().__post_init__()
-        if not self.domain > 0:
-            raise BadArgument("domain", self.domain, "must be positive (length), or inf")
-        if self.domain == math.inf:
+        if not (isinstance(self.domain, float) and self.domain == math.inf):
+            require_positive(domain=self.domain)
+        else:
             check_lowest(self.obstacle, self.solid.ell)
 
     def summary(self):

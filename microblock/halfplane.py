@@ -22,8 +22,9 @@ from numpy.polynomial.legendre import leggauss
 
 from .compliance import Compliance
 from .display import Shown
-from .errors import BadArgument
+from .errors import BadArgument, require_kind
 from .material import Cosserat
+from .threads import bounded
 
 NEAREST, FARTHEST = 1e-16, 1e10     # x/ell between which the kernels are tabulated
 POINTS, PIECE = 16, 1.4             # Chebyshev points on a piece, this wide in log x, from which the table is made: 1e-13
@@ -99,6 +100,7 @@ class Kernels:
         rotation of a half-plane; and for layers below 1e-12 ell.
     """
 
+    @bounded
     def __init__(self, nu, beta, curvature=2.0):
         solid = Cosserat(E=2*(1 + nu), nu=nu, ell=1.0, beta=beta, curvature=curvature)
         if not RATES[0] <= 1/solid.layer_length <= RATES[1]:
@@ -154,6 +156,7 @@ class HalfPlane(Shown):
     """
 
     def __init__(self, solid):
+        require_kind(Cosserat, "a Cosserat", solid=solid)
         self.solid = solid
 
     def summary(self):
@@ -164,7 +167,10 @@ class HalfPlane(Shown):
 
         Displacement and rotation are those at the centres. With `clamped` psi = 0 on the whole surface.
         """
-        x = np.asarray(x, float)
+        try:
+            x = np.atleast_1d(np.asarray(x, float))
+        except (TypeError, ValueError, OverflowError) as failure:
+            raise BadArgument("x", x, "must be a sequence of numbers") from failure
         width = np.diff(x)
         if x.ndim != 1 or len(x) < 2 or not np.allclose(width, width[0], rtol=1e-9, atol=0) or not width[0] > 0:
             raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")

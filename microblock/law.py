@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import obstacles
-from .errors import BadArgument, require_finite
+from .errors import BadArgument, MicroblockError, require_choice, require_finite
 
 READINGS = ("gap", "lever")
 
@@ -48,8 +48,7 @@ class Microblock:
     corners = ("A", "B")
 
     def __post_init__(self):
-        if self.reading not in READINGS:
-            raise BadArgument("reading", self.reading, f"must be one of {', '.join(READINGS)}")
+        require_choice(READINGS, reading=self.reading)
         if not callable(self.psi0):
             require_finite(psi0=self.psi0)
             self.angle(np.zeros(1))
@@ -59,9 +58,11 @@ class Microblock:
         if not callable(self.psi0) and abs(self.psi0) < 1:
             return np.full(np.shape(x), float(self.psi0))
         try:
-            psi0 = np.broadcast_to(np.asarray(self.psi0(x) if callable(self.psi0) else self.psi0, float), np.shape(x))
-        except (TypeError, ValueError) as failure:
-            raise BadArgument("psi0", self.psi0, f"must take an array of x and return as many ({failure})") from failure
+            psi0 = np.broadcast_to(obstacles.real(self.psi0(x) if callable(self.psi0) else self.psi0), np.shape(x))
+        except MicroblockError:
+            raise
+        except Exception as failure:      # whatever the user's function does
+            raise BadArgument("psi0", self.psi0, f"must take an array of x and return as many numbers ({failure!r})") from failure
         if not np.all(np.isfinite(psi0)) or not np.all(np.abs(psi0) < 1):
             raise BadArgument("psi0", self.psi0, "must be finite and below 1 in absolute value (radians): "
                               "beyond it the levers of (41) change sign")
@@ -129,6 +130,14 @@ def traction(multipliers):
 def micromoment(multipliers, levers, ell):
     """M of (29) from multipliers and levers of all corners."""
     return -ell/2*sum(levers[corner]*multiplier for corner, multiplier in multipliers.items())
+
+
+def check(law):
+    """BadArgument unless this is a law."""
+    if isinstance(law, type):
+        raise BadArgument("law", law, f"must be an instance, mb.{law.__name__}()")
+    if not all(hasattr(law, part) for part in ("corners", "levers", "initial_gaps", "clamps_rotation")):
+        raise BadArgument("law", law, "must be a law, such as mb.Microblock() or mb.Unilateral()")
 
 
 def corner_shifts(law, ell):

@@ -9,6 +9,7 @@ import numpy as np
 from .observables import distance
 from .panels import Line, Panels, half_line, lagrange, log_response, response, zone_edges
 from .surface_view import ErrorParts, LineView, surface
+from .threads import bounded
 
 LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
 FURTHEST = 2.0       # of the way between two states, by which zones are moved on
@@ -194,6 +195,7 @@ class LineState(LineView):
         gaps = np.split(self.gaps(np.repeat(list(places), sizes), np.concatenate(list(places.values()))), np.cumsum(sizes)[:-1])
         return {corner: (own, found) for (corner, own), found in zip(places.items(), gaps)}
 
+    @bounded
     def surface(self, window=None):
         """The Surface at `x` and out of contact within a window (left, right); without it the contact and its surroundings."""
         contact = self.named_zones["contact"]
@@ -236,7 +238,8 @@ def violations(state):
     steps = width*0.5*(np.arange(1, LOOKOUTS + 1)/LOOKOUTS)**3
     around = np.unique(np.concatenate([edge + sign*steps for edge in edges for sign in (1, -1)]))
     heights = line.initial_gap(np.zeros(len(around), int), around)
-    size = np.ptp(heights[np.isfinite(heights)]) or width
+    heights = heights[np.isfinite(heights)]      # none over a punch narrower than a block
+    size = (np.ptp(heights) if heights.size else 0.0) or width
     around = around[around > 0] if half_line(line) else around
     for corner, (places, gaps) in state.gaps_off_zones(around).items():
         inside = _within(state.x, state.zones[corner])

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass
 
 from .display import Row, Shown, Summary, number
-from .errors import BadArgument, Inadmissible, require_finite
+from .errors import BadArgument, Inadmissible, require_finite, require_positive
 
 
 @dataclass(frozen=True, init=False)
@@ -59,6 +59,7 @@ class Cosserat(Shown):
             raise BadArgument("ell", ell, "must be positive")
         if not curvature > 0:
             raise Inadmissible("curvature", curvature, "gamma' must be positive, (13)")
+        require_positive(E=E, ell=ell, curvature=curvature)      # sizes that can be computed with
         mu = E/(2*(1 + nu))
         for name, value in dict(E=E, nu=nu, ell=ell, eta=_coupling_ratio(mu, beta, eta, mu_c), curvature=curvature).items():
             object.__setattr__(self, name, float(value))

@@ -9,7 +9,7 @@ import ngsolve as ng
 import numpy as np
 from ngsolve.meshes import MakeStructured2DMesh
 
-from .errors import BadArgument, NotConverged, require_finite, require_positive
+from .errors import BadArgument, NotConverged, require_finite, require_pair, require_positive
 
 HELD, POWER = 0.9, 1.6      # layers that an element of order 2, 4, 6 holds: 2.7, 8.3, 16
 GRADING = 0.5        # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
@@ -113,8 +113,9 @@ class Ground:
     half: bool = True
 
     def __post_init__(self):
+        require_positive(far=self.far)
+        require_pair(reach=self.reach)
         left, right = self.reach
-        require_finite(far=self.far, left=left, right=right)
         if not (-self.far < left < right < self.far and (left == 0 or not self.half)):
             raise BadArgument("reach", self.reach, f"must be an interval within {self.far:g} of x1 = 0, from it on a half")
 

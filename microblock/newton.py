@@ -14,9 +14,11 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from . import law
-from .body import Fields, Loads
+from .body import Body, Fields, Loads
 from .display import Row, Shown, Summary, number
-from .errors import BadArgument, NotConverged, require_finite
+from .errors import BadArgument, NotConverged, require_choice, require_finite, require_kind, require_positive
+from .facets import ContactFacets
+from .threads import bounded
 
 METHODS = ("al", "penalty")
 CONTROLS = ("approach", "load")
@@ -125,10 +127,11 @@ class Newton:
     """
 
     def __init__(self, body, facets, *, loads=Loads(), method="al", rho=None, control="approach"):
-        if method not in METHODS:
-            raise BadArgument("method", method, f"must be one of {', '.join(METHODS)}")
-        if control not in CONTROLS:
-            raise BadArgument("control", control, f"must be one of {', '.join(CONTROLS)}")
+        require_choice(METHODS, method=method)
+        require_choice(CONTROLS, control=control)
+        require_kind(Body, "a Body", body=body)
+        require_kind(ContactFacets, "ContactFacets of the body", facets=facets)
+        require_kind(Loads, "Loads", loads=loads)
         if method != "al" and not facets.nodal:
             raise BadArgument("rule", "gauss", "belongs to the method al")
         self.body, self.method, self.control = body, method, control
@@ -136,9 +139,7 @@ class Newton:
         self._first = facets.first_touch
         self.facets = facets.lowered(self._first)
         self.rho = default_rho(body, method) if rho is None else rho
-        require_finite(rho=self.rho)
-        if not self.rho > 0:
-            raise BadArgument("rho", rho, "must be positive (stress per length)")
+        require_positive(rho=self.rho)
         self._build(loads)
 
     def _build(self, loads):
@@ -173,6 +174,7 @@ class Newton:
         """Number of free unknowns, multipliers and approach included."""
         return sum(self.free)
 
+    @bounded
     def solve(self, level, start=None):
         """The contact state at this approach or load.
 
@@ -191,6 +193,8 @@ class Newton:
             If the load is negative.
         """
         require_finite(level=level)
+        if start is not None:
+            require_kind(State, "a State", start=start)
         if self.control == "load" and level <= 0:
             return self._first_touch(level)
         unknowns, visits, factor, best = self._first_guess(level, start), {}, None, None

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .errors import BadArgument, NotConverged, require_finite
+from .errors import BadArgument, NotConverged, require_finite, require_values
 
 SMALLEST_STEP = 1e-4   # of the whole way to a target, before load stepping gives up
 
@@ -60,8 +60,10 @@ def load_path(newton, levels, *, start=None):
     >>> [round(state.load, 9) for state in mb.load_path(newton, [0.01, 0.02])]
     [0.01, 0.02]
     """
+    if not hasattr(newton, "solve"):
+        raise BadArgument("newton", newton, "must be a Newton")
     reached = 0.0 if start is None else start.level
-    for target in levels:
+    for target in require_values(levels=levels)[0]:
         require_finite(level=target)
         step = whole = target - reached
         while True:

@@ -12,10 +12,11 @@ from functools import cached_property
 
 import numpy as np
 
-from .errors import BadArgument, require_finite, require_positive
+from .errors import BadArgument, MicroblockError, require_finite, require_positive, require_whole
 
 SCALES = np.geomspace(1e-3, 1e5, 65)     # of ell, at which an obstacle of a half-plane is looked at
 TAIL = 9            # outermost of them, over which an obstacle without a lowest point falls all the way
+MOST_WAVES = 10**6
 STEEPEST = 0.5      # n2 of the steepest surface that can touch
 
 
@@ -82,9 +83,7 @@ class Wedge:
     formulas = True
 
     def __post_init__(self):
-        require_finite(slope=self.slope)
-        if not self.slope > 0:
-            raise BadArgument("slope", self.slope, "must be positive")
+        require_positive(slope=self.slope)
 
     def height(self, x):
         return self.slope*np.abs(x)
@@ -117,14 +116,18 @@ class Shape:
     def __post_init__(self):
         if not callable(self.height):
             raise BadArgument("height", self.height, "must be a function of an array of x1")
-        kinks = tuple(self.kinks)
-        jumps = (0.0,)*len(kinks) if self.jumps is None else tuple(self.jumps)
+        kinks = _tuple(self.kinks)
+        jumps = (0.0,)*len(kinks) if self.jumps is None else _tuple(self.jumps)
         if len(jumps) != len(kinks):
             raise BadArgument("jumps", self.jumps, f"must be one for each of the {len(kinks)} kinks")
         for place, jump in zip(kinks, jumps):
             require_finite(kinks=place, jumps=jump)
         object.__setattr__(self, "kinks", kinks)
         object.__setattr__(self, "jumps", jumps)
+
+
+def _tuple(values):
+    return tuple(values) if np.iterable(values) else (values,)
 
 
 @dataclass(frozen=True)
@@ -203,7 +206,7 @@ class Profile:
 def _numbers(name, values):
     try:
         return np.asarray(() if values is None else values, float)
-    except (TypeError, ValueError) as failure:
+    except (TypeError, ValueError, OverflowError) as failure:
         raise BadArgument(name, values, "must be a sequence of numbers") from failure
 
 
@@ -258,10 +261,14 @@ class Rough:
         require_finite(hurst=self.hurst)
         if not 0 <= self.hurst <= 1:
             raise BadArgument("hurst", self.hurst, "must lie between 0 and 1")
-        if len(self.waves) != 2 or not all(isinstance(one, int) for one in self.waves) or not 1 <= self.waves[0] <= self.waves[1]:
-            raise BadArgument("waves", self.waves, "must be two whole numbers, 1 <= longest <= shortest")
-        if not isinstance(self.seed, int) or self.seed < 0:
-            raise BadArgument("seed", self.seed, "must be a whole number, not negative")
+        try:
+            longest, shortest = self.waves
+            require_whole(1, waves=longest)
+            require_whole(longest, MOST_WAVES, waves=shortest)
+        except (TypeError, ValueError) as failure:
+            raise BadArgument("waves", self.waves,
+                              f"must be two whole numbers, 1 <= longest <= shortest <= {MOST_WAVES}") from failure
+        require_whole(0, seed=self.seed)
 
     @cached_property
     def amplitudes(self):
@@ -288,7 +295,7 @@ def heights(obstacle, x):
     BadArgument
         If that is no obstacle, or its height no function that gives a number, or inf, for each of many x.
     """
-    above = _returned(obstacle, x)
+    above = returned(obstacle, x)
     if above.shape != np.shape(x):
         raise BadArgument("obstacle", obstacle, "its height(x) must return one number (or inf) for each x of an array")
     wrong = np.isnan(above) | (above == -np.inf)
@@ -300,7 +307,7 @@ def heights(obstacle, x):
 
 def check(obstacle):
     """BadArgument unless the obstacle has a height that takes arrays, whatever it is where."""
-    if _returned(obstacle, np.zeros(2)).shape != (2,):
+    if returned(obstacle, np.zeros(2)).shape != (2,):
         heights(obstacle, np.zeros(2))
 
 
@@ -315,7 +322,7 @@ def check_lowest(obstacle, ell):
                               f"must be lowest somewhere, but its height(x) falls towards x = {side*np.inf:g}")
 
 
-def _returned(obstacle, x):
+def returned(obstacle, x):
     """What the height says, as an array, whatever its shape."""
     if isinstance(obstacle, type):
         raise BadArgument("obstacle", obstacle, f"must be an instance, {obstacle.__name__}(...)")
@@ -324,10 +331,22 @@ def _returned(obstacle, x):
         raise BadArgument("obstacle", obstacle, "must have a method height(x), or be a callable height(x)")
     try:
         with np.errstate(all="ignore"):      # what is no number is told of above
-            return np.asarray(height(x), float)
+            return real(height(x))
+    except MicroblockError:
+        raise
     except (TypeError, ValueError) as failure:
         raise BadArgument("obstacle", obstacle, f"its height(x) must take an array of x ({failure}); np.vectorize makes it one "
                           "that does") from failure
+    except Exception as failure:      # whatever the user's function does
+        raise BadArgument("obstacle", obstacle, f"its height(x) failed: {failure!r}") from failure
+
+
+def real(values):
+    """Values of a user's function as an array of floats; TypeError for complex ones."""
+    values = np.asarray(values)
+    if values.dtype.kind == "c":
+        raise TypeError("it returns complex numbers")
+    return values.astype(float)
 
 
 def gap(obstacle, points, normals):

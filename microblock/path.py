@@ -18,6 +18,7 @@ from .display import Row, Shown, path_summary
 from .errors import BadArgument, NotConverged, require_positive
 from .halfplane import coalescence_exponent
 from .observables import contact_zones, lowest, zone_changes
+from .threads import bounded
 
 FACTOR = 2.5          # between the loads of the scan: a zone that comes and goes within is not seen
 START = 0.2           # of ell: the contact is that narrow where the scan begins
@@ -87,6 +88,7 @@ class LinePath(PathView):
         return path_summary(self, self.__dict__.get("events"), Row("accuracy asked for", "rtol", self.rtol),
                             Row("coarse states kept", "", len(self._kept)))
 
+    @bounded
     def at(self, load):
         """The state at a load up to the last one, from the nearest that is known; errors as of `Contact.at`."""
         require_on_path(load, self.last)
@@ -132,6 +134,7 @@ class LinePath(PathView):
         return narrow and not zones["full"]
 
     @cached_property
+    @bounded
     def events(self):
         """All events, ascending."""
         found = self._births(self._scan[0])

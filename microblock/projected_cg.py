@@ -30,6 +30,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .errors import BadArgument, NotConverged, require_finite
+from .threads import bounded
 
 SHARE = 0.1                # of the decrease of q that the gradient promises; any number in (0, 1/2) is proven to do
 INNER = 0.5               # of the residual on the face at which conjugate gradients stop: a better solution of the wrong
@@ -64,6 +65,7 @@ class GridForces:
     steps: int
 
 
+@bounded
 def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     """The state at a load or at an approach.
 
@@ -161,6 +163,9 @@ class _Problem:
         while True:
             tau = (kept.sum() - self.load)/len(kept)
             above = kept[kept > tau]
+            if not len(above):      # then the sum of all is larger than the load, but for rounding
+                raise NotConverged(f"the load {self.load:g} is lost in the rounding of gaps of {np.abs(self.g0).max():g}: "
+                                   "ask for a larger one")
             if len(above) == len(kept):
                 return np.maximum(values - tau, 0)
             kept = above
@@ -240,6 +245,8 @@ def _face_step(problem, forces, slope, rtol):
         if free:
             z -= ones*(z.sum()/ones.sum())
         product = residual @ z
+        if not abs(product) > 0:      # underflow: nothing is left to gain
+            break
         direction[face] = product/before*direction[face] - z
         before = product
         answer = problem.sinking(direction)

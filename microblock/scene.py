@@ -6,17 +6,20 @@ from functools import cached_property
 
 from . import contact_line, picture
 from .display import scene_summary
-from .errors import BadArgument, MicroblockError, NotConverged, require_positive, require_tolerance
+from .errors import BadArgument, MicroblockError, NotConverged, require_kind, require_positive, require_tolerance, require_whole
 from .halfplane import HalfPlane
 from .law import symmetric
 from .line_solver import LineSolver, LooksTooNear
+from .line_state import LineState
 from .obstacles import check_lowest
 from .panels import Line
 from .path import LinePath
 from .scene_view import SceneView
+from .threads import bounded
 
 OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of partial contact touch: a first guess
 PICTURED = 4.0        # factor of the load for which one picture of the obstacle serves
+FIXED_ORDERS = 2, 100     # least and most that may be fixed
 WIDEST = 8            # times farther than a classical half-plane asks for is looked at most
 WIDE = 2e5            # blocks under a contact, up to which zones were found; at 2e6 none were
 
@@ -111,6 +114,7 @@ class Contact(SceneView):
         """Whether obstacle and blocks are known to be symmetric about x = 0."""
         return symmetric(self.law, self.obstacle)
 
+    @bounded
     def at(self, load, rtol=usual_rtol, order=None, near=None):
         """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
 
@@ -128,9 +132,7 @@ class Contact(SceneView):
         NotConverged
             If the accuracy is out of reach, or the zones are not found.
         """
-        require_positive(load=load)
-        if order is None:
-            require_tolerance(rtol)
+        self._check(load, rtol, order, near)
         self._check_width(load)
         return self._solved(load, rtol, order, near)
 
@@ -141,6 +143,16 @@ class Contact(SceneView):
             if wider > WIDEST:
                 raise NotConverged(f"at load {load:g} the half-plane touches the obstacle farther and farther away") from None
             return self._solved(load, rtol, order, near, 2*wider)
+
+    @staticmethod
+    def _check(load, rtol, order=None, near=None):
+        """BadArgument for what cannot be asked for."""
+        require_positive(load=load)
+        require_tolerance(rtol)
+        if order is not None:
+            require_whole(*FIXED_ORDERS, order=order)
+        if near is not None:
+            require_kind(LineState, "a LineState", near=near)
 
     def _check_width(self, load):
         """NotConverged where the contact has more blocks than zones are found for: before minutes are spent on them."""
@@ -156,7 +168,7 @@ class Contact(SceneView):
 
         With `progress` a bar counts states; an interrupted path keeps them.
         """
-        require_positive(load=last)
+        self._check(last, rtol)
         return LinePath(self, last, rtol, progress)
 
     @property
@@ -164,8 +176,10 @@ class Contact(SceneView):
         """Whether two zones of partial contact may meet on the axis: corners, symmetric, under an obstacle without ends."""
         return self.symmetric and len(self.law.corners) == 2 and not self.line.ends
 
+    @bounded
     def coalescence(self, order=14):
         """Load at which the two zones of partial contact touch on the axis, and its error; symmetric scenes only."""
+        require_whole(*FIXED_ORDERS, order=order)
         if not self.may_meet_on_axis:
             raise BadArgument("scene", self, "must be a symmetric one of microblocks under an obstacle without ends")
         return contact_line.coalescence(self.line, OUTER_AT_TOUCH*self.body.solid.ell, order)

@@ -1,8 +1,8 @@
 """What scenes of every kind have in common: they show themselves, and sessions with sliders go on with them."""
 
-from . import obstacles
+from . import law, obstacles
 from .display import Shown
-from .errors import BadArgument, NotConverged
+from .errors import NotConverged, require_kind
 
 
 class SceneView(Shown):
@@ -14,14 +14,9 @@ class SceneView(Shown):
     def __post_init__(self):
         """BadArgument for a body, an obstacle or a law that is none."""
         name, kinds, words = self.stands_on
-        body = getattr(self, name)
-        if not isinstance(body, kinds):
-            raise BadArgument(name, body, f"must be {words}")
+        require_kind(kinds, words, **{name: getattr(self, name)})
         obstacles.check(self.obstacle)
-        if isinstance(self.law, type):
-            raise BadArgument("law", self.law, f"must be an instance, mb.{self.law.__name__}()")
-        if not all(hasattr(self.law, part) for part in ("corners", "levers", "initial_gaps", "clamps_rotation")):
-            raise BadArgument("law", self.law, "must be a law, such as mb.Microblock() or mb.Unilateral()")
+        law.check(self.law)
 
     def explore(self, load, rtol=None):
         """Sliders for load, psi0, radius, alpha and law with a picture that follows (in Jupyter, extra `notebook`).

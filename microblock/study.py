@@ -2,14 +2,16 @@
 
 import csv
 import json
+import math
 import os
 import platform
 import tempfile
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
 from . import __version__
-from .errors import BadArgument
+from .errors import BadArgument, NotConverged
 
 
 def versions():
@@ -37,8 +39,24 @@ def write_text(path, text):
 
 
 def write_json(path, result):
-    """Write one JSON object, whole or not at all; NaN or infinity raise ValueError."""
-    write_text(path, json.dumps(result, indent=1, allow_nan=False) + "\n")
+    """Write one JSON object, whole or not at all; NotConverged where a number in it is none."""
+    write_text(path, json_text(result) + "\n")
+
+
+def json_text(result):
+    """An object as JSON; NotConverged names the first entry that is NaN or infinite."""
+    wrong = _no_number(result)
+    if wrong:
+        raise NotConverged(f"the result has no number in {wrong}: nothing is written")
+    return json.dumps(result, indent=1, allow_nan=False)
+
+
+def _no_number(value, place=""):
+    """The first place in lists and mappings where a number is NaN or infinite; empty if there is none."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return place or "itself"
+    inner = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, (list, tuple)) else ()
+    return next(filter(None, (_no_number(one, f"{place}.{key}".lstrip(".")) for key, one in inner)), "")
 
 
 def write_records(path, rows):

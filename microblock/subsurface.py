@@ -26,6 +26,7 @@ import numpy as np
 from .errors import BadArgument
 from .halfplane import gauss_rule
 from .panels import TINY, lagrange, mean_slope, zone_edges
+from .threads import bounded
 
 TURN = np.exp(0.25j*np.pi)
 SKIN = 1e-7          # over ell: depth at which fields "at" the surface are taken; less, and rounding shows in theta,2
@@ -72,6 +73,7 @@ class Fields:
         return np.hypot((s11 - s22)/2, (s12 + s21)/2) + np.abs(s12 - s21)/2
 
 
+@bounded
 def fields(state, x1, x2, accuracy=ACCURACY):
     """Fields of a state at points.
 
@@ -100,6 +102,7 @@ def fields(state, x1, x2, accuracy=ACCURACY):
     return Fields(x1, x2, psi, theta, slope, np.array((u1, u2)), np.array(((s11, s12), (s21, s22))), np.array((m1, m2)))
 
 
+@bounded
 def largest_shear(state, rtol=1e-4):
     """The largest shear stress below the contact and where: (value, x1, x2).
 

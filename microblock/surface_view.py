@@ -9,7 +9,7 @@ import numpy as np
 from .display import Row, Shown, Summary, call, intervals, number
 from .errors import BadArgument
 from .observables import contact_zones, half_widths
-from .obstacles import gap
+from .obstacles import gap, returned
 
 ZONES = ("A", "B", "full", "contact")
 LARGE_TURN = math.radians(10)      # of a block: the small-angle form (41) misses 1.5 % there
@@ -152,9 +152,8 @@ class StateView(Shown):
         edges = np.array([edge for interval in self.named_zones["contact"] for edge in interval], float)
         if not len(edges):
             return 0.0
-        height = getattr(self.setting.obstacle, "height", self.setting.obstacle)
         step = NEXT_TO*max(np.ptp(edges), NEXT_TO*self.setting.ell)
-        around = np.array([height(edges + sign*step) for sign in (-1, 1)], float)
+        around = np.array([returned(self.setting.obstacle, edges + sign*step) for sign in (-1, 1)])
         known = np.isfinite(around).all(axis=0)
         return float(np.abs(np.diff(around[:, known], axis=0)/(2*step)).max(initial=0.0))
 

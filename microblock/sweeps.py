@@ -23,7 +23,7 @@ from pebble import ProcessPool
 from tqdm import tqdm
 
 from . import provenance
-from .errors import BadArgument, NotConverged
+from .errors import BadArgument, NotConverged, require_values, require_whole
 
 OWN = ("seconds", "error")      # columns that each row has besides the point's and the answer's
 PINNED = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL")}
@@ -72,8 +72,8 @@ def sweep(function, over, *, executor=None, workers=None, records=None, retry=Fa
     points = _points(over)
     if executor is not None and workers is not None:
         raise BadArgument("workers", workers, "belongs to local processes, not to an executor")
-    if workers is not None and not (isinstance(workers, int) and workers >= 1):
-        raise BadArgument("workers", workers, "must be a whole number, at least 1")
+    if workers is not None:
+        require_whole(1, workers=workers)
     with _opened(records) as file:
         keys = _keys(function, points) if file else range(len(points))
         known = {key: file.found[key] for key in keys if file and key in file.found and not (retry and file.found[key]["error"])}
@@ -101,7 +101,7 @@ def _points(over):
             if isinstance(values, (str, Mapping)) or not np.iterable(values):
                 raise BadArgument("over", {name: values}, "must give each argument a list of values")
         return [dict(zip(over, values)) for values in product(*over.values())]
-    points = list(over)
+    points, = require_values(over=over)
     for point in points:
         if not isinstance(point, Mapping):
             raise BadArgument("over", point, "must be {argument: values}, or a list of points {argument: value}")

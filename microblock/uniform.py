@@ -13,13 +13,14 @@ import numpy as np
 from . import active_set
 from .body import Body
 from .condensation import Condensed, ContactNodes
-from .errors import BadArgument, NotConverged
+from .errors import BadArgument, NotConverged, require_choice, require_positive, require_whole
 from .facets import RULES, ContactFacets
 from .ground import GroundScene
 from .meshes import Ground, uniform
 from .newton import PENALTY, Newton
 from .newton_path import load_path
 from .surface_state import SurfaceState, surface_state
+from .threads import bounded
 
 METHODS = ("condensed", "al", "penalty")
 SHAPES = ("quadrilaterals", "triangles")
@@ -58,17 +59,17 @@ class UniformContact(GroundScene):
 
     def __post_init__(self):
         super().__post_init__()
-        if self.method not in METHODS:
-            raise BadArgument("method", self.method, f"must be one of {', '.join(METHODS)}")
+        require_choice(METHODS, method=self.method)
+        require_choice(SHAPES, shape=self.shape)
+        require_choice(RULES, rule=self.rule)
+        require_positive(h=self.h, reach=self.reach, rho=1.0 if self.rho is None else self.rho)
+        require_whole(1, order=self.order)
         if self.rho is not None and self.method == "condensed":
             raise BadArgument("rho", self.rho, "belongs to the methods al and penalty")
-        if self.shape not in SHAPES:
-            raise BadArgument("shape", self.shape, f"must be one of {', '.join(SHAPES)}")
-        if self.rule not in RULES:
-            raise BadArgument("rule", self.rule, f"must be one of {', '.join(RULES)}")
         if self.rule == "gauss" and self.method != "al":
             raise BadArgument("rule", self.rule, "belongs to the method al: the others have their pressures at nodes")
 
+    @bounded
     def states(self, loads):
         """SurfaceStates at the loads (force per thickness), in their order; from load to load in ascending order.
 
@@ -77,6 +78,7 @@ class UniformContact(GroundScene):
         NotConverged
             Also where the contact leaves the region of equal squares.
         """
+        loads = list(loads) if np.iterable(loads) else [loads]
         for load in loads:
             self.check_load(load)
         ascending = sorted(set(loads))
@@ -84,6 +86,7 @@ class UniformContact(GroundScene):
         found = dict(zip(ascending, solved))
         return [found[load] for load in loads]
 
+    @bounded
     def prepare(self):
         """Mesh and matrices, made once and kept for further loads: condensed or, of Newton's method, not yet factorised."""
         return self._prepared
@@ -99,6 +102,7 @@ class UniformContact(GroundScene):
         facets = ContactFacets(body, self.law, self.obstacle, rule=self.rule)
         return nodes, facets, Newton(body, facets, method=self.method, rho=self.rho or self._rho(), control="load")
 
+    @bounded
     def axis_closes(self):
         """Load (force per thickness) at which the node on the axis closes for good, as the load path of this mesh has it."""
         if not self.symmetric:

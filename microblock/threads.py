@@ -1,0 +1,107 @@
+"""BLAS threads: one while the library works on small problems, those that were there for large dense matrices.
+
+Most of the work is on many small matrices. More threads gain nothing there, and where the cores are not idle they wait for
+each other: a product of a millisecond takes up to a hundred. So every entry to the library is `bounded`: from the outermost
+one on BLAS (numpy's, scipy's and NGSolve's own are three libraries) and OpenMP have one thread; what was there before is given
+back when it is left, by an exception as well. Within, `released` gives it to matrices that are large enough to gain by it.
+NGSolve's own tasks (``with ngsolve.TaskManager()``) are no such threads, and stay as they are.
+
+BLAS has one number of threads for the whole process, so that entries of all Python threads are counted together; OpenMP, and a
+BLAS built on it, has one for each of them.
+"""
+
+import sys
+import threading
+from contextlib import contextmanager
+from functools import wraps
+
+from threadpoolctl import ThreadpoolController
+
+LARGE = 2000     # rows of a dense matrix from which threads gain: 1.4 to 2 on two idle cores at 2400, up to 1600 they lose
+
+_lock = threading.Lock()
+_libraries = {"blas": [], "openmp": []}      # all that were ever seen, in this order
+_seen = 0        # number of modules when libraries were last looked for: that takes a millisecond, a library comes by an import
+
+
+class _Hold:
+    """One kind of libraries: held at one thread while something is inside, and nothing of it large."""
+
+    def __init__(self, kind):
+        self.kind, self.inside, self.large, self.before = kind, 0, 0, []
+
+    def change(self, inside, large):
+        """Count entries; hold libraries that are not yet held, or give them their threads back."""
+        self.inside += inside
+        self.large += large
+        libraries = _libraries[self.kind]
+        if self.inside and not self.large:
+            for library in libraries[len(self.before):]:
+                self.before.append(library.get_num_threads() or 1)
+                if self.before[-1] > 1:
+                    _set(library, 1)
+        elif self.before:
+            for library, number in zip(libraries, self.before):
+                if number > 1:
+                    _set(library, number)
+            self.before.clear()
+
+
+class _OwnHold(_Hold, threading.local):
+    """The same for each Python thread."""
+
+
+_holds = _Hold("blas"), _OwnHold("openmp")
+
+
+def _set(library, number):
+    """Set a library's threads, from whatever Python thread: threadpoolctl leaves OpenBLAS to the first one that ever did."""
+    free = getattr(library, "clear_controlling_thread", lambda force: None)
+    free(force=True)
+    library.set_num_threads(number)
+    free(force=True)
+
+
+def _change(inside=0, large=0):
+    with _lock:
+        if len(sys.modules) != _seen:
+            _look()
+        for hold in _holds:
+            hold.change(inside, large)
+
+
+def _look():
+    """Find libraries that were loaded since the last look."""
+    global _seen
+    known = {library.filepath for own in _libraries.values() for library in own}
+    for library in ThreadpoolController().lib_controllers:
+        if library.filepath not in known:
+            own = "openmp" in (library.user_api, getattr(library, "threading_layer", None))
+            _libraries["openmp" if own else "blas"].append(library)
+    _seen = len(sys.modules)
+
+
+def bounded(function):
+    """The function with one BLAS thread inside; entries within entries cost a microsecond."""
+    @wraps(function)
+    def inside(*arguments, **named):
+        _change(inside=1)
+        try:
+            return function(*arguments, **named)
+        finally:
+            _change(inside=-1)
+
+    return inside
+
+
+@contextmanager
+def released(rows):
+    """The threads that were there outside for work on dense matrices of so many rows, if they are LARGE."""
+    if rows < LARGE:
+        yield
+        return
+    _change(large=1)
+    try:
+        yield
+    finally:
+        _change(large=-1)
