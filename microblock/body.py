@@ -9,10 +9,13 @@ import numpy as np
 from .display import Row, Shown, Summary
 from .errors import BadArgument, NotConverged
 from .material import Cosserat
+from .meshes import require_sound
 
 FIELDS = ("u1", "u2", "psi")
 CURVED = 4           # more integration orders for the energy, for elements with curved sides
 SINGULAR = 1e-8      # relative residual of a direct solve beyond which the matrix counts as singular
+OWN = 0.25           # of the constant 1, from which on a coefficient is that of a vertex and not the rounding of an edge's
+SAME = 1e-9          # of the largest of prescribed values, within which two of them are one
 
 
 @dataclass(frozen=True)
@@ -53,9 +56,14 @@ class Body(Shown):
     fixed : str or mapping
         Boundaries on which u1 = u2 = psi = 0, or {field: boundaries}; names as NGSolve's patterns.
     prescribed : {field: {boundary: value}}
-        Boundaries on which a field has this value (a number or CoefficientFunction).
+        Boundaries on which a field has this value (a number or CoefficientFunction); the same at identified points.
     periodic : bool
         Identify the fields on boundaries that the mesh identifies.
+
+    Raises
+    ------
+    BadArgument
+        Also for a mesh with points that are no numbers, or elements without area or turned over against the others.
 
     Examples
     --------
@@ -70,6 +78,7 @@ class Body(Shown):
     """
 
     def __init__(self, mesh, solid: Cosserat, order=2, *, order_psi=None, fixed=(), prescribed=None, periodic=False):
+        require_sound(mesh)
         self.mesh, self.solid, self.periodic = mesh, solid, periodic
         self.element_orders = None if isinstance(order, int) else self._graded(order, order_psi)
         order = order if self.element_orders is None else int(self.element_orders.max())
@@ -82,6 +91,7 @@ class Body(Shown):
         self.fixed = self._patterns(fixed)
         self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
         self.space = self.spaces[0]*self.spaces[1]*self.spaces[2]
+        self._require_periodic_values()
         self.derived = {}      # what costs a factorisation, kept as long as the body by who makes it
 
     def summary(self):
@@ -136,6 +146,8 @@ class Body(Shown):
 
     def _patterns(self, fixed):
         """{field: pattern of all boundaries where it is fixed or prescribed}."""
+        if not isinstance(fixed, (str, Mapping)) and fixed != ():
+            raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
         patterns = {name: [fixed] for name in FIELDS} if isinstance(fixed, str) else {
             name: [pattern] for name, pattern in dict(fixed).items()}
         for name, values in self.prescribed.items():
@@ -148,17 +160,63 @@ class Body(Shown):
         return {name: "|".join(named) for name, named in patterns.items()}
 
     def boundary(self, pattern):
-        """The region of the boundaries that a pattern names; BadArgument if there are none."""
-        region = self.mesh.Boundaries(pattern)
-        if not any(region.Mask()):
-            raise BadArgument("boundary", pattern, f"is none of {', '.join(sorted(set(self.mesh.GetBoundaries())))}")
+        """The region of the boundaries that a pattern names; BadArgument if there are none, also for one of its names."""
+        names = sorted(set(self.mesh.GetBoundaries()))
+        if not isinstance(pattern, str):
+            raise BadArgument("boundary", pattern, f"must be a name or pattern of {', '.join(names)}")
+        try:
+            region = self.mesh.Boundaries(pattern)
+        except RuntimeError as failure:
+            raise BadArgument("boundary", pattern, f"is no regular expression: {failure}") from failure
+        missing = [name for name in pattern.split("|") if name.isidentifier() and name not in names]
+        if missing or not any(region.Mask()):
+            which = "" if missing in ([], [pattern]) else f"{', '.join(missing)} "
+            raise BadArgument("boundary", pattern, f"{which}is none of {', '.join(names)}")
         return region
+
+    def held_on(self, boundary):
+        """The fields that supports hold or prescribe on a part of a boundary at least."""
+        mask = self.boundary(boundary).Mask()
+        return [name for name, pattern in self.fixed.items() if any(self.boundary(pattern).Mask() & mask)]
+
+    def pressed(self, boundary):
+        """The region of a contact boundary; BadArgument where supports hold u2 on a part of it, which cannot be pressed."""
+        if "u2" in self.held_on(boundary):
+            raise BadArgument("boundary", boundary, f"is held in u2 by the supports on {self.fixed['u2']}: "
+                              "an obstacle cannot press what cannot move; hold other boundaries, or psi alone")
+        return self.boundary(boundary)
 
     def prescribe(self, components):
         """Set the prescribed values in the grid functions of u1, u2, psi."""
         for name, values in self.prescribed.items():
             region = self.boundary("|".join(values))
-            components[FIELDS.index(name)].Set(self.mesh.BoundaryCF(dict(values)), definedon=region)
+            self.set_on(region, components[FIELDS.index(name)], self.mesh.BoundaryCF(dict(values)))
+
+    def set_on(self, region, component, value):
+        """Set a component of a grid function of the body on a region of its boundary.
+
+        A facet of a body one element wide has the dof of its identified ends twice: NGSolve's Set counts it twice, but
+        adds its value once. What 1 becomes is its share.
+        """
+        component.Set(value, definedon=region)
+        if self.periodic:
+            share = ng.GridFunction(component.space)
+            share.Set(1, definedon=region)
+            shares = share.vec.FV().NumPy()
+            ends = np.abs(shares) > OWN
+            component.vec.FV().NumPy()[ends] /= shares[ends]
+
+    def _require_periodic_values(self):
+        """BadArgument where prescribed values differ at points that the mesh identifies."""
+        for name, values in self.prescribed.items() if self.periodic else ():
+            space, value, found = self.spaces[FIELDS.index(name)], self.mesh.BoundaryCF(dict(values)), {}
+            for facet in self.boundary("|".join(values)).Elements():
+                transformation = self.mesh.GetTrafo(facet)
+                for vertex, dof, xi in zip(facet.vertices, space.GetDofNrs(facet), (1.0, 0.0)):
+                    found.setdefault(dof, {}).setdefault(vertex.nr, value(transformation(xi)))
+            largest = max(abs(one) for own in found.values() for one in own.values())
+            if any(np.ptp(list(own.values())) > SAME*largest for own in found.values()):
+                raise BadArgument("prescribed", self.prescribed, f"must have the same {name} at points that the mesh identifies")
 
     def gradients(self, u1, u2, psi):
         """Displacement gradient (2x2) and grad psi as expressions, in 1D with d/dx1 = 0."""

@@ -19,6 +19,7 @@ SLIVER = 1e-9        # of the reach, below which two edges are one
 FALL = 1.6/3, 1/3    # of the way to the lowest order, on a half and on a whole body, that a decade of distance takes, wherever
                      # the body ends: what an error far away does to the surface falls with its distance alone. Less on a whole
                      # body: errors of a far field that is not symmetric tilt the surface
+FOLDED = 1e-12       # sine of the angle between two sides, from which on an element has an area
 FIRST = 0.4          # of the reach: within it of a tip the orders begin to fall
 
 
@@ -47,6 +48,31 @@ def thicknesses(mesh, region):
         numbers.append(element.nr)
         found.append((2 if len(element.vertices) == 3 else 1)*areas[element.nr]/np.linalg.norm(end - start))
     return np.array(numbers), np.array(found)
+
+
+def require_sound(mesh):
+    """BadArgument unless it is a mesh of elements that have an area and are all turned the same way.
+
+    Looked at in the corners of the elements, of curved ones between them too.
+    """
+    if not isinstance(mesh, ng.Mesh) or mesh.dim > 2:
+        raise BadArgument("mesh", mesh, "must be an ngsolve.Mesh of one or two dimensions")
+    if mesh.ne == 0:
+        raise BadArgument("mesh", mesh, "must have elements")
+    cuts = max(1, mesh.GetCurveOrder())
+    along = np.linspace(0, 1, cuts + 1)
+    places = {ng.SEGM: [(t,) for t in along], ng.QUAD: [(s, t) for s in along for t in along],
+              ng.TRIG: [(i/cuts, j/cuts) for i in range(cuts + 1) for j in range(cuts + 1 - i)]}
+    rules = {kind: ng.IntegrationRule(points, [0.0]*len(points)) for kind, points in places.items()}
+    slopes = np.asarray(ng.specialcf.JacobianMatrix(mesh.dim)(mesh.MapToAllElements(rules, ng.VOL)))
+    slopes = slopes.reshape(-1, mesh.dim, mesh.dim)
+    turned = np.linalg.det(slopes)/np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), 1e-300)
+    wrong = ~(turned*np.sign(np.nanmedian(turned)) > FOLDED)
+    if wrong.any():
+        counts = [len(places[element.type]) for element in mesh.Elements()]
+        numbers = np.unique(np.repeat(np.arange(mesh.ne), counts)[wrong])
+        raise BadArgument("mesh", mesh, f"{len(numbers)} of its {mesh.ne} elements (first number {numbers[0]}) have no area, are "
+                          "turned over against the others, or have points that are no numbers")
 
 
 def line(depth, elements):

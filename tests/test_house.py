@@ -13,7 +13,7 @@ MAY_IMPORT = {
     "errors": set(), "material": set(), "obstacles": set(), "meshes": set(), "references": set(), "observables": set(),
     "plots": set(), "adapt": set(), "smoothness": set(), "study": {"__init__"}, "provenance": {"study"}, "sweeps": {"provenance"},
     "export": {"line_state", "panels", "path", "study", "subsurface", "surface_view"},
-    "law": {"obstacles"}, "body": {"material"},
+    "law": {"obstacles"}, "body": {"material", "meshes"},
     "condensation": {"body", "compliance", "facets", "panels"},
     "surface_state": {"condensation", "law", "mesh_fields", "observables", "panels", "surface_view"},
     "ground": {"law", "material", "observables", "obstacles", "panels", "scene_view"},
