@@ -47,9 +47,7 @@ class ContactNodes:
     """
 
     def __init__(self, body, boundary="contact"):
-        if body.mesh.dim != 2:
-            raise BadArgument("body", body, "must be two-dimensional")
-        self.body, self.region = body, body.boundary(boundary)
+        self.body, self.region = body, require_pressed(body, boundary)
         self._number_nodes()
 
     def _number_nodes(self):
@@ -129,7 +127,7 @@ class Condensed(ContactNodes):
     NotConverged
         If the supports leave a rigid motion free.
     BadArgument
-        If a support prescribes values other than 0.
+        If a support prescribes values other than 0, or holds u2 on the contact boundary; for a periodic body.
 
     Examples
     --------
@@ -142,8 +140,7 @@ class Condensed(ContactNodes):
     """
 
     def __init__(self, body, boundary="contact"):
-        if body.prescribed:
-            raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
+        require_pressed(body, boundary, condensed=True)
         super().__init__(body, boundary)
         self._assemble()
         self._factorise()
@@ -225,6 +222,17 @@ class Condensed(ContactNodes):
         return np.linalg.solve(self._values[:, used].toarray().T, held[used])
 
 
+def require_pressed(body, boundary, condensed=False):
+    """The region of the contact boundary of a body that can be pressed there, and `condensed`; else BadArgument."""
+    if body.mesh.dim != 2:
+        raise BadArgument("body", body, "must be two-dimensional")
+    if body.periodic:      # its ends are one node; as two they would share their force at random
+        raise BadArgument("body", body, "must not be periodic: mb.Newton presses periodic bodies")
+    if condensed and body.prescribed:
+        raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
+    return body.pressed(boundary)
+
+
 def condensed(body, boundary="contact", clamped=False):
     """A body as `Condensed`, with psi held on the contact boundary if it is `clamped`; made once and kept with the body."""
     key = "condensed", boundary, clamped
@@ -234,8 +242,6 @@ def condensed(body, boundary="contact", clamped=False):
 
 
 def _clamped(body, boundary):
-    if boundary in body.fixed.get("psi", ""):
-        return body
     psi = "|".join(filter(None, (body.fixed.get("psi"), boundary)))
     return body.on(body.mesh, fixed={**body.fixed, "psi": psi})
 
