@@ -64,9 +64,11 @@ def require_sound(mesh):
     places = {ng.SEGM: [(t,) for t in along], ng.QUAD: [(s, t) for s in along for t in along],
               ng.TRIG: [(i/cuts, j/cuts) for i in range(cuts + 1) for j in range(cuts + 1 - i)]}
     rules = {kind: ng.IntegrationRule(points, [0.0]*len(points)) for kind, points in places.items()}
-    slopes = np.asarray(ng.specialcf.JacobianMatrix(mesh.dim)(mesh.MapToAllElements(rules, ng.VOL)))
-    slopes = slopes.reshape(-1, mesh.dim, mesh.dim)
-    turned = np.linalg.det(slopes)/np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), 1e-300)
+    with np.errstate(invalid="ignore", over="ignore"):      # points that are no numbers are what is looked for
+        slopes = np.asarray(ng.specialcf.JacobianMatrix(mesh.dim)(mesh.MapToAllElements(rules, ng.VOL)))
+        slopes = slopes.reshape(-1, mesh.dim, mesh.dim)
+        areas = slopes[:, 0, 0]*slopes[:, 1, 1] - slopes[:, 0, 1]*slopes[:, 1, 0] if mesh.dim == 2 else slopes[:, 0, 0]
+        turned = areas/np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), 1e-300)
     wrong = ~(turned*np.sign(np.nanmedian(turned)) > FOLDED)
     if wrong.any():
         counts = [len(places[element.type]) for element in mesh.Elements()]

@@ -1,10 +1,12 @@
 """The bulk without contact: patch tests, Cosserat glide, rates, rigid motions, limits."""
 
+import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
 import pytest
 from conftest import dome, rectangle
 from ngsolve import x, y
+from ngsolve.meshes import MakeStructured2DMesh
 
 from microblock import meshes
 from microblock.body import Body, Fields, Loads
@@ -113,7 +115,6 @@ def smooth_loads():
 
 def smooth_errors(order, cells, quads):
     """L2 error and H1 seminorm error of the manufactured solution on a sheared structured mesh."""
-    from ngsolve.meshes import MakeStructured2DMesh
     mesh = MakeStructured2DMesh(quads=quads, nx=cells, ny=cells, mapping=lambda s, t: (s + 0.2*t, t + 0.1*s*t))
     fields = Body(mesh, SMOOTH, order, prescribed=SMOOTH_BOUNDARY).solve(smooth_loads())
     l2 = h1 = 0
@@ -208,6 +209,99 @@ def test_bad_bodies_are_named(make, name):
     with pytest.raises(BadArgument) as caught:
         make(rectangle(1, 1, 0.5))
     assert caught.value.name == name
+
+
+def columns(count, quads=True, value=0.01, order=2, **more):
+    """A periodic body of unit depth, `count` elements wide, in which psi is prescribed in the middle."""
+    mesh = MakeStructured2DMesh(quads=quads, nx=count, ny=4, periodic_x=True, mapping=lambda s, t: (0.25*count*s, t - 1))
+    return Body(mesh, SMOOTH, order, fixed={"u1": "bottom", "u2": "bottom"}, prescribed={"psi": {"bottom": value}},
+                periodic=True, **more)
+
+
+@SHAPES
+@pytest.mark.parametrize("order", [1, 2, 3, 5])
+def test_columns_of_any_width_have_the_prescribed_value(quads, order):
+    # what depends on the depth alone is the same in one, two and three columns, up to rounding
+    depths = [-1.0, -0.9, -0.6, -0.1]
+    found = []
+    for count in (1, 2, 3):
+        body = columns(count, quads, order=order)
+        fields = body.solve(Loads(traction={"top": (0.1, 0)}))
+        found.append([[field(body.mesh(x, depth)) for depth in depths for x in (0.0, 0.11)] for field in fields])
+        assert found[-1][2][:2] == pytest.approx([0.01, 0.01], rel=1e-12)
+    if quads:      # on triangles the cut lets fields depend on x1 a little
+        for other in found[1:]:
+            assert found[0] == pytest.approx(np.array(other), abs=1e-13)
+
+
+def test_column_of_the_strip_has_the_value_in_the_middle():
+    mesh = meshes.column(depth=1.0, elements=4)
+    for order, order_psi in ((1, 1), (3, 2), (2, 4)):
+        body = Body(mesh, SMOOTH, order, order_psi=order_psi, fixed={"u1": "middle", "u2": "middle"},
+                    prescribed={"psi": {"middle": 0.01}}, periodic=True)
+        assert body.solve().psi(mesh(0.1, -1.0)) == pytest.approx(0.01, rel=1e-12)      # rounding
+
+
+def test_prescribed_values_are_periodic_where_the_body_is():
+    wave = ng.cos(8*np.pi*x)      # of period 0.25
+    body = columns(2, value=wave, order=9)
+    assert body.solve().psi(body.mesh(0.5, -1.0)) == pytest.approx(1, rel=1e-2)      # a polynomial of order 9 for one wave
+    for count in (1, 2, 3):
+        with pytest.raises(BadArgument, match="identifies") as caught:
+            columns(count, value=x)
+        assert caught.value.name == "prescribed"
+
+
+@pytest.mark.parametrize("fixed, word", [("(", "regular"), ("[a", "regular"), ("*", "regular"), ("left|lef", "lef is none of"),
+                                         ("", "is none of"), ({"psi": 3}, "pattern"), ({"u1": None}, "pattern")])
+def test_patterns_that_name_nothing_are_refused(fixed, word):
+    with pytest.raises(BadArgument, match=word) as caught:
+        Body(rectangle(1, 1, 0.5), SMOOTH, fixed=fixed)
+    assert caught.value.name == "boundary"
+
+
+@pytest.mark.parametrize("fixed", [None, 5, ["left"], ("left",)])
+def test_supports_are_a_pattern_or_a_mapping(fixed):
+    with pytest.raises(BadArgument) as caught:
+        Body(rectangle(1, 1, 0.5), SMOOTH, fixed=fixed)
+    assert caught.value.name == "fixed"
+
+
+def spoilt(quads, place):
+    """Nine squares, or eighteen triangles, of which a corner has moved."""
+    mesh = MakeStructured2DMesh(quads=quads, nx=3, ny=3)
+    mesh.ngmesh.Coordinates()[5] = place
+    return ng.Mesh(mesh.ngmesh)
+
+
+@SHAPES
+@pytest.mark.parametrize("place", [(np.nan, 0.3), (np.inf, 0.3), (0.9, 0.3), (0.7, 0.7), (2/3, 1/3)],
+                         ids=["nan", "inf", "inverted", "folded", "no_area"])
+def test_meshes_that_are_none_are_refused(quads, place):
+    with pytest.raises(BadArgument, match="of its .* elements") as caught:
+        Body(spoilt(quads, place), SMOOTH)
+    assert caught.value.name == "mesh"
+
+
+def test_sound_meshes_are_taken():
+    """Moved a little, turned over as a whole, curved, thin and of two kinds; anything else is no mesh."""
+    for mesh in (spoilt(True, (0.4, 0.3)), MakeStructured2DMesh(nx=3, ny=2, mapping=lambda s, t: (-s, t)), dome(4),
+                 MakeStructured2DMesh(nx=3, ny=2, quads=False, mapping=lambda s, t: (s, 1e-8*t)), rectangle(1, 1, 0.2, quads=True),
+                 meshes.line(1.0, 3)):
+        assert Body(mesh, SMOOTH, 1).mesh is mesh
+    for mesh in (None, 3, "mesh"):
+        with pytest.raises(BadArgument, match="must be an ngsolve.Mesh"):
+            Body(mesh, SMOOTH)
+
+
+@SHAPES
+def test_curved_elements_that_fold_are_refused(quads):
+    """Parabolas for the sides of a narrow ring, in which coarse elements with straight sides are sound."""
+    face = occ.Circle((0, 0), 1).Face() - occ.Circle((0, 0), 0.93).Face()
+    mesh = ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=2.0, quad_dominated=quads))
+    Body(mesh, SMOOTH, 1)
+    with pytest.raises(BadArgument, match="turned over"):
+        Body(mesh.Curve(2), SMOOTH)
 
 
 def test_fields_are_iterable():
