@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import ngsolve as ng
 import numpy as np
@@ -206,6 +207,12 @@ class Body(Shown):
             ends = np.abs(shares) > OWN
             component.vec.FV().NumPy()[ends] /= shares[ends]
 
+    def values_on(self, region, number, value):
+        """Coefficients of a function in the space of a field (its number) on a region of the boundary, 0 elsewhere."""
+        function = ng.GridFunction(self.spaces[number])
+        self.set_on(region, function, value)
+        return function.vec.FV().NumPy().copy()
+
     def _require_periodic_values(self):
         """BadArgument where prescribed values differ at points that the mesh identifies."""
         for name, values in self.prescribed.items() if self.periodic else ():
@@ -259,11 +266,32 @@ class Body(Shown):
         step = solve_linear(form.mat, self.space.FreeDofs(), residual,
                             "the bulk; are rigid motions fixed, and psi where beta = 0?")
         state.vec.data -= step
-        return Fields(self, state.components)
+        form.Apply(state.vec, residual)
+        return Fields(self, state.components, residual.FV().NumPy().copy())
+
+
+class Reaction(NamedTuple):
+    """What supports exert on a body: force (f1, f2), array, and moment about the origin, counterclockwise; per thickness.
+
+    The moment is that of force and couple stress together. In 1D both are per area.
+    """
+
+    force: np.ndarray
+    moment: float
 
 
 class Fields:
     """The fields of a state: u1, u2, psi and what follows from them, as NGSolve functions.
+
+    Stresses are those of the elements. On a boundary they are read from the element beside it (NGSolve's
+    BoundaryFromVolumeCF, which `stress` and `couple_stress` have in them; derivatives of your own need it), and are as good
+    there as the mesh. What a support exerts is better asked from `reaction`: it balances the loads to rounding on any mesh.
+
+    Parameters
+    ----------
+    body : Body
+    components : grid functions of u1, u2, psi
+    forces : array (unknowns of the body,), internal forces less the loads: what supports exert in each unknown
 
     Examples
     --------
@@ -274,10 +302,18 @@ class Fields:
     >>> import ngsolve as ng
     >>> round(ng.Integrate(fields.stress[1, 1], body.mesh)/ng.Integrate(1, body.mesh), 9)
     -1.0
+
+    The stress on a boundary, and the force and the moment of the support there (the column is 0.5 wide):
+
+    >>> round(ng.Integrate(fields.stress[1, 1], body.mesh, definedon=body.mesh.Boundaries("middle")), 9)
+    -0.5
+    >>> force, moment = fields.reaction("middle")
+    >>> round(float(force[1]), 9)
+    0.5
     """
 
-    def __init__(self, body, components):
-        self.body = body
+    def __init__(self, body, components, forces=None):
+        self.body, self.forces = body, forces
         self.u1, self.u2, self.psi = components[:3]
 
     def __iter__(self):
@@ -285,15 +321,45 @@ class Fields:
 
     @property
     def stress(self):
-        """Force stress (16), 2x2."""
+        """Force stress (16), 2x2; on a boundary that of the element beside it."""
         gradient, _ = self.body.gradients(*self)
         rows = self.body.solid.stress(gradient, self.psi)
-        return ng.CF((*rows[0], *rows[1]), dims=(2, 2))
+        return ng.BoundaryFromVolumeCF(ng.CF((*rows[0], *rows[1]), dims=(2, 2)))      # else gradients are 0 there, in silence
 
     @property
     def couple_stress(self):
-        """Couple stress m, two components."""
-        return ng.CF(self.body.solid.couple_stress(self.body.gradients(*self)[1]))
+        """Couple stress m, two components; on a boundary that of the element beside it."""
+        return ng.BoundaryFromVolumeCF(ng.CF(self.body.solid.couple_stress(self.body.gradients(*self)[1])))
+
+    def reaction(self, boundary):
+        """The Reaction: force and moment that the body's supports on a boundary exert on it, from nodal forces.
+
+        All supports together balance loads and contact to rounding. What an unknown exerts that lies on two held boundaries
+        is part of the reaction of each: name them together, "bottom|side", for their sum. The moment is about the origin,
+        of force stress and couple stress together; in 1D and of a periodic body, whose columns are all alike, f2 has no arm.
+
+        Raises
+        ------
+        BadArgument
+            For a boundary on which nothing is held, and for fields that nobody has told what acts on them.
+        """
+        body, region = self.body, self.body.boundary(boundary)
+        held = body.held_on(boundary)
+        if not held:
+            raise BadArgument("boundary", boundary, "is held in no field, so that no support exerts anything there; held are "
+                              + (", ".join(f"{name} on {pattern}" for name, pattern in body.fixed.items()) or "none"))
+        if self.forces is None:
+            raise BadArgument("forces", None, "must be given to know reactions: take the fields of a state, or of Body.solve")
+        across, up = (ng.CF(0) if body.periodic else ng.x, ng.y) if body.mesh.dim == 2 else (ng.CF(0), ng.x)
+        parts = np.split(self.forces, np.cumsum([space.ndof for space in body.spaces])[:2])
+        total, moment = np.zeros(3), 0.0
+        for name in held:
+            number = FIELDS.index(name)
+            part, own = region*body.boundary(body.fixed[name]), parts[number]
+            total[number] = own @ body.values_on(part, number, 1)
+            if name != "psi":
+                moment += own @ body.values_on(part, number, -up if name == "u1" else across)
+        return Reaction(total[:2], float(moment + total[2]))
 
     def energy(self):
         """Elastic energy (in 1D: per area)."""

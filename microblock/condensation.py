@@ -210,8 +210,9 @@ class Condensed(ContactNodes):
         if not np.linalg.norm(left) <= UNSOLVED*np.linalg.norm(right):
             raise NotConverged(f"singular matrix of the bulk; {HELD}")
         vector[self._order] += self._factors.solve(left)      # one step of refinement
+        forces = self._bulk @ vector - right      # of the supports; inside the elements nothing acts
         state.vec.data += self.form.harmonic_extension*state.vec
-        return Fields(self.body, state.components)
+        return Fields(self.body, state.components, forces)
 
     def reaction(self, fields):
         """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""

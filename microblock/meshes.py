@@ -20,6 +20,7 @@ FALL = 1.6/3, 1/3    # of the way to the lowest order, on a half and on a whole 
                      # the body ends: what an error far away does to the surface falls with its distance alone. Less on a whole
                      # body: errors of a far field that is not symmetric tilt the surface
 FOLDED = 1e-12       # sine of the angle between two sides, from which on an element has an area
+CORNERS = {ng.SEGM: [(0,), (1,)], ng.TRIG: [(0, 0), (1, 0), (0, 1)], ng.QUAD: [(0, 0), (1, 0), (1, 1), (0, 1)]}
 FIRST = 0.4          # of the reach: within it of a tip the orders begin to fall
 
 
@@ -53,17 +54,16 @@ def thicknesses(mesh, region):
 def require_sound(mesh):
     """BadArgument unless it is a mesh of elements that have an area and are all turned the same way.
 
-    Looked at in the corners of the elements, of curved ones between them too.
+    Looked at in the corners of straight elements, and in the points of an integration rule in curved ones: in a corner whose
+    two sides lie on one smooth curve a curved quadrilateral is flat.
     """
     if not isinstance(mesh, ng.Mesh) or mesh.dim > 2:
         raise BadArgument("mesh", mesh, "must be an ngsolve.Mesh of one or two dimensions")
     if mesh.ne == 0:
         raise BadArgument("mesh", mesh, "must have elements")
-    cuts = max(1, mesh.GetCurveOrder())
-    along = np.linspace(0, 1, cuts + 1)
-    places = {ng.SEGM: [(t,) for t in along], ng.QUAD: [(s, t) for s in along for t in along],
-              ng.TRIG: [(i/cuts, j/cuts) for i in range(cuts + 1) for j in range(cuts + 1 - i)]}
-    rules = {kind: ng.IntegrationRule(points, [0.0]*len(points)) for kind, points in places.items()}
+    curved = mesh.GetCurveOrder()
+    rules = {kind: ng.IntegrationRule(kind, 2*curved + 4) if curved > 1 else ng.IntegrationRule(ends, [0.0]*len(ends))
+             for kind, ends in CORNERS.items()}
     with np.errstate(invalid="ignore", over="ignore"):      # points that are no numbers are what is looked for
         slopes = np.asarray(ng.specialcf.JacobianMatrix(mesh.dim)(mesh.MapToAllElements(rules, ng.VOL)))
         slopes = slopes.reshape(-1, mesh.dim, mesh.dim)
@@ -71,7 +71,7 @@ def require_sound(mesh):
         turned = areas/np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), 1e-300)
     wrong = ~(turned*np.sign(np.nanmedian(turned)) > FOLDED)
     if wrong.any():
-        counts = [len(places[element.type]) for element in mesh.Elements()]
+        counts = [len(rules[element.type]) for element in mesh.Elements()]
         numbers = np.unique(np.repeat(np.arange(mesh.ne), counts)[wrong])
         raise BadArgument("mesh", mesh, f"{len(numbers)} of its {mesh.ne} elements (first number {numbers[0]}) have no area, are "
                           "turned over against the others, or have points that are no numbers")

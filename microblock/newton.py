@@ -81,6 +81,10 @@ class State(Shown):
     kkt: float
     vector: object
 
+    def reaction(self, boundary):
+        """Force and moment about the origin that the body's supports on a boundary exert on it (`Fields.reaction`)."""
+        return self.fields.reaction(boundary)
+
     def summary(self):
         """Load, approach, pressure, closed corners and residual, for `display`."""
         per = "area" if self.fields.body.mesh.dim == 1 else "thickness"
@@ -362,10 +366,15 @@ class Newton:
         kept.vec.data = unknowns.vec
         facets, forces = self.facets, self._shared(now.forces)
         return State(level=level, approach=self._first + float(kept.vec[self._approach]), load=self._resultant(forces),
-                     fields=Fields(self.body, kept.components), psi=facets.at_nodes("psi", kept.components[2]),
+                     fields=Fields(self.body, kept.components, self._supporting(now)),
+                     psi=facets.at_nodes("psi", kept.components[2]),
                      gaps=now.gaps, multipliers=forces, closed=now.closed, traction=law.traction(forces),
                      micromoment=law.micromoment(forces, facets.levers, self.body.solid.ell),
                      iterations=iterations, kkt=now.kkt, vector=kept.vec)
+
+    def _supporting(self, now):
+        """What the supports exert in the unknowns of the body: the residual there, contact included."""
+        return now.residual.FV().NumPy()[:self.body.space.ndof].copy()
 
     def _shared(self, forces):
         """Forces of twin corners, which one multiplier carries, shared evenly."""

@@ -192,6 +192,67 @@ def test_energy_is_half_the_work_of_the_loads():
     assert fields.energy() == pytest.approx(work/2, rel=1e-12)
 
 
+LOADS = Loads(force=(0.1, -0.2), couple=0.3, traction={"top": (0.5, -0.1)}, micromoment={"top": 0.7})
+
+
+@SHAPES
+@pytest.mark.parametrize("order", [1, 3])
+@pytest.mark.parametrize("fixed", ["bottom", {"u1": "left", "u2": "bottom|right", "psi": "bottom"}])
+def test_reactions_balance_the_loads(quads, order, fixed):
+    """A block [0, 1] x [0, 0.5]: body forces act at (1/2, 1/4), tractions at (1/2, 1/2); to rounding on any mesh."""
+    fields = Body(rectangle(1, 0.5, 0.3, quads), SMOOTH, order, fixed=fixed).solve(LOADS)
+    named = fixed if isinstance(fixed, str) else "left|bottom|right"
+    force, moment = fields.reaction(named)
+    assert force == pytest.approx([-0.05 - 0.5, 0.1 + 0.1], abs=1e-12)
+    turning = (0.5*-0.1 - 0.25*0.05) + 0.5*0.3 + (0.5*-0.1 - 0.5*0.5) + 0.7
+    assert moment == pytest.approx(-turning, abs=1e-12)
+    if not isinstance(fixed, str):      # u1 is held on the left alone
+        assert fields.reaction("left").force == pytest.approx([-0.55, 0], abs=1e-12)
+        assert fields.reaction("right").force[0] == 0
+
+
+def test_reaction_of_curved_and_one_dimensional_bodies_and_of_prescribed_values():
+    curved = Body(dome(3), SMOOTH, 4, fixed="base").solve(Loads(traction={"contact": (0.1, -0.2)}))
+    length = ng.Integrate(ng.CF((1, x, y)), curved.body.mesh, definedon=curved.body.mesh.Boundaries("contact"))
+    force, moment = curved.reaction("base")
+    assert force == pytest.approx(np.array((-0.1, 0.2))*length[0], rel=1e-6)      # another rule has arcs 2e-7 longer
+    assert moment == pytest.approx(-(-0.2*length[1] - 0.1*length[2]), rel=1e-6)
+    for mesh, width in ((meshes.line(1.0, 4), 1), (meshes.column(1.0, 4), 0.25)):
+        body = Body(mesh, SMOOTH, 4, fixed={"u1": "middle", "u2": "middle"}, prescribed={"psi": {"middle": 0.02}},
+                    periodic=mesh.dim == 2)
+        fields = body.solve(Loads(traction={"contact": (0.3, -0.2)}))
+        force, moment = fields.reaction("middle")
+        assert force/width == pytest.approx([-0.3, 0.2], abs=1e-12)
+        # of the couple stress, and of the force at x2 = -1; u2 has no arm where all columns are alike
+        point = fields.couple_stress(mesh(-1.0) if mesh.dim == 1 else mesh(0.1, -1.0))
+        assert moment/width == pytest.approx(-point[1] - 0.3, abs=1e-4)      # a slope at the end of elements of order 4
+
+
+def test_stress_is_read_on_a_boundary_as_it_is_beside_it():
+    """It was 0 there: the gradient that NGSolve gives on a boundary is another one."""
+    body = Body(rectangle(1, 0.5, 0.1), SMOOTH, 4, fixed="bottom")
+    fields = body.solve(LOADS)
+    mesh = body.mesh
+    top, bottom = mesh.Boundaries("top"), mesh.Boundaries("bottom")
+    # along the loaded side the stress is that of the load; at the ends of the held one it is singular
+    assert ng.Integrate(fields.stress[1, 1], mesh, definedon=top) == pytest.approx(-0.1, abs=1e-3)
+    assert ng.Integrate(fields.couple_stress[1], mesh, definedon=top) == pytest.approx(0.7, abs=1e-3)
+    force, _ = fields.reaction("bottom")
+    assert -ng.Integrate(fields.stress[1, 1], mesh, definedon=bottom) == pytest.approx(force[1], rel=0.05)
+    plain = ng.BoundaryFromVolumeCF(fields.stress[1, 1])
+    assert ng.Integrate(plain, mesh, definedon=bottom) == ng.Integrate(fields.stress[1, 1], mesh, definedon=bottom)
+
+
+def test_a_boundary_without_support_has_no_reaction():
+    body = Body(rectangle(1, 1, 0.5), SMOOTH, 1, fixed={"u1": "left", "u2": "bottom", "psi": "left"})
+    for boundary, word in (("top", "held in no field"), ("nowhere", "none of"), ("(", "regular"), (3, "pattern")):
+        with pytest.raises(BadArgument, match=word) as caught:
+            body.solve().reaction(boundary)
+        assert caught.value.name == "boundary"
+    with pytest.raises(BadArgument, match="fields of a state"):
+        Fields(body, ng.GridFunction(body.space).components).reaction("left")
+
+
 def test_free_body_is_reported():
     with pytest.raises(NotConverged, match="rigid"):
         Body(rectangle(1, 1, 0.5), SMOOTH, 1).solve(Loads(force=(1, 0)))

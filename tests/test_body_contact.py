@@ -48,6 +48,56 @@ def test_body_is_one_word_changed(body):
     assert all(event.load <= P for event in path.events)
 
 
+def pushed(state):
+    """Force and moment about the origin that the obstacle exerts on a body, from nodal pressures and micromoments."""
+    points, normals = state.nodes.points, state.nodes.normals
+    forces = -(state.weights*state.pressures.sum(axis=0))[:, None]*normals
+    couples = 0 if state.law.clamps_rotation else state.weights @ state.micromoment
+    return forces.sum(axis=0), np.sum(points[:, 0]*forces[:, 1] - points[:, 1]*forces[:, 0]) + couples
+
+
+@pytest.mark.parametrize("law", [mb.Microblock(), mb.Microblock(0.05), mb.Unilateral(), mb.Microclamped()])
+@pytest.mark.parametrize("quads", [False, True], ids=["triangles", "quadrilaterals"])
+def test_supports_balance_the_obstacle(law, quads):
+    """On curved sides too, where pressures act along -n: weights, pressures and n2 make up the load to rounding."""
+    face = occ.WorkPlane().Circle(1.0).Face()*occ.WorkPlane().MoveTo(-2, 0.3).Rectangle(4, 2).Face()
+    face = face.Move((0.4, 0.1, 0))      # normals through the origin would have no moment
+    face.edges.name = "contact"
+    face.edges.Min(occ.Y).name = "base"
+    for order in (1, 2, 4):
+        mesh = ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.3, quad_dominated=quads)).Curve(order)
+        state = mb.Contact(mb.Body(mesh, SOLID, order, fixed="base"), lambda x: (x - 0.2)**2/6, law).at(0.3)
+        force, moment = pushed(state)
+        pressures = state.weights*state.pressures.sum(axis=0)
+        assert pressures @ state.nodes.normals[:, 1] == pytest.approx(0.3, rel=1e-12) and pressures.sum() > 0.3001
+        found = state.reaction("base|contact" if law.clamps_rotation else "base")
+        assert found.force == pytest.approx(-force, abs=1e-12) and force[1] == pytest.approx(-0.3, rel=1e-12)
+        assert abs(force[0]) > 1e-3 and found.moment == pytest.approx(-moment, abs=1e-12) and abs(moment) > 1e-3
+        if not law.clamps_rotation:
+            with pytest.raises(mb.BadArgument, match="held in no field"):
+                state.reaction("contact")
+
+
+@pytest.mark.parametrize("law", [mb.Microblock(), mb.Microblock(0.05), mb.Microclamped()])
+def test_reactions_of_ground_are_those_of_the_whole_body(law):
+    load = 0.7
+    scenes = [mb.UniformContact(SOLID, mb.Cylinder(1.0), law, domain=3.0, h=0.1, reach=1.5, order=2, method=method)
+              for method in ("condensed", "al")]
+    states = [scene.states([load])[0] for scene in scenes]
+    states.append(FittedContact(SOLID, mb.Cylinder(1.0), law, domain=10.0).at(load, rtol=1e-2))
+    for state in states:
+        mirrored = law != mb.Microblock(0.05)      # of these one half is computed
+        force, moment = state.reaction("bottom")
+        assert state.mirrored == mirrored and force == pytest.approx([0, load], abs=1e-11)      # rounding, Newton's residual
+        if mirrored:
+            assert moment == 0 and state.reaction("bottom|axis").force == pytest.approx(force)
+            with pytest.raises(mb.BadArgument, match="axis of symmetry"):
+                state.reaction("axis")
+        else:
+            p = state.weights*state.pressures.sum(axis=0)
+            assert moment == pytest.approx(p @ state.x - state.weights @ state.micromoment, abs=1e-9) and abs(moment) > 1e-3
+
+
 @pytest.mark.parametrize("law", [mb.Microblock(), mb.Microblock(0.05), mb.Unilateral(), mb.Microclamped()])
 def test_energy_is_that_of_the_fields_and_grows_by_the_work_of_the_load(body, law):
     scene = mb.Contact(body, mb.Cylinder(1.0), law)
