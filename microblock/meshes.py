@@ -16,6 +16,8 @@ GRADING = 0.5        # of netgen, away from the surface; from 0.6 on some meshes
 RATIO = 0.15         # of the elements towards a graded vertex
 GROWTH = 3.0         # of equal squares, over their side and times the reach: 1.03 for the paper's 0.02 of 2 a_Hz
 SLIVER = 1e-9        # of the reach, below which two edges are one
+MESHED = 1000.0      # reach in which meshes are made: netgen has tolerances of 1e-7 and less, whatever the unit of length
+DIGITS = 12          # in which they are made, so that the rounding of a unit of length does not make another mesh
 FALL = 1.6/3, 1/3    # of the way to the lowest order, on a half and on a whole body, that a decade of distance takes, wherever
                      # the body ends: what an error far away does to the surface falls with its distance alone. Less on a whole
                      # body: errors of a far field that is not symmetric tilt the surface
@@ -156,6 +158,8 @@ class Ground:
 def graded(ground, edges, *, spacing, levels, grading=GRADING):
     """Triangles from netgen with vertices at `edges` on the surface, towards which `levels` of elements shrink by RATIO.
 
+    The mesh is the same in every unit of length, and has no geometry: its sides are straight.
+
     Parameters
     ----------
     ground : Ground
@@ -167,18 +171,30 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING):
     NotConverged
         If netgen fails; it is tried with slightly different gradings first.
     """
+    unit = max(abs(x) for x in ground.reach)/MESHED
     tips = _distinct(edges, SLIVER*(ground.reach[1] - ground.reach[0]))
+    scaled = Ground(_rounded(ground.far, unit), tuple(_rounded(x, unit) for x in ground.reach), ground.half)
+    places, step = [_rounded(tip, unit) for tip in tips], _rounded(spacing, unit)
     for trial in (grading, 0.9*grading, 0.8*grading):
         try:
-            mesh = ng.Mesh(_face(ground, tips, spacing).GenerateMesh(maxh=ground.far/3, grading=trial))
+            made = _face(scaled, places, step).GenerateMesh(maxh=scaled.far/3, grading=trial)
             break
         except Exception as failure:
             reason = failure
     else:
         raise NotConverged(f"netgen finds no mesh for edges {tips}: {reason}")
+    made.SetGeometry(None)      # which knows the mesh in its own unit alone
+    made.Scale(unit)
+    mesh = ng.Mesh(made)
     if levels and tips:
         mesh.RefineHP(levels, RATIO)
     return mesh
+
+
+def _rounded(length, unit):
+    """A length in a unit, to DIGITS of MESHED or, if it is longer, of itself."""
+    scaled = length/unit
+    return round(scaled, DIGITS - math.ceil(math.log10(max(abs(scaled), MESHED))))
 
 
 def _face(ground, tips, spacing):
