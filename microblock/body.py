@@ -7,6 +7,7 @@ from typing import NamedTuple
 import ngsolve as ng
 import numpy as np
 
+from . import cost
 from .display import Row, Shown, Summary
 from .errors import BadArgument, NotConverged
 from .material import Cosserat
@@ -49,7 +50,9 @@ class Body(Shown):
     Parameters
     ----------
     mesh : ngsolve.Mesh
-        Triangles, quadrilaterals (curved or not), or a 1D mesh of the depth x2 (`meshes.line`).
+        Triangles, quadrilaterals (curved or not), or a 1D mesh of the depth x2 (`meshes.line`). The kernel of geometries
+        that makes it has tolerances of 1e-7 in its unit of length: a body of 1e-9 m is drawn in nanometres. Numbers here have
+        no unit, and results do not depend on it.
     solid : Cosserat
     order : int, or array of ints, one for each element
         Polynomial order of u; `order_psi` that of psi (the same without it). With one for each element all fields
@@ -368,7 +371,9 @@ class Fields:
 
 
 def solve_linear(matrix, freedofs, rhs, what):
-    """Solve matrix x = rhs on freedofs by UMFPACK, and check: a singular matrix raises NotConverged."""
+    """Solve matrix x = rhs on freedofs by UMFPACK, and check: a singular or too large matrix raises NotConverged."""
+    cost.require_room(cost.of_factors(matrix.height, matrix.nze), f"factors of {what.split(';')[0]}, {matrix.height} unknowns,",
+                      "take longer elements or a lower order")
     try:
         inverse = matrix.Inverse(freedofs, "umfpack")
     except Exception as failure:

@@ -15,6 +15,7 @@ from scipy.linalg import solve_triangular
 from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
+from . import cost
 from .body import CURVED, Fields
 from .compliance import Compliance
 from .errors import BadArgument, NotConverged
@@ -125,7 +126,7 @@ class Condensed(ContactNodes):
     Raises
     ------
     NotConverged
-        If the supports leave a rigid motion free.
+        If the supports leave a rigid motion free, or matrices would need more memory than there is.
     BadArgument
         If a support prescribes values other than 0, or holds u2 on the contact boundary; for a periodic body.
 
@@ -142,9 +143,21 @@ class Condensed(ContactNodes):
     def __init__(self, body, boundary="contact"):
         require_pressed(body, boundary, condensed=True)
         super().__init__(body, boundary)
+        self._require_room()
         self._assemble()
         self._factorise()
         self.compliance = Compliance(self.points, self.normals, self.weights, self._matrix(), body.solid.ell)
+
+    def _require_room(self):
+        """NotConverged where factors and compliance need more memory than is there."""
+        mesh, space = self.body.mesh, self.body.space
+        self.unknowns = space.FreeDofs().NumSet()
+        sides = (2*mesh.nedge - mesh.GetNE(ng.BND))/mesh.ne      # of an element; of each all unknowns there are linked
+        orders = self.body.element_orders if self.body.element_orders is not None else np.full(mesh.ne, self.body.order)
+        entries = np.sum((len(self.body.spaces)*sides*orders)**2)
+        needed = cost.of_factors(space.FreeDofs(True).NumSet(), entries) + cost.of_nodes(len(self.weights))
+        cost.require_room(needed, f"a body of {self.unknowns} unknowns with {len(self.weights)} contact nodes",
+                          "take longer elements, a lower order or a larger rtol, or name less of the surface as contact boundary")
 
     def _assemble(self):
         """The bulk's bilinear form, the second variation of (10)."""
@@ -159,7 +172,6 @@ class Condensed(ContactNodes):
         self.form += (s11*varied[0, 0] + s12*(varied[0, 1] + chi) + s21*(varied[1, 0] - chi) + s22*varied[1, 1]
                        + m[0]*turned[0] + m[1]*turned[1])*ng.dx(bonus_intorder=bonus)
         self.form.Assemble()
-        self.unknowns = sum(space.FreeDofs())
 
     def _factorise(self):
         space = self.body.space
@@ -178,6 +190,9 @@ class Condensed(ContactNodes):
             if np.any(self._factors.perm_r != straight) or np.any(self._factors.perm_c != straight):
                 raise RuntimeError("the factorisation pivots")
             upper = self._factors.U[len(inner):, len(inner):].toarray()
+        except MemoryError as failure:
+            raise NotConverged(f"no memory to factorise {self.unknowns} unknowns: take longer elements, a lower order "
+                               "or a larger rtol") from failure
         except RuntimeError as failure:
             raise NotConverged(f"no factorisation of the bulk: {failure}; {HELD}") from failure
         if not np.all(self._factors.U.diagonal() > CANCELLED*bulk.diagonal()[self._order]):

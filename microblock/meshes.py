@@ -9,6 +9,7 @@ import ngsolve as ng
 import numpy as np
 from ngsolve.meshes import MakeStructured2DMesh
 
+from . import cost
 from .errors import BadArgument, NotConverged, require_finite, require_positive
 
 HELD, POWER = 0.9, 1.6      # layers that an element of order 2, 4, 6 holds: 2.7, 8.3, 16
@@ -21,6 +22,8 @@ DIGITS = 12          # in which they are made, so that the rounding of a unit of
 FALL = 1.6/3, 1/3    # of the way to the lowest order, on a half and on a whole body, that a decade of distance takes, wherever
                      # the body ends: what an error far away does to the surface falls with its distance alone. Less on a whole
                      # body: errors of a far field that is not symmetric tilt the surface
+LINKED = 80          # entries of a matrix for one square of order 1
+GRADED = 4.0         # elements of a graded mesh for one at the surface: 3 to 6 on meshes of some thousand
 FOLDED = 1e-12       # sine of the angle between two sides, from which on an element has an area
 CORNERS = {ng.SEGM: [(0,), (1,)], ng.TRIG: [(0, 0), (1, 0), (0, 1)], ng.QUAD: [(0, 0), (1, 0), (1, 1), (0, 1)]}
 FIRST = 0.4          # of the reach: within it of a tip the orders begin to fall
@@ -168,11 +171,16 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING):
 
     Raises
     ------
+    BadArgument
+        Also for a spacing that would take more memory than there is.
     NotConverged
         If netgen fails; it is tried with slightly different gradings first.
     """
+    require_positive(spacing=spacing)
+    surface = ground.reach[1] - ground.reach[0]
+    _require_room("spacing", spacing, lambda length: (surface/length, GRADED*surface/length))
     unit = max(abs(x) for x in ground.reach)/MESHED
-    tips = _distinct(edges, SLIVER*(ground.reach[1] - ground.reach[0]))
+    tips = _distinct(edges, SLIVER*surface)
     scaled = Ground(_rounded(ground.far, unit), tuple(_rounded(x, unit) for x in ground.reach), ground.half)
     places, step = [_rounded(tip, unit) for tip in tips], _rounded(spacing, unit)
     for trial in (grading, 0.9*grading, 0.8*grading):
@@ -230,6 +238,11 @@ def uniform(ground, h, quads=True):
     reach = ground.reach[1]
     if not 0 < h <= reach:
         raise BadArgument("h", h, f"must be positive and no longer than the region of equal squares, {reach:g}")
+    def elements(length):
+        count = _uniform_count(reach, ground.far, length)
+        return (count, count*count) if ground.half else (2*count, 2*count*count)
+
+    _require_room("h", h, elements)
     lines = uniform_lines(reach, ground.far, h)
     across = lines if ground.half else np.concatenate((-lines[:0:-1], lines))
     nx, ny = len(across) - 1, len(lines) - 1
@@ -239,6 +252,26 @@ def uniform(ground, h, quads=True):
     for number, name in enumerate(mesh.GetBoundaries()):
         mesh.ngmesh.SetBCName(number, names[name])
     return ng.Mesh(mesh.ngmesh)
+
+
+def _require_room(name, length, elements):
+    """BadArgument where elements of this length need more memory than is there: `elements(length)`, on the surface and in all."""
+    def needed(length):
+        surface, count = elements(length)
+        return cost.of_nodes(surface) + cost.of_factors(3*count, LINKED*count)
+
+    words = cost.too_much(needed(length))
+    if words:
+        least = length
+        while cost.too_much(needed(least)):
+            least *= 2
+        raise BadArgument(name, length, f"makes {elements(length)[1]:.2g} elements, whose matrices {words}: take {name} of "
+                          f"{least:.1g} or more, a larger ell where it follows from that, or a half-plane without a mesh")
+
+
+def _uniform_count(reach, far, h):
+    """About how many `uniform_lines` there are."""
+    return reach/h*(1 + math.log1p(GROWTH*(far/reach - 1))/GROWTH)
 
 
 def uniform_lines(reach, far, h):

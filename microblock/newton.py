@@ -13,7 +13,7 @@ import ngsolve as ng
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from . import law
+from . import cost, law
 from .body import Fields, Loads
 from .display import Row, Shown, Summary, number
 from .errors import BadArgument, NotConverged, require_finite
@@ -324,6 +324,8 @@ class Newton:
         self.form.AssembleLinearization(unknowns.vec)
         values, columns, starts = self.form.mat.CSR()
         shape = (self.space.ndof, self.space.ndof)
+        cost.require_room(cost.of_factors(self.space.ndof, len(values)), f"factors of {self.unknowns} unknowns",
+                          "take longer elements or a lower order, or a body condensed to its contact nodes (BodyContact)")
         magnitudes = csr_matrix((np.abs(values), np.array(columns), np.array(starts)), shape=shape)
         try:
             inverse = self.form.mat.Inverse(self.free, "umfpack")

@@ -10,7 +10,7 @@ import pytest
 from conftest import dome
 
 import microblock as mb
-from microblock import active_set, meshes, references, refined
+from microblock import active_set, condensation, cost, meshes, references, refined
 from microblock.body_contact import BodyContact
 from microblock.fitted import FittedContact
 
@@ -46,6 +46,47 @@ def test_body_is_one_word_changed(body):
     assert alone.approach == pytest.approx(state.approach, rel=1e-12)
     assert [event.kind for event in path.events if event.zone == "contact"] == ["born", "born", "merged"]
     assert all(event.load <= P for event in path.events)
+
+
+def test_memory_is_not_exhausted(body, monkeypatch):
+    """What matrices would take is known, within a small factor, before they are made; and said."""
+    needed = []
+    monkeypatch.setattr(cost, "require_room", lambda size, *words: needed.append(size))
+    nodes = mb.Condensed(mb.Body(body.mesh, SOLID, 5, fixed="bottom"))
+    factors = nodes._factors.L.nnz + nodes._factors.U.nnz
+    assert 1 < needed[0]/(cost.COPIES*cost.ENTRY*factors + cost.of_nodes(len(nodes.points))) < 3
+    monkeypatch.undo()
+    monkeypatch.setattr(cost, "available", lambda: 1e6)      # a megabyte
+    for make in (lambda: mb.Contact(body.on(body.mesh), mb.Cylinder(1.0), mb.Unilateral()).at(1.0),
+                 lambda: body.solve(mb.Loads(force=(0, 1))),
+                 lambda: mb.Newton(body, mb.ContactFacets(body, mb.Unilateral(), mb.Cylinder(1.0))).solve(0.1)):
+        with pytest.raises(mb.NotConverged, match="GB of memory, and 0.001 GB are available: take longer elements"):
+            make()
+    for make, name in ((lambda: meshes.uniform(mb.Ground(4.0, (0.0, 1.0)), 0.01), "h"),
+                       (lambda: meshes.graded(mb.Ground(4.0, (0.0, 1.0)), [0.5], spacing=0.001, levels=0), "spacing")):
+        with pytest.raises(mb.BadArgument, match=f"GB of memory.*take {name} of") as caught:
+            make()
+        assert caught.value.name == name
+    monkeypatch.setattr(cost, "available", lambda: 3e7)      # the first meshes have room: told is how far they came
+    with pytest.raises(mb.NotConverged, match="smallest error estimate.*GB of memory") as caught:
+        mb.Contact(body.on(body.mesh), mb.Cylinder(1.0), mb.Unilateral()).at(P, rtol=1e-9)
+    assert 1e-4 < caught.value.reached < 0.5
+
+
+@pytest.mark.parametrize("length", [1e-9, 1e-300])
+def test_elements_that_no_memory_holds_are_refused_by_name(length):
+    with pytest.raises(mb.BadArgument, match="^h = 1e-.*elements"):
+        mb.UniformContact(SOLID, mb.Cylinder(1.0), mb.Unilateral(), domain=4.0, h=length).states([0.1])
+    with pytest.raises(mb.BadArgument, match="^spacing = 1e-.*elements"):
+        FittedContact(SOLID, mb.Cylinder(1.0), mb.Unilateral(), domain=10.0).of_order(0.1, 4, spacing=length)
+
+
+def test_a_factorisation_without_memory_says_so(body, monkeypatch):
+    def none(*arguments, **options):
+        raise MemoryError
+    monkeypatch.setattr(condensation, "splu", none)
+    with pytest.raises(mb.NotConverged, match="no memory to factorise"):
+        mb.Condensed(body)
 
 
 def pushed(state):
