@@ -8,6 +8,7 @@ import ngsolve as ng
 import numpy as np
 import pytest
 from conftest import dome
+from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from microblock import active_set, condensation, cost, meshes, references, refined
@@ -241,3 +242,14 @@ def test_path_agrees_with_single_states(body):
     flexibility, gaps, share = scene.nodes.compliance.corner_system(scene.law, scene.obstacle)
     last = active_set.path(flexibility, gaps, [0.3], c=share).states[0]
     assert scene.load(0.3).at(0.3).forces.ravel() == pytest.approx(last.forces, abs=1e-11)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_newton_on_columns_of_any_width(count):
+    """The value that is prescribed arrives, and the support carries the load of all columns, to Newton's residual."""
+    mesh = MakeStructured2DMesh(quads=True, nx=count, ny=3, periodic_x=True, mapping=lambda s, t: (count*s/3, t - 1))
+    held = mb.Body(mesh, SOLID, 3, fixed={"u1": "bottom", "u2": "bottom"}, prescribed={"psi": {"bottom": 0.01}}, periodic=True)
+    facets = mb.ContactFacets(held, mb.Unilateral(), mb.Plane(), boundary="top")
+    state = mb.Newton(held, facets, control="load").solve(0.02*count)
+    assert state.fields.psi(mesh(0.1, -1.0)) == pytest.approx(0.01, rel=1e-12)
+    assert state.reaction("bottom").force == pytest.approx([0, 0.02*count], abs=1e-10)
