@@ -9,6 +9,7 @@ from .errors import NotConverged
 GIGABYTE = 1e9
 UNKNOWN = 8*GIGABYTE     # memory of a system that does not tell
 SHARE = 0.8              # of the available memory that one computation may take
+LITTLE = 2e8             # bytes that are tried anyway: others may be about to give memory back
 FILLED = 0.45            # of the entries of a row times log2 of the rows, in the factors of a body: 0.31 to 0.46 were seen
 ENTRY = 12               # bytes of an entry of a sparse matrix
 COPIES = 3               # of the factors that are held at a time at most, matrix and what builds it included: 3.0 were seen
@@ -41,7 +42,7 @@ def of_nodes(count):
 def too_much(needed):
     """What is wrong with so many bytes, in words; an empty string if they are there."""
     there = available()
-    if needed <= SHARE*there:
+    if needed <= max(SHARE*there, LITTLE):
         return ""
     return f"would take {needed/GIGABYTE:.2g} GB of memory, and {there/GIGABYTE:.2g} GB are available"
 
