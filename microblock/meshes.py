@@ -193,6 +193,9 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING):
         raise NotConverged(f"netgen finds no mesh for edges {tips}: {reason}")
     made.SetGeometry(None)      # which knows the mesh in its own unit alone
     made.Scale(unit)
+    points = made.Coordinates()      # off by a rounding: an edge would not be that of the obstacle
+    for exact in (*tips, *ground.reach):
+        points[(points[:, 1] == 0) & (np.abs(points[:, 0] - exact) < SLIVER*surface/10), 0] = exact
     mesh = ng.Mesh(made)
     if levels and tips:
         mesh.RefineHP(levels, RATIO)
