@@ -2,18 +2,23 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import ngsolve as ng
 import numpy as np
 
+from . import cost
 from .display import Row, Shown, Summary
 from .errors import BadArgument, NotConverged
 from .material import Cosserat
+from .meshes import require_sound
 from .threads import bounded
 
 FIELDS = ("u1", "u2", "psi")
 CURVED = 4           # more integration orders for the energy, for elements with curved sides
 SINGULAR = 1e-8      # relative residual of a direct solve beyond which the matrix counts as singular
+OWN = 0.25           # of the constant 1, from which on a coefficient is that of a vertex and not the rounding of an edge's
+SAME = 1e-9          # of the largest of prescribed values, within which two of them are one
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,9 @@ class Body(Shown):
     Parameters
     ----------
     mesh : ngsolve.Mesh
-        Triangles, quadrilaterals (curved or not), or a 1D mesh of the depth x2 (`meshes.line`).
+        Triangles, quadrilaterals (curved or not), or a 1D mesh of the depth x2 (`meshes.line`). The kernel of geometries
+        that makes it has tolerances of 1e-7 in its unit of length: a body of 1e-9 m is drawn in nanometres. Numbers here have
+        no unit, and results do not depend on it.
     solid : Cosserat
     order : int, or array of ints, one for each element
         Polynomial order of u; `order_psi` that of psi (the same without it). With one for each element all fields
@@ -54,9 +61,14 @@ class Body(Shown):
     fixed : str or mapping
         Boundaries on which u1 = u2 = psi = 0, or {field: boundaries}; names as NGSolve's patterns.
     prescribed : {field: {boundary: value}}
-        Boundaries on which a field has this value (a number or CoefficientFunction).
+        Boundaries on which a field has this value (a number or CoefficientFunction); the same at identified points.
     periodic : bool
         Identify the fields on boundaries that the mesh identifies.
+
+    Raises
+    ------
+    BadArgument
+        Also for a mesh with points that are no numbers, or elements without area or turned over against the others.
 
     Examples
     --------
@@ -71,6 +83,7 @@ class Body(Shown):
     """
 
     def __init__(self, mesh, solid: Cosserat, order=2, *, order_psi=None, fixed=(), prescribed=None, periodic=False):
+        require_sound(mesh)
         self.mesh, self.solid, self.periodic = mesh, solid, periodic
         self.element_orders = None if isinstance(order, int) else self._graded(order, order_psi)
         order = order if self.element_orders is None else int(self.element_orders.max())
@@ -83,6 +96,7 @@ class Body(Shown):
         self.fixed = self._patterns(fixed)
         self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
         self.space = self.spaces[0]*self.spaces[1]*self.spaces[2]
+        self._require_periodic_values()
         self.derived = {}      # what costs a factorisation, kept as long as the body by who makes it
 
     def summary(self):
@@ -137,6 +151,8 @@ class Body(Shown):
 
     def _patterns(self, fixed):
         """{field: pattern of all boundaries where it is fixed or prescribed}."""
+        if not isinstance(fixed, (str, Mapping)) and fixed != ():
+            raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
         patterns = {name: [fixed] for name in FIELDS} if isinstance(fixed, str) else {
             name: [pattern] for name, pattern in dict(fixed).items()}
         for name, values in self.prescribed.items():
@@ -149,17 +165,69 @@ class Body(Shown):
         return {name: "|".join(named) for name, named in patterns.items()}
 
     def boundary(self, pattern):
-        """The region of the boundaries that a pattern names; BadArgument if there are none."""
-        region = self.mesh.Boundaries(pattern)
-        if not any(region.Mask()):
-            raise BadArgument("boundary", pattern, f"is none of {', '.join(sorted(set(self.mesh.GetBoundaries())))}")
+        """The region of the boundaries that a pattern names; BadArgument if there are none, also for one of its names."""
+        names = sorted(set(self.mesh.GetBoundaries()))
+        if not isinstance(pattern, str):
+            raise BadArgument("boundary", pattern, f"must be a name or pattern of {', '.join(names)}")
+        try:
+            region = self.mesh.Boundaries(pattern)
+        except RuntimeError as failure:
+            raise BadArgument("boundary", pattern, f"is no regular expression: {failure}") from failure
+        missing = [name for name in pattern.split("|") if name.isidentifier() and name not in names]
+        if missing or not any(region.Mask()):
+            which = "" if missing in ([], [pattern]) else f"{', '.join(missing)} "
+            raise BadArgument("boundary", pattern, f"{which}is none of {', '.join(names)}")
         return region
+
+    def held_on(self, boundary):
+        """The fields that supports hold or prescribe on a part of a boundary at least."""
+        mask = self.boundary(boundary).Mask()
+        return [name for name, pattern in self.fixed.items() if any(self.boundary(pattern).Mask() & mask)]
+
+    def pressed(self, boundary):
+        """The region of a contact boundary; BadArgument where supports hold u2 on a part of it, which cannot be pressed."""
+        if "u2" in self.held_on(boundary):
+            raise BadArgument("boundary", boundary, f"is held in u2 by the supports on {self.fixed['u2']}: "
+                              "an obstacle cannot press what cannot move; hold other boundaries, or psi alone")
+        return self.boundary(boundary)
 
     def prescribe(self, components):
         """Set the prescribed values in the grid functions of u1, u2, psi."""
         for name, values in self.prescribed.items():
             region = self.boundary("|".join(values))
-            components[FIELDS.index(name)].Set(self.mesh.BoundaryCF(dict(values)), definedon=region)
+            self.set_on(region, components[FIELDS.index(name)], self.mesh.BoundaryCF(dict(values)))
+
+    def set_on(self, region, component, value):
+        """Set a component of a grid function of the body on a region of its boundary.
+
+        A facet of a body one element wide has the dof of its identified ends twice: NGSolve's Set counts it twice, but
+        adds its value once. What 1 becomes is its share.
+        """
+        component.Set(value, definedon=region)
+        if self.periodic:
+            share = ng.GridFunction(component.space)
+            share.Set(1, definedon=region)
+            shares = share.vec.FV().NumPy()
+            ends = np.abs(shares) > OWN
+            component.vec.FV().NumPy()[ends] /= shares[ends]
+
+    def values_on(self, region, number, value):
+        """Coefficients of a function in the space of a field (its number) on a region of the boundary, 0 elsewhere."""
+        function = ng.GridFunction(self.spaces[number])
+        self.set_on(region, function, value)
+        return function.vec.FV().NumPy().copy()
+
+    def _require_periodic_values(self):
+        """BadArgument where prescribed values differ at points that the mesh identifies."""
+        for name, values in self.prescribed.items() if self.periodic else ():
+            space, value, found = self.spaces[FIELDS.index(name)], self.mesh.BoundaryCF(dict(values)), {}
+            for facet in self.boundary("|".join(values)).Elements():
+                transformation = self.mesh.GetTrafo(facet)
+                for vertex, dof, xi in zip(facet.vertices, space.GetDofNrs(facet), (1.0, 0.0)):
+                    found.setdefault(dof, {}).setdefault(vertex.nr, value(transformation(xi)))
+            largest = max(abs(one) for own in found.values() for one in own.values())
+            if any(np.ptp(list(own.values())) > SAME*largest for own in found.values()):
+                raise BadArgument("prescribed", self.prescribed, f"must have the same {name} at points that the mesh identifies")
 
     def gradients(self, u1, u2, psi):
         """Displacement gradient (2x2) and grad psi as expressions, in 1D with d/dx1 = 0."""
@@ -203,11 +271,32 @@ class Body(Shown):
         step = solve_linear(form.mat, self.space.FreeDofs(), residual,
                             "the bulk; are rigid motions fixed, and psi where beta = 0?")
         state.vec.data -= step
-        return Fields(self, state.components)
+        form.Apply(state.vec, residual)
+        return Fields(self, state.components, residual.FV().NumPy().copy())
+
+
+class Reaction(NamedTuple):
+    """What supports exert on a body: force (f1, f2), array, and moment about the origin, counterclockwise; per thickness.
+
+    The moment is that of force and couple stress together. In 1D both are per area.
+    """
+
+    force: np.ndarray
+    moment: float
 
 
 class Fields:
     """The fields of a state: u1, u2, psi and what follows from them, as NGSolve functions.
+
+    Stresses are those of the elements. On a boundary they are read from the element beside it (NGSolve's
+    BoundaryFromVolumeCF, which `stress` and `couple_stress` have in them; derivatives of your own need it), and are as good
+    there as the mesh. What a support exerts is better asked from `reaction`: it balances the loads to rounding on any mesh.
+
+    Parameters
+    ----------
+    body : Body
+    components : grid functions of u1, u2, psi
+    forces : array (unknowns of the body,), internal forces less the loads: what supports exert in each unknown
 
     Examples
     --------
@@ -218,10 +307,18 @@ class Fields:
     >>> import ngsolve as ng
     >>> round(ng.Integrate(fields.stress[1, 1], body.mesh)/ng.Integrate(1, body.mesh), 9)
     -1.0
+
+    The stress on a boundary, and the force and the moment of the support there (the column is 0.5 wide):
+
+    >>> round(ng.Integrate(fields.stress[1, 1], body.mesh, definedon=body.mesh.Boundaries("middle")), 9)
+    -0.5
+    >>> force, moment = fields.reaction("middle")
+    >>> round(float(force[1]), 9)
+    0.5
     """
 
-    def __init__(self, body, components):
-        self.body = body
+    def __init__(self, body, components, forces=None):
+        self.body, self.forces = body, forces
         self.u1, self.u2, self.psi = components[:3]
 
     def __iter__(self):
@@ -229,15 +326,45 @@ class Fields:
 
     @property
     def stress(self):
-        """Force stress (16), 2x2."""
+        """Force stress (16), 2x2; on a boundary that of the element beside it."""
         gradient, _ = self.body.gradients(*self)
         rows = self.body.solid.stress(gradient, self.psi)
-        return ng.CF((*rows[0], *rows[1]), dims=(2, 2))
+        return ng.BoundaryFromVolumeCF(ng.CF((*rows[0], *rows[1]), dims=(2, 2)))      # else gradients are 0 there, in silence
 
     @property
     def couple_stress(self):
-        """Couple stress m, two components."""
-        return ng.CF(self.body.solid.couple_stress(self.body.gradients(*self)[1]))
+        """Couple stress m, two components; on a boundary that of the element beside it."""
+        return ng.BoundaryFromVolumeCF(ng.CF(self.body.solid.couple_stress(self.body.gradients(*self)[1])))
+
+    def reaction(self, boundary):
+        """The Reaction: force and moment that the body's supports on a boundary exert on it, from nodal forces.
+
+        All supports together balance loads and contact to rounding. What an unknown exerts that lies on two held boundaries
+        is part of the reaction of each: name them together, "bottom|side", for their sum. The moment is about the origin,
+        of force stress and couple stress together; in 1D and of a periodic body, whose columns are all alike, f2 has no arm.
+
+        Raises
+        ------
+        BadArgument
+            For a boundary on which nothing is held, and for fields that nobody has told what acts on them.
+        """
+        body, region = self.body, self.body.boundary(boundary)
+        held = body.held_on(boundary)
+        if not held:
+            raise BadArgument("boundary", boundary, "is held in no field, so that no support exerts anything there; held are "
+                              + (", ".join(f"{name} on {pattern}" for name, pattern in body.fixed.items()) or "none"))
+        if self.forces is None:
+            raise BadArgument("forces", None, "must be given to know reactions: take the fields of a state, or of Body.solve")
+        across, up = (ng.CF(0) if body.periodic else ng.x, ng.y) if body.mesh.dim == 2 else (ng.CF(0), ng.x)
+        parts = np.split(self.forces, np.cumsum([space.ndof for space in body.spaces])[:2])
+        total, moment = np.zeros(3), 0.0
+        for name in held:
+            number = FIELDS.index(name)
+            part, own = region*body.boundary(body.fixed[name]), parts[number]
+            total[number] = own @ body.values_on(part, number, 1)
+            if name != "psi":
+                moment += own @ body.values_on(part, number, -up if name == "u1" else across)
+        return Reaction(total[:2], float(moment + total[2]))
 
     def energy(self):
         """Elastic energy (in 1D: per area)."""
@@ -246,7 +373,9 @@ class Fields:
 
 
 def solve_linear(matrix, freedofs, rhs, what):
-    """Solve matrix x = rhs on freedofs by UMFPACK, and check: a singular matrix raises NotConverged."""
+    """Solve matrix x = rhs on freedofs by UMFPACK, and check: a singular or too large matrix raises NotConverged."""
+    cost.require_room(cost.of_factors(matrix.height, matrix.nze), f"factors of {what.split(';')[0]}, {matrix.height} unknowns,",
+                      "take longer elements or a lower order")
     try:
         inverse = matrix.Inverse(freedofs, "umfpack")
     except Exception as failure:

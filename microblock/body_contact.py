@@ -13,7 +13,7 @@ import numpy as np
 from . import active_set
 from .body import Body
 from .body_state import BodyState, zones_of
-from .condensation import condensed
+from .condensation import condensed, require_pressed
 from .display import path_summary, scene_summary
 from .errors import require_kind, require_positive, require_tolerance
 from .observables import zone_changes
@@ -29,7 +29,7 @@ class BodyContact(SceneView):
 
     Parameters
     ----------
-    body : Body, two-dimensional; all rigid motions held
+    body : Body, two-dimensional; all rigid motions held, with the value 0, and u2 nowhere on the contact boundary
     obstacle : an obstacle of `microblock.obstacles`, or a callable height(x)
     law : a law of `microblock.law`; `Microclamped` adds psi = 0 on the contact boundary to the supports
     boundary : str, name or pattern of the contact boundary
@@ -54,6 +54,7 @@ class BodyContact(SceneView):
     def __post_init__(self):
         super().__post_init__()
         require_kind(str, "the name of a boundary", boundary=self.boundary)
+        require_pressed(self.body, self.boundary, condensed=True)
 
     def summary(self):
         words = f"body of {self.body.mesh.ne} elements, order {self.body.order}"

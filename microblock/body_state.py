@@ -104,7 +104,7 @@ class BodyState(BelowOnMesh, StateView):
 
     @property
     def weights(self):
-        """Lengths of the surface: with the pressure and n2 they sum up to the load."""
+        """Lengths of the surface, curved or not: pressures act along -n, so that the load is ``weights @ (p*n2)``."""
         return self.nodes.weights
 
     @property

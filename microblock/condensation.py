@@ -15,6 +15,7 @@ from scipy.linalg import solve_triangular
 from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
+from . import cost
 from .body import CURVED, Body, Fields
 from .compliance import Compliance
 from .errors import BadArgument, NotConverged, require_kind
@@ -50,9 +51,7 @@ class ContactNodes:
     def __init__(self, body, boundary="contact"):
         require_kind(Body, "a Body", body=body)
         require_kind(str, "the name of a boundary", boundary=boundary)
-        if body.mesh.dim != 2:
-            raise BadArgument("body", body, "must be two-dimensional")
-        self.body, self.region = body, body.boundary(boundary)
+        self.body, self.region = body, require_pressed(body, boundary)
         self._number_nodes()
 
     def _number_nodes(self):
@@ -130,9 +129,9 @@ class Condensed(ContactNodes):
     Raises
     ------
     NotConverged
-        If the supports leave a rigid motion free.
+        If the supports leave a rigid motion free, or matrices would need more memory than there is.
     BadArgument
-        If a support prescribes values other than 0.
+        If a support prescribes values other than 0, or holds u2 on the contact boundary; for a periodic body.
 
     Examples
     --------
@@ -147,12 +146,23 @@ class Condensed(ContactNodes):
     @bounded
     def __init__(self, body, boundary="contact"):
         require_kind(Body, "a Body", body=body)
-        if body.prescribed:
-            raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
+        require_pressed(body, boundary, condensed=True)
         super().__init__(body, boundary)
+        self._require_room()
         self._assemble()
         self._factorise()
         self.compliance = Compliance(self.points, self.normals, self.weights, self._matrix(), body.solid.ell)
+
+    def _require_room(self):
+        """NotConverged where factors and compliance need more memory than is there."""
+        mesh, space = self.body.mesh, self.body.space
+        self.unknowns = space.FreeDofs().NumSet()
+        sides = (2*mesh.nedge - mesh.GetNE(ng.BND))/mesh.ne      # of an element; of each all unknowns there are linked
+        orders = self.body.element_orders if self.body.element_orders is not None else np.full(mesh.ne, self.body.order)
+        entries = np.sum((len(self.body.spaces)*sides*orders)**2)
+        needed = cost.of_factors(space.FreeDofs(True).NumSet(), entries) + cost.of_nodes(len(self.weights))
+        cost.require_room(needed, f"a body of {self.unknowns} unknowns with {len(self.weights)} contact nodes",
+                          "take longer elements, a lower order or a larger rtol, or name less of the surface as contact boundary")
 
     def _assemble(self):
         """The bulk's bilinear form, the second variation of (10)."""
@@ -167,7 +177,6 @@ class Condensed(ContactNodes):
         self.form += (s11*varied[0, 0] + s12*(varied[0, 1] + chi) + s21*(varied[1, 0] - chi) + s22*varied[1, 1]
                        + m[0]*turned[0] + m[1]*turned[1])*ng.dx(bonus_intorder=bonus)
         self.form.Assemble()
-        self.unknowns = sum(space.FreeDofs())
 
     def _factorise(self):
         space = self.body.space
@@ -186,6 +195,9 @@ class Condensed(ContactNodes):
             if np.any(self._factors.perm_r != straight) or np.any(self._factors.perm_c != straight):
                 raise RuntimeError("the factorisation pivots")
             upper = self._factors.U[len(inner):, len(inner):].toarray()
+        except MemoryError as failure:
+            raise NotConverged(f"no memory to factorise {self.unknowns} unknowns: take longer elements, a lower order "
+                               "or a larger rtol") from failure
         except RuntimeError as failure:
             raise NotConverged(f"no factorisation of the bulk: {failure}; {HELD}") from failure
         if not np.all(self._factors.U.diagonal() > CANCELLED*bulk.diagonal()[self._order]):
@@ -220,8 +232,9 @@ class Condensed(ContactNodes):
         if not np.linalg.norm(left) <= UNSOLVED*np.linalg.norm(right):
             raise NotConverged(f"singular matrix of the bulk; {HELD}")
         vector[self._order] += self._factors.solve(left)      # one step of refinement
+        forces = self._bulk @ vector - right      # of the supports; inside the elements nothing acts
         state.vec.data += self.form.harmonic_extension*state.vec
-        return Fields(self.body, state.components)
+        return Fields(self.body, state.components, forces)
 
     @bounded
     def reaction(self, fields):
@@ -233,6 +246,17 @@ class Condensed(ContactNodes):
         return np.linalg.solve(self._values[:, used].toarray().T, held[used])
 
 
+def require_pressed(body, boundary, condensed=False):
+    """The region of the contact boundary of a body that can be pressed there, and `condensed`; else BadArgument."""
+    if body.mesh.dim != 2:
+        raise BadArgument("body", body, "must be two-dimensional")
+    if body.periodic:      # its ends are one node; as two they would share their force at random
+        raise BadArgument("body", body, "must not be periodic: mb.Newton presses periodic bodies")
+    if condensed and body.prescribed:
+        raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
+    return body.pressed(boundary)
+
+
 def condensed(body, boundary="contact", clamped=False):
     """A body as `Condensed`, with psi held on the contact boundary if it is `clamped`; made once and kept with the body."""
     key = "condensed", boundary, clamped
@@ -242,8 +266,6 @@ def condensed(body, boundary="contact", clamped=False):
 
 
 def _clamped(body, boundary):
-    if boundary in body.fixed.get("psi", ""):
-        return body
     psi = "|".join(filter(None, (body.fixed.get("psi"), boundary)))
     return body.on(body.mesh, fixed={**body.fixed, "psi": psi})
 

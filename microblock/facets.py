@@ -75,7 +75,7 @@ class ContactFacets:
         if body.element_orders is not None:
             raise BadArgument("body", body, "must have one order for all elements: the contact rule is the same on every facet")
         self.body, self.law, self.corners = body, law, law.corners
-        self.region = body.boundary(boundary)
+        self.region = body.pressed(boundary)
         self.order = min(body.order, body.order_psi)
         self.nodal = rule == "nodal"
         self._number_nodes()

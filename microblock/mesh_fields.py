@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .errors import BadArgument
+
 CUTS = 4             # of each side of an element
 
 
@@ -9,6 +11,20 @@ class BelowOnMesh:
     """Base of states of bodies on meshes, with `fields` of the computed part and `mirrored` if that is its half x1 > 0."""
 
     mirrored = False
+
+    def reaction(self, boundary):
+        """Force (2 components) and moment that the body's supports on a boundary exert on it, from nodal forces.
+
+        Load, supports and, of a law that prescribes psi, the couples on the contact boundary are in equilibrium to rounding.
+        The moment is about the origin, of force stress and couple stress together. Of a state that is the half of a symmetric
+        one this is the reaction of the whole body, of which the axis is no boundary.
+        """
+        found, body = self.fields.reaction(boundary), self.fields.body
+        if not self.mirrored:
+            return found
+        if {name for name, named in zip(body.mesh.GetBoundaries(), body.boundary(boundary).Mask()) if named} == {"axis"}:
+            raise BadArgument("boundary", boundary, "is the axis of symmetry: nothing supports the whole body there")
+        return found._replace(force=np.array((0.0, 2*found.force[1])), moment=0.0)
 
     def webgui(self, quantity="psi"):
         """A field in the body by NGSolve's webgui, in a notebook: one of those of `plot_below`."""

@@ -9,6 +9,7 @@ import ngsolve as ng
 import numpy as np
 from ngsolve.meshes import MakeStructured2DMesh
 
+from . import cost
 from .errors import BadArgument, NotConverged, require_finite, require_pair, require_positive
 
 HELD, POWER = 0.9, 1.6      # layers that an element of order 2, 4, 6 holds: 2.7, 8.3, 16
@@ -16,9 +17,15 @@ GRADING = 0.5        # of netgen, away from the surface; from 0.6 on some meshes
 RATIO = 0.15         # of the elements towards a graded vertex
 GROWTH = 3.0         # of equal squares, over their side and times the reach: 1.03 for the paper's 0.02 of 2 a_Hz
 SLIVER = 1e-9        # of the reach, below which two edges are one
+MESHED = 1000.0      # reach in which meshes are made: netgen has tolerances of 1e-7 and less, whatever the unit of length
+DIGITS = 12          # in which they are made, so that the rounding of a unit of length does not make another mesh
 FALL = 1.6/3, 1/3    # of the way to the lowest order, on a half and on a whole body, that a decade of distance takes, wherever
                      # the body ends: what an error far away does to the surface falls with its distance alone. Less on a whole
                      # body: errors of a far field that is not symmetric tilt the surface
+LINKED = 80          # entries of a matrix for one square of order 1
+GRADED = 4.0         # elements of a graded mesh for one at the surface: 3 to 6 on meshes of some thousand
+FOLDED = 1e-12       # sine of the angle between two sides, from which on an element has an area
+CORNERS = {ng.SEGM: [(0,), (1,)], ng.TRIG: [(0, 0), (1, 0), (0, 1)], ng.QUAD: [(0, 0), (1, 0), (1, 1), (0, 1)]}
 FIRST = 0.4          # of the reach: within it of a tip the orders begin to fall
 
 
@@ -47,6 +54,32 @@ def thicknesses(mesh, region):
         numbers.append(element.nr)
         found.append((2 if len(element.vertices) == 3 else 1)*areas[element.nr]/np.linalg.norm(end - start))
     return np.array(numbers), np.array(found)
+
+
+def require_sound(mesh):
+    """BadArgument unless it is a mesh of elements that have an area and are all turned the same way.
+
+    Looked at in the corners of straight elements, and in the points of an integration rule in curved ones: in a corner whose
+    two sides lie on one smooth curve a curved quadrilateral is flat.
+    """
+    if not isinstance(mesh, ng.Mesh) or mesh.dim > 2:
+        raise BadArgument("mesh", mesh, "must be an ngsolve.Mesh of one or two dimensions")
+    if mesh.ne == 0:
+        raise BadArgument("mesh", mesh, "must have elements")
+    curved = mesh.GetCurveOrder()
+    rules = {kind: ng.IntegrationRule(kind, 2*curved + 4) if curved > 1 else ng.IntegrationRule(ends, [0.0]*len(ends))
+             for kind, ends in CORNERS.items()}
+    with np.errstate(invalid="ignore", over="ignore"):      # points that are no numbers are what is looked for
+        slopes = np.asarray(ng.specialcf.JacobianMatrix(mesh.dim)(mesh.MapToAllElements(rules, ng.VOL)))
+        slopes = slopes.reshape(-1, mesh.dim, mesh.dim)
+        areas = slopes[:, 0, 0]*slopes[:, 1, 1] - slopes[:, 0, 1]*slopes[:, 1, 0] if mesh.dim == 2 else slopes[:, 0, 0]
+        turned = areas/np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), 1e-300)
+    wrong = ~(turned*np.sign(np.nanmedian(turned)) > FOLDED)
+    if wrong.any():
+        counts = [len(rules[element.type]) for element in mesh.Elements()]
+        numbers = np.unique(np.repeat(np.arange(mesh.ne), counts)[wrong])
+        raise BadArgument("mesh", mesh, f"{len(numbers)} of its {mesh.ne} elements (first number {numbers[0]}) have no area, are "
+                          "turned over against the others, or have points that are no numbers")
 
 
 def line(depth, elements):
@@ -129,6 +162,8 @@ class Ground:
 def graded(ground, edges, *, spacing, levels, grading=GRADING):
     """Triangles from netgen with vertices at `edges` on the surface, towards which `levels` of elements shrink by RATIO.
 
+    The mesh is the same in every unit of length, and has no geometry: its sides are straight.
+
     Parameters
     ----------
     ground : Ground
@@ -137,21 +172,41 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING):
 
     Raises
     ------
+    BadArgument
+        Also for a spacing that would take more memory than there is.
     NotConverged
         If netgen fails; it is tried with slightly different gradings first.
     """
-    tips = _distinct(edges, SLIVER*(ground.reach[1] - ground.reach[0]))
+    require_positive(spacing=spacing)
+    surface = ground.reach[1] - ground.reach[0]
+    _require_room("spacing", spacing, lambda length: (surface/length, GRADED*surface/length))
+    unit = max(abs(x) for x in ground.reach)/MESHED
+    tips = _distinct(edges, SLIVER*surface)
+    scaled = Ground(_rounded(ground.far, unit), tuple(_rounded(x, unit) for x in ground.reach), ground.half)
+    places, step = [_rounded(tip, unit) for tip in tips], _rounded(spacing, unit)
     for trial in (grading, 0.9*grading, 0.8*grading):
         try:
-            mesh = ng.Mesh(_face(ground, tips, spacing).GenerateMesh(maxh=ground.far/3, grading=trial))
+            made = _face(scaled, places, step).GenerateMesh(maxh=scaled.far/3, grading=trial)
             break
         except Exception as failure:
             reason = failure
     else:
         raise NotConverged(f"netgen finds no mesh for edges {tips}: {reason}")
+    made.SetGeometry(None)      # which knows the mesh in its own unit alone
+    made.Scale(unit)
+    points = made.Coordinates()      # off by a rounding: an edge would not be that of the obstacle
+    for exact in (*tips, *ground.reach):
+        points[(points[:, 1] == 0) & (np.abs(points[:, 0] - exact) < SLIVER*surface/10), 0] = exact
+    mesh = ng.Mesh(made)
     if levels and tips:
         mesh.RefineHP(levels, RATIO)
     return mesh
+
+
+def _rounded(length, unit):
+    """A length in a unit, to DIGITS of MESHED or, if it is longer, of itself."""
+    scaled = length/unit
+    return round(scaled, DIGITS - math.ceil(math.log10(max(abs(scaled), MESHED))))
 
 
 def _face(ground, tips, spacing):
@@ -187,6 +242,11 @@ def uniform(ground, h, quads=True):
     reach = ground.reach[1]
     if not 0 < h <= reach:
         raise BadArgument("h", h, f"must be positive and no longer than the region of equal squares, {reach:g}")
+    def elements(length):
+        count = _uniform_count(reach, ground.far, length)
+        return (count, count*count) if ground.half else (2*count, 2*count*count)
+
+    _require_room("h", h, elements)
     lines = uniform_lines(reach, ground.far, h)
     across = lines if ground.half else np.concatenate((-lines[:0:-1], lines))
     nx, ny = len(across) - 1, len(lines) - 1
@@ -196,6 +256,26 @@ def uniform(ground, h, quads=True):
     for number, name in enumerate(mesh.GetBoundaries()):
         mesh.ngmesh.SetBCName(number, names[name])
     return ng.Mesh(mesh.ngmesh)
+
+
+def _require_room(name, length, elements):
+    """BadArgument where elements of this length need more memory than is there: `elements(length)`, on the surface and in all."""
+    def needed(length):
+        surface, count = elements(length)
+        return cost.of_nodes(surface) + cost.of_factors(3*count, LINKED*count)
+
+    words = cost.too_much(needed(length))
+    if words:
+        least = length
+        while cost.too_much(needed(least)):
+            least *= 2
+        raise BadArgument(name, length, f"makes {elements(length)[1]:.2g} elements, whose matrices {words}: take {name} of "
+                          f"{least:.1g} or more, a larger ell where it follows from that, or a half-plane without a mesh")
+
+
+def _uniform_count(reach, far, h):
+    """About how many `uniform_lines` there are."""
+    return reach/h*(1 + math.log1p(GROWTH*(far/reach - 1))/GROWTH)
 
 
 def uniform_lines(reach, far, h):

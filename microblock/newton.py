@@ -13,7 +13,7 @@ import ngsolve as ng
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from . import law
+from . import cost, law
 from .body import Body, Fields, Loads
 from .display import Row, Shown, Summary, number
 from .errors import BadArgument, NotConverged, require_choice, require_finite, require_kind, require_positive
@@ -82,6 +82,10 @@ class State(Shown):
     iterations: int
     kkt: float
     vector: object
+
+    def reaction(self, boundary):
+        """Force and moment about the origin that the body's supports on a boundary exert on it (`Fields.reaction`)."""
+        return self.fields.reaction(boundary)
 
     def summary(self):
         """Load, approach, pressure, closed corners and residual, for `display`."""
@@ -324,6 +328,8 @@ class Newton:
         self.form.AssembleLinearization(unknowns.vec)
         values, columns, starts = self.form.mat.CSR()
         shape = (self.space.ndof, self.space.ndof)
+        cost.require_room(cost.of_factors(self.space.ndof, len(values)), f"factors of {self.unknowns} unknowns",
+                          "take longer elements or a lower order, or a body condensed to its contact nodes (BodyContact)")
         magnitudes = csr_matrix((np.abs(values), np.array(columns), np.array(starts)), shape=shape)
         try:
             inverse = self.form.mat.Inverse(self.free, "umfpack")
@@ -366,10 +372,15 @@ class Newton:
         kept.vec.data = unknowns.vec
         facets, forces = self.facets, self._shared(now.forces)
         return State(level=level, approach=self._first + float(kept.vec[self._approach]), load=self._resultant(forces),
-                     fields=Fields(self.body, kept.components), psi=facets.at_nodes("psi", kept.components[2]),
+                     fields=Fields(self.body, kept.components, self._supporting(now)),
+                     psi=facets.at_nodes("psi", kept.components[2]),
                      gaps=now.gaps, multipliers=forces, closed=now.closed, traction=law.traction(forces),
                      micromoment=law.micromoment(forces, facets.levers, self.body.solid.ell),
                      iterations=iterations, kkt=now.kkt, vector=kept.vec)
+
+    def _supporting(self, now):
+        """What the supports exert in the unknowns of the body: the residual there, contact included."""
+        return now.residual.FV().NumPy()[:self.body.space.ndof].copy()
 
     def _shared(self, forces):
         """Forces of twin corners, which one multiplier carries, shared evenly."""

@@ -143,6 +143,11 @@ def refine_until(scene, load, rtol, progress=False):
             except KeyboardInterrupt:
                 kept[asked] = scene, passes
                 raise
+            except NotConverged as failure:
+                if best == math.inf:
+                    raise
+                raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was "
+                                   f"{best:.1e}; on the next mesh: {failure}", reached=best, iterations=passes) from failure
             bar.update()
             bar.set_postfix(estimate=f"{found.total:.1e}", unknowns=state.unknowns)
             best = min(best, found.total)

@@ -50,6 +50,42 @@ def test_a_scene_says_which_of_its_parts_is_none(kind):
     make(stand, lambda x: x**2, LAW)
 
 
+HELD = ["contact", "bottom|contact", ".*", "bottom|c.*", {"u1": "bottom", "u2": "bottom|contact"}, {"u2": ".*", "psi": "bottom"}]
+PRESSED = {"Contact": lambda held, law: mb.Contact(held, CYLINDER, law), "Condensed": lambda held, law: mb.Condensed(held),
+           "ContactFacets": lambda held, law: mb.ContactFacets(held, law, CYLINDER)}
+
+
+@pytest.mark.parametrize("kind", PRESSED)
+def test_a_surface_that_cannot_move_is_not_pressed(kind):
+    mesh, make = body().mesh, PRESSED[kind]
+    for fixed in HELD:
+        held = mb.Body(mesh, SOLID, 1, fixed=fixed)
+        refused(lambda held=held: make(held, LAW), "boundary", "'contact'", "held in u2", "psi alone")
+    down = mb.Body(mesh, SOLID, 1, fixed="bottom", prescribed={"u2": {"contact": -0.01}})
+    refused(lambda: make(down, LAW), "prescribed" if kind != "ContactFacets" else "boundary")
+    # psi alone, as the microclamped law has it, and u1, which a flat frictionless contact does not feel, may be held
+    supports = {"u1": "bottom", "u2": "bottom", "psi": "contact"}
+    for fixed in (supports, {**supports, "u1": "bottom|contact"}):
+        for law in (LAW, mb.Microclamped()):
+            make(mb.Body(mesh, SOLID, 1, fixed=fixed), law)
+    if kind == "ContactFacets":
+        make(mb.Body(mesh, SOLID, 1, fixed={"u1": "bottom", "u2": "bottom"}, prescribed={"psi": {"contact": 0.01}}), LAW)
+
+
+def test_microclamped_holds_psi_on_a_surface_named_like_another():
+    mesh = meshes.uniform(mb.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 1.0)
+    mesh.ngmesh.SetBCName([*mesh.GetBoundaries()].index("side"), "contact_side")
+    mesh = meshes.ng.Mesh(mesh.ngmesh)
+    held = mb.Body(mesh, SOLID, 1, fixed={"u1": "bottom", "u2": "bottom", "psi": "contact_side"})
+    assert "contact" in mb.Contact(held, CYLINDER, mb.Microclamped()).at(0.1).nodes.body.fixed["psi"].split("|")
+
+
+def test_a_periodic_body_is_pressed_by_newton_alone():
+    column = mb.Body(meshes.column(1.0, 2), SOLID, 1, fixed={"u1": "middle", "u2": "middle"}, periodic=True)
+    refused(lambda: mb.Contact(column, mb.Plane(), LAW), "body", "must not be periodic", "Newton")
+    mb.ContactFacets(column, LAW, mb.Plane())
+
+
 def test_half_plane_and_body_may_not_be_swapped_with_the_obstacle():
     refused(lambda: mb.Contact(CYLINDER, GROUND, LAW), "body", "must be a HalfPlane or a Body")
     refused(lambda: mb.Contact(body(), LAW, CYLINDER), "obstacle")

@@ -1,10 +1,12 @@
 """The bulk without contact: patch tests, Cosserat glide, rates, rigid motions, limits."""
 
+import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
 import pytest
 from conftest import dome, rectangle
 from ngsolve import x, y
+from ngsolve.meshes import MakeStructured2DMesh
 
 from microblock import meshes
 from microblock.body import Body, Fields, Loads
@@ -113,7 +115,6 @@ def smooth_loads():
 
 def smooth_errors(order, cells, quads):
     """L2 error and H1 seminorm error of the manufactured solution on a sheared structured mesh."""
-    from ngsolve.meshes import MakeStructured2DMesh
     mesh = MakeStructured2DMesh(quads=quads, nx=cells, ny=cells, mapping=lambda s, t: (s + 0.2*t, t + 0.1*s*t))
     fields = Body(mesh, SMOOTH, order, prescribed=SMOOTH_BOUNDARY).solve(smooth_loads())
     l2 = h1 = 0
@@ -191,6 +192,67 @@ def test_energy_is_half_the_work_of_the_loads():
     assert fields.energy() == pytest.approx(work/2, rel=1e-12)
 
 
+LOADS = Loads(force=(0.1, -0.2), couple=0.3, traction={"top": (0.5, -0.1)}, micromoment={"top": 0.7})
+
+
+@SHAPES
+@pytest.mark.parametrize("order", [1, 3])
+@pytest.mark.parametrize("fixed", ["bottom", {"u1": "left", "u2": "bottom|right", "psi": "bottom"}])
+def test_reactions_balance_the_loads(quads, order, fixed):
+    """A block [0, 1] x [0, 0.5]: body forces act at (1/2, 1/4), tractions at (1/2, 1/2); to rounding on any mesh."""
+    fields = Body(rectangle(1, 0.5, 0.3, quads), SMOOTH, order, fixed=fixed).solve(LOADS)
+    named = fixed if isinstance(fixed, str) else "left|bottom|right"
+    force, moment = fields.reaction(named)
+    assert force == pytest.approx([-0.05 - 0.5, 0.1 + 0.1], abs=1e-12)
+    turning = (0.5*-0.1 - 0.25*0.05) + 0.5*0.3 + (0.5*-0.1 - 0.5*0.5) + 0.7
+    assert moment == pytest.approx(-turning, abs=1e-12)
+    if not isinstance(fixed, str):      # u1 is held on the left alone
+        assert fields.reaction("left").force == pytest.approx([-0.55, 0], abs=1e-12)
+        assert fields.reaction("right").force[0] == 0
+
+
+def test_reaction_of_curved_and_one_dimensional_bodies_and_of_prescribed_values():
+    curved = Body(dome(3), SMOOTH, 4, fixed="base").solve(Loads(traction={"contact": (0.1, -0.2)}))
+    length = ng.Integrate(ng.CF((1, x, y)), curved.body.mesh, definedon=curved.body.mesh.Boundaries("contact"))
+    force, moment = curved.reaction("base")
+    assert force == pytest.approx(np.array((-0.1, 0.2))*length[0], rel=1e-6)      # another rule has arcs 2e-7 longer
+    assert moment == pytest.approx(-(-0.2*length[1] - 0.1*length[2]), rel=1e-6)
+    for mesh, width in ((meshes.line(1.0, 4), 1), (meshes.column(1.0, 4), 0.25)):
+        body = Body(mesh, SMOOTH, 4, fixed={"u1": "middle", "u2": "middle"}, prescribed={"psi": {"middle": 0.02}},
+                    periodic=mesh.dim == 2)
+        fields = body.solve(Loads(traction={"contact": (0.3, -0.2)}))
+        force, moment = fields.reaction("middle")
+        assert force/width == pytest.approx([-0.3, 0.2], abs=1e-12)
+        # of the couple stress, and of the force at x2 = -1; u2 has no arm where all columns are alike
+        point = fields.couple_stress(mesh(-1.0) if mesh.dim == 1 else mesh(0.1, -1.0))
+        assert moment/width == pytest.approx(-point[1] - 0.3, abs=1e-4)      # a slope at the end of elements of order 4
+
+
+def test_stress_is_read_on_a_boundary_as_it_is_beside_it():
+    """It was 0 there: the gradient that NGSolve gives on a boundary is another one."""
+    body = Body(rectangle(1, 0.5, 0.1), SMOOTH, 4, fixed="bottom")
+    fields = body.solve(LOADS)
+    mesh = body.mesh
+    top, bottom = mesh.Boundaries("top"), mesh.Boundaries("bottom")
+    # along the loaded side the stress is that of the load; at the ends of the held one it is singular
+    assert ng.Integrate(fields.stress[1, 1], mesh, definedon=top) == pytest.approx(-0.1, abs=1e-3)
+    assert ng.Integrate(fields.couple_stress[1], mesh, definedon=top) == pytest.approx(0.7, abs=1e-3)
+    force, _ = fields.reaction("bottom")
+    assert -ng.Integrate(fields.stress[1, 1], mesh, definedon=bottom) == pytest.approx(force[1], rel=0.05)
+    plain = ng.BoundaryFromVolumeCF(fields.stress[1, 1])
+    assert ng.Integrate(plain, mesh, definedon=bottom) == ng.Integrate(fields.stress[1, 1], mesh, definedon=bottom)
+
+
+def test_a_boundary_without_support_has_no_reaction():
+    body = Body(rectangle(1, 1, 0.5), SMOOTH, 1, fixed={"u1": "left", "u2": "bottom", "psi": "left"})
+    for boundary, word in (("top", "held in no field"), ("nowhere", "none of"), ("(", "regular"), (3, "pattern")):
+        with pytest.raises(BadArgument, match=word) as caught:
+            body.solve().reaction(boundary)
+        assert caught.value.name == "boundary"
+    with pytest.raises(BadArgument, match="fields of a state"):
+        Fields(body, ng.GridFunction(body.space).components).reaction("left")
+
+
 def test_free_body_is_reported():
     with pytest.raises(NotConverged, match="rigid"):
         Body(rectangle(1, 1, 0.5), SMOOTH, 1).solve(Loads(force=(1, 0)))
@@ -208,6 +270,99 @@ def test_bad_bodies_are_named(make, name):
     with pytest.raises(BadArgument) as caught:
         make(rectangle(1, 1, 0.5))
     assert caught.value.name == name
+
+
+def columns(count, quads=True, value=0.01, order=2, **more):
+    """A periodic body of unit depth, `count` elements wide, in which psi is prescribed in the middle."""
+    mesh = MakeStructured2DMesh(quads=quads, nx=count, ny=4, periodic_x=True, mapping=lambda s, t: (0.25*count*s, t - 1))
+    return Body(mesh, SMOOTH, order, fixed={"u1": "bottom", "u2": "bottom"}, prescribed={"psi": {"bottom": value}},
+                periodic=True, **more)
+
+
+@SHAPES
+@pytest.mark.parametrize("order", [1, 2, 3, 5])
+def test_columns_of_any_width_have_the_prescribed_value(quads, order):
+    # what depends on the depth alone is the same in one, two and three columns, up to rounding
+    depths = [-1.0, -0.9, -0.6, -0.1]
+    found = []
+    for count in (1, 2, 3):
+        body = columns(count, quads, order=order)
+        fields = body.solve(Loads(traction={"top": (0.1, 0)}))
+        found.append([[field(body.mesh(x, depth)) for depth in depths for x in (0.0, 0.11)] for field in fields])
+        assert found[-1][2][:2] == pytest.approx([0.01, 0.01], rel=1e-12)
+    if quads:      # on triangles the cut lets fields depend on x1 a little
+        for other in found[1:]:
+            assert found[0] == pytest.approx(np.array(other), abs=1e-13)
+
+
+def test_column_of_the_strip_has_the_value_in_the_middle():
+    mesh = meshes.column(depth=1.0, elements=4)
+    for order, order_psi in ((1, 1), (3, 2), (2, 4)):
+        body = Body(mesh, SMOOTH, order, order_psi=order_psi, fixed={"u1": "middle", "u2": "middle"},
+                    prescribed={"psi": {"middle": 0.01}}, periodic=True)
+        assert body.solve().psi(mesh(0.1, -1.0)) == pytest.approx(0.01, rel=1e-12)      # rounding
+
+
+def test_prescribed_values_are_periodic_where_the_body_is():
+    wave = ng.cos(8*np.pi*x)      # of period 0.25
+    body = columns(2, value=wave, order=9)
+    assert body.solve().psi(body.mesh(0.5, -1.0)) == pytest.approx(1, rel=1e-2)      # a polynomial of order 9 for one wave
+    for count in (1, 2, 3):
+        with pytest.raises(BadArgument, match="identifies") as caught:
+            columns(count, value=x)
+        assert caught.value.name == "prescribed"
+
+
+@pytest.mark.parametrize("fixed, word", [("(", "regular"), ("[a", "regular"), ("*", "regular"), ("left|lef", "lef is none of"),
+                                         ("", "is none of"), ({"psi": 3}, "pattern"), ({"u1": None}, "pattern")])
+def test_patterns_that_name_nothing_are_refused(fixed, word):
+    with pytest.raises(BadArgument, match=word) as caught:
+        Body(rectangle(1, 1, 0.5), SMOOTH, fixed=fixed)
+    assert caught.value.name == "boundary"
+
+
+@pytest.mark.parametrize("fixed", [None, 5, ["left"], ("left",)])
+def test_supports_are_a_pattern_or_a_mapping(fixed):
+    with pytest.raises(BadArgument) as caught:
+        Body(rectangle(1, 1, 0.5), SMOOTH, fixed=fixed)
+    assert caught.value.name == "fixed"
+
+
+def spoilt(quads, place):
+    """Nine squares, or eighteen triangles, of which a corner has moved."""
+    mesh = MakeStructured2DMesh(quads=quads, nx=3, ny=3)
+    mesh.ngmesh.Coordinates()[5] = place
+    return ng.Mesh(mesh.ngmesh)
+
+
+@SHAPES
+@pytest.mark.parametrize("place", [(np.nan, 0.3), (np.inf, 0.3), (0.9, 0.3), (0.7, 0.7), (2/3, 1/3)],
+                         ids=["nan", "inf", "inverted", "folded", "no_area"])
+def test_meshes_that_are_none_are_refused(quads, place):
+    with pytest.raises(BadArgument, match="of its .* elements") as caught:
+        Body(spoilt(quads, place), SMOOTH)
+    assert caught.value.name == "mesh"
+
+
+def test_sound_meshes_are_taken():
+    """Moved a little, turned over as a whole, curved, thin and of two kinds; anything else is no mesh."""
+    for mesh in (spoilt(True, (0.4, 0.3)), MakeStructured2DMesh(nx=3, ny=2, mapping=lambda s, t: (-s, t)), dome(4),
+                 MakeStructured2DMesh(nx=3, ny=2, quads=False, mapping=lambda s, t: (s, 1e-8*t)), rectangle(1, 1, 0.2, quads=True),
+                 meshes.line(1.0, 3)):
+        assert Body(mesh, SMOOTH, 1).mesh is mesh
+    for mesh in (None, 3, "mesh"):
+        with pytest.raises(BadArgument, match="must be an ngsolve.Mesh"):
+            Body(mesh, SMOOTH)
+
+
+@SHAPES
+def test_curved_elements_that_fold_are_refused(quads):
+    """Parabolas for the sides of a narrow ring, in which coarse elements with straight sides are sound."""
+    face = occ.Circle((0, 0), 1).Face() - occ.Circle((0, 0), 0.93).Face()
+    mesh = ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=2.0, quad_dominated=quads))
+    Body(mesh, SMOOTH, 1)
+    with pytest.raises(BadArgument, match="turned over"):
+        Body(mesh.Curve(2), SMOOTH)
 
 
 def test_fields_are_iterable():

@@ -8,9 +8,10 @@ import ngsolve as ng
 import numpy as np
 import pytest
 from conftest import dome
+from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
-from microblock import active_set, meshes, references, refined
+from microblock import active_set, condensation, cost, meshes, references, refined
 from microblock.body_contact import BodyContact
 from microblock.fitted import FittedContact
 
@@ -46,6 +47,98 @@ def test_body_is_one_word_changed(body):
     assert alone.approach == pytest.approx(state.approach, rel=1e-12)
     assert [event.kind for event in path.events if event.zone == "contact"] == ["born", "born", "merged"]
     assert all(event.load <= P for event in path.events)
+
+
+def test_memory_is_not_exhausted(body, monkeypatch):
+    """What matrices would take is known, within a small factor, before they are made; and said."""
+    needed = []
+    monkeypatch.setattr(cost, "require_room", lambda size, *words: needed.append(size))
+    nodes = mb.Condensed(mb.Body(body.mesh, SOLID, 5, fixed="bottom"))
+    factors = nodes._factors.L.nnz + nodes._factors.U.nnz
+    assert 1 < needed[0]/(cost.COPIES*cost.ENTRY*factors + cost.of_nodes(len(nodes.points))) < 3
+    monkeypatch.undo()
+    monkeypatch.setattr(cost, "LITTLE", 0)
+    monkeypatch.setattr(cost, "available", lambda: 1e6)      # a megabyte
+    for make in (lambda: mb.Contact(body.on(body.mesh), mb.Cylinder(1.0), mb.Unilateral()).at(1.0),
+                 lambda: body.solve(mb.Loads(force=(0, 1))),
+                 lambda: mb.Newton(body, mb.ContactFacets(body, mb.Unilateral(), mb.Cylinder(1.0))).solve(0.1)):
+        with pytest.raises(mb.NotConverged, match="GB of memory, and 0.001 GB are available: take longer elements"):
+            make()
+    for make, name in ((lambda: meshes.uniform(mb.Ground(4.0, (0.0, 1.0)), 0.01), "h"),
+                       (lambda: meshes.graded(mb.Ground(4.0, (0.0, 1.0)), [0.5], spacing=0.001, levels=0), "spacing")):
+        with pytest.raises(mb.BadArgument, match=f"GB of memory.*take {name} of") as caught:
+            make()
+        assert caught.value.name == name
+    monkeypatch.setattr(cost, "available", lambda: 3e7)      # the first meshes have room: told is how far they came
+    with pytest.raises(mb.NotConverged, match="smallest error estimate.*GB of memory") as caught:
+        mb.Contact(body.on(body.mesh), mb.Cylinder(1.0), mb.Unilateral()).at(P, rtol=1e-9)
+    assert 1e-4 < caught.value.reached < 0.5
+
+
+@pytest.mark.parametrize("length", [1e-9, 1e-300])
+def test_elements_that_no_memory_holds_are_refused_by_name(length):
+    with pytest.raises(mb.BadArgument, match="^h = 1e-.*elements"):
+        mb.UniformContact(SOLID, mb.Cylinder(1.0), mb.Unilateral(), domain=4.0, h=length).states([0.1])
+    with pytest.raises(mb.BadArgument, match="^spacing = 1e-.*elements"):
+        FittedContact(SOLID, mb.Cylinder(1.0), mb.Unilateral(), domain=10.0).of_order(0.1, 4, spacing=length)
+
+
+def test_a_factorisation_without_memory_says_so(body, monkeypatch):
+    def none(*arguments, **options):
+        raise MemoryError
+    monkeypatch.setattr(condensation, "splu", none)
+    with pytest.raises(mb.NotConverged, match="no memory to factorise"):
+        mb.Condensed(body)
+
+
+def pushed(state):
+    """Force and moment about the origin that the obstacle exerts on a body, from nodal pressures and micromoments."""
+    points, normals = state.nodes.points, state.nodes.normals
+    forces = -(state.weights*state.pressures.sum(axis=0))[:, None]*normals
+    couples = 0 if state.law.clamps_rotation else state.weights @ state.micromoment
+    return forces.sum(axis=0), np.sum(points[:, 0]*forces[:, 1] - points[:, 1]*forces[:, 0]) + couples
+
+
+@pytest.mark.parametrize("law", [mb.Microblock(), mb.Microblock(0.05), mb.Unilateral(), mb.Microclamped()])
+@pytest.mark.parametrize("quads", [False, True], ids=["triangles", "quadrilaterals"])
+def test_supports_balance_the_obstacle(law, quads):
+    """On curved sides too, where pressures act along -n: weights, pressures and n2 make up the load to rounding."""
+    face = occ.WorkPlane().Circle(1.0).Face()*occ.WorkPlane().MoveTo(-2, 0.3).Rectangle(4, 2).Face()
+    face = face.Move((0.4, 0.1, 0))      # normals through the origin would have no moment
+    face.edges.name = "contact"
+    face.edges.Min(occ.Y).name = "base"
+    for order in (1, 2, 4):
+        mesh = ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.3, quad_dominated=quads)).Curve(order)
+        state = mb.Contact(mb.Body(mesh, SOLID, order, fixed="base"), lambda x: (x - 0.2)**2/6, law).at(0.3)
+        force, moment = pushed(state)
+        pressures = state.weights*state.pressures.sum(axis=0)
+        assert pressures @ state.nodes.normals[:, 1] == pytest.approx(0.3, rel=1e-12) and pressures.sum() > 0.3001
+        found = state.reaction("base|contact" if law.clamps_rotation else "base")
+        assert found.force == pytest.approx(-force, abs=1e-12) and force[1] == pytest.approx(-0.3, rel=1e-12)
+        assert abs(force[0]) > 1e-3 and found.moment == pytest.approx(-moment, abs=1e-12) and abs(moment) > 1e-3
+        if not law.clamps_rotation:
+            with pytest.raises(mb.BadArgument, match="held in no field"):
+                state.reaction("contact")
+
+
+@pytest.mark.parametrize("law", [mb.Microblock(), mb.Microblock(0.05), mb.Microclamped()])
+def test_reactions_of_ground_are_those_of_the_whole_body(law):
+    load = 0.7
+    scenes = [mb.UniformContact(SOLID, mb.Cylinder(1.0), law, domain=3.0, h=0.1, reach=1.5, order=2, method=method)
+              for method in ("condensed", "al")]
+    states = [scene.states([load])[0] for scene in scenes]
+    states.append(FittedContact(SOLID, mb.Cylinder(1.0), law, domain=10.0).at(load, rtol=1e-2))
+    for state in states:
+        mirrored = law != mb.Microblock(0.05)      # of these one half is computed
+        force, moment = state.reaction("bottom")
+        assert state.mirrored == mirrored and force == pytest.approx([0, load], abs=1e-11)      # rounding, Newton's residual
+        if mirrored:
+            assert moment == 0 and state.reaction("bottom|axis").force == pytest.approx(force)
+            with pytest.raises(mb.BadArgument, match="axis of symmetry"):
+                state.reaction("axis")
+        else:
+            p = state.weights*state.pressures.sum(axis=0)
+            assert moment == pytest.approx(p @ state.x - state.weights @ state.micromoment, abs=1e-9) and abs(moment) > 1e-3
 
 
 @pytest.mark.parametrize("law", [mb.Microblock(), mb.Microblock(0.05), mb.Unilateral(), mb.Microclamped()])
@@ -150,3 +243,14 @@ def test_path_agrees_with_single_states(body):
     flexibility, gaps, share = scene.nodes.compliance.corner_system(scene.law, scene.obstacle)
     last = active_set.path(flexibility, gaps, [0.3], c=share).states[0]
     assert scene.load(0.3).at(0.3).forces.ravel() == pytest.approx(last.forces, abs=1e-11)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_newton_on_columns_of_any_width(count):
+    """The value that is prescribed arrives, and the support carries the load of all columns, to Newton's residual."""
+    mesh = MakeStructured2DMesh(quads=True, nx=count, ny=3, periodic_x=True, mapping=lambda s, t: (count*s/3, t - 1))
+    held = mb.Body(mesh, SOLID, 3, fixed={"u1": "bottom", "u2": "bottom"}, prescribed={"psi": {"bottom": 0.01}}, periodic=True)
+    facets = mb.ContactFacets(held, mb.Unilateral(), mb.Plane(), boundary="top")
+    state = mb.Newton(held, facets, control="load").solve(0.02*count)
+    assert state.fields.psi(mesh(0.1, -1.0)) == pytest.approx(0.01, rel=1e-12)
+    assert state.reaction("bottom").force == pytest.approx([0, 0.02*count], abs=1e-10)

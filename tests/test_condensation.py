@@ -13,6 +13,7 @@ from microblock.facets import ContactFacets
 from microblock.law import Microblock
 from microblock.material import Cosserat
 from microblock.obstacles import Cylinder, Punch, Wedge
+from microblock.refined import cut
 
 SOLID = Cosserat(E=2.0, nu=0.3, ell=0.2, beta=1.0)
 GROUND = meshes.Ground(5.0, (0.0, 1.3))
@@ -53,6 +54,34 @@ def test_uniform_traction_is_that_of_a_plain_solve(graded):
     fields = graded.fields(*np.split(loads, 2))
     for field, expected in zip(fields, plain):
         assert ng.Integrate((field - expected)**2, mesh)**0.5 < ROUNDING
+
+
+def scaled_ground(unit, half):
+    ground = meshes.Ground(1000*unit, (0.0 if half else -1.3*unit, 1.3*unit), half)
+    return ground, [0.37*unit, 0.9*unit, 0.9000001*unit]
+
+
+@pytest.mark.parametrize("half", [True, False])
+def test_graded_meshes_are_the_same_in_every_unit(half):
+    """To twelve digits; netgen itself makes others, up to a tenth more elements, and none at all below 1e-3."""
+    found = []
+    for unit in (1.0, 1e-9, 1e-6, 0.3048, 1e6):
+        ground, edges = scaled_ground(unit, half)
+        mesh = meshes.graded(ground, edges, spacing=0.15*unit, levels=2)
+        x = np.array([vertex.point for vertex in mesh.vertices])
+        found.append(([tuple(vertex.nr for vertex in element.vertices) for element in mesh.Elements()], x/unit))
+        assert all(np.any(x[x[:, 1] == 0, 0] == edge) for edge in (*edges, *ground.reach))
+        assert np.count_nonzero(x[:, 1] == 0) > 20 and (not half or np.count_nonzero(x[:, 0] == 0) > 5)      # exactly there
+    for elements, x in found[1:]:
+        assert elements == found[0][0] and np.abs(x - found[0][1]).max() < 1e-9      # of 1000
+
+
+def test_a_graded_mesh_can_be_cut():
+    """Where it is, in its own unit: it was made in another."""
+    ground = meshes.Ground(4e-3, (-1e-3, 1e-3), half=False)
+    mesh = meshes.graded(ground, [0.3e-3], spacing=0.3e-3, levels=0)
+    finer = cut(mesh, np.arange(mesh.ne) < 20, 3)
+    assert finer.ne > mesh.ne and ng.Integrate(1, finer) == pytest.approx(2*(4e-3)**2, rel=1e-12)
 
 
 @pytest.mark.parametrize("make", [graded_body, disc])

@@ -262,3 +262,16 @@ def test_states_of_newton_show_their_surface(method, law, tolerance):
     assert found.sinking == pytest.approx(condensed.sinking, abs=tolerance*size)
     assert found.gaps == pytest.approx(condensed.gaps, abs=tolerance*size)
     assert len(other.plot().axes) > 1
+
+
+@pytest.mark.parametrize("law, domain", [(Microblock(), math.inf), (Microblock(0.05), 10.0), (Unilateral(), math.inf)])
+def test_the_unit_of_length_does_not_matter(law, domain):
+    """To rounding, a thousandfold by the conditioning of the edges; meshes of another unit were other ones, 2e-4 apart."""
+    def answer(unit):
+        solid = Cosserat(E=100, nu=0.3, ell=0.1*unit, beta=1)
+        state = FittedContact(solid, Cylinder(10*unit), law, domain=domain*unit).at(unit, rtol=1e-2)
+        return np.array((state.approach/unit, state.half_width/unit, state.pressures.max(), state.unknowns))
+
+    metres = answer(1.0)
+    for unit in (1e-6, 1e6):
+        assert answer(unit) == pytest.approx(metres, rel=1e-10)

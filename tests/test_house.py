@@ -10,14 +10,14 @@ import microblock
 ROOT = Path(microblock.__file__).parent
 # a room and the rooms that it may use; errors, display and threads may be used by all
 MAY_IMPORT = {
-    "errors": set(), "material": set(), "obstacles": set(), "meshes": set(), "references": set(), "observables": set(),
+    "errors": set(), "material": set(), "obstacles": set(), "meshes": {"cost"}, "cost": set(), "references": set(), "observables": set(),
     "plots": set(), "adapt": set(), "proxy": set(), "picture": {"observables", "obstacles", "proxy"}, "survey": {"observables", "panels"},
     "graded_cells": {"active_set", "halfplane", "observables", "panels"},
     "line_solver": {"adapt", "contact_line", "graded_cells", "line_state", "panels", "survey", "topology"},
     "study": {"__init__"}, "provenance": {"study"}, "sweeps": {"provenance"},
     "export": {"line_state", "panels", "path", "study", "subsurface", "surface_view"},
-    "law": {"obstacles"}, "body": {"material"},
-    "condensation": {"body", "compliance", "facets", "panels"},
+    "law": {"obstacles"}, "body": {"cost", "material", "meshes"},
+    "condensation": {"body", "compliance", "cost", "facets", "panels"},
     "surface_state": {"condensation", "law", "mesh_fields", "observables", "panels", "surface_view"},
     "ground": {"law", "material", "observables", "obstacles", "panels", "scene_view"},
     "scene_view": {"explorer", "law", "obstacles", "widgets"},
@@ -32,7 +32,7 @@ MAY_IMPORT = {
     "path": {"halfplane", "observables"},
     "scene": {"body_contact", "contact_line", "halfplane", "law", "line_solver", "line_state", "obstacles", "panels", "path", "picture", "scene_view"},
     "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "halfplane", "law", "observables", "projected_cg", "scene_view", "surface_view"},
-    "facets": {"body", "law"}, "newton": {"body", "facets", "law"}, "newton_path": set(), "__init__": set(),
+    "facets": {"body", "law"}, "newton": {"body", "cost", "facets", "law"}, "newton_path": set(), "__init__": set(),
     "display": set(), "threads": set(), "surface_view": {"below", "observables", "obstacles", "state_figure"}, "blocks": set(), "state_figure": {"blocks", "law", "plots"},
     "frames": {"plots"}, "below": {"plots"}, "explorer": {"frames", "law", "panels", "scene_view", "state_figure", "picture"}, "widgets": {"below"},
 }
