@@ -24,6 +24,7 @@ TINY = 1e-300
 SAME = 1e-13          # cuts of a panel this near to each other are one: the quadrature does not see it
 SLIVER = 1e-9        # of a length, that rounding may leave of it
 FIRST = 1.0          # length of a panel at an edge, over ell
+AT_TIP = 1/64        # ... times that at a tip, for each four orders above 6: where p has a power of r below 1, panels must be short
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,12 @@ class Line:
                 for corner, sign in ((0, 1), (1, -1)):
                     at[corner] = at.get(corner, 0.0) + sign*size*float(jump)
         return found
+
+    @cached_property
+    def tips(self):
+        """Contact points at which a corner stands under a tip of the obstacle, where its curvature has no bound without a jump of the slope."""
+        places = () if self.picture is None else self.picture.tips
+        return {float(place + shift) for place in places for shift in self._shifts}
 
     @cached_property
     def _pieces(self):
@@ -213,7 +220,8 @@ def make_panels(line, zones, order):
             breaks = sorted({start, right, *(x for x in (*edges, *kinks) if start < x < right)})
             for pair in zip(breaks, breaks[1:]):
                 roots = tuple(x in edges or x in kinks for x in pair)
-                first = tuple(min([FIRST*line.solid.ell, *(abs(x - edge) for edge in edges if edge != x)]) for x in pair)
+                longest = [FIRST*line.solid.ell*(AT_TIP**((order - 6)/4) if x in line.tips else 1.0) for x in pair]
+                first = tuple(min([most, *(abs(x - edge) for edge in edges if edge != x)]) for x, most in zip(pair, longest))
                 rows += [(corner, *part) for row in _between(*pair, roots, first) for part in _short_enough(line, *row)]
     corner, e, h, root = map(np.array, zip(*rows))
     sizes = {kink: log_sizes(line, zones, kink) for kink in kinks}

@@ -25,6 +25,8 @@ SEEN = 5e-4              # of a: distance of the samples of a function in a low 
 INTERVALS = 4000         # first ones of all low stretches together, with samples further apart instead; beyond COARSEST none
 COARSEST = 0.02          # of a
 SITES = 65               # places in a stretch of an obstacle that is known as formulas
+SAME = 1e-6              # of a: a singular point this near to one that is given is that one
+ROUND = 1.95             # power of ``abs(x)**power`` from which a tip is round enough for panels
 NEGLIGIBLE = 1e-11       # of the slope a contact of this load asks for: errors of the height per length that do not matter
 
 
@@ -43,6 +45,7 @@ class Picture:
     kinks, jumps, ends : of the obstacle, as its own or as found
     steps : tuple, places at which the height itself jumps
     angle : Proxy of psi0 where that is a function, else None
+    tips : tuple, kinks at which the curvature has no bound though the slope does not jump
     found : bool, whether kinks or ends are not the obstacle's own
     """
 
@@ -61,6 +64,7 @@ class Picture:
     ends: tuple
     steps: tuple
     angle: Proxy | None
+    tips: tuple = ()
     found: bool = False
 
     @property
@@ -189,16 +193,21 @@ def _looked_at(obstacle, stretches, half, floor):
     ends = tuple(getattr(obstacle, "ends", ()))
     pieces = _proxies(lambda x: heights(obstacle, x), _first(stretches, half, (*own, *ends), obstacle), floor, obstacle, known=own)
     edges, lengths = _one_after_the_other(pieces)
-    sites, above, singular, jumps = (np.concatenate([getattr(each, name) for each in pieces])
-                                     for name in ("samples", "values", "singular", "jumps"))
+    sites, above, singular, jumps, powers = (np.concatenate([getattr(each, name) for each in pieces])
+                                             for name in ("samples", "values", "singular", "jumps", "powers"))
     sites, above = sites[np.isfinite(above)], above[np.isfinite(above)]
     gone = singular[np.isnan(jumps)].tolist()
     found = () if ends else _outermost(gone, sites)
     kinks = {place: jump for place, jump in zip(singular.tolist(), jumps.tolist()) if np.isfinite(jump)}
-    kinks = dict(sorted({**kinks, **{place: jump or kinks.get(place, 0.0) for place, jump in own.items()}}.items()))
+    kinks = {place: jump for place, jump in kinks.items() if not any(abs(place - mine) < SAME*half for mine in own)}
+    measured = dict(zip(singular.tolist(), jumps.tolist()))
+    for place, jump in own.items():      # as given; its jump, if that is not, as measured
+        nearest = min(measured, key=lambda each: abs(each - place), default=place)
+        kinks[place] = jump or (measured[nearest] if abs(nearest - place) < SAME*half and np.isfinite(measured[nearest]) else 0.0)
+    kinks = dict(sorted(kinks.items()))
     return {"sites": sites, "heights": above, "edges": edges, "lengths": lengths, "kinks": tuple(kinks), "jumps": tuple(kinks.values()),
             "ends": ends or found, "steps": tuple(place for place in gone if place not in (*ends, *found)),
-            "found": len(kinks) > len(own) or bool(found)}
+            "tips": tuple(singular[(jumps == 0) & (powers < ROUND)].tolist()), "found": len(kinks) > len(own) or bool(found)}
 
 
 def _outermost(places, sites):

@@ -23,7 +23,8 @@ LOST = 1e-5          # of all intervals: singular points nearer to each other ar
 MOST = 200           # unsmooth intervals shorter than NARROW at a time: more of them are noise
 BUDGET = 8000        # pieces
 HALF = 0.5137        # not 1/2: a singular point at a round number shall fall into one of the halves
-GRADED = 1.6         # lengths of a piece within which a singular point is what made it short
+GRADED = 2.5         # lengths of a piece within which a singular point is what made it short
+SIDE = 6             # points beside a jump of the slope, through which either side's polynomial goes
 KINK, STEP = 0.9, 50     # a jump of the slope that shrinks by more on a hundredth of the way is none, one that grows so much is a step
 
 _points = chebpts2(NODES)
@@ -45,12 +46,14 @@ class Proxy:
     edges : array (n + 1,), ascending, between the pieces
     singular : array (k,), ascending, places at which a derivative jumps or has no bound, or the function itself jumps or ends
     jumps : array (k,), by how much the slope jumps at each; 0 where it does not, nan where the function itself jumps or ends
+    powers : array (k,), of ``abs(x - place)**power`` there, about; 1 where the slope jumps, nan where the function itself does
     samples, values : arrays, ascending, places at which the function was looked at and what it is there, inf where there is none
     """
 
     edges: np.ndarray
     singular: np.ndarray
     jumps: np.ndarray
+    powers: np.ndarray
     samples: np.ndarray
     values: np.ndarray
 
@@ -105,8 +108,9 @@ def proxy(function, edges, floor=0.0, known=()):
     singular = np.array(_apart(sorted(singular), LOST*whole))
     left, right, values = _joined(function, left[order], right[order], values[order], singular, LOST*whole, floor)
     samples, first = np.unique(_spread(left, right), return_index=True)
-    jumps = np.array([_jump(function, place, singular, whole) for place in singular])
-    return Proxy(np.append(left, right[-1]), singular, jumps, samples, values.ravel()[first])
+    beside = [_at_singular(function, place, singular[singular != place], whole) for place in singular]
+    singular, jumps, powers = (np.array(each) for each in zip(*beside)) if beside else (singular,)*3
+    return Proxy(np.append(left, right[-1]), singular, jumps, powers, samples, values.ravel()[first])
 
 
 def _spread(left, right):
@@ -191,16 +195,37 @@ def _apart(found, least):
     return [float(min(cluster, key=lambda entry: entry[1])[0]) for cluster in clusters]
 
 
-def _jump(function, place, singular, whole):
-    """Jump of the slope at a place, from differences beside it; 0 if it shrinks with the way that these look at, nan if it grows."""
-    width = min([whole/8, *(np.abs(singular[singular != place] - place)/4)])
+def _at_singular(function, place, others, whole):
+    """(place, jump of the slope, power) of a singular point that is known about, from what the function does beside it.
+
+    The jump is 0 if it shrinks with the way that differences look at, nan if it grows: then the function itself jumps. Where the slope
+    jumps the place is where the polynomials of either side meet: half of a logarithm put a distance d beside its place is off by sqrt(d).
+    The power is that of ``abs(x - place)**power``, as second differences see it; nan where the function jumps.
+    """
+    width = min([whole/8, *(np.abs(others - place)/4)])
 
     def seen(step):
         farther, far, near, nearer = np.asarray(function(place + step*np.array((-2.0, -1.0, 1.0, 2.0))), float)
         return (nearer - near - far + farther)/step, (near - far)/step
 
-    with np.errstate(invalid="ignore"):      # inf - inf
+    with np.errstate(invalid="ignore", divide="ignore"):      # inf - inf
         (first, rise), (second, steep), (half, _) = map(seen, width*np.array((1e-2, 1e-4, 5e-5)))
+        power = 1 + np.log(abs(first/second))/np.log(100)
     if not np.isfinite(first + second + half) or abs(steep) > STEP*abs(rise) + STEP*abs(second):
-        return np.nan
-    return float(2*half - second) if abs(second) > KINK*abs(first) else 0.0
+        return place, np.nan, np.nan
+    if abs(second) <= KINK*abs(first):
+        return place, 0.0, power
+    found = _meeting(function, place, 1e-3*width)
+    return (*found, 1.0) if abs(found[0] - place) < 1e-4*width else (place, float(2*half - second), 1.0)
+
+
+def _meeting(function, place, width):
+    """(where the polynomials of either side meet, difference of their slopes) next to a place."""
+    t = np.cos(np.pi*(np.arange(SIDE) + 0.5)/SIDE)
+    x = (0.05 + 0.95*(1 + t)/2)*width
+    right, left = (np.polynomial.polynomial.polyfit(side*x/width, np.asarray(function(place + side*x), float), SIDE - 1) for side in (1, -1))
+    apart = np.polynomial.Polynomial(right - left)
+    root, slope = 0.0, apart.deriv()
+    for _ in range(3):
+        root -= apart(root)/slope(root)
+    return float(place + root*width), float(slope(root)/width)
