@@ -23,6 +23,7 @@ OUTER_STEP = 1e-7    # of an edge that is not asked for: its square is left
 INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over ell, extrapolated to coalescence
 MISSED = 4.0         # norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
 CREEPING, NEARER = 1e-2, 0.9      # of the width, and of the way between two edges: nearer ones that lose more in a step creep together
+SHORT_OF, AT_KINK = 0.7, 1e-3      # of the way to a kink, that an edge moves in one step; of that to the next edge, within which it gets past
 UNTOLD = 1e-9        # of the width: distance of two edges that need not be known better
 MERGED = 1e-4        # of the tolerance, times the width: edges this near that want to be nearer cross
 
@@ -207,6 +208,7 @@ def _moved(line, load, zones, coefficients, tolerance):
     edges = sorted(steps)
     width = edges[-1] - edges[0]
     missed = {edge: float(MISSED*part*np.sqrt(width)/load) for edge, part in missing.items()}
+    kinks = np.array([*line.kinks, *(-kink for kink in line.kinks if line.mirror)])
     least, ends, meeting = MERGED*tolerance*width, [end for pair in line.ends.values() for end in pair], []
 
     def new(corner, edge):
@@ -222,7 +224,8 @@ def _moved(line, load, zones, coefficients, tolerance):
         # drawn to where the obstacle ends for the other corner, an edge has to get past it
         past = np.isinf(step) and any(abs(edge + np.sign(step)*way - end) < SLIVER*width for end in ends)
         longest = PAST*way if past else LONGEST_MOVE*way
-        return float(np.clip(edge + drift + np.clip(step - drift, -longest, longest), *line.ends.get(corner, (-np.inf, np.inf))))
+        move = _not_past(kinks, edge, drift + np.clip(step - drift, -longest, longest), way)
+        return float(np.clip(edge + move, *line.ends.get(corner, (-np.inf, np.inf))))
 
     moved = {corner: tuple((new(corner, left), new(corner, right)) for left, right in intervals)
              for corner, intervals in zones.items()}
@@ -230,6 +233,15 @@ def _moved(line, load, zones, coefficients, tolerance):
     with np.errstate(invalid="ignore"):      # inf - inf
         crossing = bool(np.any(away[:-1] - away[1:] > ways)) and ways.min() > UNTOLD*width
     return moved, max(missed.values(), default=0.0), meeting[0] if meeting else None, crossing
+
+
+def _not_past(kinks, edge, move, way):
+    """A move of an edge, cut short before a kink, beyond which K0 and K1 are others; next to one it gets past."""
+    ahead = (kinks - edge)*np.sign(move)
+    if not np.any((ahead > 0) & (SHORT_OF*ahead < abs(move))):
+        return move
+    first = ahead[ahead > 0].min()
+    return np.sign(move)*(min(abs(move), 2*first) if first < AT_KINK*way else SHORT_OF*first)
 
 
 def _steps(line, zones, coefficients):

@@ -14,7 +14,7 @@ PER_STRETCH, PER_CONTACT = 24, 10      # cells of a low stretch, and of the half
 SMALLEST = 2e-4      # cell, over the half-width
 GRADING = 0.5        # length that a cell may have for each length away from a feature
 PARTS = 4            # of a cell beside an edge, from round to round
-ROUNDS = 4
+ROUNDS = 6
 MOST = 700           # cells
 FAR = 3.0            # lengths of a cell, beyond which two Gauss points are enough on it
 

@@ -64,10 +64,11 @@ class LineSolver:
 
     def _trials(self, near, ladder, rtol):
         """Zones and orders to try, the likely ones first: next to coalescence a coarse one may fit neither side."""
-        line, load, orders = self.line, self.load, ladder[:2]
+        line, load = self.line, self.load
         if near:      # if they do not fit at once, a coarse grid is the shorter way
             yield near.zones, _orders_of(near, rtol) if len(ladder) > 1 else ladder
         simple = line.picture.simple
+        orders = ladder[:2] if simple or len(ladder) == 1 else ladder[1:3]
         if half_line(line):
             yield from ((topology.classical(line, load), (order,)) for order in orders)
         if simple:
@@ -123,11 +124,14 @@ class LineSolver:
             if better is None:
                 return state
             try:
-                state = self._fit(better, order, edges)
+                other = self._fit(better, order, edges)
             except NotConverged:
                 if found.worth > topology.tolerated(order):
                     raise
                 return state      # a zone that hardly begins to touch, or none after all: the estimate has what it is worth
+            if topology.alike(state.zones, other.zones, edges):
+                return state      # what is left is the panels' own error, which the estimate has
+            state = other
         raise NotConverged(f"zones still changing after {AMENDMENTS} amendments at load {self.load:g}")
 
     def _climb(self, states, rtol, edges, conditions):

@@ -77,7 +77,7 @@ class Picture:
     @property
     def simple(self):
         """Whether the obstacle has one lowest place and nothing beside it that is narrower than the contact."""
-        return len(self.minima) <= 1 and not self.found and self.lengths.min(initial=np.inf) > self.half_width/4 and self.angle is None
+        return len(self.minima) <= 1 and len(self.kinks) <= 2 and not self.found and self.lengths.min(initial=np.inf) > self.half_width/4 and self.angle is None
 
     def allowed(self, x):
         """Height at x below which a corner may touch, array (n,)."""

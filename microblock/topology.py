@@ -113,6 +113,14 @@ def variants(line, zones, near=np.inf):
     return found
 
 
+def alike(zones, others, tolerance):
+    """Whether two sets of zones have as many intervals, and edges that differ by no more than a tolerance times their width."""
+    if any(len(own) != len(others[corner]) for corner, own in zones.items()):
+        return False
+    first, second = (np.concatenate([np.ravel(own) for own in each.values()]) for each in (zones, others))
+    return bool(np.abs(first - second).max() <= tolerance*np.ptp(first))
+
+
 def crossed(line, zones, edges):
     """Zones with two neighbouring edges that have met exchanged: apart by a share of the way to the next edge, on the other side.
 
