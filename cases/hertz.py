@@ -155,7 +155,7 @@ def solve(parameters):
     scene, states = parameters.scene, []
     for load in parameters.loads:
         near = states[-1][0] if states else None
-        state = scene.at(load*parameters.P, parameters.rtol or RTOL, parameters.order, near=near)
+        state = scene.at(load*parameters.P, parameters.rtol or RTOL, parameters.order, near=near, fallback=False)
         states.append((state, state.estimate.total))
     return states
 

@@ -24,7 +24,7 @@ INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over e
 MISSED = 4.0         # norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
 CREEPING, NEARER = 1e-2, 0.9      # of the width, and of the way between two edges: nearer ones that lose more in a step creep together
 SHORT_OF, AT_KINK = 0.7, 1e-3      # of the way to a kink, that an edge moves in one step; of that to the next edge, within which it gets past
-UNTOLD = 1e-9        # of the width: distance of two edges that need not be known better
+UNTOLD = 1e-9        # of the width: two edges nearer than that which are drawn past each other have met
 MERGED = 1e-4        # of the tolerance, times the width: edges this near that want to be nearer cross
 
 
@@ -231,8 +231,10 @@ def _moved(line, load, zones, coefficients, tolerance):
              for corner, intervals in zones.items()}
     ways, away = np.diff(edges), np.array([steps[edge] for edge in edges])
     with np.errstate(invalid="ignore"):      # inf - inf
-        crossing = bool(np.any(away[:-1] - away[1:] > ways)) and ways.min() > UNTOLD*width
-    return moved, max(missed.values(), default=0.0), meeting[0] if meeting else None, crossing
+        crossing = away[:-1] - away[1:] > ways
+    near = np.flatnonzero(crossing & (ways < UNTOLD*width))
+    meeting += [(edges[near[0]], edges[near[0] + 1])] if len(near) else []
+    return moved, max(missed.values(), default=0.0), meeting[0] if meeting else None, bool(crossing.any())
 
 
 def _not_past(kinks, edge, move, way):

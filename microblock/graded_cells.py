@@ -15,7 +15,7 @@ SMALLEST = 2e-4      # cell, over the half-width
 GRADING = 0.5        # length that a cell may have for each length away from a feature
 PARTS = 4            # of a cell beside an edge, from round to round
 ROUNDS = 6
-MOST = 700           # cells
+MOST = 2000          # cells, of all corners together
 FAR = 3.0            # lengths of a cell, beyond which two Gauss points are enough on it
 
 
@@ -37,7 +37,7 @@ def trial_zones(line, load):
         zones = {corner: tuple((float(lower[i]), float(lower[j] + widths[j])) for i, j in runs(own)) for corner, own in enumerate(closed)}
         yield zones, float(widths[_changing(closed)].max(initial=widths.min()))
         split = _changing(closed) & (widths > SMALLEST*line.picture.half_width)
-        if not split.any() or len(x) + (PARTS - 1)*np.count_nonzero(split) > MOST:
+        if not split.any() or len(x) + (PARTS - 1)*np.count_nonzero(split) > MOST/len(line.law.corners):
             return
         finer = lower[split, None] + widths[split, None]*np.arange(1, PARTS)/PARTS
         parts = np.where(split, PARTS, 1)
@@ -74,8 +74,8 @@ def _first_cells(line):
                 step = min(largest, max(line.scale(x, x + step, GRADING)/2, SMALLEST*half))
             x = min(x + step, right)
             own.append(x)
-            if len(own) + len(edges) > MOST:
-                raise NotConverged(f"more than {MOST} cells would be needed to see all features of the obstacle")
+            if len(own) + len(edges) > MOST/len(line.law.corners):
+                raise NotConverged(f"more than {MOST} cells of varied size would be needed to see all features of the obstacle")
         edges += own
     return np.unique(edges)
 

@@ -43,6 +43,7 @@ class GridState(StateView):
     products : int, spent on this grid
     error_estimate : float, relative L2 error of pressure and micromoment over ell, next to an end of the obstacle, where the
         pressure is infinite, with the distance from it as weight; None without coarser grids
+    instead : str, why cells were taken where panels were asked for, "" where they were not
     """
 
     scene: object
@@ -58,6 +59,13 @@ class GridState(StateView):
     kkt: float
     products: int
     error_estimate: float | None = None
+    instead: str = ""
+
+    method = "cells"
+
+    @property
+    def warnings(self):
+        return super().warnings + ([self.instead] if self.instead else [])
 
     @property
     def zones(self):
@@ -185,11 +193,18 @@ class GridContact(SceneView):
             return last
         rtol = self.usual_rtol if rtol is None else rtol
         doublings = FIRST*2**np.arange(int(np.log2(MOST/FIRST)) + 1)
-        for state in self._states(load, approach, doublings, residual, progress):
-            if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= 4*FIRST:
-                return state
-        raise NotConverged(f"error {state.error_estimate:.1e} instead of {rtol:g} on {MOST} nodes; a fitted scene (Contact) "
+        state = self.upto(load, rtol, doublings, approach=approach, residual=residual, progress=progress)
+        if state.error_estimate <= rtol:
+            return state
+        raise NotConverged(f"error {state.error_estimate:.1e} instead of {rtol:g} on {len(state.x)} nodes; a fitted scene (Contact) "
                            "reaches more under smooth obstacles", reached=state.error_estimate)
+
+    def upto(self, load, rtol, sizes, least=4*FIRST, approach=None, residual=RESIDUAL, progress=False):
+        """The first state on grids of these sizes, ascending, that has rtol and at least so many cells, or that of the last grid."""
+        for state in self._states(load, approach, sizes, residual, progress):
+            if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= least:
+                break
+        return state
 
     @staticmethod
     def _check(load, approach, nodes, rtol, residual, start):

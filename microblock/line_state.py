@@ -63,6 +63,8 @@ class LineState(LineView):
     estimate: Estimate
     least: tuple = ()
 
+    method = "panels"
+
     @property
     def error_estimate(self):
         """Relative L2 error of pressure and micromoment, None where the order of the panels was prescribed."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from . import contact_line, picture
+from .cells_instead import by_cells
 from .display import scene_summary
 from .errors import BadArgument, MicroblockError, NotConverged, require_kind, require_positive, require_tolerance, require_whole
 from .halfplane import HalfPlane
@@ -15,11 +16,13 @@ from .obstacles import check_lowest
 from .panels import Line
 from .path import LinePath
 from .scene_view import SceneView
+from .surface_view import StateView
 from .threads import bounded
 
 OUTER_AT_TOUCH = 1.4      # edge of the contact over ell when two zones of partial contact touch: a first guess
 PICTURED = 4.0        # factor of the load for which one picture of the obstacle serves
 FIXED_ORDERS = 2, 100     # least and most that may be fixed
+LOOSER = (1e-11, 1e-10, 1e-8)      # rtol that are tried, to tell what can be had where rounding keeps from a smaller one
 WIDEST = 8            # times farther than a classical half-plane asks for is looked at most
 WIDE = 2e5            # blocks under a contact, up to which zones were found; at 2e6 none were
 
@@ -81,7 +84,7 @@ class Contact(SceneView):
 
     def follow(self, load, rtol, near):
         """The state at a load from the zones of one `near`, as far as they fit."""
-        if len(near.line.law.corners) != len(self.law.corners):
+        if not isinstance(near, LineState) or len(near.line.law.corners) != len(self.law.corners):
             return self.at(load, rtol)
         zones = {corner: near.all_zones[corner] for corner in self.line.corners}
         return self.at(load, rtol, near=replace(near, zones=zones) if any(zones.values()) else None)      # one may touch nowhere
@@ -92,17 +95,22 @@ class Contact(SceneView):
         return Line(self.body.solid, self.law, self.obstacle, self.symmetric)
 
     def _line(self, load, wider=1):
-        """The same with the obstacle's picture for a load, which is made once for many loads; `wider`: times farther looked at."""
+        """The same with the obstacle's picture for a load."""
+        found = self._picture(load, wider)
+        if found.steps:
+            raise BadArgument("obstacle", self.obstacle, f"must not jump, as its height does at x = {found.steps[0]:g}: pressures have no norm there "
+                              "that an rtol could refer to; GridContact takes it as it is, on so many nodes")
+        return replace(self.line, obstacle=picture.seen(self.obstacle, found), picture=found)
+
+    def _picture(self, load, wider=1):
+        """The obstacle's Picture, made once for many loads; `wider`: times farther looked at."""
         bracket = PICTURED**math.ceil(math.log(load)/math.log(PICTURED) - 1e-9)
         if (bracket, wider) not in self._pictures:
             try:
                 self._pictures[bracket, wider] = picture.picture(self.line, bracket, picture.BOUND*wider)
             except MicroblockError:      # it may carry this load, though not that of the bracket
                 self._pictures[bracket, wider] = picture.picture(self.line, load, picture.BOUND*wider)
-        found = self._pictures[bracket, wider]
-        if found.steps:
-            raise NotConverged(f"the height of the obstacle jumps at x = {found.steps[0]:g}, where pressures have no bound")
-        return replace(self.line, obstacle=picture.seen(self.obstacle, found), picture=found)
+        return self._pictures[bracket, wider]
 
     @cached_property
     def _pictures(self):
@@ -115,17 +123,19 @@ class Contact(SceneView):
         return symmetric(self.law, self.obstacle)
 
     @bounded
-    def at(self, load, rtol=usual_rtol, order=None, near=None):
+    def at(self, load, rtol=usual_rtol, order=None, near=None, fallback=True):
         """The state at a load (force per thickness) to a relative L2 error of pressure and micromoment.
 
         Parameters
         ----------
         rtol : float; chooses the order of the panels, unless `order` fixes it
-        near : LineState to start from, of a nearby load or a scene that differs little; its zones and order are taken over
+        near : state to start from, of a nearby load or a scene that differs little; its zones and order are taken over
+        fallback : bool, whether uniform cells answer where panels do not; without it, and where the order is fixed, they do not
 
         Returns
         -------
-        LineState; its `estimate` has no discretisation error where the order is fixed
+        LineState; its `estimate` has no discretisation error where the order is fixed. GridState where cells answer: its `method` is
+        "cells", not "panels", and its `warnings` say why.
 
         Raises
         ------
@@ -134,7 +144,26 @@ class Contact(SceneView):
         """
         self._check(load, rtol, order, near)
         self._check_width(load)
-        return self._solved(load, rtol, order, near)
+        near = near if isinstance(near, LineState) else None      # zones of cells are no better than those that are found anyway
+        try:
+            return self._solved(load, rtol, order, near)
+        except NotConverged as failure:
+            if order is not None or not fallback:
+                raise
+            failure = self._reachable(load, rtol, failure)
+            return by_cells(self, self._picture(load), load, rtol, failure)
+
+    def _reachable(self, load, rtol, failure):
+        """The failure, with what can be had where rounding keeps the edges from an rtol."""
+        for looser in (each for each in LOOSER if each > rtol and failure.reached is None):
+            try:
+                reached = self._solved(load, looser, None, None).error_estimate
+            except NotConverged as other:
+                reached = other.reached
+            if reached is not None:
+                return NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was {reached:.1e}; "
+                                    "ask for that", reached=reached)
+        return failure
 
     def _solved(self, load, rtol, order, near, wider=1):
         try:
@@ -152,13 +181,13 @@ class Contact(SceneView):
         if order is not None:
             require_whole(*FIXED_ORDERS, order=order)
         if near is not None:
-            require_kind(LineState, "a LineState", near=near)
+            require_kind(StateView, "a state", near=near)
 
     def _check_width(self, load):
         """NotConverged where the contact has more blocks than zones are found for: before minutes are spent on them."""
         if len(self.law.corners) == 1:
             return
-        blocks = 2*self._line(load).picture.half_width/self.solid.ell
+        blocks = 2*self._picture(load).half_width/self.solid.ell
         if blocks > WIDE:
             raise NotConverged(f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {WIDE:.0g} are in "
                                "reach: take a larger ell, or the unilateral law, from which this one hardly differs there")

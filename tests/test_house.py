@@ -12,7 +12,7 @@ ROOT = Path(microblock.__file__).parent
 MAY_IMPORT = {
     "errors": set(), "material": set(), "obstacles": set(), "meshes": {"cost"}, "cost": set(), "references": set(), "observables": set(),
     "plots": set(), "adapt": set(), "proxy": set(), "picture": {"observables", "obstacles", "proxy"}, "survey": {"observables", "panels"},
-    "graded_cells": {"active_set", "halfplane", "observables", "panels"},
+    "cells_instead": {"grid_contact"}, "graded_cells": {"active_set", "halfplane", "observables", "panels"},
     "line_solver": {"adapt", "contact_line", "graded_cells", "line_state", "panels", "survey", "topology"},
     "study": {"__init__"}, "provenance": {"study"}, "sweeps": {"provenance"},
     "export": {"line_state", "panels", "path", "study", "subsurface", "surface_view"},
@@ -30,7 +30,7 @@ MAY_IMPORT = {
     "contact_line": {"line_state", "meeting", "panels"}, "subsurface": {"halfplane", "panels"},
     "line_state": {"below", "observables", "panels", "subsurface", "surface_view"}, "topology": {"active_set", "observables", "panels", "picture"},
     "path": {"halfplane", "observables"},
-    "scene": {"body_contact", "contact_line", "halfplane", "law", "line_solver", "line_state", "obstacles", "panels", "path", "picture", "scene_view"},
+    "scene": {"body_contact", "cells_instead", "contact_line", "halfplane", "law", "line_solver", "line_state", "obstacles", "panels", "path", "picture", "scene_view", "surface_view"},
     "grid": {"halfplane"}, "projected_cg": set(), "grid_contact": {"grid", "halfplane", "law", "observables", "projected_cg", "scene_view", "surface_view"},
     "facets": {"body", "law"}, "newton": {"body", "cost", "facets", "law"}, "newton_path": set(), "__init__": set(),
     "display": set(), "threads": set(), "surface_view": {"below", "observables", "obstacles", "state_figure"}, "blocks": set(), "state_figure": {"blocks", "law", "plots"},
