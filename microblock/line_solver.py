@@ -89,7 +89,11 @@ class LineSolver:
         for order in orders[:-1]:
             states[order] = self._fit(zones, order, edges, steps=NEAR_STEPS)
             zones = states[order].zones
-        states[orders[-1]] = self._settled(zones, orders[-1], edges, conditions)
+        last = orders[-1]
+        if conditions and self.line.picture.simple:      # `_climb` looks everywhere in the end
+            states[last] = self._fit(zones, last, edges)
+        else:
+            states[last] = self._settled(zones, last, edges, conditions)
         return states
 
     def _fit(self, zones, order, edges, **steps):
@@ -114,7 +118,11 @@ class LineSolver:
 
     def _settled(self, zones, order, edges, conditions):
         """The state on these zones, amended where they do not hold."""
-        state = self._fit(zones, order, edges)
+        return self._amended(self._fit(zones, order, edges), edges, conditions)
+
+    def _amended(self, state, edges, conditions):
+        """A fitted state looked at everywhere, its zones amended until they hold."""
+        order = state.panels.order
         for _ in range(AMENDMENTS):
             found = survey(state)
             if found.beyond:
@@ -135,16 +143,21 @@ class LineSolver:
         raise NotConverged(f"zones still changing after {AMENDMENTS} amendments at load {self.load:g}")
 
     def _climb(self, states, rtol, edges, conditions):
-        """State to rtol, from the lowest order of {order: state} on."""
-        first = min(states)
+        """State to rtol, from the lowest order of {order: state} on; under a simple obstacle the last one alone is looked at everywhere."""
+        first, simple = min(states), self.line.picture.simple
 
         def rung(order):
             if order not in states:
-                states[order] = self._settled(states[max(states)].zones, order, edges, conditions)
+                zones = states[max(states)].zones
+                states[order] = self._fit(zones, order, edges) if simple else self._settled(zones, order, edges, conditions)
             return states[order]
 
         def error(coarse, fine):
             parts = replace(fine.estimate, discretisation=line_state.difference(coarse, fine))
+            if simple and parts.total <= rtol:
+                looked = self._amended(fine, edges, conditions)
+                parts = replace(looked.estimate, discretisation=line_state.difference(coarse, looked))
+                fine = looked
             states[fine.panels.order] = replace(fine, estimate=parts)
             return parts.total
 

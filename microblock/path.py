@@ -20,7 +20,8 @@ from .halfplane import coalescence_exponent
 from .observables import contact_zones, lowest, zone_changes
 from .threads import bounded
 
-FACTOR = 2.5          # between the loads of the scan: a zone that comes and goes within is not seen
+FACTOR = 2.5          # between the loads of the scan
+UNSEEN = 1e-3         # of the load: a zone that is born and merges within is not seen
 START = 0.2           # of ell: the contact is that narrow where the scan begins
 LEAST = 1e-9          # of the last load, if it never is
 SAME = 1e-9           # of the width: a contact that does not grow with the load, as under a punch
@@ -162,7 +163,7 @@ class LinePath(PathView):
         """Events between two states, ascending in load."""
         changes = _changes(low, high)
         if not changes:
-            return []
+            return self._hidden(low, high)
         crossing = self._crossing(low, high, changes)
         if crossing:
             return [Event(*crossing[:2], change.kind, change.zone, crossing[2]) for change in changes]
@@ -178,6 +179,19 @@ class LinePath(PathView):
         low_side, high_side = _sides(visited, changes[0])
         found = [self._located(visited, low_side, high_side, change) for change in _changes(low_side, high_side)]
         return self._between(low, low_side) + _crossing_once(found) + self._between(high_side, high)
+
+    def _hidden(self, low, high):
+        """Events between two states with zones alike: of zones that are born and merge in between.
+
+        Where a gap has a minimum of its own before, and is closed afterwards, a zone may have been born there; halving the step
+        shows it, or an edge that comes so near that the minimum is gone.
+        """
+        closed = high.all_zones
+        arisen = [x for corner, x, _ in low.least if any(left < x < right for left, right in closed[corner])]
+        if not arisen or high.load - low.load <= UNSEEN*high.load:
+            return []
+        between = self._state(float(np.sqrt(low.load*high.load)), low)
+        return [] if between is None else self._between(low, between) + self._between(between, high)
 
     def _crossing(self, low, high, changes):
         """(load, error, x) where edges of the two corners cross between two states; None unless that is all that happens."""

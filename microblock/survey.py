@@ -7,6 +7,7 @@ error is: in L2 of the pressure over that of the state, for an overlap d on a wi
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebval, chebvander
@@ -50,18 +51,21 @@ class Survey:
 
 def survey(state):
     """The Survey of a LineState."""
-    line, picture = state.line, state.line.picture
+    line = state.line
     size = np.sqrt(state.weights @ state.pressures.sum(axis=0)**2)
     violations, least, beyond = _pulled(state, size), [], False
-    for stretch, series, noise in _series(state):
-        x = _sites(line, stretch)
-        corner = np.full(len(x), stretch.corner)
-        rise = _risen(line, stretch, series, corner, x)
-        gaps = line.initial_gap(corner, x) + rise
+    found = list(_series(state))
+    places = [_sites(line, stretch) for stretch, _, _ in found]
+    corners = np.concatenate([np.full(len(x), stretch.corner) for x, (stretch, _, _) in zip(places, found)] or [np.zeros(0, int)])
+    heights = line.initial_gap(corners, np.concatenate(places or [np.zeros(0)]))
+    heights = np.split(heights, np.cumsum([len(x) for x in places])[:-1])
+    for x, height, (stretch, series, noise) in zip(places, heights, found):
+        rise = _risen(line, stretch, series, x)
+        gaps = height + rise
         violations += _overlaps(state, stretch, x, gaps, noise, line.solid.E_star/size)
         inner = np.flatnonzero((gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
-        least += [(stretch.corner, float(x[i]), float(gaps[i])) for i in inner]
-        beyond = beyond or _beyond(line, picture, stretch, x, rise, noise)
+        least += [(stretch.corner, float(x[i]), float(gaps[i])) for i in inner if _stands_out(gaps, i, noise)]
+        beyond = beyond or _beyond(line, line.picture, stretch, x, rise, noise)
     return Survey(violations, least, beyond)
 
 
@@ -141,8 +145,14 @@ def _series(state):
     else:
         both = (state.sunk(x, line.lever(corner, x)) - state.approach)[None]
     for stretch, values in zip(stretches, np.split(both, cuts, axis=1)):
-        series = values @ np.linalg.inv(chebvander(chebpts1(stretch.count), stretch.count - 1)).T
+        series = values @ _onto_series(stretch.count)
         yield stretch, series, NOISE*float(np.abs(series[:, -2:]).sum())
+
+
+@lru_cache(maxsize=64)
+def _onto_series(count):
+    """From values at the Chebyshev points to coefficients: array (count, count), to multiply with from the right."""
+    return np.linalg.inv(chebvander(chebpts1(count), count - 1)).T
 
 
 def varies(line):
@@ -150,10 +160,10 @@ def varies(line):
     return line.picture is not None and line.picture.angle is not None
 
 
-def _risen(line, stretch, series, corner, x):
+def _risen(line, stretch, series, x):
     """What the gap has more than at first, at x in a stretch."""
     values = chebval(stretch.parameter(x), series.T)
-    return values[0] if len(values) == 1 else values[0] + line.lever(corner, x)*values[1]
+    return values[0] if len(values) == 1 else values[0] + line.lever(np.full(len(x), stretch.corner), x)*values[1]
 
 
 def _sites(line, stretch):
@@ -162,6 +172,11 @@ def _sites(line, stretch):
     own = stretch.at(t)
     sites = line.sites(stretch.corner)
     return np.unique(np.concatenate((own, sites[(sites > own.min()) & (sites < own.max())])))
+
+
+def _stands_out(gaps, i, noise):
+    """Whether the gap at a minimum is less than it is further away on both sides, by more than its error."""
+    return min(gaps[:i].max(initial=-np.inf), gaps[i + 1:].max(initial=-np.inf)) > max(gaps[i], 0) + noise
 
 
 def _overlaps(state, stretch, x, gaps, noise, unit):
