@@ -21,7 +21,7 @@ from .condensation import Condensed
 from .errors import BadArgument, NotConverged, require_finite, require_kind, require_positive, require_tolerance, require_whole
 from .ground import GroundScene
 from .law import corner_shifts
-from .meshes import RATIO, Ground, falling_orders, graded
+from .meshes import RATIO, SLIVER as TOLD, Ground, falling_orders, graded
 from .observables import joined
 from .panels import zone_edges
 from .surface_state import Estimate, SurfaceState, difference, surface_state
@@ -48,6 +48,7 @@ FURTHEST = 0.8       # of it, on meshes with too few nodes for that
 TERMS = 4            # K0, K1, ... of the series in which they are read
 PARTIAL = 2.4        # width of a partial zone over ell as ell -> 0: a first guess where the first mesh does not see it
 SLIVER = 1e-11       # of the outer edge, to which a node is at an edge
+BESIDE = 2.0         # times what a mesh tells apart: nearer edges are one
 SEEN = 0.05          # of the way to the next edge: sets that differ by more are another topology
 MEETING = 0.1        # of the outer edge: zones whose inner edges are this near to the axis may meet there
 AT_END = 0.7         # of the half-width, times RATIO for all levels but one: an edge this near to an end of the obstacle cannot
@@ -319,7 +320,7 @@ class FittedContact(GroundScene):
             ends = [end + shifts[corner] for end in getattr(self.obstacle, "ends", ())]
             placed = [tuple(next((end for end in ends if abs(edge - end) < near), edge) for edge in interval) for interval in own]
             found[corner] = tuple(joined((left, right) for left, right in placed if left < right))
-        return found
+        return _told_apart(found)
 
     def _pass(self, load, zones, order, levels, spacing=None):
         """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
@@ -408,6 +409,17 @@ class _FittedMesh:
 class _Pass(_FittedMesh):
     moved: dict
     edge_error: float
+
+
+def _told_apart(zones):
+    """Zones whose edges a mesh can tell apart: those that are nearer to each other, of whatever corners, are one."""
+    edges = zone_edges(zones)
+    least, place = BESIDE*TOLD*(edges[-1] - edges[0]) if edges else 0.0, {}
+    for edge in edges:
+        before = next(reversed(place.values()), None)
+        place[edge] = before if before is not None and edge - before < least else edge
+    moved = {corner: [(place[left], place[right]) for left, right in own] for corner, own in zones.items()}
+    return {corner: tuple(joined((left, right) for left, right in own if left < right)) for corner, own in moved.items()}
 
 
 def _closed(flexibility, gaps, share, closed, load):
