@@ -16,6 +16,33 @@ from .scene_view import SceneView
 
 
 @dataclass(frozen=True)
+class Within:
+    """An obstacle as far as a bounded body goes, |x| < `far`: what it is beyond matters to nobody."""
+
+    whole: object
+    far: float
+
+    @classmethod
+    def of(cls, obstacle, far):
+        return cls(obstacle, far)
+
+    def __getattr__(self, name):
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.whole, name)
+
+    def height(self, x):
+        return np.where(np.abs(x) < self.far, heights(self.whole, np.asarray(x, float)), np.inf)
+
+    @staticmethod
+    def forgotten(found, far):
+        """A Picture without the ends that are those of the body."""
+        ends = tuple(math.copysign(math.inf, end) if abs(end) > far*(1 - 1e-6) else end for end in found.ends)
+        ends = () if all(map(math.isinf, ends)) else ends
+        return replace(found, ends=ends, found=bool(ends) or bool(found.kinks)) if found.found else found
+
+
+@dataclass(frozen=True)
 class GroundScene(SceneView):
     """Frictionless contact of the ground x2 < 0 with a rigid obstacle.
 
