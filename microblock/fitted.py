@@ -477,7 +477,7 @@ class FittedContact(GroundScene):
         return replace(state, estimate=replace(state.estimate, obstacle=math.sqrt(square)/_size(state)))
 
     def _nodes(self, trial):
-        return trial.body, trial.closed.reshape(len(trial.zones), -1), self.law, self.obstacle
+        return between.Facets(trial.body), trial.closed.reshape(len(trial.zones), -1), self.law, self.obstacle
 
     def _sites(self, trial, within):
         """Contact points of each corner at which the obstacle was looked at, and between the nodes."""
