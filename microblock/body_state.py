@@ -76,9 +76,10 @@ class BodyState(BelowOnMesh, StateView):
 
     @property
     def warnings(self):
-        """Where the model leaves its ground, where nodes are few, and where elements do not resolve the layer below the contact.
+        """Where the model leaves its ground, where nodes are few or miss features of the obstacle, and where elements do not resolve
+        the layer below the contact.
 
-        And where the obstacle has features that the nodes do not see. These on a mesh that was prescribed: an estimate speaks for itself.
+        All but the first on a mesh that was prescribed: an estimate speaks for itself.
         """
         coarse = [] if self.error_estimate is not None else self._unresolved() + self._missed
         return super().warnings + self._few_nodes("ask for rtol=") + coarse

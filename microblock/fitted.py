@@ -10,10 +10,10 @@ edges            what moving the edges by the next step would change: p by K1 de
 truncation       TRUNCATION (outer edge/far)^2: the image of the load bends the surface like 1/far^2 (docs/theory.md)
 obstacle         what nodes miss of the height between them, and of overlaps that are worth less than changing the zones
 
-The obstacle's `picture` says where it could touch. Where that is one lowest place with nothing narrow beside it, a first mesh without
-knowledge of the zones shows them; else the graded cells of a half-plane do, on all low stretches, and the contact boundary covers
-these, with small elements where zones or features are. On each mesh the gaps of all corners are looked at, at all places at which
-the height was looked at, and of the state that is returned on the surface beyond the contact boundary as well.
+The obstacle's `picture` says where it could touch. Where that is one lowest place with nothing narrow beside it, a first mesh
+without knowledge of the zones shows them; else the graded cells of a half-plane do, on all low stretches, and the contact
+boundary covers these, with small elements where zones or features are. On each mesh the gaps of all corners are looked at, at all
+places at which the height was looked at, and of the state that is returned on the surface beyond the contact boundary as well.
 """
 
 import math
@@ -71,7 +71,8 @@ WIDEST = 8           # times farther than a classical half-plane asks for is loo
 OUTSIDE = 60         # places on either side beyond the contact boundary, beside the obstacle's own
 WITHIN = 0.98        # of a bounded domain, up to which the contact boundary may reach
 MOST_SIZES = 3000    # places at which features ask for smaller elements
-MOST_NODES = 2500    # on the contact boundary: the contact problem of two corners on so many takes minutes
+FEW_TIPS = 12        # of a plain obstacle: its nodes follow from the layer length alone, and memory bounds them
+MOST_NODES = 2000    # on the contact boundary: the contact problem of two corners on so many takes minutes
 TRUNCATION = 2.0     # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
 
 
@@ -113,12 +114,12 @@ class FittedContact(GroundScene):
         return Line(self.solid, self.law, self.obstacle, self.symmetric, self.picture)
 
     def _pictured(self, load, wider=1):
-        """The scene with its obstacle's picture for a load, and with the kinks and ends that this shows; `wider`: times farther."""
-        bounded = self.domain < math.inf
-        line = Line(self.solid, self.law, Within.of(self.obstacle, self.domain) if bounded else self.obstacle, self.symmetric)
+        """The scene with its obstacle's picture for a load, and the kinks and ends that this shows; `wider`: times farther."""
+        cut_off = self.domain < math.inf
+        line = Line(self.solid, self.law, Within(self.obstacle, self.domain) if cut_off else self.obstacle, self.symmetric)
         found = picture.picture(line, load, picture.BOUND*wider)
-        if bounded:
-            found = Within.forgotten(found, self.domain)
+        if cut_off:
+            found = line.obstacle.forgotten(found)
         if found.steps:
             raise NotConverged(f"the height of the obstacle jumps at x = {found.steps[0]:g}, where pressures have no bound")
         return replace(self, obstacle=picture.seen(self.obstacle, found), picture=found)
@@ -164,7 +165,9 @@ class FittedContact(GroundScene):
             require_kind(SurfaceState, "a SurfaceState", near=near)
 
         def solve(scene):
-            scene, zones, passes = scene._settled(load, *((near.zones, 0) if near else scene.topology(load)))
+            zones, passes = (near.zones, 0) if near else scene.topology(load)
+            scene._require_rung(zones, _first_rung(rtol) + 1)
+            scene, zones, passes = scene._settled(load, zones, passes)
             return scene._climb(load, rtol, zones, passes)
 
         return self._looking(load, solve)
@@ -311,15 +314,14 @@ class FittedContact(GroundScene):
                 found.append((x, size))
             x += min(size, longest)/2
             if len(found) > MOST_SIZES:
-                raise NotConverged(f"the obstacle has features so small or many that more than {MOST_SIZES} elements would be needed "
-                                   "to see them: take the half-plane (Contact) or uniform cells (GridContact)")
+                raise NotConverged(f"the obstacle has features so small or many that more than {MOST_SIZES} elements would be "
+                                   "needed to see them: take uniform cells (GridContact)")
         return tuple(found)
 
     def _condense(self, ground, tips, spacing, levels, order):
-        longest = max(length for _, _, length in spacing) if isinstance(spacing, tuple) else spacing
-        sizes = self._sizes(ground, longest)
-        self._require_few((sum((b - a)/length for a, b, length in spacing) if isinstance(spacing, tuple) else
-                           (ground.reach[1] - ground.reach[0])/spacing) + len(sizes)/2 + 2*levels*len(tips), order)
+        spacing = spacing if isinstance(spacing, tuple) else ((*ground.reach, spacing),)
+        self._require_few(ground, tips, spacing, levels, order)
+        sizes = self._sizes(ground, max(length for _, _, length in spacing))
         mesh = graded(ground, [*tips, *self.lines], spacing=spacing, levels=levels, sizes=sizes)
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
@@ -327,11 +329,19 @@ class FittedContact(GroundScene):
         orders = np.full(mesh.ne, order) if self.even or not levels else falling_orders(mesh, ground, tips, order)
         return Condensed(Body(mesh, self.solid, orders, fixed=supports))
 
-    def _require_few(self, elements, order):
+    def _require_few(self, ground, tips, spacings, levels, order):
         """NotConverged for more contact nodes than a contact problem is solved on in reasonable time."""
-        if elements*order > MOST_NODES and not self._plain:
-            raise NotConverged(f"the obstacle's features and the edges of the zones ask for some {elements*order:.2g} contact nodes, and up "
-                               f"to {MOST_NODES} are in reach: take a larger rtol, the half-plane (Contact) or uniform cells (GridContact)")
+        elements = sum((right - left)/length for left, right, length in spacings) + (2*levels + 1)*len(tips)
+        elements += len(self._sizes(ground, max(length for _, _, length in spacings)))/2
+        if elements*order > MOST_NODES and not (self._plain and len(tips) <= FEW_TIPS):
+            raise NotConverged(f"the obstacle's features and the edges of the zones ask for some {elements*order:.2g} contact "
+                               f"nodes, and up to {MOST_NODES} are in reach: take uniform cells (GridContact)")
+
+    def _require_rung(self, zones, rung):
+        """The same for the lowest rung on which a state can be returned, before anything is meshed."""
+        ground, (order, levels) = self._ground(zones), self._ladder[rung]
+        tips = [*self._features(ground), *zone_edges(zones)]
+        self._require_few(ground, tips, self._spacings(ground, zones, None), levels, order)
 
     @bounded
     def topology(self, load):
@@ -470,7 +480,8 @@ class FittedContact(GroundScene):
         found = active_set.solve(flexibility, gaps, load=self.share(load), c=share, start=trial.closed)
         outer = max(abs(tip) for tip in trial.tips)
         truncation = TRUNCATION*(outer/trial.ground.far)**2 if self.domain == math.inf else 0.0
-        state = surface_state(self.line, trial.body, load, found, trial.zones, passes, Estimate(None, trial.edge_error, truncation))
+        estimate = Estimate(None, trial.edge_error, truncation)
+        state = surface_state(self.line, trial.body, load, found, trial.zones, passes, estimate)
         square = sum(each.worth**2 for each in self._overlaps(state, trial))
         if not getattr(self.obstacle, "formulas", False) and self.picture is not None:
             square += between.missed(*self._nodes(trial), self._sites(trial, trial.ground.reach)).sum()

@@ -22,10 +22,6 @@ class Within:
     whole: object
     far: float
 
-    @classmethod
-    def of(cls, obstacle, far):
-        return cls(obstacle, far)
-
     def __getattr__(self, name):
         if name.startswith("__"):
             raise AttributeError(name)
@@ -34,12 +30,17 @@ class Within:
     def height(self, x):
         return np.where(np.abs(x) < self.far, heights(self.whole, np.asarray(x, float)), np.inf)
 
-    @staticmethod
-    def forgotten(found, far):
-        """A Picture without the ends that are those of the body."""
-        ends = tuple(math.copysign(math.inf, end) if abs(end) > far*(1 - 1e-6) else end for end in found.ends)
+    def forgotten(self, found):
+        """A Picture without the ends and steps that are those of the body."""
+        def own(place):
+            return abs(place) < self.far*(1 - 1e-6)
+
+        ends = tuple(end if own(end) else math.copysign(math.inf, end) for end in found.ends)
         ends = () if all(map(math.isinf, ends)) else ends
-        return replace(found, ends=ends, found=bool(ends) or bool(found.kinks)) if found.found else found
+        return replace(found, ends=ends, steps=tuple(filter(own, found.steps)), found=found.found and bool(ends or found.kinks))
+
+    def __repr__(self):
+        return repr(self.whole)
 
 
 @dataclass(frozen=True)
