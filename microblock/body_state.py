@@ -76,8 +76,8 @@ class BodyState(BelowOnMesh, StateView):
 
     @property
     def warnings(self):
-        """Where the model leaves its ground, where nodes are few or miss features of the obstacle, and where elements do not resolve
-        the layer below the contact.
+        """Where the model leaves its ground, where nodes are few or miss features of the obstacle, and where elements do not
+        resolve the layer below the contact.
 
         All but the first on a mesh that was prescribed: an estimate speaks for itself.
         """
