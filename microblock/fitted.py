@@ -200,8 +200,8 @@ class FittedContact(GroundScene):
                     break
             coarse = state
         if best == math.inf:
-            raise NotConverged(f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of topology?",
-                               iterations=passes)
+            raise NotConverged(f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
+                               "topology?", iterations=passes)
         raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was {best:.1e}; "
                            "ask for that, or fix the discretisation instead", reached=best, iterations=passes)
 
