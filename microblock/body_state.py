@@ -8,11 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
-from . import meshes
+from . import between, meshes
+from .errors import BadArgument
 from .law import corner_shifts
 from .mesh_fields import BelowOnMesh
 from .observables import contact_zones, distance, distance_to_ends, runs
 from .surface_view import Setting, StateView, surface
+
+MISSED = 0.03        # of the pressure: what nodes miss of the obstacle, from which on a state says so
 
 
 @dataclass(frozen=True, repr=False)
@@ -73,12 +76,24 @@ class BodyState(BelowOnMesh, StateView):
 
     @property
     def warnings(self):
-        """Where the model leaves its ground, where nodes are few, and where elements do not resolve the layer below the contact.
+        """Where the model leaves its ground, where nodes are few or miss features of the obstacle, and where elements do not
+        resolve the layer below the contact.
 
-        The latter two on a mesh that was prescribed: an estimate speaks for itself.
+        All but the first on a mesh that was prescribed: an estimate speaks for itself.
         """
-        coarse = [] if self.error_estimate is not None else self._unresolved()
+        coarse = [] if self.error_estimate is not None else self._unresolved() + self._missed
         return super().warnings + self._few_nodes("ask for rtol=") + coarse
+
+    @cached_property
+    def _missed(self):
+        """What is wrong, in a list of sentences, where the obstacle has features that the nodes do not see."""
+        try:
+            square = between.of_body(self).sum()
+        except BadArgument as failure:
+            return [f"between the nodes the obstacle was not looked at: {failure}"]
+        share = np.sqrt(square/(self.weights @ self.pressures.sum(axis=0)**2))
+        return [] if share < MISSED else ["the obstacle has features shorter than the elements, worth "
+                                          f"{share:.1g} of the pressure: cut the elements below them, or ask for an rtol"]
 
     def _unresolved(self):
         body, closed = self.nodes.body, self.closed.any(axis=0)

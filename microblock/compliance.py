@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from .errors import BadArgument
-from .threads import released
 
 
 @dataclass(frozen=True)
@@ -56,10 +55,15 @@ class Compliance:
         held = self.held
         nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
         gaps = np.where(held & ~nearest, np.inf, gaps)
-        onto = self.onto_corners(law)
         share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)      # of corners that cannot touch it does not matter
-        with released(len(onto)):
-            return onto @ self.matrix @ onto.T, gaps.ravel(), share.ravel()
+        return self._flexibility(law), gaps.ravel(), share.ravel()
+
+    def _flexibility(self, law):
+        """``onto @ matrix @ onto.T`` of `onto_corners`, whose blocks are diagonal."""
+        n, levers = len(self.weights), law.levers(self.points[:, 0])
+        arms = [self.ell/2*levers[name] for name in law.corners]
+        (sinking, across), (turning, turned) = [[self.matrix[i:i + n, j:j + n] for j in (0, n)] for i in (0, n)]
+        return np.block([[sinking - across*b - a[:, None]*turning + a[:, None]*turned*b for b in arms] for a in arms])
 
     def onto_corners(self, law):
         """Changes of the gaps, one corner after the other, from (u.n, psi): array (corners n, 2 n); transposed, of the forces."""

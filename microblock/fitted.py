@@ -8,22 +8,31 @@ solver on the last mesh. Mesh and orders climb a ladder until the estimate holds
 discretisation   difference of pressure and micromoment between the last two rungs, each fitted for itself
 edges            what moving the edges by the next step would change: p by K1 delta/(2 sqrt r) beside an edge
 truncation       TRUNCATION (outer edge/far)^2: the image of the load bends the surface like 1/far^2 (docs/theory.md)
+obstacle         what nodes miss of the height between them, and of overlaps that are worth less than changing the zones
+
+The obstacle's `picture` says where it could touch. Where that is one lowest place with nothing narrow beside it, a first mesh
+without knowledge of the zones shows them; else the graded cells of a half-plane do, on all low stretches, and the contact
+boundary covers these, with small elements where zones or features are. On each mesh the gaps of all corners are looked at, at all
+places at which the height was looked at, and of the state that is returned on the surface beyond the contact boundary as well.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
-from . import active_set
+from . import active_set, between, picture, topology
 from .body import Body
 from .condensation import Condensed
 from .errors import BadArgument, NotConverged, require_finite, require_kind, require_positive, require_tolerance, require_whole
-from .ground import GroundScene
+from .graded_cells import of_corners, trial_zones
+from .ground import GroundScene, Within
 from .law import corner_shifts
-from .meshes import RATIO, Ground, falling_orders, graded
-from .observables import joined
-from .panels import zone_edges
+from .line_solver import LooksTooNear
+from .meshes import GRADING, RATIO, SLIVER as TOLD, Ground, falling_orders, graded
+from .observables import joined, runs
+from .panels import Line, zone_edges
 from .surface_state import Estimate, SurfaceState, difference, surface_state
 from .threads import bounded, released
 
@@ -48,12 +57,22 @@ FURTHEST = 0.8       # of it, on meshes with too few nodes for that
 TERMS = 4            # K0, K1, ... of the series in which they are read
 PARTIAL = 2.4        # width of a partial zone over ell as ell -> 0: a first guess where the first mesh does not see it
 SLIVER = 1e-11       # of the outer edge, to which a node is at an edge
+BESIDE = 2.0         # times what a mesh tells apart: nearer edges are one
 SEEN = 0.05          # of the way to the next edge: sets that differ by more are another topology
 MEETING = 0.1        # of the outer edge: zones whose inner edges are this near to the axis may meet there
 AT_END = 0.7         # of the half-width, times RATIO for all levels but one: an edge this near to an end of the obstacle cannot
                      # be told from it by nodes, and need not be: it changes p by as much, the 1/sqrt(r) of an end by its root
 COLLAPSED = 1e-5     # of the outer edge: an inner edge this near is none; p^2 there is below 1e-3 of its size
 SHOWN = 4            # nodes next to the axis that make an overlap or a gap
+FIXED = 1e-3         # where no rtol is asked for: overlap between nodes, of the pressure, that makes other zones
+CONDITIONS = 0.3     # of rtol, above which an overlap between nodes changes the zones
+PLAIN = 1.2          # half-widths from x1 = 0, within which a simple obstacle is lowest if the first mesh shall find it
+WIDEST = 8           # times farther than a classical half-plane asks for is looked at most
+OUTSIDE = 60         # places on either side beyond the contact boundary, beside the obstacle's own
+WITHIN = 0.98        # of a bounded domain, up to which the contact boundary may reach
+MOST_SIZES = 3000    # places at which features ask for smaller elements
+FEW_TIPS = 12        # of a plain obstacle: its nodes follow from the layer length alone, and memory bounds them
+MOST_NODES = 2000    # on the contact boundary: the contact problem of two corners on so many takes minutes
 TRUNCATION = 2.0     # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
 
 
@@ -76,6 +95,7 @@ class FittedContact(GroundScene):
 
     lines: tuple = ()
     even: bool = False
+    picture: object = field(default=None, compare=False, repr=False)      # made for each load
 
     usual_rtol = 1e-3
 
@@ -85,6 +105,39 @@ class FittedContact(GroundScene):
         for line in lines:
             require_finite(lines=line)
         object.__setattr__(self, "lines", lines)
+
+    def varied(self, solid, obstacle, law):
+        return replace(self, solid=solid, obstacle=obstacle, law=law, picture=None)
+
+    @property
+    def line(self):
+        return Line(self.solid, self.law, self.obstacle, self.symmetric, self.picture)
+
+    def _pictured(self, load, wider=1):
+        """The scene with its obstacle's picture for a load, and the kinks and ends that this shows; `wider`: times farther."""
+        cut_off = self.domain < math.inf
+        line = Line(self.solid, self.law, Within(self.obstacle, self.domain) if cut_off else self.obstacle, self.symmetric)
+        found = picture.picture(line, load, picture.BOUND*wider)
+        if cut_off:
+            found = line.obstacle.forgotten(found)
+        if found.steps:
+            raise NotConverged(f"the height of the obstacle jumps at x = {found.steps[0]:g}, where pressures have no bound")
+        return replace(self, obstacle=picture.seen(self.obstacle, found), picture=found)
+
+    def _looking(self, load, solve, wider=1):
+        """What `solve` makes of the scene with its picture, with a wider one where something beyond that could touch."""
+        try:
+            return solve(self._pictured(load, wider))
+        except LooksTooNear:
+            if wider > WIDEST:
+                raise NotConverged(f"at load {load:g} the ground touches the obstacle farther and farther away") from None
+            return self._looking(load, solve, 2*wider)
+
+    @cached_property
+    def _plain(self):
+        """Whether one lowest place near x1 = 0 is all there is."""
+        known = self.picture
+        return known is None or (known.simple and abs(known.lowest) <= PLAIN*known.half_width)
 
     def _starts_from(self, near):
         return near.line.mirror == self.symmetric and len(near.zones) == len(self.law.corners)
@@ -110,8 +163,14 @@ class FittedContact(GroundScene):
         require_tolerance(rtol)
         if near is not None:
             require_kind(SurfaceState, "a SurfaceState", near=near)
-        scene, zones, passes = self._settled(load, *((near.zones, 0) if near else self.topology(load)))
-        return scene._climb(load, rtol, zones, passes)
+
+        def solve(scene):
+            zones, passes = (near.zones, 0) if near else scene.topology(load)
+            scene._require_rung(zones, _first_rung(rtol) + 1)
+            scene, zones, passes = scene._settled(load, zones, passes)
+            return scene._climb(load, rtol, zones, passes)
+
+        return self._looking(load, solve)
 
     def _climb(self, load, rtol, zones, passes):
         """The state to rtol from zones to which the first rung has moved the edges."""
@@ -123,20 +182,26 @@ class FittedContact(GroundScene):
                 trial = self._pass(load, zones, order, levels)
                 passes += 1
                 state = self._state(load, trial, passes)
-                found = self._other_zones(state, trial)
+                found = self._other_zones(state, trial, CONDITIONS*rtol)
+                if not found and coarse is not None:
+                    state = replace(state, estimate=replace(state.estimate, discretisation=difference(coarse, state)))
+                    if state.estimate.total <= rtol:
+                        found = self._outside(state, trial)
+                        if not found:
+                            return state
                 zones = found or trial.moved
                 if found:      # another topology: what was computed on the old one says nothing
                     coarse = None
                     continue
                 if coarse is None:
                     break
-                estimate = replace(state.estimate, discretisation=difference(coarse, state))
-                if estimate.total <= rtol:
-                    return replace(state, estimate=estimate)
-                best = min(best, estimate.total)
-                if estimate.total - estimate.edges > rtol:
+                best = min(best, state.estimate.total)
+                if state.estimate.total - state.estimate.edges > rtol:
                     break
             coarse = state
+        if best == math.inf:
+            raise NotConverged(f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
+                               "topology?", iterations=passes)
         raise NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was {best:.1e}; "
                            "ask for that, or fix the discretisation instead", reached=best, iterations=passes)
 
@@ -164,7 +229,7 @@ class FittedContact(GroundScene):
                 return trial.moved, passes
             zones = trial.moved
             state = self._state(load, trial, passes)
-            zones = self._other_zones(state, trial) or zones
+            zones = self._other_zones(state, trial, CONDITIONS*LOCATED) or zones
         raise NotConverged(f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
                            "topology, or beta close to 2? Take another load, or the half-plane", iterations=passes)
 
@@ -178,8 +243,12 @@ class FittedContact(GroundScene):
         require_whole(1, MOST_ORDER, order=order)
         if spacing is not None:
             require_positive(spacing=spacing)
-        scene, zones, passes = self._settled(load, *self.topology(load))
-        return scene._fixed(load, order, spacing, zones, passes)
+
+        def solve(scene):
+            scene, zones, passes = scene._settled(load, *scene.topology(load))
+            return scene._fixed(load, order, spacing, zones, passes)
+
+        return self._looking(load, solve)
 
     def _fixed(self, load, order, spacing, zones, passes):
         """The same from zones to which the first rung has moved the edges."""
@@ -191,7 +260,7 @@ class FittedContact(GroundScene):
                 break
             zones, last = trial.moved, trial.edge_error
         state = self._state(load, trial, passes)
-        if self._other_zones(state, trial):
+        if self._other_zones(state, trial, FIXED) or self._outside(state, trial):
             raise NotConverged(f"no zones fit at load {load:g} with order {order}; ask for more", iterations=passes)
         return state
 
@@ -201,32 +270,91 @@ class FittedContact(GroundScene):
         self.check_load(load)
         require_whole(1, MOST_ORDER, order=order)
         require_whole(1, MOST_COUNT, count=count)
-        zones, _ = self.topology(load)
-        outer = max(map(abs, zone_edges(zones)))
-        ground = self._ground(outer)
-        return self._condense(ground, self._features(ground), ground.reach[1]/count, 0, order)
+        scene = self._pictured(load)
+        zones, _ = scene.topology(load)
+        ground = scene._around(max(map(abs, zone_edges(zones))))
+        return scene._condense(ground, scene._features(ground), ground.reach[1]/count, 0, order)
 
-    def _ground(self, outer):
+    def _around(self, outer):
+        """The ground with a contact boundary around x1 = 0."""
         reach = BEYOND*outer
         far = FAR*reach if self.domain == math.inf else self.domain
         if not reach < far:
             raise BadArgument("domain", self.domain, f"must be larger than the contact of half-width {outer:g}")
         return Ground(far, (0.0 if self.symmetric else -reach, reach), self.symmetric)
 
+    def _ground(self, zones):
+        """The ground with a contact boundary that covers zones and all places that could touch."""
+        edges = zone_edges(zones)
+        if self._plain:
+            return self._around(max(map(abs, edges)))
+        most = WITHIN*self.domain
+        clusters, (left, right) = _clusters(zones), np.clip(self.line.reach, -most, most)
+        reach = (float(min(left, clusters[0][0])), float(max(right, clusters[-1][1])))
+        far = FAR*max(map(abs, reach)) if self.domain == math.inf else self.domain
+        if not -far < reach[0] < reach[1] < far:
+            raise BadArgument("domain", self.domain, f"must be larger than the contact from {edges[0]:g} to {edges[-1]:g}")
+        return Ground(far, reach, False)
+
+    def _spacings(self, ground, zones, spacing):
+        """Lengths of elements on parts of the contact boundary, as `graded` takes them."""
+        longest = LAYERS*self.solid.layer_length
+        if self._plain:
+            edges = zone_edges(zones)
+            half = (edges[-1] - (0 if self.symmetric else edges[0]))/(1 if self.symmetric else 2)
+            return ((*ground.reach, spacing or min(SPACING*half, longest)),)
+        return tuple((left, right, spacing or min(SPACING*(right - left)/2/BEYOND, longest)) for left, right in _clusters(zones))
+
+    def _sizes(self, ground, longest):
+        """((x, length), ...) where features of the obstacle ask for elements shorter than `longest`."""
+        line = self.line
+        if self.picture is None or not np.isfinite(self.picture.lengths).any() and self.picture.angle is None:
+            return ()
+        (x, right), found = ground.reach, []
+        while x < right:
+            size = line.scale(x, x, GRADING)
+            if size < longest:
+                found.append((x, size))
+            x += min(size, longest)/2
+            if len(found) > MOST_SIZES:
+                raise NotConverged(f"the obstacle has features so small or many that more than {MOST_SIZES} elements would be "
+                                   "needed to see them: take uniform cells (GridContact)")
+        return tuple(found)
+
     def _condense(self, ground, tips, spacing, levels, order):
-        mesh = graded(ground, [*tips, *self.lines], spacing=spacing, levels=levels)
+        spacing = spacing if isinstance(spacing, tuple) else ((*ground.reach, spacing),)
+        self._require_few(ground, tips, spacing, levels, order)
+        sizes = self._sizes(ground, max(length for _, _, length in spacing))
+        mesh = graded(ground, [*tips, *self.lines], spacing=spacing, levels=levels, sizes=sizes)
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"
         orders = np.full(mesh.ne, order) if self.even or not levels else falling_orders(mesh, ground, tips, order)
         return Condensed(Body(mesh, self.solid, orders, fixed=supports))
 
+    def _require_few(self, ground, tips, spacings, levels, order):
+        """NotConverged for more contact nodes than a contact problem is solved on in reasonable time."""
+        elements = sum((right - left)/length for left, right, length in spacings) + (2*levels + 1)*len(tips)
+        elements += len(self._sizes(ground, max(length for _, _, length in spacings)))/2
+        if elements*order > MOST_NODES and not (self._plain and len(tips) <= FEW_TIPS):
+            raise NotConverged(f"the obstacle's features and the edges of the zones ask for some {elements*order:.2g} contact "
+                               f"nodes, and up to {MOST_NODES} are in reach: take uniform cells (GridContact)")
+
+    def _require_rung(self, zones, rung):
+        """The same for the lowest rung on which a state can be returned, before anything is meshed."""
+        ground, (order, levels) = self._ground(zones), self._ladder[rung]
+        tips = [*self._features(ground), *zone_edges(zones)]
+        self._require_few(ground, tips, self._spacings(ground, zones, None), levels, order)
+
     @bounded
     def topology(self, load):
-        """Zones of the computed part as a mesh without knowledge of them sees them, and the number of meshes."""
+        """Zones of the computed part as a mesh, or cells, without knowledge of them see them, and the number of meshes."""
+        if not self._plain:
+            zones, cell = list(trial_zones(self.line, load))[-1]
+            return topology.set_apart(self.line, of_corners(self.line, zones), cell), 0
         outer = self.first_guess(load)
         for passes in range(1, 13):
-            ground = self._ground(outer)
+            ground = self._around(outer)
             cell = ground.reach[1]/COARSE[0]
             body = self._condense(ground, self._features(ground), cell, 0, COARSE[1])
             system = body.compliance.corner_system(self.law, self.obstacle)
@@ -300,12 +428,10 @@ class FittedContact(GroundScene):
             zones = {corner: tuple((left if left > COLLAPSED*outer else 0.0, right) for left, right in own
                                    if right > COLLAPSED*outer) for corner, own in zones.items()}
         edges = zone_edges(zones)
-        ground = self._ground(outer)
+        ground = self._ground(zones)
         tips = sorted({*self._features(ground), *(edge for edge in edges if edge != 0 or not self.symmetric),
                        *([0.0] if self._meeting(zones, outer) else [])})
-        half = (edges[-1] - (0 if self.symmetric else edges[0]))/(1 if self.symmetric else 2)
-        spacing = spacing or min(SPACING*half, LAYERS*self.solid.layer_length)
-        body = self._condense(ground, tips, spacing, levels, order)
+        body = self._condense(ground, tips, self._spacings(ground, zones, spacing), levels, order)
         system = body.compliance.corner_system(self.law, self.obstacle)
         x, margin = body.points[:, 0], SLIVER*outer
         closed = [np.any([np.zeros(len(x), bool), *((x >= left - margin) & (x <= right + margin) for left, right in own)], axis=0)
@@ -319,7 +445,7 @@ class FittedContact(GroundScene):
             ends = [end + shifts[corner] for end in getattr(self.obstacle, "ends", ())]
             placed = [tuple(next((end for end in ends if abs(edge - end) < near), edge) for edge in interval) for interval in own]
             found[corner] = tuple(joined((left, right) for left, right in placed if left < right))
-        return found
+        return _told_apart(found)
 
     def _pass(self, load, zones, order, levels, spacing=None):
         """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
@@ -357,26 +483,90 @@ class FittedContact(GroundScene):
         found = active_set.solve(flexibility, gaps, load=self.share(load), c=share, start=trial.closed)
         outer = max(abs(tip) for tip in trial.tips)
         truncation = TRUNCATION*(outer/trial.ground.far)**2 if self.domain == math.inf else 0.0
-        return surface_state(self.line, trial.body, load, found, trial.zones, passes,
-                             Estimate(None, trial.edge_error, truncation))
+        estimate = Estimate(None, trial.edge_error, truncation)
+        state = surface_state(self.line, trial.body, load, found, trial.zones, passes, estimate)
+        square = sum(each.worth**2 for each in self._overlaps(state, trial))
+        if not getattr(self.obstacle, "formulas", False) and self.picture is not None:
+            square += between.missed(*self._nodes(trial), self._sites(trial, trial.ground.reach)).sum()
+        return replace(state, estimate=replace(state.estimate, obstacle=math.sqrt(square)/_size(state)))
 
-    def _other_zones(self, state, trial):
-        """None if the state is closed on the zones of the pass, but for a little next to edges; else the zones it shows."""
-        x, count = state.body.points[:, 0], len(trial.zones)
-        closed = state.forces > 0
+    def _nodes(self, trial):
+        return between.Facets(trial.body), trial.closed.reshape(len(trial.zones), -1), self.law, self.obstacle
+
+    def _sites(self, trial, within):
+        """Contact points of each corner at which the obstacle was looked at, and between the nodes."""
+        if self.picture is None:
+            return [np.zeros(0)]*len(self.law.corners)
+        between_nodes = (trial.x[1:] + trial.x[:-1])/2
+        found = [np.union1d(self.line.sites(corner), between_nodes) for corner in range(len(self.law.corners))]
+        return [x[(x >= within[0]) & (x <= within[1])] for x in found]
+
+    def _overlaps(self, state, trial):
+        """Overlaps between open nodes, but for those next to edges, which go with them."""
+        tips, hidden = self._hidden(trial)
+        sites = [x[~_beside(x, tips, hidden)] for x in self._sites(trial, trial.ground.reach)]
+        return between.overlaps(*self._nodes(trial), sites, approach=state.approach, raised=state._raised,
+                                psi=state.computed_psi)
+
+    def _hidden(self, trial):
+        """Tips of the mesh, and how far from each of them a wrong set is no other topology: arrays."""
         tips = np.array(trial.tips)
         apart = np.abs(tips[:, None] - tips) + np.where(np.eye(len(tips)), np.inf, 0)
-        way = np.minimum(apart.min(axis=1), trial.ground.reach[1])
-        nearest = np.argmin(np.abs(x[:, None] - tips), axis=1)
-        hidden = np.where(np.isin(tips, self.ends()), np.minimum(SEEN*way, trial.near), SEEN*way)
-        far = np.abs(x - tips[nearest]) > hidden[nearest]
+        way = np.minimum(apart.min(axis=1), trial.ground.reach[1] - trial.ground.reach[0])
+        return tips, np.where(np.isin(tips, self.ends()), np.minimum(SEEN*way, trial.near), SEEN*way)
+
+    def _outside(self, state, trial):
+        """None if no corner overlaps the obstacle on the surface beyond the contact boundary; else the zones with those that do.
+
+        Raises
+        ------
+        LooksTooNear
+            If something beyond the obstacle's picture could touch.
+        """
+        if self.picture is None:
+            return None
+        (left, right), most = trial.ground.reach, min(trial.ground.far, 1e3*max(map(abs, trial.ground.reach)))*(1 - 1e-9)
+        away = [right + (most - right)*np.geomspace(1e-4, 1, OUTSIDE)]
+        if not self.symmetric:
+            away.append(left - (most + left)*np.geomspace(1e-4, 1, OUTSIDE))
+        zones, wrong = {corner: list(own) for corner, own in trial.zones.items()}, False
+        for corner, own in zones.items():
+            sites = self.line.sites(corner)
+            x = np.unique(np.concatenate([*away, sites[(sites > right) | (sites < left)]]))
+            x = x[(x > -most) & (x < most) & ~((x >= left) & (x <= right)) & ((x > 0) | (not self.symmetric))]
+            points = state.fields.body.mesh(x, np.zeros_like(x))
+            risen = self.solid.ell/2*self.line.lever(np.full(len(x), corner), x)*np.ravel(state.fields.psi(points))
+            risen -= state.approach + np.ravel(state.fields.u2(points))
+            place = x - self.line.shift(corner)
+            known = np.any([(a <= place) & (place <= b) for a, b in self.picture.stretches], axis=0)
+            if np.any(self.picture.allowed(place[~known]) + risen[~known] < 0):
+                raise LooksTooNear
+            overlap = known & (self.line.initial_gap(np.full(len(x), corner), x) + risen < 0)
+            for first, last in runs(overlap):
+                own.append((float(x[max(first - 1, 0)]), float(x[min(last + 1, len(x) - 1)])))
+                wrong = True
+        return {corner: tuple(joined(own)) for corner, own in zones.items()} if wrong else None
+
+    def _other_zones(self, state, trial, tolerance):
+        """None if the state is closed on the zones of the pass, but for a little next to edges; else the zones it shows.
+
+        Overlaps between the nodes that are worth more than `tolerance` of the pressure are added to these.
+        """
+        x, count = state.body.points[:, 0], len(trial.zones)
+        closed = state.forces > 0
+        tips, hidden = self._hidden(trial)
+        far = ~_beside(x, tips, hidden)
         wrong = closed != trial.closed.reshape(count, -1)
         inner = MEETING*tips.max()
         if tips[0] == 0 and not np.any((tips > 0) & (tips < inner)):      # zones that meet: a small overlap or gap shows
             far |= (x > 0) & (x < inner) & (np.count_nonzero(wrong[:, (x > 0) & (x < inner)]) >= SHOWN)
-        if not np.any(wrong & far):
+        overlaps = self._overlaps(state, trial) if state.estimate.obstacle > tolerance else []
+        overlaps = [each for each in overlaps if each.worth > tolerance*_size(state)]
+        if not np.any(wrong & far) and not overlaps:
             return None
-        return self.runs(x, closed, state.forces/state.body.weights)
+        zones = self.runs(x, closed, state.forces/state.body.weights) if np.any(wrong & far) else trial.moved
+        return {corner: tuple(joined([*own, *((each.left, each.right) for each in overlaps if each.corner == corner)]))
+                for corner, own in zones.items()}
 
 
 @dataclass(frozen=True)
@@ -408,6 +598,39 @@ class _FittedMesh:
 class _Pass(_FittedMesh):
     moved: dict
     edge_error: float
+
+
+def _beside(x, tips, hidden):
+    """Whether places are nearer to the nearest of the tips than what this hides, boolean array."""
+    nearest = np.argmin(np.abs(x[:, None] - tips), axis=1)
+    return np.abs(x - tips[nearest]) <= hidden[nearest]
+
+
+def _size(state):
+    """L2 norm of the pressure of the computed part."""
+    return math.sqrt(state.body.weights @ state._computed.sum(axis=0)**2)
+
+
+def _clusters(zones):
+    """[(left, right)] around zones that are near to each other, ascending: those with gaps no wider than they are."""
+    found = []
+    for left, right in joined([each for own in zones.values() for each in own]):
+        if found and left - found[-1][1] <= max(right - left, found[-1][1] - found[-1][0]):
+            found[-1] = (found[-1][0], right)
+        else:
+            found.append((left, right))
+    return [(left - (BEYOND - 1)*(right - left)/2, right + (BEYOND - 1)*(right - left)/2) for left, right in found]
+
+
+def _told_apart(zones):
+    """Zones whose edges a mesh can tell apart: those that are nearer to each other, of whatever corners, are one."""
+    edges = zone_edges(zones)
+    least, place = BESIDE*TOLD*(edges[-1] - edges[0]) if edges else 0.0, {}
+    for edge in edges:
+        before = next(reversed(place.values()), None)
+        place[edge] = before if before is not None and edge - before < least else edge
+    moved = {corner: [(place[left], place[right]) for left, right in own] for corner, own in zones.items()}
+    return {corner: tuple(joined((left, right) for left, right in own if left < right)) for corner, own in moved.items()}
 
 
 def _closed(flexibility, gaps, share, closed, load):

@@ -16,6 +16,34 @@ from .scene_view import SceneView
 
 
 @dataclass(frozen=True)
+class Within:
+    """An obstacle as far as a bounded body goes, |x| < `far`: what it is beyond matters to nobody."""
+
+    whole: object
+    far: float
+
+    def __getattr__(self, name):
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self.whole, name)
+
+    def height(self, x):
+        return np.where(np.abs(x) < self.far, heights(self.whole, np.asarray(x, float)), np.inf)
+
+    def forgotten(self, found):
+        """A Picture without the ends and steps that are those of the body."""
+        def own(place):
+            return abs(place) < self.far*(1 - 1e-6)
+
+        ends = tuple(end if own(end) else math.copysign(math.inf, end) for end in found.ends)
+        ends = () if all(map(math.isinf, ends)) else ends
+        return replace(found, ends=ends, steps=tuple(filter(own, found.steps)), found=found.found and bool(ends or found.kinks))
+
+    def __repr__(self):
+        return repr(self.whole)
+
+
+@dataclass(frozen=True)
 class GroundScene(SceneView):
     """Frictionless contact of the ground x2 < 0 with a rigid obstacle.
 

@@ -159,7 +159,7 @@ class Ground:
         return {"u1": "bottom" + axis, "u2": "bottom", "psi": "bottom" + axis}
 
 
-def graded(ground, edges, *, spacing, levels, grading=GRADING):
+def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     """Triangles from netgen with vertices at `edges` on the surface, towards which `levels` of elements shrink by RATIO.
 
     The mesh is the same in every unit of length, and has no geometry: its sides are straight.
@@ -168,7 +168,9 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING):
     ----------
     ground : Ground
     edges : abscissae within the reach; those closer than SLIVER of it are one
-    spacing : length of the elements on the boundary "contact"; away from it they grow by `grading`, (0, 1)
+    spacing : length of the elements on the boundary "contact"; away from it they grow by `grading`, (0, 1). Or such lengths on
+        parts of it, ((left, right, length), ...), ascending: between these elements grow as well
+    sizes : ((x, length), ...), places on the surface at which elements are no longer, about
 
     Raises
     ------
@@ -177,16 +179,22 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING):
     NotConverged
         If netgen fails; it is tried with slightly different gradings first.
     """
-    require_positive(spacing=spacing)
+    parts = spacing if isinstance(spacing, tuple) else ((*ground.reach, spacing),)
     surface = ground.reach[1] - ground.reach[0]
-    _require_room("spacing", spacing, lambda length: (surface/length, GRADED*surface/length))
+    least = min(length for _, _, length in parts)
+    require_positive(spacing=least)
+    count = sum((right - left)/length for left, right, length in parts) + len(sizes)
+    _require_room("spacing", least, lambda length: (count*least/length, GRADED*count*least/length))
     unit = max(abs(x) for x in ground.reach)/MESHED
     tips = _distinct(edges, SLIVER*surface)
     scaled = Ground(_rounded(ground.far, unit), tuple(_rounded(x, unit) for x in ground.reach), ground.half)
-    places, step = [_rounded(tip, unit) for tip in tips], _rounded(spacing, unit)
+    places, parts = [_rounded(tip, unit) for tip in tips], [tuple(_rounded(x, unit) for x in part) for part in parts]
     for trial in (grading, 0.9*grading, 0.8*grading):
+        wanted = netgen.MeshingParameters(maxh=scaled.far/3, grading=trial)
+        for place, length in sizes:
+            wanted.RestrictH(_rounded(place, unit), 0, 0, _rounded(length, unit))
         try:
-            made = _face(scaled, places, step).GenerateMesh(maxh=scaled.far/3, grading=trial)
+            made = _face(scaled, places, parts).GenerateMesh(mp=wanted)
             break
         except Exception as failure:
             reason = failure
@@ -209,11 +217,12 @@ def _rounded(length, unit):
     return round(scaled, DIGITS - math.ceil(math.log10(max(abs(scaled), MESHED))))
 
 
-def _face(ground, tips, spacing):
-    """The rectangle of a Ground as a geometry, clockwise from the surface's right end; the tips are marked for RefineHP."""
+def _face(ground, tips, parts):
+    """The rectangle of a Ground as a geometry, clockwise from the surface's left end; the tips are marked for RefineHP."""
     (left, right), far = ground.reach, ground.far
     start = 0.0 if ground.half else -far
-    surface = sorted({left, right, *tips, start, far})
+    ends = [x for part in parts for x in part[:2] if all(abs(x - other) > SLIVER*far*1e-6 for other in (left, right, *tips))]
+    surface = sorted({left, right, *tips, *ends, start, far})
     corners = [(x, 0.0) for x in surface] + [(far, -far), (start, -far)]
     names = ["contact" if left <= x < right else "free" for x in surface[:-1]] + ["side", "bottom",
                                                                                 "axis" if ground.half else "side"]
@@ -222,8 +231,10 @@ def _face(ground, tips, spacing):
     for i, name in enumerate(names):
         edge = occ.Edge(vertices[i], vertices[(i + 1) % len(vertices)])
         edge.name = name
-        if name == "contact":
-            edge.maxh = spacing
+        middle = (surface[i] + surface[i + 1])/2 if name == "contact" else math.inf
+        for a, b, length in parts:
+            if a < middle < b:
+                edge.maxh = length
         edges.append(edge)
     face = occ.Face(occ.Wire(edges))
     for vertex in face.vertices:

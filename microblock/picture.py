@@ -123,6 +123,16 @@ def picture(line, load, bound=BOUND):
     return Picture(load, lowest, half, rise, bound, stretches, angle=angle, **shape)
 
 
+def within(line, load, stretches, half, rise):
+    """The Picture of given stretches ((left, right), ...), for contacts of this half-width and rise (lengths) on any body."""
+    obstacle, floor = line.obstacle, NEGLIGIBLE*rise
+    known = getattr(obstacle, "formulas", False)
+    shape = _known(obstacle, stretches) if known else _looked_at(obstacle, stretches, half, floor/half)
+    angle = _angle(line.law, stretches, line.solid.ell, half, floor/line.solid.ell)
+    lowest = float(shape["sites"][np.argmin(shape["heights"])])
+    return Picture(load, lowest, half, rise, np.inf, stretches, angle=angle, **shape)
+
+
 def seen(obstacle, found):
     """The obstacle with the kinks and ends of its Picture, where these are not its own."""
     if not found.found:

@@ -8,8 +8,8 @@ surface   difference of the averaged traction and couple -(n.sigma n), m.n from 
           L2 norm on the contact boundary over that of p
 
 Both miss what an edge between two nodes is off by, for the nodal forces follow it: its root mean square anywhere between
-them, a spacing over sqrt(12), is added to `surface` as a shift of ``p = K sqrt(r)``. The larger one is the estimate. The
-elements that make up a SHARE of either are cut; triangles stay local.
+them, a spacing over sqrt(12), is added to `surface` as a shift of ``p = K sqrt(r)``, and so is what the obstacle does between
+the nodes (`between`). The larger one is the estimate. The elements that make up a SHARE of either are cut; triangles stay local.
 """
 
 import math
@@ -19,6 +19,7 @@ import ngsolve as ng
 import numpy as np
 from tqdm.auto import tqdm
 
+from .between import of_body
 from .errors import NotConverged, require_tolerance
 from .facets import lobatto, outward_sides
 from .panels import lagrange
@@ -95,6 +96,8 @@ def _surface(state, averaged):
     for last, outside, square in _edges(state):
         facet = next(number for number, members in enumerate(state.nodes.facets) if {last, outside} <= set(members))
         found[:, above[facets[facet].edges[0].nr]] += square*np.array((1, 1/4 if len(state.forces) == 2 else 0))
+    for facet, square in zip(facets, of_body(state)):
+        found[:, above[facet.edges[0].nr]] += square
     return found[np.argmax(found.sum(axis=1))]/size
 
 

@@ -25,11 +25,13 @@ class Estimate(ErrorParts):
     discretisation : float, distance to the next coarser rung of meshes; None where the mesh was prescribed
     edges : float, what moving the edges by the next step of Newton's method would change
     truncation : float, what cutting the half-plane off changes at most; 0 where the domain is the scene's
+    obstacle : float, what the nodes miss of heights and overlaps between them (`between`)
     """
 
     discretisation: float | None
     edges: float
     truncation: float
+    obstacle: float = 0.0
 
 
 @dataclass(frozen=True, repr=False)

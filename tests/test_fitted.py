@@ -10,12 +10,13 @@ import pytest
 from cases import hertz, hertz_fe, paper_size, size_effect, size_effect_fe
 from cases.__main__ import main
 from microblock import fitted
-from microblock.errors import BadArgument, NotConverged
+from microblock.errors import BadArgument, MicroblockError, NotConverged
 from microblock.fitted import TRUNCATION, FittedContact
 from microblock.halfplane import HalfPlane
 from microblock.law import Microblock, Microclamped, Unilateral
+from microblock.line_solver import LooksTooNear
 from microblock.material import Cosserat
-from microblock.obstacles import Cylinder, Wedge
+from microblock.obstacles import Cylinder, Profile, Wedge
 from microblock.scene import Contact
 from microblock.surface_state import difference
 from microblock.uniform import UniformContact
@@ -275,3 +276,108 @@ def test_the_unit_of_length_does_not_matter(law, domain):
     metres = answer(1.0)
     for unit in (1e-6, 1e6):
         assert answer(unit) == pytest.approx(metres, rel=1e-10)
+
+
+HARD = Cosserat(E=100, nu=0.3, ell=0.085, beta=1)
+
+
+def two(x):
+    return np.minimum((x - 1.5)**2, (x + 1.5)**2)/20
+
+
+def apart(x):
+    return np.minimum(x**2, (x - 4)**2)/20
+
+
+def hill(x):
+    return x**2/20 - 0.05*np.exp(-((x - 1.1)/0.14)**2)
+
+
+def pit(x):
+    return x**2/20 + 0.002*np.exp(-((x - 0.1)/0.03)**2)
+
+
+def rounded(x):
+    return 5*np.maximum(np.abs(x) - 0.5, 0)**2
+
+
+@pytest.mark.parametrize("law", [Unilateral(), Microblock()])
+@pytest.mark.parametrize("obstacle", [two, apart, hill])
+def test_no_contact_is_missed(obstacle, law):
+    """One of two was returned, without a word: the other lay beyond the contact boundary, or between two nodes of the first mesh."""
+    state = FittedContact(HARD, obstacle, law).at(1.0, 1e-2)
+    assert len(state.zones[0]) == 2
+    assert judged(state, 1e-5) <= state.estimate.total <= 1e-2
+
+
+def test_no_contact_is_missed_on_a_square():
+    state = FittedContact(HARD, apart, Unilateral(), 20.0).at(1.0, 1e-2)
+    (left, right), (second, last) = state.zones[0]
+    assert -0.3 < left < right < 0.3 < 3.7 < second < last < 4.3
+    assert judged(state, 1e-4) < 1e-2 + TRUNCATION*(last/20)**2      # of a half-plane cut off there
+
+
+def test_a_neighbour_without_the_second_contact_does_not_hide_it():
+    """It is on no trial zone then, and has to be seen on the state itself."""
+    near = FittedContact(HARD, lambda x: x**2/20, Unilateral()).at(1.0, 1e-2)
+    state = FittedContact(HARD, hill, Unilateral()).at(1.0, 1e-2, near=near)
+    assert len(state.zones[0]) == 2 and judged(state, 1e-5) <= state.estimate.total
+
+
+def test_the_surface_beyond_the_contact_boundary_is_looked_at():
+    one = FittedContact(HARD, lambda x: x**2/20, Unilateral())._pictured(1.0)
+    trial = one._pass(1.0, one.topology(1.0)[0], 4, 3)
+    state = one._state(1.0, trial, 1)
+    assert one._outside(state, trial) is None
+    both = FittedContact(HARD, apart, Unilateral())._pictured(1.0)
+    assert any(left < 4 < right for left, right in both._outside(state, trial)[0])
+    narrow = replace(both, picture=replace(both.picture, stretches=((-0.5, 0.5),), bound=0.0))
+    with pytest.raises(LooksTooNear):
+        narrow._outside(state, trial)
+
+
+@pytest.mark.parametrize("law, rtol", [(Unilateral(), 1e-3), (Microblock(), 1e-2)])
+def test_kinks_of_a_bare_function_are_found(law, rtol):
+    """A rounded punch was refused at 1e-3 unless its kinks were named."""
+    state = FittedContact(HARD, rounded, law).at(1.0, rtol)
+    assert judged(state, 1e-5) <= state.estimate.total <= rtol
+
+
+@pytest.mark.parametrize("law", [Unilateral(), Microblock()])
+def test_narrow_features_get_elements_of_their_size(law):
+    """A pit of .015 half-widths: error 0.25 under an estimate of 7e-4 (unilateral)."""
+    state = FittedContact(HARD, lambda x: x**2/20 + 1e-4*np.exp(-((x - 0.137)/0.005)**2), law).at(1.0, 1e-2)
+    assert judged(state, 1e-5) <= state.estimate.total <= 1e-2
+
+
+def test_the_estimate_has_what_nodes_miss():
+    """On elements that are longer than the pit, of an order fixed; what is missed falls as these get shorter."""
+    scene = FittedContact(HARD, pit, Unilateral())._pictured(1.0)
+    blind = replace(scene, picture=replace(scene.picture, lengths=np.full(len(scene.picture.lengths), np.inf)))
+    zones = {0: ((-0.31, 0.31),)}
+    missed = [blind._state(1.0, blind._pass(1.0, zones, 4, 3, spacing), 1).estimate.obstacle for spacing in (0.2, 0.1, 0.01)]
+    assert missed[0] > 0.1 and missed[2] < 0.05*missed[0]      # order 4 on elements of a third of the pit's width
+
+
+@pytest.mark.parametrize("obstacle, law, match", [
+    (lambda x: x**2/20 + 1e-4*np.sin(1e9*x + np.sin(3e7*x)), Unilateral(), "obstacle = .*smooth"),
+    (Cylinder(10.0), Microblock(lambda x: 0.01*np.sin(1e5*x)), "psi0 = .*smooth"),
+    (Cylinder(10.0), Microblock(lambda x: 0.01*np.sin(300*x)), "contact nodes"),
+    (lambda x: x**2/20 + 1e-5*np.cos(2000*x), Unilateral(), "cells would be needed"),
+    (Profile(np.linspace(-2, 2, 2001), np.linspace(-2, 2, 2001)**2/20), Microblock(), "contact nodes")])
+@pytest.mark.parametrize("domain", [math.inf, 20.0])
+def test_what_is_too_rough_is_refused_before_it_is_meshed(obstacle, law, match, domain, monkeypatch):
+    """It ran for more than two minutes, or out of memory."""
+    def refuse(*_, **__):
+        raise AssertionError("a mesh was made")
+
+    monkeypatch.setattr(fitted, "graded", refuse)
+    with pytest.raises(MicroblockError, match=match):
+        FittedContact(HARD, obstacle, law, domain).at(1.0, 1e-2)
+
+
+def test_empty_distance_costs_what_the_grading_asks():
+    """A hundred times farther apart: elements grow by GRADING of the way, so that log(100)/log(1.5) = 11 layers of them are added."""
+    scenes = [FittedContact(HARD, lambda x: np.minimum(x**2, (x - way)**2)/20, Unilateral()) for way in (2.0, 200.0)]
+    near, far = (scene.at(1.0, 3e-2).unknowns for scene in scenes)
+    assert far < 1.5*near
