@@ -1,4 +1,4 @@
-"""Uniform cells where panels find no zones, or do not reach what was asked for: the larger model, taken when the smaller one fails."""
+"""Uniform cells where panels find no zones, or do not reach what was asked for: the larger model where the smaller one fails."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from .grid_contact import FIRST, GridContact
 
 MOST = 2**17         # cells: some ten seconds with two corners
 AROUND = 0.05        # of the low stretches, left free on either side
-FEATURE = 12         # cells on the shortest piece on which the height is a polynomial, at least: a feature shows on some of its nodes
+FEATURE = 12         # cells on the shortest piece on which the height is a polynomial, at least: a feature shows on some of them
 OFFERED = 1e-3       # rtol at which cells are tried before they are advised
 
 
@@ -40,8 +40,8 @@ def by_cells(scene, found, load, rtol, failure):
     if state.error_estimate <= rtol:
         return replace(state, instead=f"uniform cells instead of panels ({failure})")
     best = min(state.error_estimate, failure.reached or np.inf)
-    raise NotConverged(f"{failure}; uniform cells have an error estimate of {state.error_estimate:.1e}: ask for {_above(best):.0e}",
-                       reached=best) from failure
+    raise NotConverged(f"{failure}; uniform cells have an error estimate of {state.error_estimate:.1e}: "
+                       f"ask for {_above(best):.0e}", reached=best) from failure
 
 
 def _above(estimate):

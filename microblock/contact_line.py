@@ -22,14 +22,15 @@ PAST = 3.0           # of that distance, where the neighbour is an end of the ob
 OUTER_STEP = 1e-7    # of an edge that is not asked for: its square is left
 INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)      # -log10 of inner edges over ell, extrapolated to coalescence
 MISSED = 4.0         # norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
-CREEPING, NEARER = 1e-2, 0.9      # of the width, and of the way between two edges: nearer ones that lose more in a step creep together
-SHORT_OF, AT_KINK = 0.7, 1e-3      # of the way to a kink, that an edge moves in one step; of that to the next edge, within which it gets past
+CREEPING, NEARER = 1e-2, 0.9      # of the width, and of the way between two edges that a step leaves: they creep together
+SHORT_OF = 0.7       # of the way to a kink, that an edge moves in one step
+AT_KINK = 1e-3       # of the way to the next edge: nearer to a kink than that an edge gets past it
 UNTOLD = 1e-9        # of the width: two edges nearer than that which are drawn past each other have met
 MERGED = 1e-4        # of the tolerance, times the width: edges this near that want to be nearer cross
 
 
 class EdgesMeet(NotConverged):
-    """Two edges of different corners run into each other: what was a gap between their zones is an overlap, or the other way round.
+    """Two edges of different corners run into each other: a gap between their zones is an overlap, or the other way round.
 
     Attributes
     ----------
@@ -138,15 +139,16 @@ def fit(line, load, zones, *, order, tolerance, steps=EDGE_STEPS):
             found = _safer(zones, found, _mean_coefficients(panels, q), earlier)
         moved, error, meeting, crossing = _moved(line, load, zones, found, tolerance)
         if error <= tolerance:
-            state = LineState(line, load, zones, panels, q, float(approach), iteration + 1, Estimate(None, error, _share(panels, noise, q)))
+            estimate = Estimate(None, error, _share(panels, noise, q))
+            state = LineState(line, load, zones, panels, q, float(approach), iteration + 1, estimate)
             good = good or state
             if not crossing:
                 return state
         idle, earlier = 0 if error < best/2 else idle + 1, (zones, found)
         meeting = meeting or (_drawing_near(zones, moved) if idle == PATIENCE else None)
         if meeting:
-            raise EdgesMeet(f"two edges run into each other at x = {meeting[0]:g} at load {load:g}: another topology of the zones", zones,
-                            meeting, iteration + 1, good)
+            raise EdgesMeet(f"two edges run into each other at x = {meeting[0]:g} at load {load:g}: another topology of the "
+                            "zones", zones, meeting, iteration + 1, good)
         if idle == PATIENCE:
             break
         zones, best = moved, min(error, best)
@@ -157,7 +159,7 @@ def fit(line, load, zones, *, order, tolerance, steps=EDGE_STEPS):
 
 
 def _drawing_near(zones, moved):
-    """The two neighbouring edges that come nearest to each other in a step, over what is left between them; None if none do by much."""
+    """The two neighbouring edges that lose most of the way between them in a step; None if none lose much."""
     before, after = (np.concatenate([np.ravel(own) for own in each.values()]) for each in (zones, moved))
     order = np.argsort(before)
     before, after = before[order], after[order]
@@ -199,8 +201,8 @@ def _within_ends(line, zones):
 
 
 def _moved(line, load, zones, coefficients, tolerance):
-    """Zones with each free edge moved by 2 K0/K1, what the edges miss of the pressure's L2 norm at most, two that meet, if any do,
-    and whether the next step would take two neighbours past each other.
+    """Zones with each free edge moved by 2 K0/K1, what the edges miss of the pressure's L2 norm at most, two that meet, if any
+    do, and whether the next step would take two neighbours past each other.
 
     That is K0/sqrt(r), not K0/K1: next to coalescence an edge cannot be told from the next, and need not be.
     """

@@ -1,5 +1,5 @@
-"""Trial zones from cells of constant pressure on all of the surface that could touch: small where the obstacle changes quickly, and
-smaller round by round where the contact begins or ends. One complementarity problem a round, so that no contact is left out.
+"""Trial zones from cells of constant pressure on all of the surface that could touch: small where the obstacle changes quickly,
+and smaller round by round where the contact begins or ends. One complementarity problem a round, so that no contact is left out.
 """
 
 import numpy as np
@@ -34,7 +34,8 @@ def trial_zones(line, load):
         owned = ~np.isin(edges[:-1], _gaps_between(line))      # what lies between two low stretches is no cell
         x, widths, lower = x[owned], widths[owned], edges[:-1][owned]
         closed = _closed(line, load, x, widths, closed)
-        zones = {corner: tuple((float(lower[i]), float(lower[j] + widths[j])) for i, j in runs(own)) for corner, own in enumerate(closed)}
+        upper = lower + widths
+        zones = {corner: tuple((float(lower[i]), float(upper[j])) for i, j in runs(own)) for corner, own in enumerate(closed)}
         yield zones, float(widths[_changing(closed)].max(initial=widths.min()))
         split = _changing(closed) & (widths > SMALLEST*line.picture.half_width)
         if not split.any() or len(x) + (PARTS - 1)*np.count_nonzero(split) > MOST/len(line.law.corners):

@@ -196,11 +196,11 @@ class GridContact(SceneView):
         state = self.upto(load, rtol, doublings, approach=approach, residual=residual, progress=progress)
         if state.error_estimate <= rtol:
             return state
-        raise NotConverged(f"error {state.error_estimate:.1e} instead of {rtol:g} on {len(state.x)} nodes; a fitted scene (Contact) "
-                           "reaches more under smooth obstacles", reached=state.error_estimate)
+        raise NotConverged(f"error {state.error_estimate:.1e} instead of {rtol:g} on {len(state.x)} nodes; a fitted scene "
+                           "(Contact) reaches more under smooth obstacles", reached=state.error_estimate)
 
     def upto(self, load, rtol, sizes, least=4*FIRST, approach=None, residual=RESIDUAL, progress=False):
-        """The first state on grids of these sizes, ascending, that has rtol and at least so many cells, or that of the last grid."""
+        """The first state on grids of these sizes that has rtol and at least so many cells, or that of the last grid."""
         for state in self._states(load, approach, sizes, residual, progress):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= least:
                 break

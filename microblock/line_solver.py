@@ -1,12 +1,12 @@
-"""A state of a half-plane at one load on fitted panels: trial zones, edges by Newton's method, the conditions looked at everywhere,
-and higher orders until the estimate holds.
+"""A state of a half-plane at one load on fitted panels: trial zones, edges by Newton's method, the conditions looked at
+everywhere, and higher orders until the estimate holds.
 
-1. Trial zones: a neighbour's, the classical contact's, those of a few cells; under an obstacle that is not simple, and where these do
-   not fit, graded cells on all of the surface that could touch, finer from round to round.
+1. Trial zones: a neighbour's, the classical contact's, those of a few cells; under an obstacle that is not simple, and where
+   these do not fit, graded cells on all of the surface that could touch, finer from round to round.
 2. The edges move until the pressure vanishes there (`contact_line.fit`).
 3. The state is surveyed (`survey`): what overlaps is added to the zones, what is pulled is taken out, until nothing does.
-4. The order of the panels rises until two neighbours agree; what the edges, the kernel's table and the violations that are left are
-   worth stands beside that in the estimate.
+4. The order of the panels rises until two neighbours agree; what the edges, the kernel's table and the violations that are
+   left are worth stands beside that in the estimate.
 """
 
 from dataclasses import dataclass, replace
@@ -75,7 +75,8 @@ class LineSolver:
             yield from self._seen_by_cells(orders, topology.CELLS[:1])
         for zones, cell in list(trial_zones(line, load))[::-1]:      # the smallest cells first
             found = topology.set_apart(line, of_corners(line, zones), cell)
-            yield from ((each, (order,)) for order in orders for each in (found, *topology.variants(line, found, MEETING*cell)[1:]))
+            others = topology.variants(line, found, MEETING*cell)
+            yield from ((each, (order,)) for order in orders for each in others)
         yield from self._seen_by_cells(orders, topology.CELLS[1:] if simple else topology.CELLS)
 
     def _seen_by_cells(self, orders, counts):
@@ -143,7 +144,7 @@ class LineSolver:
         raise NotConverged(f"zones still changing after {AMENDMENTS} amendments at load {self.load:g}")
 
     def _climb(self, states, rtol, edges, conditions):
-        """State to rtol, from the lowest order of {order: state} on; under a simple obstacle the last one alone is looked at everywhere."""
+        """State to rtol, from the lowest order of {order: state} on; simple obstacles are looked at everywhere once."""
         first, simple = min(states), self.line.picture.simple
 
         def rung(order):

@@ -24,7 +24,7 @@ TINY = 1e-300
 SAME = 1e-13          # cuts of a panel this near to each other are one: the quadrature does not see it
 SLIVER = 1e-9        # of a length, that rounding may leave of it
 FIRST = 1.0          # length of a panel at an edge, over ell
-AT_TIP = 1/64        # ... times that at a tip, for each four orders above 6: where p has a power of r below 1, panels must be short
+AT_TIP = 1/64        # ... times that at a tip, for each four orders above 6: p has a power of r below 1, which short panels bear
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Line:
 
     @cached_property
     def tips(self):
-        """Contact points at which a corner stands under a tip of the obstacle, where its curvature has no bound without a jump of the slope."""
+        """Contact points at which a corner stands under a tip: its curvature has no bound, its slope does not jump."""
         places = () if self.picture is None else self.picture.tips
         return {float(place + shift) for place in places for shift in self._shifts}
 
@@ -92,13 +92,15 @@ class Line:
         return self._shifts[corner]
 
     def sites(self, corner):
-        """Contact points at which a corner stands under a site of the obstacle's picture, or where psi0 was looked at, ascending."""
+        """Contact points at which a corner stands under a site of the obstacle's picture, or psi0 was looked at, ascending."""
         angle = () if self.picture.angle is None else self.picture.angle.samples
         return np.union1d(self.picture.sites + self._shifts[corner], angle)
 
     def scale(self, left, right, grading=GROWTH - 1):
-        """How long panels may be on an interval for the sake of heights and psi0 there and beside it: a panel is no longer than the
-        pieces on which these are polynomials, and than it is away from shorter ones; inf if no piece is short for its own sake."""
+        """How long panels may be on an interval for the sake of heights and psi0 there and beside it; inf if these are smooth.
+
+        A panel is no longer than the pieces on which they are polynomials, and than `grading` times its way to shorter ones.
+        """
         lengths = [np.inf]
         for edges, own in self._pieces:
             away = np.maximum(np.maximum(edges[:-1] - right, left - edges[1:]), 0.0)

@@ -1,9 +1,9 @@
 """The obstacle as far as it could touch: one picture of it, from which zones, panels, elements and the looking everywhere begin.
 
-A corner touches at x only where the height is below approach plus normal displacement. Under the load P that is, at the distance D
-from the lowest point, no more than some ``(2 P/(pi E*)) [1 + log(1 + 2 D/a)]`` above the lowest height (a: half-width of a classical
-contact under P; the logarithm is that of the half-plane far from its load). So the heights within BOUND times that are looked at:
-by values, first on all scales, then in the low stretches so densely that what is SEEN of a wide shows, as a `Proxy`.
+A corner touches at x only where the height is below approach plus normal displacement. Under the load P that is, at the
+distance D from the lowest point, no more than some ``(2 P/(pi E*)) [1 + log(1 + 2 D/a)]`` above the lowest height (a: half-width
+of a classical contact under P; the logarithm is that of the half-plane far from its load). So the heights within BOUND times that
+are looked at: by values, first on all scales, then in the low stretches so densely that what is SEEN of a wide shows (`Proxy`).
 """
 
 from dataclasses import dataclass
@@ -27,6 +27,7 @@ COARSEST = 0.02          # of a
 SITES = 65               # places in a stretch of an obstacle that is known as formulas
 SAME = 1e-6              # of a: a singular point this near to one that is given is that one
 ROUND = 1.95             # power of ``abs(x)**power`` from which a tip is round enough for panels
+FEW, WIDE = 2, 0.25      # kinks of a simple obstacle at most; of a, its shortest piece at least
 NEGLIGIBLE = 1e-11       # of the slope a contact of this load asks for: errors of the height per length that do not matter
 
 
@@ -77,7 +78,8 @@ class Picture:
     @property
     def simple(self):
         """Whether the obstacle has one lowest place and nothing beside it that is narrower than the contact."""
-        return len(self.minima) <= 1 and len(self.kinks) <= 2 and not self.found and self.lengths.min(initial=np.inf) > self.half_width/4 and self.angle is None
+        few = len(self.minima) <= 1 and len(self.kinks) <= FEW and not self.found and self.angle is None
+        return few and self.lengths.min(initial=np.inf) > WIDE*self.half_width
 
     def allowed(self, x):
         """Height at x below which a corner may touch, array (n,)."""
@@ -115,8 +117,8 @@ def picture(line, load, bound=BOUND):
     low = h < h.min() + bound*rise*(1 + np.log1p(2*away))
     if low[0] or low[-1]:
         side = x[0] if low[0] else x[-1]
-        raise BadArgument("obstacle", obstacle, f"must rise away from its lowest point: at x = {side:.2g} a half-plane under the load "
-                          f"{load:g} still reaches it, and so without end; a scene that repeats is one of PeriodicHalfPlane")
+        raise BadArgument("obstacle", obstacle, f"must rise away from its lowest point: at x = {side:.2g} a half-plane under the "
+                          f"load {load:g} still reaches it, and so without end; a scene that repeats is one of PeriodicHalfPlane")
     stretches = tuple((float(x[i - 1]), float(x[j + 1])) for i, j in runs(low))
     shape = _known(obstacle, stretches) if known else _looked_at(obstacle, stretches, half, NEGLIGIBLE*rise/half)
     angle = _angle(line.law, stretches, ell, half, NEGLIGIBLE*rise/ell)
@@ -161,7 +163,7 @@ def classical(line, load, centre):
 
 
 def _level_at(x, h, lowest, rise):
-    """Half of the width around the lowest place within which the height is below the rise: that of a flat bottom with steep sides."""
+    """Half of the width around the lowest place within which the height is below the rise: of a flat bottom with steep sides."""
     within = next((i, j) for i, j in runs(h <= h.min() + rise) if x[i] <= lowest <= x[j])
     return float(x[within[1]] - x[within[0]])/2
 
@@ -193,15 +195,17 @@ def _known(obstacle, stretches):
     sites = np.unique(np.concatenate([np.linspace(*each, SITES) for each in stretches] + [own]))
     above = heights(obstacle, sites)
     edges = np.array((stretches[0][0], stretches[-1][1]))
-    return {"sites": sites[np.isfinite(above)], "heights": above[np.isfinite(above)], "edges": edges, "lengths": np.array([np.inf]),
-            "kinks": kinks, "jumps": tuple(getattr(obstacle, "jumps", ())), "ends": ends, "steps": ()}
+    there = np.isfinite(above)
+    return {"sites": sites[there], "heights": above[there], "edges": edges, "lengths": np.array([np.inf]), "kinks": kinks,
+            "jumps": tuple(getattr(obstacle, "jumps", ())), "ends": ends, "steps": ()}
 
 
 def _looked_at(obstacle, stretches, half, floor):
     """Of any other: by its values in the low stretches."""
     own = dict(zip(getattr(obstacle, "kinks", ()), getattr(obstacle, "jumps", ())))
     ends = tuple(getattr(obstacle, "ends", ()))
-    pieces = _proxies(lambda x: heights(obstacle, x), _first(stretches, half, (*own, *ends), obstacle), floor, obstacle, known=own)
+    first = _first(stretches, half, (*own, *ends), obstacle)
+    pieces = _proxies(lambda x: heights(obstacle, x), first, floor, obstacle, known=own)
     edges, lengths = _one_after_the_other(pieces)
     sites, above, singular, jumps, powers = (np.concatenate([getattr(each, name) for each in pieces])
                                              for name in ("samples", "values", "singular", "jumps", "powers"))
@@ -215,8 +219,9 @@ def _looked_at(obstacle, stretches, half, floor):
         nearest = min(measured, key=lambda each: abs(each - place), default=place)
         kinks[place] = jump or (measured[nearest] if abs(nearest - place) < SAME*half and np.isfinite(measured[nearest]) else 0.0)
     kinks = dict(sorted(kinks.items()))
-    return {"sites": sites, "heights": above, "edges": edges, "lengths": lengths, "kinks": tuple(kinks), "jumps": tuple(kinks.values()),
-            "ends": ends or found, "steps": tuple(place for place in gone if place not in (*ends, *found)),
+    return {"sites": sites, "heights": above, "edges": edges, "lengths": lengths,
+            "kinks": tuple(kinks), "jumps": tuple(kinks.values()), "ends": ends or found,
+            "steps": tuple(place for place in gone if place not in (*ends, *found)),
             "tips": tuple(singular[(jumps == 0) & (powers < ROUND)].tolist()), "found": len(kinks) > len(own) or bool(found)}
 
 
@@ -232,8 +237,8 @@ def _first(stretches, half, breaks, obstacle):
     wide, spacing = sum(right - left for left, right in stretches), SEEN*half
     spacing = max(spacing, wide/(samples*INTERVALS))
     if spacing > COARSEST*half:
-        raise BadArgument("obstacle", obstacle, f"could touch within {wide:.3g}, some {wide/half:.2g} half-widths of a contact: too wide to be "
-                          "looked at everywhere; take uniform cells (GridContact)")
+        raise BadArgument("obstacle", obstacle, f"could touch within {wide:.3g}, some {wide/half:.2g} half-widths of a contact: "
+                          "too wide to be looked at everywhere; GridContact takes a part of it, on so many nodes")
     found = []
     for left, right in stretches:
         own = min(spacing, (right - left)/(40*samples))
@@ -246,7 +251,8 @@ def _proxies(function, intervals, floor, given, name="obstacle", known=()):
     try:
         return [proxy(function, edges, floor, [place for place in known if edges[0] < place < edges[-1]]) for edges in intervals]
     except TooRough as failure:
-        raise BadArgument(name, given, f"must be smooth but for some places: {failure}; take uniform cells (GridContact)") from failure
+        raise BadArgument(name, given, f"must be smooth but for some places: {failure}; GridContact takes it as its nodes see it"
+                          ) from failure
 
 
 def _one_after_the_other(pieces):

@@ -17,15 +17,16 @@ NODES = 14
 FOLLOWED = 1e-8      # of the change over an interval: error of a polynomial that follows
 ROUNDING = 1e-14     # of the largest value
 SHORTEST = 1e-10     # of all intervals together: one that is halved no more
-NARROW = 1/64        # of the first intervals: features that they show are wider; where both halves of a shorter interval are smooth,
-                     # rounding hides the rest of a singular point
+NARROW = 1/64        # of the first intervals: features that they show are wider; where both halves of a shorter interval are
+                     # smooth, rounding hides the rest of a singular point
 LOST = 1e-5          # of all intervals: singular points nearer to each other are one
 MOST = 200           # unsmooth intervals shorter than NARROW at a time: more of them are noise
 BUDGET = 8000        # pieces
 HALF = 0.5137        # not 1/2: a singular point at a round number shall fall into one of the halves
 GRADED = 2.5         # lengths of a piece within which a singular point is what made it short
 SIDE = 6             # points beside a jump of the slope, through which either side's polynomial goes
-KINK, STEP = 0.9, 50     # a jump of the slope that shrinks by more on a hundredth of the way is none, one that grows so much is a step
+KINK = 0.9           # a jump of the slope that shrinks by more on a hundredth of the way is none
+STEP = 50            # ... and one that grows by as much is a step of the function
 
 _points = chebpts2(NODES)
 _places = np.concatenate((_points, (_points[1:] + _points[:-1])/2))      # samples of an interval, in [-1, 1]
@@ -84,7 +85,8 @@ def proxy(function, edges, floor=0.0, known=()):
         With more than BUDGET pieces, or more than MOST singular points.
     """
     edges, ends = _with_ends(function, np.asarray(edges, float))
-    whole, narrow, done, singular = edges[-1] - edges[0], NARROW*np.median(np.diff(edges)), [], [(float(place), 0.0) for place in (*known, *ends)]
+    whole, narrow = edges[-1] - edges[0], NARROW*np.median(np.diff(edges))
+    done, singular = [], [(float(place), 0.0) for place in (*known, *ends)]
     left, right, halves = edges[:-1], edges[1:], False
     while len(left):
         values = _values(function, left, right)
@@ -179,7 +181,8 @@ def _meets(both, a, b, parts, floor):
     for left, right, own in parts:
         along = (2*_spread(left, right) - (a + b)[:, None])/(b - a)[:, None]
         there = np.isfinite(own).all(axis=1) == np.isfinite(both).all(axis=1)
-        error = np.abs(chebval(along, series.T[:, :, None], tensor=False) - np.where(np.isfinite(own), own, 0.0)).max(axis=1, initial=0)
+        served = chebval(along, series.T[:, :, None], tensor=False)
+        error = np.abs(served - np.where(np.isfinite(own), own, 0.0)).max(axis=1, initial=0)
         meets &= there & (error <= _allowed(a, b, known, floor))
     return meets
 
@@ -198,8 +201,8 @@ def _apart(found, least):
 def _at_singular(function, place, others, whole):
     """(place, jump of the slope, power) of a singular point that is known about, from what the function does beside it.
 
-    The jump is 0 if it shrinks with the way that differences look at, nan if it grows: then the function itself jumps. Where the slope
-    jumps the place is where the polynomials of either side meet: half of a logarithm put a distance d beside its place is off by sqrt(d).
+    The jump is 0 if it shrinks with the way that differences look at, nan if it grows: then the function itself jumps. Where the
+    slope jumps the place is where the polynomials of either side meet: a logarithm d beside its place is off by sqrt(d) in L2.
     The power is that of ``abs(x - place)**power``, as second differences see it; nan where the function jumps.
     """
     width = min([whole/8, *(np.abs(others - place)/4)])
@@ -223,7 +226,8 @@ def _meeting(function, place, width):
     """(where the polynomials of either side meet, difference of their slopes) next to a place."""
     t = np.cos(np.pi*(np.arange(SIDE) + 0.5)/SIDE)
     x = (0.05 + 0.95*(1 + t)/2)*width
-    right, left = (np.polynomial.polynomial.polyfit(side*x/width, np.asarray(function(place + side*x), float), SIDE - 1) for side in (1, -1))
+    right, left = (np.polynomial.polynomial.polyfit(side*x/width, np.asarray(function(place + side*x), float), SIDE - 1)
+                   for side in (1, -1))
     apart = np.polynomial.Polynomial(right - left)
     root, slope = 0.0, apart.deriv()
     for _ in range(3):

@@ -98,8 +98,8 @@ class Contact(SceneView):
         """The same with the obstacle's picture for a load."""
         found = self._picture(load, wider)
         if found.steps:
-            raise BadArgument("obstacle", self.obstacle, f"must not jump, as its height does at x = {found.steps[0]:g}: pressures have no norm there "
-                              "that an rtol could refer to; GridContact takes it as it is, on so many nodes")
+            raise BadArgument("obstacle", self.obstacle, f"must not jump, as its height does at x = {found.steps[0]:g}: "
+                              "pressures have no norm there that an rtol could refer to; GridContact takes it, on so many nodes")
         return replace(self.line, obstacle=picture.seen(self.obstacle, found), picture=found)
 
     def _picture(self, load, wider=1):
@@ -134,8 +134,8 @@ class Contact(SceneView):
 
         Returns
         -------
-        LineState; its `estimate` has no discretisation error where the order is fixed. GridState where cells answer: its `method` is
-        "cells", not "panels", and its `warnings` say why.
+        LineState; its `estimate` has no discretisation error where the order is fixed. GridState where cells answer: its
+            `method` is "cells", not "panels", and its `warnings` say why.
 
         Raises
         ------
@@ -161,8 +161,8 @@ class Contact(SceneView):
             except NotConverged as other:
                 reached = other.reached
             if reached is not None:
-                return NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was {reached:.1e}; "
-                                    "ask for that", reached=reached)
+                return NotConverged(f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was "
+                                    f"{reached:.1e}; ask for that", reached=reached)
         return failure
 
     def _solved(self, load, rtol, order, near, wider=1):

@@ -71,7 +71,7 @@ def survey(state):
 
 @dataclass(frozen=True)
 class _Stretch:
-    """Between two neighbouring edges, out of the zones of a corner; outer ones have one edge (the other is inf) and reach `far`."""
+    """Between two neighbouring edges, out of the zones of a corner; outer ones have one edge (the other is inf)."""
 
     corner: int
     left: float

@@ -22,7 +22,7 @@ PARTIAL = 2.4         # width of a partial zone over ell as ell -> 0 (2.39 at nu
 
 
 def coarse(line, body, load, cells):
-    """Zones {corner number: ((left, right), ...)} of a body's line at a load, as so many equal cells around the lowest point see them."""
+    """Zones {corner number: ((left, right), ...)} at a load, as so many equal cells around the lowest point see them."""
     centre = 0.0 if line.mirror else line.picture.lowest
     reach = 1.5*classical(line, load)[0][0][1] + line.solid.ell
     for _ in range(12):
@@ -91,7 +91,7 @@ def set_apart(line, zones, width):
 
 
 def variants(line, zones, near=np.inf):
-    """These zones, and where opposite edges of two corners nearly meet, no further than `near`, also the same taken apart, or joined."""
+    """These zones, and where opposite edges of two corners nearly meet (within `near`) also the same taken apart, or joined."""
     found = [zones]
     if len(line.law.corners) == 1:
         return found
@@ -127,7 +127,8 @@ def crossed(line, zones, edges):
     Returns None where they are edges of one zone or of one corner: nothing to exchange.
     """
     (left, right), middle = edges, sum(edges)/2
-    own = {(corner, float(edge)): side for corner, intervals in zones.items() for pair in intervals for edge, side in zip(pair, (0, 1))}
+    own = {(corner, float(edge)): side for corner, intervals in zones.items() for pair in intervals
+           for edge, side in zip(pair, (0, 1))}
     if line.mirror:
         own |= {(1 - corner, -edge): 1 - side for (corner, edge), side in own.items()}
     first, second = ([key for key in own if key[1] == edge] for edge in edges)
@@ -179,7 +180,8 @@ def tolerated(order):
 def amended(state, found, tolerance):
     """Zones without what is pulled and with what overlaps on a fitted state, of which this Survey is; None where nothing does.
 
-    Violations next to edges that are worth less than `tolerance`, or than what panels of this order leave, stay: the estimate has them.
+    Violations next to edges that are worth less than `tolerance`, or than what panels of this order leave, stay: the estimate
+    has them.
 
     Raises
     ------
