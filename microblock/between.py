@@ -138,8 +138,13 @@ def of_body(state):
     sites = [line.sites(corner) for corner in range(len(law.corners))]
     found[facets.numbers] += missed(facets, state.closed, law, obstacle, sites)
     sunk = {"approach": state.approach, "raised": -state.sinking, "psi": state.psi}
+    # what is off beside edges `refined` has already
+    touched = np.array([state.closed[:, own].any() for own in facets.members])
+    touched = touched | np.append(touched[1:], False) | np.append(False, touched[:-1])
     for each in overlaps(facets, state.closed, law, obstacle, sites, **sunk):
-        found[facets.numbers[facets.below(np.array([(each.left + each.right)/2]))]] += each.worth**2
+        here = int(facets.below(np.array([(each.left + each.right)/2]))[0])
+        if not touched[here]:
+            found[facets.numbers[here]] += each.worth**2
     return found
 
 

@@ -73,6 +73,7 @@ WITHIN = 0.98        # of a bounded domain, up to which the contact boundary may
 MOST_SIZES = 3000    # places at which features ask for smaller elements
 FEW_TIPS = 12        # of a plain obstacle: its nodes follow from the layer length alone, and memory bounds them
 MOST_NODES = 2000    # on the contact boundary: the contact problem of two corners on so many takes minutes
+BELOW = 0.4          # grading of meshes with lines, whose fields below the surface are asked for
 TRUNCATION = 2.0     # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
 
 
@@ -325,7 +326,8 @@ class FittedContact(GroundScene):
         spacing = spacing if isinstance(spacing, tuple) else ((*ground.reach, spacing),)
         self._require_few(ground, tips, spacing, levels, order)
         sizes = self._sizes(ground, max(length for _, _, length in spacing))
-        mesh = graded(ground, [*tips, *self.lines], spacing=spacing, levels=levels, sizes=sizes)
+        grading = BELOW if self.lines else GRADING
+        mesh = graded(ground, [*tips, *self.lines], spacing=spacing, levels=levels, grading=grading, sizes=sizes)
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"

@@ -54,6 +54,10 @@ class LineSolver:
         failure = None
         for zones, orders in self._trials(near, ladder, rtol):
             try:
+                if order is None and self.line.picture.simple:
+                    state = self._looked_at_last(zones, orders, rtol, edges, conditions)
+                    if state is not None:
+                        return state
                 states = self._on(zones, orders, edges, conditions)
                 return states[order] if order is not None else self._climb(states, rtol, edges, conditions)
             except NotConverged as objection:
@@ -84,17 +88,21 @@ class LineSolver:
             variants = topology.variants(self.line, topology.coarse(self.line, self.body, self.load, cells))
             yield from ((zones, (order,)) for order in orders for zones in variants)
 
-    def _on(self, zones, orders, edges, conditions):
+    def _looked_at_last(self, zones, orders, rtol, edges, conditions):
+        """The state to rtol under a simple obstacle, looked at everywhere at its last order; None where that does not do."""
+        try:
+            return self._climb(self._on(zones, orders, edges, conditions, last=True), rtol, edges, conditions, last=True)
+        except NotConverged:
+            return None
+
+    def _on(self, zones, orders, edges, conditions, last=False):
         """{order: state} from these zones on: orders before the last are near it and fit soon, or not at all."""
         states = {}
         for order in orders[:-1]:
             states[order] = self._fit(zones, order, edges, steps=NEAR_STEPS)
             zones = states[order].zones
-        last = orders[-1]
-        if conditions and self.line.picture.simple:      # `_climb` looks everywhere in the end
-            states[last] = self._fit(zones, last, edges)
-        else:
-            states[last] = self._settled(zones, last, edges, conditions)
+        highest = orders[-1]
+        states[highest] = self._fit(zones, highest, edges) if last else self._settled(zones, highest, edges, conditions)
         return states
 
     def _fit(self, zones, order, edges, **steps):
@@ -143,19 +151,19 @@ class LineSolver:
             state = other
         raise NotConverged(f"zones still changing after {AMENDMENTS} amendments at load {self.load:g}")
 
-    def _climb(self, states, rtol, edges, conditions):
-        """State to rtol, from the lowest order of {order: state} on; simple obstacles are looked at everywhere once."""
-        first, simple = min(states), self.line.picture.simple
+    def _climb(self, states, rtol, edges, conditions, last=False):
+        """State to rtol, from the lowest order of {order: state} on; each is looked at everywhere, or the last one alone."""
+        first = min(states)
 
         def rung(order):
             if order not in states:
                 zones = states[max(states)].zones
-                states[order] = self._fit(zones, order, edges) if simple else self._settled(zones, order, edges, conditions)
+                states[order] = self._fit(zones, order, edges) if last else self._settled(zones, order, edges, conditions)
             return states[order]
 
         def error(coarse, fine):
             parts = replace(fine.estimate, discretisation=line_state.difference(coarse, fine))
-            if simple and parts.total <= rtol:
+            if last and parts.total <= rtol:
                 looked = self._amended(fine, edges, conditions)
                 parts = replace(looked.estimate, discretisation=line_state.difference(coarse, looked))
                 fine = looked

@@ -171,8 +171,8 @@ class LinePath(PathView):
             return [Event(*crossing[:2], change.kind, change.zone, crossing[2]) for change in changes]
         if high.load - low.load <= NARROW*high.load:
             half, told = (high.load - low.load)/2, HARDLY*high.load
-            return [Event(low.load + half, max(half, told) if change.kind in ("born", "vanished") else half, change.kind, change.zone,
-                          change.x) for change in changes]
+            errors = [max(half, told) if change.kind in ("born", "vanished") else half for change in changes]
+            return [Event(low.load + half, error, change.kind, change.zone, change.x) for change, error in zip(changes, errors)]
         several = len(changes) > MOST or any(abs(change.high - change.low) != 1 and not _mirrored(change, changes, _width(high))
                                              for change in changes)
         if several:

@@ -175,8 +175,7 @@ def _sites(line, stretch):
 
 
 def _between_sites(line, stretch, series, x, height):
-    """Places in a stretch, what gaps have there more than at first, and the gaps; with places between the sites where a gap may be less
-    than at these, ZOOMS times nearer."""
+    """Places in a stretch, what gaps have there more than at first, and the gaps; also between the sites, where these may be less."""
     rise = _risen(line, stretch, series, x)
     gaps = height + rise
     for _ in range(ZOOMS):
