@@ -227,7 +227,8 @@ def _looked_at(obstacle, stretches, half, floor):
 
 def _outermost(places, sites):
     """(left, right) ends of an obstacle, infinite where there is none, from places at which the height ends or jumps."""
-    left, right = (next((place for place in places if place == site), None) for site in (sites[0], sites[-1]))
+    near = SAME*(sites[-1] - sites[0])
+    left, right = (next((place for place in places if abs(place - site) <= near), None) for site in (sites[0], sites[-1]))
     return () if left is None and right is None else (-np.inf if left is None else left, np.inf if right is None else right)
 
 

@@ -175,7 +175,7 @@ def _sites(line, stretch):
 
 
 def _between_sites(line, stretch, series, x, height):
-    """Places in a stretch, what gaps have there more than at first, and the gaps; also between the sites, where these may be less."""
+    """Places in a stretch, what gaps have there more than at first, and the gaps; between the sites as well, if less is there."""
     rise = _risen(line, stretch, series, x)
     gaps = height + rise
     for _ in range(ZOOMS):
