@@ -6,75 +6,71 @@ import os
 for library in ("OPENBLAS", "OMP"):
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
-import pkgutil  # noqa: E402
 import sys  # noqa: E402
 from argparse import RawDescriptionHelpFormatter  # noqa: E402
 from dataclasses import fields  # noqa: E402
-from importlib import import_module  # noqa: E402
 from pathlib import Path  # noqa: E402
 
-import cases  # noqa: E402
-from cases.options import OneLineParser, add_options, check_sizes, complaint, did_you_mean, flag  # noqa: E402
+from cases.common.case import run  # noqa: E402
+from cases.common.catalog import case, headlines  # noqa: E402
+from cases.common.options import OneLineParser, add_options, complaint, did_you_mean, flag  # noqa: E402
+from microblock.data.records import check_writable, json_text, write_json  # noqa: E402
 from microblock.errors import BadArgument, MicroblockError  # noqa: E402
-from microblock.study import check_writable, json_text, write_json  # noqa: E402
 
 LISTED = 8     # files that the last line names; of more it gives the number
 
 
-def modules(asked=None):
-    """{name: module} of all cases, the modules here with `Parameters` and `run`; of the one asked for alone, sooner."""
-    names, found = [entry.name for entry in pkgutil.iter_modules(cases.__path__) if entry.name != "__main__"], {}
-    for name in [asked] if asked in names else names:
-        module = import_module(f"cases.{name}")
-        if hasattr(module, "Parameters") and hasattr(module, "run"):
-            found[name] = module
-    return found or modules()
-
-
-def parser(known):
+def parser(asked, module):
+    """The parser of the command line: of the case asked for with all its options, of others with their
+    names.
+    """
     top = OneLineParser(prog="python -m cases", description="Cases of the microblock contact model.")
     commands = top.add_subparsers(dest="case", metavar="CASE", parser_class=OneLineParser)
-    for name, module in known.items():
-        headline, _, text = module.__doc__.partition("\n")
-        command = commands.add_parser(name, help=headline, description=headline, epilog=text.strip(),
+    for name, (_, headline) in headlines().items():
+        if name != asked:
+            commands.add_parser(name, help=headline)
+            continue
+        command = commands.add_parser(name, help=headline, description=headline,
+                                      epilog=module.__doc__.partition("\n")[2].strip(),
                                       formatter_class=RawDescriptionHelpFormatter, allow_abbrev=False)
         add_options(command, module.Parameters)
-        command.add_argument("--json", metavar="FILE", help="write the result as one JSON object (- for standard output)")
+        folder = (f" (default {module.OUT})" if hasattr(module, "OUT") else "; without it none are written")
+        command.add_argument("--json", metavar="FILE",
+                             help="write the result as one JSON object (- for standard output)")
         command.add_argument("--out", metavar="DIR", default=getattr(module, "OUT", None),
-                             help="folder for figures and records"
-                                  + (f" (default {module.OUT})" if hasattr(module, "OUT") else "; without it none are written"))
+                             help="folder for figures and records" + folder)
     return top
 
 
-def parsed(known, words):
+def parsed(asked, module, words):
     """{option: value} of the command line; one that is misspelt is answered with the nearest."""
-    top = parser(known)
+    top = parser(asked, module)
     found, unknown = top.parse_known_args(words)
     if unknown:
-        options = [flag(entry.name) for entry in fields(known[found.case].Parameters)] if found.case else []
+        options = [flag(entry.name) for entry in fields(module.Parameters)] if found.case else []
         wrong = next((word for word in unknown if word.startswith("-")), unknown[0])
-        top.error(f"unrecognized arguments: {' '.join(unknown)}" + did_you_mean(wrong, [*options, "--json", "--out", "--help"]))
+        known = [*options, "--json", "--out", "--help"]
+        top.error(f"unrecognized arguments: {' '.join(unknown)}" + did_you_mean(wrong, known))
     return vars(found)
 
 
 def main(words=None):
     words = sys.argv[1:] if words is None else words
-    known = modules(words[0] if words else None)
-    arguments = parsed(known, words)
+    asked = words[0] if words else None
+    module = case(asked)
+    arguments = parsed(asked, module, words)
     name, json_path, out = (arguments.pop(key, None) for key in ("case", "json", "out"))
     if name is None:
-        for case, module in known.items():
-            print(f"{case:12} {module.__doc__.partition(chr(10))[0]}")
+        for one, (_, headline) in headlines().items():
+            print(f"{one:12} {headline}")
         return 0
-    module = known[name]
     try:
-        check_sizes(module.Parameters, arguments)
         parameters = module.Parameters(**arguments)
         if json_path not in (None, "-"):
             check_writable("json", json_path)
         out = None if out is None else _folder(out)
         before = _files(out)
-        result = module.run(parameters, out, quiet=json_path == "-")
+        result = run(module, parameters, out, quiet=json_path == "-")
         if json_path == "-":
             print(json_text(result))
         elif json_path:
@@ -85,7 +81,8 @@ def main(words=None):
         return _fail(2, name, complaint(failure, module.Parameters))
     except MicroblockError as failure:
         return _fail(1, name, failure)
-    except (MemoryError, OSError, RuntimeError, ArithmeticError) as failure:      # NGSolve's own are RuntimeErrors
+    # NGSolve's own are RuntimeErrors
+    except (MemoryError, OSError, RuntimeError, ArithmeticError) as failure:
         return _fail(1, name, f"stopped by {type(failure).__name__}: {failure}")
     return 0
 

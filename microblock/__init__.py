@@ -3,37 +3,34 @@
 The names below are what a script needs; those that live on a mesh load NGSolve when first used.
 """
 
+from __future__ import annotations
+
 from importlib import import_module
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
-_ROOMS = {
-    "Cosserat": "material",
-    "Plane": "obstacles", "Cylinder": "obstacles", "Wedge": "obstacles", "Punch": "obstacles",
-    "Profile": "obstacles", "Shape": "obstacles", "Wave": "obstacles", "Rough": "obstacles",
-    "Microblock": "law", "Unilateral": "law", "Microclamped": "law",
-    "HalfPlane": "halfplane", "Compliance": "compliance", "Contact": "scene",
-    "PeriodicHalfPlane": "grid", "GridContact": "grid_contact",
-    "Body": "body", "Loads": "body", "Fields": "body",
-    "Condensed": "condensation", "Ground": "meshes",
-    "BodyContact": "body_contact", "BodyState": "body_state",
-    "FittedContact": "fitted", "UniformContact": "uniform", "SurfaceState": "surface_state",
-    "Explorer": "explorer", "Choice": "explorer",
-    "ContactFacets": "facets",
-    "Newton": "newton", "State": "newton", "Event": "newton_path", "load_path": "newton_path",
-    "sweep": "sweeps", "to_csv": "export", "to_vtk": "export",
-    "MicroblockError": "errors", "BadArgument": "errors", "Inadmissible": "errors", "NotConverged": "errors",
-    "MissingExtra": "errors",
+_HOME = {
+    "Contact": "contact", "State": "model.state", "LoadPath": "model.events", "Event": "model.events",
+    "Cosserat": "model.material",
+    "HalfPlane": "halfplane.kernels", "Block": "model.bodies", "Body": "fem.body",
+    "Plane": "model.obstacles", "Cylinder": "model.obstacles", "Wedge": "model.obstacles",
+    "Punch": "model.obstacles", "Wave": "model.obstacles", "Rough": "model.obstacles",
+    "Obstacle": "model.obstacles",
+    "Microblock": "model.law", "Unilateral": "model.law", "Microclamped": "model.law",
+    "Panels": "model.methods", "Cells": "model.methods", "Fitted": "model.methods",
+    "Uniform": "model.methods", "Condensed": "model.methods", "Newton": "model.methods",
+    "sweep": "data.sweeps", "to_csv": "data.export", "to_vtk": "data.export", "explore": "view.widgets",
+    "MicroblockError": "errors", "BadArgument": "errors", "NotConverged": "errors", "MissingExtra": "errors",
 }
 
-__all__ = sorted(_ROOMS)
+__all__ = sorted(_HOME)
 
 
-def __getattr__(name):
-    if name in _ROOMS:
-        return getattr(import_module(f".{_ROOMS[name]}", __name__), name)
+def __getattr__(name: str) -> object:
+    if name in _HOME:
+        return getattr(import_module(f".{_HOME[name]}", __name__), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return sorted([*globals(), *__all__])

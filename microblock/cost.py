@@ -1,4 +1,6 @@
-"""What a computation would take is estimated before it is begun, against the memory there is: none is exhausted."""
+"""What a computation would take is estimated before it is begun, against the memory there is: none is
+exhausted.
+"""
 
 import math
 import os
@@ -10,10 +12,13 @@ GIGABYTE = 1e9
 UNKNOWN = 8*GIGABYTE     # memory of a system that does not tell
 SHARE = 0.8              # of the available memory that one computation may take
 LITTLE = 2e8             # bytes that are tried anyway: others may be about to give memory back
-FILLED = 0.45            # of the entries of a row times log2 of the rows, in the factors of a body: 0.31 to 0.46 were seen
+# of the entries of a row times log2 of the rows, in the factors of a body: 0.31 to 0.46 were seen
+FILLED = 0.45
 ENTRY = 12               # bytes of an entry of a sparse matrix
-COPIES = 3               # of the factors that are held at a time at most, matrix and what builds it included: 3.0 were seen
-DENSE = 200              # bytes for each pair of contact nodes: 25 numbers, of flexibility, factors and their copies
+# of the factors that are held at a time at most, matrix and what builds it included: 3.0 were seen
+COPIES = 3
+# bytes for each pair of contact nodes: 25 numbers, of flexibility, factors and their copies
+DENSE = 200
 
 
 def available():

@@ -1,37 +1,48 @@
-"""BLAS threads: one while the library works on small problems, those that were there for large dense matrices.
+"""BLAS threads: one while the library works on small problems, those that were there for large dense
+matrices.
 
-Most of the work is on many small matrices. More threads gain nothing there, and where the cores are not idle they wait for
-each other: a product of a millisecond takes up to a hundred. So every entry to the library is `bounded`: from the outermost
-one on BLAS (numpy's, scipy's and NGSolve's own are three libraries) and OpenMP have one thread; what was there before is given
-back when it is left, by an exception as well. Within, `released` gives it to matrices that are large enough to gain by it.
-NGSolve's own tasks (``with ngsolve.TaskManager()``) are no such threads, and stay as they are.
+Most of the work is on many small matrices. More threads gain nothing there, and where the cores are not idle
+they wait for each other: a product of a millisecond takes up to a hundred. So every entry to the library is
+`bounded`: from the outermost one on BLAS (numpy's, scipy's and NGSolve's own are three libraries) and OpenMP
+have one thread; what was there before is given back when it is left, by an exception as well. Within,
+`released` gives it to matrices that are large enough to gain by it. NGSolve's own tasks (``with
+ngsolve.TaskManager()``) are no such threads, and stay as they are.
 
-BLAS has one number of threads for the whole process, so that entries of all Python threads are counted together; OpenMP, and a
-BLAS built on it, has one for each of them.
+BLAS has one number of threads for the whole process, so that entries of all Python threads are counted
+together; OpenMP, and a BLAS built on it, has one for each of them.
 """
+
+from __future__ import annotations
 
 import sys
 import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
+from typing import Any, ParamSpec, TypeVar
 
 from threadpoolctl import ThreadpoolController
 
-LARGE = 2000     # rows of a dense matrix from which threads gain: 1.4 to 2 on two idle cores at 2400, up to 1600 they lose
+P = ParamSpec("P")
+T = TypeVar("T")
+
+# rows of a dense matrix from which threads gain: 1.4 to 2 on two idle cores at 2400, up to 1600 they lose
+LARGE = 2000
 
 _lock = threading.Lock()
-_libraries = {"blas": [], "openmp": []}      # all that were ever seen, in this order
-_seen = 0        # number of modules when libraries were last looked for: that takes a millisecond, a library comes by an import
+_libraries: dict[str, list[Any]] = {"blas": [], "openmp": []}      # all that were ever seen, in this order
+# number of modules when libraries were last looked for: that takes a millisecond, and they come by imports
+_seen = 0
 
 
 class _Hold:
-    """One kind of libraries: held at one thread while something is inside, and nothing of it large."""
+    """One kind of libraries, limited to one thread while a call is inside and none is on a large matrix."""
 
     def __init__(self, kind):
         self.kind, self.inside, self.large, self.before = kind, 0, 0, []
 
     def change(self, inside, large):
-        """Count entries; hold libraries that are not yet held, or give them their threads back."""
+        """Counts entries; limits libraries that are not yet limited, or gives them their threads back."""
         self.inside += inside
         self.large += large
         libraries = _libraries[self.kind]
@@ -55,14 +66,16 @@ _holds = _Hold("blas"), _OwnHold("openmp")
 
 
 def _set(library, number):
-    """Set a library's threads, from whatever Python thread: threadpoolctl leaves OpenBLAS to the first one that ever did."""
+    """Set a library's threads, from whatever Python thread: threadpoolctl leaves OpenBLAS to the first one
+    that ever did.
+    """
     free = getattr(library, "clear_controlling_thread", lambda force: None)
     free(force=True)
     library.set_num_threads(number)
     free(force=True)
 
 
-def _change(inside=0, large=0):
+def _change(inside: int = 0, large: int = 0) -> None:
     with _lock:
         if len(sys.modules) != _seen:
             _look()
@@ -81,10 +94,10 @@ def _look():
     _seen = len(sys.modules)
 
 
-def bounded(function):
-    """The function with one BLAS thread inside; entries within entries cost a microsecond."""
+def bounded(function: Callable[P, T]) -> Callable[P, T]:
+    """Returns the function with one BLAS thread inside; entries within entries cost a microsecond."""
     @wraps(function)
-    def inside(*arguments, **named):
+    def inside(*arguments: P.args, **named: P.kwargs) -> T:
         _change(inside=1)
         try:
             return function(*arguments, **named)
@@ -95,7 +108,7 @@ def bounded(function):
 
 
 @contextmanager
-def released(rows):
+def released(rows: int) -> Iterator[None]:
     """The threads that were there outside for work on dense matrices of so many rows, if they are LARGE."""
     if rows < LARGE:
         yield

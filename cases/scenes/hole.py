@@ -1,0 +1,141 @@
+"""A block with a hole under its surface, pressed by a cylinder and by a tilted punch.
+
+Geometry   block of 4 x 2, its bottom fixed, with a round hole beside and under the contact; a user's
+           mesh from netgen, with curved sides, that does not follow the zones.
+Equations  equilibrium (14)-(17), microblock and unilateral law.
+Model      condensed body, its mesh refined by recovery until the estimate holds (`Contact(Body(...),
+           ...).solve(load, rtol)`).
+Reference  none in closed form: states of larger rtol against that of the smallest.
+Look at    obtained differences below rtol; energy of the fields, work of the corners and work of the load are
+           one; the contact leans away from the hole.
+Units      the block's own; E = 1.
+"""
+
+import time
+from dataclasses import dataclass
+
+import netgen.occ as occ
+from tqdm import tqdm
+
+import microblock as mb
+from cases.common.bodies import balances, draw_body, mesh_of, points_of
+from cases.common.options import Checked, coupling, option, poisson
+from cases.common.records import print_table, returned, without_seconds
+from microblock.data.records import grouped
+
+OBSTACLES = {"cylinder": mb.Cylinder(5.0), "punch": mb.Punch(0.5, tilt=0.005)}
+LAWS = {"microblock": mb.Microblock(), "unilateral": mb.Unilateral()}
+REACH = 1.2                  # half-width of the contact boundary
+SPACING = 0.25               # of its elements at first
+PICTURE = "cylinder", "microblock"
+
+
+@dataclass(frozen=True)
+class Parameters(Checked):
+    load: float = option(0.05, "force per thickness over E and the unit of length", above=0)
+    ell: float = option(0.1, "length scale of the material", above=0)
+    nu: float = poisson()
+    beta: float = coupling()
+    depth: float = option(0.7, "of the hole's centre; its radius is 0.4", at_least=0.45, at_most=1.55)
+    order: int = option(4, "of the elements", int, at_least=2, at_most=12)
+    rtols: tuple = option((0.1, 0.03, 0.01, 0.003), "of the refinement; the smallest is the reference",
+                          above=0, below=1, fewest=2, order="descending", nargs="+", metavar="RTOL")
+
+    @property
+    def solid(self):
+        return mb.Cosserat(E=1.0, nu=self.nu, ell=self.ell, beta=self.beta)
+
+
+def problem(parameters, obstacle, law):
+    """The block, not refined yet."""
+    block = occ.Rectangle(4, 2).Face().Move((-2, -2, 0))
+    # its upper corners end the contact boundary
+    top = occ.Rectangle(2*REACH, 2).Face().Move((-REACH, -2, 0))
+    face = occ.Glue([block - top, top - occ.Circle((0.3, -parameters.depth), 0.4).Face()])
+    for edge in face.edges:
+        edge.name = "bottom" if abs(edge.center.y + 2) < 1e-9 else "free"
+        if abs(edge.center.y) < 1e-9 and abs(edge.center.x) < REACH/2:
+            edge.name, edge.maxh = "contact", SPACING
+    body = mb.Body(mesh_of(face, 0.7, parameters.order), parameters.solid, parameters.order, fixed="bottom")
+    return mb.Contact(body, OBSTACLES[obstacle], LAWS[law])
+
+
+def solve(parameters, obstacle, law):
+    """(records, finest State) of one problem."""
+    rows, states = [], []
+    block = problem(parameters, obstacle, law)
+    for rtol in parameters.rtols:
+        begin = time.perf_counter()
+        state = block.solve(load=parameters.load, rtol=rtol)
+        seconds = time.perf_counter() - begin
+        energy, work = balances(state)
+        contact = state.zones["contact"]
+        states.append(state)
+        rows.append({"obstacle": obstacle, "law": law, "rtol": rtol, "error_estimate": state.error_estimate,
+                     "approach": state.approach, "left": contact[0][0], "right": contact[-1][1],
+                     "energy_balance": energy,
+                     "work_balance": work, "unknowns": state.unknowns, "seconds": seconds})
+    for row, state in zip(rows, states):
+        finest = state is states[-1]
+        row["difference"] = None if finest else state.solution.difference(states[-1].solution.pressure)
+    return rows, states[-1]
+
+
+def result(parameters, quiet=True):
+    """The case's object: a row a state."""
+    start = time.perf_counter()
+    chosen = [(obstacle, law) for obstacle in OBSTACLES for law in LAWS]
+    states = []
+    for one in tqdm(chosen, disable=quiet, unit="problem"):
+        states += solve(parameters, *one)[0]
+    return returned(parameters, start, states=states)
+
+
+def show(answer):
+    print_table(answer["states"],
+                ("obstacle", "law", "rtol", "error_estimate", "difference", "approach", "left", "right",
+                                   "energy_balance", "work_balance", "unknowns", "seconds"))
+
+
+def rows(parameters, answer):
+    """A row a state; its seconds, which no other run has again, are left to the table."""
+    return without_seconds(answer["states"])
+
+
+def body_rows(parameters):
+    """A row a corner of a triangle."""
+    rtol = max(parameters.rtols[-1], 1e-2)
+    state = problem(parameters, *PICTURE).solve(load=parameters.load, rtol=rtol)
+    return points_of(state, (-2, 2, -2))
+
+
+def body_figure(records):
+    """Block with a hole under a cylinder: the deformed body (displacements magnified) with -sigma_22 in
+    colours.
+    """
+    return draw_body(records)
+
+
+def figure(records):
+    """Block with a hole under a cylinder and a tilted punch: difference to the finest state (full) and
+    estimate (dashed) over the unknowns of the refined meshes.
+    """
+    from microblock.view import plots
+    drawing, axis = plots.figure(height=3.0)
+    problems = [(obstacle, law, rows) for obstacle, own in grouped(records, "obstacle").items()
+                for law, rows in grouped(own, "law").items()]
+    for (obstacle, law, rows), colour, marker in zip(problems, plots.COLOURS, plots.MARKERS):
+        axis.loglog([row["unknowns"] for row in rows[:-1]], [row["difference"] for row in rows[:-1]],
+                    color=colour, marker=marker,
+                    label=f"{obstacle}, {law}")
+        axis.loglog([row["unknowns"] for row in rows], [row["error_estimate"] for row in rows], "--",
+                    color=colour, marker=marker,
+                    markerfacecolor="none")
+    plots.plain_log(axis.xaxis)
+    axis.set(xlabel="unknowns", ylabel="relative $L_2$ difference, estimate")
+    plots.legend_below(axis, title="full: difference to the finest state, dashed: estimate")
+    return drawing
+
+
+FIGURES = {"hole": (rows, figure)}
+PICTURES = {"hole_body": (body_rows, body_figure)}

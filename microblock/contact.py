@@ -1,0 +1,220 @@
+"""The contact problem: a body, an obstacle and a law put together, solved by the method that suits the
+body.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from .errors import BadArgument, require_finite, require_kind, require_positive, require_tolerance
+from .model import law as laws
+from .model import obstacles
+from .model.events import LoadPath
+from .model.problem import require_even
+from .model.state import State
+from .model.summary import Row, Shown, Summary, short
+from .model.types import BodyLike, LawLike, MethodLike, ObstacleLike
+from .threads import bounded
+
+if TYPE_CHECKING:
+    from .model.material import Cosserat
+    from .model.solver import Solver
+
+
+@dataclass(frozen=True, repr=False)
+class Contact(Shown):
+    """Frictionless contact of a body with a rigid obstacle that comes down along -e2.
+
+    Parameters
+    ----------
+    body : HalfPlane, Block or Body
+    obstacle : obstacle or callable
+        One of `Plane`, `Cylinder`, `Wedge`, `Punch`, `Wave`, `Rough`, `Obstacle`; or a function height(x1) of
+        an array (lengths). An object with a method ``height(x)`` may also have, as attributes or properties,
+        `kinks` (ascending abscissae at which its slope or a higher derivative is discontinuous), `jumps` (by
+        how much the slope jumps at each of them), `ends` (left and right edge of the obstacle, beyond which
+        there is none) and `even` (whether it is symmetric about x1 = 0).
+    law : Microblock, Unilateral or Microclamped
+    method : Panels, Cells, Fitted, Uniform, Condensed or Newton, optional
+        Without it the usual one of the body is taken: `Panels` on a half-plane, `Cells` on one with a period,
+        `Fitted` on a block, `Condensed` on a mesh of the user's, `Newton` if that is periodic or
+        one-dimensional.
+
+    Raises
+    ------
+    BadArgument
+        If an argument is none of these, or the method does not solve on the body.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
+    >>> state = problem.solve(load=1.0, rtol=1e-4)
+    >>> state.error_estimate <= 1e-4, state.zones["full"][0][0] < 0
+    (True, True)
+    """
+
+    body: BodyLike
+    obstacle: ObstacleLike
+    law: LawLike
+    method: MethodLike | None = None
+
+    def __post_init__(self) -> None:
+        if not hasattr(self.body, "methods") or isinstance(self.body, type):
+            raise BadArgument("body", self.body,
+                              "must be a HalfPlane, a Block or a Body (mb.HalfPlane(solid)?)")
+        obstacles.check(self.obstacle)
+        laws.check(self.law)
+        if self.method is not None and not isinstance(self.method, tuple(self.body.methods)):
+            allowed = " or ".join(f"{one.__name__}()" for one in self.body.methods)
+            raise BadArgument("method", self.method, f"must be {allowed} on a {type(self.body).__name__}")
+        require_even(self.law, self.obstacle, self.body.solid.ell)
+        self.solver      # which checks what it is given
+
+    @cached_property
+    def solver(self) -> Solver:
+        """The Solver that the method stands for."""
+        options = self.body.methods[0]() if self.method is None else self.method
+        solver = options.solver
+        if isinstance(solver, str):
+            module, _, name = solver.rpartition(".")
+            solver = getattr(import_module(f"{__package__}.{module}"), name)
+        return solver(self, options)
+
+    @property
+    def solid(self) -> Cosserat:
+        """The solid of the body."""
+        return self.body.solid
+
+    @bounded
+    def solve(self, load: float | None = None, *, approach: float | None = None, rtol: float | None = None,
+              initial: State | None = None, progress: bool = False) -> State:
+        """Returns the state at a load or at an approach.
+
+        Parameters
+        ----------
+        load : float
+            Force per thickness; on a period, that of one period.
+        approach : float
+            Approach of the obstacle (length), in place of the load. A half-plane without a period and an
+            unbounded block do not take it, since their rigid-body constant is arbitrary.
+        rtol : float, optional
+            Relative L2 error of pressure and micromoment that is asked for. Without it the usual one of the
+            method is taken (1e-3; 1e-2 of cells), or the discretisation that the method or the mesh fixes.
+        initial : State, optional
+            A state of a similar problem to start from.
+        progress : bool
+            Whether a bar is shown where the method counts its steps.
+
+        Returns
+        -------
+        State
+
+        Raises
+        ------
+        BadArgument
+            If an argument is out of range, or the method does not take it.
+        NotConverged
+            If the accuracy is out of reach or no zones are found; the message says where the computation
+            stood and what to try.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+        >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
+        >>> state = problem.solve(load=1.0)
+        >>> problem.solve(load=1.1, initial=state).half_width > state.half_width
+        True
+        """
+        self._check(load, approach, rtol, initial)
+        start = None if initial is None else initial.solution
+        return State(self.solver.solve(load, approach, rtol, start, progress))
+
+    @staticmethod
+    def _check(load: float | None, approach: float | None, rtol: float | None, initial: State | None) -> None:
+        if (load is None) == (approach is None):
+            raise BadArgument("load", load, "give either load or approach")
+        if load is not None:
+            require_positive(load=load)
+        else:
+            require_finite(approach=approach)
+        if rtol is not None:
+            require_tolerance(rtol)
+        if initial is not None:
+            require_kind(State, "a State", initial=initial)
+
+    def path(self, load: float, *, rtol: float | None = None, progress: bool = False) -> LoadPath:
+        """Returns the load path from first touch to a load: its `events`, and states `at` any load.
+
+        Parameters
+        ----------
+        load : float
+            Last load of the path, force per thickness.
+        rtol : float, optional
+            Relative L2 error of the states, as in `solve`.
+        progress : bool
+            Whether a bar counts the states that the events take.
+
+        Returns
+        -------
+        LoadPath
+
+        Raises
+        ------
+        BadArgument
+            If an argument is out of range, or the method cannot follow events.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+        >>> path = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()).path(load=1.0)
+        >>> path.at(0.25).load
+        0.25
+        """
+        self._check(load, None, rtol, None)
+        if self.solver.has_fitted_zones:
+            from .path import ZonePath  # here: a single state does without
+            return ZonePath(self, load, rtol, progress)
+        return self.solver.path(load, rtol, progress)
+
+    def with_(self, *, body: BodyLike | None = None, solid: Cosserat | None = None,
+              obstacle: ObstacleLike | None = None, law: LawLike | None = None,
+              method: MethodLike | None = None) -> Contact:
+        """Returns the problem with some of its parts replaced; what does not depend on them is kept.
+
+        Parameters
+        ----------
+        body, obstacle, law, method : optional
+            As of `Contact`; without them those of this problem are kept.
+        solid : Cosserat, optional
+            Solid of the same body, not together with `body`.
+
+        Returns
+        -------
+        Contact
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+        >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
+        >>> problem.with_(law=mb.Unilateral()).law
+        Unilateral()
+        """
+        if body is not None and solid is not None:
+            raise BadArgument("solid", solid, "is that of the body: give one of the two")
+        if body is None:
+            body = self.body if solid is None or solid == self.solid else self.solver.resized(solid)
+        return replace(self, body=body, obstacle=self.obstacle if obstacle is None else obstacle,
+                       law=self.law if law is None else law, method=self.method if method is None else method)
+
+    def summary(self) -> Summary:
+        """Returns body, obstacle, law and method, for a notebook."""
+        body = self.body.summary()
+        words = f"{short(self.obstacle)} on {type(self.body).__name__}, {short(self.law)}"
+        rows = (Row("body", "", f"{type(self.body).__name__}: {body.brief}"),
+                Row("obstacle", "", short(self.obstacle)), Row("law", "", short(self.law)),
+                Row("method", "", repr(self.solver.options)), *body.rows)
+        return Summary("Contact problem", words, rows)

@@ -1,0 +1,1 @@
+"""Contact states on any compliance: block pivoting and paths, projected gradients."""

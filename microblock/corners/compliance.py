@@ -1,0 +1,84 @@
+"""What every body answers to the contact law: nodes, weights and one symmetric compliance in (u.n, psi)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import BadArgument
+
+
+@dataclass(frozen=True)
+class Compliance:
+    """Surface response of a linear body at its contact nodes.
+
+    Attributes
+    ----------
+    points, normals : arrays (n, 2)
+    weights : array (n,), length of surface that each node stands for
+    matrix : array (2 n, 2 n), symmetric
+        (u.n at all nodes, psi at all nodes) from (normal forces along n, moments), per thickness.
+    ell : length of a microblock
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> compliance = mb.HalfPlane(solid).compliance(np.linspace(-1, 1, 5))
+    >>> compliance.matrix.shape, np.allclose(compliance.matrix, compliance.matrix.T)
+    ((10, 10), True)
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    weights: np.ndarray
+    matrix: np.ndarray
+    ell: float
+
+    def __post_init__(self):
+        count = len(self.weights)
+        if self.matrix.shape != (2*count, 2*count):
+            raise BadArgument("matrix", self.matrix.shape, f"must have the shape {(2*count, 2*count)}")
+
+    @property
+    def constrained(self):
+        """Nodes at which psi = 0 is prescribed (a row of zeros, as on an axis of symmetry): boolean array
+        (n,).
+        """
+        return ~self.matrix[len(self.weights):].any(axis=1)
+
+    def corner_system(self, law, obstacle):
+        """The law's corners on this body: corner, node, flexibility, initial gap, share in the load.
+
+        Corner forces f >= 0 push along -n and with the levers of (29); the gaps of all corners, one corner of
+        the law after the other, are ``g0 - share*approach + flexibility @ f``. Where psi = 0 is prescribed
+        (`constrained`) the corners move together: the nearest has the one multiplier, the initial gaps of
+        the others are inf.
+        """
+        gaps = np.array(list(law.initial_gaps(self.points, self.normals, self.ell, obstacle).values()))
+        constrained = self.constrained
+        nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
+        gaps = np.where(constrained & ~nearest, np.inf, gaps)
+        # of corners that cannot touch it does not matter
+        share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)
+        return self._flexibility(law), gaps.ravel(), share.ravel()
+
+    def _flexibility(self, law):
+        """``onto @ matrix @ onto.T`` of `onto_corners`, whose blocks are diagonal."""
+        n, levers = len(self.weights), law.levers(self.points[:, 0])
+        arms = [self.ell/2*levers[name] for name in law.corners]
+        (displacement, across), (rotation, turned) = [
+            [self.matrix[i : i + n, j : j + n] for j in (0, n)] for i in (0, n)
+        ]
+        return np.block(
+            [
+                [displacement - across * b - a[:, None] * rotation + a[:, None] * turned * b for b in arms]
+                for a in arms
+            ]
+        )
+
+    def onto_corners(self, law):
+        """Changes of the gaps, one corner after the other, from (u.n, psi): array (corners n, 2 n);
+        transposed, of the forces.
+        """
+        count, levers = len(self.weights), law.levers(self.points[:, 0])
+        return np.vstack([np.column_stack((np.diag(-np.ones(count)), np.diag(self.ell/2*levers[name])))
+                          for name in law.corners])

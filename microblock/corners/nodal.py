@@ -1,0 +1,254 @@
+"""Contact of any body that is known by its compliance at nodes: states, and the load path node by node."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby
+
+import numpy as np
+
+from ..errors import BadArgument
+from ..model.events import Event, LoadPath, require_on_path
+from ..model.problem import Problem
+from ..model.solver import Solver
+from ..model.state import Solution
+from ..model.zones import contact_zones, runs, zone_changes
+from ..threads import bounded
+from . import active_set
+
+
+class AtNodes(Solution):
+    """Base of solutions at nodes along a surface: what is between the nodes follows from what is there.
+
+    A solution has `points`, `normals`, `displacement` and `psi` at the nodes, in the order of x1.
+    """
+
+    @property
+    def law(self):
+        return self.solver.law
+
+    @cached_property
+    def problem(self):
+        return Problem(self.solver.solid, self.law, self.solver.obstacle)
+
+    @property
+    def x(self):
+        return self.points[:, 0]
+
+    def interpolated(self, values, x):
+        """Values at the nodes, between them at x, array (n,): a polygon."""
+        return np.interp(x, self.x, values)
+
+    def reaches(self, x):
+        """Whether places x lie on the contact boundary, boolean array (n,)."""
+        return (x >= self.x[0]) & (x <= self.x[-1])
+
+    def pressure(self, corner, x):
+        """Pressure of a corner (its number) at x1 = x, array (n,)."""
+        return np.where(self.reaches(x), self.interpolated(self.pressures[corner], x), 0.0)
+
+    def gap(self, corner, x):
+        """Gap of a corner at x1 = x, array (n,): displacement and rotation from the nodes, the exact height.
+
+        Raises
+        ------
+        BadArgument
+            For x beyond the nodes.
+        """
+        if not np.all(self.reaches(x)):
+            raise BadArgument("x", x,
+                              f"must lie on the contact boundary, from {self.x[0]:g} to {self.x[-1]:g}")
+        x2, n1, n2, displacement, psi = (self.interpolated(values, x) for values in (
+            self.points[:, 1], *self.normals.T, self.displacement, self.psi))
+        points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2))/np.hypot(n1, n2)[:, None]
+        gaps = self.law.initial_gaps(points, normals, self.problem.ell, self.problem.obstacle)
+        initial = list(gaps.values())[corner]
+        lever = list(self.law.levers(x).values())[corner]
+        return initial - self.approach*normals[:, 1] + displacement + self.problem.ell/2*lever*psi
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NodalSolution(AtNodes):
+    """A solution at the nodes of a Compliance.
+
+    Attributes
+    ----------
+    solver : NodalSolver
+    load, approach : float, resultant force per thickness and approach of the obstacle
+    forces, gaps : arrays (corners, nodes), forces along -n and initial gaps, inf where a corner cannot touch
+    closed : boolean array (corners, nodes), the solver's own set
+    residual : float, largest relative residual
+    iterations : int, contact sets that were tried
+    """
+
+    solver: Solver
+    load: float
+    approach: float
+    forces: np.ndarray
+    gaps: np.ndarray
+    closed: np.ndarray
+    residual: float
+    iterations: int
+
+    method = "nodes"
+
+    @property
+    def solid(self):
+        return self.solver.solid
+
+    @property
+    def compliance(self):
+        return self.solver.compliance
+
+    @property
+    def points(self):
+        return self.compliance.points
+
+    @property
+    def normals(self):
+        return self.compliance.normals
+
+    @property
+    def weights(self):
+        """Lengths of the surface, curved or not: pressures act along -n; the load is ``weights @ (p*n2)``."""
+        return self.compliance.weights
+
+    @property
+    def unknowns(self):
+        return self.forces.size
+
+    @property
+    def pressures(self):
+        """Pressure of each corner, array (corners, n); where corners move together each has its share."""
+        return np.where(self.compliance.constrained, (self.forces/self.weights).mean(axis=0),
+                        self.forces/self.weights)
+
+    @property
+    def micromoment(self):
+        """M of (29); 0 where psi is prescribed, whose reaction a compliance does not know."""
+        levers = np.array(list(self.law.levers(self.x).values()))
+        return self.compliance.ell/2*np.sum(levers*self.pressures, axis=0)
+
+    @property
+    def _loads(self):
+        """Nodal normal forces and moments, array (2 n,)."""
+        return self.compliance.onto_corners(self.law).T @ self.forces.ravel()
+
+    @cached_property
+    def psi(self):
+        return self.compliance.matrix[len(self.x):] @ self._loads
+
+    @cached_property
+    def displacement(self):
+        """-u.n at the nodes."""
+        return -self.compliance.matrix[:len(self.x)] @ self._loads
+
+    @cached_property
+    def zones_by_name(self):
+        """{"A", "B", "full", "contact": [(left, right), ...]} of x1; a node stands for half the way to its
+        neighbours.
+        """
+        return zones_of(self.x, self.closed, self.law)
+
+    @cached_property
+    def energy(self):
+        """Elastic energy per thickness: half the work of the corner forces."""
+        pressed = self.forces > 0
+        depth = np.where(pressed,
+                         self.approach*self.compliance.normals[:, 1] - np.where(pressed, self.gaps, 0), 0)
+        return float(np.sum(self.forces*depth)/2)
+
+
+class NodalSolver(Solver):
+    """States of a body with a method ``compliance(clamped)`` that returns a Compliance.
+
+    `clamped`: with psi = 0 at the nodes.
+    """
+
+    solution = NodalSolution
+    most_corners = None
+
+    @cached_property
+    def compliance(self):
+        return self.body.compliance(self.law.clamps_rotation)
+
+    def solve(self, load, approach, rtol, initial=None, progress=False):
+        if rtol is not None:
+            raise BadArgument("rtol", rtol,
+                              "needs a method that chooses its nodes: the compliance is given at some")
+        return self.at(load, approach, initial)
+
+    def at(self, load, approach=None, initial=None):
+        """The solution at the nodes as they are."""
+        flexibility, gaps, share = self.system
+        alike = isinstance(initial, NodalSolution) and initial.closed.size == len(gaps)
+        start = initial.closed.ravel() if alike else None
+        found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
+        count = len(self.law.corners)
+        return self.solution(self, found.load, found.approach, found.forces.reshape(count, -1),
+                             gaps.reshape(count, -1),
+                             self.together(found.closed), found.kkt, found.iterations)
+
+    def follow(self, load, rtol, initial):
+        """The solution at a load at these nodes, whatever rtol; from the closed corners of a neighbour."""
+        return self.at(load, initial=initial)
+
+    def path(self, last, rtol, progress=False):
+        return NodalPath(self.contact, last, None)
+
+    @cached_property
+    def system(self):
+        """(flexibility, initial gaps, shares in the load) of the law's corners."""
+        return self.compliance.corner_system(self.law, self.obstacle)
+
+    def together(self, closed):
+        """Closed corners, array (corners, nodes): where psi is constrained one of them stands for all."""
+        closed = closed.reshape(len(self.law.corners), -1)
+        return closed | (self.compliance.constrained & closed.any(axis=0))
+
+
+class NodalPath(LoadPath):
+    """The load path at the nodes of a compliance."""
+
+    def at(self, load):
+        require_on_path(load, self.last)
+        return self.problem.solve(load=load)
+
+    @cached_property
+    @bounded
+    def nodal_events(self):
+        """Every corner that closes or opens on the way (`active_set.CornerEvent`), ascending in load; exact
+        for the nodes.
+        """
+        flexibility, gaps, share = self.problem.solver.system
+        return active_set.path(flexibility, gaps, [self.last], c=share).events
+
+    @cached_property
+    def events(self):
+        """Zones that are born, merge, split or vanish, ascending in load.
+
+        Zones are those of the nodes, so `load_error` is what these leave open: the way back to the nodal
+        event before; x, also that of first touch, is good to the distance of two nodes.
+        """
+        solver, law = self.problem.solver, self.problem.law
+        x = solver.compliance.points[:, 0]
+        closed = np.zeros(len(law.corners)*len(x), bool)
+        before, previous, found = zones_of(x, closed.reshape(-1, len(x)), law), 0.0, []
+        for load, changes in groupby(self.nodal_events, key=lambda event: event.load):
+            for change in changes:
+                closed[change.corner] = change.kind == "closes"
+            after = zones_of(x, solver.together(closed), law)
+            found += [Event(load, load - previous, kind, zone, place)
+                      for zone, intervals in after.items()
+                      for kind, place in zone_changes(before[zone], intervals)]
+            before, previous = after, load
+        return found
+
+
+def zones_of(x, closed, law, end=None):
+    """{name: intervals} of closed nodes; the last one stands for the surface up to `end`, or up to itself."""
+    borders = np.concatenate((x[:1], (x[1:] + x[:-1])/2, x[-1:] if end is None else (end,)))
+    own = []
+    for flags in closed.copy():
+        flags[1:-1] |= flags[:-2] & flags[2:]      # one node may close after its neighbours
+        own.append([(float(borders[first]), float(borders[last + 1])) for first, last in runs(flags)])
+    return contact_zones(dict(enumerate(own)), law.corners)

@@ -1,0 +1,312 @@
+"""Contact states on products with the flexibility alone: gradient projection and preconditioned conjugate
+gradients.
+
+Conditions (a) of `microblock.corners.active_set` with c = 1 are those of the minimum of
+
+    q(f) = f.H f/2 + g0.f     on     Omega = {f >= 0, sum f = P},
+    (c)
+
+or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
+
+1. gradient projection: f' = proj(f - alpha grad q), alpha halved until q falls by SHARE |f' - f|^2/alpha; it
+   begins with
+   the |f' - f|^2/(f' - f).H (f' - f) of the step before (Barzilai and Borwein, IMA J. Numer. Anal. 8 (1988)
+   141);
+2. conjugate gradients for (c) on the face {f'_i > 0} without the signs, zero-sum by a constraint
+preconditioner; 3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else
+f' itself.
+
+It is the scheme GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box; 2
+takes and gives back all corners at once, as the primal-dual active set does, and 1 and 3 keep it from
+cycling.
+
+Proven, in exact arithmetic, for H positive definite on zero-sum vectors (with d given: on all): alpha stays
+above 1/(2 |H|), as every alpha <= 2 (1 - SHARE)/|H| passes the test of 1 (descent lemma) and it begins above
+1/|H|. Steps 2
+and 3 do not raise q. A step of gradient projection with such alpha lowers q - q* by a fixed factor below 1
+(Luo and Tseng, Ann. Oper. Res. 46 (1993) 157), so q and with it f converge linearly to the only minimum,
+whatever happens in between; the free approach, the multiplier of sum f = P, is part of it. If no corner has f
+= g = 0 the face of 1 is in the end that of the solution (Calamai and More, Math. Program. 39 (1987) 93),
+where conjugate gradients end in finitely many steps. Not proven: the number of steps, and that it does not
+grow with n, which
+the preconditioner and a start from a coarser grid see to in practice.
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import BadArgument, NotConverged, require_finite
+from ..threads import bounded
+
+# of the decrease of q that the gradient promises; any number in (0, 1/2) is proven to do
+SHARE = 0.1
+# of the residual on the face at which conjugate gradients stop: a better one on the wrong face is of no use
+INNER = 0.5
+INNER_STEPS = 60
+OUTER_STEPS = 300          # 5 to 40 are met
+SEARCH = 1, 1/4, 1/16      # parts of the way to the minimum on the face
+ROUNDING = 1e-14           # of the range of the normal displacement, to which products are good
+BACKTRACKS = 60            # halvings of alpha
+# of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
+FLAT = 1e-6
+LEAST = 1e-3               # see `GridForces.kkt`
+
+
+@dataclass(frozen=True)
+class GridForces:
+    """Corner forces that solve (a) to the residual `kkt`.
+
+    Attributes
+    ----------
+    forces, gaps : arrays (corners, n); gaps inf where a corner cannot touch
+    approach, load : float
+    kkt : float, largest penetration, or gap of a corner with force, over the range of H f where corners can
+        touch; under a punch, where that is 0, over LEAST times what the load on a single corner would make it
+    products, steps : int, products with H (and as many preconditioners on faces), outer steps
+    """
+
+    forces: np.ndarray
+    gaps: np.ndarray
+    approach: float
+    load: float
+    kkt: float
+    products: int
+    steps: int
+
+
+@bounded
+def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
+    """The state at a load or at an approach.
+
+    Parameters
+    ----------
+    flexibility : object with ``@`` and ``precondition``, both of arrays like g0
+    g0 : array (corners, n), initial gaps; inf where a corner can never touch
+    load, approach : float, one of them
+    start : array like g0, forces to begin with; scaled to the load
+    rtol : float, of `GridForces.kkt`
+
+    Raises
+    ------
+    BadArgument
+        Also for a flexibility that is not positive definite where the approach is given.
+    NotConverged
+        If rtol is out of reach.
+    """
+    problem = _problem(flexibility, g0, load, approach)
+    if load == 0 or load is None and approach <= g0.min():
+        return _unloaded(g0, g0.min() if load == 0 else approach)
+    forces = problem.project(problem.first(start))
+    slope, alpha, best = problem.slope(forces), 1/problem.unit, np.inf
+    for step in range(OUTER_STEPS):
+        forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
+        trial, ahead = _face_step(problem, forces, slope, rtol)
+        forces, slope = _projected_search(problem, forces, slope, trial, ahead)
+        kkt = problem.residual(forces, slope)[0]
+        best = min(best, kkt)
+        if kkt <= rtol:
+            return problem.report(forces, slope, kkt, step + 1)
+    raise NotConverged(
+        f"relative residual {best:.1e} instead of {rtol:g} after {OUTER_STEPS} outer steps and "
+        f"{problem.count['products']} products on {forces.size} corners; ask for a larger residual, or start "
+        "from a nearby state",
+        reached=best,
+        iterations=OUTER_STEPS,
+    )
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """(c) in the corners that can touch, and how often H was used."""
+
+    H: object
+    g0: np.ndarray         # (m,), of those that can touch; less a given approach
+    touch: np.ndarray      # boolean, like the initial gaps
+    load: float | None
+    approach: float | None
+    unit: float            # range of the normal displacement under a unit force on one corner
+    count: Counter
+
+    def spread(self, values):
+        """Values of the corners that can touch among all, 0 at the others."""
+        if len(values) == self.touch.size:
+            return values.reshape(self.touch.shape)
+        whole = np.zeros(self.touch.shape)
+        whole[self.touch] = values
+        return whole
+
+    def kept(self, whole):
+        """Those of the corners that can touch."""
+        return whole.ravel() if len(self.g0) == whole.size else whole[self.touch]
+
+    def displacement(self, forces):
+        self.count["products"] += 1
+        return self.kept(self.H @ self.spread(forces))
+
+    def precondition(self, values, face):
+        """Of the corners numbered `face` alone, like the values."""
+        whole = np.zeros(len(self.g0))
+        whole[face] = values
+        return self.kept(self.H.precondition(self.spread(whole)))[face]
+
+    def slope(self, forces):
+        """grad q: the gaps, up to the approach if that is free."""
+        return self.g0 + self.displacement(forces)
+
+    def level(self, forces, slope):
+        """The free approach, such that f.g = 0; 0 where it is given."""
+        return 0.0 if self.load is None else float(forces @ slope/forces.sum())
+
+    def first(self, start):
+        if start is None:
+            return np.full(len(self.g0), 0.0 if self.load is None else self.load/len(self.g0))
+        start = np.asarray(start, float)
+        if start.shape != self.touch.shape or not np.all(np.isfinite(start)):
+            raise BadArgument("start", start, f"must be finite, of the shape {self.touch.shape}")
+        chosen = np.maximum(start[self.touch], 0)
+        return chosen if self.load is None or not chosen.sum() else chosen*(self.load/chosen.sum())
+
+    def project(self, values):
+        """Nearest point of Omega: max(values - tau, 0), tau by Newton's method on sum f = P, convex, from
+        the left.
+        """
+        if self.load is None:
+            return np.maximum(values, 0)
+        kept = values[values > 0]
+        if not kept.sum() > self.load:      # tau < 0
+            kept = values
+        while True:
+            tau = (kept.sum() - self.load)/len(kept)
+            above = kept[kept > tau]
+            if not len(above):      # then the sum of all is larger than the load, but for rounding
+                raise NotConverged(
+                    f"the load {self.load:g} is lost in the rounding of gaps of {np.abs(self.g0).max():g}: "
+                    "ask for a larger one"
+                )
+            if len(above) == len(kept):
+                return np.maximum(values - tau, 0)
+            kept = above
+
+    def residual(self, forces, slope):
+        """`GridForces.kkt`, and the range of the normal displacement that it is over."""
+        gaps, displacement = slope - self.level(forces, slope), slope - self.g0
+        wrong = np.where(forces > 0, np.abs(gaps), -gaps).max()
+        size = max(np.ptp(displacement), LEAST*self.unit*forces.sum())
+        return (max(wrong, 0)/size if size else 0.0), size
+
+    def report(self, forces, slope, kkt, steps):
+        level = self.level(forces, slope)
+        gaps = np.full(self.touch.shape, np.inf)
+        gaps[self.touch] = slope - level
+        return GridForces(self.spread(forces), gaps, level if self.load is not None else self.approach,
+                          float(forces.sum()), float(kkt), self.count["products"], steps)
+
+
+def _problem(flexibility, g0, load, approach):
+    if (load is None) == (approach is None):
+        raise BadArgument("load", load, "give either load or approach")
+    g0 = np.asarray(g0, float)
+    if np.any(np.isnan(g0) | (g0 == -np.inf)) or not np.any(np.isfinite(g0)):
+        raise BadArgument("g0", g0, "must be finite or inf, somewhere finite")
+    require_finite(**({"load": load} if approach is None else {"approach": approach}))
+    if load is not None and load < 0:
+        raise BadArgument("load", load, "must not be negative")
+    touch = np.isfinite(g0)
+    one = np.zeros(g0.shape)
+    one.ravel()[np.argmax(touch)] = 1
+    return _Problem(
+        flexibility,
+        g0[touch] - (approach or 0.0),
+        touch,
+        load,
+        approach,
+        float(np.ptp(flexibility @ one)),
+        Counter(products=1),
+    )
+
+
+def _unloaded(g0, approach):
+    return GridForces(np.zeros(g0.shape), g0 - approach, float(approach), 0.0, 0.0, 0, 0)
+
+
+def _gradient_step(problem, forces, slope, alpha):
+    """1: the projected step, its slope, and the alpha to begin with next time."""
+    slope_here = slope - problem.level(forces, slope)
+    for _ in range(BACKTRACKS):
+        moved = problem.project(forces - alpha*slope_here)
+        change = moved - forces
+        length = change @ change
+        if not length > 0:
+            return forces, slope, 2*alpha
+        ahead = problem.slope(moved)
+        rise, rounding = _rise(problem, forces, change, slope, ahead)
+        if rise <= -SHARE*length/alpha or abs(rise) <= rounding:
+            bend = change @ (ahead - slope)
+            return moved, ahead, length/bend if bend > 0 else 2*alpha
+        alpha /= 2
+    raise NotConverged(
+        "no step of gradient projection lowers the energy: is the flexibility positive semidefinite? "
+        "At a given approach it must be so with its level; give the load instead"
+    )
+
+
+def _rise(problem, forces, change, slope, ahead):
+    """q at the end of a change less q at its beginning, and its rounding."""
+    middle = (slope + ahead)/2
+    middle = middle - problem.level(forces, middle)      # the change has the sum zero, but for rounding
+    return change @ middle, ROUNDING*problem.residual(forces, ahead)[1]*np.abs(change).sum()
+
+
+def _face_step(problem, forces, slope, rtol):
+    """2: forces and slope of the minimum on the face of the corners with force, nearly."""
+    face, free = np.flatnonzero(forces > 0), problem.load is not None
+    ones = problem.precondition(np.ones(len(face)), face) if free else 0.0
+    enough = max(INNER*np.abs(_on_face(slope, face, free)).max(), rtol*problem.residual(forces, slope)[1]/4)
+    forces, direction, before = forces.copy(), np.zeros(len(forces)), np.inf
+    for _ in range(INNER_STEPS):
+        residual = _on_face(slope, face, free)
+        if np.abs(residual).max() <= enough:
+            break
+        z = problem.precondition(residual, face)
+        if free:
+            z -= ones*(z.sum()/ones.sum())
+        product = residual @ z
+        if not abs(product) > 0:      # underflow: nothing is left to gain
+            break
+        direction[face] = product/before*direction[face] - z
+        before = product
+        answer = problem.displacement(direction)
+        curvature = direction @ answer
+        if not curvature > FLAT*problem.unit*(direction @ direction):
+            if free:
+                break
+            raise BadArgument(
+                "approach",
+                problem.approach,
+                "needs a flexibility that is positive definite with its level, "
+                "and on a period must stay below the mean height of the obstacle; give the load instead",
+            )
+        forces += product/curvature*direction
+        slope = slope + product/curvature*answer
+    return forces, slope
+
+
+def _on_face(slope, face, free):
+    """Slope on the face, less its mean if sum f = P."""
+    residual = slope[face]
+    return residual - residual.mean() if free else residual
+
+
+def _projected_search(problem, forces, slope, trial, ahead):
+    """3: forces and slope of the farthest point tried that is not above the beginning."""
+    if trial.min() >= 0:
+        return trial, ahead
+    for part in SEARCH:
+        moved = problem.project(forces + part*(trial - forces))
+        there = problem.slope(moved)
+        rise, rounding = _rise(problem, forces, moved - forces, slope, there)
+        if rise <= rounding:
+            return moved, there
+    return forces, slope

@@ -1,0 +1,215 @@
+"""Records of runs: CSV tables and JSON objects that carry all parameters and the versions."""
+
+import csv
+import io
+import json
+import math
+import os
+import platform
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+
+from .. import __version__
+from ..errors import BadArgument, NotConverged
+
+
+@cache
+def software() -> dict[str, str]:
+    """Return the versions of everything that a result depends on.
+
+    Returns
+    -------
+    dict
+        The version of microblock, of the packages that compute, and of Python, by name.
+    """
+    packages = {name: metadata.version(name) for name in ("ngsolve", "netgen-mesher", "numpy", "scipy")}
+    return {"microblock": __version__, **packages, "python": platform.python_version()}
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of everything that a result depends on, and the machine.
+
+    Returns
+    -------
+    dict
+        As `software` returns it, with "machine" last: system, processor and number of cores.
+    """
+    return {**software(), "machine": f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores"}
+
+
+def write_text(path: str | os.PathLike, text: str) -> None:
+    """Write a text file, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or path
+        A device or pipe is written to as it is.
+    text : str
+        What to write, with its ends of lines.
+    """
+    path = Path(path)
+    if path.exists() and not path.is_file():
+        path.write_text(text)
+        return
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        temporary.write_text(text, newline="")
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_json(path: str | os.PathLike, result: object) -> None:
+    """Write one JSON object, whole or not at all.
+
+    Parameters
+    ----------
+    path : str or path
+        Where to write it.
+    result : object
+        Lists and mappings of numbers, texts and None.
+
+    Raises
+    ------
+    NotConverged
+        If a number in it is NaN or infinite.
+    """
+    write_text(path, json_text(result) + "\n")
+
+
+def json_text(result: object) -> str:
+    """Return an object as JSON.
+
+    Parameters
+    ----------
+    result : object
+        Lists and mappings of numbers, texts and None.
+
+    Returns
+    -------
+    str
+        The text, with full precision.
+
+    Raises
+    ------
+    NotConverged
+        If a number in it is NaN or infinite; it names the first one.
+    """
+    wrong = _no_number(result)
+    if wrong:
+        raise NotConverged(f"the result has no number in {wrong}: nothing is written")
+    return json.dumps(result, indent=1, allow_nan=False)
+
+
+def _no_number(value, place=""):
+    """The first place in lists and mappings where a number is NaN or infinite; empty if there is none."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return place or "itself"
+    sequence = isinstance(value, (list, tuple))
+    inner = value.items() if isinstance(value, Mapping) else enumerate(value) if sequence else ()
+    return next(filter(None, (_no_number(one, f"{place}.{key}".lstrip(".")) for key, one in inner)), "")
+
+
+def write_records(path: str | os.PathLike, rows: Sequence[Mapping[str, object]]) -> None:
+    """Write a CSV file, whole or not at all: one row a run, versions last.
+
+    Parameters
+    ----------
+    path : str or path
+        Where to write it.
+    rows : sequence of mappings
+        {column: value}, with the columns of the first row. Rows that come with versions, from earlier
+        records, keep them.
+    """
+    known = {f"version_{name}": version for name, version in versions().items()}
+    text = io.StringIO(newline="")
+    table = csv.DictWriter(text, fieldnames=[*rows[0], *(name for name in known if name not in rows[0])])
+    table.writeheader()
+    table.writerows({**known, **row} for row in rows)
+    write_text(path, text.getvalue())
+
+
+def read_records(path: str | os.PathLike) -> list[dict]:
+    """Read the rows of a CSV file.
+
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    list of dict
+        {column: value}; numbers come as numbers, empty cells as None, anything else as its text.
+    """
+    with open(path, newline="") as table:
+        return [{name: _number(cell) for name, cell in row.items()} for row in csv.DictReader(table)]
+
+
+def column(rows: Sequence[Mapping[str, object]], name: str) -> list:
+    """Return one column of records.
+
+    Parameters
+    ----------
+    rows : sequence of mappings
+        The records.
+    name : str
+        The column.
+
+    Returns
+    -------
+    list
+        Its values, one a row.
+    """
+    return [row[name] for row in rows]
+
+
+def grouped(rows: Sequence[Mapping[str, object]], name: str) -> dict[object, list]:
+    """Return records by the values of one column.
+
+    Parameters
+    ----------
+    rows : sequence of mappings
+        The records.
+    name : str
+        The column.
+
+    Returns
+    -------
+    dict
+        {value: the records that have it}, in the order in which the values come.
+    """
+    return {value: [row for row in rows if row[name] == value] for value in dict.fromkeys(column(rows, name))}
+
+
+def check_writable(name: str, path: str | os.PathLike) -> None:
+    """Check that a file can be written, before the work and not after it.
+
+    Parameters
+    ----------
+    name : str
+        The argument, for the message.
+    path : str or path
+        The file.
+
+    Raises
+    ------
+    BadArgument
+        If its folder does not exist or cannot be written to, or if the path is a folder.
+    """
+    parent = Path(path).resolve().parent
+    if not parent.is_dir() or not os.access(parent, os.W_OK) or Path(path).is_dir():
+        raise BadArgument(name, str(path), "must be a file in an existing folder that can be written to")
+
+
+def _number(cell):
+    if cell == "":
+        return None
+    for kind in (int, float):
+        try:
+            return kind(cell)
+        except ValueError:
+            pass
+    return cell

@@ -1,0 +1,342 @@
+"""Parameter studies: a function at many points, on many processes or machines, kept point by point in a file.
+
+The file has a line a point (JSON), which is forced to the disk as soon as the point is known. What stops a
+study (an interruption, a power cut) costs the points that were being computed and no other. A line is used
+again where its key agrees: the digest of the function, the point and the versions
+(`microblock.data.provenance`).
+"""
+
+import fcntl
+import json
+import os
+import platform
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, as_completed
+from contextlib import contextmanager
+from functools import partial
+from itertools import product
+from multiprocessing import get_context
+from numbers import Real
+from typing import TYPE_CHECKING
+
+import numpy as np
+from tqdm import tqdm
+
+from ..errors import BadArgument, MissingExtra, NotConverged, require_values, require_whole
+from .records import software
+
+if TYPE_CHECKING:
+    from pebble import ProcessPool
+
+OWN = ("seconds", "error")      # columns that each row has besides the point's and the answer's
+PINNED = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL")}
+
+
+def sweep(function: Callable[..., object], over: Mapping[str, Iterable] | Iterable[Mapping[str, object]], *,
+          executor: Executor | None = None, workers: int | None = None,
+          records: str | os.PathLike | None = None, retry: bool = False, quiet: bool = False) -> list[dict]:
+    """Call ``function(**point)`` at each point, in parallel.
+
+    A point that fails does not stop the others. After KeyboardInterrupt, or whatever else stops the sweep, a
+    call with the same file of records goes on where it stopped.
+
+    Parameters
+    ----------
+    function : callable
+        It returns a number, or a mapping of names to numbers, texts, None or lists of them.
+    over : mapping or iterable of mappings
+        Either {argument: values}, whose every combination is a point (the last argument varies fastest), or a
+        list of points {argument: value}. Values are numbers, texts, lists, obstacles, laws and other
+        dataclasses, functions.
+    executor : concurrent.futures.Executor, optional
+        A Dask cluster's comes from ``Client(...).get_executor()``. Without one, the sweep starts local
+        processes of one thread each, in which also functions of a notebook run; a script then needs ``if
+        __name__ == "__main__":`` around the call. Workers of an executor keep the modules that they have
+        loaded: start them anew after a file has changed.
+    workers : int, optional
+        The number of local processes, by default one a core.
+    records : str or path, optional
+        The file of records. One sweep at a time writes to it. A point is computed again after a change of the
+        function, of a module of the user's that it imports, of microblock, or of the version of a package.
+        Points of functions of packages without an ``__init__.py`` are always computed again.
+    retry : bool
+        Whether points that are recorded as failed are computed again.
+    quiet : bool
+        Whether to leave out the progress bar.
+
+    Returns
+    -------
+    list of dict
+        A row a point, in their order: {argument: value, ..., answer: value, ..., "seconds": float, "error":
+        None or "type of error: message"}. All rows have the same columns, so that `to_csv` makes a table of
+        them.
+
+    Raises
+    ------
+    BadArgument
+        If an argument cannot be told from others, or the file holds something else, or another sweep uses it.
+    NotConverged
+        If the executor breaks down, or local processes do not start; what is done by then is kept.
+    MissingExtra
+        If local processes or records are asked for without the extra `study`.
+
+    Examples
+    --------
+    >>> from concurrent.futures import ThreadPoolExecutor
+    >>> def area(width, height):
+    ...     return {"area": width*height}
+    >>> rows = mb.sweep(area, {"width": (1, 2), "height": (3,)}, executor=ThreadPoolExecutor(), quiet=True)
+    >>> [row["area"] for row in rows]
+    [3, 6]
+    """
+    points = _points(over)
+    if executor is not None and workers is not None:
+        raise BadArgument("workers", workers, "belongs to local processes, not to an executor")
+    if workers is not None:
+        require_whole(1, workers=workers)
+    with _opened(records) as (found, append):
+        keys = range(len(points)) if records is None else _keys(function, points, executor is None)
+        known = {key: found[key] for key in keys if key in found and not (retry and found[key]["error"])}
+        missing = {key: point for key, point in zip(keys, points) if key not in known}
+        total = len(known) + len(missing)
+        with tqdm(total=total, initial=len(known), disable=quiet, unit="point") as progress:
+            def keep(key, outcome):
+                if key not in known:      # an interruption may come in between
+                    record = {"key": key, "point": _shown(missing[key]), **outcome}
+                    append(record)
+                    known[key] = record
+                    progress.update()
+
+            if missing:
+                with _submitter(executor, workers) as submit:
+                    _compute(submit, function, missing, keep)
+    return _rows(points, [known[key] for key in keys])
+
+
+@contextmanager
+def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
+    """Start local processes of one thread each, and stop them when the context is left.
+
+    Parameters
+    ----------
+    workers : int, optional
+        Their number, by default one a core.
+
+    Yields
+    ------
+    pebble.ProcessPool
+        Its processes are started afresh, not forked. The time that a function's modules take to import does
+        not count towards the timeout of a call; of a `carried` function it does.
+
+    Raises
+    ------
+    MissingExtra
+        If pebble is not installed.
+    """
+    with _extra():
+        from pebble import ProcessPool
+    before = {name: os.environ.get(name) for name in PINNED}
+    os.environ.update(PINNED)      # for the processes, before they import numpy
+    spawn = get_context("spawn")      # forked ones share NGSolve's locks
+    pool = ProcessPool(workers or os.cpu_count() or 1, context=spawn)
+    try:
+        yield pool
+    finally:
+        pool.stop()
+        pool.join()
+        for name, value in before.items():
+            os.environ.pop(name, None) if value is None else os.environ.update({name: value})
+
+
+def carried(function: Callable[..., object], *arguments: object) -> Callable[[], object]:
+    """Return a call that travels to another process, also of a function of a notebook or within another one.
+
+    Parameters
+    ----------
+    function : callable
+        What is called there. An error while it is read there is an error of the call.
+    arguments : object
+        Its arguments.
+
+    Returns
+    -------
+    callable
+        Without arguments it returns ``function(*arguments)``.
+
+    Raises
+    ------
+    MissingExtra
+        If cloudpickle is not installed.
+    """
+    with _extra():
+        import cloudpickle
+    return partial(_called, cloudpickle.dumps((function, arguments)))
+
+
+def _called(pickled):
+    import cloudpickle
+    function, arguments = cloudpickle.loads(pickled)
+    return function(*arguments)
+
+
+@contextmanager
+def _submitter(executor, workers):
+    """submit(function, *arguments) -> Future, on an executor or on local processes."""
+    if executor is not None:
+        yield executor.submit
+    else:
+        with processes(workers) as pool:
+            yield lambda *call: pool.schedule(carried(*call))
+
+
+@contextmanager
+def _extra():
+    """MissingExtra for what the extra `study` brings."""
+    try:
+        yield
+    except ModuleNotFoundError as failure:
+        raise MissingExtra("sweep()", failure.name, "study") from failure
+
+
+def _keys(function, points, fresh):
+    with _extra():
+        from .provenance import digest
+    read = {}
+    base = digest(function, read=read, fresh=fresh)
+    return [digest(base, point, read=read, fresh=fresh) for point in points]
+
+
+def _points(over):
+    """Points {argument: value} of a grid or a list."""
+    if isinstance(over, Mapping):
+        for name, values in over.items():
+            if isinstance(values, (str, Mapping)) or not np.iterable(values):
+                raise BadArgument("over", {name: values}, "must give each argument a list of values")
+        return [dict(zip(over, values)) for values in product(*over.values())]
+    points, = require_values(over=over)
+    for point in points:
+        if not isinstance(point, Mapping):
+            raise BadArgument("over", point, "must be {argument: values} or a list of {argument: value}")
+    return [dict(point) for point in points]
+
+
+def _compute(submit, function, points, keep):
+    """Call keep(key, outcome) for points {key: point} as they come, also those that came when interrupted."""
+    waiting = {submit(_attempt, function, point): key for key, point in points.items()}
+    try:
+        for future in as_completed(waiting):
+            keep(waiting[future], _outcome(future))
+            del waiting[future]
+    except BaseException:
+        for future, key in waiting.items():
+            if not future.cancel() and future.done() and not future.exception():
+                keep(key, future.result())
+        raise
+
+
+def _attempt(function, point):
+    """{answer, error, seconds, machine} of one point, whatever becomes of it."""
+    start = time.perf_counter()
+    try:
+        answer, error = _answer(function(**point), point), None
+    except Exception as failure:      # whatever it is, the others go on
+        answer, error = None, _told(failure)
+    seconds = time.perf_counter() - start
+    return {"answer": answer, "error": error, "seconds": seconds, "machine": platform.node()}
+
+
+def _answer(given, point):
+    """What a function returned as JSON's types; BadArgument for what could not be kept."""
+    given = given if isinstance(given, Mapping) else {"value": given}
+    answer = {name: _json(name, value) for name, value in given.items()}
+    for name in answer:
+        if not isinstance(name, str) or name in point or name in OWN:
+            raise BadArgument("answer", name,
+                              "must be a text that is neither an argument nor " + " nor ".join(OWN))
+    return answer
+
+
+def _json(name, value):
+    value = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+    if isinstance(value, (list, tuple)):
+        return [_json(name, one) for one in value]
+    if value is None or isinstance(value, str) or isinstance(value, Real) and abs(value) < float("inf"):
+        return value
+    raise BadArgument(f"answer {name}", value, "must be a finite number, a text, None, or a list of them")
+
+
+def _outcome(future):
+    """What a future has, or what became of it."""
+    try:
+        return future.result()
+    except (BrokenExecutor, CancelledError) as failure:
+        words = (f"the processes broke down ({_told(failure)}); what is recorded is kept, call again. If "
+                 'none ever starts: a script needs `if __name__ == "__main__":` around the call')
+        raise NotConverged(words) from failure
+    except Exception as failure:      # the process died over the point, or the point does not travel
+        return {"answer": None, "error": _told(failure), "seconds": None, "machine": None}
+
+
+def _told(failure):
+    return f"{type(failure).__name__}: {' '.join(str(failure).split())}"
+
+
+def _shown(point):
+    """A point as JSON's types; objects by their text."""
+    plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in point.items()}
+    return {name: value if value is None or isinstance(value, (str, int, float)) else repr(value)
+            for name, value in plain.items()}
+
+
+def _rows(points, found):
+    names = dict.fromkeys(name for one in found for name in one["answer"] or ())
+    arguments = dict.fromkeys(name for point in points for name in point)
+    return [{**{name: one["point"].get(name) for name in arguments},
+             **{name: (one["answer"] or {}).get(name) for name in names},
+             **{name: one[name] for name in OWN}} for one in found]
+
+
+@contextmanager
+def _opened(path):
+    """({key: record}, append(record)) of the file of records, locked; without a path nothing is kept."""
+    if path is None:
+        yield {}, lambda record: None
+        return
+    try:
+        file = open(path, "a+b", buffering=0)
+    except OSError as failure:
+        raise BadArgument("records", str(path), f"cannot be written to ({failure.strerror})") from failure
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as failure:
+            raise BadArgument("records", str(path), "is in use by another sweep") from failure
+        found, end = _read(path, file)
+
+        def append(record):
+            nonlocal end
+            line = json.dumps({**record, "versions": software()}, allow_nan=False).encode() + b"\n"
+            file.truncate(end)      # what an interruption left
+            if file.write(line) != len(line):
+                raise OSError(f"no room for a record in {path}")
+            os.fsync(file.fileno())
+            end += len(line)
+
+        yield found, append
+
+
+def _read(path, file):
+    """({key: record}, where they end) of a file of records; a last line that is torn is none."""
+    file.seek(0)
+    found, end = {}, 0
+    for number, line in enumerate(file.read().splitlines(keepends=True), 1):
+        if not line.endswith(b"\n") and (found or line.startswith(b'{"key"')):
+            break
+        try:
+            record = json.loads(line)
+            found[record["key"]] = {name: record[name] for name in ("point", "answer", *OWN)}
+        except (ValueError, TypeError, KeyError) as failure:
+            raise BadArgument("records", str(path), f"has no record of a sweep in line {number}") from failure
+        end += len(line)
+    return found, end

@@ -1,0 +1,181 @@
+"""What the nodes of a contact boundary do not see of an obstacle: its heights and the gaps at places between
+them.
+
+A pressure closes gaps at nodes, so that it follows not the obstacle but its polynomial through the nodes of
+each facet. What that misses by d between nodes that are w apart, and an overlap of depth d on a width w, are
+worth ``E* d/sqrt(w)`` in L2 of the pressure, as overlaps in front of panels are (`survey`).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..model import picture
+from ..model.obstacles import STEEPEST
+from ..model.quadrature import lagrange
+from ..model.zones import joined, runs
+
+LOW = 2.0            # times the approach: above a higher gap a body is not looked at
+LOOKED_AT = 40       # places on each facet, from which that is seen
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """An interval of x1 in which a corner (its number) overlaps the obstacle by `depth` (length), and what
+    that is worth (force per length^(3/2): a pressure in L2)."""
+
+    corner: int
+    left: float
+    right: float
+    depth: float
+    worth: float
+
+
+class Facets:
+    """The facets of a contact boundary that face upwards, from left to right, and functions of x1 on them.
+
+    Attributes
+    ----------
+    numbers : array (facets,), theirs in `nodes.facets`
+    members : [array], the nodes of each
+    left, right : arrays (facets,)
+    """
+
+    def __init__(self, nodes):
+        self.nodes, x = nodes, nodes.points[:, 0]
+        upper = [
+            i
+            for i, own in enumerate(nodes.facets)
+            if nodes.normals[own, 1].min() > STEEPEST and np.ptp(x[own]) > 0
+        ]
+        self.numbers = np.array(sorted(upper, key=lambda i: x[nodes.facets[i]].min()), int)
+        self.members = [nodes.facets[i][np.argsort(x[nodes.facets[i]])] for i in self.numbers]
+        self.left, self.right = (np.array([x[own[end]] for own in self.members]) for end in (0, -1))
+        self.spacing = (self.right - self.left)/[len(own) - 1 for own in self.members]
+
+    def below(self, x):
+        """Number (here) of the facet at each x1, -1 where there is none."""
+        place = np.minimum(np.searchsorted(self.right, x), len(self.right) - 1)
+        return np.where((self.left[place] <= x) & (x <= self.right[place]), place, -1)
+
+    def interpolate(self, values, x):
+        """Nodal values, arrays (..., nodes), at places on the facets, (..., n): on each the polynomial
+        through its nodes.
+        """
+        found, place = np.zeros((*np.shape(values)[:-1], len(x))), self.below(x)
+        for number in np.unique(place):
+            own, here = self.members[number], place == number
+            start, length = self.left[number], self.right[number] - self.left[number]
+            basis = lagrange((self.nodes.points[own, 0] - start)/length, (x[here] - start)/length)
+            found[..., here] = values[..., own] @ basis.T
+        return found
+
+    def initial_gaps(self, law, obstacle, corner, x):
+        """Initial gaps of a corner at places on the facets, array (n,)."""
+        both = self.interpolate(np.vstack((self.nodes.points[:, 1], self.nodes.normals.T)), x).T
+        normals = both[:, 1:]/np.linalg.norm(both[:, 1:], axis=1)[:, None]
+        found = law.initial_gaps(
+            np.column_stack((x, both[:, 0])), normals, self.nodes.body.solid.ell, obstacle
+        )
+        return list(found.values())[corner]
+
+    def pressed(self, closed):
+        """Whether two nodes or more of each facet are closed, boolean array (facets,)."""
+        return np.array([closed[own].sum() > 1 for own in self.members])
+
+
+def missed(facets, closed, law, obstacle, sites):
+    """What nodes miss of the height on closed facets: squares of pressures in L2, array (facets,).
+
+    Parameters
+    ----------
+    closed : boolean array (corners, nodes)
+    sites : [array], places of each corner's contact point at which the height is looked at
+    """
+    nodes, found = facets.nodes, np.zeros(len(facets.members))
+    at_nodes = np.array(
+        list(law.initial_gaps(nodes.points, nodes.normals, nodes.body.solid.ell, obstacle).values())
+    )
+    for corner, (own, gaps, x) in enumerate(zip(closed, at_nodes, sites)):
+        whole = facets.pressed(own) & [np.isfinite(gaps[members]).all() for members in facets.members]
+        here = facets.below(x)
+        x, here = (each[(here >= 0) & whole[here]] for each in (x, here))
+        if len(x):
+            smooth = facets.interpolate(np.where(np.isfinite(gaps), gaps, 0.0), x)
+            off = np.abs(facets.initial_gaps(law, obstacle, corner, x) - smooth)
+            deepest = np.zeros(len(found))
+            np.maximum.at(deepest, here, np.where(np.isfinite(off), off, 0.0))
+            found += (nodes.body.solid.E_star*deepest)**2/facets.spacing
+    return found
+
+
+def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi):
+    """[Overlap] of all corners between open nodes, with the approach and the surface's u.n and psi at the
+    nodes.
+    """
+    nodes, found = facets.nodes, []
+    ell, stiffness = nodes.body.solid.ell, nodes.body.solid.E_star
+    for corner, (own, x) in enumerate(zip(closed, sites)):
+        here = facets.below(x)
+        x = x[(here >= 0) & ~facets.pressed(own)[here]]
+        if not len(x):
+            continue
+        lever = list(law.levers(x).values())[corner]
+        upwards, up, turned = facets.interpolate(np.array((nodes.normals[:, 1], raised, psi)), x)
+        gaps = facets.initial_gaps(law, obstacle, corner, x) - approach*upwards - up + ell/2*lever*turned
+        borders = np.concatenate((x[:1], (x[1:] + x[:-1])/2, x[-1:]))
+        for first, last in runs(gaps < 0):
+            left, right, depth = (
+                float(borders[first]),
+                float(borders[last + 1]),
+                float(-gaps[first : last + 1].min()),
+            )
+            if right > left:
+                found.append(
+                    Overlap(corner, left, right, depth, float(stiffness * depth / np.sqrt(right - left)))
+                )
+    return found
+
+
+def of_body(state):
+    """Squares of what the nodes of a BodySolution miss of the obstacle, pressures in L2: array (facets of its
+    nodes,).
+
+    Raises
+    ------
+    BadArgument
+        For a height, or a psi0, of which no picture can be made.
+    """
+    nodes, law, obstacle = state.nodes, state.law, state.solver.obstacle
+    facets, found = Facets(nodes), np.zeros(len(nodes.facets))
+    stretches = _low(facets, state)
+    if not stretches:
+        return found
+    problem = state.problem
+    half = max((right - left)/2 for left, right in stretches)
+    known = picture.within(problem, state.load, stretches, half, LOW*state.approach)
+    problem = replace(problem, picture=known)
+    sites = [problem.sites(corner) for corner in range(len(law.corners))]
+    found[facets.numbers] += missed(facets, state.closed, law, obstacle, sites)
+    known = {"approach": state.approach, "raised": -state.displacement, "psi": state.psi}
+    # what is off beside edges `recovery` has already
+    touched = np.array([state.closed[:, own].any() for own in facets.members])
+    touched = touched | np.append(touched[1:], False) | np.append(False, touched[:-1])
+    for each in overlaps(facets, state.closed, law, obstacle, sites, **known):
+        here = int(facets.below(np.array([(each.left + each.right)/2]))[0])
+        if not touched[here]:
+            found[facets.numbers[here]] += each.worth**2
+    return found
+
+
+def _low(facets, state):
+    """((left, right), ...) of x1 of the corners, where their gaps are low."""
+    law, obstacle, found = state.law, state.solver.obstacle, []
+    x = np.unique([np.linspace(left, right, LOOKED_AT) for left, right in zip(facets.left, facets.right)])
+    for corner in range(len(law.corners)):
+        low = facets.initial_gaps(law, obstacle, corner, x) < LOW*max(state.approach, 0.0)
+        shift = state.problem.shift(corner)
+        found += [
+            (float(x[max(i - 1, 0)] - shift), float(x[min(j + 1, len(x) - 1)] - shift)) for i, j in runs(low)
+        ]
+    return tuple(joined(found))

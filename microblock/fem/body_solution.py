@@ -1,0 +1,138 @@
+"""A contact state of a body on a mesh: pressures, micromoment, zones, energy, fields, error estimate, a
+picture.
+
+Nodes lie on a straight or curved contact boundary in the order of x1; nothing is mirrored, the load is that
+of the body.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..corners.nodal import NodalSolution
+from ..errors import BadArgument
+from ..model.zones import distance, distance_to_ends
+from . import between, meshes
+from .mesh_fields import BelowOnMesh
+
+MISSED = 0.03        # of the pressure: what nodes miss of the obstacle, from which on a state says so
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BodySolution(BelowOnMesh, NodalSolution):
+    """A solution on the contact nodes of a condensed body.
+
+    Attributes
+    ----------
+    recovered : float, relative error of pressures and fields (`recovery.estimate`); None on a mesh that was
+        prescribed
+    """
+
+    recovered: float | None = None
+
+    method = "condensed"
+
+    @property
+    def error_estimate(self):
+        return self.recovered
+
+    @property
+    def nodes(self):
+        """The body condensed to its contact nodes."""
+        return self.solver.nodes
+
+    @property
+    def unknowns(self):
+        return self.nodes.unknowns
+
+    def remarks(self):
+        """Where nodes are few or miss features of the obstacle, and where elements do not resolve the layer
+        below the contact.
+
+        All of it on a mesh that was prescribed alone: an estimate speaks for itself.
+        """
+        coarse = [] if self.error_estimate is not None else self._unresolved() + self._missed
+        return self.few_nodes("ask for rtol=") + coarse
+
+    @cached_property
+    def _missed(self):
+        """What is wrong, in a list of sentences, where the obstacle has features that the nodes do not
+        see.
+        """
+        try:
+            square = between.of_body(self).sum()
+        except BadArgument as failure:
+            return [f"between the nodes the obstacle was not looked at: {failure}"]
+        share = np.sqrt(square/(self.weights @ self.pressures.sum(axis=0)**2))
+        return (
+            []
+            if share < MISSED
+            else [
+                "the obstacle has features shorter than the elements, worth "
+                f"{share:.1g} of the pressure: cut the elements below them, or ask for an rtol"
+            ]
+        )
+
+    def _unresolved(self):
+        body, closed = self.nodes.body, self.closed.any(axis=0)
+        numbers, across = meshes.thicknesses(body.mesh, self.nodes.region)
+        pressed = np.array([closed[members].any() for members in self.nodes.facets])
+        orders = (
+            np.full(body.mesh.ne, min(body.order, body.order_psi))
+            if body.element_orders is None
+            else body.element_orders
+        )
+        for order in np.unique(orders[numbers[pressed]]):
+            longest = meshes.longest_element(self.problem.solid, int(order))
+            if across[pressed & (orders[numbers] == order)].max() > longest:
+                return [
+                    f"elements of order {order} that reach deeper than {longest:.2g} below the contact do "
+                    "not resolve the "
+                    "layer at the surface: cut them, take a higher order, or ask for an rtol"
+                ]
+        return []
+
+    @property
+    def micromoment(self):
+        """M of (29); where psi is prescribed, the reaction to it."""
+        if self.law.clamps_rotation:
+            return self.nodes.reaction(self.fields)/self.weights
+        return super().micromoment
+
+    @cached_property
+    def fields(self):
+        """Displacement, microrotation and stresses as NGSolve functions, by one back-substitution."""
+        return self.nodes.fields(*np.split(self._loads, 2))
+
+    def interpolated(self, values, x):
+        """Values at the nodes, between them at x, array (n,): on each facet the polynomial through its
+        nodes.
+        """
+        return self.nodes.interpolate(values, x)
+
+    def tamed(self, x):
+        """1; near ends of the obstacle, where the pressure is infinite, the distance from them over half of
+        its width.
+        """
+        shifts = self.law.shifts(self.compliance.ell)
+        return distance_to_ends(x, getattr(self.solver.obstacle, "ends", ()), shifts)
+
+    def difference(self, pressure):
+        """``max(|dp|, |dM|/ell)/|p|`` in L2 over the surface from pressures of another kind,
+        `pressure(corner number, x)`.
+
+        At Gauss points between the nodes, near ends of the obstacle weighted with the distance (`tamed`).
+        """
+        points, weights = np.polynomial.legendre.leggauss(self.nodes.body.order + 2)
+        facets = self.nodes.interpolation
+        x = np.concatenate([(left + right + (right - left)*points)/2 for left, right, _ in facets])
+        weights = np.concatenate([(right - left)/2*weights for left, right, _ in facets])*self.tamed(x)
+        own, other = (
+            np.array([one(corner, x) for corner in range(len(self.forces))])
+            for one in (self.pressure, pressure)
+        )
+        levers = np.array(list(self.law.levers(x).values()))
+        return distance(
+            weights, (own - other).sum(axis=0), np.sum(levers / 2 * (own - other), axis=0), other.sum(axis=0)
+        )

@@ -1,0 +1,315 @@
+"""A body condensed to the nodes of a contact boundary: its compliance, and the fields of any contact state.
+
+The bulk is assembled once; the interiors of the elements are eliminated while that is done. What is left is
+factorised with the unknowns of the contact boundary last, in a fill-reducing order for the others: of K = L
+U, L = U^T/diag U, the trailing block of U is, row by row over the root of its diagonal, the Cholesky factor
+of the Schur complement S, with no solve at all. With R the values of u.n and psi at the Gauss-Lobatto points
+of the contact facets the compliance is ``R S^-1 R^T``.
+"""
+
+from functools import cached_property
+
+import ngsolve as ng
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse.linalg import splu
+
+from .. import cost
+from ..corners.compliance import Compliance
+from ..errors import BadArgument, NotConverged, require_kind
+from ..model.quadrature import lagrange
+from ..threads import bounded, released
+from .body import CURVED, Body, Fields
+from .facets import lobatto, outward_sides
+
+FLAT = 1e-12      # n1 below which a displacement along x1 does not enter the gaps
+# no pivoting: K is positive definite
+SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+# of a diagonal entry, below which what is left of it is rounding: 1e-12 and less without supports, 1e-6 for
+# beta = 2 - 1e-6 and nu = 0.4999 with them
+CANCELLED = 1e-11
+UNSOLVED = 1e-6   # of a right-hand side that the factors leave if K is singular to rounding
+HELD = "are rigid motions fixed, and psi where beta = 0?"
+
+
+class ContactNodes:
+    """The Gauss-Lobatto points of the facets of a boundary: p + 1 on a facet of order p, those on shared
+    vertices once.
+
+    Nodes are in the order of x1.
+
+    Parameters
+    ----------
+    body : Body, two-dimensional, of any orders
+    boundary : str, name or pattern of the contact boundary
+
+    Attributes
+    ----------
+    points, normals : arrays (n, 2)
+    weights : array (n,), lengths
+    facets : list of arrays, the nodes of each facet from one of its ends to the other
+    """
+
+    def __init__(self, body, boundary="contact"):
+        require_kind(Body, "a Body", body=body)
+        require_kind(str, "the name of a boundary", boundary=boundary)
+        self.body, self.region = body, require_pressed(body, boundary)
+        self._number_nodes()
+
+    def _number_nodes(self):
+        """Nodes and the rows of R."""
+        body, mesh = self.body, self.body.mesh
+        space = body.spaces[0]
+        outward = ng.specialcf.normal(2)
+        numbers, nodes, rows, self.facets = {}, [], [], []
+        for facet, side in zip(self.region.Elements(), outward_sides(mesh, self.region)):
+            element, dofs, transformation = space.GetFE(facet), space.GetDofNrs(facet), mesh.GetTrafo(facet)
+            order = len(dofs) - 1
+            xis, weights = lobatto(order)
+            # reference coordinate 0 is the second vertex
+            ends = {0.0: facet.vertices[1].nr, 1.0: facet.vertices[0].nr}
+            members = []
+            for j, (xi, weight) in enumerate(zip(xis, weights)):
+                mapped = transformation(xi)
+                key = ("vertex", ends[xi]) if xi in ends else (facet.nr, j)
+                if key not in numbers:
+                    numbers[key] = len(nodes)
+                    nodes.append([np.array(mapped.point[:2]), 0.0, np.zeros(2)])
+                    rows.append((dofs, element.CalcShape(float(xi))))
+                node = nodes[numbers[key]]
+                node[1] += weight*mapped.measure
+                node[2] += side*weight*mapped.measure*np.array(outward(mapped)[:2])
+                members.append(numbers[key])
+            self.facets.append(members)
+        order = np.lexsort(np.array([point for point, _, _ in nodes]).T[::-1])
+        places = np.argsort(order)
+        self.facets = [places[members] for members in self.facets]
+        self.points, self.weights, normals = (np.array([nodes[i][part] for i in order]) for part in range(3))
+        self.normals = normals/np.linalg.norm(normals, axis=1)[:, None]
+        self._values = _rows([rows[i] for i in order], space.ndof)
+
+    def values(self, field):
+        """u1, u2 or psi of a state of the body (a component of its space) at the nodes, array (n,)."""
+        return self._values @ field.vec.FV().NumPy()
+
+    @cached_property
+    def interpolation(self):
+        """[(left, right, numbers of its nodes)] of the facets of a boundary along x1, all left to right."""
+        found = []
+        for members in self.facets:
+            members = members[np.argsort(self.points[members, 0])]
+            found.append((self.points[members[0], 0], self.points[members[-1], 0], members))
+        return sorted(found, key=lambda facet: facet[0])
+
+    def interpolate(self, values, x):
+        """Nodal values (array (nodes,)) at x1 = x: on each facet the polynomial through its nodes, 0 beyond
+        the boundary.
+        """
+        found = np.zeros_like(x)
+        facets = self.interpolation
+        place = np.searchsorted([right for _, right, _ in facets], x)
+        for number in np.unique(place[(x >= facets[0][0]) & (place < len(facets))]):
+            left, right, members = facets[number]
+            here = (place == number) & (x >= left)
+            own = values[members]
+            if own.any():
+                found[here] = (
+                    lagrange(
+                        (self.points[members, 0] - left) / (right - left), (x[here] - left) / (right - left)
+                    )
+                    @ own
+                )
+        return found
+
+
+class Condensed(ContactNodes):
+    """Body condensed to the nodes of its contact boundary.
+
+    Parameters
+    ----------
+    body : Body, of any orders
+    boundary : str, name or pattern of the contact boundary
+
+    Attributes
+    ----------
+    compliance : Compliance
+    form : BilinearForm of the bulk, with the interiors of the elements eliminated
+    unknowns : int, free unknowns of the bulk
+
+    Raises
+    ------
+    NotConverged
+        If the supports leave a rigid motion free, or matrices would need more memory than there is.
+    BadArgument
+        If a support prescribes values other than 0, or holds u2 on the contact boundary; for a periodic body.
+
+    Examples
+    --------
+    >>> from microblock.fem import meshes
+    >>> mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
+    >>> body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), order=2, fixed="bottom")
+    >>> from microblock.fem.condensation import Condensed
+    >>> nodes = Condensed(body)
+    >>> nodes.compliance.matrix.shape == (2*len(nodes.points), 2*len(nodes.points)),
+    ...     round(float(nodes.weights.sum()), 9)
+    (True, 4.0)
+    """
+
+    @bounded
+    def __init__(self, body, boundary="contact"):
+        require_kind(Body, "a Body", body=body)
+        require_pressed(body, boundary, condensed=True)
+        super().__init__(body, boundary)
+        self._require_room()
+        self._assemble()
+        self._factorise()
+        self.compliance = Compliance(self.points, self.normals, self.weights, self._matrix(), body.solid.ell)
+
+    def _require_room(self):
+        """NotConverged where factors and compliance need more memory than is there."""
+        mesh, space = self.body.mesh, self.body.space
+        self.unknowns = space.FreeDofs().NumSet()
+        # of an element; of each all unknowns there are linked
+        sides = (2*mesh.nedge - mesh.GetNE(ng.BND))/mesh.ne
+        orders = (
+            self.body.element_orders
+            if self.body.element_orders is not None
+            else np.full(mesh.ne, self.body.order)
+        )
+        entries = np.sum((len(self.body.spaces)*sides*orders)**2)
+        needed = cost.of_factors(space.FreeDofs(True).NumSet(), entries) + cost.of_nodes(len(self.weights))
+        cost.require_room(
+            needed,
+            f"a body of {self.unknowns} unknowns with {len(self.weights)} contact nodes",
+            "take longer elements, a lower order or a larger rtol, or name less of the surface as "
+            "contact boundary",
+        )
+
+    def _assemble(self):
+        """The bulk's bilinear form, the second variation of (10)."""
+        solid, space = self.body.solid, self.body.space
+        (u1, u2, psi), (v1, v2, chi) = space.TnT()
+        gradient, kappa = self.body.gradients(u1, u2, psi)
+        (s11, s12), (s21, s22) = solid.stress(gradient, psi)
+        m = solid.couple_stress(kappa)
+        varied, turned = self.body.gradients(v1, v2, chi)
+        bonus = CURVED if self.body.mesh.GetCurveOrder() > 1 else 0      # as for the energy of the fields
+        self.form = ng.BilinearForm(space, symmetric=True, condense=True)
+        self.form += (
+            s11 * varied[0, 0]
+            + s12 * (varied[0, 1] + chi)
+            + s21 * (varied[1, 0] - chi)
+            + s22 * varied[1, 1]
+            + m[0] * turned[0]
+            + m[1] * turned[1]
+        ) * ng.dx(bonus_intorder=bonus)
+        self.form.Assemble()
+
+    def _factorise(self):
+        space = self.body.space
+        values, columns, starts = self.form.mat.CSR()
+        bulk = csr_matrix(
+            (np.array(values), np.array(columns), np.array(starts)), shape=(space.ndof, space.ndof)
+        )
+        free = np.array(list(space.FreeDofs(True)))
+        onto = self._onto()
+        used = np.zeros(space.ndof, bool)
+        used[onto.indices] = True
+        inner, contact = np.flatnonzero(free & ~used), np.flatnonzero(free & used)
+        try:
+            first = splu(csc_matrix(bulk[inner][:, inner]), permc_spec="MMD_AT_PLUS_A", **SYMMETRIC)
+            self._order = np.concatenate((inner[np.argsort(first.perm_c)], contact))
+            self._factors = splu(
+                csc_matrix(bulk[self._order][:, self._order]), permc_spec="NATURAL", **SYMMETRIC
+            )
+            straight = np.arange(len(self._order))
+            if np.any(self._factors.perm_r != straight) or np.any(self._factors.perm_c != straight):
+                raise RuntimeError("the factorisation pivots")
+            upper = self._factors.U[len(inner):, len(inner):].toarray()
+        except MemoryError as failure:
+            raise NotConverged(
+                f"no memory to factorise {self.unknowns} unknowns: take longer elements, a lower order "
+                "or a larger rtol"
+            ) from failure
+        except RuntimeError as failure:
+            raise NotConverged(f"no factorisation of the bulk: {failure}; {HELD}") from failure
+        if not np.all(self._factors.U.diagonal() > CANCELLED*bulk.diagonal()[self._order]):
+            raise NotConverged(f"singular matrix of the bulk; {HELD}")
+        self._cholesky = upper/np.sqrt(np.diag(upper))[:, None]
+        self._rows = onto[:, contact].toarray()
+        self._bulk = bulk
+
+    def _onto(self):
+        """R, (u.n, psi) at the nodes from all unknowns, sparse (2 n, unknowns)."""
+        n, width = len(self.weights), self.body.spaces[0].ndof
+        values = self._values.tocoo()
+        parts = [(values.row, values.col + i*width, values.data*self.normals[values.row, i]) for i in range(2)
+                 if np.abs(self.normals[:, i]).max() > FLAT]
+        parts.append((values.row + n, values.col + 2*width, values.data))
+        row, column, data = (np.concatenate(pieces) for pieces in zip(*parts))
+        return csr_matrix((data, (row, column)), shape=(2*n, self.body.space.ndof))
+
+    def _matrix(self):
+        with released(len(self._cholesky)):
+            half = solve_triangular(self._cholesky, self._rows.T, trans="T")
+            return half.T @ half
+
+    @bounded
+    def fields(self, forces, moments):
+        """Fields under nodal forces along n and nodal moments, arrays (n,), by one back-substitution."""
+        state = ng.GridFunction(self.body.space)
+        right = self._onto().T @ np.concatenate((forces, moments))
+        vector = state.vec.FV().NumPy()
+        vector[self._order] = self._factors.solve(right[self._order])
+        left = (right - self._bulk @ vector)[self._order]
+        if not np.linalg.norm(left) <= UNSOLVED*np.linalg.norm(right):
+            raise NotConverged(f"singular matrix of the bulk; {HELD}")
+        vector[self._order] += self._factors.solve(left)      # one step of refinement
+        forces = self._bulk @ vector - right      # of the supports; inside the elements nothing acts
+        state.vec.data += self.form.harmonic_extension*state.vec
+        return Fields(self.body, state.components, forces)
+
+    @bounded
+    def reaction(self, fields):
+        """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""
+        width = self.body.spaces[0].ndof
+        vector = np.concatenate([component.vec.FV().NumPy() for component in fields])
+        held = (self._bulk @ vector)[2*width:]
+        used = np.unique(self._values.indices)
+        return np.linalg.solve(self._values[:, used].toarray().T, held[used])
+
+
+def require_pressed(body, boundary, condensed=False):
+    """The region of the contact boundary of a body that can be pressed there, and `condensed`; else
+    BadArgument.
+    """
+    if body.mesh.dim != 2:
+        raise BadArgument("body", body, "must be two-dimensional")
+    if body.periodic:      # its ends are one node; as two they would share their force at random
+        raise BadArgument("body", body, "must not be periodic: Newton() solves on periodic bodies")
+    if condensed and body.prescribed:
+        raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
+    return body.pressed(boundary)
+
+
+def condensed(body, boundary="contact", clamped=False):
+    """A body as `Condensed`, made once and kept with the body; if `clamped`, psi is constrained on the
+    contact.
+    """
+    key = "condensed", boundary, clamped
+    if key not in body.derived:
+        body.derived[key] = Condensed(with_psi_constrained(body, boundary) if clamped else body, boundary)
+    return body.derived[key]
+
+
+def with_psi_constrained(body, boundary):
+    """A body with psi = 0 on its contact boundary besides its own supports."""
+    psi = "|".join(filter(None, (body.fixed.get("psi"), boundary)))
+    return body.on(body.mesh, fixed={**body.fixed, "psi": psi})
+
+
+def _rows(rows, width):
+    i = np.repeat(np.arange(len(rows)), [len(dofs) for dofs, _ in rows])
+    return csr_matrix((np.concatenate([np.asarray(shape) for _, shape in rows]),
+                       (i, np.concatenate([np.asarray(dofs) for dofs, _ in rows]))), shape=(len(rows), width))

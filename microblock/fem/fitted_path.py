@@ -1,0 +1,73 @@
+"""The load path of a block: events from two meshes of equal elements, states on fitted meshes."""
+
+from functools import cached_property
+from itertools import groupby
+
+import numpy as np
+
+from ..corners import active_set
+from ..corners.nodal import zones_of
+from ..halfplane.kernels import coalescence_exponent
+from ..model.events import Event, LoadPath, require_on_path
+from ..model.zones import zone_changes
+from ..threads import bounded
+
+ORDER, COUNTS = 4, (16, 32)      # order and elements over the reach of the two meshes that see the events
+
+
+class FittedPath(LoadPath):
+    """The load path of a block.
+
+    Events are those of two meshes of equal elements, node by node, without steps to choose. Where zones meet
+    on the axis the load misses its limit by h^(2 s) (docs/theory.md): it is extrapolated with that, and the
+    correction is the error; for all other events, which converge faster, it bounds the error. Events that one
+    mesh alone sees are left out.
+    """
+
+    @bounded
+    def at(self, load):
+        require_on_path(load, self.last)
+        return self.problem.solve(load=load, rtol=self.rtol)
+
+    @cached_property
+    @bounded
+    def events(self):
+        """Zones that are born, merge, split or vanish, ascending in load."""
+        solver = self.problem.solver
+        coarse, fine = (self._on_mesh(solver, count) for count in COUNTS)
+        slowest, found = 2**(2*coalescence_exponent(self.problem.solid)) - 1, []
+        for (kind, zone, number), (load, x) in fine.items():
+            if (kind, zone, number) in coarse:
+                correction = (load - coarse[kind, zone, number][0])/slowest
+                load += correction if solver.symmetric and x == 0 and load > 0 else 0.0
+                found.append(Event(load, abs(correction), kind, zone, x))
+        return sorted(found, key=lambda event: event.load)
+
+    def _on_mesh(self, solver, count):
+        """{(kind, zone, how many of that kind before): (load, x)} on one mesh."""
+        law, body = solver.law, solver.evenly(self.last, ORDER, count)
+        flexibility, gaps, share = body.compliance.corner_system(law, solver.obstacle)
+        history = active_set.path(flexibility, gaps, [solver.share(self.last)], c=share).events
+        closed, before, found = np.zeros((len(law.corners), len(body.weights)), bool), None, {}
+        for load, changes in groupby(history, key=lambda event: event.load):
+            for change in changes:
+                closed.ravel()[change.corner] = change.kind == "closes"
+            after = _zones(solver, body.points[:, 0], closed)
+            for zone, intervals in after.items():
+                for kind, x in zone_changes(before[zone] if before else [], intervals):
+                    number = sum(key[:2] == (kind, zone) for key in found)
+                    found[kind, zone, number] = (float(load*(2 if solver.symmetric else 1)), float(x))
+            before = after
+        return found
+
+
+def _zones(solver, x, closed):
+    """{"A", "B", "full", "contact": intervals} of the whole line; a node stands for half the way to its
+    neighbours.
+    """
+    if solver.symmetric:
+        closed = closed.copy()
+        closed[:, 0] = closed[:, 0].any()      # one multiplier on the axis
+        closed = np.column_stack((closed[::-1, :0:-1], closed))
+        x = np.concatenate((-x[:0:-1], x))
+    return zones_of(x, closed, solver.law)

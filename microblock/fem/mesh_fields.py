@@ -1,0 +1,96 @@
+"""Fields below the contact of a body on a mesh: at the points of a picture, and for NGSolve's webgui."""
+
+import numpy as np
+
+from ..errors import BadArgument, require_choice
+
+CUTS = 4             # of each side of an element
+
+
+class BelowOnMesh:
+    """Base of states of bodies on meshes, with `fields` of the computed part and `mirrored` if that is its
+    half x1 > 0.
+    """
+
+    mirrored = False
+
+    def reaction_on(self, boundary):
+        """Force (2 components) and moment that the body's supports on a boundary exert on it, from nodal
+        forces.
+
+        Load, supports and, of a law that prescribes psi, the couples on the contact boundary are in
+        equilibrium to rounding.
+        The moment is about the origin, of force stress and couple stress together. Of a state that is the
+        half of a symmetric one this is the reaction of the whole body, of which the axis is no boundary.
+        """
+        found, body = self.fields.reaction(boundary), self.fields.body
+        if not self.mirrored:
+            return found
+        if {
+            name for name, named in zip(body.mesh.GetBoundaries(), body.boundary(boundary).Mask()) if named
+        } == {"axis"}:
+            raise BadArgument(
+                "boundary", boundary, "is the axis of symmetry: nothing supports the whole body there"
+            )
+        return found._replace(force=np.array((0.0, 2*found.force[1])), moment=0.0)
+
+    def webgui(self, quantity="psi"):
+        """A field in the body by NGSolve's webgui, in a notebook: one of those of `plot_below`."""
+        import ngsolve as ng
+        from ngsolve.webgui import Draw
+
+        from ..view.below import QUANTITIES, values
+        require_choice(QUANTITIES, field=quantity)
+        stress = self.fields.stress
+        function = values(
+            self.fields.psi,
+            [[stress[i, j] for j in range(2)] for i in range(2)],
+            quantity,
+            degrees=lambda psi: psi * 180 / np.pi,
+            absolute=lambda value: ng.IfPos(value, value, -value),
+            root=ng.sqrt,
+        )
+        return Draw(function, self.fields.body.mesh, quantity)
+
+    def fields_below(self, box):
+        """What `draw_below` asks for, at points of all elements within the box, each cut into small
+        triangles.
+        """
+        import ngsolve as ng
+        fields, mesh = self.fields, self.fields.body.mesh
+        rules, cuts = {}, {}
+        for kind, points in ((ng.ET.TRIG, [(i, j) for j in range(CUTS + 1) for i in range(CUTS + 1 - j)]),
+                             (ng.ET.QUAD, [(i, j) for j in range(CUTS + 1) for i in range(CUTS + 1)])):
+            numbers = {point: number for number, point in enumerate(points)}
+            halves = [[(i, j), (i + 1, j), (i, j + 1)] for i, j in points]
+            halves += [[(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i, j in points]
+            cuts[kind] = np.array(
+                [[numbers[point] for point in half] for half in halves if numbers.keys() >= {*half}]
+            )
+            rules[kind] = ng.IntegrationRule([(i/CUTS, j/CUTS) for i, j in points], [0.0]*len(points))
+        places = mesh.MapToAllElements(rules, ng.VOL)
+        x1, x2, psi, stress = (
+            np.asarray(function(places)) for function in (ng.x, ng.y, fields.psi, fields.stress)
+        )
+        triangles, first = [], 0
+        for element in mesh.Elements():
+            triangles.append(first + cuts[element.type])
+            first += len(rules[element.type])
+        triangles, stress = np.concatenate(triangles), stress.reshape(-1, 2, 2)
+        return _cut_to(box, x1.ravel(), x2.ravel(), triangles, psi.ravel(), stress, self.mirrored)
+
+
+def _cut_to(box, x1, x2, triangles, psi, stress, mirrored):
+    """Points and triangles within the box; mirrored ones as well, in which psi and shear stresses change
+    their sign.
+    """
+    (left, right), depth = box
+    if mirrored:
+        odd = np.array([[1, -1], [-1, 1]])
+        triangles = np.concatenate((triangles, triangles + len(x1)))
+        x1, x2, psi = np.concatenate((x1, -x1)), np.tile(x2, 2), np.concatenate((psi, -psi))
+        stress = np.concatenate((stress, odd*stress))
+    inside = (x1 >= left) & (x1 <= right) & (x2 >= -depth)
+    triangles = triangles[inside[triangles].any(axis=1)]
+    used, triangles = np.unique(triangles, return_inverse=True)
+    return x1[used], x2[used], triangles.reshape(-1, 3), psi[used], np.moveaxis(stress[used], 0, -1)

@@ -1,0 +1,392 @@
+"""Meshes. Boundaries are named by role; the contact surface lies at x2 = 0, the body below it."""
+
+import math
+from dataclasses import dataclass
+
+import netgen.meshing as netgen
+import netgen.occ as occ
+import ngsolve as ng
+import numpy as np
+from ngsolve.meshes import MakeStructured2DMesh
+
+from .. import cost
+from ..errors import BadArgument, NotConverged, require_finite, require_pair, require_positive
+
+HELD, POWER = 0.9, 1.6      # layers that an element of order 2, 4, 6 holds: 2.7, 8.3, 16
+# of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
+GRADING = 0.5
+RATIO = 0.15         # of the elements towards a graded vertex
+# of equal squares, over their side and times the reach: 1.03 for the paper's 0.02 of 2 a_Hz
+GROWTH = 3.0
+SLIVER = 1e-9        # of the reach, below which two edges are one
+# reach in which meshes are made: netgen has tolerances of 1e-7 and less, whatever the unit of length
+MESHED = 1000.0
+# in which they are made, so that the rounding of a unit of length does not make another mesh
+DIGITS = 12
+# of the way to the lowest order, on a half and on a whole body, that a decade of distance takes, wherever the
+# body ends: what an error far away does to the surface falls with its distance alone. Less on a whole body:
+# errors of a far field that is not symmetric tilt the surface
+FALL = 1.6/3, 1/3
+LINKED = 80          # entries of a matrix for one square of order 1
+GRADED = 4.0         # elements of a graded mesh for one at the surface: 3 to 6 on meshes of some thousand
+FOLDED = 1e-12       # sine of the angle between two sides, from which on an element has an area
+CORNERS = {
+    ng.SEGM: [(0,), (1,)],
+    ng.TRIG: [(0, 0), (1, 0), (0, 1)],
+    ng.QUAD: [(0, 0), (1, 0), (1, 1), (0, 1)],
+}
+FIRST = 0.4          # of the reach: within it of a tip the orders begin to fall
+
+
+def longest_element(solid, order):
+    """Length of an element, with one order for all fields, beyond which a layer at the surface is wrong by
+    more than a tenth.
+
+    What is wrong then are psi and, more, micromoment and layer lengths (`cases limits`, maps locking_strip
+    and thin_layer).
+    Order 1 locks: where mu_c is stiff psi follows the slope of u1, which it cannot.
+    """
+    if solid.beta == 0:
+        return math.inf
+    return solid.ell/math.sqrt(solid.eta) if order == 1 else HELD*order**POWER*solid.layer_length
+
+
+def thicknesses(mesh, region):
+    """(numbers of the elements below the facets of a boundary, how far they reach below them): arrays
+    (facets,).
+
+    Twice the area of a triangle, or the area of a quadrilateral, over the length of its facet.
+    """
+    above = {edge.nr: element for element in mesh.Elements() for edge in element.edges}
+    areas = ng.Integrate(ng.CF(1), mesh, ng.VOL, element_wise=True).NumPy()
+    numbers, found = [], []
+    for facet in region.Elements():
+        element = above[facet.edges[0].nr]
+        start, end = (np.array(mesh[vertex].point) for vertex in facet.vertices)
+        numbers.append(element.nr)
+        found.append((2 if len(element.vertices) == 3 else 1)*areas[element.nr]/np.linalg.norm(end - start))
+    return np.array(numbers), np.array(found)
+
+
+def require_sound(mesh):
+    """BadArgument unless it is a mesh of elements that have an area and are all oriented the same way.
+
+    Looked at in the corners of straight elements, and in the points of an integration rule in curved ones: in
+    a corner whose two sides lie on one smooth curve a curved quadrilateral is flat.
+    """
+    if not isinstance(mesh, ng.Mesh) or mesh.dim > 2:
+        raise BadArgument("mesh", mesh, "must be an ngsolve.Mesh of one or two dimensions")
+    if mesh.ne == 0:
+        raise BadArgument("mesh", mesh, "must have elements")
+    curved = mesh.GetCurveOrder()
+    rules = {
+        kind: (
+            ng.IntegrationRule(kind, 2 * curved + 4)
+            if curved > 1
+            else ng.IntegrationRule(ends, [0.0] * len(ends))
+        )
+        for kind, ends in CORNERS.items()
+    }
+    # points that are no numbers are what is looked for
+    with np.errstate(invalid="ignore", over="ignore"):
+        slopes = np.asarray(ng.specialcf.JacobianMatrix(mesh.dim)(mesh.MapToAllElements(rules, ng.VOL)))
+        slopes = slopes.reshape(-1, mesh.dim, mesh.dim)
+        areas = (
+            slopes[:, 0, 0] * slopes[:, 1, 1] - slopes[:, 0, 1] * slopes[:, 1, 0]
+            if mesh.dim == 2
+            else slopes[:, 0, 0]
+        )
+        turned = areas/np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), 1e-300)
+    wrong = ~(turned*np.sign(np.nanmedian(turned)) > FOLDED)
+    if wrong.any():
+        counts = [len(rules[element.type]) for element in mesh.Elements()]
+        numbers = np.unique(np.repeat(np.arange(mesh.ne), counts)[wrong])
+        raise BadArgument(
+            "mesh",
+            mesh,
+            f"{len(numbers)} of its {mesh.ne} elements (first number {numbers[0]}) have no area, are "
+            "inverted against the others, or have points that are no numbers",
+        )
+
+
+def line(depth, elements):
+    """The depth alone: a 1D mesh of [-depth, 0] for fields that depend on x2 only.
+
+    Boundary points: "contact" at x2 = 0, "middle" at x2 = -depth.
+    """
+    _check(depth, elements)
+    mesh = netgen.Mesh(dim=1)
+    points = [
+        mesh.Add(netgen.MeshPoint(netgen.Pnt(depth * (i / elements - 1), 0, 0))) for i in range(elements + 1)
+    ]
+    solid = mesh.AddRegion("solid", dim=1)
+    for pair in zip(points, points[1:]):
+        mesh.Add(netgen.Element1D(list(pair), index=solid))
+    for name, point in (("middle", points[0]), ("contact", points[-1])):
+        mesh.Add(netgen.Element0D(point, index=mesh.AddRegion(name, dim=0)))
+    return ng.Mesh(mesh)
+
+
+def column(depth, elements, width=None, quads=True):
+    """One column of 2D elements over [-depth, 0], periodic sideways.
+
+    Boundaries: "contact" on top, "middle" below, "left" and "right" identified with each other.
+    `width` (length) is that of one element; a square element without it. With ``quads=False`` each
+    element is cut into two triangles.
+    """
+    _check(depth, elements)
+    width = depth/elements if width is None else width
+    mesh = MakeStructured2DMesh(quads=quads, nx=1, ny=elements, periodic_x=True,
+                                mapping=lambda x, y: (width*x, depth*(y - 1)))
+    for number, name in enumerate(mesh.GetBoundaries()):
+        mesh.ngmesh.SetBCName(number, {"bottom": "middle", "top": "contact"}.get(name, name))
+    return ng.Mesh(mesh.ngmesh)
+
+
+def _check(depth, elements):
+    require_positive(depth=depth)
+    if not (isinstance(elements, int) and elements >= 1):
+        raise BadArgument("elements", elements, "must be an integer of at least 1")
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A block of ground whose surface is pressed near x1 = 0: the half-plane cut off at a distance.
+
+    The rectangle -far < x2 < 0 with 0 < x1 < far ("half", axis x1 = 0) or -far < x1 < far; boundaries
+    "contact" for x1 in `reach`, "free" beside it, "side", "bottom" and "axis" (the last one of a half only).
+
+    Parameters
+    ----------
+    far : size of the domain (length)
+    reach : (left, right) ends of the boundary "contact"; left is 0 on a half
+    half : whether x1 = 0 is an axis of symmetry
+
+    Examples
+    --------
+    >>> from microblock.fem import meshes
+    >>> ground = meshes.Ground(far=10.0, reach=(0.0, 1.0))
+    >>> sorted(set(meshes.uniform(ground, 0.5).GetBoundaries()))
+    ['axis', 'bottom', 'contact', 'side']
+    """
+
+    far: float
+    reach: tuple
+    half: bool = True
+
+    def __post_init__(self):
+        require_positive(far=self.far)
+        require_pair(reach=self.reach)
+        left, right = self.reach
+        if not (-self.far < left < right < self.far and (left == 0 or not self.half)):
+            raise BadArgument(
+                "reach", self.reach, f"must be an interval within {self.far:g} of x1 = 0, from it on a half"
+            )
+
+    @property
+    def supports(self):
+        """{field: boundaries}: the bottom holds all fields, the axis u1 and psi, the sides are free."""
+        axis = "|axis" if self.half else ""
+        return {"u1": "bottom" + axis, "u2": "bottom", "psi": "bottom" + axis}
+
+
+def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
+    """Triangles from netgen with vertices at `edges` on the surface, towards which `levels` of elements
+    shrink by RATIO.
+
+    The mesh is the same in every unit of length, and has no geometry: its sides are straight.
+
+    Parameters
+    ----------
+    ground : Ground
+    edges : abscissae within the reach; those closer than SLIVER of it are one
+    spacing : length of the elements on the boundary "contact"; away from it they grow by `grading`, (0, 1).
+        Or such lengths on parts of it, ((left, right, length), ...), ascending: between these elements grow
+        as well
+    sizes : ((x, length), ...), places on the surface at which elements are no longer, about
+
+    Raises
+    ------
+    BadArgument
+        Also for a spacing that would take more memory than there is.
+    NotConverged
+        If netgen fails; it is tried with slightly different gradings first.
+    """
+    parts = spacing if isinstance(spacing, tuple) else ((*ground.reach, spacing),)
+    surface = ground.reach[1] - ground.reach[0]
+    least = min(length for _, _, length in parts)
+    require_positive(spacing=least)
+    count = sum((right - left)/length for left, right, length in parts) + len(sizes)
+    _require_room("spacing", least, lambda length: (count*least/length, GRADED*count*least/length))
+    unit = max(abs(x) for x in ground.reach)/MESHED
+    tips = _distinct(edges, SLIVER*surface)
+    scaled = Ground(_rounded(ground.far, unit), tuple(_rounded(x, unit) for x in ground.reach), ground.half)
+    places, parts = [_rounded(tip, unit) for tip in tips], [
+        tuple(_rounded(x, unit) for x in part) for part in parts
+    ]
+    for trial in (grading, 0.9*grading, 0.8*grading):
+        wanted = netgen.MeshingParameters(maxh=scaled.far/3, grading=trial)
+        for place, length in sizes:
+            wanted.RestrictH(_rounded(place, unit), 0, 0, _rounded(length, unit))
+        try:
+            made = _face(scaled, places, parts).GenerateMesh(mp=wanted)
+            break
+        except Exception as failure:
+            reason = failure
+    else:
+        raise NotConverged(f"netgen finds no mesh for edges {tips}: {reason}")
+    made.SetGeometry(None)      # which knows the mesh in its own unit alone
+    made.Scale(unit)
+    points = made.Coordinates()      # off by a rounding: an edge would not be that of the obstacle
+    for exact in (*tips, *ground.reach):
+        points[(points[:, 1] == 0) & (np.abs(points[:, 0] - exact) < SLIVER*surface/10), 0] = exact
+    mesh = ng.Mesh(made)
+    if levels and tips:
+        mesh.RefineHP(levels, RATIO)
+    return mesh
+
+
+def _rounded(length, unit):
+    """A length in a unit, to DIGITS of MESHED or, if it is longer, of itself."""
+    scaled = length/unit
+    return round(scaled, DIGITS - math.ceil(math.log10(max(abs(scaled), MESHED))))
+
+
+def _face(ground, tips, parts):
+    """The rectangle of a Ground as a geometry, clockwise from the surface's left end; the tips are marked
+    for RefineHP.
+    """
+    (left, right), far = ground.reach, ground.far
+    start = 0.0 if ground.half else -far
+    ends = [
+        x
+        for part in parts
+        for x in part[:2]
+        if all(abs(x - other) > SLIVER * far * 1e-6 for other in (left, right, *tips))
+    ]
+    surface = sorted({left, right, *tips, *ends, start, far})
+    corners = [(x, 0.0) for x in surface] + [(far, -far), (start, -far)]
+    names = ["contact" if left <= x < right else "free" for x in surface[:-1]] + [
+        "side",
+        "bottom",
+        "axis" if ground.half else "side",
+    ]
+    vertices = [occ.Vertex(occ.Pnt(*point, 0)) for point in corners]
+    edges = []
+    for i, name in enumerate(names):
+        edge = occ.Edge(vertices[i], vertices[(i + 1) % len(vertices)])
+        edge.name = name
+        middle = (surface[i] + surface[i + 1])/2 if name == "contact" else math.inf
+        for a, b, length in parts:
+            if a < middle < b:
+                edge.maxh = length
+        edges.append(edge)
+    face = occ.Face(occ.Wire(edges))
+    for vertex in face.vertices:
+        if abs(vertex.p.y) <= 0 and any(abs(vertex.p.x - tip) <= SLIVER*far*1e-6 for tip in tips):
+            vertex.hpref = 1
+    return occ.OCCGeometry(face, dim=2)
+
+
+def uniform(ground, h, quads=True):
+    """Squares of side h (length) for 0 < |x1| < reach and as deep, from there growing geometrically to the
+    far field.
+
+    The paper's mesh: with h a fiftieth of a_Hz, the reach 2 a_Hz and the domain 18 a_Hz it has 130 000
+    unknowns. The whole surface is the boundary "contact". With ``quads=False`` each element is cut into two
+    triangles.
+    """
+    require_finite(h=h)
+    reach = ground.reach[1]
+    if not 0 < h <= reach:
+        raise BadArgument(
+            "h", h, f"must be positive and no longer than the region of equal squares, {reach:g}"
+        )
+    def elements(length):
+        count = _uniform_count(reach, ground.far, length)
+        return (count, count*count) if ground.half else (2*count, 2*count*count)
+
+    _require_room("h", h, elements)
+    lines = uniform_lines(reach, ground.far, h)
+    across = lines if ground.half else np.concatenate((-lines[:0:-1], lines))
+    nx, ny = len(across) - 1, len(lines) - 1
+    mesh = MakeStructured2DMesh(quads=quads, nx=nx, ny=ny,
+                                mapping=lambda x, y: (across[round(x*nx)], -lines[ny - round(y*ny)]))
+    names = {"top": "contact", "bottom": "bottom", "right": "side", "left": "axis" if ground.half else "side"}
+    for number, name in enumerate(mesh.GetBoundaries()):
+        mesh.ngmesh.SetBCName(number, names[name])
+    return ng.Mesh(mesh.ngmesh)
+
+
+def _require_room(name, length, elements):
+    """BadArgument where elements of this length need more memory than is there: `elements(length)`, on the
+    surface and in all.
+    """
+    def needed(length):
+        surface, count = elements(length)
+        return cost.of_nodes(surface) + cost.of_factors(3*count, LINKED*count)
+
+    words = cost.too_much(needed(length))
+    if words:
+        least = length
+        while cost.too_much(needed(least)):
+            least *= 2
+        raise BadArgument(
+            name,
+            length,
+            f"makes {elements(length)[1]:.2g} elements, whose matrices {words}: take {name} of "
+            f"{least:.1g} or more, a larger ell where it follows from that, or a half-plane without a mesh",
+        )
+
+
+def _uniform_count(reach, far, h):
+    """About how many `uniform_lines` there are."""
+    return reach/h*(1 + math.log1p(GROWTH*(far/reach - 1))/GROWTH)
+
+
+def uniform_lines(reach, far, h):
+    """Ascending distances from 0 to far: steps of h within the reach, then growing by the same factor."""
+    near = np.linspace(0, reach, max(1, round(reach/h)) + 1)
+    growth = 1 + GROWTH*near[1]/reach
+    count = max(1, round(np.log1p((far - reach)*(growth - 1)/near[1])/np.log(growth)))
+    steps = growth**np.arange(1, count + 1)
+    return np.concatenate((near, reach + (far - reach)*np.cumsum(steps[:-1])/steps.sum(), [far]))
+
+
+def falling_orders(mesh, ground, tips, top):
+    """Orders of the elements (array (elements,)): `top` near the surface, falling linearly in the logarithm
+    of the distance.
+
+    The lowest, at the tips of the grading and in a field that is far, is nearly half of it: their errors have
+    to fall with the rest. A small square has no such field: low orders at its sides would bend the surface on
+    every refinement level alike.
+    """
+    centres, sizes = _elements(mesh)
+    reach = max(abs(x) for x in ground.reach)
+    decades = np.log10(np.maximum(np.hypot(*centres.T)/reach, 1))
+    at_tips, far = max(1, (top - 3)//2), max(1, (top - 3)//2) if ground.half else max(2, (top - 2)//2)
+    orders = far + (top - far)*np.maximum(1 - FALL[not ground.half]*decades, 0)
+    if len(tips):
+        distance = np.abs(centres[:, None, 0] - np.asarray(tips)) + np.abs(centres[:, None, 1])
+        smallest = sizes.min()
+        first = max(FIRST*reach, 2*smallest)
+        along = np.log(np.clip(distance.min(axis=1)/smallest, 1, first/smallest))/np.log(first/smallest)
+        orders = np.minimum(orders, at_tips + (top - at_tips)*along)
+    return np.rint(np.minimum(orders, top)).astype(int)
+
+
+def _elements(mesh):
+    """Centres and diameters of all elements."""
+    points = np.array([vertex.point for vertex in mesh.vertices])
+    corners = [points[[vertex.nr for vertex in element.vertices]] for element in mesh.Elements()]
+    return np.array([own.mean(axis=0) for own in corners]), np.array(
+        [np.ptp(own, axis=0).max() for own in corners]
+    )
+
+
+def _distinct(places, apart):
+    found = []
+    for place in sorted(places):
+        if not found or place - found[-1] > apart:
+            found.append(float(place))
+    return found

@@ -1,0 +1,473 @@
+"""Monolithic contact: semismooth Newton on u, psi, the corner multipliers and the approach at once.
+
+The unknowns are stationary for the augmented Lagrangian (37), or for the penalty functional (31)
+without multipliers; residual and tangent are the functional's first and second variation. The
+approach d of the obstacle is an unknown like the others, prescribed under approach control and
+conjugate to the load under load control. An iteration is a step of the primal-dual active set
+method; it has converged when the set of closed corners stays the same *and* the residual is small.
+"""
+
+from dataclasses import dataclass, replace
+
+import ngsolve as ng
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from .. import cost
+from ..errors import BadArgument, NotConverged, require_choice, require_finite, require_kind, require_positive
+from ..model import law
+from ..model.summary import Row, Shown, Summary, number
+from ..threads import bounded
+from .body import Body, Fields, Loads
+from .facets import ContactFacets
+
+METHODS = ("al", "penalty")
+CONTROLS = ("approach", "load")
+MAX_ITERATIONS = 60
+RESIDUAL = 1e-11       # relative, at which an iterate counts as converged
+WORST = 1e-6           # relative, that may be accepted where rounding keeps from RESIDUAL (high rho)
+ROUNDED = 1e-15        # relative, below which a refinement has nothing to gain
+ROUNDING = 1e-14       # some rounding errors of double precision
+PENALTY = 1e4          # penalty stiffness over that of the body: penetrations of some 1e-4 of the compression
+# steps of one factorisation that do not halve the residual, before it counts as stalled in rounding
+STALLED = 6
+MAX_VISITS = 3         # of one active set, which rounding excuses where a corner is just about to close
+UNSOLVED = 0.1         # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
+
+
+@dataclass(frozen=True, repr=False)
+class NodalState(Shown):
+    """One converged contact state.
+
+    Attributes
+    ----------
+    level : float
+        The control parameter: approach or load.
+    approach, load : float
+        Approach d of the obstacle along -e2 (length) and its resultant force (per thickness; per
+        area for a 1D body).
+    fields : Fields
+    psi : array (n,), microrotation at the contact nodes
+    gaps, multipliers, closed : {corner: array (n,)}
+        Gaps (22), effective multipliers lambda <= 0 of (40) (stress) and whether the corner is closed; by
+        Gauss's rule the multipliers as they are, which may be tensile, and gaps that vanish in the mean only.
+    traction, micromoment : arrays (n,), t_n and M of (29); where psi is prescribed the corners share
+        what symmetry cannot tell apart, and M is the law's part of the reaction
+    iterations : int
+    kkt : float
+        Largest relative residual of equilibrium, closed gaps, open multipliers and load.
+    vector : NGSolve vector of all unknowns, to start from
+
+    Examples
+    --------
+    >>> from microblock.fem import meshes
+    >>> body = mb.Body(meshes.column(depth=1.0, elements=2),
+    ...                mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), order=4,
+    ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
+    >>> from microblock.fem.facets import ContactFacets
+    >>> from microblock.fem.newton import MonolithicNewton
+    >>> facets = ContactFacets(body, mb.Unilateral(), mb.Plane())
+    >>> state = MonolithicNewton(body, facets).solve(0.01)
+    >>> state.approach, bool((state.traction < 0).all()), float(np.abs(state.micromoment).max())
+    (0.01, True, 0.0)
+    >>> "largest nodal pressure" in state._repr_html_()      # what a notebook shows
+    True
+    """
+
+    level: float
+    approach: float
+    load: float
+    fields: Fields
+    psi: np.ndarray
+    gaps: dict
+    multipliers: dict
+    closed: dict
+    traction: np.ndarray
+    micromoment: np.ndarray
+    iterations: int
+    kkt: float
+    vector: object
+
+    def reaction(self, boundary):
+        """Force and moment about the origin that the body's supports on a boundary exert on it
+        (`Fields.reaction`).
+        """
+        return self.fields.reaction(boundary)
+
+    def summary(self):
+        """Load, approach, pressure, closed corners and residual, for a notebook."""
+        per = "area" if self.fields.body.mesh.dim == 1 else "thickness"
+        pressure, moment = float(np.max(-self.traction)), float(np.abs(self.micromoment).max())
+        closed = dict(self.closed)
+        if len(closed) > 1:
+            closed["all"] = np.logical_and.reduce(list(self.closed.values()))
+        counts = {corner: f"{np.count_nonzero(nodes)} of {len(nodes)}" for corner, nodes in closed.items()}
+        rows = (
+            Row("load", "P", self.load, f"force per {per}"),
+            Row("approach", "d", self.approach, "length"),
+            Row("largest nodal pressure", "p", pressure, "stress"),
+            Row("largest nodal micromoment", "|M|", moment, "stress x length"),
+            *(
+                Row(
+                    "all corners closed" if corner == "all" else f"corner {corner} closed",
+                    "",
+                    count,
+                    "contact nodes",
+                )
+                for corner, count in counts.items()
+            ),
+            Row("largest relative residual", "", self.kkt),
+            Row("iterations", "", self.iterations),
+        )
+        told = ", ".join(f"{corner} closed at {counts[corner]} nodes" for corner in self.closed)
+        return Summary(
+            "Newton state", f"load {number(self.load)}, approach {number(self.approach)}, {told}", rows
+        )
+
+
+class MonolithicNewton:
+    """Monolithic contact problem of a body, a law and an obstacle.
+
+    Parameters
+    ----------
+    body : Body
+    facets : ContactFacets of that body
+    loads : Loads besides the contact
+    method : "al" or "penalty"
+    rho : float
+        Regularisation (stress per length). Without it (lambda + 2 mu) over the body's height, and
+        10^4 times that for the penalty method.
+    control : "approach" or "load"
+
+    Examples
+    --------
+    >>> from microblock.fem import meshes
+    >>> body = mb.Body(meshes.column(depth=1.0, elements=2),
+    ...                mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), order=4,
+    ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
+    >>> from microblock.fem.facets import ContactFacets
+    >>> from microblock.fem.newton import MonolithicNewton
+    >>> facets = ContactFacets(body, mb.Microblock(psi0=0.02), mb.Plane(level=0.002))
+    >>> state = MonolithicNewton(body, facets).solve(0.01)
+    >>> bool(state.closed["B"].all()), state.kkt < 1e-9
+    (True, True)
+    """
+
+    def __init__(self, body, facets, *, loads=Loads(), method="al", rho=None, control="approach"):
+        require_choice(METHODS, method=method)
+        require_choice(CONTROLS, control=control)
+        require_kind(Body, "a Body", body=body)
+        require_kind(ContactFacets, "ContactFacets of the body", facets=facets)
+        require_kind(Loads, "Loads", loads=loads)
+        if method != "al" and not facets.nodal:
+            raise BadArgument("rule", "gauss", "belongs to the method al")
+        self.body, self.method, self.control = body, method, control
+        # the unknown approach counts from first touch: a distance before it would take digits from small
+        # displacements
+        self._first = facets.first_touch
+        self.facets = facets.lowered(self._first)
+        self.rho = default_rho(body, method) if rho is None else rho
+        require_positive(rho=self.rho)
+        self._build(loads)
+
+    def _build(self, loads):
+        corners = len(self.facets.corners) if self.method == "al" else 0
+        self.space = self.body.space
+        for _ in range(corners):
+            self.space = self.space*self.facets.multipliers
+        self.space = self.space*ng.NumberSpace(self.body.mesh, definedon=self.facets.region)
+        self._ranges = [self.space.Range(i) for i in range(len(self.space.components))]
+        self._approach = self._ranges[-1].start
+        self._load = ng.Parameter(0.0)
+        u1, u2, psi, *multipliers, approach = self.space.TrialFunction()
+        potential = self.body.potential(u1, u2, psi, loads)
+        if self.method == "al":
+            contact = self.facets.augmented_lagrangian(self.rho, u1, u2, psi, multipliers, approach)
+        else:
+            contact = self.facets.penalty(self.rho, u1, u2, psi, approach)
+        self._loaded = loads != Loads()
+        if self.control == "load":
+            contact -= self.facets.integral(self._load/self.facets.weights.sum()*approach)
+        self._bulk = ng.BilinearForm(self.space)
+        self._bulk += ng.Variation(potential)
+        self.form = ng.BilinearForm(self.space)
+        self.form += ng.Variation(potential)
+        self.form += ng.Variation(contact)
+        self.free = ng.BitArray(self.space.FreeDofs())
+        self.free[self._approach] = self.control == "load"
+        self._free_fields = np.array([self.free[i] for i in range(self._ranges[2].stop)])
+
+    @property
+    def unknowns(self):
+        """Number of free unknowns, multipliers and approach included."""
+        return sum(self.free)
+
+    @bounded
+    def solve(self, level, start=None):
+        """The contact state at this approach or load.
+
+        Parameters
+        ----------
+        level : float
+            Approach (length), or load (force per thickness), by `control`.
+        start : NodalState, optional
+            The first guess.
+
+        Raises
+        ------
+        NotConverged
+            If the active set cycles, the residual stalls or the matrix is singular.
+        BadArgument
+            If the load is negative.
+        """
+        require_finite(level=level)
+        if start is not None:
+            require_kind(NodalState, "a NodalState", start=start)
+        if self.control == "load" and level <= 0:
+            return self._first_touch(level)
+        unknowns, visits, factor, best = self._first_guess(level, start), {}, None, None
+        for iteration in range(MAX_ITERATIONS + 1):
+            now = self._look(unknowns, level)
+            if self.control == "load" and not any(now.active):
+                self._touch(unknowns)      # else the approach would be free
+                now = self._look(unknowns, level)
+            if best and now.kkt > best.kkt/2:
+                return best
+            if now.kkt <= self._tolerance(factor, unknowns):      # then refined while that helps
+                best = self._state(unknowns, now, level, iteration)
+                if now.kkt <= ROUNDED:
+                    return best
+            if factor is None or factor.active != now.active:
+                visits.setdefault(now.active, []).append(iteration)
+                if len(visits[now.active]) > MAX_VISITS:
+                    if best:
+                        return best
+                    period = iteration - visits[now.active][-2]
+                    raise self._failure(
+                        level,
+                        iteration,
+                        now.kkt,
+                        f"the active set cycles with period {period}; " "take a smaller step, or another rho",
+                    )
+                factor = self._factorise(unknowns, now.active, level)
+                last, lowest = iteration, now.kkt
+            elif now.kkt < lowest/2:
+                last, lowest = iteration, now.kkt
+            elif iteration - last >= STALLED:
+                break
+            step = factor.inverse*now.residual
+            if not self._solves(step.Evaluate(), now.residual):
+                raise self._failure(
+                    level,
+                    iteration,
+                    now.kkt,
+                    "the matrix is singular; is the body supported, " "and is something in contact?",
+                )
+            unknowns.vec.data -= step
+        raise self._failure(level, iteration, now.kkt, "the residual stalls; take a smaller step, "
+                            "a rho whose rounding leaves more digits, or less stretched elements")
+
+    def _first_guess(self, level, start):
+        unknowns = ng.GridFunction(self.space)
+        self.body.prescribe(unknowns.components)
+        if start is not None:      # supports keep the values of this body
+            free = np.array(self.free)
+            unknowns.vec.FV().NumPy()[free] = start.vector.FV().NumPy()[free]
+        if self.control == "approach":
+            unknowns.vec[self._approach] = level - self._first
+            return unknowns
+        self._load.Set(level)
+        if start is None or not any(mask.any() for mask in start.closed.values()):
+            self._touch(unknowns)
+        else:
+            unknowns.vec[self._approach] = start.approach - self._first
+        return unknowns
+
+    def _touch(self, unknowns):
+        """Lower the obstacle until the nearest corner has just closed, the body staying as it is."""
+        ahead = self._touches(unknowns)
+        unknowns.vec[self._approach] = ahead.min() + 1e-9*max(np.ptp(ahead), self.body.solid.ell)
+
+    def _touches(self, unknowns):
+        """Approaches at which the corners that can touch would close, the body staying as it is."""
+        unknowns.vec[self._approach] = 0.0
+        augmented = self._augmented(self._own(unknowns), self._gaps(unknowns))
+        ahead = {corner: value/(self.rho*self.facets.normals[:, 1]) for corner, value in augmented.items()}
+        return np.concatenate(
+            [
+                values[self.facets.can_touch[corner]] if self.facets.nodal else self.facets.at_rule(values)
+                for corner, values in ahead.items()
+            ]
+        )
+
+    def _first_touch(self, load):
+        """The state of load 0: the unloaded body just touched."""
+        if load < 0:
+            raise BadArgument("load", load, "must not be negative: contact cannot pull")
+        if self._loaded:
+            raise BadArgument("load", load, "must be positive if other loads act: else the approach is free")
+        unknowns = ng.GridFunction(self.space)
+        self.body.prescribe(unknowns.components)
+        unknowns.vec[self._approach] = self._touches(unknowns).min()
+        self._load.Set(0.0)
+        now = self._look(unknowns, 0.0)
+        nowhere = {corner: np.zeros(len(self.facets.points), bool) for corner in self.facets.corners}
+        return self._state(unknowns, replace(now, closed=nowhere, kkt=0.0), 0.0, 0)
+
+    def _look(self, unknowns, level):
+        """Gaps, effective multipliers, active set and residual of an iterate."""
+        gaps = self._gaps(unknowns)
+        own = self._own(unknowns)
+        # (40): closed where the augmented multiplier lambda + rho g is not positive, and this is its force
+        augmented = self._augmented(own, gaps)
+        closed = {corner: value <= 0 for corner, value in augmented.items()}
+        forces = {corner: np.where(closed[corner], value, 0.0) if self.facets.nodal else own[corner]
+                  for corner, value in augmented.items()}
+        residual = unknowns.vec.CreateVector()
+        self.form.Apply(unknowns.vec, residual)
+        unbalanced = residual.FV().NumPy()[:len(self._free_fields)][self._free_fields]
+        parts = [_ratio(unbalanced, self._force(unknowns))]
+        if self.method == "al":
+            length = self._length(unknowns)
+        # (40) holds in the mean over each multiplier's function
+        if self.method == "al" and not self.facets.nodal:
+            for part in self._ranges[3:-1]:
+                parts.append(_ratio(residual.FV().NumPy()[part.start:part.stop]/self.facets.extents, length))
+        elif self.method == "al":
+            stress = max(np.abs(force).max() for force in forces.values())
+            parts += [_ratio(gaps[corner][closed[corner]], length) for corner in gaps]
+            parts += [_ratio(own[corner] - forces[corner], stress) for corner in gaps]
+        if self.control == "load":
+            parts.append(_ratio(np.array([self._resultant(forces) - level]), abs(level)))
+        active = b"".join((self.facets.at_rule(value) <= 0).tobytes() for value in augmented.values())
+        return _Iterate(gaps, forces, closed, active, residual, max(parts))
+
+    def _own(self, unknowns):
+        """{corner: its multiplier at the nodes}; 0 without multipliers."""
+        if self.method == "penalty":
+            return {corner: np.zeros(len(self.facets.points)) for corner in self.facets.corners}
+        return {corner: self.facets.at_nodes("multiplier", component)
+                for corner, component in zip(self.facets.corners, unknowns.components[3:-1])}
+
+    def _augmented(self, own, gaps):
+        """{corner: lambda + rho g at the nodes}, inf where it cannot touch."""
+        return {corner: own[corner] + self.rho*np.where(self.facets.can_touch[corner], gap, np.inf)
+                for corner, gap in gaps.items()}
+
+    def _tolerance(self, factor, unknowns):
+        """RESIDUAL, or what the rounding of the sum of all |K_ij x_j| leaves beside the forces if that is
+        more.
+        """
+        if factor is None:
+            return RESIDUAL
+        terms = factor.magnitudes @ np.abs(unknowns.vec.FV().NumPy())
+        return max(RESIDUAL, min(WORST, ROUNDING*terms.max()/max(self._force(unknowns), 1e-300)))
+
+    def _factorise(self, unknowns, active, level):
+        self.form.AssembleLinearization(unknowns.vec)
+        values, columns, starts = self.form.mat.CSR()
+        shape = (self.space.ndof, self.space.ndof)
+        cost.require_room(
+            cost.of_factors(self.space.ndof, len(values)),
+            f"factors of {self.unknowns} unknowns",
+            "take longer elements or a lower order, or condense the body to its contact nodes: Condensed()",
+        )
+        magnitudes = csr_matrix((np.abs(values), np.array(columns), np.array(starts)), shape=shape)
+        try:
+            inverse = self.form.mat.Inverse(self.free, "umfpack")
+        except Exception as failure:
+            raise NotConverged(f"no factorisation at {self.control} {level:g}: {failure}; "
+                               "is the body supported, and is something in contact?") from failure
+        return _Factor(active, inverse, magnitudes[:len(self._free_fields)])
+
+    def _solves(self, step, residual):
+        """Whether a step of the direct solver satisfies its equations: UMFPACK does not report every
+        singular matrix.
+        """
+        left, right = (self.form.mat*step - residual).Evaluate(), residual.Copy()
+        for vector in (left, right):
+            ng.Projector(self.free, True).Project(vector)
+        return left.Norm() <= UNSOLVED*right.Norm()
+
+    def _failure(self, level, iteration, kkt, advice):
+        return NotConverged(f"Newton stopped at {self.control} {level:g} after {iteration} iterations, "
+                            f"relative residual {kkt:.1e}: {advice}", iterations=iteration)
+
+    def _gaps(self, unknowns):
+        return self.facets.nodal_gaps(*unknowns.components[:3], unknowns.vec[self._approach])
+
+    def _force(self, unknowns):
+        """Largest internal nodal force, reactions included: the scale of equilibrium."""
+        internal = unknowns.vec.CreateVector()
+        self._bulk.Apply(unknowns.vec, internal)
+        return np.abs(internal.FV().NumPy()[:len(self._free_fields)]).max()
+
+    def _length(self, unknowns):
+        """Largest length in the gaps: the scale of the corner gaps."""
+        u2, psi = (np.abs(self.facets.at_nodes(name, unknowns.components[i])).max()
+                   for i, name in ((1, "u2"), (2, "psi")))
+        return max(abs(unknowns.vec[self._approach]), u2, self.body.solid.ell*psi)
+
+    def _resultant(self, forces):
+        return float(-self.facets.weights*self.facets.normals[:, 1] @ law.traction(forces))
+
+    def _state(self, unknowns, now, level, iterations):
+        kept = ng.GridFunction(self.space)
+        kept.vec.data = unknowns.vec
+        facets, forces = self.facets, self._shared(now.forces)
+        return NodalState(
+            level=level,
+            approach=self._first + float(kept.vec[self._approach]),
+            load=self._resultant(forces),
+            fields=Fields(self.body, kept.components, self._supporting(now)),
+            psi=facets.at_nodes("psi", kept.components[2]),
+            gaps=now.gaps,
+            multipliers=forces,
+            closed=now.closed,
+            traction=law.traction(forces),
+            micromoment=law.micromoment(forces, facets.levers, self.body.solid.ell),
+            iterations=iterations,
+            kkt=now.kkt,
+            vector=kept.vec,
+        )
+
+    def _supporting(self, now):
+        """What the supports exert in the unknowns of the body: the residual there, contact included."""
+        return now.residual.FV().NumPy()[:self.body.space.ndof].copy()
+
+    def _shared(self, forces):
+        """Forces of twin corners, which one multiplier carries, shared evenly."""
+        mean = law.traction(forces)/len(forces)
+        return {corner: np.where(self.facets.twins, mean, force) for corner, force in forces.items()}
+
+
+@dataclass(frozen=True)
+class _Iterate:
+    gaps: dict
+    forces: dict
+    closed: dict
+    active: bytes
+    residual: object
+    kkt: float
+
+
+@dataclass(frozen=True)
+class _Factor:
+    active: bytes
+    inverse: object
+    magnitudes: object
+
+
+def default_rho(body, method):
+    """Regularisation that suits a body: its stiffness lambda + 2 mu over its height, more for the penalty."""
+    heights = [vertex.point[-1] for vertex in body.mesh.vertices]
+    stiffness = (body.solid.lam + 2*body.solid.mu)/(max(heights) - min(heights))
+    return stiffness if method == "al" else PENALTY*stiffness
+
+
+def _ratio(values, scale):
+    """Largest |value|/scale; 0 for no value or zeros, inf for a value with no scale."""
+    largest = np.abs(values).max(initial=0.0)
+    if largest == 0:
+        return 0.0
+    return float(largest/scale) if scale > 0 else np.inf

@@ -1,0 +1,203 @@
+"""Refinement of a user's mesh by recovery, for bodies whose zones nobody knows beforehand.
+
+Gradients of a finite element state jump from element to element; averaged in the nodes (Zienkiewicz and Zhu,
+Int. J. Numer.
+Methods Eng. 24 (1987) 337) they are nearer to the true ones, so that the difference stands for the error:
+
+energy    that of the difference of gradients over the energy of the state: a relative error of energy and
+approach
+surface   difference of the averaged traction and couple -(n.sigma n), m.n from the nodal p and M, max over
+the two of the
+          L2 norm on the contact boundary over that of p
+
+Both miss what an edge between two nodes is off by, for the nodal forces follow it: its root mean square
+anywhere between them, a spacing over sqrt(12), is added to `surface` as a shift of ``p = K sqrt(r)``, and so
+is what the obstacle does between the nodes (`between`). The larger one is the estimate. The elements that
+make up a SHARE of either are cut; triangles stay local.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import ngsolve as ng
+import numpy as np
+from tqdm.auto import tqdm
+
+from ..errors import NotConverged
+from ..model.quadrature import lagrange
+from .between import of_body
+from .facets import lobatto, outward_sides
+
+SHARE = 0.7          # of a part of the estimate, whose elements are cut
+PASSES = 40          # of refinement
+MOST = 300_000       # unknowns
+
+
+@dataclass(frozen=True)
+class Recovered:
+    """Relative errors of a state by recovery, and what elements add to them.
+
+    Attributes
+    ----------
+    energy, surface : float
+    of_energy, of_surface : arrays (elements,), their sums are energy and surface^2
+    """
+
+    energy: float
+    surface: float
+    of_energy: np.ndarray
+    of_surface: np.ndarray
+
+    @property
+    def total(self):
+        return max(self.energy, self.surface)
+
+
+def estimate(state):
+    """Recovered errors of a BodySolution."""
+    body, fields = state.nodes.body, state.fields
+    averaged = _averaged(body, fields)
+    of_energy = _energy_of_difference(body, fields, averaged)/max(state.energy, 1e-300)
+    of_surface = _surface(state, averaged)
+    return Recovered(float(of_energy.sum()), math.sqrt(of_surface.sum()), of_energy, of_surface)
+
+
+def _averaged(body, fields):
+    """Gradients of u1, u2, psi, averaged between elements: six continuous functions."""
+    found = []
+    for field, order in zip(fields, (body.order, body.order, body.order_psi)):
+        mean = ng.GridFunction(ng.VectorH1(body.mesh, order=order))
+        mean.Set(ng.grad(field))
+        found.append(mean)
+    return found
+
+
+def _energy_of_difference(body, fields, averaged):
+    """Array (elements,)."""
+    wrong = [mean - ng.grad(field) for mean, field in zip(averaged, fields)]
+    gradient = ng.CF((wrong[0][0], wrong[0][1], wrong[1][0], wrong[1][1]), dims=(2, 2))
+    density = body.solid.energy(gradient, ng.CF(0), wrong[2])
+    return ng.Integrate(density, body.mesh, ng.VOL, order=2*body.order, element_wise=True).NumPy()
+
+
+def _surface(state, averaged):
+    """Array (elements,): squares of what p and M/ell differ from averaged tractions, on the elements at the
+    surface.
+    """
+    mesh, ell = state.nodes.body.mesh, state.nodes.compliance.ell
+    traction = _traction(state, averaged)
+    above = {edge.nr: element.nr for element in mesh.Elements() for edge in element.edges}
+    found, size = np.zeros((2, mesh.ne)), 0.0
+    own = np.array((state.pressures.sum(axis=0), state.micromoment/ell))
+    xis, lengths = np.polynomial.legendre.leggauss(state.nodes.body.order + 2)
+    facets = list(state.nodes.region.Elements())
+    for facet, side, members in zip(facets, outward_sides(mesh, state.nodes.region), state.nodes.facets):
+        transformation = mesh.GetTrafo(facet)
+        mapped = [transformation(float(xi)) for xi in (1 + xis)/2]
+        weights = (
+            lengths
+            / 2
+            * [point.measure for point in mapped]
+            * state.tamed(np.array([point.point[0] for point in mapped]))
+        )
+        between = lagrange(lobatto(len(members) - 1)[0], (1 + xis)/2) @ own[:, members].T
+        seen = np.array([traction(point) for point in mapped])*(1, side/ell)
+        found[:, above[facet.edges[0].nr]] += weights @ (between - seen)**2
+        size += weights @ between[:, 0]**2
+    for last, outside, square in _edges(state):
+        facet = next(
+            number for number, members in enumerate(state.nodes.facets) if {last, outside} <= set(members)
+        )
+        found[:, above[facets[facet].edges[0].nr]] += square * np.array(
+            (1, 1 / 4 if len(state.forces) == 2 else 0)
+        )
+    for facet, square in zip(facets, of_body(state)):
+        found[:, above[facet.edges[0].nr]] += square
+    return found[np.argmax(found.sum(axis=1))]/size
+
+
+def _edges(state):
+    """(last closed node, first open one, square of what a shift by the way over sqrt(12) changes p in L2) of
+    all free edges.
+    """
+    x = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(state.nodes.points, axis=0).T))))
+    for closed, p, gaps in zip(state.closed, state.pressures, state.gaps):
+        for i in np.flatnonzero(closed[:-1] != closed[1:]):
+            last, outside = (i, i + 1) if closed[i] else (i + 1, i)
+            before = 2*last - outside
+            # an end of the obstacle, or of the boundary
+            if not np.isfinite(gaps[outside]) or not 0 <= before < len(x):
+                continue
+            way = abs(x[outside] - x[last])
+            slope = max((p[before]**2 - p[last]**2)/abs(x[last] - x[before]), p[last]**2/way)      # K^2
+            yield last, outside, slope*way**2/12*(0.5 + 0.25*math.log(np.count_nonzero(closed) + 1))
+
+
+def _traction(state, averaged):
+    """Pressure -n.(sigma n) and couple m.n by NGSolve's normal, as an expression on the boundary."""
+    solid, n = state.nodes.body.solid, ng.specialcf.normal(2)
+    gradient = ng.CF((*(averaged[0][i] for i in range(2)), *(averaged[1][i] for i in range(2))), dims=(2, 2))
+    rows = solid.stress(gradient, state.fields.psi)
+    m = solid.couple_stress(averaged[2])
+    return ng.CF((-sum(n[i]*rows[i][j]*n[j] for i in range(2) for j in range(2)), m[0]*n[0] + m[1]*n[1]))
+
+
+def refine_until(solver, load, approach, rtol, progress=False):
+    """The solution on a mesh that is cut where the estimate asks for it, until it is at most rtol.
+
+    `progress` shows a bar of passes with the estimate.
+
+    Raises
+    ------
+    NotConverged
+        If that takes more than MOST unknowns or PASSES passes; `reached` is the smallest estimate.
+    """
+    best, where = math.inf, f"load {load:g}" if approach is None else f"approach {approach:g}"
+    with tqdm(desc=f"refined to {rtol:g}", unit=" passes", disable=not progress) as bar:
+        for passes in range(1, PASSES + 1):
+            try:
+                found = solver.at(load, approach)
+                parts = estimate(found)
+            except NotConverged as failure:
+                if best == math.inf:
+                    raise
+                raise NotConverged(
+                    f"rtol = {rtol:g} was not reached at {where}, the smallest error estimate was "
+                    f"{best:.1e}; on the next mesh: {failure}",
+                    reached=best,
+                    iterations=passes,
+                ) from failure
+            bar.update()
+            bar.set_postfix(estimate=f"{parts.total:.1e}", unknowns=found.unknowns)
+            best = min(best, parts.total)
+            if parts.total <= rtol:
+                return replace(found, recovered=parts.total)
+            if found.unknowns > MOST:
+                break
+            solver = solver.on(cut(found.nodes.body.mesh, marked(parts, rtol), found.nodes.body.order))
+    raise NotConverged(
+        f"rtol = {rtol:g} was not reached at {where} with {found.unknowns} unknowns, the smallest error "
+        f"estimate was {best:.1e}; ask for that, or raise the order",
+        reached=best,
+        iterations=passes,
+    )
+
+
+def marked(found, rtol):
+    """Elements (boolean array) that make up SHARE of each part that is above rtol."""
+    chosen = np.zeros(len(found.of_energy), bool)
+    for part, added in ((found.energy, found.of_energy), (found.surface, found.of_surface)):
+        if part > rtol:
+            order = np.argsort(added)[::-1]
+            count = np.searchsorted(np.cumsum(added[order]), SHARE*added.sum()) + 1
+            chosen[order[:count]] = True
+    return chosen
+
+
+def cut(mesh, chosen, order):
+    """A copy of a mesh with the chosen elements cut, curved sides again of this order."""
+    finer = ng.Mesh(mesh.ngmesh.Copy())
+    for element, flag in zip(finer.Elements(), chosen):
+        finer.SetRefinementFlag(element, bool(flag))
+    finer.Refine()
+    return finer.Curve(order)

@@ -1,0 +1,268 @@
+"""A solution on the surface of a condensed body along x1: pressures, micromoment, zones, fields.
+
+What it offers is what a solution on the contact line of a half-plane offers, so that one set of observables
+serves both.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import BadArgument
+from ..model.solver import Solver
+from ..model.state import ErrorParts, LineSolution
+from ..model.zones import distance, distance_to_ends
+from .condensation import ContactNodes
+from .mesh_fields import BelowOnMesh
+
+
+@dataclass(frozen=True)
+class Estimate(ErrorParts):
+    """Parts of the relative L2 error of pressure and micromoment; `total` is their sum.
+
+    Attributes
+    ----------
+    discretisation : float, distance to the next coarser level of meshes; None where the mesh was prescribed
+    edges : float, what moving the edges by the next step of Newton's method would change
+    truncation : float, what cutting the half-plane off changes at most; 0 where the block is bounded
+    obstacle : float, what the nodes miss of heights and overlaps between them (`between`)
+    """
+
+    discretisation: float | None
+    edges: float
+    truncation: float
+    obstacle: float = 0.0
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SurfaceSolution(BelowOnMesh, LineSolution):
+    """A solution on the contact nodes of a body whose contact boundary runs along x1.
+
+    Attributes
+    ----------
+    solver : FittedSolver or UniformSolver
+    body : ContactNodes or Condensed; of a symmetric problem the half x1 > 0
+    load, approach : float, resultant force per thickness (of the whole body) and approach of the obstacle
+    forces : array (corners, nodes), of the computed part
+    zones : {corner number: ((left, right), ...)} of the computed part
+    iterations : int, linear or contact problems that were solved on the way
+    residual : float, largest relative residual
+    estimate : Estimate, or None where the mesh does not follow the edges
+    unknowns : int, free unknowns of the bulk, and what the method adds
+    computed_psi : array (nodes,), microrotation of the computed part
+    found_fields : Fields of the computed part where the method has them; `fields` has them always
+    """
+
+    solver: Solver
+    body: ContactNodes
+    load: float
+    approach: float
+    forces: np.ndarray
+    zones: dict
+    iterations: int
+    residual: float
+    unknowns: int
+    computed_psi: np.ndarray
+    estimate: Estimate | None = None
+    found_fields: object = None
+    method: str = "fitted"
+
+    @property
+    def problem(self):
+        return self.solver.problem
+
+    @property
+    def order(self):
+        return self.body.body.order
+
+    def remarks(self):
+        return self.few_nodes("take a smaller h, or Fitted() with rtol=")
+
+    @cached_property
+    def displacement(self):
+        """-u.n at `x`."""
+        return self._unfold(-self._raised, 1)
+
+    @property
+    def _raised(self):
+        """u.n at the nodes of the computed part; Newton's methods have it in their fields, without a
+        compliance.
+        """
+        if self.found_fields is not None:
+            return self.body.values(self.found_fields.u2)
+        return self.body.compliance.matrix[:len(self._x)] @ self._loads
+
+    @property
+    def _loads(self):
+        """Nodal normal forces and moments of the computed part, array (2 n,)."""
+        return self.body.compliance.onto_corners(self.problem.law).T @ self.forces.ravel()
+
+    @property
+    def _x(self):
+        return self.body.points[:, 0]
+
+    @cached_property
+    def _computed(self):
+        """Pressures at the nodes of the computed part, array (corners, n); on the axis both corners share
+        what one carries.
+        """
+        found = self.forces/self.body.weights
+        return np.where(self._x == 0, found.mean(axis=0), found) if self.problem.mirror else found
+
+    @cached_property
+    def all_zones(self):
+        """{corner number: ((left, right), ...)} on the whole line: 0 is A (left), 1 is B (right).
+
+        A law without corners has 0 alone; `zones_by_name` has the same by name.
+        """
+        if not self.problem.mirror:
+            return self.zones
+        found = {}
+        for corner in self.zones:
+            other = len(self.zones) - 1 - corner
+            pieces = [(-right, -left) for left, right in reversed(self.zones[other])] + list(
+                self.zones[corner]
+            )
+            found[corner] = tuple(_joined_at_axis(pieces))
+        return found
+
+    @cached_property
+    def x(self):
+        """Contact nodes of the whole line, ascending."""
+        return self._unfold(self._x, -1)
+
+    @cached_property
+    def weights(self):
+        """Weights at `x`: their sum with the pressure is the load."""
+        weights = self._unfold(self.body.weights, 1)
+        if self.problem.mirror:
+            weights[len(self._x) - 1] *= 2
+        return weights
+
+    @cached_property
+    def pressures(self):
+        """Pressure of each corner at `x`, array (corners, n)."""
+        if not self.problem.mirror:
+            return self._computed
+        return np.column_stack((self._computed[::-1, :0:-1], self._computed))
+
+    def _reaction_at_nodes(self):
+        return self._unfold(self._clamping, -1)
+
+    @cached_property
+    def psi(self):
+        """Microrotation at `x`."""
+        return self._unfold(self.computed_psi, -1)
+
+    @property
+    def mirrored(self):
+        return self.problem.mirror
+
+    @cached_property
+    def fields(self):
+        """Fields of the computed part by one back-substitution, with values at points of the whole body."""
+        found = (
+            self.found_fields
+            if self.found_fields is not None
+            else self.body.fields(*np.split(self._loads, 2))
+        )
+        return found.unfolded() if self.mirrored else found
+
+    @cached_property
+    def _clamping(self):
+        moment = self.body.reaction(self.fields)/self.body.weights
+        if self.problem.mirror:
+            moment[0] = 0.0      # there the axis takes the reaction of its own
+        else:
+            moment[0] = moment[1]      # at its ends the boundary's neighbours add theirs
+        moment[-1] = moment[-2]
+        return moment
+
+    def pressure(self, corner, x):
+        """Pressure of a corner at x, array (n,): on each facet the polynomial through its nodes."""
+        x = np.asarray(x, float)
+        if not self.problem.mirror:
+            return self.body.interpolate(self._computed[corner], x)
+        opposite = self._computed[len(self._computed) - 1 - corner]
+        return np.where(
+            x < 0, self.body.interpolate(opposite, -x), self.body.interpolate(self._computed[corner], x)
+        )
+
+    def gap(self, corner, x):
+        """Gap of a corner at x, array (n,): displacement and rotation are polynomials on each facet.
+
+        Raises
+        ------
+        BadArgument
+            For x beyond the contact boundary.
+        """
+        if not np.all((x >= self.x[0]) & (x <= self.x[-1])):
+            raise BadArgument(
+                "x", x, f"must lie on the contact boundary, from {self.x[0]:g} to {self.x[-1]:g}"
+            )
+        side, number = np.abs(x) if self.problem.mirror else x, np.full(len(x), corner)
+        raised, psi = (self.body.interpolate(own, side) for own in (self._raised, self.computed_psi))
+        psi = np.where(x < 0, -psi, psi) if self.problem.mirror else psi
+        return (self.problem.initial_gap(number, x) - self.approach - raised
+                + self.problem.ell/2*self.problem.lever(number, x)*psi)
+
+    def clamping(self, x):
+        """The reaction to psi = 0 at x, array (n,)."""
+        inside = self.body.interpolate(self._clamping, np.abs(x) if self.problem.mirror else x)
+        return np.where(x < 0, -inside, inside) if self.problem.mirror else inside
+
+    def _unfold(self, values, sign):
+        """Values of the whole line from those of the computed part, even (sign 1) or odd about x = 0."""
+        return np.concatenate((sign*values[:0:-1], values)) if self.problem.mirror else np.array(values)
+
+
+def surface_solution(solver, body, load, found, zones, iterations, estimate=None, method="fitted"):
+    """The SurfaceSolution of a ContactState `found` on a Condensed body."""
+    law = solver.law
+    onto = body.compliance.onto_corners(law)
+    psi = body.compliance.matrix[len(body.weights):] @ (onto.T @ found.forces)
+    forces = found.forces.reshape(len(law.corners), -1)
+    return SurfaceSolution(
+        solver,
+        body,
+        load,
+        found.approach,
+        forces,
+        zones,
+        iterations,
+        found.kkt,
+        body.unknowns,
+        psi,
+        estimate,
+        method=method,
+    )
+
+
+def _joined_at_axis(pieces):
+    found = []
+    for left, right in pieces:
+        if found and found[-1][1] >= left - 1e-14*abs(right):
+            found[-1] = (found[-1][0], right)
+        else:
+            found.append((left, right))
+    return found
+
+
+def difference(coarse, fine):
+    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, between two solutions of one problem.
+
+    Next to an end of the obstacle, where the pressure is infinite, the distance from the end is the weight.
+    """
+    x, ell = fine.x, fine.problem.solid.ell
+    shifts = fine.problem.law.shifts(ell)
+    weights = fine.weights*distance_to_ends(x, getattr(fine.problem.obstacle, "ends", ()), shifts)
+    p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
+    total = fine.pressures.sum(axis=0)
+    moment = np.zeros_like(x)
+    if len(p) == 2:
+        levers = np.array([fine.problem.lever(np.full(len(x), corner), x) for corner in range(2)])
+        moment = np.sum(levers*(p - fine.pressures), axis=0)/2
+    elif fine.problem.law.clamps_rotation:
+        moment = (coarse.clamping(x) - fine.micromoment)*(total > 0)/ell
+    return distance(weights, p.sum(axis=0) - total, moment, total)

@@ -1,0 +1,353 @@
+"""Contact on uniform cells, matrix-free: large rough problems, and problems that repeat with a period."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from tqdm.auto import tqdm
+
+from ..corners import projected_gradients
+from ..errors import BadArgument, NotConverged
+from ..model import picture
+from ..model.obstacles import heights
+from ..model.problem import Problem
+from ..model.solver import Solver
+from ..model.state import Solution
+from ..model.zones import contact_zones, distance, distance_to_ends, runs
+from .cells import CellGrid
+
+FIRST, MOST = 128, 2**21       # cells of the coarsest and finest grid that rtol may ask for
+# at which halving a given number of cells ends, after two halvings at the earliest
+COARSEST = 1024
+COARSE_RESIDUAL = 0.01         # of the coarser grids, over their nodes: far below what the next one changes
+RESIDUAL = 1e-9                # of the state; its pressures are good to some ten times that
+ENOUGH = 1e-3                 # of rtol: residual of states that only follow others
+AROUND = 0.05                  # of the low stretches, left free on either side
+FITS = 1e-6                    # of their range, heights at both ends of a period may differ; so may periods
+PLACES = 257                   # on a period, at which its range is taken
+# ratio of successive changes from grid to grid taken for the slowest convergence; 2 is expected
+SLOWEST = 1.4
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CellSolution(Solution):
+    """A solution on uniform cells.
+
+    Attributes
+    ----------
+    solver : CellSolver
+    x, weights : arrays (n,), centres and lengths of the cells
+    pressures : array (corners, n), of each corner
+    micromoment, psi, displacement : arrays (n,), M of (29) (where psi is prescribed the reaction to it), psi,
+        -u2
+    load, approach : force per thickness (and per period), approach over the mean of the surface
+    energy : float, half the work of the forces, up to the same constant
+    residual : float, largest relative residual of (a), see
+        `microblock.corners.projected_gradients.GridForces`
+    iterations : int, products with the flexibility that were spent on this grid
+    change : float, relative L2 error of pressure and micromoment over ell, next to an end of the obstacle,
+        where the pressure is infinite, with the distance from it as weight; None without coarser grids
+    notes : sentences on why cells were taken where panels were asked for
+    """
+
+    solver: Solver
+    x: np.ndarray
+    weights: np.ndarray
+    pressures: np.ndarray
+    micromoment: np.ndarray
+    psi: np.ndarray
+    displacement: np.ndarray
+    load: float
+    approach: float
+    energy: float
+    residual: float
+    iterations: int
+    change: float | None = None
+    notes: tuple = ()
+
+    method = "cells"
+
+    @property
+    def error_estimate(self):
+        return self.change
+
+    @property
+    def unknowns(self):
+        return self.pressures.size
+
+    @property
+    def all_zones(self):
+        """{corner number: array (k, 2) of the intervals of cells with pressure}; 0 is A (left), 1 is B
+        (right).
+        """
+        half = self.weights[0]/2
+        return {
+            number: np.array(
+                [(self.x[first] - half, self.x[last] + half) for first, last in runs(own > 0)]
+            ).reshape(-1, 2)
+            for number, own in enumerate(self.pressures)
+        }
+
+    @property
+    def problem(self):
+        return self.solver.problem
+
+    @property
+    def zones_by_name(self):
+        return contact_zones(self.all_zones, self.solver.law.corners)
+
+    def pressure(self, corner, x):
+        """Pressure of a corner at x, array (n,): that of the cell in which x lies."""
+        period = self.solver.body.period
+        x = _folded(x, period)
+        number = np.floor((x - self.x[0])/self.weights[0] + 0.5)
+        inside = (number >= 0) & (number < len(self.x))
+        return np.where(inside, self.pressures[corner][np.clip(number, 0, len(self.x) - 1).astype(int)], 0.0)
+
+    def gap(self, corner, x):
+        """Gap of a corner at x, array (n,): displacement and rotation as polygons through the cells' centres.
+
+        Raises
+        ------
+        BadArgument
+            For x beyond the cells.
+        """
+        period, half = self.solver.body.period, self.weights[0]/2
+        if period is None and not np.all((x >= self.x[0] - half) & (x <= self.x[-1] + half)):
+            raise BadArgument(
+                "x", x, f"must lie within the cells, from {self.x[0] - half:g} to {self.x[-1] + half:g}"
+            )
+        place = _folded(x, period)
+        raised, psi = (_polygon(place, self.x, own, period) for own in (self.displacement, self.psi))
+        number = np.full(len(x), corner)
+        return (self.problem.initial_gap(number, x) - self.approach + raised
+                + self.problem.ell/2*self.problem.lever(number, x)*psi)
+
+
+class CellSolver(Solver):
+    """States of a half-plane on uniform cells; its `options` are `Cells`."""
+
+    usual_rtol = 1e-2
+
+    def __init__(self, contact, options):
+        super().__init__(contact, options)
+        if self.body.period is not None and options.window is not None:
+            raise BadArgument(
+                "window", options.window, "belongs to a half-plane without images; here it is the period"
+            )
+        if self.body.period is not None:
+            self._require_repeating()
+        if options.window is None and self.body.period is None:
+            self.require_lowest()
+
+    def _require_repeating(self):
+        """BadArgument unless obstacle and psi0 fit the period: what is cut off must go on where it begins."""
+        period = self.body.period
+        own = getattr(self.obstacle, "period", None)
+        if own is not None and abs(period/own - round(period/own)) > FITS:
+            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own:g}")
+        x = period*np.concatenate(([-0.5, 0.5], np.linspace(-0.5, 0.5, PLACES)))
+        above = heights(self.obstacle, x)
+        known = above[np.isfinite(above)]
+        if np.isfinite(above[:2]).all() and abs(above[1] - above[0]) > FITS*np.ptp(known):
+            raise BadArgument("obstacle", self.obstacle, "must repeat with the period: its height is "
+                              f"{above[0]:.4g} at x = {x[0]:g} and {above[1]:.4g} at x = {x[1]:g}")
+        psi0 = self.law.initial_rotation(x[:2])
+        if abs(psi0[1] - psi0[0]) > FITS*np.ptp(self.law.initial_rotation(x)):
+            raise BadArgument("psi0", getattr(self.law, "psi0", None), "must repeat with the period, "
+                              f"{period:g}")
+
+    @property
+    def has_level(self):
+        return self.body.period is not None
+
+    @cached_property
+    def problem(self):
+        """The problem along x1; on a period the obstacle with its images."""
+        obstacle = self.obstacle if self.body.period is None else _repeated(self.obstacle, self.body.period)
+        return Problem(self.solid, self.law, obstacle)
+
+    def solve(self, load, approach, rtol, initial=None, progress=False):
+        solver = self._with_window(load)
+        nodes, residual = self.options.nodes, self.options.residual
+        if nodes is not None and rtol is not None:
+            raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
+        if isinstance(initial, CellSolution) and nodes is not None:
+            return solver._solve(nodes, load, approach, initial, residual)
+        if nodes is not None:
+            *_, last = solver._solutions(load, approach, halvings(nodes), residual, progress)
+            return last
+        rtol = self.usual_rtol if rtol is None else rtol
+        doublings = FIRST*2**np.arange(int(np.log2(MOST/FIRST)) + 1)
+        state = solver.upto(load, rtol, doublings, approach=approach, residual=residual, progress=progress)
+        if state.error_estimate <= rtol:
+            return state
+        raise NotConverged(
+            f"error {state.error_estimate:.1e} instead of {rtol:g} on {len(state.x)} nodes; Panels() reach "
+            "more under smooth obstacles",
+            reached=state.error_estimate,
+        )
+
+    def _with_window(self, load):
+        """The solver on a window: its own, or all places where the obstacle could touch at the load."""
+        if self.body.period is not None or self.options.window is not None:
+            return self
+        if load is None:
+            raise BadArgument(
+                "window",
+                None,
+                "must be (left, right), where the obstacle may touch, if the approach is given",
+            )
+        found = picture.picture(self.problem, load, picture.BOUND)
+        return self.windowed(around(found, self.solid.ell))
+
+    def windowed(self, window):
+        """The same solver on a window (left, right)."""
+        return CellSolver(self.contact, replace(self.options, window=window))
+
+    def follow(self, load, rtol, initial):
+        """The solution on as many cells as a neighbour has, or on more if rtol asks for them."""
+        if self.options.nodes is not None or not isinstance(initial, CellSolution):
+            return self.solve(load, None, rtol, initial)
+        solver, rtol = self._with_window(load), self.usual_rtol if rtol is None else rtol
+        sizes = halvings(len(initial.x))
+        *_, state = solver._solutions(load, None, sizes, max(RESIDUAL, ENOUGH*rtol), False)
+        return state if state.error_estimate <= rtol else self.solve(load, None, rtol)
+
+    def upto(self, load, rtol, sizes, least=4*FIRST, approach=None, residual=RESIDUAL, progress=False):
+        """The first state on grids of these sizes that has rtol and at least so many cells, or that of the
+        last grid.
+        """
+        for state in self._solutions(load, approach, sizes, residual, progress):
+            if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= least:
+                break
+        return state
+
+    def _solutions(self, load, approach, sizes, residual, progress):
+        """Solutions on grids of the given sizes, each started from the one before."""
+        state, changes = None, []
+        total = None if sizes[-1] == MOST else int(sum(sizes))
+        with tqdm(total=total, unit=" cells", unit_scale=True, disable=not progress) as bar:
+            for size in map(int, sizes):
+                enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL/size)
+                finer = self._solve(size, load, approach, state, enough)
+                if state is not None:
+                    changes.append(
+                        difference(finer, state, self.solid.ell, self.body.period, self._end_weights(finer.x))
+                    )
+                state = finer
+                bar.update(size)
+                yield replace(state, change=_estimate(changes))
+
+    def _end_weights(self, x):
+        """1, and towards ends of the obstacle, where the pressure has no bound, falling with the distance."""
+        return distance_to_ends(x, getattr(self.obstacle, "ends", ()), self.law.shifts(self.body.solid.ell))
+
+    def _cells(self, nodes):
+        if self.body.period is not None:
+            return CellGrid(self.body, -self.body.period/2, self.body.period/2, nodes)
+        return CellGrid(self.body, *self.options.window, nodes)
+
+    @cached_property
+    def _grids(self):
+        return {}
+
+    def prepare(self, nodes):
+        """Cells, flexibility and initial gaps on so many nodes, made once and kept for further loads."""
+        if nodes not in self._grids:
+            cells = self._cells(nodes)
+            self._grids[nodes] = cells, cells.flexibility(self.law), self.problem.initial_gaps(cells.x)
+        return self._grids[nodes]
+
+    def _solve(self, nodes, load, approach, start, residual):
+        cells, flexibility, gaps = self.prepare(nodes)
+        forces = None
+        if start is not None and len(start.pressures) == len(gaps):
+            own = [_polygon(cells.x, start.x, p, self.body.period) for p in start.pressures]
+            forces = np.array(own)*cells.width
+        found = projected_gradients.solve(
+            flexibility, gaps, load=load, approach=approach, start=forces, rtol=residual
+        )
+        self._check_window(cells, found.forces)
+        return self._state(cells, flexibility, gaps, found)
+
+    def _check_window(self, cells, forces):
+        if self.body.period is not None:
+            return
+        outside = self.problem.initial_gaps(np.array((cells.x[0] - cells.width, cells.x[-1] + cells.width)))
+        if np.any((forces[:, [0, -1]] > 0) & np.isfinite(outside)):
+            raise NotConverged(f"the contact reaches the end of the window {self.options.window}; widen it")
+
+    def _state(self, cells, flexibility, gaps, found):
+        half, pressures = self.body.solid.ell/2, found.forces/cells.width
+        displacement, phi = flexibility.surface(found.forces)
+        if len(pressures) == 2:
+            moment = half*(flexibility.levers*pressures).sum(axis=0)
+        elif self.law.clamps_rotation:
+            moment, phi = half*flexibility.besides(pressures), np.zeros(cells.count)
+        else:
+            moment, phi = np.zeros(cells.count), flexibility.besides(found.forces)
+        depth = np.where(found.forces > 0, found.approach - gaps, 0)
+        energy = float(np.sum(depth*found.forces)/2)
+        return CellSolution(self, cells.x, np.full(cells.count, cells.width), pressures, moment, phi/half,
+                            displacement, found.load, found.approach, energy, found.kkt, found.products)
+
+
+def difference(finer, coarser, ell, period=None, weights=1.0):
+    """max(|dp|, |dM|/ell)/|p| in L2 with these weights on the centres of the finer grid, both states as
+    polygons.
+    """
+    def change(name):
+        fine, coarse = (np.atleast_2d(getattr(state, name)).sum(axis=0) for state in (finer, coarser))
+        return fine - _polygon(finer.x, coarser.x, coarse, period)
+
+    weights = np.broadcast_to(weights, len(finer.x))
+    return distance(weights, change("pressures"), change("micromoment")/ell, finer.pressures.sum(axis=0))
+
+
+def _estimate(changes):
+    """Error of the last state from the changes from grid to grid, a geometric series of a ratio between
+    SLOWEST and 2.
+
+    A last change that is more than twice smaller than the one before is luck, where a cell falls on an edge.
+    """
+    if not changes:
+        return None
+    before, last = changes[-2:] if len(changes) > 1 else (2*changes[-1], changes[-1])
+    last = max(last, before/2)
+    return last/(max(before/last, SLOWEST) - 1) if last else 0.0
+
+
+def around(found, ell):
+    """(left, right) of the surface that holds all low stretches of an obstacle's Picture."""
+    left, right = found.stretches[0][0] - ell, found.stretches[-1][1] + ell
+    margin = AROUND*(right - left)
+    return left - margin, right + margin
+
+
+def halvings(nodes):
+    """Sizes of the grids below one of so many nodes, and its own, ascending."""
+    sizes = [nodes]
+    while sizes[-1] > 2*COARSEST or len(sizes) < 3:
+        sizes.append((sizes[-1] + 1)//2)
+    return sizes[::-1]
+
+
+def _polygon(x, nodes, values, period):
+    if period is None:
+        return np.interp(x, nodes, values)
+    return np.interp(x, np.concatenate((nodes[-1:] - period, nodes, nodes[:1] + period)),
+                     np.concatenate((values[-1:], values, values[:1])))
+
+
+def _folded(x, period):
+    """Abscissae within the period around x1 = 0 that stand for x; x itself without a period."""
+    return x if period is None else (x + period/2) % period - period/2
+
+
+def _repeated(obstacle, period):
+    """An obstacle's height with a period."""
+    height = getattr(obstacle, "height", obstacle)
+    if not callable(height):
+        return obstacle      # refused by name in `obstacles.gap`
+    return lambda x: height(_folded(np.asarray(x, float), period))

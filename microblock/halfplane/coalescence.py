@@ -1,0 +1,81 @@
+"""The load at which two symmetric zones of partial contact meet on the axis: its limit, and by fitted finite
+elements.
+
+The inner edge is prescribed and the load left free: on one mesh the coefficients of the pressure at the edges
+are affine in the load, and the load is right where K0 of the inner edge vanishes. With the edge at the
+distance b from the axis it misses coalescence by b^(2 s), where p ~ x^s there (docs/theory.md): two
+Richardson steps, from the side of a gap and of an overlap.
+"""
+
+import numpy as np
+
+from ..errors import BadArgument, NotConverged
+from .kernels import coalescence_exponent
+
+INNER_EDGES = (1.5, 2.0, 2.5, 3.0, 3.5)      # -log10 of the inner edges over ell
+OUTER_AT_TOUCH = 1.4                         # outer edge over ell: a first guess
+OUTER_STEP = 1e-6                            # of the outer edge that may be left: the load feels its square
+STEPS = 12
+
+
+def coalescence(solver, order=9, levels=5):
+    """Load (force per thickness) at which the zones of a symmetric problem of a FittedSolver meet, and its
+    error.
+
+    The order's own error is not in it: compare two of them.
+    """
+    if not solver.symmetric or len(solver.law.corners) != 2:
+        raise BadArgument("problem", solver.contact, "must be a symmetric one of microblocks")
+    return extrapolated(
+        lambda inner, outer: load_at_inner_edge(solver, inner, outer, order, levels),
+        solver.solid,
+        INNER_EDGES,
+        OUTER_AT_TOUCH * solver.solid.ell,
+    )
+
+
+def extrapolated(load_at, solid, inner_edges, outer):
+    """Limit of the load for an inner edge on the axis, and its error.
+
+    Two Richardson steps, from the side of a gap and from that of an overlap; the error is the larger of the
+    last correction and the distance of the two sides.
+
+    Parameters
+    ----------
+    load_at : (inner edge, first guess of the outer one) -> (load, outer edge)
+    inner_edges : -log10 of the inner edges over ell, equally spaced
+    outer : first guess of the outer edge (length)
+    """
+    exponent, limits, corrections = coalescence_exponent(solid), [], []
+    for side in (1, -1):
+        column = []
+        for digits in inner_edges:
+            load, outer = load_at(side*solid.ell*10.0**-digits, outer)
+            column.append(load)
+        for power in (2, 4):
+            ratio = 10.0**(-power*exponent*(inner_edges[1] - inner_edges[0]))
+            column = [(fine - ratio*coarse)/(1 - ratio) for coarse, fine in zip(column, column[1:])]
+        limits.append(column[-1])
+        corrections.append(abs(column[-1] - column[-2]))
+    return sum(limits)/2, max(*corrections, abs(limits[0] - limits[1]))
+
+
+def load_at_inner_edge(solver, inner, outer, order, levels):
+    """Load at which the inner edge of corner A is `inner` from the axis (> 0: a gap, < 0: an overlap), and
+    the outer edge.
+    """
+    unit = solver.solid.E_star*outer
+    for _ in range(STEPS):
+        zones = {0: ((max(inner, 0.0), outer),), 1: ((0.0, -inner),) if inner < 0 else ()}
+        inner_K, outer_K = (
+            np.array(values) for values in solver.edge_coefficients(zones, (unit, 2 * unit), order, levels)
+        )
+        share = inner_K[0, 0]/(inner_K[0, 0] - inner_K[1, 0])
+        K0, K1 = outer_K[0] + share*(outer_K[1] - outer_K[0])
+        step = 2*K0/K1
+        outer += float(np.clip(step, -0.3*outer, 0.3*outer))
+        if abs(step) < OUTER_STEP*outer:
+            return float(unit*(1 + share)), outer
+    raise NotConverged(
+        f"the outer edge still moves by {step:.1e} at the inner edge {inner:g}", iterations=STEPS
+    )

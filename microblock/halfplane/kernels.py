@@ -1,0 +1,385 @@
+"""The homogeneous half-plane x2 < 0 without a mesh: its surface response in Fourier space and on the line.
+
+Classical displacement with psi equal to its rotation, and one micropolar mode exp(s x2), solve the field
+equations (docs/theory.md, "Half-plane"). At the surface, for loads exp(i k x1), k > 0, with s^2 = k^2 +
+1/L^2, L the layer length, c = (1 - nu)/mu and D = 1 + gamma' ell^2 (1 - nu) k^2 (s - k)/s,
+
+    displacement u = -u2: u   = U p + i V m,       U = c/(k D)
+    rotation phi:         phi = -i V p + W m,      V = (c ell/2) (s - k)/(s D)
+                                                   W = (c ell^2/4) [1/(gamma' ell^2 (1 - nu)) + k (s - k)]/(s
+                                                   D)
+
+where phi = ell psi/2 and m = 2 M/ell, so that p and m are sums and differences of corner pressures. Turning
+the wavenumber to k = i t makes the kernels on the line Laplace integrals of real weights. Over c they depend
+on x/ell, nu, beta and gamma' alone, and are tabulated once in log x.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike
+
+from ..corners.compliance import Compliance
+from ..errors import BadArgument, require_kind, require_positive
+from ..model.material import Cosserat
+from ..model.methods import Cells, Panels
+from ..model.quadrature import gauss_rule
+from ..model.summary import Row, Shown, Summary
+from ..model.types import Array
+from ..threads import bounded
+
+NEAREST, FARTHEST = 1e-16, 1e10     # x/ell between which the kernels are tabulated
+# Chebyshev points on a piece, this wide in log x, from which the table is made: 1e-13
+POINTS, PIECE = 16, 1.4
+PARTS, TERMS = 28, 6                # polynomials of so few terms on parts of it, cheap to look up: 1e-13
+# Gauss points on a piece of width 1 in log t of a Laplace integral: rounding
+GAUSS = 12
+KERNELS, ODD = 5, (1, 4)
+NEAR_CELLS, FAR_GAUSS = 16, 6       # from this many cells on, Gauss points on a cell: (4*16)^-12, rounding
+FAR_TAIL = 40.0                     # exp(-40) is nothing
+RATES = 1e-12, 1e12                 # ell over the layer length, between which the quadrature is good
+
+
+def symbol(solid, k):
+    """U, V, W at the wavenumbers k > 0 (array (n,)): array (3, n) of lengths per stress, see above."""
+    k = np.asarray(k, float)
+    if not np.all(k > 0):
+        raise BadArgument("k", k, "wavenumbers must be positive")
+    rate = 1/solid.layer_length
+    s = np.hypot(k, rate)
+    return _symbol(solid, k, s, rate/(s + k)*rate)
+
+
+def _symbol(solid, k, s, s_minus_k):
+    """The formulas above; `s_minus_k` is given, so that nothing cancels."""
+    c, g = (1 - solid.nu)/solid.mu, solid.curvature*solid.ell**2
+    D = 1 + g*(1 - solid.nu)*k*(k/s)*s_minus_k
+    return np.array((c/(k*D),
+                     c*solid.ell/2*s_minus_k/(s*D),
+                     c*solid.ell**2/4*(1/(g*(1 - solid.nu)) + k*s_minus_k)/(s*D)))
+
+
+def clamped(U, V, W):
+    """u over p where psi = 0 is prescribed on the whole surface: m = i V p/W takes the rotation away."""
+    return U - V**2/W
+
+
+def short_waves(solid):
+    """Limits of k U and k W for k -> infinity: normal displacement under p and rotation under m, lengths per
+    stress times k.
+    """
+    c = (1 - solid.nu)/solid.mu
+    return c/(1 + (1 - solid.nu)*solid.beta), c/(4*solid.curvature*(1 - solid.nu))
+
+
+def coalescence_exponent(solid: Cosserat) -> float:
+    """Returns s of p ~ x^s at the axis when two zones of partial contact touch there.
+
+    ``cos(pi s) = (c_u - c_phi)/(c_u + c_phi)`` with the limits of k U and k W for k -> infinity
+    (docs/theory.md).
+    """
+    displacement, rotation = short_waves(solid)
+    return float(np.arccos((displacement - rotation)/(displacement + rotation))/np.pi)
+
+
+class Kernels:
+    """The responses on the line to a unit line load, over c = (1 - nu)/mu.
+
+    Number 0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with ``*`` the convolution in x.
+    Where psi = 0 on the whole surface, 3 is u from p and 4, over 1/ell instead of c, is -m from p. V and
+    number 4 are odd, the others even. U carries the arbitrary level of a half-plane, here such that U ->
+    -log(x/ell)/pi for x
+    -> infinity.
+
+    Parameters
+    ----------
+    nu, beta, curvature : float, as of `Cosserat`
+
+    Raises
+    ------
+    BadArgument
+        For beta = 0 or next to it (ell below 1e-12 layer lengths): W(k = 0) is infinite, for nothing holds
+        the rotation of a half-plane; and for layers below 1e-12 ell.
+    """
+
+    @bounded
+    def __init__(self, nu, beta, curvature=2.0):
+        solid = Cosserat(E=2*(1 + nu), nu=nu, ell=1.0, beta=beta, curvature=curvature)
+        if not RATES[0] <= 1/solid.layer_length <= RATES[1]:
+            raise BadArgument(
+                "beta",
+                beta,
+                f"2 beta/gamma' must lie between {RATES[0]**2:g} and {RATES[1]**2:g} "
+                "on a half-plane: for beta = 0 nothing holds its rotation",
+            )
+        pieces = int(np.ceil(np.log(FARTHEST/NEAREST)/PIECE))
+        self._start, self._step, self._parts = np.log(NEAREST), PIECE/PARTS, PARTS*pieces
+        logarithms = self._start + PIECE*(np.arange(pieces)[:, None] + (_chebyshev_points(POINTS) + 1)/2)
+        values = _laplace(solid, np.exp(logarithms).ravel()).reshape(KERNELS, pieces, POINTS)
+        self._table = np.moveaxis((values @ _parting().T).reshape(KERNELS, self._parts, TERMS), 2, 1).copy()
+
+    def __call__(self, x, which=(0, 1, 2)):
+        """The kernels numbered `which` at x/ell, array of any shape: array (len(which), ...)."""
+        x = np.asarray(x, float)
+        place = (np.log(np.clip(np.abs(x), NEAREST, FARTHEST)) - self._start)/self._step
+        part = np.minimum(place.astype(np.intp), self._parts - 1)
+        t = 2*(place - part) - 1
+        values = np.empty((len(which), *x.shape))
+        for value, number in zip(values, which):
+            coefficients = self._table[number]
+            value[...] = coefficients[-1].take(part)
+            for row in coefficients[-2::-1]:      # Horner
+                value *= t
+                value += row.take(part)
+            if number in ODD:
+                value *= np.sign(x)
+        return values
+
+
+def _chebyshev_points(count):
+    return np.cos(np.pi*(np.arange(count) + 0.5)/count)
+
+
+def _parting():
+    """Coefficients in powers of t in [-1, 1] on each part of a piece, from the values on it: array (PARTS
+    TERMS, POINTS).
+    """
+    points, fine = _chebyshev_points(POINTS), _chebyshev_points(TERMS)
+    places = 2*(np.arange(PARTS)[:, None] + (fine + 1)/2)/PARTS - 1
+    values = chebyshev.chebvander(places, POINTS - 1) @ np.linalg.inv(
+        chebyshev.chebvander(points, POINTS - 1)
+    )
+    return (np.linalg.inv(np.vander(fine, increasing=True)) @ values).reshape(-1, POINTS)
+
+
+class HalfPlane(Shown):
+    """The half-plane x2 < 0 of one solid, with or without loads that repeat.
+
+    The rigid-body constant of its normal displacement is arbitrary; on a period the mean displacement of the
+    surface is 0, and approaches count from there.
+
+    Parameters
+    ----------
+    solid : Cosserat
+    period : float, optional
+        Length after which obstacle and loads repeat.
+
+    Raises
+    ------
+    BadArgument
+        If the solid is no Cosserat, or the period not positive.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral())
+    >>> round(problem.solve(load=1.0).half_width, 3)      # Hertz has 0.340 for ell -> 0
+    0.306
+    >>> problem = mb.Contact(mb.HalfPlane(solid, period=1.0), mb.Wave(0.001, 1.0), mb.Microblock(),
+    ...     mb.Cells(nodes=128))
+    >>> state = problem.solve(load=0.05)
+    >>> round(float(state.pressure.mean()), 6)
+    0.05
+    """
+
+    def __init__(self, solid: Cosserat, period: float | None = None) -> None:
+        require_kind(Cosserat, "a Cosserat", solid=solid)
+        if period is not None:
+            require_positive(period=period)
+        self.solid, self.period = solid, period
+
+    @property
+    def methods(self) -> tuple[type[Panels | Cells], ...]:
+        """The methods that solve on it, the usual one first."""
+        return (Panels, Cells) if self.period is None else (Cells,)
+
+    def of(self, solid: Cosserat) -> HalfPlane:
+        """Returns the same half-plane of another solid; kernels depend on nu, beta and gamma' alone and are
+        kept.
+        """
+        return HalfPlane(solid, self.period)
+
+    def summary(self) -> Summary:
+        """Returns period and moduli, for a notebook."""
+        moduli = self.solid.summary()
+        rows = (
+            moduli.rows if self.period is None else (Row("period", "", self.period, "length"), *moduli.rows)
+        )
+        return replace(moduli, title="HalfPlane", rows=rows)
+
+    def compliance(self, x: ArrayLike, clamped: bool = False) -> Compliance:
+        """Returns the compliance of equal cells of constant pressure and micromoment.
+
+        Displacement and rotation are those at the centres of the cells.
+
+        Parameters
+        ----------
+        x : array (n,), n >= 2
+            Centres of the cells, ascending and equally spaced (lengths).
+        clamped : bool
+            Whether psi = 0 on the whole surface.
+
+        Returns
+        -------
+        Compliance
+
+        Raises
+        ------
+        BadArgument
+            If x is not equally spaced, or the half-plane has a period.
+        """
+        if self.period is not None:
+            raise BadArgument("period", self.period, "has no dense compliance: solve on Cells()")
+        try:
+            x = np.atleast_1d(np.asarray(x, float))
+        except (TypeError, ValueError, OverflowError) as failure:
+            raise BadArgument("x", x, "must be a sequence of numbers") from failure
+        width = np.diff(x)
+        if (
+            x.ndim != 1
+            or len(x) < 2
+            or not np.allclose(width, width[0], rtol=1e-9, atol=0)
+            or not width[0] > 0
+        ):
+            raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")
+        U, V, W, fixed, _ = self.cells(len(x), width[0])
+        apart = np.arange(len(x))[:, None] - np.arange(len(x))
+        near, sign, half = np.abs(apart), np.sign(apart), self.solid.ell/2
+        if clamped:
+            matrix = np.block([[fixed[near], 0*near], [0*near, 0*near]])
+        else:
+            # (u.n, psi) from (force along n, moment): u = -u.n, p = -force, phi = ell psi/2, m = 2 M/ell
+            matrix = np.block([[U[near], sign*V[near]/half], [-sign*V[near]/half, W[near]/half**2]])
+        points = np.column_stack((x, np.zeros_like(x)))
+        return Compliance(
+            points, np.tile([0.0, 1.0], (len(x), 1)), np.full(len(x), width[0]), matrix, self.solid.ell
+        )
+
+    def cells(self, count: int, width: float) -> Array:
+        """Returns kernels (length/force) averaged over a cell at the distances 0, 1, ... cells.
+
+        Parameters
+        ----------
+        count : int
+            Number of distances.
+        width : float
+            Width of a cell (length).
+
+        Returns
+        -------
+        array (KERNELS, count)
+        """
+        solid = self.solid
+        table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu)/solid.mu
+        averages = np.empty((KERNELS, count))
+        for near, far, order in ((0, NEAR_CELLS, 24), (NEAR_CELLS, count, FAR_GAUSS)):
+            points, gauss = gauss_rule(order)
+            spread = np.arange(near, min(far, count))[:, None] + points - 0.5
+            averages[:, near:far] = table(spread*width/solid.ell, range(KERNELS)) @ gauss
+        points, gauss = gauss_rule(24)
+        # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
+        averages[:, 0] = table(points**8*width/2/solid.ell, range(KERNELS)) @ (gauss*8*points**7)
+        averages[list(ODD), 0] = 0
+        return c*averages
+
+
+@lru_cache(maxsize=64)
+def kernels(nu, beta, curvature):
+    """The tables of a material, made once."""
+    return Kernels(nu, beta, curvature)
+
+
+def _laplace(solid, x):
+    """All kernels at x > 0, array (n,), by Gauss quadrature of their Laplace integrals: array (KERNELS,
+    n).
+    """
+    k, s, s_minus_k, t, dt = _turned_wavenumbers(solid)
+    U, V, W = _symbol(solid, k, s, s_minus_k)
+    c = (1 - solid.nu)/solid.mu
+    weights = (
+        np.array(
+            (
+                (1j * U / c).real,
+                (V / c).real,
+                (1j * W / c).real,
+                (1j * clamped(U, V, W) / c).real,
+                (V / W).real,
+            )
+        )
+        * dt
+        / np.pi
+    )
+    values = np.empty((KERNELS, x.size))
+    level = np.exp(-t)/t @ dt      # taken off, it leaves -log(x) of the classical 1/t
+    for block in np.array_split(np.arange(x.size), 1 + x.size//256):
+        values[:, block] = weights @ np.exp(-np.outer(t, x[block]))
+    values[[0, 3]] -= level/np.pi
+    return values
+
+
+def _turned_wavenumbers(solid):
+    """k = i t on Gauss points, with s on the side reached from real k: arrays k, s, s - k, t and weights of
+    t.
+
+    Below the branch point t = rate the points are in t while exp(-t x) is next to 1, then in log t, then in
+    the angle of t = rate sin(angle), above it in the hyperbolic angle of t = rate cosh(angle): the square
+    root at the branch point is gone. With b = 2 beta (1 - nu), D = 0 at cos(angle) = b sin(angle)^2 exp(-i
+    angle), a quadratic equation for exp(2 i angle). From b = 1/4 on its root comes near: no piece is longer
+    than its distance from it.
+    """
+    rate, b = 1/solid.layer_length, max(0.25, 2*solid.beta*(1 - solid.nu))
+    points, gauss = gauss_rule(GAUSS)
+
+    def spread(breaks):
+        widths = np.diff(breaks)
+        return (breaks[:-1, None] + widths[:, None]*points).ravel(), (widths[:, None]*gauss).ravel()
+
+    low, high = 1e-3/FARTHEST, FAR_TAIL/NEAREST
+    logs, dlogs = spread(np.linspace(np.log(low), np.log(rate/8), 1 + max(1, int(np.log(rate/8/low)))))
+    slow, dslow = np.append(low*points, np.exp(logs)), np.append(low*gauss, np.exp(logs)*dlogs)
+    pole = -0.5j*np.log((b - 1 + np.sqrt(1 - 4*b + 0j))/(b + 2))
+    steps = pole.imag*2.0**np.arange(8)
+    bends = np.concatenate(
+        (
+            np.linspace(np.arcsin(1 / 8), np.pi / 2 - 0.25, 6),
+            pole.real - steps,
+            [pole.real],
+            pole.real + steps,
+        )
+    )
+    bends = np.unique(bends[(bends >= np.arcsin(1/8)) & (bends < np.pi/2 - 0.25)])
+    # for weak coupling D turns within a distance of the order of rate^2 from the branch point
+    halvings = 0.25*0.5**np.arange(0, 4 + max(0, int(-2*np.log2(rate))))
+    angles, dangles = spread(np.concatenate((bends, np.pi/2 - halvings, [np.pi/2])))
+    tops, dtops = spread(
+        np.concatenate(([0.0], halvings[::-1], np.linspace(0.25, np.log(2 * high / rate), 60)[1:]))
+    )
+    t = np.concatenate((slow, rate*np.sin(angles), rate*np.cosh(tops)))
+    dt = np.concatenate((dslow, rate*np.cos(angles)*dangles, rate*np.sinh(tops)*dtops))
+    below = t.size - tops.size
+    s = np.concatenate((np.sqrt(rate**2 - slow**2), rate*np.cos(angles), 1j*rate*np.sinh(tops)))
+    s_minus_k = np.concatenate((s[:below] - 1j*t[:below], -1j*rate*np.exp(-tops)))
+    return 1j*t, s, s_minus_k, t, dt
+
+
+def gap_kernel(problem, distance, target, source):
+    """Gap of a corner with lever `target` under a unit force on one with lever `source` (length/force)."""
+    table = kernels(problem.solid.nu, problem.solid.beta, problem.solid.curvature)
+    scaled, c = distance/problem.solid.ell, (1 - problem.solid.nu)/problem.solid.mu
+    if problem.law.clamps_rotation:
+        return c*table(scaled, (3,))[0]
+    if len(problem.law.corners) == 1:
+        U, V = table(scaled, (0, 1)) if np.any(target) else (table(scaled, (0,))[0], 0.0)
+        return c*(U + target*V)
+    U, V, W = table(scaled)
+    return c*(U + target*source*W + (target - source)*V)
+
+
+def clamping_kernel(problem, distance, target, source):
+    """M that holds psi = 0 under a unit force (dimensionless); the levers play no part."""
+    table = kernels(problem.solid.nu, problem.solid.beta, problem.solid.curvature)
+    return -table(distance/problem.solid.ell, (4,))[0]/2      # m = 2 M/ell, and the kernel of m is over ell

@@ -1,0 +1,350 @@
+"""A state on panels fitted to the zones of each corner: pressures, micromoment, gaps, what violates (26),
+its error.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from ..model.problem import Problem, half_line
+from ..model.quadrature import lagrange
+from ..model.state import ErrorParts, LineSolution, surface
+from ..model.types import CornerZones
+from ..model.zones import distance, zone_edges
+from ..threads import bounded
+from .kernels import clamping_kernel, gap_kernel
+from .panels import Panels, log_response, response
+
+LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
+FURTHEST = 2.0       # of the way between two states, by which zones are moved on
+JOINT = 1e-12        # of a panel: rounding may leave that between two
+AROUND = 0.6         # of the half-width of the contact, and two blocks, that pictures show on either side
+# points on a stretch of the surface out of contact, clustered towards its ends, where edges are
+OUTSIDE = 30
+NEXT_TO = 1e-10      # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
+
+
+@dataclass(frozen=True)
+class Estimate(ErrorParts):
+    """Parts of the relative L2 error of pressure and micromoment; `total` is their sum.
+
+    Attributes
+    ----------
+    discretisation : float, distance to the next coarser order of panels; None where the order was prescribed
+    edges : float, what pressures that do not vanish at the edges are worth
+    kernel : float, what errors of the kernel's table do to the pressure at worst
+    conditions : float, what the violations of (26) are worth that are left, see `microblock.halfplane.survey`
+    """
+
+    discretisation: float | None
+    edges: float
+    kernel: float
+    conditions: float = 0.0
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PanelSolution(LineSolution):
+    """A solution on fitted panels.
+
+    Attributes
+    ----------
+    problem : Problem
+    load : float, resultant force per thickness
+    zones : {corner number: ((left, right), ...)} of the corners that are computed
+    panels, q : the unknowns, see `microblock.halfplane.panels`
+    approach : float, up to the additive constant of a half-plane
+    iterations : int, steps of Newton's method
+    estimate : Estimate; its discretisation is None where the order of the panels was prescribed
+    least : ((corner, x, gap), ...), local minima of the gaps out of contact
+    solver : PanelSolver
+    """
+
+    problem: Problem
+    load: float
+    zones: dict
+    panels: Panels
+    q: np.ndarray
+    approach: float
+    iterations: int
+    estimate: Estimate
+    least: tuple = ()
+    solver: Any = None      # a Solver, which puts itself in
+
+    method = "panels"
+
+    @cached_property
+    def residual(self):
+        return violation(self)
+
+    @property
+    def unknowns(self):
+        return len(self.q) + 1
+
+    @cached_property
+    def all_zones(self) -> CornerZones:
+        """{corner number: ((left, right), ...)} of all corners, also those known by symmetry: 0 is A (left),
+        1 is B (right).
+
+        A law without corners has 0 alone; `zones_by_name` has the same by name.
+        """
+        if not self.problem.mirror or half_line(self.problem):
+            return self.zones
+        return {0: self.zones[0], 1: tuple((-right, -left) for left, right in reversed(self.zones[0]))}
+
+    def moved_on(self, earlier, share):
+        """With the zones moved on, if they are alike in both states and none is inverted."""
+        own, old = self.all_zones, earlier.all_zones
+        if not abs(share) <= FURTHEST or any(
+            len(old.get(corner, ())) != len(zones) for corner, zones in own.items()
+        ):
+            return self
+        moved = {corner: tuple(tuple(edge + share*(edge - before) for edge, before in zip(*pair))
+                               for pair in zip(zones, old[corner])) for corner, zones in own.items()}
+        apart = all(np.all(np.diff(np.ravel(zones)) > 0) for zones in moved.values())
+        return replace(self, zones={corner: moved[corner] for corner in self.zones}) if apart else self
+
+    @cached_property
+    def _anchored(self):
+        """q at the anchor of each panel with a square root, but for edges that the obstacle's ends fix: 0 in
+        the limit.
+        """
+        basis = lagrange(self.panels.points[0], np.zeros(1))[0]
+        values = self.q.reshape(-1, self.panels.order) @ basis
+        infinite = [end for ends in self.problem.ends.values() for end in ends]
+        return np.where(self.panels.root & ~np.isin(self.panels.e, infinite), values, 0.0)
+
+    @cached_property
+    def _at_own_edges(self):
+        """The same at the corner's own edges only; at the other's, taking it off would change the load."""
+        own = [
+            {edge for interval in self.zones[corner] for edge in interval} for corner in self.panels.corner
+        ]
+        return np.where([e in edges for e, edges in zip(self.panels.e, own)], self._anchored, 0.0)
+
+    def pressure(self, corner, x):
+        """Pressure of a corner at x, array (n,)."""
+        x = np.asarray(x, float)
+        if half_line(self.problem):
+            x = np.abs(x)
+        elif self.problem.mirror and corner == 1:
+            return self.pressure(0, -x)
+        found, own = np.zeros_like(x), np.flatnonzero(self.panels.corner == corner)
+        inside = [(left <= x) & (x <= right) for left, right in self.zones[corner]]
+        known = ~np.any(inside, axis=0) if len(own) else x == x
+        for slack, number in product((0.0, JOINT), own):
+            e, h = self.panels.e[number], self.panels.h[number]
+            along = (x - e)/h
+            here = (along >= -slack) & (along <= 1 + slack) & ~known
+            if here.any():
+                v = np.maximum(self.panels.parameter(number, e + h*np.abs(along[here])), NEXT_TO)
+                q = (
+                    lagrange(self.panels.points[0], v)
+                    @ self.q[number * self.panels.order : (number + 1) * self.panels.order]
+                )
+                found[here] = (q - self._anchored[number]) / self.panels.slope(
+                    number, v
+                ) + self.panels.logarithm(number, v)
+                known |= here
+        return found
+
+    @cached_property
+    def x(self):
+        """All Gauss points of the whole line, ascending, those of both corners once."""
+        x = self.panels.nodes[2]
+        return _distinct(np.concatenate((x, -x)) if self.problem.mirror else x)
+
+    @cached_property
+    def weights(self):
+        """Weights at `x`: their sum with the pressure is the load."""
+        x, weights = self.panels.nodes[2], self.panels.rule
+        if self.problem.mirror:
+            x, weights = np.concatenate((x, -x)), np.tile(weights, 2)
+        found = np.zeros_like(self.x)
+        found[_places(self.x, x)] = weights
+        return found
+
+    @cached_property
+    def pressures(self):
+        """Pressure of each corner at `x`, array (corners, n); brought to the load, which the trimmed edges
+        miss by little.
+        """
+        panel, v, x, _ = self.panels.nodes
+        p = (self.q - self._at_own_edges[panel])/self.panels.slope(panel, v) + self.panels.logarithm(panel, v)
+        found = np.zeros((len(self.problem.law.corners), len(self.x)))
+        found[self.panels.corner[panel], _places(self.x, x)] = p
+        if self.problem.mirror:
+            found = found + found[::-1, ::-1]
+        return found*(self.load/(self.weights @ found.sum(axis=0)))
+
+    def _reaction_at_nodes(self):
+        return self.reaction(self.x)
+
+    def reaction(self, x):
+        """M that holds psi = 0 where it is prescribed on the whole surface, at x, array (n,)."""
+        return self._response(x, np.zeros_like(x), clamping_kernel)
+
+    @cached_property
+    def psi(self):
+        """Microrotation at `x`."""
+        return self.rotation(self.x)
+
+    @cached_property
+    def displacement(self):
+        """-u.n at `x`."""
+        return self.displacement_at(self.x, np.zeros_like(self.x))
+
+    def rotation(self, x):
+        """Microrotation of the surface at x, array (n,)."""
+        if self.problem.law.clamps_rotation:
+            return np.zeros_like(x)
+        return self._rotation(x, self.displacement_at(x, np.zeros_like(x)))
+
+    def _rotation(self, x, displacement):
+        """The same from the normal displacement there."""
+        if self.problem.law.clamps_rotation:
+            return np.zeros_like(x)
+        return 2/self.problem.solid.ell*(self.displacement_at(x, np.ones_like(x)) - displacement)
+
+    def _response(self, x, lever, kernel):
+        where = self.problem, self.panels, x, lever, kernel
+        return response(*where) @ self.q + log_response(*where)
+
+    def displacement_at(self, x, lever):
+        """u, or the gap without height and approach of a corner with such levers, at x, arrays (n,)."""
+        return self._response(x, lever, gap_kernel)
+
+    def gaps(self, corner, x):
+        """Gaps of a corner at x, array (n,)."""
+        numbers = np.full(len(x), corner)
+        return (self.problem.initial_gap(numbers, x) - self.approach
+                + self.displacement_at(x, self.problem.lever(numbers, x)))
+
+    def gaps_off_zones(self, x):
+        """{corner: (those x that lie off its zones, its gaps there)} of the corners that are computed;
+        sooner than one by one.
+        """
+        places = {corner: x[~_within(x, self.zones[corner])] for corner in self.problem.corners}
+        sizes = [len(own) for own in places.values()]
+        gaps = np.split(
+            self.gaps(np.repeat(list(places), sizes), np.concatenate(list(places.values()))),
+            np.cumsum(sizes)[:-1],
+        )
+        return {corner: (own, found) for (corner, own), found in zip(places.items(), gaps)}
+
+    @bounded
+    def surface(self, window=None):
+        """The Surface at `x` and out of contact within a window (left, right); without it the contact and
+        its surroundings.
+        """
+        contact = self.zones_by_name["contact"]
+        margin = AROUND*(contact[-1][1] - contact[0][0])/2 + 2*self.problem.solid.ell
+        left, right = window or (contact[0][0] - margin, contact[-1][1] + margin)
+        ends = [left, *(edge for interval in contact for edge in interval if left < edge < right), right]
+        share = (1 - np.cos(np.pi*np.linspace(0, 1, OUTSIDE)))/2
+        outside = np.concatenate(
+            [
+                one + (other - one) * share
+                for one, other in zip(ends, ends[1:])
+                if not any(a <= (one + other) / 2 <= b for a, b in contact)
+            ]
+            or [np.array((left, right))]
+        )
+        x, own = np.concatenate((outside, self.x)), np.arange(len(outside), len(outside) + len(self.x))
+        x, first = np.unique(x, return_index=True)
+        values = np.zeros((len(self.pressures) + 1, len(outside) + len(self.x)))
+        values[:-1, own], values[-1, own] = self.pressures, self.micromoment
+        if self.problem.law.clamps_rotation:
+            values[-1, :len(outside)] = self.reaction(outside)
+        values = values[:, first]
+        displacement = self.displacement_at(x, np.zeros_like(x))
+        points, normals = np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1))
+        return surface(
+            self.problem,
+            self.approach,
+            points,
+            normals,
+            pressures=values[:-1],
+            micromoment=values[-1],
+            psi=self._rotation(x, displacement),
+            displacement=displacement,
+        )
+
+    def gap(self, corner, x):
+        return self.gaps(corner, x)
+
+    @cached_property
+    def fields(self):
+        """Fields below the surface, by points (x1, x2)."""
+        from .subsurface import FieldsBelow
+        return FieldsBelow(self)
+
+    def fields_below(self, box):
+        """Points, psi and stresses in a box ((left, right), depth) below the surface: what `view.below`
+        draws.
+        """
+        from ..view.below import half_plane_grid
+        x1, x2, triangles = half_plane_grid(box)
+        found = self.fields(x1, x2)
+        return x1, x2, triangles, found.psi, found.stress
+
+
+def violation(state):
+    """Largest violation of (26): tensile pressure over the largest pressure, and overlap over the size of
+    the gaps.
+    """
+    return float(max(0.0, *(wrong.max(initial=0.0) for _, wrong in violations(state).values())))
+
+
+def violations(state):
+    """{corner: (x ascending, violation of (26) there)} of the corners that are computed, see `violation`."""
+    problem, found = state.problem, {}
+    edges = np.array(zone_edges(state.all_zones))
+    width, top = edges[-1] - edges[0], state.pressures.max()
+    steps = width*0.5*(np.arange(1, LOOKOUTS + 1)/LOOKOUTS)**3
+    around = np.unique(np.concatenate([edge + sign*steps for edge in edges for sign in (1, -1)]))
+    heights = problem.initial_gap(np.zeros(len(around), int), around)
+    heights = heights[np.isfinite(heights)]      # none over a punch narrower than a block
+    size = (np.ptp(heights) if heights.size else 0.0) or width
+    around = around[around > 0] if half_line(problem) else around
+    for corner, (places, gaps) in state.gaps_off_zones(around).items():
+        inside = _within(state.x, state.zones[corner])
+        x = np.concatenate((places, state.x[inside]))
+        wrong = np.concatenate((-gaps/size, -state.pressures[corner, inside]/top))
+        order = np.argsort(x)
+        found[corner] = x[order], wrong[order]
+    return found
+
+
+def _within(x, intervals):
+    """Whether each x lies in one of the intervals."""
+    inside = np.zeros(len(x), bool)
+    for left, right in intervals:
+        inside |= (left <= x) & (x <= right)
+    return inside
+
+
+def difference(coarse, fine):
+    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, between two solutions of one problem."""
+    x, weights, ell = fine.x, fine.weights, fine.problem.solid.ell
+    p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
+    if fine.problem.law.clamps_rotation:
+        moment = (coarse.reaction(x) - fine.micromoment)/ell
+    else:
+        levers = [fine.problem.lever(np.full(len(x), corner), x) for corner in range(len(p))]
+        moment = (ell/2*np.sum(levers*p, axis=0) - fine.micromoment)/ell
+    total = fine.pressures.sum(axis=0)
+    return distance(weights, p.sum(axis=0) - total, moment, total)
+
+
+def _distinct(x):
+    x = np.sort(x)
+    return x[np.concatenate(([True], np.diff(x) > 1e-13*(x[-1] - x[0])))]
+
+
+def _places(sorted_x, x):
+    """Indices of x in sorted_x, up to rounding."""
+    right = np.clip(np.searchsorted(sorted_x, x), 1, len(sorted_x) - 1)
+    return np.where(np.abs(sorted_x[right - 1] - x) < np.abs(sorted_x[right] - x), right - 1, right)

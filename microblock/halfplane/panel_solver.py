@@ -1,0 +1,182 @@
+"""Contact of a half-plane on panels: pictures of the obstacle, fitted states, and uniform cells where panels
+do not do.
+"""
+
+import math
+from dataclasses import replace
+from functools import cached_property
+
+from ..errors import BadArgument, MicroblockError, NotConverged, require_whole
+from ..model import picture
+from ..model.methods import PANEL_ORDERS
+from ..model.problem import Problem
+from ..model.solver import Solver
+from . import contact_line
+from .cells_instead import by_cells
+from .coalescence import OUTER_AT_TOUCH
+from .line_solver import LineSolver, LooksTooNear
+from .panel_solution import PanelSolution
+
+PICTURED = 4.0        # factor of the load for which one picture of the obstacle serves
+# rtol that are tried, to tell what can be had where rounding keeps from a smaller one
+LOOSER = (1e-11, 1e-10, 1e-8)
+WIDEST = 8            # times farther than a classical half-plane asks for is looked at most
+WIDE = 2e5            # blocks under a contact, up to which zones were found; at 2e6 none were
+
+
+class PanelSolver(Solver):
+    """States of a half-plane without images on fitted panels; its `options` are `Panels`."""
+
+    has_level = False
+    has_fitted_zones = True
+    usual_rtol = 1e-3
+
+    def __init__(self, contact, options):
+        super().__init__(contact, options)
+        self.require_lowest()
+
+    def solve(self, load, approach, rtol, initial=None, progress=False):
+        if approach is not None:
+            raise BadArgument(
+                "approach",
+                approach,
+                "has no meaning on a half-plane, whose additive constant is arbitrary: give "
+                "the load, or take a Block or a period",
+            )
+        return self.at(
+            load,
+            self.usual_rtol if rtol is None else rtol,
+            self.options.order,
+            initial,
+            self.options.fallback,
+        )
+
+    def follow(self, load, rtol, initial):
+        try:
+            return self.solve(load, None, rtol, initial)
+        except NotConverged:      # too far
+            return self.solve(load, None, rtol)
+
+    def _neighbour(self, initial):
+        """A neighbouring solution with the zones that this problem computes; None where it has none of
+        use.
+        """
+        if not isinstance(initial, PanelSolution) or len(initial.problem.law.corners) != len(
+            self.law.corners
+        ):
+            return None
+        # one may touch nowhere
+        zones = {corner: initial.all_zones[corner] for corner in self.problem.corners}
+        return replace(initial, zones=zones) if any(zones.values()) else None
+
+    @cached_property
+    def problem(self):
+        """The problem on the contact line; a symmetric one is solved for one corner."""
+        return Problem(self.body.solid, self.law, self.obstacle, self.symmetric)
+
+    def _pictured_problem(self, load, wider=1):
+        """The same with the obstacle's picture for a load."""
+        found = self._picture(load, wider)
+        if found.steps:
+            raise BadArgument(
+                "obstacle",
+                self.obstacle,
+                f"must not jump, as its height does at x = {found.steps[0]:g}: "
+                "pressures have no norm there that an rtol could refer to; Cells(nodes=...) take it",
+            )
+        return replace(self.problem, obstacle=picture.seen(self.obstacle, found), picture=found)
+
+    def _picture(self, load, wider=1):
+        """The obstacle's Picture, made once for many loads; `wider`: times farther looked at."""
+        bracket = PICTURED**math.ceil(math.log(load)/math.log(PICTURED) - 1e-9)
+        if (bracket, wider) not in self._pictures:
+            try:
+                self._pictures[bracket, wider] = picture.picture(self.problem, bracket, picture.BOUND*wider)
+            except MicroblockError:      # it may carry this load, though not that of the bracket
+                self._pictures[bracket, wider] = picture.picture(self.problem, load, picture.BOUND*wider)
+        return self._pictures[bracket, wider]
+
+    @cached_property
+    def _pictures(self):
+        """{(highest load, wider): Picture}."""
+        return {}
+
+    def at(self, load, rtol=usual_rtol, order=None, near=None, fallback=True):
+        """The PanelSolution at a load, to rtol or of a fixed order; a CellSolution where cells answer
+        instead.
+
+        Raises
+        ------
+        NotConverged
+            If the accuracy is out of reach, or the zones are not found.
+        """
+        self._check_width(load)
+        near = self._neighbour(near)
+        try:
+            return self._solved(load, rtol, order, near)
+        except NotConverged as failure:
+            if order is not None:
+                raise
+            failure = self._reachable(load, rtol, failure)
+            if not fallback:
+                raise failure
+            return by_cells(self, self._picture(load), load, rtol, failure)
+
+    def _reachable(self, load, rtol, failure):
+        """The failure, with what can be had where rounding keeps the edges from an rtol."""
+        for looser in (each for each in LOOSER if each > rtol and failure.reached is None):
+            try:
+                reached = self._solved(load, looser, None, None).error_estimate
+            except NotConverged as other:
+                reached = other.reached
+            if reached is not None:
+                return NotConverged(
+                    f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was "
+                    f"{reached:.1e}; ask for that",
+                    reached=reached,
+                )
+        return failure
+
+    def _solved(self, load, rtol, order, near, wider=1):
+        try:
+            found = LineSolver(self._pictured_problem(load, wider), self.body, load).solve(rtol, order, near)
+            return replace(found, solver=self)
+        except LooksTooNear:
+            if wider > WIDEST:
+                raise NotConverged(
+                    f"at load {load:g} the half-plane touches the obstacle farther and farther away"
+                ) from None
+            return self._solved(load, rtol, order, near, 2*wider)
+
+    def _check_width(self, load):
+        """NotConverged where the contact has more blocks than zones are found for: before minutes are spent
+        on them.
+        """
+        if len(self.law.corners) == 1:
+            return
+        blocks = 2*self._picture(load).half_width/self.solid.ell
+        if blocks > WIDE:
+            raise NotConverged(
+                f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {WIDE:.0g} are in "
+                "reach: take a larger ell, or the unilateral law, from which this one hardly differs there"
+            )
+
+    @property
+    def may_meet_on_axis(self):
+        """Whether two zones of partial contact may meet on the axis: corners, symmetric, under an obstacle
+        without ends.
+        """
+        return self.symmetric and len(self.law.corners) == 2 and not self.problem.ends
+
+    def coalescence(self, order=14):
+        """Load at which the two zones of partial contact touch on the axis, and its error; of symmetric
+        problems only.
+        """
+        require_whole(*PANEL_ORDERS, order=order)
+        if not self.may_meet_on_axis:
+            raise BadArgument(
+                "problem",
+                self.contact,
+                "must be a symmetric one of microblocks under an obstacle without ends",
+            )
+        return contact_line.coalescence(self.problem, OUTER_AT_TOUCH*self.body.solid.ell, order)

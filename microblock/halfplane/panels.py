@@ -1,0 +1,311 @@
+"""Panels on the contact line, fitted to the zones of each corner, and the gaps that pressures on them leave.
+
+A corner's pressure lives on intervals of the contact point x. It starts like the square root of the distance
+from its own edges, and has a square root on one side of the other corner's edges: panels break at all of them
+and run ``x = e + h v^2`` from there, and ``x = e + h v`` elsewhere. The unknown on a panel is ``q = p
+|dx/dv|`` at Gauss
+points v. At a kink of the obstacle p has a logarithm of known size: panels that begin there, with v^2 as
+well, carry ``p = q/|dx/dv| + log_size log(|h|/|x - e|)``.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from scipy.special import beta, betainc, eval_legendre
+
+from ..model.problem import GROWTH, half_line
+from ..model.quadrature import gauss_rule, lagrange
+from ..model.zones import zone_edges
+from .kernels import short_waves
+
+NEAR = 1.0           # panel lengths within which the kernel's logarithm asks for a quadrature of its own
+# that quadrature puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
+CLUSTER = 8
+TINY = 1e-300
+SAME = 1e-13          # cuts of a panel this near to each other are one: the quadrature does not see it
+SLIVER = 1e-9        # of a length, that rounding may leave of it
+FIRST = 1.0          # length of a panel at an edge, over ell
+# ... times that at a tip, for each four orders above 6: p has a power of r below 1, which short panels bear
+AT_TIP = 1/64
+
+
+@dataclass(frozen=True)
+class Panels:
+    """Panels of all corners: anchors e and signed lengths h, ``x = e + h v^2`` (root) or ``e + h v``, 0 <= v
+    <= 1.
+    """
+
+    corner: np.ndarray
+    e: np.ndarray
+    h: np.ndarray
+    root: np.ndarray
+    log_size: np.ndarray
+    order: int
+
+    def x(self, panel, v):
+        """Abscissae at the parameters v of the panels numbered `panel`."""
+        return self.e[panel] + self.h[panel]*np.where(self.root[panel], v*v, v)
+
+    def slope(self, panel, v):
+        """|dx/dv|."""
+        return np.abs(self.h[panel])*np.where(self.root[panel], 2*v, 1.0)
+
+    def parameter(self, panel, x):
+        """v at the abscissae x, or the end that is nearest."""
+        along = np.clip((x - self.e[panel])/self.h[panel], 0, 1)
+        return np.where(self.root[panel], np.sqrt(along), along)
+
+    def logarithm(self, panel, v):
+        """The known part of p at the parameters v > 0 of panels that begin at a kink; 0 on others."""
+        return -2*self.log_size[panel]*np.log(v)
+
+    def with_mirror(self):
+        """These panels and those of the other corner by symmetry, one after the other."""
+        return Panels(
+            np.concatenate((self.corner, 1 - self.corner)),
+            np.concatenate((self.e, -self.e)),
+            np.concatenate((self.h, -self.h)),
+            np.tile(self.root, 2),
+            np.tile(self.log_size, 2),
+            self.order,
+        )
+
+    @property
+    def points(self):
+        """Gauss points and weights of v on one panel."""
+        return gauss_rule(self.order)
+
+    @cached_property
+    def nodes(self):
+        """Of all Gauss points: number of the panel, v, x and Gauss weight, arrays (m,)."""
+        points, weights = self.points
+        panel, v = np.repeat(np.arange(len(self.e)), self.order), np.tile(points, len(self.e))
+        return panel, v, self.x(panel, v), np.tile(weights, len(self.e))
+
+    @property
+    def rule(self):
+        """Weights for integrals over x at the nodes, array (m,); where p is logarithmic they are exact for
+        its logarithm.
+        """
+        panel, v, _, weights = self.nodes
+        return self.slope(panel, v) * np.where(
+            (self.log_size != 0)[panel], np.tile(_log_weights(self.order), len(self.e)), weights
+        )
+
+
+@lru_cache(maxsize=64)
+def _log_weights(order):
+    """Gauss weights of [0, 1], bent along the highest polynomial to give the integral -1/4 of v log v."""
+    points, weights = gauss_rule(order)
+    bend = weights*eval_legendre(order - 1, 2*points - 1)
+    values = points*np.log(points)
+    return weights - bend*(weights @ values + 1/4)/(bend @ values)
+
+
+def make_panels(problem, zones, order):
+    """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at the kinks of the
+    obstacle.
+    """
+    rows, edges, kinks = [], zone_edges(zones), problem.kinks
+    if problem.mirror:
+        edges += [-edge for edge in edges]
+    for corner, intervals in zones.items():
+        for left, right in intervals:
+            start = 0.0 if half_line(problem) else left
+            breaks = sorted({start, right, *(x for x in (*edges, *kinks) if start < x < right)})
+            for pair in zip(breaks, breaks[1:]):
+                roots = tuple(x in edges or x in kinks for x in pair)
+                longest = [
+                    FIRST * problem.solid.ell * (AT_TIP ** ((order - 6) / 4) if x in problem.tips else 1.0)
+                    for x in pair
+                ]
+                first = tuple(
+                    min([most, *(abs(x - edge) for edge in edges if edge != x)])
+                    for x, most in zip(pair, longest)
+                )
+                rows += [
+                    (corner, *part)
+                    for row in _between(*pair, roots, first)
+                    for part in _short_enough(problem, *row)
+                ]
+    corner, e, h, root = map(np.array, zip(*rows))
+    sizes = {kink: log_sizes(problem, zones, kink) for kink in kinks}
+    log_size = [sizes.get(anchor, {}).get(number, 0.0) for number, anchor in zip(corner, e)]
+    return Panels(corner, e, h, root, np.array(log_size), order)
+
+
+def log_sizes(problem, zones, kink):
+    """{corner: K} of ``p ~ K log(1/|x - kink|)`` of the corners in contact there.
+
+    A jump J in the slope of a corner's initial gap needs ``pi J`` from the logarithms through the limits of k
+    U and k W for k -> infinity (docs/theory.md, "Contact line").
+    """
+    whole = (
+        {**zones, 1: [(-right, -left) for left, right in zones[0]]}
+        if problem.mirror and not half_line(problem)
+        else zones
+    )
+    inside = [
+        corner for corner, intervals in whole.items() if any(left < kink < right for left, right in intervals)
+    ]
+    if not inside:
+        return {}
+    lever = np.array([problem.lever(np.array(corner), np.array(kink)) for corner in inside], float)
+    displacement, rotation = short_waves(problem.solid)
+    jumps = np.array([problem.kinks[kink].get(corner, 0.0) for corner in inside])
+    return dict(zip(inside, np.linalg.solve(displacement + rotation*np.outer(lever, lever), jumps)/np.pi))
+
+
+def _between(left, right, roots, first):
+    """Panels between two breaks, growing away from those that are singular: (anchor, signed length, root).
+
+    The first at a break is as long as `first` says: no longer than ell, nor than the way to the next edge.
+    """
+    if not any(roots):
+        return [(left, right - left, False)]
+    meet = (left + right)/2 if all(roots) else (left if roots[1] else right)
+    found = []
+    for end, sign, root, width in ((left, 1, roots[0], first[0]), (right, -1, roots[1], first[1])):
+        if not root:
+            continue
+        whole, done, start = abs(meet - end), 0.0, width
+        while whole - done > SLIVER*whole:
+            # no panel is left that is much shorter than its neighbour
+            if whole - done - width < width/2:
+                width = whole - done
+            found.append((end + sign*done, sign*width, done == 0.0))
+            done += width
+            width *= GROWTH if done > start else GROWTH - 1
+    return found
+
+
+def _short_enough(problem, anchor, length, root):
+    """A panel, or the parts of one that is longer than the obstacle's features ask for."""
+    if abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
+        return [(anchor, length, root)]
+    half = length/2
+    return _short_enough(problem, anchor, half, root) + _short_enough(problem, anchor + half, half, False)
+
+
+def response(problem, panels, x, lever, kernel):
+    """Integrals of a kernel of the line against q: array (n, m). `lever` 0 gives the normal displacement, 1
+    adds the rotation.
+    """
+    if not problem.mirror:
+        return _block(problem, panels, x, lever, kernel)
+    both = _block(problem, panels.with_mirror(), x, lever, kernel)
+    return both[:, :both.shape[1]//2] + both[:, both.shape[1]//2:]
+
+
+def log_response(problem, panels, x, lever, kernel):
+    """Integrals of a kernel against the known logarithms: array (n,)."""
+    if not panels.log_size.any():
+        return np.zeros(len(x))
+    return _log_block(problem, panels.with_mirror() if problem.mirror else panels, x, lever, kernel)
+
+
+def _log_block(problem, panels, x, target, kernel):
+    """In y = (x - e)/h of a panel, cut at the y0 nearest to a near target; both logarithms, at 0 and y0, are
+    flattened.
+    """
+    found = np.zeros(len(x))
+    for number in np.flatnonzero(panels.log_size):
+        e, h, corner = panels.e[number], panels.h[number], panels.corner[number]
+        amount = -panels.log_size[number]*abs(h)
+
+        def add(rows, y0, y, step, weights):
+            places = e + h*y
+            lever = problem.lever(np.full(places.shape, corner), places)
+            values = kernel(problem, (x[rows, None] - (e + h*y0)) - h*step, target[rows, None], lever)
+            found[rows] += amount*np.sum(values*weights*np.log(np.maximum(y, TINY)), axis=1)
+
+        along = (x - e)/h
+        is_near = np.abs(along - 0.5) < 0.5 + NEAR
+        near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
+        low, _, slope = _both_ends_flat(2*panels.order + 8)
+        low = np.broadcast_to(low, (len(far), len(low)))
+        add(far, 0.0, low, low, slope)
+        y0 = np.clip(along[near], 0, 1)[:, None]
+        low, high, slope = _both_ends_flat(4*panels.order + 12)
+        add(near, y0, y0*low, -y0*high, y0*slope)
+        add(near, y0, y0 + (1 - y0)*low, (1 - y0)*low, (1 - y0)*slope)
+    return found
+
+
+@lru_cache(maxsize=64)
+def _both_ends_flat(count):
+    """Gauss rule for [0, 1] through an s whose slope vanishes at both ends like sigma^7: s, 1 - s and
+    weights.
+    """
+    sigma, gauss = gauss_rule(count)
+    density = (sigma*(1 - sigma))**(CLUSTER - 1)/beta(CLUSTER, CLUSTER)
+    return betainc(CLUSTER, CLUSTER, sigma), betainc(CLUSTER, CLUSTER, 1 - sigma), gauss*density
+
+
+def _block(problem, panels, x, target, kernel):
+    panel, _, source, weights = panels.nodes
+    lever = problem.lever(panels.corner[panel], source)
+    matrix = kernel(problem, x[:, None] - source, target[:, None], lever)*weights
+    ends = np.sort(np.array((panels.e, panels.e + panels.h)), axis=0)
+    distance = np.maximum(ends[0] - x[:, None], x[:, None] - ends[1])
+    row, near = np.nonzero(distance < NEAR*np.abs(panels.h))
+    columns = near[:, None]*panels.order + np.arange(panels.order)
+    if len(row):
+        matrix[row[:, None], columns] = _near_rows(problem, panels, x[row], target[row], near, kernel)
+    return matrix
+
+
+def _near_rows(problem, panels, x, target, panel, kernel):
+    """Integrals of the kernel against the basis of a near panel: array (pairs, order).
+
+    The panel is cut at the parameter v0 nearest to the target, and ``v = v0 -+ length sigma^CLUSTER``
+    flattens the logarithm on either side. Few values of v0 occur: the ends, and the Gauss points of panels
+    that coincide.
+    """
+    cut = np.rint(panels.parameter(panel, x)/SAME)
+    by_cut = np.argsort(cut, kind="stable")
+    cuts, starts = np.unique(cut[by_cut], return_index=True)
+    groups = np.split(by_cut, starts[1:])
+    rules = [_cut_rule(panels.order, float(each)*SAME) for each in cuts]
+    sides = [
+        np.broadcast_to(rule.sides, (len(group), len(rule.sides))).ravel()
+        for rule, group in zip(rules, groups)
+    ]
+    counts = np.concatenate([np.full(len(group), len(rule.sides)) for rule, group in zip(rules, groups)])
+    sides, v0 = np.concatenate(sides), np.repeat(cut[by_cut]*SAME, counts)
+    x, target, panel = (np.repeat(values[by_cut], counts) for values in (x, target, panel))
+    difference = (
+        x - panels.x(panel, v0) - panels.h[panel] * sides * mean_slope(v0, v0 + sides, panels.root[panel])
+    )
+    lever = problem.lever(panels.corner[panel], panels.x(panel, v0 + sides))
+    values, found, done = kernel(problem, difference, target, lever), np.empty((len(cut), panels.order)), 0
+    for rule, group in zip(rules, groups):
+        size = len(group)*len(rule.sides)
+        found[group] = values[done:done + size].reshape(len(group), -1) @ rule.basis
+        done += size
+    return found
+
+
+def mean_slope(v, w, root):
+    """(w^2 - v^2)/(w - v), or 1 for panels without a root."""
+    return np.where(root, v + w, 1.0)
+
+
+@dataclass(frozen=True)
+class CutRule:
+    """Quadrature on [0, 1] for a logarithm at v0: v - v0, array (n,), and weights times the basis there,
+    array (n, order).
+    """
+
+    sides: np.ndarray
+    basis: np.ndarray
+
+
+@lru_cache(maxsize=4096)
+def _cut_rule(order, v0):
+    sigma, gauss = gauss_rule(2*order + 8)
+    flat, slope = sigma**CLUSTER, CLUSTER*sigma**(CLUSTER - 1)*gauss
+    parts = [(sign*length*flat, length*slope) for sign, length in ((-1, v0), (1, 1 - v0)) if length > 0]
+    sides, weights = map(np.concatenate, zip(*parts))
+    return CutRule(sides, weights[:, None]*lagrange(gauss_rule(order)[0], v0 + sides))

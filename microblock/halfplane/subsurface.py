@@ -1,0 +1,278 @@
+"""Fields below the surface of the half-plane, from the modes of a state on the contact line.
+
+A classical displacement whose rotation is R exp(|k| x2) and which psi follows, and the micropolar mode
+theta = Theta exp(s x2), s^2 = k^2 + 1/L^2, with u = (g/2)(-theta,2, theta,1), g = gamma' ell^2, solve the
+field equations (docs/theory.md, "Half-plane"). For loads exp(i k x1), k > 0, c = (1 - nu)/mu, G = g mu and D
+as in `kernels`,
+
+    Theta = (M/G + i k c p)/(s D),    R = -i c p + c G k (s - k) Theta,    psi = R exp(k x2) + Theta exp(s
+    x2).
+
+The micropolar stresses are sigma_12 = G theta,11, sigma_21 = -G theta,22, sigma_22 = -sigma_11 = G theta,12;
+the classical ones follow from Airy's (A + B x2) exp(k x2), which carries the pressure p + i k s G Theta and
+the shear G k^2 Theta that the micropolar mode leaves.
+
+The integral over k is taken along k = tau exp(i pi/4) for sources to the left of the point and along its
+mirror image for those to the right: exp(k x2 + i k |x1 - x|) then decays as fast as it oscillates, in depth
+and along the
+surface, and Gauss points in log tau see every scale from the distant field to the surface. On these paths a
+mode is a product of a part in x1 and one in x2: a whole vertical line costs little more than a point.
+"""
+
+from dataclasses import dataclass
+from math import factorial
+
+import numpy as np
+
+from ..errors import BadArgument
+from ..model.fields import PointFields
+from ..model.quadrature import gauss_rule, lagrange
+from ..model.zones import zone_edges
+from ..threads import bounded
+from .panels import TINY, mean_slope
+
+TURN = np.exp(0.25j*np.pi)
+# over ell: depth at which fields "at" the surface are taken; less, and rounding shows in theta,2
+SKIN = 1e-7
+ACCURACY = 10        # Gauss points on a piece of width 1 in log tau; sources have SOURCES more on an interval
+SOURCES = 4
+CUT = 3.0            # ratio of distances from the point that an interval of sources spans
+FAR_TAIL = 32.0      # exp(-32/sqrt(2)) = 1.5e-10
+NEAREST_CUT = 0.05   # of the least depth: the sources' interval next to the point
+NAMES = ("psi", "theta", "theta_slope", "u1", "u2", "s11", "s12", "s21", "s22", "m1", "m2")
+ODD = ("psi", "theta", "theta_slope", "u1", "s12", "s21", "m2")      # real symbols of M, imaginary ones of p
+# 0.1^7/7! = 2e-11: moments of sources as far as LONG/|k| serve for their transform
+LONG, MOMENTS = 0.1, 7
+FACTORIALS = np.array([float(factorial(power)) for power in range(MOMENTS)])
+ACROSS, DOWN, NEAR_EDGE, ZOOM = 41, 25, 7, 9     # points of the grids that look for the largest shear
+LOWEST = 1e-9       # wavenumber over 1/size below which the rest of the integral is dropped
+
+
+@dataclass(frozen=True, eq=False)
+class Fields(PointFields):
+    """Fields at points x2 <= 0; strains and rotations as in section 2 of the paper.
+
+    theta, theta_slope : the micropolar mode's share of psi and its derivative along x2
+    """
+
+    theta: np.ndarray
+    theta_slope: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class FieldsBelow:
+    """The fields of one PanelSolution, by points: ``fields(x1, x2)``."""
+
+    solution: object
+
+    def __call__(self, x1, x2, accuracy=ACCURACY):
+        """Fields at points, x2 <= 0; see `fields`."""
+        return fields(self.solution, x1, x2, accuracy)
+
+    def largest_shear(self, rtol=1e-4):
+        """The largest shear stress below the contact and where: (value, x1, x2)."""
+        return largest_shear(self.solution, rtol)
+
+
+@bounded
+def fields(state, x1, x2, accuracy=ACCURACY):
+    """Fields of a state at points.
+
+    Parameters
+    ----------
+    state : PanelSolution
+    x1, x2 : arrays (n,) or numbers; x2 <= 0. Points that share x1 share the work.
+    accuracy : Gauss points on a piece of the path of integration; 10 leaves about 1e-8 of the largest values
+
+    Raises
+    ------
+    BadArgument
+        If a point is no number or above the surface.
+    """
+    x1, x2 = (np.array(part, float) for part in np.broadcast_arrays(np.atleast_1d(x1), np.atleast_1d(x2)))
+    if not np.all(np.isfinite(x1)):
+        raise BadArgument("x1", x1, "must be finite")
+    if not np.all((x2 <= 0) & np.isfinite(x2)):
+        raise BadArgument("x2", x2, "must be finite and not above the surface")
+    depth = np.minimum(x2, -SKIN*state.problem.solid.ell)
+    values = np.empty((len(NAMES), len(x1)))
+    for place in np.unique(x1):
+        here = x1 == place
+        values[:, here] = _vertical(state, place, depth[here], accuracy)
+    psi, theta, slope, u1, u2, s11, s12, s21, s22, m1, m2 = values
+    stress = np.array(((s11, s12), (s21, s22)))
+    return Fields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2)), theta, slope)
+
+
+@bounded
+def largest_shear(state, rtol=1e-4):
+    """The largest shear stress below the contact and where: (value, x1, x2).
+
+    The largest value on a grid that is fine near the surface and the edges of all zones, and on finer ones
+    around it until they span rtol of the contact's width.
+    """
+    edges = np.array(zone_edges(state.all_zones))
+    edges = np.concatenate((edges, -edges)) if state.problem.mirror else edges
+    width, ell = np.ptp(edges), min(state.problem.solid.ell, np.ptp(edges))
+    steps = ell*np.geomspace(1/32, 2, NEAR_EDGE)
+    across = np.unique(np.concatenate((np.linspace(edges.min() - width/4, edges.max() + width/4, ACROSS),
+                                       np.add.outer(edges, np.concatenate((-steps, [0.0], steps))).ravel())))
+    down = -ell*np.expm1(np.linspace(0, np.log1p(width/ell), DOWN))
+    while True:
+        x1, x2 = (part.ravel() for part in np.meshgrid(across, down))
+        shear = fields(state, x1, x2).shear
+        best = np.argmax(shear)
+        i, j = best % len(across), best//len(across)
+        if np.ptp(across) < rtol*width and np.ptp(down) < rtol*width:
+            return float(shear[best]), float(x1[best]), float(x2[best])
+        across = np.linspace(across[max(i - 1, 0)], across[min(i + 1, len(across) - 1)], ZOOM)
+        down = np.linspace(down[max(j - 1, 0)], down[min(j + 1, len(down) - 1)], ZOOM)
+
+
+def _vertical(state, x1, x2, accuracy):
+    """Fields at the points (x1, x2 < 0), x2 an array (n,): array (11, n) in the order of `Fields`."""
+    solid = state.problem.solid
+    edges = np.concatenate((state.panels.e, state.panels.e + state.panels.h))
+    size = np.abs(x1) + np.abs(edges).max() + np.abs(x2).max() + solid.ell
+    lowest = LOWEST/size
+    k, dk = _path(lowest, FAR_TAIL/np.abs(x2).min(), accuracy)
+    p_sum, p_difference, M_sum, M_difference = _transforms(
+        state, x1, k, NEAREST_CUT * np.abs(x2).min(), accuracy + SOURCES
+    )
+    # symbols that are real for real k go with the sum of left and right sources, imaginary ones with their
+    # difference
+    odd = _modes(state.problem, k, p_difference, M_sum)
+    even = _modes(state.problem, k, p_sum, M_difference)
+    chosen = np.array([(odd if name in ODD else even)[name] for name in NAMES])*dk
+    s_minus_k = _rates(solid, k)[1]
+    classical = np.exp(np.outer(k, x2))
+    micropolar = classical*np.expm1(np.outer(s_minus_k, x2))
+    found = (
+        np.real(chosen[:, 0] @ classical + x2 * (chosen[:, 1] @ classical) + chosen[:, 2] @ micropolar)
+        / np.pi
+    )
+    # the path leaves out the arc around k = 0, where u1 -> i (1 - 2 nu) p/(2 mu k)
+    found[NAMES.index("u1")] -= (1 - 2*solid.nu)/(8*solid.mu)*p_difference[0].real
+    # the level: there u2 -> -(1 - nu) p/(mu k), and the integral of exp(i k ell)/k, which is this, is taken
+    # off
+    found[NAMES.index("u2")] -= (
+        (1 - solid.nu) / (np.pi * solid.mu) * state.load * (np.euler_gamma + np.log(lowest * solid.ell))
+    )
+    return found
+
+
+def _path(low, high, accuracy):
+    """Wavenumbers tau exp(i pi/4), ascending, and their weights."""
+    points, gauss = gauss_rule(accuracy)
+    count = int(np.ceil(np.log(high/low)))
+    width = np.log(high/low)/count
+    k = TURN*low*np.exp(width*(np.arange(count)[:, None] + points)).ravel()
+    return k, k*np.tile(width*gauss, count)
+
+
+def _rates(solid, k):
+    """s and s - k."""
+    rate = 1/solid.layer_length
+    s = np.sqrt(k**2 + rate**2)
+    return s, rate/(s + k)*rate
+
+
+def _modes(problem, k, p, M):
+    """Amplitudes a, b, d of all fields (a + b x2 + d expm1((s - k) x2)) exp(k x2), arrays (3, k) by name.
+
+    In this form nothing cancels where k is large and both modes are nearly the same.
+    """
+    solid = problem.solid
+    nu, mu, c = solid.nu, solid.mu, (1 - solid.nu)/solid.mu
+    g = solid.curvature*solid.ell**2
+    s, s_minus_k = _rates(solid, k)
+    if problem.law.clamps_rotation:      # M is whatever keeps psi = R + Theta = 0
+        Theta = 1j*c*p/(1 + c*g*mu*k*s_minus_k)
+    else:
+        Theta = (M/(g*mu) + 1j*k*c*p)/(s*(1 + g*(1 - nu)*k*(k/s)*s_minus_k))
+    R, X, none = -1j*c*p + c*g*mu*k*s_minus_k*Theta, g*mu*Theta, 0*k
+    w = p + 1j*k*s_minus_k*X
+    psi, theta = np.array((R + Theta, none, Theta)), np.array((Theta, none, Theta))
+    s11 = np.array((p - 2*w, -k*w, -1j*k*s*X))
+    s22 = np.array((-p, k*w, 1j*k*s*X))
+    s12 = np.array((none, 1j*k*w, -k**2*X))
+    return {"psi": psi, "theta": theta, "theta_slope": s*theta,
+            "u1": ((1 - nu)*s11 - nu*s22)/(2j*mu*k), "u2": np.array((-2*(1 - nu)*w/k, w, 1j*k*X))/(2*mu),
+            "s11": s11, "s12": s12, "s21": s12 - g*mu/solid.layer_length**2*theta, "s22": s22,
+            "m1": 1j*g*mu*k*psi, "m2": g*mu*np.array((k*R + s*Theta, none, s*Theta))}
+
+
+def _transforms(state, x1, k, nearest, points):
+    """Integrals of p and M times exp(i k |x1 - x|): sum and difference of left and right, of p, then M:
+    array (4, k).
+    """
+    found = np.zeros((4, len(k)), complex)
+    size = np.abs(k)
+    for distance, weights in _sources(state, x1, nearest, points):
+        # long waves see moments only; in short ones what is this far away has decayed
+        long, short = np.searchsorted(size, (LONG/distance.max(), FAR_TAIL/distance.min()))
+        found[:, long:short] += weights @ np.exp(1j*np.outer(distance, k[long:short]))
+        powers = np.vander(1j*k[:long]*distance.max(), MOMENTS, increasing=True)/FACTORIALS
+        found[:, :long] += (weights @ np.vander(distance/distance.max(), MOMENTS, increasing=True)) @ powers.T
+    return found
+
+
+def _sources(state, x1, nearest, points):
+    """Distances from x1 and weights of pressure and micromoment, arrays (m,) and (4, m), from near to far.
+
+    Panels are cut at x1 and at distances from it that grow by CUT, and have Gauss points of their own on each
+    piece.
+    """
+    panels, rows = _all_panels(state)
+    v0, direction, start, end = _halves(panels, x1)
+    count = max(0, int(np.ceil(np.log(end.max()/nearest)/np.log(CUT))))
+    cuts = np.concatenate(([0.0], nearest*CUT**np.arange(count + 1)))
+    first, last = np.maximum(start, cuts[:-1, None]), np.minimum(end, cuts[1:, None])
+    level, half = np.nonzero(first < last)
+    panel = half % len(panels.e)
+    v0, direction, start = v0[half, None], direction[half, None], start[half, None]
+    h, root = np.abs(panels.h)[panel, None], panels.root[panel, None]
+
+    def steps(distance):
+        """|v - v0| at a distance from x1."""
+        share = (distance - start)/h
+        other = np.sqrt(np.maximum(v0**2 + direction*share, 0))
+        return share/np.maximum(mean_slope(v0, other, root), TINY)
+
+    sigma, gauss = gauss_rule(points)
+    low, high = steps(first[level, half, None]), steps(last[level, half, None])
+    step = low + (high - low)*sigma
+    v = v0 + direction*step
+    distance = start + h*step*mean_slope(v0, v, root)
+    q = np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel])
+    numbers = panel[:, None]
+    force = (high - low)*gauss*(q + panels.slope(numbers, v)*panels.logarithm(numbers, np.maximum(v, TINY)))
+    # 1 where the source lies left of x1
+    side = np.broadcast_to(-np.sign(panels.h)[panel, None]*direction, v.shape)
+    lever = state.problem.lever(np.broadcast_to(panels.corner[numbers], v.shape), panels.x(numbers, v))
+    moment = state.problem.solid.ell/2*lever*force
+    weights = np.array((force, side*force, moment, side*moment))
+    for number in np.unique(level):
+        here = level == number
+        yield distance[here].ravel(), weights[:, here].reshape(4, -1)
+
+
+def _all_panels(state):
+    """The panels of all corners on the whole line, and the rows of q on them."""
+    panels, rows = state.panels, state.q.reshape(-1, state.panels.order)
+    if not state.problem.mirror:
+        return panels, rows
+    return panels.with_mirror(), np.concatenate((rows, rows))
+
+
+def _halves(panels, x1):
+    """Panels cut at their points nearest to x1: of each half v there, direction of v, distances there and at
+    its end.
+    """
+    along, numbers = np.clip((x1 - panels.e)/panels.h, 0, 1), np.arange(len(panels.e))
+    v0 = panels.parameter(numbers, x1)
+    start = np.abs(x1 - panels.x(numbers, v0))
+    start[(along > 0) & (along < 1)] = 0.0
+    length = np.abs(panels.h)
+    ends = start + np.concatenate((length*along, length*(1 - along))).reshape(2, -1)
+    return np.tile(v0, 2), np.repeat((-1.0, 1.0), len(v0)), np.tile(start, 2), ends.ravel()

@@ -1,0 +1,1 @@
+"""What is given and what comes out, numpy only: material, obstacle, law, problem, zones, state, methods."""

@@ -1,0 +1,118 @@
+"""What happens along a load path: zones that are born, merge, split or vanish."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ..errors import BadArgument, require_positive
+from .summary import Row, Shown, Summary, number
+from .types import ContactLike
+
+if TYPE_CHECKING:
+    from .state import State
+
+
+@dataclass(frozen=True)
+class Event:
+    """A zone is born or vanishes, two merge or one splits, at x.
+
+    Attributes
+    ----------
+    load, load_error : float
+        Force per thickness at which it happens, and its error.
+    kind : str
+        "born", "vanished", "merged" or "split".
+    zone : str
+        "A", "B", "full" or "contact".
+    x : float
+        Abscissa x1 (length). At load 0 it is where the initial gap is least; where the gap is equally small
+        elsewhere, as under a flat punch, it is the middle of the first zone that is seen.
+
+    Examples
+    --------
+    >>> mb.Event(load=1, load_error=0, kind="born", zone="A", x=0)
+    Event(load=1.0, load_error=0.0, kind='born', zone='A', x=0.0)
+    """
+
+    load: float
+    load_error: float
+    kind: str
+    zone: str
+    x: float
+
+    def __post_init__(self) -> None:
+        for name in ("load", "load_error", "x"):
+            object.__setattr__(self, name, float(getattr(self, name)))      # plain floats, not numpy's
+
+
+class LoadPath(Shown):
+    """The states of a problem from first touch to a load, and the events on the way.
+
+    Attributes
+    ----------
+    problem : Contact
+    last : float
+        Load at the end of the path (force per thickness).
+    rtol : float or None
+        Relative L2 error of the states.
+    events : list of Event
+        Zones that are born, merge, split or vanish, ascending in load.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> path = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()).path(load=1.0)
+    >>> [event.kind for event in path.events]
+    ['born', 'born', 'born', 'born', 'born', 'merged']
+    >>> path.at(0.5).load
+    0.5
+    """
+
+    def __init__(self, problem: ContactLike, last: float, rtol: float | None) -> None:
+        self.problem, self.last, self.rtol = problem, last, rtol
+
+    if TYPE_CHECKING:      # a subclass has it as a cached property
+        @property
+        @abstractmethod
+        def events(self) -> Sequence[Event]: ...
+
+    def at(self, load: float) -> State:
+        """Returns the State at a load on the path.
+
+        Parameters
+        ----------
+        load : float
+            Force per thickness, above 0 and up to the last one of the path.
+
+        Returns
+        -------
+        State
+
+        Raises
+        ------
+        BadArgument
+            If the load does not lie on the path.
+        NotConverged
+            As of `Contact.solve`.
+        """
+        raise NotImplementedError
+
+    def summary(self) -> Summary:
+        """Returns the events as far as they have been computed."""
+        events: Sequence[Event] | None = self.__dict__.get("events")
+        listed = [Row(f"{event.zone} {event.kind}", "P", event.load, f"at x1 = {number(event.x)}")
+                  for event in events or ()]
+        words = "not yet looked for" if events is None else f"{len(events)}"
+        rows = (Row("last load", "P", self.last, "force per thickness"),
+                Row("accuracy asked for", "rtol", self.rtol), Row("events", "", words), *listed)
+        return Summary("Load path", f"up to load {number(self.last)}, events: {words}", rows)
+
+
+def require_on_path(load: float, last: float) -> None:
+    """Raises BadArgument unless a load lies on the path that ends with the load `last`."""
+    require_positive(load=load)
+    if load > last:
+        raise BadArgument("load", load, f"must lie between 0 and the end of the path, {last:g}")

@@ -1,0 +1,236 @@
+"""The contact law: corners of a microblock, their levers and initial gaps, (20)-(22), (29), (41).
+
+A law names its corners. Each corner alpha has the gap
+
+    g_alpha = g0_alpha - u.n + (ell/2) lever_alpha psi,     lever_A = n.(S + N), lever_B = n.(S - N),
+
+and a multiplier lambda_alpha <= 0, which together give traction and micromoment (29)
+
+    t_n = sum lambda_alpha,     M = -(ell/2) sum lever_alpha lambda_alpha.
+
+With the small-angle form (41) in the local frame, n.N = 1 and n.S = psi0. Everything here is plain
+numbers: no mesh, no NGSolve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import BadArgument, MicroblockError, require_choice, require_finite
+from . import obstacles
+from .types import Array, Function, ObstacleLike
+
+ACTS_IN = ("gaps and levers", "levers")      # where psi0 may act
+
+
+class Law:
+    """Base of laws. A law that a user adds names its corners, their levers and initial gaps; the rest has
+    defaults.
+
+    Attributes
+    ----------
+    corners : tuple of str
+        Names of the corners, from left to right.
+    clamps_rotation : bool
+        Whether psi = 0 on the whole contact surface.
+    even : bool
+        Whether the law is known to be symmetric about x1 = 0.
+    """
+
+    corners: tuple[str, ...] = ("C",)
+    clamps_rotation = False
+    if TYPE_CHECKING:      # a subclass may have it as a property
+        @property
+        def even(self) -> bool: ...
+    else:
+        even = False
+
+    def levers(self, x: Array) -> dict[str, Array]:
+        """Returns the levers of (29) at the abscissae x, array (n,).
+
+        Returns
+        -------
+        dict of arrays (n,)
+            Dimensionless, by the name of the corner.
+        """
+        raise NotImplementedError
+
+    def initial_gaps(self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
+                     ) -> dict[str, Array]:
+        """Returns the initial gap of each corner along the outward normal.
+
+        Parameters
+        ----------
+        points, normals : arrays (n, 2)
+            Contact points (lengths) and unit normals.
+        ell : float
+            Side of a block (length).
+        obstacle : obstacle or callable
+            See `microblock.model.obstacles.gap`.
+
+        Returns
+        -------
+        dict of arrays (n,)
+            Lengths, by the name of the corner; inf where there is no obstacle over the corner.
+        """
+        raise NotImplementedError
+
+    def initial_rotation(self, x: Array) -> Array:
+        """Returns what psi0 adds to the rotation of the blocks at x, array (n,) (radians)."""
+        return np.zeros(np.shape(x))
+
+    def shifts(self, ell: float) -> tuple[float, ...]:
+        """Returns how far right of each corner its contact point lies, as far as S is horizontal (lengths).
+        """
+        return (0.0,)*len(self.corners)
+
+
+@dataclass(frozen=True)
+class Microblock(Law):
+    """The microblock law of section 3: two corners at each point of the surface.
+
+    Parameters
+    ----------
+    psi0 : float or callable
+        Initial rotation of the blocks (radians, counterclockwise), or a function of x1.
+    psi0_in : "gaps and levers" or "levers"
+        Where psi0 acts: in both, or in the levers alone (docs/theory.md, "Fig. 9").
+
+    Raises
+    ------
+    BadArgument
+        If psi0 is not below 1 in absolute value, or `psi0_in` is neither word.
+
+    Examples
+    --------
+    >>> law = mb.Microblock(psi0=0.25)
+    >>> law.corners, law.levers(np.zeros(1))["A"].tolist()
+    (('A', 'B'), [1.25])
+    """
+
+    psi0: float | Function = 0.0
+    psi0_in: str = "gaps and levers"
+
+    corners = ("A", "B")
+
+    def __post_init__(self) -> None:
+        require_choice(ACTS_IN, psi0_in=self.psi0_in)
+        if not callable(self.psi0):
+            require_finite(psi0=self.psi0)
+            self.angle(np.zeros(1))
+
+    @property
+    def even(self) -> bool:
+        """Whether psi0 is 0, so that the blocks are symmetric about x1 = 0."""
+        return not callable(self.psi0) and self.psi0 == 0
+
+    def shifts(self, ell: float) -> tuple[float, ...]:
+        """Returns how far right of A and of B the contact point lies (lengths)."""
+        return ell/2, -ell/2
+
+    def initial_rotation(self, x: Array) -> Array:
+        """Returns psi0 at x, array (n,) (radians), where it acts in the gaps; else 0."""
+        return self.angle(x) if self.psi0_in == ACTS_IN[0] else np.zeros(np.shape(x))
+
+    def angle(self, x: Array) -> Array:
+        """Returns psi0 at the abscissae x, array (n,) (radians).
+
+        Raises
+        ------
+        BadArgument
+            If a function psi0 fails, or is not below 1 in absolute value.
+        """
+        if not callable(self.psi0) and abs(self.psi0) < 1:
+            return np.full(np.shape(x), float(self.psi0))
+        try:
+            values = self.psi0(x) if callable(self.psi0) else self.psi0
+            psi0 = np.broadcast_to(obstacles.real(values), np.shape(x))
+        except MicroblockError:
+            raise
+        except Exception as failure:      # whatever the user's function does
+            raise BadArgument("psi0", self.psi0, "must take an array of x and return as many numbers "
+                              f"({failure!r})") from failure
+        if not np.all(np.isfinite(psi0)) or not np.all(np.abs(psi0) < 1):
+            raise BadArgument("psi0", self.psi0, "must be finite and below 1 in absolute value (radians): "
+                              "beyond it the levers of (41) change sign")
+        return np.array(psi0)
+
+    def levers(self, x: Array) -> dict[str, Array]:
+        """Returns n.(S + N) of corner A and n.(S - N) of corner B at the abscissae x, arrays (n,)."""
+        psi0 = self.angle(x)
+        return {"A": psi0 + 1, "B": psi0 - 1}
+
+    def initial_gaps(self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
+                     ) -> dict[str, Array]:
+        """Returns the gap over each corner, the corners being at ``x -+ (ell/2) S`` with ``S = s + psi0 n``,
+        (20).
+
+        Parameters and returned values are those of `Law.initial_gaps`.
+        """
+        tangent = np.column_stack((normals[:, 1], -normals[:, 0]))
+        side = ell/2*(tangent + self.initial_rotation(points[:, 0])[:, None]*normals)
+        return {"A": obstacles.gap(obstacle, points - side, normals),
+                "B": obstacles.gap(obstacle, points + side, normals)}
+
+
+@dataclass(frozen=True)
+class Unilateral(Law):
+    """The classic law: one gap at the contact point itself and M = 0.
+
+    Examples
+    --------
+    >>> mb.Unilateral().corners      # the contact point itself
+    ('C',)
+    """
+
+    even = True
+
+    def levers(self, x: Array) -> dict[str, Array]:
+        """Returns 0: the contact point has no lever."""
+        return {"C": np.zeros(np.shape(x))}
+
+    def initial_gaps(self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
+                     ) -> dict[str, Array]:
+        """Returns the gap over the contact point itself; parameters are those of `Law.initial_gaps`."""
+        return {"C": obstacles.gap(obstacle, points, normals)}
+
+
+@dataclass(frozen=True)
+class Microclamped(Unilateral):
+    """The classic gap with psi = 0 on the whole contact surface.
+
+    Examples
+    --------
+    >>> mb.Microclamped().clamps_rotation
+    True
+    """
+
+    clamps_rotation = True
+
+
+def traction(multipliers: Mapping[str, Array]) -> Array | float:
+    """Returns t_n of (29) from the multipliers of all corners, arrays (n,); 0 without corners."""
+    return sum(multipliers.values())
+
+
+def micromoment(multipliers: Mapping[str, Array], levers: Mapping[str, Array], ell: float) -> Array | float:
+    """Returns M of (29) from multipliers and levers of all corners, arrays (n,)."""
+    return -ell/2*sum(levers[corner]*multiplier for corner, multiplier in multipliers.items())
+
+
+def check(law: object) -> None:
+    """Raises BadArgument unless this is a law."""
+    if isinstance(law, type):
+        raise BadArgument("law", law, f"must be an instance, mb.{law.__name__}()")
+    missing = [name for name in dir(Law) if not name.startswith("_") and not hasattr(law, name)]
+    if missing:
+        raise BadArgument(
+            "law",
+            law,
+            "must be a law, such as mb.Microblock() or mb.Unilateral(), or one of your own with "
+            f"microblock.model.law.Law as its base: it has no {missing[0]}",
+        )

@@ -1,0 +1,270 @@
+"""The methods by name: what a user may fix of each, and which solver it stands for.
+
+A method that a user adds is a class with the attribute `solver`, a Solver class or its dotted path below
+microblock.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..errors import (
+    BadArgument,
+    require_choice,
+    require_finite,
+    require_kind,
+    require_pair,
+    require_positive,
+    require_whole,
+)
+from .types import Interval
+
+PANEL_ORDERS = 2, 100        # least and most that may be fixed
+ELEMENT_ORDER = 20           # most that may be fixed
+MOST_CELLS = 2**26           # that may be given: some 20 GB
+SHAPES = ("quadrilaterals", "triangles")
+RULES = ("nodal", "gauss")
+KINDS = ("al", "penalty")
+
+
+@dataclass(frozen=True)
+class Panels:
+    """Panels of a half-plane's contact line, fitted to the zones: the method with the most digits.
+
+    Parameters
+    ----------
+    order : int, optional
+        Order of the panels, from 2 to 100; without it rtol chooses. A fixed order has no estimate of the
+        discretisation.
+    fallback : bool
+        Whether uniform cells answer where panels do not; the state's `method` and `warnings` say so then.
+
+    Raises
+    ------
+    BadArgument
+        If the order is no whole number from 2 to 100.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock(), mb.Panels(order=8))
+    >>> problem.solve(load=1.0).error_estimate is None
+    True
+    """
+
+    order: int | None = None
+    fallback: bool = True
+
+    solver = "halfplane.panel_solver.PanelSolver"
+
+    def __post_init__(self) -> None:
+        if self.order is not None:
+            require_whole(*PANEL_ORDERS, order=self.order)
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Uniform cells of constant pressure, matrix-free: large rough problems, and problems that repeat with a
+    period.
+
+    Parameters
+    ----------
+    nodes : int, optional
+        Number of cells, at least 32; without it rtol chooses.
+    window : (left, right), optional
+        Where the obstacle may touch (length); without it wherever it is low enough at the load. Not on a
+        period.
+    residual : float
+        Relative residual to which the contact problem is solved.
+
+    Raises
+    ------
+    BadArgument
+        If a value is out of range.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral(), mb.Cells(nodes=256))
+    >>> len(problem.solve(load=1.0).x)
+    256
+    """
+
+    nodes: int | None = None
+    window: Interval | None = None
+    residual: float = 1e-9
+
+    solver = "halfplane.cell_solver.CellSolver"
+
+    def __post_init__(self) -> None:
+        if self.nodes is not None:
+            require_whole(32, MOST_CELLS, nodes=self.nodes)
+        if self.window is not None:
+            require_pair(window=self.window)
+        require_positive(residual=self.residual)
+        if self.residual >= 1:
+            raise BadArgument("residual", self.residual, "must lie between 0 and 1")
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Finite elements whose mesh follows the edges of the zones, made by the program.
+
+    Parameters
+    ----------
+    order : int, optional
+        Order of the elements, from 1 to 20; without it rtol chooses. A fixed order has no error estimate.
+    spacing : float, optional
+        Length of the elements on the surface, with `order`; without it that of the usual refinement.
+    lines : tuple of float
+        Points x1 of the surface below which elements shrink as well, so that fields there are as good as the
+        pressure.
+    even : bool
+        Whether all elements have one order. The approach of a block feels the far field, which the pressure
+        does not, and the estimate is that of the pressure.
+
+    Raises
+    ------
+    BadArgument
+        If a value is out of range, or a spacing is given without an order.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> problem = mb.Contact(mb.Block(solid, 10.0), mb.Cylinder(R=10), mb.Unilateral(), mb.Fitted(order=4))
+    >>> problem.solve(load=1.0).method
+    'fitted'
+    """
+
+    order: int | None = None
+    spacing: float | None = None
+    lines: tuple[float, ...] = ()
+    even: bool = False
+
+    solver = "fem.fitted.FittedSolver"
+
+    def __post_init__(self) -> None:
+        if self.order is not None:
+            require_whole(1, ELEMENT_ORDER, order=self.order)
+        if self.spacing is not None:
+            require_positive(spacing=self.spacing)
+            if self.order is None:
+                raise BadArgument("spacing", self.spacing, "goes with an order: rtol chooses both")
+        try:
+            lines = tuple(self.lines)
+        except TypeError:      # one number, which the type does not allow but the program does
+            lines = (self.lines,)      # type: ignore[assignment]
+        for line in lines:
+            require_finite(lines=line)
+        object.__setattr__(self, "lines", lines)
+
+
+@dataclass(frozen=True)
+class Newton:
+    """Semismooth Newton on displacement, microrotation, corner multipliers and approach at once, (31) or
+    (37).
+
+    Parameters
+    ----------
+    kind : "al" or "penalty"
+        Augmented Lagrangian or penalty.
+    rho : float, optional
+        Regularisation (stress per length); without it one that suits the body.
+
+    Raises
+    ------
+    BadArgument
+        If the kind is unknown, or rho not positive.
+
+    Examples
+    --------
+    >>> mb.Newton("penalty", rho=1e4)
+    Newton(kind='penalty', rho=10000.0)
+    """
+
+    kind: str = "al"
+    rho: float | None = None
+
+    solver = "fem.newton_solver.NewtonSolver"
+
+    def __post_init__(self) -> None:
+        require_choice(KINDS, kind=self.kind)
+        if self.rho is not None:
+            require_positive(rho=self.rho)
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """One mesh of equal squares near the contact, graded outwards: the mesh of section 4.2 of the paper.
+
+    Parameters
+    ----------
+    h : float
+        Side of the squares (length).
+    order : int
+        Order of all fields.
+    reach : float, optional
+        Half-width and depth of the region of equal squares (length); without it twice the half-width of a
+        classical contact, and a block more.
+    newton : Newton, optional
+        Solves the monolithic system; without it the body is condensed to its contact nodes, which is the same
+        discrete problem and faster.
+    shape : "quadrilaterals" or "triangles"
+        Triangles are the same squares, each cut into two.
+    rule : "nodal" or "gauss"
+        Quadrature of the contact term of the augmented Lagrangian.
+
+    Raises
+    ------
+    BadArgument
+        If a value is out of range, or the rule does not go with the method.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> problem = mb.Contact(mb.Block(solid, 4.0), mb.Cylinder(R=10), mb.Microblock(), mb.Uniform(h=0.1))
+    >>> problem.solve(load=1.0).method
+    'uniform'
+    """
+
+    h: float
+    order: int = 1
+    reach: float | None = None
+    newton: Newton | None = None
+    shape: str = "quadrilaterals"
+    rule: str = "nodal"
+
+    solver = "fem.uniform.UniformSolver"
+
+    def __post_init__(self) -> None:
+        require_positive(h=self.h)
+        require_whole(1, ELEMENT_ORDER, order=self.order)
+        if self.reach is not None:
+            require_positive(reach=self.reach)
+        if self.newton is not None:
+            require_kind(Newton, "a Newton(...)", newton=self.newton)
+        require_choice(SHAPES, shape=self.shape)
+        require_choice(RULES, rule=self.rule)
+        if self.rule == "gauss" and (self.newton is None or self.newton.kind != "al"):
+            raise BadArgument("rule", self.rule,
+                              'belongs to Newton("al"): the others have their pressures at nodes')
+
+
+@dataclass(frozen=True)
+class Condensed:
+    """A user's mesh condensed to its contact nodes; with rtol the mesh is refined by recovery.
+
+    Examples
+    --------
+    >>> mb.Condensed()
+    Condensed()
+    """
+
+    solver = "fem.body_solver.BodySolver"
+
+
+@dataclass(frozen=True)
+class GivenCompliance:
+    """A body of one's own with a method ``compliance(clamped)``: see `microblock.corners.nodal`."""
+
+    solver = "corners.nodal.NodalSolver"

@@ -1,0 +1,525 @@
+"""Rigid obstacles: their height over the plane x2 = 0, and the gap that they leave to a point.
+
+An obstacle's ``height(x)`` takes an array of x1 and returns x2 of its lower surface, ``inf`` where there is
+no obstacle. It approaches along -e2. Any callable height serves as well. An obstacle may have these
+attributes:
+
+kinks      tuple, ascending: abscissae at which the slope or a higher derivative is discontinuous
+jumps      tuple, as long: by how much the slope jumps there
+ends       pair: left and right edge of the obstacle, beyond which there is none
+formulas   True: between all of these the height is a polynomial, and needs no samples
+even       True: the obstacle is symmetric about x1 = 0
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import BadArgument, MicroblockError, require_finite, require_positive, require_whole
+from .types import Array, Interval, ObstacleLike
+
+SCALES = np.geomspace(1e-3, 1e5, 65)     # of ell, at which an obstacle of a half-plane is sampled
+TAIL = 9            # outermost of them, over which an obstacle without a lowest point falls all the way
+MOST_WAVES = 10**6
+STEEPEST = 0.5      # n2 of the steepest surface that can touch
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Horizontal plane at x2 = level.
+
+    Parameters
+    ----------
+    level : float
+        Height of the plane (length).
+
+    Raises
+    ------
+    BadArgument
+        If the level is no finite number.
+
+    Examples
+    --------
+    >>> mb.Plane(level=0.1).height(np.zeros(2)).tolist()
+    [0.1, 0.1]
+    """
+
+    level: float = 0.0
+
+    even = True
+    formulas = True
+
+    def __post_init__(self) -> None:
+        require_finite(level=self.level)
+
+    def height(self, x: ArrayLike) -> Array:
+        """Returns the height at the abscissae x, array (n,) (lengths)."""
+        return np.full(np.shape(x), float(self.level))
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """Cylinder as the parabola x^2/(2 R), section 4.2.
+
+    Parameters
+    ----------
+    R : float
+        Radius (length).
+
+    Raises
+    ------
+    BadArgument
+        If the radius is not positive.
+
+    Examples
+    --------
+    >>> mb.Cylinder(R=10).height(np.array([0.0, 1.0])).tolist()
+    [0.0, 0.05]
+    """
+
+    R: float
+
+    even = True
+    formulas = True
+
+    def __post_init__(self) -> None:
+        require_positive(R=self.R)
+
+    def height(self, x: ArrayLike) -> Array:
+        """Returns the height at the abscissae x, array (n,) (lengths)."""
+        return np.asarray(x, float)**2/(2*self.R)
+
+
+@dataclass(frozen=True)
+class Wedge:
+    """Blunt wedge of the height ``slope*abs(x1)``.
+
+    Parameters
+    ----------
+    slope : float
+        Slope of the flanks, tan of their angle (dimensionless).
+
+    Raises
+    ------
+    BadArgument
+        If the slope is not positive.
+
+    Examples
+    --------
+    >>> mb.Wedge(slope=0.1).height(np.array([-1.0, 0.0])).tolist()
+    [0.1, 0.0]
+    """
+
+    slope: float
+
+    kinks = (0.0,)
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """By how much the slope jumps at the tip."""
+        return (2*self.slope,)
+
+    even = True
+    formulas = True
+
+    def __post_init__(self) -> None:
+        require_positive(slope=self.slope)
+
+    def height(self, x: ArrayLike) -> Array:
+        """Returns the height at the abscissae x, array (n,) (lengths)."""
+        return self.slope*np.abs(x)
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """Any height, with the places at which it is less than smooth: there the computation puts its nodes.
+
+    A bare callable height serves as well: `Contact` searches for its singular points, and finds what is not
+    too faint.
+
+    Parameters
+    ----------
+    height : callable
+        Returns the height (length) at an array of x1 (length); inf where there is no obstacle.
+    kinks : tuple of float, optional
+        Abscissae at which a derivative is discontinuous or has no bound, as those of ``|x|^1.5`` and
+        ``|x|^3`` at 0.
+    jumps : tuple of float, optional
+        By how much the slope itself jumps at each of them; without it the slope is continuous.
+
+    Raises
+    ------
+    BadArgument
+        If the height is not callable, or the jumps are not as many as the kinks.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.2, ell=0.085, beta=0.5)
+    >>> tip = mb.Obstacle(lambda x: np.abs(x)**1.5, kinks=(0.0,))
+    >>> mb.Contact(mb.HalfPlane(solid), tip, mb.Microblock()).solve(load=1.0, rtol=1e-5).error_estimate < 1e-5
+    True
+    """
+
+    height: Callable[[Array], ArrayLike]
+    kinks: tuple[float, ...] | None = None
+    jumps: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        if not callable(self.height):
+            raise BadArgument("height", self.height, "must be a function of an array of x1")
+        kinks = () if self.kinks is None else _tuple(self.kinks)
+        jumps = (0.0,)*len(kinks) if self.jumps is None else _tuple(self.jumps)
+        if len(jumps) != len(kinks):
+            raise BadArgument("jumps", self.jumps, f"must be one for each of the {len(kinks)} kinks")
+        for place, jump in zip(kinks, jumps):
+            require_finite(kinks=place, jumps=jump)
+        object.__setattr__(self, "kinks", kinks)
+        object.__setattr__(self, "jumps", jumps)
+
+    @staticmethod
+    def from_samples(x: ArrayLike, z: ArrayLike) -> Samples:
+        """Returns the obstacle through samples: piecewise linear, and no obstacle beyond them.
+
+        Parameters
+        ----------
+        x, z : arrays (n,), n >= 2
+            Abscissae, strictly ascending, and heights (lengths).
+
+        Returns
+        -------
+        Samples
+
+        Raises
+        ------
+        BadArgument
+            If the samples are not finite, not ascending or not as many.
+        """
+        return Samples(cast(Array, x), cast(Array, z))      # which makes arrays of them
+
+
+def _tuple(values: Iterable[float] | float) -> tuple[float, ...]:
+    return tuple(values) if np.iterable(values) else (values,)
+
+
+@dataclass(frozen=True)
+class Punch:
+    """Flat punch -half_width <= x1 <= half_width of the height ``tilt*x1``.
+
+    Parameters
+    ----------
+    half_width : float
+        Half of the width of the punch (length).
+    tilt : float
+        Slope of its face (dimensionless).
+
+    Raises
+    ------
+    BadArgument
+        If the half-width is not positive, or the tilt no finite number.
+
+    Examples
+    --------
+    >>> mb.Punch(half_width=1.0).height(np.array([0.0, 2.0])).tolist()      # no obstacle beside it
+    [0.0, inf]
+    """
+
+    half_width: float
+    tilt: float = 0.0
+
+    @property
+    def ends(self) -> Interval:
+        """Left and right edge."""
+        return -self.half_width, self.half_width
+
+    @property
+    def even(self) -> bool:
+        """Whether the punch is not tilted."""
+        return self.tilt == 0
+
+    formulas = True
+
+    def __post_init__(self) -> None:
+        require_positive(half_width=self.half_width)
+        require_finite(tilt=self.tilt)
+
+    def height(self, x: ArrayLike) -> Array:
+        """Returns the height at the abscissae x, array (n,) (lengths); inf beside the punch."""
+        x = np.asarray(x, float)
+        return np.where(np.abs(x) <= self.half_width, self.tilt*x, np.inf)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Sampled profile: piecewise linear through (x, z), no obstacle outside; a level one is a flat punch.
+
+    The slope is discontinuous at each sample inside, where microblocks have a peak of pressure each: that
+    takes seconds to a minute. A smooth curve is better given as a function height(x).
+
+    Parameters
+    ----------
+    x, z : arrays (n,), n >= 2
+        Abscissae, strictly ascending, and heights (lengths).
+
+    Raises
+    ------
+    BadArgument
+        If the samples are not finite, not ascending or not as many.
+
+    Examples
+    --------
+    >>> samples = mb.Obstacle.from_samples(x=np.array([-1.0, 0.0, 1.0]), z=np.array([0.5, 0.0, 0.5]))
+    >>> samples.height(np.array([0.5])).tolist()
+    [0.25]
+    """
+
+    x: Array
+    z: Array | None = None
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """The samples inside."""
+        return tuple(self.x[1:-1])
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """By how much the slope jumps at each of them."""
+        return tuple(np.diff(np.diff(self._z)/np.diff(self.x)))
+
+    @property
+    def ends(self) -> Interval:
+        """The first and the last sample."""
+        return self.x[0], self.x[-1]
+
+    @property
+    def _z(self) -> Array:
+        assert self.z is not None      # `__post_init__` raises an error without it
+        return self.z
+
+    formulas = True
+
+    def __post_init__(self) -> None:
+        if callable(self.x):
+            raise BadArgument("x", self.x,
+                              "must be numbers; a function height(x) serves as obstacle as it is")
+        x, z = _numbers("x", self.x), _numbers("z", self.z)
+        if x.ndim != 1 or x.size < 2 or not np.all(np.diff(x) > 0):
+            raise BadArgument("x", self.x, "must be a strictly ascending sequence of at least two numbers")
+        if z.shape != x.shape or not (np.all(np.isfinite(x)) and np.all(np.isfinite(z))):
+            raise BadArgument("z", self.z, f"must hold {x.size} finite numbers, one for each x")
+        object.__setattr__(self, "x", x)
+        object.__setattr__(self, "z", z)
+
+    def height(self, x: Array) -> Array:
+        """Returns the height at the abscissae x, array (n,) (lengths); inf outside the samples."""
+        return np.interp(x, self.x, self._z, left=np.inf, right=np.inf)
+
+
+def _numbers(name: str, values: ArrayLike | None) -> Array:
+    try:
+        return np.asarray(() if values is None else values, float)
+    except (TypeError, ValueError, OverflowError) as failure:
+        raise BadArgument(name, values, "must be a sequence of numbers") from failure
+
+
+@dataclass(frozen=True)
+class Wave:
+    """Wavy surface, whose lowest points are at 0, +-wavelength, ...
+
+    Parameters
+    ----------
+    amplitude, wavelength : float
+        Half of the height between trough and crest, and the distance of two crests (lengths).
+
+    Raises
+    ------
+    BadArgument
+        If one of them is not positive.
+
+    Examples
+    --------
+    >>> mb.Wave(amplitude=0.01, wavelength=1.0).height(np.array([0.0, 1.0])).tolist()
+    [0.0, 0.0]
+    """
+
+    amplitude: float
+    wavelength: float
+
+    @property
+    def period(self) -> float:
+        """The wavelength, as obstacles that repeat name it."""
+        return self.wavelength
+
+    def __post_init__(self) -> None:
+        require_positive(amplitude=self.amplitude, wavelength=self.wavelength)
+
+    def height(self, x: ArrayLike) -> Array:
+        """Returns the height at the abscissae x, array (n,) (lengths)."""
+        return self.amplitude*(1 - np.cos(2*np.pi*np.asarray(x, float)/self.wavelength))
+
+
+@dataclass(frozen=True)
+class Rough:
+    """Self-affine profile of a period: cosines of random phases, amplitudes like (wavenumber)^-(hurst + 1/2).
+
+    Parameters
+    ----------
+    period : float
+        Length after which the profile repeats.
+    slope : float
+        Root mean square of the slope (dimensionless).
+    hurst : float
+        Hurst exponent, from 0 to 1.
+    waves : (int, int)
+        Numbers of the longest and of the shortest waves in the period, both included.
+    seed : int
+        Seed of the random phases.
+
+    Raises
+    ------
+    BadArgument
+        If a value is out of range.
+
+    Examples
+    --------
+    >>> rough = mb.Rough(period=1.0, slope=0.1, seed=7)
+    >>> x = np.array([0.2, 1.2])
+    >>> bool(np.ptp(rough.height(x)) < 1e-12)      # it repeats
+    True
+    """
+
+    period: float
+    slope: float
+    hurst: float = 0.8
+    waves: tuple[int, int] = (4, 256)
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        require_positive(period=self.period, slope=self.slope)
+        require_finite(hurst=self.hurst)
+        if not 0 <= self.hurst <= 1:
+            raise BadArgument("hurst", self.hurst, "must lie between 0 and 1")
+        try:
+            longest, shortest = self.waves
+            require_whole(1, waves=longest)
+            require_whole(longest, MOST_WAVES, waves=shortest)
+        except (TypeError, ValueError) as failure:
+            raise BadArgument("waves", self.waves,
+                              f"must be two whole numbers, 1 <= longest <= shortest <= {MOST_WAVES}"
+                              ) from failure
+        require_whole(0, seed=self.seed)
+
+    @cached_property
+    def amplitudes(self) -> NDArray[np.complex128]:
+        """Complex amplitudes of exp(2 pi i m x/period), m from the longest to the shortest wave."""
+        m = np.arange(self.waves[0], self.waves[1] + 1)
+        phases = 2*np.pi*np.random.default_rng(self.seed).random(len(m))
+        shape = m**(-self.hurst - 0.5)*np.exp(1j*phases)
+        mean_square = np.sum(np.abs(2*np.pi*m/self.period*shape)**2)/2
+        found: NDArray[np.complex128] = self.slope/np.sqrt(mean_square)*shape
+        return found
+
+    def height(self, x: ArrayLike) -> Array:
+        """Returns the height at the abscissae x, array (n,) (lengths); the time grows like the number of
+        waves.
+        """
+        phase = np.exp(2j*np.pi*np.asarray(x, float)/self.period)      # of Horner's rule
+        total = np.zeros_like(phase)
+        for amplitude in self.amplitudes[::-1]:
+            total = total*phase + amplitude
+        found: Array = (total*phase**self.waves[0]).real
+        return found
+
+
+def heights(obstacle: ObstacleLike, x: Array) -> Array:
+    """Returns the heights of an obstacle at x, arrays (n,) (lengths), ``inf`` where there is none.
+
+    Raises
+    ------
+    BadArgument
+        If it is no obstacle, or its height no function that returns a number, or inf, for each of many x.
+    """
+    above = returned(obstacle, x)
+    if above.shape != np.shape(x):
+        raise BadArgument("obstacle", obstacle,
+                          "its height(x) must return one number (or inf) for each x of an array")
+    wrong = np.isnan(above) | (above == -np.inf)
+    if np.any(wrong):
+        raise BadArgument("obstacle", obstacle,
+                          f"its height(x) is {above[wrong][0]:g} at x = {x[wrong][0]:.4g}: must be a number, "
+                          "or inf where there is no obstacle")
+    return above
+
+
+def check(obstacle: ObstacleLike) -> None:
+    """Raises BadArgument unless the obstacle has a height that takes arrays, whatever it is where."""
+    if returned(obstacle, np.zeros(2)).shape != (2,):
+        heights(obstacle, np.zeros(2))
+
+
+def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
+    """Raises BadArgument unless an obstacle without edges is lowest somewhere on the scales of ell (length).
+    """
+    sides = {side: heights(obstacle, side*ell*SCALES) for side in (-1, 1)}
+    for side, above in sides.items():
+        with np.errstate(invalid="ignore"):      # inf - inf
+            falls = np.all(np.diff(above[-TAIL:]) < 0)
+        if falls and above[-1] <= min(each.min() for each in sides.values()):
+            raise BadArgument("obstacle", obstacle,
+                              "must be lowest somewhere, but its height(x) falls towards "
+                              f"x = {side*np.inf:g}")
+
+
+def returned(obstacle: ObstacleLike, x: Array) -> Array:
+    """Returns what the height returns, as an array, whatever its shape."""
+    if isinstance(obstacle, type):
+        raise BadArgument("obstacle", obstacle, f"must be an instance, {obstacle.__name__}(...)")
+    height = getattr(obstacle, "height", obstacle)
+    if not callable(height):
+        raise BadArgument("obstacle", obstacle, "must have a method height(x), or be a callable height(x)")
+    try:
+        with np.errstate(all="ignore"):      # `heights` raises an error where it is no number
+            return real(height(x))
+    except MicroblockError:
+        raise
+    except (TypeError, ValueError) as failure:
+        raise BadArgument("obstacle", obstacle, f"its height(x) must take an array of x ({failure}); "
+                          "np.vectorize makes it one that does") from failure
+    except Exception as failure:      # whatever the user's function does
+        raise BadArgument("obstacle", obstacle, f"its height(x) failed: {failure!r}") from failure
+
+
+def real(values: ArrayLike) -> Array:
+    """Returns the values of a user's function as an array of floats; TypeError for complex ones."""
+    found = np.asarray(values)
+    if found.dtype.kind == "c":
+        raise TypeError("it returns complex numbers")
+    return found.astype(float)
+
+
+def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
+    """Returns the initial gap between points of a body's surface and the obstacle, along the surface normal.
+
+    It is ``(height(x1) - x2) n2``, the distance along e2, in which the obstacle approaches, seen along n; for
+    n = e2 that is the gap of section 4.2.
+
+    Parameters
+    ----------
+    obstacle : object with ``height``, or a callable height
+    points, normals : arrays (n, 2)
+        Points of the surface (lengths), and unit normals.
+
+    Returns
+    -------
+    array (n,)
+        Lengths; ``inf`` where the obstacle has no surface above the point, or the body's surface is steeper
+        than 60 degrees, since there a gap along n is no measure of nearness.
+    """
+    above = heights(obstacle, points[:, 0])
+    seen = normals[:, 1] > STEEPEST
+    return np.where(seen, (above - points[:, 1])*np.where(seen, normals[:, 1], 1.0), np.inf)

@@ -1,0 +1,183 @@
+"""A contact problem along x1 as every solver takes it: corners, levers, initial gaps and their singular
+points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import BadArgument
+from .law import ACTS_IN
+from .obstacles import heights
+from .types import AngledLaw, Array, LawLike, ObstacleLike
+
+if TYPE_CHECKING:
+    from .material import Cosserat
+    from .picture import Picture
+
+MIRRORED = np.geomspace(1e-3, 1e4, 43)     # of ell: places at which evenness is looked at
+SAME_HEIGHT = 1e-9   # of their size, or of ell: heights that differ by less are the same
+GROWTH = 4.0         # of panels away from an edge
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The problem on the line: solid, law and obstacle, in one place.
+
+    Parameters
+    ----------
+    solid : Cosserat
+    law : Microblock, Unilateral or Microclamped
+    obstacle : obstacle or callable
+    mirror : bool
+        Whether obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x
+        >= 0 if the law has one corner only.
+    picture : Picture, optional
+        What is known of the obstacle; without it the obstacle is taken for smooth between its slope
+        discontinuities and edges.
+    """
+
+    solid: Cosserat
+    law: LawLike
+    obstacle: ObstacleLike
+    mirror: bool = False
+    picture: Picture | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def ell(self) -> float:
+        """Side of a block (length)."""
+        return self.solid.ell
+
+    @property
+    def corners(self) -> range:
+        """Numbers of the corners that are computed."""
+        return range(1 if self.mirror else len(self.law.corners))
+
+    @property
+    def _shifts(self) -> tuple[float, ...]:
+        return self.law.shifts(self.solid.ell)
+
+    @cached_property
+    def kinks(self) -> dict[float, dict[int, float]]:
+        """{contact point: {corner: jump of its initial gap's slope}}."""
+        found: dict[float, dict[int, float]] = {}
+        for place, jump in zip(getattr(self.obstacle, "kinks", ()), getattr(self.obstacle, "jumps", ())):
+            for corner, shift in enumerate(self._shifts):
+                found.setdefault(float(place + shift), {})[corner] = float(jump)
+        angle = None if self.picture is None else self.picture.angle
+        if angle is not None:      # where psi0's slope jumps, that of the levers does, or of the gaps as well
+            size = self.solid.ell/2*(cast(AngledLaw, self.law).psi0_in == ACTS_IN[0])
+            for place, jump in zip(angle.singular, angle.jumps):
+                at = found.setdefault(float(place), {})
+                for corner, sign in ((0, 1), (1, -1)):
+                    at[corner] = at.get(corner, 0.0) + sign*size*float(jump)
+        return found
+
+    @cached_property
+    def tips(self) -> set[float]:
+        """Contact points at which a corner is under a tip: its curvature has no bound, its slope does not
+        jump.
+        """
+        places = () if self.picture is None else self.picture.tips
+        return {float(place + shift) for place in places for shift in self._shifts}
+
+    @cached_property
+    def _pieces(self) -> list[tuple[Array, Array]]:
+        """[(edges, lengths), ...] in x of the contact point, of all that its gaps and levers are made of."""
+        if self.picture is None:
+            return []
+        angle = [] if self.picture.angle is None else [(self.picture.angle.edges, self.picture.angle.lengths)]
+        return [(self.picture.edges + shift, self.picture.lengths) for shift in self._shifts] + angle
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """(left, right) of x, beyond which no corner touches; of problems with a picture."""
+        assert self.picture is not None
+        stretches, shifts = self.picture.stretches, self._shifts
+        return stretches[0][0] + min(shifts), stretches[-1][1] + max(shifts)
+
+    def shift(self, corner: int) -> float:
+        """Returns how far right of a corner its contact point lies (length)."""
+        return self._shifts[corner]
+
+    def sites(self, corner: int) -> Array:
+        """Returns contact points at which a corner is under a site of the picture, or psi0 was evaluated,
+        ascending.
+        """
+        assert self.picture is not None
+        angle = np.empty(0) if self.picture.angle is None else self.picture.angle.samples
+        return np.union1d(self.picture.sites + self._shifts[corner], angle)
+
+    def scale(self, left: float, right: float, grading: float = GROWTH - 1) -> float:
+        """Returns how long panels may be on an interval for the sake of heights and psi0 there and beside it.
+
+        A panel is no longer than the pieces on which they are polynomials, and than `grading` times its
+        distance from shorter ones; the length is inf where heights and psi0 are smooth.
+        """
+        lengths: list[float] = [np.inf]
+        for edges, own in self._pieces:
+            away = np.maximum(np.maximum(edges[:-1] - right, left - edges[1:]), 0.0)
+            lengths.append((own + grading*away).min())
+        return float(min(lengths))
+
+    @cached_property
+    def ends(self) -> dict[int, tuple[float, ...]]:
+        """{corner: (left, right)}, the contact points beyond which it meets no obstacle; empty if there are
+        none.
+        """
+        places: tuple[float, ...] = getattr(self.obstacle, "ends", ())
+        return {corner: tuple(float(place + self._shifts[corner]) for place in places)
+                for corner in self.corners if places}
+
+    def levers(self, x: Array) -> Array:
+        """Returns the levers of (29) of all corners at x, array (corners, ...); 0 where psi is prescribed."""
+        values = list(self.law.levers(np.asarray(x)).values())
+        return np.zeros(np.shape(values)) if self.law.clamps_rotation else np.array(values)
+
+    def lever(self, corner: NDArray[np.integer], x: Array) -> Array:
+        """Returns levers of (29) for corner numbers and abscissae of the same shape."""
+        values = self.levers(x)
+        return np.asarray(values[0] if len(values) == 1 else np.choose(corner, values))
+
+    def initial_gaps(self, x: Array) -> Array:
+        """Returns the initial gaps of all corners at x, array (corners, n)."""
+        points = np.column_stack((x, np.zeros_like(x)))
+        normals = np.tile([0.0, 1.0], (len(x), 1))
+        return np.array(list(self.law.initial_gaps(points, normals, self.solid.ell, self.obstacle).values()))
+
+    def initial_gap(self, corner: NDArray[np.integer], x: Array) -> Array:
+        """Returns initial gaps of the corners numbered `corner` at x, arrays (n,)."""
+        values = self.initial_gaps(x)
+        return np.asarray(values[0] if len(values) == 1 else np.choose(corner, values))
+
+
+def half_line(problem: Problem) -> bool:
+    """Returns whether the one corner of a symmetric problem is computed on x >= 0 only."""
+    return problem.mirror and len(problem.law.corners) == 1
+
+
+def symmetric(law: LawLike, obstacle: ObstacleLike) -> bool:
+    """Returns whether obstacle and blocks are known to be symmetric about x1 = 0."""
+    return bool(law.even and getattr(obstacle, "even", False))
+
+
+def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
+    """Raises BadArgument where obstacle or law say that they are symmetric about x1 = 0 and are not."""
+    x = ell*MIRRORED
+    if getattr(obstacle, "even", False):
+        right, left = heights(obstacle, x), heights(obstacle, -x)
+        apart = ~np.isclose(right, left, rtol=SAME_HEIGHT, atol=SAME_HEIGHT*ell)
+        if apart.any():
+            raise BadArgument("obstacle", obstacle, "says that it is even, but its height differs at x = "
+                              f"{x[apart][0]:.4g} and {-x[apart][0]:.4g}")
+    if law.even:
+        one, other = (list(law.levers(places).values()) for places in (x, -x))
+        if not np.allclose(np.array(one), -np.array(other[::-1]), rtol=SAME_HEIGHT, atol=SAME_HEIGHT):
+            raise BadArgument(
+                "law", law, "says that it is even, but its levers are not those of a mirror image"
+            )

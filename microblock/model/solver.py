@@ -1,0 +1,129 @@
+"""What a method has to offer: the contract between `Contact` and every solver."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..errors import BadArgument
+from .events import LoadPath
+from .obstacles import check_lowest
+from .problem import symmetric
+from .types import BodyLike, ContactLike, LawLike, ObstacleLike
+
+if TYPE_CHECKING:
+    from .material import Cosserat
+    from .state import Solution
+
+
+class Solver:
+    """Base of solvers: a solver is made of a Contact and returns Solutions for loads and tolerances.
+
+    A solver defines `solve`; it may define `path` if it can follow events, and `follow` if a neighbouring
+    solution saves work.
+
+    Parameters
+    ----------
+    contact : Contact
+        The problem with body, obstacle and law.
+    options : Panels, Cells, Fitted, Uniform, Condensed, Newton or another method
+        The method as the user has named it; each solver knows the class of its own.
+
+    Attributes
+    ----------
+    has_level : bool
+        Whether the approach means something: the additive constant of a half-plane is arbitrary.
+    has_fitted_zones : bool
+        Whether the edges of its zones are unknowns, so that events are found from their widths
+        (`path.ZonePath`).
+    usual_rtol : float or None
+        Relative error that is asked for where the user names none.
+    most_corners : int or None
+        Corners that a law may have; None for any number.
+    """
+
+    has_level = True
+    has_fitted_zones = False
+    usual_rtol: float | None = None
+    most_corners: int | None = 2
+
+    def __init__(self, contact: ContactLike, options: Any) -> None:
+        self.contact, self.options = contact, options
+        if self.most_corners is not None and len(self.law.corners) > self.most_corners:
+            raise BadArgument(
+                "law",
+                self.law,
+                f"has {len(self.law.corners)} corners: {type(options).__name__}() takes up "
+                f"to {self.most_corners}, Condensed() and GivenCompliance() any number",
+            )
+
+    @property
+    def body(self) -> BodyLike:
+        """The body of the problem."""
+        return self.contact.body
+
+    @property
+    def solid(self) -> Cosserat:
+        """The solid of the body."""
+        return self.contact.body.solid
+
+    @property
+    def obstacle(self) -> ObstacleLike:
+        """The obstacle of the problem."""
+        return self.contact.obstacle
+
+    @property
+    def law(self) -> LawLike:
+        """The contact law of the problem."""
+        return self.contact.law
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether obstacle and blocks are known to be symmetric about x1 = 0."""
+        return symmetric(self.law, self.obstacle)
+
+    def require_lowest(self) -> None:
+        """Raises BadArgument for an obstacle that falls without bounds over an unbounded body."""
+        check_lowest(self.obstacle, self.solid.ell)
+
+    def solve(self, load: float | None, approach: float | None, rtol: float | None,
+              initial: Solution | None = None, progress: bool = False) -> Solution:
+        """Returns the Solution at a load or an approach (the other is None).
+
+        Parameters
+        ----------
+        load, approach : float or None
+            Force per thickness; approach of the obstacle (length).
+        rtol : float or None
+            Relative L2 error of pressure and micromoment; None for the usual one of the method.
+        initial : Solution or None
+            A solution of a similar problem; one of another kind is passed over.
+        progress : bool
+            Whether a bar is shown where the method counts its steps.
+
+        Returns
+        -------
+        Solution
+
+        Raises
+        ------
+        BadArgument
+            If the method does not take an argument.
+        NotConverged
+            If the accuracy is out of reach or no zones are found.
+        """
+        raise NotImplementedError
+
+    def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
+        """Returns the LoadPath up to the load `last`; raises BadArgument where the method cannot follow
+        events.
+        """
+        raise BadArgument("method", type(self.options).__name__, "cannot follow events: Panels(), Fitted() "
+                          "and Condensed() can; solve the loads one by one")
+
+    def follow(self, load: float, rtol: float | None, initial: Solution | None) -> Solution:
+        """Returns the Solution at a load, soon, from a neighbouring one: what sliders call."""
+        return self.solve(load, None, rtol, initial)
+
+    def resized(self, solid: Cosserat) -> BodyLike:
+        """Returns the body of another solid; what does not depend on the moduli is kept."""
+        return self.body.of(solid)

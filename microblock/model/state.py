@@ -1,0 +1,734 @@
+"""The contact state: one class for every method, and the contract with the solution of a method."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import cached_property
+from os import PathLike
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import BadArgument, require_choice
+from .obstacles import gap, returned
+from .summary import Row, Shown, Summary, call, intervals, number
+from .types import Array, ContactLike, CornerZones, Interval, LawLike, LineProblem, ObstacleLike, Zones
+from .zones import contact_zones, half_widths
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from .material import Cosserat
+    from .problem import Problem
+    from .solver import Solver
+
+Target: TypeAlias = "str | PathLike[str] | None"      # of a figure
+ZONES = ("A", "B", "full", "contact")
+LARGE_ROTATION = math.radians(10)  # of a block: the small-angle form (41) misses 1.5 % there
+ROUGH = 0.1                        # error estimate from which a state says that it is rough
+# slope of the surface: beyond small strain, and of a cylinder beyond its parabola
+STEEP = 0.2
+# nodes across a zone, whose edges half a spacing may misplace by 1/16 of its width
+FEWEST = 9
+# of the contact's width, over which the obstacle's slope at an edge is taken
+NEXT_TO = 1e-6
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A state along the surface, at points in the order of x1.
+
+    Attributes
+    ----------
+    points, normals : arrays (n, 2)
+        Points of the undeformed surface (lengths), and unit normals.
+    pressures, gaps : arrays (corners, n)
+        Stresses and lengths; a gap is inf where there is no obstacle over the corner.
+    micromoment : array (n,)
+        Couple per area (stress x length).
+    psi, rotation : arrays (n,)
+        Microrotation, and rotation of the blocks (radians): psi, with psi0 where that acts in the gaps.
+    displacement : array (n,)
+        Normal displacement into the body, -u.n (length); of a half-plane up to its additive constant.
+    obstacle : array (n,)
+        Height of the obstacle over the undeformed surface along n at the state's approach (length).
+    corners : tuple of str
+        Names of the corners.
+    ell : float
+        Side of a block (length).
+    """
+
+    points: Array
+    normals: Array
+    pressures: Array
+    gaps: Array
+    micromoment: Array
+    psi: Array
+    rotation: Array
+    displacement: Array
+    obstacle: Array
+    corners: tuple[str, ...]
+    ell: float
+
+    @property
+    def x(self) -> Array:
+        """Abscissae x1 of the points, array (n,)."""
+        return self.points[:, 0]
+
+
+def surface(problem: LineProblem, approach: float, points: Array, normals: Array, *, pressures: ArrayLike,
+            micromoment: Array, psi: Array, displacement: Array) -> Surface:
+    """Returns the Surface of a state of a problem with obstacle, law and ell, from its fields at the points.
+    """
+    law, ell, x = problem.law, problem.ell, points[:, 0]
+    initial = np.array(list(law.initial_gaps(points, normals, ell, problem.obstacle).values()))
+    levers = np.array(list(law.levers(x).values()))
+    gaps = initial - approach*normals[:, 1] + displacement + ell/2*levers*psi
+    over = gap(problem.obstacle, points, normals) - approach*normals[:, 1]
+    rotation = law.initial_rotation(x) + psi
+    return Surface(points, normals, np.asarray(pressures), gaps, micromoment, psi, rotation, displacement,
+                   over, law.corners, ell)
+
+
+class ErrorParts:
+    """Base of frozen dataclasses of parts of the relative L2 error of pressure and micromoment; `total` is
+    their sum.
+    """
+
+    @property
+    def total(self) -> float | None:
+        """The sum; None where a part is not known."""
+        parts: list[float | None] = [getattr(self, entry.name) for entry in fields(cast(Any, self))]
+        known = [part for part in parts if part is not None]
+        return sum(known) if len(known) == len(parts) else None
+
+
+class Solution:
+    """What a method computes: the contract that a State rests on.
+
+    Attributes
+    ----------
+    solver : Solver
+        The solver that has computed it.
+    problem : Problem
+        The problem on the line, with obstacle, law and ell.
+    method : str
+        The method in a word.
+    load, approach : float
+        Force per thickness (on a period, of one period) and approach of the obstacle (length).
+    estimate : ErrorParts or None
+        Parts of the error estimate; None where nothing is estimated.
+    error_estimate : float or None
+        Relative L2 error of pressure and micromoment; None where a mesh or an order was prescribed.
+    notes : tuple of str
+        Sentences on how the solution was computed, such as a fallback that was taken.
+    has_edges : bool
+        Whether the contact ends somewhere: not on a body that repeats, or one of the depth alone.
+    zones_by_name : dict
+        {"A": [(left, right), ...], "B": ..., "full": ..., "contact": ...}, intervals of x1, ascending.
+    x, weights : arrays (n,)
+        Points of the whole surface, and the lengths that they stand for.
+    psi, micromoment, displacement : arrays (n,)
+        Microrotation (radians), micromoment (29) (stress x length), and displacement -u.n (length).
+    pressures : array (corners, n)
+        Pressures of A and B, or of the one contact point.
+    energy : float
+        Elastic energy per thickness.
+    residual : float
+        Largest relative residual of equilibrium, complementarity and feasibility.
+    iterations, unknowns : int
+    """
+
+    estimate: ErrorParts | None = None
+    notes: tuple[str, ...] = ()
+    has_edges: bool = True
+
+    if TYPE_CHECKING:      # each may be an attribute, a field or a property
+        @property
+        def solver(self) -> Solver: ...
+        @property
+        def problem(self) -> Problem: ...
+        @property
+        def method(self) -> str: ...
+        @property
+        def load(self) -> float: ...
+        @property
+        def approach(self) -> float: ...
+        @property
+        def zones_by_name(self) -> Zones: ...
+        @property
+        def x(self) -> Array: ...
+        @property
+        def weights(self) -> Array: ...
+        @property
+        def psi(self) -> Array: ...
+        @property
+        def micromoment(self) -> Array: ...
+        @property
+        def pressures(self) -> Array: ...
+        @property
+        def energy(self) -> float: ...
+        @property
+        def residual(self) -> float: ...
+        @property
+        def iterations(self) -> int: ...
+        @property
+        def unknowns(self) -> int: ...
+
+        @property
+        def displacement(self) -> Array: ...
+
+        def pressure(self, corner: int, x: Array) -> Array:
+            """Returns the pressure of a corner, by its number, at x, array (n,)."""
+
+        def gap(self, corner: int, x: Array) -> Array:
+            """Returns the gap of a corner, by its number, at x, array (n,)."""
+
+    @property
+    def error_estimate(self) -> float | None:
+        """Sum of the parts of the estimate."""
+        return None if self.estimate is None else self.estimate.total
+
+    @property
+    def points(self) -> Array:
+        """Points of the surface at `x`, array (n, 2)."""
+        return np.column_stack((self.x, np.zeros_like(self.x)))
+
+    @property
+    def normals(self) -> Array:
+        """Outward normals of the surface at `x`, array (n, 2)."""
+        return np.tile([0.0, 1.0], (len(self.x), 1))
+
+    def surface(self, window: Interval | None = None) -> Surface:
+        """Returns the Surface at `x`; a window (left, right) is for methods that know what is between."""
+        return surface(self.problem, self.approach, self.points, self.normals, pressures=self.pressures,
+                       micromoment=self.micromoment, psi=self.psi, displacement=self.displacement)
+
+    def remarks(self) -> list[str]:
+        """Returns sentences on what this method does not resolve."""
+        return []
+
+    def moved_on(self, earlier: Solution, share: float) -> Solution:
+        """Returns this solution, moved on by a share of the way from an earlier one if that helps to find the
+        next.
+        """
+        return self
+
+    def few_nodes(self, advice: str) -> list[str]:
+        """Returns a list of one sentence where a zone of the contact has few nodes and there is no error
+        estimate.
+        """
+        zones = self.zones_by_name["contact"]
+        numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
+        if self.error_estimate is not None or min(numbers, default=FEWEST) >= FEWEST:
+            return []
+        where = "in contact" if len(numbers) == 1 else "in a zone of the contact"
+        return [f"only {min(numbers)} nodes {where} and no error estimate: {advice}"]
+
+
+class LineSolution(Solution):
+    """Base of solutions along x1 with `all_zones`, and where psi is prescribed the reaction
+    `_reaction_at_nodes`.
+
+    The keys of `all_zones` are corner numbers, 0 for A (left) and 1 for B (right), or 0 alone.
+    """
+
+    if TYPE_CHECKING:
+        @property
+        def all_zones(self) -> CornerZones: ...
+
+        def _reaction_at_nodes(self) -> Array: ...
+
+    @cached_property
+    def zones_by_name(self) -> Zones:
+        """{"A", "B", "full", "contact": intervals} of x1."""
+        return contact_zones(self.all_zones, self.problem.law.corners)
+
+    @cached_property
+    def micromoment(self) -> Array:
+        """M of (29) at `x`, array (n,); where psi is prescribed, the reaction to it."""
+        if self.problem.law.clamps_rotation:
+            return self._reaction_at_nodes()
+        return self.problem.ell/2*np.asarray(np.sum(self.problem.levers(self.x)*self.pressures, axis=0))
+
+    @cached_property
+    def energy(self) -> float:
+        """Elastic energy per thickness, half the work of the corner forces; on a half-plane up to a constant.
+        """
+        penetration = self.approach - self.problem.initial_gaps(self.x)
+        penetration = np.where(np.isfinite(penetration), penetration, 0.0)
+        work = np.where(self.pressures != 0, self.pressures*penetration, 0.0)
+        return float(np.sum(work @ self.weights)/2)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class State(Shown):
+    """A contact state, of whatever body and method.
+
+    Attributes
+    ----------
+    problem : Contact
+        The problem; of a body whose mesh was refined, the one on the refined mesh.
+    load : float
+        Force per thickness; on a period, that of one period.
+    approach : float or None
+        Approach of the obstacle (length); None where the rigid-body constant of the half-plane is arbitrary.
+    x, weights : arrays (n,)
+        Points of the whole contact surface, ascending, and the lengths that they stand for: ``weights @
+        pressure`` is the load (of a curved surface with the normals' second component as a factor).
+    pressure, micromoment, psi : arrays (n,)
+        Total pressure (stress), micromoment (29) (stress x length) and microrotation (radians) at `x`. Where
+        the law prescribes psi, the micromoment is the reaction to it.
+    pressures : dict of arrays (n,)
+        Pressures of the corners: {"A": ..., "B": ...}, or {"C": ...} of laws without corners.
+    zones : dict of lists of (left, right)
+        Intervals of x1: in "A" the left corner is closed, in "B" the right one, in "full" both, in "contact"
+        either. Of laws without corners "contact" alone is not empty.
+    half_width : float
+        Half of the distance between the outermost edges of the contact (length).
+    error_estimate : float or None
+        Relative L2 error of pressure and micromoment, None where the discretisation was prescribed.
+    error_parts : ErrorParts or None
+        The parts of which the estimate is the sum.
+    residual : float
+        Largest relative residual of equilibrium, complementarity and feasibility.
+    iterations, unknowns : int
+        Iterations of the method, and number of its unknowns.
+    method : str
+        "panels", "cells", "fitted", "uniform", "condensed" or "newton".
+    warnings : list of str
+        Sentences that say where the model leaves its range of validity, the discretisation is coarse, or a
+        fallback was taken.
+    energy : float
+        Elastic energy per thickness; of a half-plane up to its additive constant.
+    solution : Solution
+        What the method itself has computed.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+    >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()).solve(load=1.0, rtol=1e-4)
+    >>> state.method, sorted(state.pressures), round(float(state.weights @ state.pressure), 9)
+    ('panels', ['A', 'B'], 1.0)
+    """
+
+    solution: Solution
+
+    @property
+    def problem(self) -> ContactLike:
+        """The contact problem."""
+        return self.solution.solver.contact
+
+    @property
+    def load(self) -> float:
+        """Force per thickness."""
+        return float(self.solution.load)
+
+    @property
+    def approach(self) -> float | None:
+        """Approach of the obstacle (length), or None."""
+        return float(self.solution.approach) if self.solution.solver.has_level else None
+
+    @property
+    def x(self) -> Array:
+        """Points of the contact surface, array (n,)."""
+        return self.solution.x
+
+    @property
+    def weights(self) -> Array:
+        """Lengths that the points stand for, array (n,)."""
+        return self.solution.weights
+
+    @property
+    def psi(self) -> Array:
+        """Microrotation at `x`, array (n,)."""
+        return self.solution.psi
+
+    @property
+    def micromoment(self) -> Array:
+        """Micromoment (29) at `x`, array (n,)."""
+        return self.solution.micromoment
+
+    @cached_property
+    def pressures(self) -> dict[str, Array]:
+        """Pressures of the corners at `x`, arrays (n,)."""
+        return dict(zip(self.law.corners, self.solution.pressures))
+
+    @cached_property
+    def pressure(self) -> Array:
+        """Total pressure at `x`, array (n,)."""
+        return np.asarray(self.solution.pressures.sum(axis=0))
+
+    @cached_property
+    def zones(self) -> Zones:
+        """Intervals of x1 by the name of the zone."""
+        return {name: [(float(left), float(right)) for left, right in intervals]
+                for name, intervals in self.solution.zones_by_name.items()}
+
+    @property
+    def half_width(self) -> float:
+        """Half of the width of the contact."""
+        return half_widths(self.zones["contact"])[0]
+
+    @property
+    def error_estimate(self) -> float | None:
+        """Relative L2 error, or None."""
+        return self.solution.error_estimate
+
+    @property
+    def error_parts(self) -> ErrorParts | None:
+        """Parts of the error estimate, or None."""
+        return self.solution.estimate
+
+    @property
+    def residual(self) -> float:
+        """Largest relative residual."""
+        return float(self.solution.residual)
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the method."""
+        return self.solution.iterations
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns."""
+        return self.solution.unknowns
+
+    @property
+    def method(self) -> str:
+        """The method in a word."""
+        return self.solution.method
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy per thickness."""
+        return self.solution.energy
+
+    @property
+    def obstacle(self) -> ObstacleLike:
+        """The obstacle of the problem."""
+        return self.problem.obstacle
+
+    @property
+    def law(self) -> LawLike:
+        """The contact law of the problem."""
+        return self.problem.law
+
+    @property
+    def solid(self) -> Cosserat:
+        """The solid of the body."""
+        return self.solution.problem.solid
+
+    @property
+    def warnings(self) -> list[str]:
+        """Sentences on what limits the validity of the state."""
+        ell, found = self.solid.ell, []
+        largest = float(np.abs(self.rotation).max(initial=0.0))
+        if largest > LARGE_ROTATION:
+            angle = math.degrees(largest)
+            found.append(f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)")
+        slope = self._slope()
+        if slope > STEEP:
+            found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain")
+        if self.error_estimate is not None and self.error_estimate > ROUGH:
+            found.append(
+                f"the error estimate is {self.error_estimate:.1g}: ask for a smaller rtol, or more nodes"
+            )
+        contact = self.zones["contact"]
+        if contact and self.solution.has_edges and contact[-1][1] - contact[0][0] < 2*ell:
+            found.append("blocks are larger than the half-width of the contact")
+        return [*found, *self.solution.remarks(), *self.solution.notes]
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation of the blocks at `x`: psi0 + psi, or psi alone where psi0 acts in the levers only; array
+        (n,).
+        """
+        return self.psi + self.law.initial_rotation(self.x)
+
+    def _slope(self) -> float:
+        """Returns the largest slope of the obstacle at an edge of the contact."""
+        edges = np.array([edge for interval in self.zones["contact"] for edge in interval], float)
+        if not len(edges) or not self.solution.has_edges:
+            return 0.0
+        step = NEXT_TO*max(np.ptp(edges), NEXT_TO*self.solid.ell)
+        around = np.array([returned(self.solution.problem.obstacle, edges + sign*step) for sign in (-1, 1)])
+        known = np.isfinite(around).all(axis=0)
+        return float(np.abs(np.diff(around[:, known], axis=0)/(2*step)).max(initial=0.0))
+
+    def pressure_at(self, x: ArrayLike, corner: str | None = None) -> Array:
+        """Returns the pressure at x, of one corner or of all together.
+
+        Parameters
+        ----------
+        x : float or array (n,)
+            Abscissae x1 (lengths).
+        corner : str, optional
+            Name of the corner; without it the pressures of all corners are summed.
+
+        Returns
+        -------
+        array (n,)
+            Stresses; 0 outside the contact.
+
+        Raises
+        ------
+        BadArgument
+            If the law has no such corner.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral()).solve(load=1.0)
+        >>> state.pressure_at([0.0, 1.0]).round(2).tolist()
+        [2.01, 0.0]
+        """
+        x = _abscissae(x)
+        if corner is not None:
+            return self.solution.pressure(self._number(corner), x)
+        total = np.zeros(len(x))
+        for index in range(len(self.law.corners)):
+            total += self.solution.pressure(index, x)
+        return total
+
+    def gap_at(self, corner: str, x: ArrayLike) -> Array:
+        """Returns the gap (22) of a corner at x.
+
+        Parameters
+        ----------
+        corner : str
+            Name of the corner.
+        x : float or array (n,)
+            Abscissae x1 (lengths).
+
+        Returns
+        -------
+        array (n,)
+            Lengths; inf where there is no obstacle over the corner.
+
+        Raises
+        ------
+        BadArgument
+            If the law has no such corner.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral()).solve(load=1.0)
+        >>> bool(state.gap_at("C", 1.0)[0] > 0)
+        True
+        """
+        return self.solution.gap(self._number(corner), _abscissae(x))
+
+    def _number(self, corner: str) -> int:
+        require_choice(self.law.corners, corner=corner)
+        return self.law.corners.index(corner)
+
+    @property
+    def fields(self) -> Callable[..., Any]:
+        """Fields below the surface, a callable: ``fields(x1, x2)`` has psi, stress and couple stress at
+        points.
+
+        Where the displacement is known it has u as well. Of finite elements the callable also has u1, u2, psi
+        and stress as NGSolve functions.
+
+        Raises
+        ------
+        BadArgument
+            If the state is one on cells, which have no fields below the surface.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()).solve(load=1.0)
+        >>> state.fields([-0.1, 0.1], -0.2).psi.shape
+        (2,)
+        """
+        if not hasattr(self.solution, "fields"):
+            raise BadArgument("method", self.method,
+                              "has no fields below the surface; panels and finite elements have")
+        fields: Callable[..., Any] = self.solution.fields
+        return fields
+
+    def reaction(self, boundary: str) -> tuple[Array, float]:
+        """Returns what the supports of a body on a boundary exert on it.
+
+        Parameters
+        ----------
+        boundary : str
+            Name or pattern of boundaries of the mesh.
+
+        Returns
+        -------
+        force : array (2,)
+            Force per thickness.
+        moment : float
+            Moment about the origin, per thickness.
+
+        Raises
+        ------
+        BadArgument
+            If the body is a half-plane, which has no boundary of a name.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> problem = mb.Contact(mb.Block(solid, 4.0), mb.Cylinder(R=10), mb.Unilateral(), mb.Uniform(h=0.1))
+        >>> round(float(problem.solve(load=1.0).reaction(".*").force[1]), 6)
+        1.0
+        """
+        if not hasattr(self.solution, "reaction_on"):
+            raise BadArgument("boundary", boundary, "belongs to a body on a mesh")
+        reaction: tuple[Array, float] = self.solution.reaction_on(boundary)
+        return reaction
+
+    def surface(self, window: Interval | None = None) -> Surface:
+        """Returns the Surface in and around the contact: gaps, normal displacement, obstacle.
+
+        Parameters
+        ----------
+        window : (left, right), optional
+            Interval of x1; without it the contact and its surroundings are taken.
+
+        Returns
+        -------
+        Surface
+        """
+        return self.solution.surface(window)
+
+    @property
+    def caption(self) -> str:
+        """Obstacle, law, load and error estimate in a line, as it stands above figures."""
+        error = "no error estimate" if self.error_estimate is None else f"error {self.error_estimate:.1g}"
+        return f"{call(self.obstacle)}, {call(self.law)}, load {number(self.load)}, {error}"
+
+    def summary(self) -> Summary:
+        """Returns what a notebook shows of the state."""
+        names = [name for name in ZONES if name == "contact" or len(self.law.corners) == 2]
+        named = {"A": "corner A closed", "B": "corner B closed", "full": "both closed", "contact": "contact"}
+        rows = [Row("method", "", self.method, f"{self.unknowns} unknowns"),
+                Row("load", "P", self.load, "force per thickness"),
+                Row("approach", "d", self.approach,
+                    "length" if self.approach is not None else "arbitrary on a half-plane"),
+                Row("largest nodal pressure", "p", float(self.pressure.max()), "stress"),
+                Row("largest nodal micromoment", "|M|", float(np.abs(self.micromoment).max()),
+                    "stress x length"),
+                Row("largest rotation of a block", "|&psi;<sub>0</sub> + &psi;|",
+                    math.degrees(np.abs(self.rotation).max()), "degrees"),
+                *(Row(named[name], "", intervals(self.zones[name]), "x1, length") for name in names),
+                *scales(self.obstacle, self.solid, self.load),
+                Row("error estimate", "", self.error_estimate, "relative, of p and M in L2")]
+        brief = (f"load {number(self.load)}, contact {intervals(self.zones['contact'])}, "
+                 f"error estimate {number(self.error_estimate)}")
+        return Summary("Contact state", brief, tuple(rows), tuple(self.warnings))
+
+    def plot(self, path: Target = None, window: Interval | None = None) -> Figure:
+        """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and the rotated blocks
+        over x1.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to which the figure is written (PNG, PDF or SVG, by its ending).
+        window : (left, right), optional
+            Interval of x1; without it the contact and its surroundings are shown.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from ..view.state_figure import StateFigure  # here: whoever does not draw does not load matplotlib
+        figure = StateFigure(self.law.corners).update(self, window)
+        return _saved(figure.drawing.captioned(self.caption), path)
+
+    def plot_blocks(self, path: Target = None, window: Interval | None = None) -> Figure:
+        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper.
+
+        Parameters
+        ----------
+        path, window : optional
+            As of `plot`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from ..view.state_figure import BlocksFigure
+        figure = BlocksFigure(self.law.corners).update(self, window)
+        return _saved(figure.drawing.captioned(self.caption), path)
+
+    def plot_below(self, field: str = "psi", path: Target = None) -> Figure:
+        """Returns a figure of a field below the contact.
+
+        Parameters
+        ----------
+        field : str
+            "psi", "s22", "s11", "skew" or "shear".
+        path : str or Path, optional
+            File to which the figure is written (PNG, PDF or SVG, by its ending).
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        BadArgument
+            If the state is one on cells, or the field unknown.
+        """
+        if not hasattr(self.solution, "fields_below"):
+            raise BadArgument("method", self.method,
+                              "has no fields below the surface; panels and finite elements have")
+        from ..view.below import draw_below
+        return _saved(draw_below(self, field), path)
+
+    def webgui(self, field: str = "psi") -> object:
+        """Returns a field in a body on a mesh as a picture of NGSolve's webgui, for a notebook.
+
+        Parameters
+        ----------
+        field : str
+            As of `plot_below`.
+
+        Raises
+        ------
+        BadArgument
+            If the body has no mesh, or the field is unknown.
+        """
+        if not hasattr(self.solution, "webgui"):
+            raise BadArgument("method", self.method, "has no mesh to show; use plot_below")
+        picture: object = self.solution.webgui(field)
+        return picture
+
+
+def _abscissae(x: ArrayLike) -> Array:
+    """Returns x as an array (n,); raises BadArgument where it holds no numbers or has more dimensions."""
+    try:
+        found: Array = np.atleast_1d(np.asarray(x, float))
+    except (TypeError, ValueError) as failure:
+        raise BadArgument("x", x, "must be a number, or an array (n,) of numbers") from failure
+    if found.ndim > 1 or not np.isfinite(found).all():
+        raise BadArgument("x", x, "must be a finite number, or an array (n,) of such")
+    return found
+
+
+def _saved(drawing: Figure, path: Target) -> Figure:
+    """Returns a Figure, written to the path if there is one."""
+    if path is not None:
+        drawing.savefig(path)
+    return drawing
+
+
+def scales(obstacle: ObstacleLike, solid: Cosserat, load: float) -> tuple[Row, ...]:
+    """Returns rows with the scales of Hertz' contact, (50), where the obstacle is a cylinder; else ()."""
+    R: float | None = getattr(obstacle, "R", None)
+    if R is None:
+        return ()
+    a, p = math.sqrt(4*load*R/(math.pi*solid.E_star)), math.sqrt(load*solid.E_star/(math.pi*R))
+    return (Row("Hertz' half-width", "a<sub>Hz</sub>", a, "length"),
+            Row("Hertz' pressure", "p<sub>Hz</sub>", p, "stress"),
+            Row("size of a block", "&alpha; = &ell;/a<sub>Hz</sub>", solid.ell/a))

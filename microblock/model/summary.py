@@ -1,0 +1,111 @@
+"""How objects show themselves: a line in a terminal, a table in a notebook, both from the same plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields, is_dataclass
+from html import escape
+from numbers import Real
+
+import numpy as np
+
+from .types import Interval
+
+MOST = 4      # intervals that are listed one by one
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of a table: name, symbol, value and unit; numbers are shortened when it is shown."""
+
+    name: str
+    symbol: str
+    value: object
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What an object says of itself: a title, a few words for one line, the rows of a table, and warnings."""
+
+    title: str
+    brief: str
+    rows: tuple[Row, ...] = ()
+    warnings: tuple[str, ...] = field(default=())
+
+
+def short(thing: object, longest: int = 60) -> str:
+    """Returns the repr of a thing, cut if it is long; of a function its name."""
+    text: str = getattr(thing, "__name__", None) or " ".join(repr(thing).split())
+    return text if len(text) <= longest else text[:longest - 3] + "..."
+
+
+def call(thing: object, longest: int = 48) -> str:
+    """Returns an obstacle or a law as it is called: numbers in four digits, texts where they are not the
+    default.
+    """
+    if not is_dataclass(thing):
+        return short(thing, longest)
+    known = [(entry.name, getattr(thing, entry.name), entry.default) for entry in fields(thing)]
+    listed = ", ".join(f"{name}={_argument(value)}" for name, value, usual in known
+                     if not isinstance(value, str) or value != usual)
+    text = f"{type(thing).__name__}({listed})"
+    return text if len(text) <= longest else text[:longest - 4] + "...)"
+
+
+def _argument(value: object) -> str:
+    if isinstance(value, np.ndarray):
+        return f"{value.size} numbers"
+    return f"{value:.4g}" if isinstance(value, Real) else short(value)
+
+
+class Shown:
+    """Base of objects that show themselves; `summary` says what is shown."""
+
+    def summary(self) -> Summary:
+        """Returns the Summary of this object."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        own = self.summary()
+        return f"<{own.title}: {own.brief}>"
+
+    def _repr_html_(self) -> str:
+        return html(self.summary())
+
+
+def number(value: object) -> str:
+    """Returns a number in four digits, None as a dash."""
+    if value is None:
+        return "-"
+    if isinstance(value, (bool, str)) or not np.isscalar(value):
+        return str(value)
+    return f"{value:d}" if isinstance(value, (int, np.integer)) else format(value, ".4g")
+
+
+def intervals(pairs: Iterable[Interval]) -> str:
+    """Returns a union of intervals in words: the intervals, or their number and length together."""
+    pairs = [(float(left), float(right)) for left, right in pairs]
+    if not pairs:
+        return "none"
+    if len(pairs) > MOST:
+        return f"{len(pairs)} intervals, {number(sum(right - left for left, right in pairs))} together"
+    return ", ".join(f"[{number(left)}, {number(right)}]" for left, right in pairs)
+
+
+def html(summary: Summary) -> str:
+    """Returns the table: names left, symbols in the middle, values with their unit right, warnings below."""
+    edge = "text-align:left;padding:1px 12px 1px 0;background:none;border:none"
+    lines = ("".join(f'<td style="{edge}">{cell}</td>' for cell in _cells(row)) for row in summary.rows)
+    rows = "".join(f'<tr style="background:none">{cells}</tr>' for cells in lines)
+    warnings = "".join(f'<div style="color:#a04000;margin-top:2px">&#9888; {escape(text)}</div>'
+                       for text in summary.warnings)
+    return (f'<div class="microblock"><b>{escape(summary.title)}</b> '
+            f'<span style="color:#555">{escape(summary.brief)}</span>'
+            f'<table style="border-collapse:collapse;margin:4px 0">{rows}</table>{warnings}</div>')
+
+
+def _cells(row: Row) -> tuple[str, str, str]:
+    symbol = f"<i>{row.symbol}</i>" if row.symbol else ""      # symbols are ours and may hold <sub>
+    unit = f' <span style="color:#777">{escape(row.unit)}</span>' if row.unit else ""
+    return escape(row.name), symbol, escape(number(row.value)) + unit

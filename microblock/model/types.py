@@ -1,0 +1,141 @@
+"""Types that signatures share: arrays, intervals and zones, and what obstacles, laws, bodies and methods have
+to offer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    from .events import LoadPath
+    from .material import Cosserat
+    from .solver import Solver
+    from .state import State
+    from .summary import Summary
+
+Array: TypeAlias = NDArray[np.float64]
+Flags: TypeAlias = NDArray[np.bool_]
+Integers: TypeAlias = NDArray[np.intp]
+Function: TypeAlias = Callable[[Array], Array]                   # of abscissae, array (n,)
+Interval: TypeAlias = tuple[float, float]                        # (left, right) of x1
+Zones: TypeAlias = dict[str, list[Interval]]                     # by the name of the zone
+CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]        # by the number of the corner
+
+
+class HasHeight(Protocol):
+    """An obstacle that is an object."""
+
+    def height(self, x: Array, /) -> ArrayLike:
+        """Returns x2 of the lower surface at the abscissae x, array (n,); inf where there is no obstacle."""
+        ...
+
+
+ObstacleLike: TypeAlias = HasHeight | Callable[[Array], ArrayLike]
+
+
+class LawLike(Protocol):
+    """A contact law; `microblock.model.law.Law` documents its parts and has defaults for some of them."""
+
+    @property
+    def corners(self) -> tuple[str, ...]: ...
+
+    @property
+    def clamps_rotation(self) -> bool: ...
+
+    @property
+    def even(self) -> bool: ...
+
+    def levers(self, x: Array) -> Mapping[str, Array]: ...
+
+    def initial_gaps(self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
+                     ) -> Mapping[str, Array]: ...
+
+    def initial_rotation(self, x: Array) -> Array: ...
+
+    def shifts(self, ell: float) -> tuple[float, ...]: ...
+
+
+class AngledLaw(LawLike, Protocol):
+    """A law whose psi0 is a function; see `microblock.model.law.Microblock`."""
+
+    @property
+    def psi0(self) -> Function: ...
+
+    @property
+    def psi0_in(self) -> str: ...
+
+    def angle(self, x: Array) -> Array: ...
+
+
+class MethodLike(Protocol):
+    """A method as the user names it; `solver` is a Solver class, or its dotted path below microblock."""
+
+    @property
+    def solver(self) -> str | type[Solver]: ...
+
+
+class BodyLike(Protocol):
+    """A body: its solid, and the classes of the methods that solve on it, the usual one first."""
+
+    @property
+    def solid(self) -> Cosserat: ...
+
+    @property
+    def methods(self) -> Sequence[type[MethodLike]]: ...
+
+    def of(self, solid: Cosserat) -> BodyLike:
+        """Returns the same body of another solid."""
+        ...
+
+    def summary(self) -> Summary: ...
+
+
+class LineProblem(Protocol):
+    """What `surface` needs of a contact problem."""
+
+    @property
+    def law(self) -> LawLike: ...
+
+    @property
+    def obstacle(self) -> ObstacleLike: ...
+
+    @property
+    def ell(self) -> float: ...
+
+
+class ContactLike(Protocol):
+    """The contact problem as solvers, states and load paths see it; the class itself is `microblock.Contact`.
+    """
+
+    @property
+    def body(self) -> BodyLike: ...
+
+    @property
+    def obstacle(self) -> ObstacleLike: ...
+
+    @property
+    def law(self) -> LawLike: ...
+
+    @property
+    def solid(self) -> Cosserat: ...
+
+    @property
+    def method(self) -> MethodLike | None: ...
+
+    @property
+    def solver(self) -> Solver: ...
+
+    def with_(self, *, body: BodyLike | None = None, solid: Cosserat | None = None,
+              obstacle: ObstacleLike | None = None, law: LawLike | None = None,
+              method: MethodLike | None = None) -> ContactLike: ...
+
+    def summary(self) -> Summary: ...
+
+    def solve(self, load: float | None = None, *, approach: float | None = None, rtol: float | None = None,
+              initial: State | None = None, progress: bool = False) -> State: ...
+
+    def path(self, load: float, *, rtol: float | None = None, progress: bool = False) -> LoadPath: ...

@@ -1,0 +1,188 @@
+"""Observables of a state: layer lengths, relative errors, unions of intervals, extrema."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import reduce
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from .types import Array, CornerZones, Flags, Function, Interval, Zones
+
+if TYPE_CHECKING:
+    from .material import Cosserat
+
+NEGLIGIBLE = 1e-13   # of the natural scale: some hundred rounding errors
+# of the way between two samples, to which a minimum is found: a parabola shows it no better
+REFINED = 1e-9
+
+
+def layer_lengths(solid: Cosserat, psi: float, u1: float, micromoment: float, pressure: float
+                  ) -> tuple[float, float] | tuple[None, None]:
+    """Returns the layer lengths L_psi and L_u, field over derivative at a surface free of shear, (48).
+
+    The derivatives come from the fluxes, not from differentiating the fields: psi' from
+    ``M = gamma' ell^2 mu psi'`` and u1' from ``sigma_12 = (mu + mu_c) u1' + 2 mu_c psi = 0``.
+
+    Parameters
+    ----------
+    psi, u1, micromoment, pressure : float, at the surface
+
+    Returns
+    -------
+    (L_psi, L_u), or (None, None) where M is nothing but rounding beside ell times the pressure
+    """
+    if abs(micromoment) <= NEGLIGIBLE*solid.ell*abs(pressure):
+        return None, None
+    slope_psi = micromoment/(solid.curvature*solid.ell**2*solid.mu)
+    slope_u = -2*solid.mu_c*psi/(solid.mu + solid.mu_c)
+    return psi/slope_psi, u1/slope_u
+
+
+def distance(weights: Array, pressure: Array, moment: Array, total: Array) -> float:
+    """Returns max(|dp|, |dM|/ell)/|p| in L2, the norm of all error estimates; 0 without p.
+
+    Parameters
+    ----------
+    weights, pressure, moment, total : arrays (n,)
+        Weights of the quadrature rule (lengths), dp, dM/ell and p (stresses).
+    """
+    size = weights @ total**2
+    return float(np.sqrt(max(weights @ pressure**2, weights @ moment**2)/size)) if size else 0.0
+
+
+def relative_error(values: Array, reference: Array, weights: Array, scale: float) -> float | None:
+    """Returns the relative L2 error of `values` against `reference` in a quadrature rule.
+
+    Where the reference vanishes, up to rounding of `scale`, it is 0 if the values do too, else None.
+    """
+    def norm(field: Array) -> float:
+        return float(np.sqrt(weights @ np.sum(np.atleast_2d(field)**2, axis=0)))
+
+    error, size = norm(np.subtract(values, reference)), norm(reference)
+    if size > NEGLIGIBLE*scale:
+        return error/size
+    return 0.0 if error <= NEGLIGIBLE*scale else None
+
+
+def joined(intervals: Iterable[Interval]) -> list[Interval]:
+    """Returns the union of intervals [(left, right), ...], ascending and disjoint."""
+    found: list[Interval] = []
+    for left, right in sorted(intervals):
+        if found and left <= found[-1][1]:
+            found[-1] = (found[-1][0], max(found[-1][1], right))
+        else:
+            found.append((left, right))
+    return found
+
+
+def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interval]:
+    """Returns the intersection of two lists of intervals."""
+    pairs = [(max(a[0], b[0]), min(a[1], b[1])) for a in first for b in second]
+    return sorted(pair for pair in pairs if pair[0] < pair[1])
+
+
+def contact_zones(zones: CornerZones, corners: Sequence[str]) -> Zones:
+    """Returns {"A", "B", "full", "contact": intervals} from the zones of each corner by its number.
+
+    Intervals are pairs (left, right) of plain floats. Without corners "contact" alone is not empty. A law
+    with other corners has their names in place of "A" and "B".
+    """
+    own = [[(float(left), float(right)) for left, right in zones[number]] for number in range(len(corners))]
+    if len(corners) == 1:
+        return {"A": [], "B": [], "full": [], "contact": own[0]}
+    every = [interval for intervals in own for interval in intervals]
+    return {**dict(zip(corners, own)), "full": reduce(common, own), "contact": joined(every)}
+
+
+def half_widths(contact: Sequence[Interval]) -> tuple[float, float]:
+    """Returns the half-width of the contact [(left, right), ...], and of the widest gap in it (0 without
+    one).
+    """
+    if not len(contact):
+        return 0.0, 0.0
+    inner = [(left[1], right[0]) for left, right in zip(contact, contact[1:])]
+    middle = max(inner, key=lambda gap: gap[1] - gap[0], default=(0.0, 0.0))
+    return (contact[-1][1] - contact[0][0])/2, (middle[1] - middle[0])/2
+
+
+def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[tuple[str, float]]:
+    """Returns what happened to a list of intervals between two neighbouring states: [(kind, x), ...].
+
+    Kinds are "born", "merged", "split" and "vanished"; x is where.
+    """
+    def touching(interval: Interval, others: Sequence[Interval]) -> list[Interval]:
+        return [other for other in others if other[0] <= interval[1] and interval[0] <= other[1]]
+
+    changes = [("born", sum(new)/2) for new in after if not touching(new, before)]
+    changes += [("vanished", sum(old)/2) for old in before if not touching(old, after)]
+    for kind, many, few in (("merged", before, after), ("split", after, before)):
+        for interval in few:
+            parts = touching(interval, many)
+            changes += [(kind, (left[1] + right[0])/2) for left, right in zip(parts, parts[1:])]
+    return changes
+
+
+def largest(function: Function, x: Array, tolerance: float = 1e-7) -> tuple[float, list[float]]:
+    """Returns (largest value, [x, ...]) of a function of arrays, refined between the samples x (ascending).
+    """
+    from scipy.optimize import minimize_scalar  # here: half a second that most states do without
+    values = function(x)
+    peaks = []
+    padded = np.concatenate(([-np.inf], values, [-np.inf]))
+    tops = (values >= padded[:-2]) & (values >= padded[2:]) & (values >= values.max()*(1 - 1e-3))
+    for i in np.flatnonzero(tops).tolist():
+        left, right = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
+        found = minimize_scalar(lambda place: -function(np.array([place]))[0], bounds=(left, right),
+                                method="bounded", options={"xatol": tolerance*(x[-1] - x[0])})
+        place = np.array([found.x, x[i]])
+        best = function(place)
+        peaks.append((float(best.max()), float(place[np.argmax(best)])))
+    top = max(value for value, _ in peaks)
+    places = sorted(place for value, place in peaks if value >= top*(1 - 1e-9))
+    near = 1e-6*(x[-1] - x[0])
+    apart = [place for i, place in enumerate(places) if i == 0 or place - places[i - 1] > near]
+    return top, apart
+
+
+def lowest(function: Function, x: Array) -> tuple[float, float | None]:
+    """Returns (smallest value, its place) of a function of arrays, refined between the samples x (ascending).
+
+    The place is None where the function is flat there, or equally low elsewhere; inf is passed over.
+    """
+    from scipy.optimize import minimize_scalar  # here: half a second that most states do without
+    values = function(x)
+    x, values = x[np.isfinite(values)], values[np.isfinite(values)]
+    i, noise = int(np.argmin(values)), NEGLIGIBLE*np.abs(values).max()
+    left, right = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
+    low = x[values <= values[i] + noise]
+    if len(low) > 2 or low[0] < left or low[-1] > right:
+        return float(values[i]), None
+    found = minimize_scalar(lambda place: function(np.array([place]))[0], bounds=(left, right),
+                            method="bounded", options={"xatol": REFINED*(right - left)})
+    if found.fun < values[i] - noise:
+        return float(found.fun), float(found.x)
+    return float(values[i]), float(x[i]) if len(low) == 1 else None
+
+
+def runs(flags: Flags) -> list[tuple[int, int]]:
+    """Returns first and last index of each run of True in a boolean array (n,): [(first, last), ...]."""
+    steps = np.diff(np.concatenate(([False], flags, [False])).astype(int))
+    return list(zip(np.flatnonzero(steps == 1), np.flatnonzero(steps == -1) - 1))
+
+
+def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -> Array:
+    """Returns a weight at x, array (n,), that makes the L2 norm of the pressure finite.
+
+    It is 1 but near the edges (left, right) of the obstacle, where the pressure is infinite: there it is the
+    distance over half of the obstacle's width. `shifts` are those of the contact points from the obstacle's
+    places.
+    """
+    distances = (2*np.abs(x - end - shift)/(ends[-1] - ends[0]) for end in ends for shift in shifts)
+    return cast(Array, np.min([np.ones_like(x), *distances], axis=0))
+
+
+def zone_edges(zones: Mapping[int, Iterable[Interval]]) -> list[float]:
+    """Returns all edges of {corner: ((left, right), ...)}, ascending."""
+    return sorted({edge for intervals in zones.values() for interval in intervals for edge in interval})

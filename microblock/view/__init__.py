@@ -1,0 +1,1 @@
+"""Figures, pictures of blocks and fields, sliders: loaded when something is drawn."""

@@ -1,0 +1,92 @@
+"""Pictures of the fields below the surface by matplotlib, and of bodies on meshes by NGSolve's webgui."""
+
+import matplotlib
+import numpy as np
+from matplotlib.ticker import MaxNLocator
+from matplotlib.tri import Triangulation
+
+from ..errors import NotConverged, require_choice
+from . import plots
+
+QUANTITIES = {
+    "psi": r"microrotation $\psi$ (degrees)",
+    "s22": r"$-\sigma_{22}$ (stress)",
+    "s11": r"$-\sigma_{11}$ (stress)",
+    "skew": r"$\sigma_{12} - \sigma_{21}$ (stress)",
+    "shear": "largest shear stress (stress)",
+}
+ACROSS, DOWN = 61, 25      # points of the picture, the latter denser towards the surface
+WIDE, DEEP = 2.0, 2.0      # of the half-width of the contact
+FIRST = 0.02               # of the depth: the uppermost row
+SEQUENTIAL, DIVERGING = "cividis", "RdBu_r"      # distinguished by the colour-blind
+LEVELS = 20          # at most
+ROUNDING = 1e-9
+
+
+def draw_below(state, quantity="psi"):
+    """A Figure of one of QUANTITIES below the contact, of a state that tells its `fields_below(box)`.
+
+    box : ((left, right), depth), what is shown; fields_below -> (x1, x2, triangles (m, 3), psi, stress (2, 2,
+        n)) at points (n,)
+    """
+    require_choice(QUANTITIES, field=quantity)
+    contact = state.zones["contact"]
+    if not contact:
+        raise NotConverged("nothing touches: there is no field below a contact")
+    middle, half = (contact[-1][1] + contact[0][0])/2, (contact[-1][1] - contact[0][0])/2
+    box = (middle - WIDE*half, middle + WIDE*half), DEEP*half
+    x1, x2, triangles, psi, stress = state.solution.fields_below(box)
+    with matplotlib.rc_context(plots.STYLE):
+        drawing, axis = plots.figure(height=2.9, width=5.2)
+        deep = x2 <= -FIRST*box[1]*(1 - ROUNDING)      # nearer to the surface a stress may have no bound
+        drawn = _contours(
+            axis,
+            Triangulation(x1, x2, triangles),
+            values(psi, stress, quantity),
+            quantity in ("psi", "skew"),
+            deep,
+        )
+        for left, right in contact:
+            axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
+        axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=box[0],
+                 ylim=(max(x2.min(), -box[1]), max(0.03*box[1], x2.max())))
+        drawing.captioned(f"{state.caption}\ncontact in black")
+        drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75, ticks=MaxNLocator(6))
+    return drawing
+
+
+def _contours(axis, triangulation, values, signed, shown):
+    """Filled contours whose ends are those of the values at the points `shown`."""
+    low, high = values[shown].min(), values[shown].max()
+    size = max(abs(low), abs(high))
+    levels = MaxNLocator(LEVELS).tick_values(-size if signed else low, size if signed else high)
+    beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+    # dashed where it is negative: the two ends of the colours are equally dark in print. At 0 is only noise
+    if signed:
+        axis.tricontour(
+            triangulation, values, levels[np.abs(levels) > size / LEVELS / 2], colors="k", linewidths=0.4
+        )
+    return axis.tricontourf(triangulation, values, levels, cmap=DIVERGING if signed else SEQUENTIAL,
+                            extend=beyond[bool(values.min() < levels[0]), bool(values.max() > levels[-1])])
+
+
+def half_plane_grid(box):
+    """(x1, x2, triangles) of points below the contact that are denser towards the surface, arrays (n,),
+    (n,), (m, 3).
+    """
+    (left, right), depth = box
+    across, down = np.linspace(left, right, ACROSS), -depth*(FIRST + (1 - FIRST)*np.linspace(0, 1, DOWN)**2)
+    x1, x2 = (part.ravel() for part in np.meshgrid(across, down))
+    corners = (np.arange(DOWN - 1)[:, None]*ACROSS + np.arange(ACROSS - 1)).ravel()
+    return x1, x2, np.concatenate([np.column_stack((corners + i, corners + j, corners + k))
+                                   for i, j, k in ((0, 1, ACROSS), (1, ACROSS + 1, ACROSS))])
+
+
+def values(psi, stress, quantity, degrees=np.degrees, absolute=np.abs, root=np.sqrt):
+    """The quantity from psi and stress, of numbers or of NGSolve's functions."""
+    (s11, s12), (s21, s22) = stress
+    if quantity == "shear":      # over all planes through a point: of the symmetric and the skew part
+        return root(((s11 - s22)/2)**2 + ((s12 + s21)/2)**2) + absolute(s12 - s21)/2
+    return {"psi": lambda: degrees(psi), "s22": lambda: -s22, "s11": lambda: -s11, "skew": lambda: s12 - s21}[
+        quantity
+    ]()

@@ -1,0 +1,474 @@
+"""Frozen problems in the names of the library: this follows when names change, problems and numbers stay.
+
+`solve` makes a state of a problem, `measured` numbers of a state: at prescribed abscissae, or as integrals
+and maxima, on the whole line, whatever half of it the state holds. The other functions without an underscore
+give what else is frozen.
+"""
+
+import contextlib
+import io
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from pathlib import Path
+
+import netgen.occ as occ
+import ngsolve as ng
+import numpy as np
+from ngsolve.meshes import MakeStructured2DMesh
+
+import microblock as mb
+from cases.__main__ import main
+from microblock.fem import meshes, newton_path
+from microblock.fem.body import Loads
+from microblock.fem.facets import ContactFacets
+from microblock.fem.newton import MonolithicNewton
+from microblock.halfplane import kernels
+from microblock.model import closed_forms, zones
+from microblock.view.explorer import Explorer
+from tests import frozen_problems as given
+
+ROUNDING = 1e-12        # residuals below it are noise
+PSI0_IN = {"reading": "psi0_in", "gap": "gaps and levers", "lever": "levers"}
+FEW = 3                 # zones of a kind that are listed one by one
+
+
+def material(problem):
+    return mb.Cosserat(**problem["solid"])
+
+
+def obstacle_of(problem):
+    if isinstance(problem["obstacle"], str):
+        return given.FUNCTIONS[problem["obstacle"]]
+    name, options = problem["obstacle"]
+    make = {"Profile": mb.Obstacle.from_samples, "Shape": mb.Obstacle}.get(name) or getattr(mb, name)
+    return make(**_with_functions(options))
+
+
+def law_of(problem):
+    name, options = problem["law"]
+    options = {PSI0_IN.get(key, key): PSI0_IN.get(value, value) if key == "reading" else value
+               for key, value in options.items()}
+    return getattr(mb, name)(**_with_functions(options))
+
+
+def _with_functions(options):
+    """The arguments, with the functions that FUNCTIONS has under a name."""
+    return {name: given.FUNCTIONS.get(value, value) if isinstance(value, str) else value
+            for name, value in options.items()}
+
+
+@cache
+def mesh_of(name):
+    """The meshes of the problems; their contact boundary is called "contact"."""
+    if name == "line":
+        return meshes.line(1.0, 3)
+    if name == "column":
+        return meshes.column(1.0, 3)
+    if name == "dome":
+        face = occ.WorkPlane().Circle(1.0).Face()*occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
+        face.edges.name = "contact"
+        face.edges.Min(occ.Y).name = "bottom"
+        return ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.2)).Curve(3)
+    mesh = MakeStructured2DMesh(quads=True, nx=20, ny=8, mapping=lambda x, y: (2*x - 1, y - 1))
+    for number, side in enumerate(mesh.GetBoundaries()):
+        mesh.ngmesh.SetBCName(number, {"top": "contact"}.get(side, side))
+    return ng.Mesh(mesh.ngmesh)
+
+
+def body_of(problem):
+    strip, fixed = problem["mesh"] in ("line", "column"), "bottom"
+    if strip:
+        fixed = {"u1": "middle", "u2": "middle"}
+    return mb.Body(mesh_of(problem["mesh"]), material(problem), problem.get("order", 3), fixed=fixed,
+                   periodic=problem["mesh"] == "column")
+
+
+def contact_of(problem):
+    """The contact problem itself, before it is asked for a load."""
+    method, touching = problem["method"], (obstacle_of(problem), law_of(problem))
+    if method == "panels":
+        return mb.Contact(mb.HalfPlane(material(problem)), *touching, mb.Panels(**_given(problem, "order")))
+    if method == "cells":
+        return mb.Contact(mb.HalfPlane(material(problem), **_given(problem, "period")), *touching,
+                          mb.Cells(**_given(problem, "nodes", "window")))
+    block = (
+        mb.Block(material(problem), problem.get("domain", np.inf))
+        if method in ("fitted", "uniform")
+        else None
+    )
+    if method == "fitted":
+        return mb.Contact(block, *touching, mb.Fitted(**_given(problem, "order", "even")))
+    if method == "uniform":
+        newton = mb.Newton(problem["newton"], problem.get("rho")) if "newton" in problem else None
+        return mb.Contact(
+            block,
+            *touching,
+            mb.Uniform(**_given(problem, "h", "reach", "order", "shape", "rule"), newton=newton),
+        )
+    if method == "body":
+        return mb.Contact(body_of(problem), *touching)
+    return mb.Contact(body_of(problem), *touching, mb.Newton(problem.get("newton", "al"), problem.get("rho")))
+
+
+def _given(problem, *names):
+    return {name: problem[name] for name in names if name in problem}
+
+
+def solve(problem):
+    """The state of a problem."""
+    if problem["method"] == "newton":      # in one step, as it was frozen
+        control = "approach" if problem["load"] is None else "load"
+        return contact_of(problem).solver.newton(control).solve(problem.get("approach", problem["load"]))
+    return contact_of(problem).solve(problem["load"], **_given(problem, "approach", "rtol"))
+
+
+def measured(state, problem):
+    """{quantity: number} of a state."""
+    if problem["method"] == "newton":
+        return _of_newton(state)
+    found = {"load": state.load, "approach": state.solution.approach, "half_width": state.half_width,
+             "energy": state.energy, "pressure_max": state.pressure.max(),
+             "pressure squared": state.weights @ state.pressure**2,
+             "micromoment_max": np.abs(state.micromoment).max(),
+             "micromoment squared": state.weights @ state.micromoment**2,
+             "error_estimate": state.error_estimate, "residual": max(state.residual, ROUNDING),
+             "unknowns": state.unknowns + (problem["method"] == "cells"), "iterations": state.iterations}
+    for name, intervals in state.zones.items():
+        found |= _edges(name, intervals)
+    for x in problem.get("at", ()):
+        found |= _at(state, problem, x)
+    for x1, x2 in problem.get("below", ()):
+        found |= {f"{name} at x1={x1:g} x2={x2:g}": value
+                  for name, value in _below(state, x1, x2).items()}
+    return found
+
+
+def _edges(name, intervals):
+    """Edges of few zones, number, length and outermost edges of many."""
+    if len(intervals) > FEW:
+        return {f"zones {name} number": len(intervals), f"zones {name} length": np.diff(intervals).sum(),
+                f"zones {name} left": intervals[0][0], f"zones {name} right": intervals[-1][1]}
+    return {f"zone {name} {number} {side}": edge for number, interval in enumerate(intervals)
+            for side, edge in zip(("left", "right"), interval)}
+
+
+def _at(state, problem, x):
+    """Pressures of closed corners, gaps of open ones, micromoment and rotation at x.
+
+    Between the nodes of cells and meshes all but the pressure on meshes are taken as linear.
+    """
+    found, law, place = {}, law_of(problem), np.array([x])
+    panels, cells = (problem["method"] == kind for kind in ("panels", "cells"))
+
+    def nodal(values):
+        return np.interp(x, state.x, values)
+
+    names = "AB" if len(law.corners) == 2 else ["contact"]
+    closed = [any(left < x < right for left, right in state.zones[name]) for name in names]
+    pressures = np.zeros(len(closed))
+    for number, corner in enumerate(law.corners):
+        if closed[number]:
+            pressures[number] = (
+                nodal(state.pressures[corner]) if cells else state.pressure_at(place, corner)[0]
+            )
+            found[f"pressure {corner}"] = pressures[number]
+        else:
+            gap = state.gap_at(corner, place)[0] if panels else nodal(state.surface().gaps[number])
+            found[f"gap {corner}"] = gap
+    if any(closed) and len(law.corners) == 2:
+        levers = np.array([lever[0] for lever in law.levers(place).values()])
+        found["micromoment"] = problem["solid"]["ell"]/2*levers @ pressures
+    elif any(closed) and law.clamps_rotation:
+        found["micromoment"] = state.solution.reaction(place)[0] if panels else nodal(state.micromoment)
+    if not law.clamps_rotation:
+        found["psi"] = state.solution.rotation(place)[0] if panels else nodal(state.psi)
+    return {f"{name} at {x:g}": value for name, value in found.items()}
+
+
+def _below(state, x1, x2):
+    """Fields at a point below the surface."""
+    own = state.fields(x1, x2)
+    psi, stress, couple = own.psi[0], own.stress[:, :, 0], own.couple_stress[:, 0]
+    return {"psi": psi, "s11": stress[0, 0], "s22": stress[1, 1], "s12": stress[0, 1], "s21": stress[1, 0],
+            "m1": couple[0], "m2": couple[1]}
+
+
+def _of_newton(state):
+    """The same of a state of Newton's method on its own, whose contact nodes need no line."""
+    found = {"load": state.load, "approach": state.approach, "energy": state.fields.energy(),
+             "iterations": state.iterations, "pressure_max": -state.traction.min(),
+             "traction squared": np.mean(state.traction**2), "psi_max": np.abs(state.psi).max(),
+             "micromoment_max": np.abs(state.micromoment).max(), "residual": max(state.kkt, ROUNDING)}
+    return found | {f"closed {corner} number": closed.sum() for corner, closed in state.closed.items()}
+
+
+def path_of(problem):
+    """The load path of a problem up to its load: (events, function of a load that gives a state)."""
+    path = contact_of(problem).path(problem["load"], **_given(problem, "rtol"))
+    return path.events, path.at
+
+
+def coalescence_of(problem):
+    """Load at which two zones of partial contact touch on the axis."""
+    solver = contact_of(problem).solver
+    return solver.coalescence()[0] if problem["method"] == "panels" else solver.axis_closes()
+
+
+def plain_numbers():
+    """{name: number} of what needs no contact problem."""
+    found = {}
+    for part in (_of_materials, _of_obstacles, _of_laws, _of_kernels, _of_closed_forms, _of_bodies,
+                 _of_studies):
+        found |= part()
+    return found
+
+
+SOLIDS = {"beta=1": {}, "beta=0.1 curvature=1": {"beta": 0.1, "curvature": 1.0},
+          "mu_c=10 nu=0": {"mu_c": 10.0, "beta": None, "nu": 0.0},
+          "eta=3 nu=0.49": {"eta": 3.0, "beta": None, "nu": 0.49}}
+
+
+def _of_materials():
+    found, gradient, kappa = {}, np.array([[0.01, 0.002], [-0.004, -0.02]]), (0.3, -0.2)
+    for name, other in SOLIDS.items():
+        solid = material({"solid": given.solid(**other)})
+        values = {part: getattr(solid, part)
+                  for part in ("mu", "lam", "mu_c", "beta", "eta", "E_star", "layer_length")}
+        values["energy density"] = solid.energy(gradient, 0.005, kappa)
+        (values["s11"], values["s12"]), (values["s21"], values["s22"]) = solid.stress(gradient, 0.005)
+        values["m1"], values["m2"] = solid.couple_stress(kappa)
+        values["exponent of coalescence"] = kernels.coalescence_exponent(solid)
+        values["short waves U"], values["short waves W"] = kernels.short_waves(solid)
+        found |= {f"material {name} {part}": value for part, value in values.items()}
+    return found
+
+
+def _of_obstacles():
+    samples = ("Profile", {"x": (-1.0, -0.1, 0.2, 1.0), "z": (0.03, 0.0, 0.001, 0.04)})
+    kinds = {"plane": ("Plane", {"level": 0.1}), "cylinder": given.CYLINDER, "wedge": given.WEDGE,
+             "tilted punch": given.TILTED, "wave": given.WAVE, "rough": given.ROUGH, "samples": samples,
+             "function": ("Shape", {"height": "skew wedge", "kinks": (0.1,)})}
+    x = np.array([-0.3, 0.17])
+    return {f"obstacle {name} height at {place:g}": value for name, obstacle in kinds.items()
+            for place, value in zip(x, obstacle_of({"obstacle": obstacle}).height(x))}
+
+
+def _of_laws():
+    found, points = {}, np.array([[-0.3, 0.01], [0.17, -0.02]])
+    normals = np.array([[0.0, 1.0], [0.6, 0.8]])
+    for name, law in {"psi0=0.01": given.ROTATED, "psi0=0.01 in levers": given.LEVERS,
+                      "psi0(x)": given.VARYING, "unilateral": given.UNILATERAL}.items():
+        own = law_of({"law": law})
+        gaps = own.initial_gaps(points, normals, 0.085, obstacle_of({"obstacle": given.CYLINDER}))
+        found |= {f"law {name} {kind} {corner} at {x:g}": value
+                  for kind, values in (("gap", gaps), ("lever", own.levers(points[:, 0])))
+                  for corner in own.corners for x, value in zip(points[:, 0], values[corner])}
+    return found
+
+
+def _of_kernels():
+    found, waves, places = {}, np.array([1e-3, 1.0, 30.0, 1e4]), np.array([1e-8, 0.01, -1.0, 50.0])
+    for name, other in (("beta=1", {}), ("beta=1.9 nu=0.45", {"beta": 1.9, "nu": 0.45})):
+        solid = material({"solid": given.solid(**other)})
+        UVW = kernels.symbol(solid, waves)
+        for letter, values in zip(("U", "V", "W", "U clamped"), (*UVW, kernels.clamped(*UVW))):
+            found |= {f"symbol {name} {letter} at k={k:g}": value for k, value in zip(waves, values)}
+        for letter, values in zip("UVW", kernels.kernels(solid.nu, solid.beta, solid.curvature)(places)):
+            found |= {f"kernel {name} {letter} at x/ell={x:g}": value for x, value in zip(places, values)}
+    matrix = mb.HalfPlane(solid).compliance(np.linspace(-0.1, 0.1, 3)).matrix
+    found |= {f"compliance of three cells {i} {j}": matrix[i, j]
+              for i, j in ((0, 0), (0, 2), (0, 4), (3, 1), (4, 4), (5, 3))}
+    return found
+
+
+def _of_closed_forms():
+    found, x = {}, np.array([0.1, 0.25])
+    strip = {"ell": 0.5, "psi0": 0.0175, "nu": 0.3, "beta": 1.0}
+    for name, delta in (("partial", 0.01), ("full", 0.04)):
+        exact = closed_forms.Strip(**strip, delta=delta)
+        values = {part: getattr(exact, part)
+                  for part in ("delta_fc", "traction", "micromoment", "L_psi", "L_u", "state")}
+        values |= {"psi": exact.psi(0.7), "u1": exact.u1(0.7), "u2": exact.u2(0.7)}
+        found |= {f"closed form strip {name} {part}": value for part, value in values.items()}
+    two = closed_forms.TwoFacedStrip(0.5, 0.0175, -0.008, 0.3, 1.0, 0.02)
+    values = {"pressure": two.pressure, "psi": two.psi(0.3), "u1": two.u1(0.3), "u2": two.u2(0.3)}
+    values |= {f"{part} {face}": value for part in ("delta_fc", "surface", "micromoments")
+               for face, value in zip(("upper", "lower"), getattr(two, part))}
+    found |= {f"closed form two faces {part}": value for part, value in values.items()}
+    wavy = closed_forms.Wavy(closure=3.0, wavelength=1.0, mean=1.0)
+    found |= {"closed form wave half_width": wavy.half_width,
+              "closed form wave approach": wavy.approach_over_amplitude}
+    layer = closed_forms.ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
+    found |= {f"closed form thin layer pressure {corner}": value for corner, value in
+              zip("AB", layer.pressures(np.array([[0.01], [0.004]]))[:, 0])}
+    for name, pressures in {
+        "hertz": closed_forms.hertz(x, 1.0, 0.34),
+        "punch": closed_forms.punch(x, 1.0, 0.34),
+        "wave": wavy.pressure(x),
+        "tilted punch": closed_forms.tilted_punch(x, 1.0, 0.34, -0.01, 100.0)[0],
+        "wedge": closed_forms.wedge(x, 1.0, 0.34),
+    }.items():
+        found |= {f"closed form {name} pressure at {place:g}": value for place, value in zip(x, pressures)}
+    return found
+
+
+def _of_bodies():
+    """A body without contact, an event ahead of Newton's steps, layer lengths, the largest shear."""
+    body = body_of({"solid": given.SOLID, "mesh": "block", "order": 3})
+    fields = body.solve(Loads(force=(0.1, -0.2), couple=0.05, traction={"contact": (0.3, -1)},
+                                 micromoment={"contact": 0.1}))
+    point = body.mesh(0.31, -0.27)
+    found = {f"body under loads {name}": field(point) for name, field in zip(("u1", "u2", "psi"), fields)}
+    found |= {"body under loads energy": fields.energy()}
+    force, moment = fields.reaction("bottom")
+    found |= {"body under loads reaction f1": force[0], "body under loads reaction f2": force[1],
+              "body under loads reaction moment": moment}
+    strip = next(problem for problem in given.PROBLEMS if problem["name"] == "newton strip line")
+    newton = contact_of(strip).solver.newton("approach")
+    states = [newton.solve(approach) for approach in (0.001, 0.002)]
+    event = newton_path.next_event(*states)
+    found |= {"strip next event level": event.level, "strip next event": f"{event.kind} {event.corner}"}
+    stepped = list(newton_path.load_path(newton, [0.002, 0.004, 0.02]))[-1]
+    found |= {"strip load path last traction": stepped.traction[0],
+              "strip load path last micromoment": stepped.micromoment[0]}
+    u1 = newton.facets.at_nodes("u1", stepped.fields.u1)[0]
+    lengths = zones.layer_lengths(body_of(strip).solid, stepped.psi[0], u1, stepped.micromoment[0],
+                            stepped.traction[0])
+    found |= {"strip layer length psi": lengths[0], "strip layer length u1": lengths[1]}
+    shear, x1, x2 = solve(given.PANELS[1]).fields.largest_shear(rtol=1e-2)      # on either side
+    return found | {"largest shear": shear, "largest shear abs(x1)": abs(x1), "largest shear x2": x2}
+
+
+def indented(radius, ell):
+    """What the frozen study computes at a point."""
+    solid = material({"solid": given.solid(ell=ell)})
+    state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=radius), mb.Microblock()).solve(1.0)
+    return {"half_width": state.half_width, "pressure_max": state.pressure.max()}
+
+
+def _of_studies():
+    with ThreadPoolExecutor(1) as executor:
+        rows = mb.sweep(indented, {"radius": (5, 10), "ell": (0.05, 0.1)}, executor=executor, quiet=True)
+    return {f"sweep radius={row['radius']} ell={row['ell']} {name}": row[name] for row in rows
+            for name in ("half_width", "pressure_max")}
+
+
+def refusals():
+    """{what is asked for: a call that must fail}."""
+    solid = material({"solid": given.SOLID})
+    half, cylinder, law = mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()
+    block = body_of({"solid": given.SOLID, "mesh": "block", "order": 1})
+    line, body = mb.Contact(half, cylinder, law), mb.Contact(block, cylinder, law)
+    period = mb.HalfPlane(solid, period=1.0)
+    facets = ContactFacets(block, law, cylinder)
+
+    def cells(**options):
+        return mb.Contact(half, cylinder, law, mb.Cells(window=(-0.6, 0.6), **options))
+
+    def uniform(**options):
+        return mb.Contact(mb.Block(solid, 4.0), cylinder, law, mb.Uniform(h=0.1, reach=0.8, **options))
+
+    def cosserat(**other):
+        return lambda: mb.Cosserat(**given.solid(**other))
+
+    return {
+        "solid with nu=0.5": cosserat(nu=0.5),
+        "solid with E=0": cosserat(E=0.0),
+        "solid with beta=2": cosserat(beta=2.0),
+        "solid with ell=-1": cosserat(ell=-1.0),
+        "solid with curvature=0": cosserat(curvature=0.0),
+        "solid with two couplings": cosserat(eta=1.0),
+        "solid with E=nan": cosserat(E=float("nan")),
+        "half-plane of no solid": lambda: mb.HalfPlane(cylinder),
+        "period=0": lambda: mb.HalfPlane(solid, 0.0),
+        "half-plane with beta=0": lambda: mb.Contact(mb.HalfPlane(mb.Cosserat(**given.solid(beta=0.0))),
+                                                     cylinder, law).solve(1.0),
+        "cells not equally spaced": lambda: half.compliance([0.0, 1.0, 3.0]),
+        "compliance of a period": lambda: period.compliance([0.0, 0.5]),
+        "symbol at k=0": lambda: kernels.symbol(solid, [0.0]),
+        "plane level=inf": lambda: mb.Plane(level=float("inf")),
+        "cylinder R=-1": lambda: mb.Cylinder(R=-1),
+        "wedge slope=0": lambda: mb.Wedge(slope=0.0),
+        "punch half_width=0": lambda: mb.Punch(half_width=0.0),
+        "wave amplitude=0": lambda: mb.Wave(0.0, 1.0),
+        "rough hurst=2": lambda: mb.Rough(1.0, 0.1, hurst=2.0),
+        "rough waves backwards": lambda: mb.Rough(1.0, 0.1, waves=(9, 3)),
+        "samples not ascending": lambda: mb.Obstacle.from_samples([0, 0, 1], [1, 1, 1]),
+        "samples of two lengths": lambda: mb.Obstacle.from_samples([0, 1], [0]),
+        "kinks without jumps": lambda: mb.Obstacle(abs, (0.0, 1.0), (0.1,)),
+        "height that is no function": lambda: mb.Obstacle(3),
+        "psi0=2": lambda: mb.Microblock(psi0=2.0),
+        "psi0 read elsewhere": lambda: mb.Microblock(0.1, "both"),
+        "contact without a body": lambda: mb.Contact(solid, cylinder, law),
+        "contact with no law": lambda: mb.Contact(half, cylinder, cylinder),
+        "contact with no obstacle": lambda: mb.Contact(half, law, law),
+        "obstacle that falls": lambda: mb.Contact(half, lambda x: -x, law),
+        "obstacle that is nan": lambda: mb.Contact(half, lambda x: x*float("nan"), law),
+        "panels load=0": lambda: line.solve(0.0),
+        "panels rtol=2": lambda: line.solve(1.0, rtol=2.0),
+        "panels order=1": lambda: mb.Contact(half, cylinder, law, mb.Panels(order=1)),
+        "panels from no state": lambda: line.solve(1.0, initial=3.0),
+        "panels rtol=1e-15": lambda: line.solve(1.0, rtol=1e-15),
+        "panels of too many blocks": lambda: mb.Contact(mb.HalfPlane(mb.Cosserat(**given.solid(ell=1e-9))),
+                                                        cylinder, law).solve(1.0),
+        "panels under a wave": lambda: mb.Contact(half, mb.Wave(0.01, 1.0), law).solve(1.0),
+        "panels under a rough profile": lambda: mb.Contact(half, mb.Rough(1.0, 0.1), law).solve(1.0),
+        "panels under a jump": lambda: mb.Contact(half, lambda x: np.where(x < 0, 0.01, 0.0) + x**2,
+                                                  law).solve(1.0),
+        "coalescence under a punch": lambda: mb.Contact(half, mb.Punch(1.0), law).solver.coalescence(),
+        "path beyond its end": lambda: line.path(0.5).at(1.0),
+        "cells of a period with window": lambda: mb.Contact(period, cylinder, law, mb.Cells(window=(-1, 1))),
+        "cells load and approach": lambda: cells().solve(1.0, approach=0.1),
+        "cells nodes=8": lambda: cells(nodes=8).solve(1.0),
+        "cells nodes and rtol": lambda: cells(nodes=64).solve(1.0, rtol=0.1),
+        "cells approach without level": lambda: cells(nodes=64).solve(approach=0.02),
+        "cells load=-1": lambda: cells(nodes=64).solve(-1.0),
+        "cells beyond the window": lambda: cells(nodes=128).solve(10.0),
+        "fitted domain=0": lambda: mb.Block(solid, 0.0),
+        "fitted of no solid": lambda: mb.Block(half),
+        "fitted order=0": lambda: mb.Fitted(order=0),
+        "fitted in too small a block": lambda: mb.Contact(mb.Block(solid, 0.3), cylinder, law).solve(1.0),
+        "uniform method": lambda: uniform(newton="al"),
+        "uniform beyond the squares": lambda: uniform().solve(20.0),
+        "body order=0": lambda: mb.Body(block.mesh, solid, 0, fixed="bottom"),
+        "body fixed nowhere known": lambda: mb.Body(block.mesh, solid, 1, fixed="roof"),
+        "body of no mesh": lambda: mb.Body(solid, solid),
+        "body pressed where it is held": lambda: mb.Contact(mb.Body(block.mesh, solid, 1, fixed="contact"),
+                                                            cylinder, law),
+        "body that is free": lambda: mb.Contact(mb.Body(block.mesh, solid, 1), cylinder, law).solve(1.0),
+        "body load=-1": lambda: body.solve(-1.0),
+        "periodic body in contact": lambda: mb.Contact(body_of({"solid": given.SOLID, "mesh": "column"}),
+                                                       cylinder, law, mb.Condensed()),
+        "reaction where nothing is held": lambda: block.solve().reaction("left"),
+        "newton method": lambda: mb.Newton("lm"),
+        "newton rho=0": lambda: mb.Newton(rho=0.0),
+        "newton control": lambda: MonolithicNewton(block, facets, control="time"),
+        "facets rule": lambda: mb.Uniform(h=0.1, rule="simpson"),
+        "newton of a free body": lambda: mb.Contact(mb.Body(block.mesh, solid, 1), cylinder, law,
+                                                    mb.Newton()).solve(approach=0.1),
+        "ground that does not reach": lambda: meshes.Ground(far=1.0, reach=(0.0, 2.0)),
+        "line of no elements": lambda: meshes.line(1.0, 0),
+        "sweep of no list": lambda: mb.sweep(indented, {"radius": 5}),
+        "table of nothing": lambda: mb.to_csv(None, Path(__file__).with_name("none.csv")),
+        "explorer of no contact": lambda: Explorer(half, 1.0),
+    }
+
+
+def refused(call):
+    """The error's class and the argument that it names."""
+    try:
+        call()
+    except mb.MicroblockError as failure:
+        return " ".join([type(failure).__name__, *([failure.name] if hasattr(failure, "allowed") else [])])
+    return "answered"
+
+
+def answered(words):
+    """(exit status, what is printed on standard output) of a command line."""
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
+        try:
+            status = main([*words.split(), "--json", "-"])
+        except SystemExit as stop:      # argparse's own way out
+            status = stop.code
+    return status, out.getvalue()

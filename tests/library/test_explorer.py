@@ -1,0 +1,370 @@
+"""States, problems and pictures as an interactive session sees them; no times here."""
+
+import builtins
+import dataclasses
+import io
+
+import ngsolve as ng
+import numpy as np
+import pytest
+
+import microblock as mb
+from microblock.fem import condensation
+from microblock.halfplane import contact_line
+from microblock.halfplane.panel_solver import PanelSolver
+from microblock.model.summary import Row, Summary, html, intervals, number
+from microblock.view import blocks, widgets
+from microblock.view.explorer import Choice, Explorer
+from microblock.view.state_figure import StateFigure
+
+R, LOAD = 10.0, 1.0
+
+
+def solid(ell=0.085):
+    return mb.Cosserat(E=100, nu=0.3, beta=1, ell=ell)
+
+
+def problem(law=mb.Microblock(), ell=0.085, obstacle=mb.Cylinder(R), method=None):
+    return mb.Contact(mb.HalfPlane(solid(ell)), obstacle, law, method)
+
+
+def fitted(law, size=np.inf):
+    return mb.Contact(mb.Block(solid(), size), mb.Cylinder(R), law)
+
+
+def periodic(law, nodes=None):
+    return mb.Contact(mb.HalfPlane(solid(), period=1.0), mb.Wave(0.01, 1.0), law, mb.Cells(nodes=nodes))
+
+
+def rendered(drawing):
+    from PIL import Image
+    return np.asarray(Image.open(io.BytesIO(drawing._repr_png_())).convert("RGB")).astype(int)
+
+
+@pytest.mark.parametrize("law", [mb.Microblock(), mb.Microblock(0.01), mb.Unilateral(), mb.Microclamped()])
+def test_surface_has_the_gaps_of_the_state_and_its_own_nodes(law):
+    state = problem(law).solve(load=LOAD)
+    surface = state.surface()
+    for corner, name in enumerate(law.corners):
+        # the same integrals, once by levers and once by displacement and rotation: rounding of gaps of some
+        # 1e-2
+        assert surface.gaps[corner] == pytest.approx(state.gap_at(name, surface.x), abs=1e-12)
+        assert surface.pressures[corner, np.isin(surface.x, state.x)] == pytest.approx(state.pressures[name])
+    assert not surface.pressures[:, ~np.isin(surface.x, state.x)].any()
+
+
+def test_surfaces_of_panels_cells_and_meshes_agree():
+    law = mb.Microblock(0.005)
+    line = problem(law).solve(load=LOAD, rtol=1e-6)
+    cells = problem(law, method=mb.Cells(nodes=2000, window=(-0.6, 0.6))).solve(load=LOAD)
+    mesh = fitted(law).solve(load=LOAD, rtol=1e-3)
+    x = np.linspace(-0.45, 0.45, 91)
+    for other in (cells, mesh):
+        for name in ("gaps", "rotation"):
+            rows = [np.atleast_2d(getattr(state.surface((-0.6, 0.6)), name)) for state in (line, other)]
+            places = [state.surface((-0.6, 0.6)).x for state in (line, other)]
+            own, others = ([np.interp(x, place, row) for row in values]
+                           for place, values in zip(places, rows))
+            # polygons through points some 0.02 apart bend by 0.02^2/(8 R) = 5e-6 of gaps up to 4e-3, as the
+            # cells' 1/n
+            assert np.max(np.abs(np.subtract(own, others))) < 4e-3*np.max(np.abs(own)), name
+
+
+def test_a_corner_touches_in_the_picture_where_its_gap_is_closed():
+    state = problem().solve(load=LOAD)
+    surface = state.surface()
+    shown = blocks.blocks(surface, state.zones["contact"])
+    assert shown.closed.any(axis=0).all() and not shown.closed.all()
+    for corner in (0, 1):
+        tips, centres = shown.squares[:, corner], shown.squares[:, :2].mean(axis=1)
+        over = shown.magnification*(tips[:, 0]**2/(2*R) - state.solution.approach) - tips[:, 1]
+        # heights are interpolated between points of the surface: a thousandth of the side of a block is not
+        # seen
+        expected = shown.magnification*np.interp(centres[:, 0], surface.x, surface.gaps[corner])
+        assert over == pytest.approx(expected, abs=1e-3*surface.ell)
+        assert np.all(over[shown.closed[:, corner]] < 1e-3*surface.ell)
+    outer = np.linalg.norm(shown.squares[:, 0] - shown.squares[:, 1], axis=1)
+    inner = np.linalg.norm(shown.squares[:, 1] - shown.squares[:, 2], axis=1)
+    assert inner == pytest.approx(np.full(len(inner), surface.ell)) and np.all(outer >= surface.ell)
+
+
+def test_every_kind_of_state_shows_and_draws_itself(block, tmp_path):
+    law = mb.Microblock(0.002)
+    body = on_mesh(block, law, order=2)
+    wave = periodic(mb.Unilateral(), nodes=256)
+    punch = problem(mb.Unilateral(), obstacle=mb.Punch(0.3))
+    states = [problem(law).solve(load=LOAD), punch.solve(load=LOAD),
+              fitted(mb.Microclamped()).solve(load=LOAD, rtol=1e-2), body.solve(load=0.05),
+              wave.solve(load=0.5)]
+    for state in states:
+        assert len(repr(state)) < 150 and repr(state) == str(state)
+        assert "force per thickness" in state._repr_html_() and "error estimate" in state._repr_html_()
+        # lines and letters on white; nothing of it can be drawn from numbers that are none
+        assert (rendered(state.plot()).min(axis=2) < 200).mean() > 0.01
+    states[0].plot_blocks(tmp_path/"blocks.png")
+    assert (tmp_path/"blocks.png").stat().st_size > 10_000
+    for each in (body, wave, problem(), solid(), problem().path(load=LOAD), mb.HalfPlane(solid())):
+        assert "<table" in each._repr_html_() and len(str(each)) < 250
+
+
+def test_fields_below_are_drawn_and_unknown_ones_refused(tmp_path):
+    state = problem().solve(load=LOAD)
+    state.plot_below("psi", tmp_path/"psi.png")
+    assert (tmp_path/"psi.png").stat().st_size > 10_000
+    with pytest.raises(mb.BadArgument, match="field.*psi, s22"):
+        state.plot_below("pressure")
+
+
+@pytest.mark.parametrize("quantity", ["psi", "skew", "shear"])
+def test_fields_of_bodies_are_drawn_below_as_well(block, quantity):
+    state = on_mesh(block, mb.Microblock()).solve(load=0.05)
+    # colours, and not an empty box
+    assert (rendered(state.plot_below(quantity)).min(axis=2) < 200).mean() > 0.1
+    cells = problem(method=mb.Cells(nodes=256, window=(-1.5, 1.5))).solve(load=LOAD)
+    with pytest.raises(mb.BadArgument, match="cells.*has no fields"):
+        cells.plot_below(quantity)
+
+
+def test_pictures_do_not_magnify_rounding_nor_name_corners_that_a_law_has_not():
+    state = problem(mb.Unilateral(), obstacle=mb.Punch(0.3)).solve(load=LOAD)
+    figure = StateFigure(mb.Unilateral().corners).update(state)
+    # closed gaps: 1e-17
+    assert figure.axes["gap"].get_ylim()[1] == 1.0 and figure.axes["blocks"].get_legend() is None
+    assert StateFigure(mb.Microblock().corners).axes["blocks"].get_legend() is not None
+
+
+def test_warnings_where_small_strain_ends():
+    assert problem().solve(load=LOAD).warnings == []
+    body = mb.HalfPlane(mb.Cosserat(E=2, nu=0.3, beta=1, ell=0.1))
+    steep = mb.Contact(body, mb.Cylinder(1.0), mb.Microblock(0.2)).solve(load=1.0)
+    for word in ("degrees", "slope"):
+        assert any(word in text for text in steep.warnings)
+    assert "&#9888;" in steep._repr_html_()
+    assert any("larger" in text for text in problem(ell=3.0).solve(load=LOAD).warnings)
+
+
+def test_tables_take_text_as_text():
+    summary = Summary("<b>", "a & b", (Row("<i>", "&ell;", 1/3, "m<sup>"),), ("<script>",))
+    assert "<script>" not in html(summary) and "&lt;b&gt;" in html(summary) and "0.3333" in html(summary)
+    assert number(None) == "-" and number(3) == "3" and intervals([]) == "none"
+    assert intervals([(k, k + 0.5) for k in range(6)]) == "6 intervals, 3 together"
+
+
+SWEEPS = [("load", np.linspace(0.5, 1.5, 5)), ("psi0", np.linspace(-0.02, 0.02, 6)),
+          ("radius", (10.0, 9.0, 30.0)), ("alpha", (0.25, 0.3, 1.2, 0.1)),
+          ("law", ("unilateral", "microclamped", "microblock"))]
+
+
+@pytest.mark.parametrize("name, values", SWEEPS, ids=[name for name, _ in SWEEPS])
+def test_states_of_sliders_are_those_of_problems_asked_afresh(name, values):
+    session = Explorer(problem(mb.Microblock(0.001)), LOAD)
+    for value in values:
+        state = session.update(**{name: value})
+        fresh = session.problem.solve(load=session.choice.load)
+        assert getattr(session.choice, name) == value
+        for zone, own in fresh.zones.items():
+            # an edge is wrong by about the square of the pressure's relative error, 1e-3, and what that is
+            # next to a birth
+            assert np.ravel(state.zones[zone]) == pytest.approx(np.ravel(own), abs=2e-3*fresh.x[-1]), zone
+        assert state.error_estimate <= 1e-3
+
+
+def on_mesh(block, law, order=3):
+    body = mb.Body(block, mb.Cosserat(E=2.6, nu=0.3, beta=1, ell=0.2), order=order, fixed="bottom")
+    return mb.Contact(body, mb.Cylinder(2.0), law)
+
+
+def others(block, law):
+    """{kind: (problem, load)} that are not half-planes on panels."""
+    cells = problem(law, method=mb.Cells(window=(-1.5, 1.5)))
+    return {"body": (on_mesh(block, law), 0.05), "cells": (cells, LOAD), "periodic": (periodic(law), LOAD)}
+
+
+@pytest.mark.parametrize("kind", ["body", "cells", "periodic"])
+def test_sessions_on_meshes_and_cells_answer_as_their_problems_do(block, kind):
+    start, load = others(block, mb.Microblock(0.001))[kind]
+    session = Explorer(start, load)
+    for changes in ({"load": 1.1*load}, {"psi0": -0.002}, {"radius": 11.0}, {"alpha": 0.5},
+                    {"law": "unilateral"}, {"law": "microclamped"}, {"load": load}, {"law": "microblock"}):
+        if session.choice.radius is None and "radius" in changes:
+            continue
+        state = session.update(**changes)
+        fresh = session.problem.solve(load=session.choice.load)
+        # on a mesh or on equal cells both solve the same finite problem, cells to a residual of 2e-5; else
+        # both are good to 1e-2
+        tolerance = 1e-9 if kind == "body" else 1e-4 if len(fresh.x) == len(state.x) else 1e-2
+        assert state.solution.approach == pytest.approx(fresh.solution.approach, rel=tolerance), changes
+        assert state.solid.ell == pytest.approx(session.choice.alpha*session.reference)
+        # of cells it is the sum of their forces
+        assert state.load == pytest.approx(session.choice.load, rel=1e-12)
+        if kind != "body":
+            assert state.error_estimate <= 1e-2
+    assert session.png().startswith(b"\x89PNG")
+
+
+def test_a_body_is_condensed_once_for_all_loads_obstacles_angles_and_laws(block, monkeypatch):
+    made, init = [], condensation.Condensed.__init__
+    monkeypatch.setattr(condensation.Condensed, "__init__",
+                        lambda self, *given: made.append(given) or init(self, *given))
+    start = on_mesh(block, mb.Microblock())
+    session = Explorer(start, 0.05)
+    for changes in ({"load": 0.06}, {"psi0": 0.01}, {"radius": 3.0}, {"law": "unilateral"},
+                    {"law": "microblock"}, {"load": 0.04}):
+        session.solve(**changes)
+    mb.Contact(start.body, mb.Wedge(0.02), mb.Unilateral()).solve(load=0.03)
+    assert len(made) == 1
+    session.solve(law="microclamped")      # psi constrained: another matrix
+    session.solve(alpha=0.7)
+    session.solve(load=0.05)
+    assert len(made) == 3
+
+
+def test_a_session_on_a_body_refines_for_its_first_state_and_stays_on_that_mesh(block):
+    session = Explorer(on_mesh(block, mb.Unilateral()), 0.05, rtol=0.1)
+    assert session.state.error_estimate <= 0.1 and session.problem.body.mesh.ne > block.ne
+    assert session.solve(load=0.06).unknowns == session.problem.solve(load=0.05).unknowns
+
+
+@pytest.mark.parametrize("method", [mb.Cells(nodes=256, window=(-1.5, 1.5)), mb.Panels(order=8)],
+                         ids=["cells", "panels"])
+def test_sessions_keep_a_discretisation_that_is_prescribed(method):
+    session = Explorer(problem(method=method), LOAD)
+    for load in (1.1, 1.2):
+        state = session.solve(load=load)
+        fresh = session.problem.solve(load=load)
+        assert state.error_estimate is None and state.unknowns == fresh.unknowns
+        assert state.half_width == pytest.approx(fresh.half_width, rel=1e-6)
+
+
+def test_sessions_on_fitted_meshes_start_from_the_last_zones():
+    session = Explorer(fitted(mb.Microblock(), 18.0), LOAD, rtol=1e-2)
+    # the second is not symmetric any more
+    for changes in ({"load": 1.05}, {"psi0": 0.002}, {"law": "unilateral"}):
+        assert session.solve(**changes).error_estimate <= 1e-2
+
+
+def rectangle_below():
+    """Quadrilaterals of [-8, 8] x [-8, 0], finer towards the origin."""
+    from ngsolve.meshes import MakeStructured2DMesh
+    mesh = MakeStructured2DMesh(quads=True, nx=24, ny=12,
+                                mapping=lambda x, y: (8*(2*x - 1)**3, -8*(1 - y)**3))
+    for index, name in enumerate(mesh.GetBoundaries()):
+        mesh.ngmesh.SetBCName(index, {"top": "contact"}.get(name, name))
+    return ng.Mesh(mesh.ngmesh)
+
+
+@pytest.mark.parametrize("quads", [False, True])
+def test_fields_below_a_contact_on_a_mesh_are_those_of_the_half_plane(quads):
+    law = mb.Microblock()
+    if quads:
+        body = mb.Body(rectangle_below(), solid(), order=4, fixed="bottom")
+        state = mb.Contact(body, mb.Cylinder(R), law).solve(load=LOAD)
+    else:
+        state = fitted(law).solve(load=LOAD)
+    x1, x2, triangles, psi, stress = state.solution.fields_below(((-0.4, 0.6), 0.5))
+    corners = np.column_stack((x1, x2))[triangles]
+    areas = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))/2
+    # every place of the box of area 0.5: the mirrored half as well, and small triangles across the sides of
+    # the box
+    assert 0.5 <= areas.sum() < 0.8
+    deep = (x2 < -0.1) & (x2 > -0.5)
+    half = problem(law).solve(load=LOAD, rtol=1e-5).fields(x1[deep], x2[deep])
+    # the fitted state is good to 1e-3, its stresses inside elements of low order to some 1e-2 of the largest
+    assert psi[deep] == pytest.approx(half.psi, abs=0.02*np.abs(half.psi).max())
+    assert stress[..., deep] == pytest.approx(half.stress, abs=0.05*np.abs(half.stress).max())
+
+
+def test_neighbours_cost_fewer_solutions_than_fresh_states(monkeypatch):
+    session, count, solve = Explorer(problem(mb.Microblock(0.005)), LOAD), [], contact_line.solve_zones
+    monkeypatch.setattr(contact_line, "solve_zones", lambda *given: count.append(given) or solve(*given))
+    for load in (1.02, 1.04, 1.06):
+        count.clear()
+        session.solve(load=load)
+    moved = len(count)
+    count.clear()
+    session.problem.solve(load=1.06)
+    # two orders, one of them twice; afresh each starts from the edges of cells
+    assert moved <= 3 < len(count)
+
+
+def test_refused_parameters_leave_the_session_as_it_was():
+    session = Explorer(problem(), LOAD)
+    before = session.choice, session.state
+    for wrong in ({"load": -1.0}, {"law": "glue"}, {"colour": 1.0}, {"alpha": float("nan")}):
+        with pytest.raises(mb.BadArgument):
+            session.update(**wrong)
+    with pytest.raises(mb.BadArgument, match="psi0"):
+        session.update(psi0=1.5)
+    assert (session.choice, session.state) == before
+    with pytest.raises(mb.BadArgument, match="radius.*it has alpha, law, load, psi0"):
+        Explorer(problem(obstacle=mb.Wedge(0.02)), LOAD).update(radius=2.0)
+
+
+def test_frames_are_what_drawing_everything_gives():
+    session = Explorer(problem(), LOAD)
+    for changes in ({}, {"load": 1.1}, {"load": 0.1}, {"psi0": 0.01}, {"law": "unilateral"}):
+        session.update(**changes)
+        session.png()
+        canvas = session.frames.canvas
+        kept = np.asarray(canvas.buffer_rgba())[..., :3].astype(int)
+        canvas.draw()
+        whole = np.asarray(canvas.buffer_rgba())[..., :3].astype(int)
+        # lines drawn over axes instead of under them differ in single pixels at the ends of axes
+        assert (np.abs(kept - whole).max(axis=2) > 60).mean() < 3e-3, changes
+
+
+def test_sliders_move_the_session():
+    ipywidgets = pytest.importorskip("ipywidgets")
+    panel = widgets.Panel(Explorer(problem(), LOAD), ipywidgets)
+    picture, table = panel.picture.value, panel.table.value
+    panel.controls["load"].value = 1.3
+    assert panel.explorer.state.load == pytest.approx(1.3)
+    assert panel.picture.value != picture and panel.table.value != table
+    panel.controls["psi0"].value = 1.0
+    assert panel.explorer.choice.psi0 == pytest.approx(np.pi/180)
+    panel.controls["law"].value = "unilateral"
+    assert panel.explorer.state.law == mb.Unilateral()
+    panel.button.click()
+    assert bytes(panel.below.value).startswith(b"\x89PNG") and panel.below.layout.display == ""
+    assert isinstance(mb.explore(problem(), LOAD), ipywidgets.Box)
+
+
+def test_sliders_of_slow_problems_wait_until_they_are_let_go(block):
+    ipywidgets = pytest.importorskip("ipywidgets")
+    for kind, (start, load) in others(block, mb.Microblock()).items():
+        session = Explorer(start, load)
+        session.seconds = 0.01
+        panel = widgets.Panel(session, ipywidgets)
+        assert panel.controls["load"].continuous_update and (panel.below in panel.aside) == (kind == "body")
+        session.seconds = 1.0
+        assert not widgets.Panel(session, ipywidgets).controls["load"].continuous_update
+
+
+def test_a_state_that_is_not_found_is_told_and_the_picture_stays(monkeypatch):
+    panel = widgets.Panel(Explorer(problem(), LOAD), pytest.importorskip("ipywidgets"))
+    picture, state = panel.picture.value, panel.explorer.state
+
+    def fail(*given, **named):
+        raise mb.NotConverged("no zones fit")
+
+    monkeypatch.setattr(PanelSolver, "solve", fail)
+    panel.controls["load"].value = 1.3
+    assert "no zones fit" in panel.told.value
+    assert panel.picture.value == picture and panel.explorer.state is state
+
+
+def test_without_ipywidgets_the_error_names_the_extra(monkeypatch):
+    plain = builtins.__import__
+
+    def without(name, *rest):
+        if name == "ipywidgets":
+            raise ModuleNotFoundError(name)
+        return plain(name, *rest)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(mb.MicroblockError, match=r"ipywidgets.*pip install 'microblock\[notebook\]'"):
+        mb.explore(problem(), LOAD)
+
+
+def test_choice_names_are_the_sliders():
+    assert [entry.name for entry in dataclasses.fields(Choice)] == ["load", "psi0", "radius", "alpha", "law"]

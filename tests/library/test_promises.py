@@ -1,0 +1,72 @@
+"""What a user relies on without looking: paths that miss no zone, periods that fit, evenness that is so,
+accuracy kept.
+"""
+
+import numpy as np
+import pytest
+
+import microblock as mb
+
+SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
+
+
+def skew(x):
+    return x**2/20 + 0.003*np.sin(7*x + 1)
+
+
+@pytest.mark.parametrize("last", [0.4, 1.0, 1.3])
+def test_a_zone_that_is_born_and_merges_is_found_wherever_the_path_ends(last):
+    """It lives from load 0.3104 to 0.38: between two loads of the scan, and no gap has a minimum at the
+    first.
+    """
+    events = mb.Contact(mb.HalfPlane(SOLID), skew, mb.Unilateral()).path(last).events
+    assert [event.kind for event in events] == ["born", "born", "merged"]
+    # as by fitted elements, whose meshes see it to 0.1 %
+    assert [event.load for event in events[1:]] == pytest.approx([0.3104, 0.3814], rel=2e-3)
+
+
+def test_a_zone_of_one_corner_is_found_as_well():
+    events = mb.Contact(mb.HalfPlane(SOLID), skew, mb.Microblock(0.01)).path(1.0).events
+    kinds = [(event.zone, event.kind) for event in events if event.zone == "B" and event.load > 0.1]
+    assert kinds == [("B", "born"), ("B", "merged")]
+
+
+@pytest.mark.parametrize("obstacle, period", [(mb.Wave(0.001, 1.0), 1.5), (mb.Rough(1.0, 0.1), 0.7),
+                                              (lambda x: (x - 1.2)**2/20, 3.0)])
+def test_what_does_not_repeat_with_the_period_raises(obstacle, period):
+    with pytest.raises(mb.BadArgument, match="period"):
+        mb.Contact(mb.HalfPlane(SOLID, period=period), obstacle, mb.Microblock())
+
+
+def test_rotations_repeat_with_the_period():
+    with pytest.raises(mb.BadArgument, match="psi0"):
+        mb.Contact(mb.HalfPlane(SOLID, period=1.0), mb.Wave(0.001, 1.0), mb.Microblock(lambda x: 0.01*x))
+    assert mb.Contact(mb.HalfPlane(SOLID, period=2.0), mb.Wave(0.001, 1.0), mb.Microblock(0.01)).solver
+
+
+def test_evenness_is_looked_at():
+    class Claimed:
+        even = True
+
+        def height(self, x):
+            return skew(np.asarray(x))
+
+    class EvenLaw(mb.Microblock):
+        even = True
+
+    for obstacle, law in ((Claimed(), mb.Unilateral()), (mb.Cylinder(10), EvenLaw(0.05))):
+        with pytest.raises(mb.BadArgument, match="says that it is even"):
+            mb.Contact(mb.HalfPlane(SOLID), obstacle, law)
+
+
+def test_an_initial_state_keeps_the_accuracy_that_is_promised():
+    cells = mb.Contact(mb.HalfPlane(SOLID), mb.Cylinder(10), mb.Microblock(), mb.Cells())
+    few = cells.with_(method=mb.Cells(nodes=64)).solve(1.0)
+    assert cells.solve(0.05, initial=few).error_estimate <= 1e-2
+
+
+def test_a_rough_state_says_so():
+    state = mb.Contact(mb.HalfPlane(SOLID), mb.Cylinder(10), mb.Microblock(), mb.Cells(32, (-5, 5))).solve(
+        1.0
+    )
+    assert state.error_estimate > 0.1 and any("error estimate" in words for words in state.warnings)
