@@ -34,6 +34,7 @@ FINER = {1: 8}       # elements of the counterpart on one of the ground, by orde
 ONE = 1
 SEARCHED = 1e-2      # unit lengths: how far pairs of points are looked for, far beyond all gaps
 ENOUGH = 1e-10       # residual of Newton over the load
+ROUNDING = 10        # the residual is not asked for below this many units in the last place
 STEPS = 40           # of Newton; two to six are needed
 
 
@@ -144,11 +145,13 @@ class Ground:
         state.vec.data = shape.vec + approach*lowered.vec
         residual, moved, first, second, product = (state.vec.CreateVector() for _ in range(5))
         inside = ng.Projector(free, True)
+        rounding = ROUNDING*np.finfo(float).eps*self.rho*approach*self.reach    # of rho times the penetration
+        enough = max(ENOUGH*load, rounding)
         for iteration in range(1, STEPS + 1):
             form.Apply(state.vec, residual)
             force = ng.InnerProduct(lowered.vec, residual)
             product.data = inside*residual
-            if max(product.Norm(), abs(force - load)) < ENOUGH*load:
+            if max(product.Norm(), abs(force - load)) < enough:
                 return self._surface(state, approach, iteration)
             form.AssembleLinearization(state.vec)
             inverse = form.mat.Inverse(free, "sparsecholesky")
