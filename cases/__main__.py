@@ -11,34 +11,45 @@ from argparse import RawDescriptionHelpFormatter  # noqa: E402
 from dataclasses import fields  # noqa: E402
 from pathlib import Path  # noqa: E402
 
-from cases.common.case import run  # noqa: E402
-from cases.common.catalog import case, headlines  # noqa: E402
-from cases.common.options import OneLineParser, add_options, complaint, did_you_mean, flag  # noqa: E402
 from microblock.data.records import check_writable, json_text, write_json  # noqa: E402
 from microblock.errors import BadArgument, MicroblockError  # noqa: E402
 
-LISTED = 8     # files that the last line names; of more it gives the number
+from .common.case import run  # noqa: E402
+from .common.catalog import PROGRAM, case, headlines  # noqa: E402
+from .common.options import OneLineParser, add_options, complaint, did_you_mean, flag  # noqa: E402
+
+LISTED = 8  # files that the last line names; of more it gives the number
 
 
 def parser(asked, module):
     """The parser of the command line: of the case asked for with all its options, of others with their
     names.
     """
-    top = OneLineParser(prog="python -m cases", description="Cases of the microblock contact model.")
+    top = OneLineParser(prog=PROGRAM, description="Cases of the microblock contact model.")
     commands = top.add_subparsers(dest="case", metavar="CASE", parser_class=OneLineParser)
     for name, (_, headline) in headlines().items():
         if name != asked:
             commands.add_parser(name, help=headline)
             continue
-        command = commands.add_parser(name, help=headline, description=headline,
-                                      epilog=module.__doc__.partition("\n")[2].strip(),
-                                      formatter_class=RawDescriptionHelpFormatter, allow_abbrev=False)
+        command = commands.add_parser(
+            name,
+            help=headline,
+            description=headline,
+            epilog=module.__doc__.partition("\n")[2].strip(),
+            formatter_class=RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+        )
         add_options(command, module.Parameters)
-        folder = (f" (default {module.OUT})" if hasattr(module, "OUT") else "; without it none are written")
-        command.add_argument("--json", metavar="FILE",
-                             help="write the result as one JSON object (- for standard output)")
-        command.add_argument("--out", metavar="DIR", default=getattr(module, "OUT", None),
-                             help="folder for figures and records" + folder)
+        folder = f" (default {module.OUT})" if hasattr(module, "OUT") else "; without it none are written"
+        command.add_argument(
+            "--json", metavar="FILE", help="write the result as one JSON object (- for standard output)"
+        )
+        command.add_argument(
+            "--out",
+            metavar="DIR",
+            default=getattr(module, "OUT", None),
+            help="folder for figures and records" + folder,
+        )
     return top
 
 
@@ -94,7 +105,7 @@ def _folder(out):
         Path(out).mkdir(parents=True, exist_ok=True)
     except OSError as failure:
         raise BadArgument("out", out, f"is no folder that can be made ({failure.strerror})") from failure
-    check_writable("out", Path(out)/"figure")
+    check_writable("out", Path(out) / "figure")
     return Path(out)
 
 
@@ -119,7 +130,7 @@ def _told(out, before, json_path):
 
 
 def _fail(status, name, message):
-    print(f"python -m cases {name}: {' '.join(str(message).split())}", file=sys.stderr)
+    print(f"{PROGRAM} {name}: {' '.join(str(message).split())}", file=sys.stderr)
     return status
 
 

@@ -64,15 +64,16 @@ class Contact(Shown):
 
     def __post_init__(self) -> None:
         if not hasattr(self.body, "methods") or isinstance(self.body, type):
-            raise BadArgument("body", self.body,
-                              "must be a HalfPlane, a Block or a Body (mb.HalfPlane(solid)?)")
+            raise BadArgument(
+                "body", self.body, "must be a HalfPlane, a Block or a Body (mb.HalfPlane(solid)?)"
+            )
         obstacles.check(self.obstacle)
         laws.check(self.law)
         if self.method is not None and not isinstance(self.method, tuple(self.body.methods)):
             allowed = " or ".join(f"{one.__name__}()" for one in self.body.methods)
             raise BadArgument("method", self.method, f"must be {allowed} on a {type(self.body).__name__}")
         require_even(self.law, self.obstacle, self.body.solid.ell)
-        self.solver      # which checks what it is given
+        self.solver  # which checks what it is given
 
     @cached_property
     def solver(self) -> Solver:
@@ -90,8 +91,15 @@ class Contact(Shown):
         return self.body.solid
 
     @bounded
-    def solve(self, load: float | None = None, *, approach: float | None = None, rtol: float | None = None,
-              initial: State | None = None, progress: bool = False) -> State:
+    def solve(
+        self,
+        load: float | None = None,
+        *,
+        approach: float | None = None,
+        rtol: float | None = None,
+        initial: State | None = None,
+        progress: bool = False,
+    ) -> State:
         """Returns the state at a load or at an approach.
 
         Parameters
@@ -177,12 +185,19 @@ class Contact(Shown):
         self._check(load, None, rtol, None)
         if self.solver.has_fitted_zones:
             from .path import ZonePath  # here: a single state does without
+
             return ZonePath(self, load, rtol, progress)
         return self.solver.path(load, rtol, progress)
 
-    def with_(self, *, body: BodyLike | None = None, solid: Cosserat | None = None,
-              obstacle: ObstacleLike | None = None, law: LawLike | None = None,
-              method: MethodLike | None = None) -> Contact:
+    def with_(
+        self,
+        *,
+        body: BodyLike | None = None,
+        solid: Cosserat | None = None,
+        obstacle: ObstacleLike | None = None,
+        law: LawLike | None = None,
+        method: MethodLike | None = None,
+    ) -> Contact:
         """Returns the problem with some of its parts replaced; what does not depend on them is kept.
 
         Parameters
@@ -207,14 +222,23 @@ class Contact(Shown):
             raise BadArgument("solid", solid, "is that of the body: give one of the two")
         if body is None:
             body = self.body if solid is None or solid == self.solid else self.solver.resized(solid)
-        return replace(self, body=body, obstacle=self.obstacle if obstacle is None else obstacle,
-                       law=self.law if law is None else law, method=self.method if method is None else method)
+        return replace(
+            self,
+            body=body,
+            obstacle=self.obstacle if obstacle is None else obstacle,
+            law=self.law if law is None else law,
+            method=self.method if method is None else method,
+        )
 
     def summary(self) -> Summary:
         """Returns body, obstacle, law and method, for a notebook."""
         body = self.body.summary()
         words = f"{short(self.obstacle)} on {type(self.body).__name__}, {short(self.law)}"
-        rows = (Row("body", "", f"{type(self.body).__name__}: {body.brief}"),
-                Row("obstacle", "", short(self.obstacle)), Row("law", "", short(self.law)),
-                Row("method", "", repr(self.solver.options)), *body.rows)
+        rows = (
+            Row("body", "", f"{type(self.body).__name__}: {body.brief}"),
+            Row("obstacle", "", short(self.obstacle)),
+            Row("law", "", short(self.law)),
+            Row("method", "", repr(self.solver.options)),
+            *body.rows,
+        )
         return Summary("Contact problem", words, rows)

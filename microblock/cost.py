@@ -9,12 +9,12 @@ from pathlib import Path
 from .errors import NotConverged
 
 GIGABYTE = 1e9
-UNKNOWN = 8*GIGABYTE     # memory of a system that does not tell
-SHARE = 0.8              # of the available memory that one computation may take
-LITTLE = 2e8             # bytes that are tried anyway: others may be about to give memory back
+UNKNOWN = 8 * GIGABYTE  # memory of a system that does not tell
+SHARE = 0.8  # of the available memory that one computation may take
+LITTLE = 2e8  # bytes that are tried anyway: others may be about to give memory back
 # of the entries of a row times log2 of the rows, in the factors of a body: 0.31 to 0.46 were seen
 FILLED = 0.45
-ENTRY = 12               # bytes of an entry of a sparse matrix
+ENTRY = 12  # bytes of an entry of a sparse matrix
 # of the factors that are held at a time at most, matrix and what builds it included: 3.0 were seen
 COPIES = 3
 # bytes for each pair of contact nodes: 25 numbers, of flexibility, factors and their copies
@@ -25,31 +25,31 @@ def available():
     """Bytes of memory that are free, or can be freed, for this process."""
     try:
         lines = dict(line.split(":") for line in Path("/proc/meminfo").read_text().splitlines())
-        return 1024*int(lines["MemAvailable"].split()[0])
+        return 1024 * int(lines["MemAvailable"].split()[0])
     except (OSError, KeyError, ValueError):
         pass
     try:
-        return os.sysconf("SC_PHYS_PAGES")*os.sysconf("SC_PAGE_SIZE")
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):
         return UNKNOWN
 
 
 def of_factors(rows, entries):
     """Bytes to factorise the matrix of a plane body with so many rows and entries."""
-    return COPIES*ENTRY*FILLED*entries*math.log2(max(rows, 2))
+    return COPIES * ENTRY * FILLED * entries * math.log2(max(rows, 2))
 
 
 def of_nodes(count):
     """Bytes for the dense matrices of so many contact nodes."""
-    return DENSE*count*count      # inf where it overflows
+    return DENSE * count * count  # inf where it overflows
 
 
 def too_much(needed):
     """What is wrong with so many bytes, in words; an empty string if they are there."""
     there = available()
-    if needed <= max(SHARE*there, LITTLE):
+    if needed <= max(SHARE * there, LITTLE):
         return ""
-    return f"would take {needed/GIGABYTE:.2g} GB of memory, and {there/GIGABYTE:.2g} GB are available"
+    return f"would take {needed / GIGABYTE:.2g} GB of memory, and {there / GIGABYTE:.2g} GB are available"
 
 
 def require_room(needed, what, advice):

@@ -9,11 +9,11 @@ import numpy as np
 
 Number: TypeAlias = int | float | np.integer[Any] | np.floating[Any]
 
-LONGEST = 80     # characters of a value in a message
-MANY = 6         # entries of a sequence from which its first FEW are shown
+LONGEST = 80  # characters of a value in a message
+MANY = 6  # entries of a sequence from which its first FEW are shown
 FEW = 3
 NUMBERS = int, float, np.integer, np.floating
-MOST = 2**62     # whole number where no other limit stands: what arrays are counted by
+MOST = 2**62  # whole number where no other limit stands: what arrays are counted by
 # of lengths, stresses and loads: products of a few of them stay within 1e+-300
 SMALLEST, LARGEST = 1e-50, 1e50
 
@@ -124,8 +124,9 @@ def shown(value: object) -> str:
     """
     if callable(value) and hasattr(value, "__name__"):
         return f"{'class' if isinstance(value, type) else 'function'} {value.__name__}"
-    if ((isinstance(value, (list, tuple)) or isinstance(value, np.ndarray) and value.ndim)
-            and len(value) > MANY):
+    if (isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim)) and len(
+        value
+    ) > MANY:
         return f"{len(value)} entries ({', '.join(shown(one) for one in value[:FEW])}, ...)"
     return shortened(repr(value.item() if isinstance(value, np.generic) else value))
 
@@ -133,7 +134,7 @@ def shown(value: object) -> str:
 def shortened(words: str) -> str:
     """Returns words on one line of at most LONGEST characters."""
     line = " ".join(words.split())
-    return line if len(line) <= LONGEST else line[:LONGEST - 4] + " ..."
+    return line if len(line) <= LONGEST else line[: LONGEST - 4] + " ..."
 
 
 def _finite(name: str, value: object) -> Number:
@@ -161,15 +162,18 @@ def require_size(least: Number = SMALLEST, **arguments: Number) -> None:
     cannot carry.
     """
     for name, value in arguments.items():
-        size = abs(value) if isinstance(value, int) else abs(float(value))      # float32 knows no LARGEST
+        size = abs(value) if isinstance(value, int) else abs(float(value))  # float32 knows no LARGEST
         if not least <= size <= LARGEST:
-            raise BadArgument(name, value, f"must lie between {SMALLEST:g} and {LARGEST:g} in absolute "
-                              "value: double precision does not carry products of others; take other units")
+            raise BadArgument(
+                name,
+                value,
+                f"must lie between {SMALLEST:g} and {LARGEST:g} in absolute "
+                "value: double precision does not carry products of others; take other units",
+            )
 
 
 def require_positive(**arguments: object) -> None:
-    """Raises BadArgument for the first argument that is no positive, finite number of a size to compute with.
-    """
+    """Raises BadArgument for the first argument that is no positive number of a size to compute with."""
     for name, value in {name: _finite(name, value) for name, value in arguments.items()}.items():
         if not value > 0:
             raise BadArgument(name, value, "must be positive")
@@ -187,10 +191,17 @@ def require_whole(least: int, most: int | None = None, **arguments: object) -> N
     there is one.
     """
     for name, value in arguments.items():
-        if (not isinstance(value, (int, np.integer)) or isinstance(value, bool)
-                or not least <= value <= (MOST if most is None else most)):
-            raise BadArgument(name, value, "must be a whole number"
-                              + (f", at least {least}" if most is None else f" between {least} and {most}"))
+        if (
+            not isinstance(value, (int, np.integer))
+            or isinstance(value, bool)
+            or not least <= value <= (MOST if most is None else most)
+        ):
+            raise BadArgument(
+                name,
+                value,
+                "must be a whole number"
+                + (f", at least {least}" if most is None else f" between {least} and {most}"),
+            )
 
 
 def require_choice(known: Collection[str], **arguments: object) -> None:
@@ -210,8 +221,7 @@ def require_kind(kinds: type | tuple[type, ...], words: str, **arguments: object
 
 
 def require_values(**arguments: Iterable[Any]) -> list[list[Any]]:
-    """Returns the list of values of each argument; raises BadArgument for the first one that is no sequence.
-    """
+    """Returns the list of values of each argument; raises BadArgument for the first that is no sequence."""
     found = []
     for name, value in arguments.items():
         try:
@@ -229,7 +239,7 @@ def require_pair(**arguments: tuple[float, float]) -> None:
         try:
             left, right = value
             require_finite(left=left, right=right)
-        except (TypeError, ValueError) as failure:      # a BadArgument is a ValueError
+        except (TypeError, ValueError) as failure:  # a BadArgument is a ValueError
             raise BadArgument(name, value, "must be (left, right), two finite numbers") from failure
         if not left < right:
             raise BadArgument(name, value, "must be (left, right), left < right")

@@ -35,33 +35,33 @@ if TYPE_CHECKING:
 
 Gaps: TypeAlias = dict[tuple[int, int], tuple[float, float]]
 
-FACTOR = 2.5          # between the loads of the scan
-UNSEEN = 1e-3         # of the load: a zone that is born and merges within is not seen
-START = 0.2           # of ell: the contact is that narrow where the scan begins
-LEAST = 1e-9          # of the last load, if it never is
-SAME = 1e-9           # of the width: a contact that does not grow with the load, as under a punch
-EVENT_ORDER = 10      # of the panels meanwhile
-APPROACH = 0.05       # of the way to an event that is left between one state and the next
-SETTLED = 1e-6        # relative correction of an event's load that ends its search
+FACTOR = 2.5  # between the loads of the scan
+UNSEEN = 1e-3  # of the load: a zone that is born and merges within is not seen
+START = 0.2  # of ell: the contact is that narrow where the scan begins
+LEAST = 1e-9  # of the last load, if it never is
+SAME = 1e-9  # of the width: a contact that does not grow with the load, as under a punch
+EVENT_ORDER = 10  # of the panels meanwhile
+APPROACH = 0.05  # of the way to an event that is left between one state and the next
+SETTLED = 1e-6  # relative correction of an event's load that ends its search
 STEPS = 16
-MOST = 4              # changes between two states that may be one event
-CAUTION = 0.1         # least share of a step that is tried where no state is found
+MOST = 4  # changes between two states that may be one event
+CAUTION = 0.1  # least share of a step that is tried where no state is found
 # of the load: nearer to its birth a zone is too small to be resolved, and a bracket no narrower
 HARDLY = 1e-3
-TWINS = 1e-3          # of the width: changes whose places mirror each other as well as that happen at once
-NARROW = 1e-5         # of the load: several events within are given as one bracket
-MEETING = {("full", "born"), ("contact", "merged")}      # edges of the two corners cross, all at once
+TWINS = 1e-3  # of the width: changes whose places mirror each other as well as that happen at once
+NARROW = 1e-5  # of the load: several events within are given as one bracket
+MEETING = {("full", "born"), ("contact", "merged")}  # edges of the two corners cross, all at once
 PARTING = {("full", "vanished"), ("contact", "split")}
 # of the load: nearer to such a crossing states of EVENT_ORDER do not resolve the two edges
 DISTINCT = 5e-3
 # of the way from there to the farther state beside it: least error of its load; seen: a hundredth
 LEFT = 5e-4
-INTERPOLATED = 5      # states from which its load is interpolated
+INTERPOLATED = 5  # states from which its load is interpolated
 NAMES = ("A", "B", "full", "contact")
 # of the load: steps are halved down to it where a gap is concave, so that a zone may be born and merge there
 BENT = 0.02
-CURVED = 1e-5         # of the range of a gap: smaller second differences are rounding
-TOUCH_SAMPLES = 33    # over a zone, between which its lowest point is searched
+CURVED = 1e-5  # of the range of a gap: smaller second differences are rounding
+TOUCH_SAMPLES = 33  # over a zone, between which its lowest point is searched
 
 
 class ZonePath(LoadPath):
@@ -79,8 +79,7 @@ class ZonePath(LoadPath):
         Whether a bar counts the solutions.
     """
 
-    def __init__(self, problem: ContactLike, last: float, rtol: float | None,
-                 progress: bool = False) -> None:
+    def __init__(self, problem: ContactLike, last: float, rtol: float | None, progress: bool = False) -> None:
         self._solver, self._progress = cast("PanelSolver", problem.solver), progress
         self._rtol: float = self._solver.usual_rtol if rtol is None else rtol
         super().__init__(problem, last, self._rtol)
@@ -90,11 +89,11 @@ class ZonePath(LoadPath):
     def at(self, load: float) -> State:
         """Returns the State at a load on the path; see `LoadPath.at`."""
         require_on_path(load, self.last)
-        near = min(self._scan, key=lambda one: abs(np.log(one.load/load)))
+        near = min(self._scan, key=lambda one: abs(np.log(one.load / load)))
         return State(self._solver.at(load, self._rtol, near=near))
 
     @cached_property
-    def _bar(self) -> Any:      # of tqdm, which has no types
+    def _bar(self) -> Any:  # of tqdm, which has no types
         return tqdm(desc="load path", unit=" states", disable=not self._progress)
 
     def _coarse(self, load: float, near: PanelSolution | None = None) -> PanelSolution:
@@ -114,16 +113,16 @@ class ZonePath(LoadPath):
     def _scan(self) -> list[PanelSolution]:
         """States at geometric loads, ascending, coarse."""
         states = [self._coarse(self.last)]
-        while not self._is_small(states[0]) and states[0].load > LEAST*self.last:
-            state = self._coarse(states[0].load/FACTOR, states[0])
-            if len(states) > 1 and abs(_width(state) - _width(states[0])) <= SAME*_width(state):
+        while not self._is_small(states[0]) and states[0].load > LEAST * self.last:
+            state = self._coarse(states[0].load / FACTOR, states[0])
+            if len(states) > 1 and abs(_width(state) - _width(states[0])) <= SAME * _width(state):
                 break
             states.insert(0, state)
         return states
 
     def _is_small(self, state: PanelSolution) -> bool:
         zones = state.zones_by_name
-        narrow = all(right - left < START*state.problem.solid.ell for left, right in zones["contact"])
+        narrow = all(right - left < START * state.problem.solid.ell for left, right in zones["contact"])
         return narrow and not zones["full"]
 
     @cached_property
@@ -141,17 +140,24 @@ class ZonePath(LoadPath):
         """
         found, lows = [], _lowest_of_zones(first)
         nearest = min(gap for own in lows.values() for gap, _ in own.values())
-        most = nearest + SAME*_width(first)
-        touching = {corner: {interval: x for interval, (gap, x) in own.items() if gap <= most}
-                    for corner, own in lows.items()}
+        most = nearest + SAME * _width(first)
+        touching = {
+            corner: {interval: x for interval, (gap, x) in own.items() if gap <= most}
+            for corner, own in lows.items()
+        }
         own_corners: dict[str, list[int]] = {"A": [0], "B": [1], "full": [], "contact": list(lows)}
         for name, intervals in first.zones_by_name.items():
             for left, right in intervals:
-                early = [x for corner in own_corners[name] if corner in lows
-                         for (a, b), x in touching[corner].items() if left <= a and b <= right]
-                late = 0.0 if early else first.load/2
+                early = [
+                    x
+                    for corner in own_corners[name]
+                    if corner in lows
+                    for (a, b), x in touching[corner].items()
+                    if left <= a and b <= right
+                ]
+                late = 0.0 if early else first.load / 2
                 place = early[0] if len(early) == 1 else None
-                found.append(Event(late, late, "born", name, (left + right)/2 if place is None else place))
+                found.append(Event(late, late, "born", name, (left + right) / 2 if place is None else place))
         return found
 
     def _between(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
@@ -163,20 +169,25 @@ class ZonePath(LoadPath):
         if crossing:
             load, error, x = crossing
             return [Event(load, error, change.kind, change.zone, x) for change in changes]
-        if high.load - low.load <= NARROW*high.load:
-            half, least = (high.load - low.load)/2, HARDLY*high.load
+        if high.load - low.load <= NARROW * high.load:
+            half, least = (high.load - low.load) / 2, HARDLY * high.load
             errors = [max(half, least) if change.kind in ("born", "vanished") else half for change in changes]
-            return [Event(low.load + half, error, change.kind, change.zone, change.x)
-                    for change, error in zip(changes, errors)]
-        if len(changes) > MOST or any(abs(change.high - change.low) != 1
-                                      and not _mirrored(change, changes, _width(high)) for change in changes):
-            between = self._state((low.load + high.load)/2, low)
+            return [
+                Event(low.load + half, error, change.kind, change.zone, change.x)
+                for change, error in zip(changes, errors)
+            ]
+        if len(changes) > MOST or any(
+            abs(change.high - change.low) != 1 and not _mirrored(change, changes, _width(high))
+            for change in changes
+        ):
+            between = self._state((low.load + high.load) / 2, low)
             if between is not None:
                 return self._between(low, between) + self._between(between, high)
         visited = self._approached(low, high, changes[0])
         low_side, high_side = _sides(visited, changes[0])
-        found = [self._located(visited, low_side, high_side, change)
-                 for change in _changes(low_side, high_side)]
+        found = [
+            self._located(visited, low_side, high_side, change) for change in _changes(low_side, high_side)
+        ]
         return self._between(low, low_side) + _crossing_once(found) + self._between(high_side, high)
 
     def _hidden(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
@@ -186,15 +197,16 @@ class ZonePath(LoadPath):
         there; halving the step shows it, or an edge that comes so near that the minimum is gone. Where the
         gap is concave before, such a minimum may still arise: the step is halved down to BENT of the load.
         """
-        closed, step = high.all_zones, (high.load - low.load)/high.load
+        closed, step = high.all_zones, (high.load - low.load) / high.load
         arisen = [x for corner, x, _ in low.least if any(left < x < right for left, right in closed[corner])]
         if not (arisen and step > UNSEEN) and not (step > BENT and _concave(low, high)):
             return []
-        between = self._state(float(np.sqrt(low.load*high.load)), low)
+        between = self._state(float(np.sqrt(low.load * high.load)), low)
         return [] if between is None else self._between(low, between) + self._between(between, high)
 
-    def _crossing(self, low: PanelSolution, high: PanelSolution, changes: Sequence[Change]
-                  ) -> tuple[float, float, float] | None:
+    def _crossing(
+        self, low: PanelSolution, high: PanelSolution, changes: Sequence[Change]
+    ) -> tuple[float, float, float] | None:
         """Returns (load, error, x) where edges of the two corners cross; None unless that is all that
         happens.
         """
@@ -205,25 +217,29 @@ class ZonePath(LoadPath):
             load, error = self._solver.coalescence()
             return (load, error, 0.0) if low.load < load < high.load else None
         gaps, later = _gaps(low), _gaps(high)
-        crossed = [pair for pair in gaps if gaps.keys() == later.keys() and gaps[pair][0]*later[pair][0] < 0]
+        crossed = [
+            pair for pair in gaps if gaps.keys() == later.keys() and gaps[pair][0] * later[pair][0] < 0
+        ]
         if len(crossed) != 1:
             return None
-        pair, states, power = crossed[0], [low, high], 2*coalescence_exponent(low.problem.solid)
+        pair, states, power = crossed[0], [low, high], 2 * coalescence_exponent(low.problem.solid)
         for _ in range(STEPS):
-            size = [float(np.copysign(abs(gap)**power, gap))
-                    for gap, _ in (_gaps(state)[pair] for state in states)]
+            size = [
+                float(np.copysign(abs(gap) ** power, gap))
+                for gap, _ in (_gaps(state)[pair] for state in states)
+            ]
             load, error = _root([state.load for state in states], size)
-            below = max((state for state in states if size[0]*_gaps(state)[pair][0] > 0), key=_load)
-            above = min((state for state in states if size[0]*_gaps(state)[pair][0] < 0), key=_load)
+            below = max((state for state in states if size[0] * _gaps(state)[pair][0] > 0), key=_load)
+            above = min((state for state in states if size[0] * _gaps(state)[pair][0] < 0), key=_load)
             if not below.load < load < above.load:
-                load = (below.load + above.load)/2
-                error = (above.load - below.load)/2
+                load = (below.load + above.load) / 2
+                error = (above.load - below.load) / 2
             farther = max(below, above, key=lambda state: abs(state.load - load))
             way = farther.load - load
-            error = max(error, LEFT*abs(way))
-            if abs(way) <= 2*DISTINCT*load:
+            error = max(error, LEFT * abs(way))
+            if abs(way) <= 2 * DISTINCT * load:
                 break
-            step = float(np.copysign(max(APPROACH*abs(way), DISTINCT*load), way))
+            step = float(np.copysign(max(APPROACH * abs(way), DISTINCT * load), way))
             state = self._state(load + step, farther)
             if state is None or _gaps(state).keys() != gaps.keys():
                 break
@@ -239,12 +255,12 @@ class ZonePath(LoadPath):
             low, high = _sides(visited, change)
             near = low if change.measured_low else high
             event = self._located(visited, low, high, change)
-            if event.load_error <= SETTLED*event.load:
+            if event.load_error <= SETTLED * event.load:
                 break
-            target = event.load + APPROACH*(near.load - event.load)
+            target = event.load + APPROACH * (near.load - event.load)
             if not low.load < target < high.load:
-                target = (low.load + high.load)/2
-            state = self._state(near.load + cautious*(target - near.load), near)
+                target = (low.load + high.load) / 2
+            state = self._state(near.load + cautious * (target - near.load), near)
             if state is None:
                 cautious /= 2
                 if cautious < CAUTION:
@@ -253,18 +269,19 @@ class ZonePath(LoadPath):
                 visited = sorted([*visited, state], key=_load)
         return visited
 
-    def _located(self, visited: Sequence[PanelSolution], low: PanelSolution, high: PanelSolution,
-                 change: Change) -> Event:
+    def _located(
+        self, visited: Sequence[PanelSolution], low: PanelSolution, high: PanelSolution, change: Change
+    ) -> Event:
         """Returns an event between two states, extrapolated from up to three on the side where it can be
         measured.
         """
-        half = (high.load - low.load)/2
+        half = (high.load - low.load) / 2
         if change.measured_low:
             side, number = [state for state in reversed(visited) if state.load <= low.load], change.low
         else:
             side, number = [state for state in visited if state.load >= high.load], change.high
         alike = list(takewhile(lambda state: len(state.zones_by_name[change.zone]) == number, side[:3]))
-        side = alike[::-1]      # towards the event
+        side = alike[::-1]  # towards the event
         sizes = [(state.load, self._size(state, change)) for state in side]
         guesses = [_zero(pair) for pair in zip(sizes, sizes[1:])]
         load, error = low.load + half, half
@@ -272,7 +289,7 @@ class ZonePath(LoadPath):
             load = guesses[-1]
             if len(guesses) > 1 and guesses[0] is not None:
                 # the last correction, but no less than the remaining way makes likely
-                error = min(half, max(abs(load - guesses[0]), APPROACH**2*abs(load - side[-1].load)))
+                error = min(half, max(abs(load - guesses[0]), APPROACH**2 * abs(load - side[-1].load)))
         return Event(load, error, change.kind, change.zone, change.x)
 
     def _size(self, state: PanelSolution, change: Change) -> float:
@@ -284,8 +301,10 @@ class ZonePath(LoadPath):
         if change.kind in ("merged", "split"):
             intervals = [(a[1], b[0]) for a, b in zip(intervals, intervals[1:])]
             own = [(a[1], b[0]) for zones in state.all_zones.values() for a, b in zip(zones, zones[1:])]
-        left, right = min(intervals, key=lambda each: abs(each[0] + each[1] - 2*change.x))
-        return (right - left)**(2 if (left, right) in own else 2*coalescence_exponent(state.problem.solid))
+        left, right = min(intervals, key=lambda each: abs(each[0] + each[1] - 2 * change.x))
+        return (right - left) ** (
+            2 if (left, right) in own else 2 * coalescence_exponent(state.problem.solid)
+        )
 
     def _state(self, load: float, near: PanelSolution) -> PanelSolution | None:
         """Returns a state that starts from a neighbour; None where none is found."""
@@ -317,15 +336,21 @@ def _load(state: PanelSolution) -> float:
 
 def _changes(low: PanelSolution, high: PanelSolution) -> list[Change]:
     before, after = low.zones_by_name, high.zones_by_name
-    return [Change(name, kind, x, len(before[name]), len(after[name]))
-            for name in NAMES for kind, x in zone_changes(before[name], after[name])]
+    return [
+        Change(name, kind, x, len(before[name]), len(after[name]))
+        for name in NAMES
+        for kind, x in zone_changes(before[name], after[name])
+    ]
 
 
 def _mirrored(change: Change, changes: Iterable[Change], width: float) -> bool:
     """Returns whether a change is one of two that are each other's mirror image, and so happen at once."""
     twins = [other for other in changes if (other.zone, other.kind) == (change.zone, change.kind)]
-    return (len(twins) == 2 and abs(change.high - change.low) == 2
-            and abs(twins[0].x + twins[1].x) < TWINS*width)
+    return (
+        len(twins) == 2
+        and abs(change.high - change.low) == 2
+        and abs(twins[0].x + twins[1].x) < TWINS * width
+    )
 
 
 def _concave(low: PanelSolution, high: PanelSolution) -> bool:
@@ -335,10 +360,10 @@ def _concave(low: PanelSolution, high: PanelSolution) -> bool:
         for left, right in intervals:
             ends = [left, *(edge for pair in own for edge in pair if left < edge < right), right]
             for a, b in zip(ends, ends[1:]):
-                if any(first <= (a + b)/2 <= last for first, last in own):
+                if any(first <= (a + b) / 2 <= last for first, last in own):
                     continue
                 gaps = low.gaps(corner, np.linspace(a, b, TOUCH_SAMPLES))
-                if np.diff(gaps, 2).min() < -CURVED*np.ptp(gaps):
+                if np.diff(gaps, 2).min() < -CURVED * np.ptp(gaps):
                     return True
     return False
 
@@ -361,7 +386,7 @@ def _gaps(state: PanelSolution) -> Gaps:
     for i, a in enumerate(state.all_zones[0]):
         for j, b in enumerate(state.all_zones[1]):
             left, right = max((b[1], a[0]), (a[1], b[0]), key=lambda edges: edges[1] - edges[0])
-            found[i, j] = right - left, (left + right)/2
+            found[i, j] = right - left, (left + right) / 2
     return found
 
 
@@ -369,9 +394,10 @@ def _root(loads: Sequence[float], sizes: Sequence[float]) -> tuple[float, float]
     """Returns the load at which sizes vanish, interpolated as a polynomial of the size, and the last state's
     share.
     """
+
     def interpolated(numbers: Integers) -> float:
-        shares = [np.prod([sizes[j]/(sizes[j] - sizes[i]) for j in numbers if j != i]) for i in numbers]
-        return float(sum(share*loads[i] for share, i in zip(shares, numbers)))
+        shares = [np.prod([sizes[j] / (sizes[j] - sizes[i]) for j in numbers if j != i]) for i in numbers]
+        return float(sum(share * loads[i] for share, i in zip(shares, numbers)))
 
     nearest = np.argsort(np.abs(sizes))[:INTERPOLATED]
     load = interpolated(nearest)
@@ -381,7 +407,7 @@ def _root(loads: Sequence[float], sizes: Sequence[float]) -> tuple[float, float]
 def _zero(pair: tuple[tuple[float, float], tuple[float, float]]) -> float | None:
     """Returns the load at which the line through two (load, size) crosses zero; None if it does not."""
     (P, a), (Q, b) = pair
-    return None if a == b else Q - b*(Q - P)/(b - a)
+    return None if a == b else Q - b * (Q - P) / (b - a)
 
 
 def _crossing_once(found: list[Event]) -> list[Event]:
@@ -393,8 +419,9 @@ def _crossing_once(found: list[Event]) -> list[Event]:
         return found
     best = min(meeting, key=lambda event: event.load_error)
     error = max(best.load_error, abs(meeting[0].load - meeting[1].load))
-    return [replace(event, load=best.load, load_error=error) if event in meeting else event
-            for event in found]
+    return [
+        replace(event, load=best.load, load_error=error) if event in meeting else event for event in found
+    ]
 
 
 def _lowest_of_zones(state: PanelSolution) -> dict[int, dict[Interval, tuple[float, float | None]]]:
@@ -404,13 +431,15 @@ def _lowest_of_zones(state: PanelSolution) -> dict[int, dict[Interval, tuple[flo
     problem: Problem = state.problem
     found: dict[int, dict[Interval, tuple[float, float | None]]] = {}
     for corner, intervals in state.all_zones.items():
+
         def gap(x: Array, corner: int = corner) -> Array:
             return problem.initial_gap(np.full(len(x), corner), x)
 
         found[corner] = {}
         for left, right in intervals:
-            kinks = [place for place, jumps in problem.kinks.items()
-                     if corner in jumps and left <= place <= right]
+            kinks = [
+                place for place, jumps in problem.kinks.items() if corner in jumps and left <= place <= right
+            ]
             x = np.unique((*np.linspace(left, right, TOUCH_SAMPLES), *kinks))
             found[corner][left, right] = lowest(gap, x)
     return found

@@ -30,7 +30,7 @@ T = TypeVar("T")
 LARGE = 2000
 
 _lock = threading.Lock()
-_libraries: dict[str, list[Any]] = {"blas": [], "openmp": []}      # all that were ever seen, in this order
+_libraries: dict[str, list[Any]] = {"blas": [], "openmp": []}  # all that were ever seen, in this order
 # number of modules when libraries were last looked for: that takes a millisecond, and they come by imports
 _seen = 0
 
@@ -47,7 +47,7 @@ class _Hold:
         self.large += large
         libraries = _libraries[self.kind]
         if self.inside and not self.large:
-            for library in libraries[len(self.before):]:
+            for library in libraries[len(self.before) :]:
                 self.before.append(library.get_num_threads() or 1)
                 if self.before[-1] > 1:
                     _set(library, 1)
@@ -96,6 +96,7 @@ def _look():
 
 def bounded(function: Callable[P, T]) -> Callable[P, T]:
     """Returns the function with one BLAS thread inside; entries within entries cost a microsecond."""
+
     @wraps(function)
     def inside(*arguments: P.args, **named: P.kwargs) -> T:
         _change(inside=1)

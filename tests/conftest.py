@@ -1,6 +1,6 @@
 import os
 
-for library in ("OPENBLAS", "OMP"):      # before numpy and tamaas: threads stall small dense work
+for library in ("OPENBLAS", "OMP"):  # before numpy and tamaas: threads stall small dense work
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 import netgen.occ as occ  # noqa: E402
@@ -21,7 +21,7 @@ def rectangle(width, height, maxh, quads=False):
 
 def dome(order=3, maxh=0.3):
     """Half-disc above x2 = 0: curved "contact" on top, straight "base" below."""
-    face = occ.WorkPlane().Circle(1.0).Face()*occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
+    face = occ.WorkPlane().Circle(1.0).Face() * occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
     face.edges.name = "contact"
     face.edges.Min(occ.Y).name = "base"
     return ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=maxh)).Curve(order)
@@ -31,7 +31,8 @@ def dome(order=3, maxh=0.3):
 def block():
     """A unit block of quadrilaterals with its contact boundary on top, at x2 = 0."""
     from ngsolve.meshes import MakeStructured2DMesh
-    mesh = MakeStructured2DMesh(quads=True, nx=6, ny=3, mapping=lambda x, y: (2*x - 1, y - 1))
+
+    mesh = MakeStructured2DMesh(quads=True, nx=6, ny=3, mapping=lambda x, y: (2 * x - 1, y - 1))
     for number, name in enumerate(mesh.GetBoundaries()):
         mesh.ngmesh.SetBCName(number, {"top": "contact"}.get(name, name))
     return ng.Mesh(mesh.ngmesh)

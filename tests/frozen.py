@@ -16,7 +16,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-for name in ("OPENBLAS", "OMP"):      # before numpy: sums are taken in one order
+for name in ("OPENBLAS", "OMP"):  # before numpy: sums are taken in one order
     os.environ.setdefault(f"{name}_NUM_THREADS", "1")
 
 import numpy as np  # noqa: E402
@@ -28,23 +28,43 @@ FILE = Path(__file__).with_name("frozen.csv")
 COLUMNS = ("name", "value", "tolerance", "reason")
 TOLERANCE = 1e-12
 LEVELS = (1e-12, 1e-9, 1e-6)
-VANISHES = 1e-12        # what should be 0, such as the rotation under a flat punch
-LONG = 12               # numbers of a list that is given by its integrals
+VANISHES = 1e-12  # what should be 0, such as the rotation under a flat punch
+LONG = 12  # numbers of a list that is given by its integrals
 COUNTED = ("unknowns", "iterations", "products", "number", "nodes", "elements", "status")
-LEFT_OUT = {"parameters", "versions", "seconds", "warnings", "load_error", "error_parts", "kkt", "error_psi",
-            "error_u", "error_psi_paper", "edges_error", "reason", "failure_fe", "L_bl_error", "fit_residual",
-            "alpha_mid_error"}
-DIGITS = 6              # of the loads by which events are put in order
+LEFT_OUT = {
+    "parameters",
+    "versions",
+    "seconds",
+    "warnings",
+    "load_error",
+    "error_parts",
+    "kkt",
+    "error_psi",
+    "error_u",
+    "error_psi_paper",
+    "edges_error",
+    "reason",
+    "failure_fe",
+    "L_bl_error",
+    "fit_residual",
+    "alpha_mid_error",
+}
+DIGITS = 6  # of the loads by which events are put in order
 
 
 def told(events):
     """{name: value} of events in an order that rounding does not change."""
     found = {}
-    ordered = sorted(events, key=lambda event: (float(f"{event.load:.{DIGITS}g}"), event.zone, event.kind,
-                                                round(event.x, DIGITS)))
+    ordered = sorted(
+        events,
+        key=lambda event: (float(f"{event.load:.{DIGITS}g}"), event.zone, event.kind, round(event.x, DIGITS)),
+    )
     for number, event in enumerate(ordered):
-        found |= {f"event {number}": f"{event.kind} {event.zone}", f"event {number} load": event.load,
-                  f"event {number} x": event.x}
+        found |= {
+            f"event {number}": f"{event.kind} {event.zone}",
+            f"event {number} load": event.load,
+            f"event {number} x": event.x,
+        }
     return found
 
 
@@ -68,7 +88,7 @@ def leaves(value, name=""):
 def integrals(profile):
     """Integrals over a profile of its quantities and their squares, by its weights or by trapezia."""
     x = np.array(profile["x"] if "x" in profile else profile["x2"])
-    weights = np.array(profile["weight"]) if "weight" in profile else np.convolve(np.diff(x)/2, [1, 1])
+    weights = np.array(profile["weight"]) if "weight" in profile else np.convolve(np.diff(x) / 2, [1, 1])
     found = {}
     for name, values in profile.items():
         if name not in ("x", "x2", "weight", "zone") and values is not None:
@@ -127,15 +147,17 @@ class Row:
             old, new = float(self.value), float(self.now)
         except ValueError:
             return 0.0 if self.value == self.now else np.inf
-        return abs(new - old)/(abs(old) or 1.0)
+        return abs(new - old) / (abs(old) or 1.0)
 
     @property
     def agrees(self):
         return self.off <= self.tolerance
 
     def __str__(self):
-        return (f"{self.name}: {self.now} instead of {self.value}, "
-                f"off by {self.off:.1e} where {self.tolerance:g} is allowed")
+        return (
+            f"{self.name}: {self.now} instead of {self.value}, "
+            f"off by {self.off:.1e} where {self.tolerance:g} is allowed"
+        )
 
 
 def frozen_rows():
@@ -149,9 +171,15 @@ def frozen_rows():
 def compared():
     """A Row for each of the file and for what is new."""
     known, now = frozen_rows(), {name: written(value) for name, value in values()}
-    return [Row(name, known[name]["value"] if name in known else "missing in the file",
-                now.get(name, "no longer computed"),
-                float(known[name]["tolerance"]) if name in known else 0.0) for name in known | now]
+    return [
+        Row(
+            name,
+            known[name]["value"] if name in known else "missing in the file",
+            now.get(name, "no longer computed"),
+            float(known[name]["tolerance"]) if name in known else 0.0,
+        )
+        for name in known | now
+    ]
 
 
 def write():
@@ -162,8 +190,13 @@ def write():
             raise ValueError(f"two rows are called {name}")
         text = written(value)
         exact = isinstance(value, str) or value is None or name.replace(".", " ").split()[-1] in COUNTED
-        rows[name] = {"tolerance": 0.0 if exact else TOLERANCE, "reason": "", **known.get(name, {}),
-                      "name": name, "value": text}
+        rows[name] = {
+            "tolerance": 0.0 if exact else TOLERANCE,
+            "reason": "",
+            **known.get(name, {}),
+            "name": name,
+            "value": text,
+        }
     with FILE.open("w", newline="") as file:
         table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         table.writeheader()

@@ -27,9 +27,9 @@ from microblock.model import closed_forms, zones
 from microblock.view.explorer import Explorer
 from tests import frozen_problems as given
 
-ROUNDING = 1e-12        # residuals below it are noise
+ROUNDING = 1e-12  # residuals below it are noise
 PSI0_IN = {"reading": "psi0_in", "gap": "gaps and levers", "lever": "levers"}
-FEW = 3                 # zones of a kind that are listed one by one
+FEW = 3  # zones of a kind that are listed one by one
 
 
 def material(problem):
@@ -46,15 +46,19 @@ def obstacle_of(problem):
 
 def law_of(problem):
     name, options = problem["law"]
-    options = {PSI0_IN.get(key, key): PSI0_IN.get(value, value) if key == "reading" else value
-               for key, value in options.items()}
+    options = {
+        PSI0_IN.get(key, key): PSI0_IN.get(value, value) if key == "reading" else value
+        for key, value in options.items()
+    }
     return getattr(mb, name)(**_with_functions(options))
 
 
 def _with_functions(options):
     """The arguments, with the functions that FUNCTIONS has under a name."""
-    return {name: given.FUNCTIONS.get(value, value) if isinstance(value, str) else value
-            for name, value in options.items()}
+    return {
+        name: given.FUNCTIONS.get(value, value) if isinstance(value, str) else value
+        for name, value in options.items()
+    }
 
 
 @cache
@@ -65,11 +69,11 @@ def mesh_of(name):
     if name == "column":
         return meshes.column(1.0, 3)
     if name == "dome":
-        face = occ.WorkPlane().Circle(1.0).Face()*occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
+        face = occ.WorkPlane().Circle(1.0).Face() * occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
         face.edges.name = "contact"
         face.edges.Min(occ.Y).name = "bottom"
         return ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.2)).Curve(3)
-    mesh = MakeStructured2DMesh(quads=True, nx=20, ny=8, mapping=lambda x, y: (2*x - 1, y - 1))
+    mesh = MakeStructured2DMesh(quads=True, nx=20, ny=8, mapping=lambda x, y: (2 * x - 1, y - 1))
     for number, side in enumerate(mesh.GetBoundaries()):
         mesh.ngmesh.SetBCName(number, {"top": "contact"}.get(side, side))
     return ng.Mesh(mesh.ngmesh)
@@ -79,8 +83,13 @@ def body_of(problem):
     strip, fixed = problem["mesh"] in ("line", "column"), "bottom"
     if strip:
         fixed = {"u1": "middle", "u2": "middle"}
-    return mb.Body(mesh_of(problem["mesh"]), material(problem), problem.get("order", 3), fixed=fixed,
-                   periodic=problem["mesh"] == "column")
+    return mb.Body(
+        mesh_of(problem["mesh"]),
+        material(problem),
+        problem.get("order", 3),
+        fixed=fixed,
+        periodic=problem["mesh"] == "column",
+    )
 
 
 def contact_of(problem):
@@ -89,8 +98,11 @@ def contact_of(problem):
     if method == "panels":
         return mb.Contact(mb.HalfPlane(material(problem)), *touching, mb.Panels(**_given(problem, "order")))
     if method == "cells":
-        return mb.Contact(mb.HalfPlane(material(problem), **_given(problem, "period")), *touching,
-                          mb.Cells(**_given(problem, "nodes", "window")))
+        return mb.Contact(
+            mb.HalfPlane(material(problem), **_given(problem, "period")),
+            *touching,
+            mb.Cells(**_given(problem, "nodes", "window")),
+        )
     block = (
         mb.Block(material(problem), problem.get("domain", np.inf))
         if method in ("fitted", "uniform")
@@ -116,7 +128,7 @@ def _given(problem, *names):
 
 def solve(problem):
     """The state of a problem."""
-    if problem["method"] == "newton":      # in one step, as it was frozen
+    if problem["method"] == "newton":  # in one step, as it was frozen
         control = "approach" if problem["load"] is None else "load"
         return contact_of(problem).solver.newton(control).solve(problem.get("approach", problem["load"]))
     return contact_of(problem).solve(problem["load"], **_given(problem, "approach", "rtol"))
@@ -126,30 +138,43 @@ def measured(state, problem):
     """{quantity: number} of a state."""
     if problem["method"] == "newton":
         return _of_newton(state)
-    found = {"load": state.load, "approach": state.solution.approach, "half_width": state.half_width,
-             "energy": state.energy, "pressure_max": state.pressure.max(),
-             "pressure squared": state.weights @ state.pressure**2,
-             "micromoment_max": np.abs(state.micromoment).max(),
-             "micromoment squared": state.weights @ state.micromoment**2,
-             "error_estimate": state.error_estimate, "residual": max(state.residual, ROUNDING),
-             "unknowns": state.unknowns + (problem["method"] == "cells"), "iterations": state.iterations}
+    found = {
+        "load": state.load,
+        "approach": state.solution.approach,
+        "half_width": state.half_width,
+        "energy": state.energy,
+        "pressure_max": state.pressure.max(),
+        "pressure squared": state.weights @ state.pressure**2,
+        "micromoment_max": np.abs(state.micromoment).max(),
+        "micromoment squared": state.weights @ state.micromoment**2,
+        "error_estimate": state.error_estimate,
+        "residual": max(state.residual, ROUNDING),
+        "unknowns": state.unknowns + (problem["method"] == "cells"),
+        "iterations": state.iterations,
+    }
     for name, intervals in state.zones.items():
         found |= _edges(name, intervals)
     for x in problem.get("at", ()):
         found |= _at(state, problem, x)
     for x1, x2 in problem.get("below", ()):
-        found |= {f"{name} at x1={x1:g} x2={x2:g}": value
-                  for name, value in _below(state, x1, x2).items()}
+        found |= {f"{name} at x1={x1:g} x2={x2:g}": value for name, value in _below(state, x1, x2).items()}
     return found
 
 
 def _edges(name, intervals):
     """Edges of few zones, number, length and outermost edges of many."""
     if len(intervals) > FEW:
-        return {f"zones {name} number": len(intervals), f"zones {name} length": np.diff(intervals).sum(),
-                f"zones {name} left": intervals[0][0], f"zones {name} right": intervals[-1][1]}
-    return {f"zone {name} {number} {side}": edge for number, interval in enumerate(intervals)
-            for side, edge in zip(("left", "right"), interval)}
+        return {
+            f"zones {name} number": len(intervals),
+            f"zones {name} length": np.diff(intervals).sum(),
+            f"zones {name} left": intervals[0][0],
+            f"zones {name} right": intervals[-1][1],
+        }
+    return {
+        f"zone {name} {number} {side}": edge
+        for number, interval in enumerate(intervals)
+        for side, edge in zip(("left", "right"), interval)
+    }
 
 
 def _at(state, problem, x):
@@ -177,7 +202,7 @@ def _at(state, problem, x):
             found[f"gap {corner}"] = gap
     if any(closed) and len(law.corners) == 2:
         levers = np.array([lever[0] for lever in law.levers(place).values()])
-        found["micromoment"] = problem["solid"]["ell"]/2*levers @ pressures
+        found["micromoment"] = problem["solid"]["ell"] / 2 * levers @ pressures
     elif any(closed) and law.clamps_rotation:
         found["micromoment"] = state.solution.reaction(place)[0] if panels else nodal(state.micromoment)
     if not law.clamps_rotation:
@@ -189,16 +214,30 @@ def _below(state, x1, x2):
     """Fields at a point below the surface."""
     own = state.fields(x1, x2)
     psi, stress, couple = own.psi[0], own.stress[:, :, 0], own.couple_stress[:, 0]
-    return {"psi": psi, "s11": stress[0, 0], "s22": stress[1, 1], "s12": stress[0, 1], "s21": stress[1, 0],
-            "m1": couple[0], "m2": couple[1]}
+    return {
+        "psi": psi,
+        "s11": stress[0, 0],
+        "s22": stress[1, 1],
+        "s12": stress[0, 1],
+        "s21": stress[1, 0],
+        "m1": couple[0],
+        "m2": couple[1],
+    }
 
 
 def _of_newton(state):
     """The same of a state of Newton's method on its own, whose contact nodes need no line."""
-    found = {"load": state.load, "approach": state.approach, "energy": state.fields.energy(),
-             "iterations": state.iterations, "pressure_max": -state.traction.min(),
-             "traction squared": np.mean(state.traction**2), "psi_max": np.abs(state.psi).max(),
-             "micromoment_max": np.abs(state.micromoment).max(), "residual": max(state.kkt, ROUNDING)}
+    found = {
+        "load": state.load,
+        "approach": state.approach,
+        "energy": state.fields.energy(),
+        "iterations": state.iterations,
+        "pressure_max": -state.traction.min(),
+        "traction squared": np.mean(state.traction**2),
+        "psi_max": np.abs(state.psi).max(),
+        "micromoment_max": np.abs(state.micromoment).max(),
+        "residual": max(state.kkt, ROUNDING),
+    }
     return found | {f"closed {corner} number": closed.sum() for corner, closed in state.closed.items()}
 
 
@@ -217,23 +256,35 @@ def coalescence_of(problem):
 def plain_numbers():
     """{name: number} of what needs no contact problem."""
     found = {}
-    for part in (_of_materials, _of_obstacles, _of_laws, _of_kernels, _of_closed_forms, _of_bodies,
-                 _of_studies):
+    for part in (
+        _of_materials,
+        _of_obstacles,
+        _of_laws,
+        _of_kernels,
+        _of_closed_forms,
+        _of_bodies,
+        _of_studies,
+    ):
         found |= part()
     return found
 
 
-SOLIDS = {"beta=1": {}, "beta=0.1 curvature=1": {"beta": 0.1, "curvature": 1.0},
-          "mu_c=10 nu=0": {"mu_c": 10.0, "beta": None, "nu": 0.0},
-          "eta=3 nu=0.49": {"eta": 3.0, "beta": None, "nu": 0.49}}
+SOLIDS = {
+    "beta=1": {},
+    "beta=0.1 curvature=1": {"beta": 0.1, "curvature": 1.0},
+    "mu_c=10 nu=0": {"mu_c": 10.0, "beta": None, "nu": 0.0},
+    "eta=3 nu=0.49": {"eta": 3.0, "beta": None, "nu": 0.49},
+}
 
 
 def _of_materials():
     found, gradient, kappa = {}, np.array([[0.01, 0.002], [-0.004, -0.02]]), (0.3, -0.2)
     for name, other in SOLIDS.items():
         solid = material({"solid": given.solid(**other)})
-        values = {part: getattr(solid, part)
-                  for part in ("mu", "lam", "mu_c", "beta", "eta", "E_star", "layer_length")}
+        values = {
+            part: getattr(solid, part)
+            for part in ("mu", "lam", "mu_c", "beta", "eta", "E_star", "layer_length")
+        }
         values["energy density"] = solid.energy(gradient, 0.005, kappa)
         (values["s11"], values["s12"]), (values["s21"], values["s22"]) = solid.stress(gradient, 0.005)
         values["m1"], values["m2"] = solid.couple_stress(kappa)
@@ -245,24 +296,41 @@ def _of_materials():
 
 def _of_obstacles():
     samples = ("Profile", {"x": (-1.0, -0.1, 0.2, 1.0), "z": (0.03, 0.0, 0.001, 0.04)})
-    kinds = {"plane": ("Plane", {"level": 0.1}), "cylinder": given.CYLINDER, "wedge": given.WEDGE,
-             "tilted punch": given.TILTED, "wave": given.WAVE, "rough": given.ROUGH, "samples": samples,
-             "function": ("Shape", {"height": "skew wedge", "kinks": (0.1,)})}
+    kinds = {
+        "plane": ("Plane", {"level": 0.1}),
+        "cylinder": given.CYLINDER,
+        "wedge": given.WEDGE,
+        "tilted punch": given.TILTED,
+        "wave": given.WAVE,
+        "rough": given.ROUGH,
+        "samples": samples,
+        "function": ("Shape", {"height": "skew wedge", "kinks": (0.1,)}),
+    }
     x = np.array([-0.3, 0.17])
-    return {f"obstacle {name} height at {place:g}": value for name, obstacle in kinds.items()
-            for place, value in zip(x, obstacle_of({"obstacle": obstacle}).height(x))}
+    return {
+        f"obstacle {name} height at {place:g}": value
+        for name, obstacle in kinds.items()
+        for place, value in zip(x, obstacle_of({"obstacle": obstacle}).height(x))
+    }
 
 
 def _of_laws():
     found, points = {}, np.array([[-0.3, 0.01], [0.17, -0.02]])
     normals = np.array([[0.0, 1.0], [0.6, 0.8]])
-    for name, law in {"psi0=0.01": given.ROTATED, "psi0=0.01 in levers": given.LEVERS,
-                      "psi0(x)": given.VARYING, "unilateral": given.UNILATERAL}.items():
+    for name, law in {
+        "psi0=0.01": given.ROTATED,
+        "psi0=0.01 in levers": given.LEVERS,
+        "psi0(x)": given.VARYING,
+        "unilateral": given.UNILATERAL,
+    }.items():
         own = law_of({"law": law})
         gaps = own.initial_gaps(points, normals, 0.085, obstacle_of({"obstacle": given.CYLINDER}))
-        found |= {f"law {name} {kind} {corner} at {x:g}": value
-                  for kind, values in (("gap", gaps), ("lever", own.levers(points[:, 0])))
-                  for corner in own.corners for x, value in zip(points[:, 0], values[corner])}
+        found |= {
+            f"law {name} {kind} {corner} at {x:g}": value
+            for kind, values in (("gap", gaps), ("lever", own.levers(points[:, 0])))
+            for corner in own.corners
+            for x, value in zip(points[:, 0], values[corner])
+        }
     return found
 
 
@@ -276,8 +344,10 @@ def _of_kernels():
         for letter, values in zip("UVW", kernels.kernels(solid.nu, solid.beta, solid.curvature)(places)):
             found |= {f"kernel {name} {letter} at x/ell={x:g}": value for x, value in zip(places, values)}
     matrix = mb.HalfPlane(solid).compliance(np.linspace(-0.1, 0.1, 3)).matrix
-    found |= {f"compliance of three cells {i} {j}": matrix[i, j]
-              for i, j in ((0, 0), (0, 2), (0, 4), (3, 1), (4, 4), (5, 3))}
+    found |= {
+        f"compliance of three cells {i} {j}": matrix[i, j]
+        for i, j in ((0, 0), (0, 2), (0, 4), (3, 1), (4, 4), (5, 3))
+    }
     return found
 
 
@@ -286,21 +356,30 @@ def _of_closed_forms():
     strip = {"ell": 0.5, "psi0": 0.0175, "nu": 0.3, "beta": 1.0}
     for name, delta in (("partial", 0.01), ("full", 0.04)):
         exact = closed_forms.Strip(**strip, delta=delta)
-        values = {part: getattr(exact, part)
-                  for part in ("delta_fc", "traction", "micromoment", "L_psi", "L_u", "state")}
+        values = {
+            part: getattr(exact, part)
+            for part in ("delta_fc", "traction", "micromoment", "L_psi", "L_u", "state")
+        }
         values |= {"psi": exact.psi(0.7), "u1": exact.u1(0.7), "u2": exact.u2(0.7)}
         found |= {f"closed form strip {name} {part}": value for part, value in values.items()}
     two = closed_forms.TwoFacedStrip(0.5, 0.0175, -0.008, 0.3, 1.0, 0.02)
     values = {"pressure": two.pressure, "psi": two.psi(0.3), "u1": two.u1(0.3), "u2": two.u2(0.3)}
-    values |= {f"{part} {face}": value for part in ("delta_fc", "surface", "micromoments")
-               for face, value in zip(("upper", "lower"), getattr(two, part))}
+    values |= {
+        f"{part} {face}": value
+        for part in ("delta_fc", "surface", "micromoments")
+        for face, value in zip(("upper", "lower"), getattr(two, part))
+    }
     found |= {f"closed form two faces {part}": value for part, value in values.items()}
     wavy = closed_forms.Wavy(closure=3.0, wavelength=1.0, mean=1.0)
-    found |= {"closed form wave half_width": wavy.half_width,
-              "closed form wave approach": wavy.approach_over_amplitude}
+    found |= {
+        "closed form wave half_width": wavy.half_width,
+        "closed form wave approach": wavy.approach_over_amplitude,
+    }
     layer = closed_forms.ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
-    found |= {f"closed form thin layer pressure {corner}": value for corner, value in
-              zip("AB", layer.pressures(np.array([[0.01], [0.004]]))[:, 0])}
+    found |= {
+        f"closed form thin layer pressure {corner}": value
+        for corner, value in zip("AB", layer.pressures(np.array([[0.01], [0.004]]))[:, 0])
+    }
     for name, pressures in {
         "hertz": closed_forms.hertz(x, 1.0, 0.34),
         "punch": closed_forms.punch(x, 1.0, 0.34),
@@ -315,27 +394,34 @@ def _of_closed_forms():
 def _of_bodies():
     """A body without contact, an event ahead of Newton's steps, layer lengths, the largest shear."""
     body = body_of({"solid": given.SOLID, "mesh": "block", "order": 3})
-    fields = body.solve(Loads(force=(0.1, -0.2), couple=0.05, traction={"contact": (0.3, -1)},
-                                 micromoment={"contact": 0.1}))
+    fields = body.solve(
+        Loads(force=(0.1, -0.2), couple=0.05, traction={"contact": (0.3, -1)}, micromoment={"contact": 0.1})
+    )
     point = body.mesh(0.31, -0.27)
     found = {f"body under loads {name}": field(point) for name, field in zip(("u1", "u2", "psi"), fields)}
     found |= {"body under loads energy": fields.energy()}
     force, moment = fields.reaction("bottom")
-    found |= {"body under loads reaction f1": force[0], "body under loads reaction f2": force[1],
-              "body under loads reaction moment": moment}
+    found |= {
+        "body under loads reaction f1": force[0],
+        "body under loads reaction f2": force[1],
+        "body under loads reaction moment": moment,
+    }
     strip = next(problem for problem in given.PROBLEMS if problem["name"] == "newton strip line")
     newton = contact_of(strip).solver.newton("approach")
     states = [newton.solve(approach) for approach in (0.001, 0.002)]
     event = newton_path.next_event(*states)
     found |= {"strip next event level": event.level, "strip next event": f"{event.kind} {event.corner}"}
     stepped = list(newton_path.load_path(newton, [0.002, 0.004, 0.02]))[-1]
-    found |= {"strip load path last traction": stepped.traction[0],
-              "strip load path last micromoment": stepped.micromoment[0]}
+    found |= {
+        "strip load path last traction": stepped.traction[0],
+        "strip load path last micromoment": stepped.micromoment[0],
+    }
     u1 = newton.facets.at_nodes("u1", stepped.fields.u1)[0]
-    lengths = zones.layer_lengths(body_of(strip).solid, stepped.psi[0], u1, stepped.micromoment[0],
-                            stepped.traction[0])
+    lengths = zones.layer_lengths(
+        body_of(strip).solid, stepped.psi[0], u1, stepped.micromoment[0], stepped.traction[0]
+    )
     found |= {"strip layer length psi": lengths[0], "strip layer length u1": lengths[1]}
-    shear, x1, x2 = solve(given.PANELS[1]).fields.largest_shear(rtol=1e-2)      # on either side
+    shear, x1, x2 = solve(given.PANELS[1]).fields.largest_shear(rtol=1e-2)  # on either side
     return found | {"largest shear": shear, "largest shear abs(x1)": abs(x1), "largest shear x2": x2}
 
 
@@ -349,8 +435,11 @@ def indented(radius, ell):
 def _of_studies():
     with ThreadPoolExecutor(1) as executor:
         rows = mb.sweep(indented, {"radius": (5, 10), "ell": (0.05, 0.1)}, executor=executor, quiet=True)
-    return {f"sweep radius={row['radius']} ell={row['ell']} {name}": row[name] for row in rows
-            for name in ("half_width", "pressure_max")}
+    return {
+        f"sweep radius={row['radius']} ell={row['ell']} {name}": row[name]
+        for row in rows
+        for name in ("half_width", "pressure_max")
+    }
 
 
 def refusals():
@@ -381,8 +470,9 @@ def refusals():
         "solid with E=nan": cosserat(E=float("nan")),
         "half-plane of no solid": lambda: mb.HalfPlane(cylinder),
         "period=0": lambda: mb.HalfPlane(solid, 0.0),
-        "half-plane with beta=0": lambda: mb.Contact(mb.HalfPlane(mb.Cosserat(**given.solid(beta=0.0))),
-                                                     cylinder, law).solve(1.0),
+        "half-plane with beta=0": lambda: mb.Contact(
+            mb.HalfPlane(mb.Cosserat(**given.solid(beta=0.0))), cylinder, law
+        ).solve(1.0),
         "cells not equally spaced": lambda: half.compliance([0.0, 1.0, 3.0]),
         "compliance of a period": lambda: period.compliance([0.0, 0.5]),
         "symbol at k=0": lambda: kernels.symbol(solid, [0.0]),
@@ -403,18 +493,20 @@ def refusals():
         "contact with no law": lambda: mb.Contact(half, cylinder, cylinder),
         "contact with no obstacle": lambda: mb.Contact(half, law, law),
         "obstacle that falls": lambda: mb.Contact(half, lambda x: -x, law),
-        "obstacle that is nan": lambda: mb.Contact(half, lambda x: x*float("nan"), law),
+        "obstacle that is nan": lambda: mb.Contact(half, lambda x: x * float("nan"), law),
         "panels load=0": lambda: line.solve(0.0),
         "panels rtol=2": lambda: line.solve(1.0, rtol=2.0),
         "panels order=1": lambda: mb.Contact(half, cylinder, law, mb.Panels(order=1)),
         "panels from no state": lambda: line.solve(1.0, initial=3.0),
         "panels rtol=1e-15": lambda: line.solve(1.0, rtol=1e-15),
-        "panels of too many blocks": lambda: mb.Contact(mb.HalfPlane(mb.Cosserat(**given.solid(ell=1e-9))),
-                                                        cylinder, law).solve(1.0),
+        "panels of too many blocks": lambda: mb.Contact(
+            mb.HalfPlane(mb.Cosserat(**given.solid(ell=1e-9))), cylinder, law
+        ).solve(1.0),
         "panels under a wave": lambda: mb.Contact(half, mb.Wave(0.01, 1.0), law).solve(1.0),
         "panels under a rough profile": lambda: mb.Contact(half, mb.Rough(1.0, 0.1), law).solve(1.0),
-        "panels under a jump": lambda: mb.Contact(half, lambda x: np.where(x < 0, 0.01, 0.0) + x**2,
-                                                  law).solve(1.0),
+        "panels under a jump": lambda: mb.Contact(
+            half, lambda x: np.where(x < 0, 0.01, 0.0) + x**2, law
+        ).solve(1.0),
         "coalescence under a punch": lambda: mb.Contact(half, mb.Punch(1.0), law).solver.coalescence(),
         "path beyond its end": lambda: line.path(0.5).at(1.0),
         "cells of a period with window": lambda: mb.Contact(period, cylinder, law, mb.Cells(window=(-1, 1))),
@@ -433,19 +525,22 @@ def refusals():
         "body order=0": lambda: mb.Body(block.mesh, solid, 0, fixed="bottom"),
         "body fixed nowhere known": lambda: mb.Body(block.mesh, solid, 1, fixed="roof"),
         "body of no mesh": lambda: mb.Body(solid, solid),
-        "body pressed where it is held": lambda: mb.Contact(mb.Body(block.mesh, solid, 1, fixed="contact"),
-                                                            cylinder, law),
+        "body pressed where it is held": lambda: mb.Contact(
+            mb.Body(block.mesh, solid, 1, fixed="contact"), cylinder, law
+        ),
         "body that is free": lambda: mb.Contact(mb.Body(block.mesh, solid, 1), cylinder, law).solve(1.0),
         "body load=-1": lambda: body.solve(-1.0),
-        "periodic body in contact": lambda: mb.Contact(body_of({"solid": given.SOLID, "mesh": "column"}),
-                                                       cylinder, law, mb.Condensed()),
+        "periodic body in contact": lambda: mb.Contact(
+            body_of({"solid": given.SOLID, "mesh": "column"}), cylinder, law, mb.Condensed()
+        ),
         "reaction where nothing is held": lambda: block.solve().reaction("left"),
         "newton method": lambda: mb.Newton("lm"),
         "newton rho=0": lambda: mb.Newton(rho=0.0),
         "newton control": lambda: MonolithicNewton(block, facets, control="time"),
         "facets rule": lambda: mb.Uniform(h=0.1, rule="simpson"),
-        "newton of a free body": lambda: mb.Contact(mb.Body(block.mesh, solid, 1), cylinder, law,
-                                                    mb.Newton()).solve(approach=0.1),
+        "newton of a free body": lambda: mb.Contact(
+            mb.Body(block.mesh, solid, 1), cylinder, law, mb.Newton()
+        ).solve(approach=0.1),
         "ground that does not reach": lambda: meshes.Ground(far=1.0, reach=(0.0, 2.0)),
         "line of no elements": lambda: meshes.line(1.0, 0),
         "sweep of no list": lambda: mb.sweep(indented, {"radius": 5}),
@@ -469,6 +564,6 @@ def answered(words):
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
         try:
             status = main([*words.split(), "--json", "-"])
-        except SystemExit as stop:      # argparse's own way out
+        except SystemExit as stop:  # argparse's own way out
             status = stop.code
     return status, out.getvalue()

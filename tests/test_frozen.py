@@ -4,7 +4,7 @@ import pytest
 
 from tests import frozen
 
-SHOWN = 12      # rows that the failure names
+SHOWN = 12  # rows that the failure names
 
 
 @pytest.mark.slow

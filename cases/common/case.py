@@ -9,8 +9,8 @@ Functions that draw import `microblock.view` themselves: a run without figures d
 from dataclasses import asdict
 from functools import partial
 
-from cases.common.options import command
-from cases.common.records import keep
+from .options import command
+from .records import keep
 
 
 def run(module, parameters, out=None, quiet=False):
@@ -61,5 +61,8 @@ def figure_of(module, name, **changes):
 
 def profiles(states, *names):
     """A row for each node of each state's `profile`, with the state's entries of these names."""
-    return [{**{name: state[name] for name in names}, **dict(zip(state["profile"], node))}
-            for state in states for node in zip(*state["profile"].values())]
+    return [
+        {**{name: state[name] for name in names}, **dict(zip(state["profile"], node))}
+        for state in states
+        for node in zip(*state["profile"].values())
+    ]

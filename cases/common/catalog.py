@@ -6,7 +6,10 @@ from importlib import import_module
 from pathlib import Path
 
 CASES = Path(__file__).parents[1]
-FOLDERS = "scenes", "paper", "studies", "report"      # in the order in which cases are listed
+PACKAGE = __package__.rpartition(".")[0]  # "cases" in a checkout, "microblock.cases" where it is installed
+PROGRAM = "python -m cases" if PACKAGE == "cases" else "microblock"
+DATA = CASES / "data"  # records of the studies that take long
+FOLDERS = "scenes", "paper", "studies", "report"  # in the order in which cases are listed
 
 
 @cache
@@ -16,13 +19,16 @@ def headlines():
     """
     found = {}
     for folder in FOLDERS:
-        for path in sorted((CASES/folder).glob("*.py")):
+        for path in sorted((CASES / folder).glob("*.py")):
             text = path.read_text()
             if "\nclass Parameters" not in text:
                 continue
             tree = ast.parse(text)
             if {"result", "run"} & {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}:
-                found[path.stem] = f"cases.{folder}.{path.stem}", ast.get_docstring(tree).partition("\n")[0]
+                found[path.stem] = (
+                    f"{PACKAGE}.{folder}.{path.stem}",
+                    ast.get_docstring(tree).partition("\n")[0],
+                )
     return found
 
 

@@ -11,6 +11,8 @@ from numbers import Integral
 
 from microblock.errors import BadArgument, require_finite, require_size, shortened, shown
 
+from .catalog import PROGRAM
+
 
 @dataclass(frozen=True)
 class Rule:
@@ -40,10 +42,12 @@ class Rule:
 
     def allows(self, value):
         """Whether a number lies in the range."""
-        return value == self.besides or ((self.above is None or value > self.above)
-                                         and (self.at_least is None or value >= self.at_least)
-                                         and (self.below is None or value < self.below)
-                                         and (self.at_most is None or value <= self.at_most))
+        return value == self.besides or (
+            (self.above is None or value > self.above)
+            and (self.at_least is None or value >= self.at_least)
+            and (self.below is None or value < self.below)
+            and (self.at_most is None or value <= self.at_most)
+        )
 
     def words(self, name):
         """The range as an order to the user."""
@@ -133,8 +137,9 @@ def _check_value(entry, value):
             raise BadArgument(name, value, f"must be one of {', '.join(choices)}")
         known = rule.known() if callable(rule.known) else rule.known
         if known and value not in known:
-            raise BadArgument(name, value,
-                              f"is not known{did_you_mean(value, known)}; must be one of {', '.join(known)}")
+            raise BadArgument(
+                name, value, f"is not known{did_you_mean(value, known)}; must be one of {', '.join(known)}"
+            )
         return
     if kind is int and (not isinstance(value, Integral) or isinstance(value, bool)):
         raise BadArgument(name, value, "must be a whole number")
@@ -149,8 +154,11 @@ def _ordered(entry, values):
     rule = entry.metadata["rule"]
     fewest = rule.fewest or (1 if entry.default else 0)
     if len(values) < fewest or (rule.fewest and len(set(values)) < len(values)):
-        raise BadArgument(entry.name, values, f"must be {fewest} different values or more"
-                          if rule.fewest else "must be at least one")
+        raise BadArgument(
+            entry.name,
+            values,
+            f"must be {fewest} different values or more" if rule.fewest else "must be at least one",
+        )
     return tuple(sorted(values, reverse=rule.order == "descending")) if rule.order else values
 
 
@@ -159,8 +167,11 @@ def _check_company(parameters, entry):
     value, rule = getattr(parameters, entry.name), entry.metadata["rule"]
     if value == entry.default:
         return
-    given = {other.name: getattr(parameters, other.name) for other in fields(parameters)
-             if getattr(parameters, other.name) != other.default}
+    given = {
+        other.name: getattr(parameters, other.name)
+        for other in fields(parameters)
+        if getattr(parameters, other.name) != other.default
+    }
     for other, why in rule.not_with.items():
         if other in given:
             raise BadArgument(entry.name, value, f"does not go together with {flag(other)}: {why}")
@@ -198,7 +209,7 @@ def flag(name):
 
 def command(case, parameters):
     """The command line that repeats a run with these parameters."""
-    words = [f"python -m cases {case}"]
+    words = [f"{PROGRAM} {case}"]
     for entry in fields(parameters):
         value = getattr(parameters, entry.name)
         if entry.metadata.get("positional"):
@@ -208,7 +219,7 @@ def command(case, parameters):
             words += [f"{flag(entry.name)} {' '.join(one)}" for one in value or ()]
             continue
         if isinstance(value, bool):
-            words += [flag(entry.name)]*value
+            words += [flag(entry.name)] * value
             continue
         if isinstance(value, (tuple, list)):
             value = " ".join(str(one) for one in value) or None

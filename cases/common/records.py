@@ -17,8 +17,9 @@ def returned(parameters, start, setup=0.0, /, **found):
     start : float, what `time.perf_counter` said when the work, or after the setup the solving, began
     setup : float, seconds before that
     """
-    given = {name: list(value) if isinstance(value, tuple) else value
-             for name, value in asdict(parameters).items()}
+    given = {
+        name: list(value) if isinstance(value, tuple) else value for name, value in asdict(parameters).items()
+    }
     seconds = {"setup": setup, "solve": time.perf_counter() - start}
     return {"parameters": given, "versions": versions(), "seconds": seconds, **found}
 
@@ -28,7 +29,8 @@ def keep(out, name, rows, drawing):
     Figure`` beside it.
     """
     from microblock.view import plots  # when something is drawn: listing the cases does without matplotlib
-    plots.draw(drawing, kept(out/f"{name}.csv", rows), out, name)
+
+    plots.draw(drawing, kept(out / f"{name}.csv", rows), out, name)
 
 
 def kept(path, rows):

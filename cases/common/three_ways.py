@@ -7,13 +7,14 @@ import time
 import numpy as np
 
 import microblock as mb
-from cases.common.options import option
 from microblock.data.records import column, grouped
 from microblock.model.zones import distance, distance_to_ends, half_widths
 
-CLASSICAL = 1e-10        # coupling of the classical limit: results differ from it by as much
+from .options import option
+
+CLASSICAL = 1e-10  # coupling of the classical limit: results differ from it by as much
 LAWS = {"classical": mb.Unilateral, "unilateral": mb.Unilateral, "microblock": mb.Microblock}
-WINDOW = 1.1             # of cells over the contact
+WINDOW = 1.1  # of cells over the contact
 
 
 def cells_that_verify(default):
@@ -42,7 +43,7 @@ def on_panels(solid, obstacle, law, load, rtol):
 def on_cells(state, nodes):
     """State of the problem of another one on cells, on a window around its contact."""
     contact = state.zones["contact"]
-    middle, half = (contact[-1][1] + contact[0][0])/2, WINDOW*(contact[-1][1] - contact[0][0])/2
+    middle, half = (contact[-1][1] + contact[0][0]) / 2, WINDOW * (contact[-1][1] - contact[0][0]) / 2
     method = mb.Cells(nodes=nodes, window=(middle - half, middle + half))
     return state.problem.with_(method=method).solve(load=state.load)
 
@@ -55,26 +56,39 @@ def verified(state, nodes, rtol, exact=None):
     corner, if known.
     """
     cells = on_cells(state, nodes)
-    found = {"difference_cells": difference(state, cells.x, cells.pressures),
-             "estimate_cells": cells.error_estimate,
-             "error": None if exact is None else difference(state, cells.x, {"C": exact(cells.x)})}
+    found = {
+        "difference_cells": difference(state, cells.x, cells.pressures),
+        "estimate_cells": cells.error_estimate,
+        "error": None if exact is None else difference(state, cells.x, {"C": exact(cells.x)}),
+    }
     try:
-        elements = mb.Contact(mb.Block(state.solid), state.obstacle, state.law).solve(load=state.load,
-                                                                                      rtol=rtol)
+        elements = mb.Contact(mb.Block(state.solid), state.obstacle, state.law).solve(
+            load=state.load, rtol=rtol
+        )
     except mb.MicroblockError as failure:
-        return {**found, "difference_fe": None, "estimate_fe": None,
-                "failure_fe": " ".join(str(failure).split())}
+        return {
+            **found,
+            "difference_fe": None,
+            "estimate_fe": None,
+            "failure_fe": " ".join(str(failure).split()),
+        }
     there = {corner: elements.pressure_at(cells.x, corner) for corner in state.law.corners}
-    return {**found, "difference_fe": difference(state, cells.x, there),
-            "estimate_fe": elements.error_estimate, "failure_fe": None}
+    return {
+        **found,
+        "difference_fe": difference(state, cells.x, there),
+        "estimate_fe": elements.error_estimate,
+        "failure_fe": None,
+    }
 
 
 def seen(state):
     """A function: x -> (pressure, micromoment over ell) of a State, from the pressures of its corners."""
+
     def fields(x):
         levers = state.law.levers(x)
         pressures = {corner: state.pressure_at(x, corner) for corner in levers}
-        return sum(pressures.values()), sum(levers[corner]*own for corner, own in pressures.items())/2
+        return sum(pressures.values()), sum(levers[corner] * own for corner, own in pressures.items()) / 2
+
     return fields
 
 
@@ -84,8 +98,12 @@ def difference(state, x, pressures):
     levers = state.law.levers(x)
     own = {corner: state.pressure_at(x, corner) for corner in levers}
     wrong = {corner: own[corner] - pressures[corner] for corner in levers}
-    return distance(weights, sum(wrong.values()), sum(levers[corner]*wrong[corner] for corner in levers)/2,
-                    sum(own.values()))
+    return distance(
+        weights,
+        sum(wrong.values()),
+        sum(levers[corner] * wrong[corner] for corner in levers) / 2,
+        sum(own.values()),
+    )
 
 
 def zones_of(state):
@@ -99,8 +117,10 @@ def centre(state):
     its force.
     """
     shifts = state.law.shifts(state.solid.ell)
-    return float(sum(state.weights @ (own*(state.x - shift))
-                     for own, shift in zip(state.pressures.values(), shifts))/state.load)
+    return float(
+        sum(state.weights @ (own * (state.x - shift)) for own, shift in zip(state.pressures.values(), shifts))
+        / state.load
+    )
 
 
 def profile_of(state, unit):
@@ -110,13 +130,17 @@ def profile_of(state, unit):
     unit : float, a pressure over which pressure and micromoment over ell are given
     """
     zone = np.searchsorted([right for _, right in state.zones["contact"]], state.x)
-    columns = zone, state.x, state.pressure/unit, state.micromoment/state.solid.ell/unit, state.psi
-    return [dict(zip(("zone", "x", "pressure", "micromoment", "psi"), map(float, node)))
-            for node in zip(*columns)]
+    columns = zone, state.x, state.pressure / unit, state.micromoment / state.solid.ell / unit, state.psi
+    return [
+        dict(zip(("zone", "x", "pressure", "micromoment", "psi"), map(float, node))) for node in zip(*columns)
+    ]
 
 
 def draw_zones(axis, nodes, name, **style):
     """A column of records over x, each interval of contact a line of its own."""
     for number, own in enumerate(grouped(nodes, "zone").values()):
-        axis.plot(column(own, "x"), column(own, name),
-                  **{**style, "label": style.get("label") if number == 0 else None})
+        axis.plot(
+            column(own, "x"),
+            column(own, name),
+            **{**style, "label": style.get("label") if number == 0 else None},
+        )

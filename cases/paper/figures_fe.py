@@ -6,37 +6,52 @@ import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Rectangle
 
-from cases.common.options import command
-from cases.scenes import hertz, hertz_fe, size_effect, size_effect_fe
 from microblock.data.records import column, grouped
 from microblock.halfplane.kernels import coalescence_exponent
 from microblock.model.material import Cosserat
 from microblock.view import plots
 
-MESH = {"alpha": 0.25, "model": "fe", "domain": "18", "rtol": 1e-4}      # of Fig. 7
-CLOSE_UP = 0.04                 # half-width of the details, over a_Hz
-SQUARES = (0.2, 0.1, 0.05, 0.025, 0.01937)      # the last one a_Hz/50 at the load of coalescence
-PAPER = 1/50, 0.8874            # of a_Hz, and what the paper has there
+from ..common.options import command
+from ..scenes import hertz, hertz_fe, size_effect, size_effect_fe
+
+MESH = {"alpha": 0.25, "model": "fe", "domain": "18", "rtol": 1e-4}  # of Fig. 7
+CLOSE_UP = 0.04  # half-width of the details, over a_Hz
+SQUARES = (0.2, 0.1, 0.05, 0.025, 0.01937)  # the last one a_Hz/50 at the load of coalescence
+PAPER = 1 / 50, 0.8874  # of a_Hz, and what the paper has there
 NU, BETA = 0.3, 1.0
-FACETS = {"fitted": {"mesh": "fitted", "rtol": 1e-4},
-          "not fitted": {"mesh": "uniform", "h": 0.25, "order": 8, "domain": "100"}}
-SHOWN = 0.0, 1.2                # over a_Hz
-BETWEEN = 40                    # points of a curve on a facet
-INSIDE = 1e-6                   # of a facet: its curve ends that far from its ends
-REFERENCE_RTOL = 1e-8           # of the half-plane
+FACETS = {
+    "fitted": {"mesh": "fitted", "rtol": 1e-4},
+    "not fitted": {"mesh": "uniform", "h": 0.25, "order": 8, "domain": "100"},
+}
+SHOWN = 0.0, 1.2  # over a_Hz
+BETWEEN = 40  # points of a curve on a facet
+INSIDE = 1e-6  # of a facet: its curve ends that far from its ends
+REFERENCE_RTOL = 1e-8  # of the half-plane
 
 
 def fig7_records():
     parameters = hertz.Parameters(**MESH).resolved()
-    (state, estimate), = hertz_fe.solve(parameters)
+    ((state, estimate),) = hertz_fe.solve(parameters)
     body, a = state.solution.body.body, parameters.a_Hz
-    points = np.array([vertex.point for vertex in body.mesh.vertices])/a
-    edges = sorted({edge/a for zones in state.zones.values() for zone in zones for edge in zone if edge > 0})
-    common = {"command": command("hertz", parameters), "alpha": parameters.alpha, "nu": parameters.nu,
-              "beta": parameters.beta, "rtol": parameters.rtol, "unknowns": int(state.unknowns),
-              "error_estimate": estimate, "transition": edges[0], "outer": edges[-1]}
-    return [{**common, "order": int(order), **_corners(points[[vertex.nr for vertex in element.vertices]])}
-            for element, order in zip(body.mesh.Elements(), body.element_orders)]
+    points = np.array([vertex.point for vertex in body.mesh.vertices]) / a
+    edges = sorted(
+        {edge / a for zones in state.zones.values() for zone in zones for edge in zone if edge > 0}
+    )
+    common = {
+        "command": command("hertz", parameters),
+        "alpha": parameters.alpha,
+        "nu": parameters.nu,
+        "beta": parameters.beta,
+        "rtol": parameters.rtol,
+        "unknowns": int(state.unknowns),
+        "error_estimate": estimate,
+        "transition": edges[0],
+        "outer": edges[-1],
+    }
+    return [
+        {**common, "order": int(order), **_corners(points[[vertex.nr for vertex in element.vertices]])}
+        for element, order in zip(body.mesh.Elements(), body.element_orders)
+    ]
 
 
 def _corners(points):
@@ -53,17 +68,29 @@ def fig7_draw(rows):
     edges; unlike there the elements are triangles, and some thousand unknowns of high order take the place of
     130 000 of bilinear squares.
     """
-    corners = [[(row[f"x1_{i}"], row[f"x2_{i}"]) for i in range(4) if row[f"x1_{i}"] is not None]
-               for row in rows]
+    corners = [
+        [(row[f"x1_{i}"], row[f"x2_{i}"]) for i in range(4) if row[f"x1_{i}"] is not None] for row in rows
+    ]
     marks = {"T": rows[0]["transition"], "O": rows[0]["outer"]}
-    windows = [(0, max(x for element in corners for x, _ in element)), (0, 1.6),
-               *((x - CLOSE_UP, x + CLOSE_UP) for x in marks.values())]
+    windows = [
+        (0, max(x for element in corners for x, _ in element)),
+        (0, 1.6),
+        *((x - CLOSE_UP, x + CLOSE_UP) for x in marks.values()),
+    ]
     drawing, axes = plots.figure(2, 2, height=2.7, width=2.9)
     for axis, name, (left, right) in zip(axes.flat, "abcd", windows):
-        axis.add_collection(PolyCollection(corners, facecolors="none", edgecolors="0.15",
-                                           linewidths=0.25 if name == "a" else 0.5))
-        axis.set(xlim=(left, right), ylim=(left - right, 0), aspect="equal", xlabel=r"$x_1/a_{\mathrm{Hz}}$",
-                 ylabel=r"$x_2/a_{\mathrm{Hz}}$")
+        axis.add_collection(
+            PolyCollection(
+                corners, facecolors="none", edgecolors="0.15", linewidths=0.25 if name == "a" else 0.5
+            )
+        )
+        axis.set(
+            xlim=(left, right),
+            ylim=(left - right, 0),
+            aspect="equal",
+            xlabel=r"$x_1/a_{\mathrm{Hz}}$",
+            ylabel=r"$x_2/a_{\mathrm{Hz}}$",
+        )
         axis.locator_params(nbins=5)
         axis.set_title(f"({name})", loc="left")
         for mark, x in marks.items():
@@ -71,10 +98,20 @@ def fig7_draw(rows):
                 axis.plot([x], [0], "v", color=plots.COLOURS[1], markersize=4, clip_on=False, zorder=5)
                 axis.annotate(mark, (x, 0), (0, 5), textcoords="offset points", ha="center", fontsize=7)
     for mark, x in zip("cd", marks.values()):
-        axes[0, 1].add_patch(Rectangle((x - CLOSE_UP, -2*CLOSE_UP), 2*CLOSE_UP, 2*CLOSE_UP, fill=False,
-                                       edgecolor=plots.COLOURS[1], linewidth=1.0, zorder=5))
-        axes[0, 1].annotate(mark, (x, -2*CLOSE_UP), (0, -8), textcoords="offset points", ha="center",
-                            fontsize=7)
+        axes[0, 1].add_patch(
+            Rectangle(
+                (x - CLOSE_UP, -2 * CLOSE_UP),
+                2 * CLOSE_UP,
+                2 * CLOSE_UP,
+                fill=False,
+                edgecolor=plots.COLOURS[1],
+                linewidth=1.0,
+                zorder=5,
+            )
+        )
+        axes[0, 1].annotate(
+            mark, (x, -2 * CLOSE_UP), (0, -8), textcoords="offset points", ha="center", fontsize=7
+        )
     return drawing
 
 
@@ -83,11 +120,23 @@ def coalescence_records():
     exponent = coalescence_exponent(Cosserat(E=1.0, nu=NU, ell=1.0, beta=BETA))
     parameters = size_effect.Parameters(nu=NU, beta=BETA, model="fe")
     found = [("bilinear", h, value, 0.0) for h, value in size_effect_fe.ratio_of_h(NU, BETA, SQUARES)]
-    found += [("fitted", 0.0, *size_effect_fe.coalescence_ratio(NU, BETA)),
-              ("halfplane", 0.0, *size_effect.coalescence_ratio(NU, BETA))]
-    return [{"command": command("size_effect", parameters), "nu": NU, "beta": BETA, "exponent": exponent,
-             "model": model,
-             "h": h, "alpha_mid": value, "alpha_mid_error": error} for model, h, value, error in found]
+    found += [
+        ("fitted", 0.0, *size_effect_fe.coalescence_ratio(NU, BETA)),
+        ("halfplane", 0.0, *size_effect.coalescence_ratio(NU, BETA)),
+    ]
+    return [
+        {
+            "command": command("size_effect", parameters),
+            "nu": NU,
+            "beta": BETA,
+            "exponent": exponent,
+            "model": model,
+            "h": h,
+            "alpha_mid": value,
+            "alpha_mid_error": error,
+        }
+        for model, h, value, error in found
+    ]
 
 
 def coalescence_draw(rows):
@@ -100,28 +149,53 @@ def coalescence_draw(rows):
     """
     drawing, axis = plots.figure(height=3.2, width=4.4)
     models = grouped(rows, "model")
-    power = 2*rows[0]["exponent"]
+    power = 2 * rows[0]["exponent"]
     h, value = (np.array(column(models["bilinear"], name)) for name in ("h", "alpha_mid"))
     limit, fitted = models["halfplane"][0], models["fitted"][0]
-    rate = (value[-1] - limit["alpha_mid"])/h[-1]**power
-    axis.plot([0, h.max()**power], [limit["alpha_mid"], limit["alpha_mid"] + rate*h.max()**power], "--",
-              color="0.5",
-              linewidth=0.8, label=r"limit $+\,C h^{2s}$, through the last point")
+    rate = (value[-1] - limit["alpha_mid"]) / h[-1] ** power
+    axis.plot(
+        [0, h.max() ** power],
+        [limit["alpha_mid"], limit["alpha_mid"] + rate * h.max() ** power],
+        "--",
+        color="0.5",
+        linewidth=0.8,
+        label=r"limit $+\,C h^{2s}$, through the last point",
+    )
     axis.plot(h**power, value, "o", color=plots.COLOURS[0], label="bilinear squares")
-    axis.plot([PAPER[0]**power], [PAPER[1]], "s", color=plots.COLOURS[1], markersize=7,
-              markerfacecolor="none",
-              label=f"the paper, {PAPER[1]}")
-    axis.plot([0], [fitted["alpha_mid"]], "D", color=plots.COLOURS[2], clip_on=False,
-              label="fitted elements, half-plane")
+    axis.plot(
+        [PAPER[0] ** power],
+        [PAPER[1]],
+        "s",
+        color=plots.COLOURS[1],
+        markersize=7,
+        markerfacecolor="none",
+        label=f"the paper, {PAPER[1]}",
+    )
+    axis.plot(
+        [0],
+        [fitted["alpha_mid"]],
+        "D",
+        color=plots.COLOURS[2],
+        clip_on=False,
+        label="fitted elements, half-plane",
+    )
     ticks = (0.0, 0.005, 0.02, 0.05, 0.1, 0.2)
     axis.set_xticks([tick**power for tick in ticks], [f"{tick:g}" for tick in ticks])
-    axis.set(xlabel=r"$h/a_{\mathrm{Hz}}$ (scale of $h^{2s}$)", ylabel=r"$\alpha_{\mathrm{mid}}$",
-             xlim=(0, None))
+    axis.set(
+        xlabel=r"$h/a_{\mathrm{Hz}}$ (scale of $h^{2s}$)", ylabel=r"$\alpha_{\mathrm{mid}}$", xlim=(0, None)
+    )
     inset = axis.inset_axes((0.62, 0.12, 0.36, 0.34))
     for place, one, colour in ((0, fitted, 2), (1, limit, 6)):
-        inset.errorbar([place], [1e5*(one["alpha_mid"] - limit["alpha_mid"])],
-                       yerr=[1e5*one["alpha_mid_error"]], fmt="D",
-                       color=plots.COLOURS[colour], markersize=3, capsize=3, linewidth=0.8)
+        inset.errorbar(
+            [place],
+            [1e5 * (one["alpha_mid"] - limit["alpha_mid"])],
+            yerr=[1e5 * one["alpha_mid_error"]],
+            fmt="D",
+            color=plots.COLOURS[colour],
+            markersize=3,
+            capsize=3,
+            linewidth=0.8,
+        )
     inset.set(xlim=(-0.5, 1.5), ylim=(-2, 2))
     inset.set_xticks([0, 1], ["fitted", "half-plane"])
     inset.set_title(r"$10^5(\alpha_{\mathrm{mid}} - 0.834313)$", fontsize=6)
@@ -134,18 +208,32 @@ def facets_records():
     """Pressure and gap of corner A along the facets of x1 > 0, a row a point: nodes, and points between
     them.
     """
-    (reference, _), = hertz.solve(hertz.Parameters(alpha=MESH["alpha"], rtol=REFERENCE_RTOL).resolved())
+    ((reference, _),) = hertz.solve(hertz.Parameters(alpha=MESH["alpha"], rtol=REFERENCE_RTOL).resolved())
     found = []
     for name, options in FACETS.items():
         parameters = hertz.Parameters(alpha=MESH["alpha"], model="fe", **options).resolved()
-        (state, _), = hertz_fe.solve(parameters)
+        ((state, _),) = hertz_fe.solve(parameters)
         a, p_Hz = parameters.a_Hz, parameters.p_Hz
-        for number, (x, node) in enumerate(facet_points(state, SHOWN[1]*a)):
+        for number, (x, node) in enumerate(facet_points(state, SHOWN[1] * a)):
             common = {"command": command("hertz", parameters), "mesh_name": name, "facet": number}
-            values = zip(x/a, node, state.pressure_at(x, "A")/p_Hz, reference.pressure_at(x, "A")/p_Hz,
-                         state.gap_at("A", x)*parameters.R/a**2)
-            found += [{**common, "x": float(place), "node": int(is_node), "pressure": float(p),
-                       "reference": float(q), "gap": float(g)} for place, is_node, p, q, g in values]
+            values = zip(
+                x / a,
+                node,
+                state.pressure_at(x, "A") / p_Hz,
+                reference.pressure_at(x, "A") / p_Hz,
+                state.gap_at("A", x) * parameters.R / a**2,
+            )
+            found += [
+                {
+                    **common,
+                    "x": float(place),
+                    "node": int(is_node),
+                    "pressure": float(p),
+                    "reference": float(q),
+                    "gap": float(g),
+                }
+                for place, is_node, p, q, g in values
+            ]
     return found
 
 
@@ -155,9 +243,9 @@ def facet_points(state, last):
     nodes = body.points[:, 0]
     for left, right, members in body.interpolation:
         if left < last:
-            inside = (right - left)*INSIDE
+            inside = (right - left) * INSIDE
             own = np.clip(nodes[members], left + inside, right - inside)
-            between = left + (right - left)*(1 - np.cos(np.pi*np.linspace(0, 1, BETWEEN + 2)[1:-1]))/2
+            between = left + (right - left) * (1 - np.cos(np.pi * np.linspace(0, 1, BETWEEN + 2)[1:-1])) / 2
             x = np.concatenate((own, between))
             order = np.argsort(x)
             yield x[order], (np.arange(len(x)) < len(own))[order]
@@ -175,20 +263,35 @@ def facets_draw(rows):
     drawing, axes = plots.figure(3, 2, height=1.8, sharex="col")
     for panel, (name, points) in enumerate(grouped(rows, "mesh_name").items()):
         column_axes = axes[:, panel]
-        column_axes[0].plot(column(points, "x"), column(points, "reference"), "k-", linewidth=0.6,
-                            label="half-plane")
+        column_axes[0].plot(
+            column(points, "x"), column(points, "reference"), "k-", linewidth=0.6, label="half-plane"
+        )
         for number, facet in enumerate(grouped(points, "facet").values()):
             nodes, colour = [row for row in facet if row["node"]], plots.COLOURS[number % 2]
             for axis, value in zip(column_axes, (_pressure, _off, _gap)):
-                axis.plot(column(facet, "x"), value(facet), "-", linewidth=0.8, color=colour,
-                          label="between the nodes" if number == 0 else None)
-                axis.plot(column(nodes, "x"), value(nodes), ".", markersize=3, color=colour,
-                          label="nodes" if number == 0 else None)
+                axis.plot(
+                    column(facet, "x"),
+                    value(facet),
+                    "-",
+                    linewidth=0.8,
+                    color=colour,
+                    label="between the nodes" if number == 0 else None,
+                )
+                axis.plot(
+                    column(nodes, "x"),
+                    value(nodes),
+                    ".",
+                    markersize=3,
+                    color=colour,
+                    label="nodes" if number == 0 else None,
+                )
         column_axes[0].set_title(f"({'ab'[panel]}) {name}", loc="left")
         column_axes[1].set_ylim(-0.075, 0.075)
         column_axes[2].set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", xlim=SHOWN, ylim=(-2.5, 2.5))
-    for axis, text in zip(axes[:, 0], (r"$p_A/p_{\mathrm{Hz}}$", r"error of $p_A/p_{\mathrm{Hz}}$",
-                                       r"$10^4 g_A R/a_{\mathrm{Hz}}^2$")):
+    for axis, text in zip(
+        axes[:, 0],
+        (r"$p_A/p_{\mathrm{Hz}}$", r"error of $p_A/p_{\mathrm{Hz}}$", r"$10^4 g_A R/a_{\mathrm{Hz}}^2$"),
+    ):
         axis.set_ylabel(text)
     handles = axes[0, 0].get_legend_handles_labels()
     drawing.legend(*handles, loc="outside lower center", ncols=3)
@@ -204,8 +307,11 @@ def _off(points):
 
 
 def _gap(points):
-    return 1e4*np.array(column(points, "gap"))
+    return 1e4 * np.array(column(points, "gap"))
 
 
-FIGURES = {"fig7": (fig7_records, fig7_draw), "coalescence": (coalescence_records, coalescence_draw),
-          "facets": (facets_records, facets_draw)}
+FIGURES = {
+    "fig7": (fig7_records, fig7_draw),
+    "coalescence": (coalescence_records, coalescence_draw),
+    "facets": (facets_records, facets_draw),
+}

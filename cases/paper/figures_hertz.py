@@ -2,24 +2,25 @@
 
 import numpy as np
 
-from cases.common.case import named, records
-from cases.scenes import hertz, size_effect
 from microblock.data.records import column, grouped
 from microblock.view import plots
+
+from ..common.case import named, records
+from ..scenes import hertz, size_effect
 
 LOADS = (0.02, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0)
 ROTATED_LOADS = (0.25, 0.5, 1.0)
 ROTATED = (("gap", 5.0), ("lever", 5.0), ("gap", 0.5))
 SHOWN_ALPHAS = (0.01, 0.25, 0.5, 0.75, 1.0, 1.25)
 FIGURE_RTOL = 1e-4
-FE_RTOL = 1e-3       # of the finite elements beside it
+FE_RTOL = 1e-3  # of the finite elements beside it
 NOMINAL_RTOL = 1e-4  # of the nominal hardness
-FE_ALPHAS = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0, 1.25)      # of Fig. 11
-MARKED = 30          # nodes of finite elements that are drawn on a curve, about evenly along x1
-BETWEEN = 3          # points of a curve between two nodes
+FE_ALPHAS = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0, 1.25)  # of Fig. 11
+MARKED = 30  # nodes of finite elements that are drawn on a curve, about evenly along x1
+BETWEEN = 3  # points of a curve between two nodes
 MARKER = {"markersize": 3.0, "markerfacecolor": "none", "markeredgewidth": 0.6}
 MODELS = "lines: half-plane, markers: finite elements"
-EDGE_SIDE = 1e-9     # of the width: a curve is drawn from this side of an edge to the other
+EDGE_SIDE = 1e-9  # of the width: a curve is drawn from this side of an edge to the other
 
 
 def both(**changes):
@@ -56,15 +57,18 @@ def drawn(parameters, state):
     that of the corners."""
     a, p_Hz = parameters.a_Hz, parameters.p_Hz
     edges = np.array(sorted({edge for zones in state.zones.values() for zone in zones for edge in zone}))
-    beside = EDGE_SIDE*(edges[-1] - edges[0])
+    beside = EDGE_SIDE * (edges[-1] - edges[0])
     nodes = state.x
     # off the middle between two nodes, where panels may meet and neither has the point
-    between = nodes[:-1, None] + np.diff(nodes)[:, None]*(np.arange(BETWEEN) + 0.4)/BETWEEN
+    between = nodes[:-1, None] + np.diff(nodes)[:, None] * (np.arange(BETWEEN) + 0.4) / BETWEEN
     x = np.unique(np.concatenate((nodes, between.ravel(), edges - beside, edges + beside)))
-    moment = sum(lever*state.pressure_at(x, corner) for corner, lever in state.law.levers(x).items())
-    return {"x": (x/a).tolist(), "pressure": (state.pressure_at(x)/p_Hz).tolist(),
-            "micromoment": (moment/(2*p_Hz)).tolist(),
-            "psi": (state.solution.rotation(x)*parameters.R/a).tolist()}
+    moment = sum(lever * state.pressure_at(x, corner) for corner, lever in state.law.levers(x).items())
+    return {
+        "x": (x / a).tolist(),
+        "pressure": (state.pressure_at(x) / p_Hz).tolist(),
+        "micromoment": (moment / (2 * p_Hz)).tolist(),
+        "psi": (state.solution.rotation(x) * parameters.R / a).tolist(),
+    }
 
 
 def draw_profiles(axes, groups, label, names="ab"):
@@ -88,7 +92,7 @@ def draw_models(axis, rows, name, number, label):
     x, values = (np.array(column(models["fe"], which)) for which in ("x", name))
     touching = np.abs(np.array(column(models["fe"], "pressure"))) > 0
     span = np.flatnonzero(touching)
-    x, values = x[span[0]:span[-1] + 1], values[span[0]:span[-1] + 1]
+    x, values = x[span[0] : span[-1] + 1], values[span[0] : span[-1] + 1]
     axis.plot(x[marked(x)], values[marked(x)], marker, color=colour, **MARKER)
 
 
@@ -108,8 +112,11 @@ def fig8_draw(rows):
 
 
 def fig9_records():
-    return [row for reading, degrees in ROTATED
-            for row in both(psi0_deg=degrees, psi0_reading=reading, loads=ROTATED_LOADS)]
+    return [
+        row
+        for reading, degrees in ROTATED
+        for row in both(psi0_deg=degrees, psi0_reading=reading, loads=ROTATED_LOADS)
+    ]
 
 
 def fig9_draw(rows):
@@ -124,8 +131,10 @@ def fig9_draw(rows):
     for pair, names, (reading, degrees) in zip(axes, ("ab", "cd", "ef"), ROTATED):
         chosen = [row for row in rows if (row["psi0_reading"], row["psi0_deg"]) == (reading, degrees)]
         draw_profiles(pair, grouped(chosen, "load"), lambda key: rf"$\bar P = {key:g}$", names)
-        pair[0].set_title(rf"$\psi_0 = {degrees:g}^\circ$, "
-                          rf"{'gaps and levers' if reading == 'gap' else 'levers only'}")
+        pair[0].set_title(
+            rf"$\psi_0 = {degrees:g}^\circ$, "
+            rf"{'gaps and levers' if reading == 'gap' else 'levers only'}"
+        )
     for axis in axes[-1]:
         axis.set_xlabel(r"$x_1/a_{\mathrm{Hz}}$")
     plots.legend_of_all(drawing, axes[-1][0], title=MODELS)
@@ -133,8 +142,12 @@ def fig9_draw(rows):
 
 
 def fig10_records():
-    return [row for contact in size_effect.LAWS for alpha in SHOWN_ALPHAS
-            for row in both(alpha=alpha, contact=contact)]
+    return [
+        row
+        for contact in size_effect.LAWS
+        for alpha in SHOWN_ALPHAS
+        for row in both(alpha=alpha, contact=contact)
+    ]
 
 
 def fig10_draw(rows):
@@ -146,13 +159,18 @@ def fig10_draw(rows):
     drawing, axes = plots.figure(1, 2, height=3.0)
     ellipse = np.linspace(-1, 1, 201)
     for axis, contact, name in zip(axes, size_effect.LAWS, "ab"):
-        for number, (alpha, nodes) in enumerate(grouped([row for row in rows if row["contact"] == contact],
-                                                        "alpha").items()):
+        for number, (alpha, nodes) in enumerate(
+            grouped([row for row in rows if row["contact"] == contact], "alpha").items()
+        ):
             draw_models(axis, nodes, "pressure", number, rf"$\alpha = {alpha:g}$")
         axis.plot(ellipse, np.sqrt(1 - ellipse**2), "k--", linewidth=0.8, label="Hertz")
-        axis.set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", ylabel=r"$p_n/p_{\mathrm{Hz}}$",
-                 title=f"({name}) {contact}",
-                 xlim=(-1.45, 1.45), ylim=(0, 1.32))
+        axis.set(
+            xlabel=r"$x_1/a_{\mathrm{Hz}}$",
+            ylabel=r"$p_n/p_{\mathrm{Hz}}$",
+            title=f"({name}) {contact}",
+            xlim=(-1.45, 1.45),
+            ylim=(0, 1.32),
+        )
     plots.legend_of_all(drawing, axes[0], title=MODELS)
     return drawing
 
@@ -162,8 +180,10 @@ def size_records():
     parameters = size_effect.Parameters()
     fe = size_effect.Parameters(alphas=FE_ALPHAS, model="fe", rtol=NOMINAL_RTOL)
     found = {"laws": size_effect.fe_laws(fe), "alpha_mid": None, "alpha_mid_error": None}
-    return [*records(size_effect, "size_effect", parameters),
-            *named(size_effect, fe, size_effect.rows(fe, found))]
+    return [
+        *records(size_effect, "size_effect", parameters),
+        *named(size_effect, fe, size_effect.rows(fe, found)),
+    ]
 
 
 def fig11_draw(rows):
@@ -177,32 +197,53 @@ def fig11_draw(rows):
     """
     drawing, (axis, nominal) = plots.figure(1, 2, height=3.3)
     inset = axis.inset_axes((0.47, 0.1, 0.5, 0.3))
-    curves = (("microblock", "hardness_apparent", "-", "o"), ("microblock", "hardness_real", "--", "s"),
-              ("unilateral", "hardness_apparent", "-", "^"))
+    curves = (
+        ("microblock", "hardness_apparent", "-", "o"),
+        ("microblock", "hardness_real", "--", "s"),
+        ("unilateral", "hardness_apparent", "-", "^"),
+    )
     models, large = grouped(rows, "model"), {**MARKER, "markersize": 3.5}
     for number, (contact, name, line, marker) in enumerate(curves):
-        for panel in (axis, inset)[:1 if contact == "unilateral" else 2]:
+        for panel in (axis, inset)[: 1 if contact == "unilateral" else 2]:
             for model, style in (("halfplane", line), ("fe", marker)):
                 chosen = [row for row in models[model] if row["contact"] == contact]
-                panel.plot(1/np.array(column(chosen, "alpha")), column(chosen, name), style,
-                           color=plots.COLOURS[number], **large)
-        axis.plot([], [], marker + line, color=plots.COLOURS[number],
-                  label=f"{contact}, {name.split('_')[1]}", **large)
+                panel.plot(
+                    1 / np.array(column(chosen, "alpha")),
+                    column(chosen, name),
+                    style,
+                    color=plots.COLOURS[number],
+                    **large,
+                )
+        axis.plot(
+            [],
+            [],
+            marker + line,
+            color=plots.COLOURS[number],
+            label=f"{contact}, {name.split('_')[1]}",
+            **large,
+        )
     for panel in (axis, inset):
-        panel.axvline(1/rows[0]["alpha_mid"], color="0.5", linewidth=0.7, linestyle=":")
+        panel.axvline(1 / rows[0]["alpha_mid"], color="0.5", linewidth=0.7, linestyle=":")
     inset.set(xlim=(0.78, 1.35), ylim=(0.72, 0.87))
     inset.tick_params(labelsize=6)
     axis.set(xscale="log", xlabel=r"$1/\alpha$", ylabel=r"$H/H_{\mathrm{Hz}}$")
     axis.set_title("(a)", loc="left")
     for number, marker, contact in ((0, "o-", "microblock"), (2, "^-", "unilateral")):
         chosen = [row for row in models["fe"] if row["contact"] == contact]
-        nominal.errorbar(1/np.array(column(chosen, "alpha")), column(chosen, "hardness_nominal"), fmt=marker,
-                         capsize=2,
-                         yerr=column(chosen, "hardness_nominal_error"), color=plots.COLOURS[number],
-                         label=contact,
-                         linewidth=0.8, **large)
-    nominal.set(xscale="log", xlabel=r"$1/\alpha$",
-                ylabel=r"$H_{\mathrm{nom}}/H_{\mathrm{nom}}(\alpha \to 0)$")
+        nominal.errorbar(
+            1 / np.array(column(chosen, "alpha")),
+            column(chosen, "hardness_nominal"),
+            fmt=marker,
+            capsize=2,
+            yerr=column(chosen, "hardness_nominal_error"),
+            color=plots.COLOURS[number],
+            label=contact,
+            linewidth=0.8,
+            **large,
+        )
+    nominal.set(
+        xscale="log", xlabel=r"$1/\alpha$", ylabel=r"$H_{\mathrm{nom}}/H_{\mathrm{nom}}(\alpha \to 0)$"
+    )
     nominal.set_title("(b)", loc="left")
     for panel in (axis, nominal):
         plots.legend_below(panel)

@@ -2,18 +2,19 @@
 
 import numpy as np
 
-from cases.common.case import records
-from cases.common.options import command
-from cases.scenes import layers
 from microblock.data.records import column, grouped
 from microblock.view import plots
 
-ALPHA, POSITIONS = 0.05, (0.1, 0.3, 0.5, 0.7)      # of Fig. 12a
-FITTED, PAIR = (0.01, 0.05, 0.1), (0.3, 0.6)       # of Fig. 12b
-BESIDE = {"alphas": (0.01, 0.05), "positions": (0.3, 0.6)}      # of the table with finite elements
+from ..common.case import records
+from ..common.options import command
+from ..scenes import layers
+
+ALPHA, POSITIONS = 0.05, (0.1, 0.3, 0.5, 0.7)  # of Fig. 12a
+FITTED, PAIR = (0.01, 0.05, 0.1), (0.3, 0.6)  # of Fig. 12b
+BESIDE = {"alphas": (0.01, 0.05), "positions": (0.3, 0.6)}  # of the table with finite elements
 PAPER_UNKNOWNS = 3e6
-APART = 0.1                    # of the diagonal of a panel: markers on a curve
-LINES = tuple(round(0.025*step, 3) for step in range(2, 40))
+APART = 0.1  # of the diagonal of a panel: markers on a curve
+LINES = tuple(round(0.025 * step, 3) for step in range(2, 40))
 
 
 def profile_rows(panel, alpha, positions):
@@ -24,14 +25,23 @@ def profile_rows(panel, alpha, positions):
         fitted = layers.fit_between(x2, one - other, alpha, *layers.DEPTHS)(x2)
         for depth, *values in zip(x2, one, other, fitted):
             names = ("psi_microblock", "psi_unilateral", "fit")
-            yield {"command": command("layers", parameters), "panel": panel, "nu": parameters.nu,
-                   "beta": parameters.beta,
-                   "alpha": alpha, "x1": x1, "x2": float(depth), **dict(zip(names, map(float, values)))}
+            yield {
+                "command": command("layers", parameters),
+                "panel": panel,
+                "nu": parameters.nu,
+                "beta": parameters.beta,
+                "alpha": alpha,
+                "x1": x1,
+                "x2": float(depth),
+                **dict(zip(names, map(float, values))),
+            }
 
 
 def fig12_records():
-    return [*profile_rows("a", ALPHA, POSITIONS),
-            *(row for alpha in FITTED for row in profile_rows("b", alpha, PAIR))]
+    return [
+        *profile_rows("a", ALPHA, POSITIONS),
+        *(row for alpha in FITTED for row in profile_rows("b", alpha, PAIR)),
+    ]
 
 
 def fig12_draw(rows):
@@ -48,10 +58,16 @@ def fig12_draw(rows):
     lines = grouped([row for row in rows if row["panel"] == "a"], "x1")
     for number, (x1, nodes) in enumerate(lines.items()):
         for name, style in (("psi_microblock", "-"), ("psi_unilateral", "--")):
-            axes[0].plot(column(nodes, "x2"), column(nodes, name), style, color=plots.COLOURS[number],
-                         marker=plots.MARKERS[number] if style == "-" else None, markevery=APART,
-                         markersize=3,
-                         label=rf"$x_1 = {x1:g}\,a_{{\mathrm{{Hz}}}}$" if style == "-" else None)
+            axes[0].plot(
+                column(nodes, "x2"),
+                column(nodes, name),
+                style,
+                color=plots.COLOURS[number],
+                marker=plots.MARKERS[number] if style == "-" else None,
+                markevery=APART,
+                markersize=3,
+                label=rf"$x_1 = {x1:g}\,a_{{\mathrm{{Hz}}}}$" if style == "-" else None,
+            )
     axes[0].plot([], [], "0.4", label="microblock")
     axes[0].plot([], [], "--", color="0.4", label="unilateral")
     axes[0].set(title="(a)", xlim=(-0.5, 0.01), ylim=(0, None), ylabel=r"$\psi R/a_{\mathrm{Hz}}$")
@@ -59,9 +75,16 @@ def fig12_draw(rows):
     for number, (alpha, nodes) in enumerate(lines.items()):
         for fill, (x1, line) in zip((plots.COLOURS[number], "none"), grouped(nodes, "x1").items()):
             difference = np.subtract(column(line, "psi_microblock"), column(line, "psi_unilateral"))
-            axes[1].plot(column(line, "x2"), difference, color=plots.COLOURS[number], linewidth=1.6,
-                         marker=plots.MARKERS[number], markevery=APART, markerfacecolor=fill,
-                         label=rf"$\alpha = {alpha:g}$, $x_1 = {x1:g}\,a_{{\mathrm{{Hz}}}}$")
+            axes[1].plot(
+                column(line, "x2"),
+                difference,
+                color=plots.COLOURS[number],
+                linewidth=1.6,
+                marker=plots.MARKERS[number],
+                markevery=APART,
+                markerfacecolor=fill,
+                label=rf"$\alpha = {alpha:g}$, $x_1 = {x1:g}\,a_{{\mathrm{{Hz}}}}$",
+            )
             axes[1].plot(column(line, "x2"), column(line, "fit"), "k--", linewidth=0.7)
     axes[1].plot([], [], "k--", linewidth=0.7, label="fit (51)")
     axes[1].set(title="(b)", xlim=(-0.5, 0.01), ylabel=r"$\Delta\psi R/a_{\mathrm{Hz}}$")
@@ -96,19 +119,29 @@ def layers_fe():
     laws beside the paper's three million unknowns (whose seconds the paper does not give). The two agree
     within the errors at all four lines.
     """
-    fe, modes = (layers.result(layers.Parameters(model=model, **BESIDE))["layers"]
-                 for model in ("fe", "halfplane"))
+    fe, modes = (
+        layers.result(layers.Parameters(model=model, **BESIDE))["layers"] for model in ("fe", "halfplane")
+    )
     parameters = layers.Parameters(model="fe", **BESIDE)
-    return [{"command": command("layers", parameters), "alpha": row["alpha"], "x1": row["x1"],
-             "L_bl": row["L_bl_over_ell"], "L_bl_error": row["L_bl_error"],
-             "L_bl_apart": row["L_bl_over_ell"] - true["L_bl_over_ell"],
-             "mode": row["mode_length_over_ell"], "mode_error": row["mode_length_error"],
-             "mode_apart": row["mode_length_over_ell"] - true["mode_length_over_ell"],
-             "unknowns": row["unknowns"],
-             "unknowns_share": row["unknowns"]/PAPER_UNKNOWNS, "seconds": row["state_seconds"]}
-            for row, true in zip(fe, modes)]
+    return [
+        {
+            "command": command("layers", parameters),
+            "alpha": row["alpha"],
+            "x1": row["x1"],
+            "L_bl": row["L_bl_over_ell"],
+            "L_bl_error": row["L_bl_error"],
+            "L_bl_apart": row["L_bl_over_ell"] - true["L_bl_over_ell"],
+            "mode": row["mode_length_over_ell"],
+            "mode_error": row["mode_length_error"],
+            "mode_apart": row["mode_length_over_ell"] - true["mode_length_over_ell"],
+            "unknowns": row["unknowns"],
+            "unknowns_share": row["unknowns"] / PAPER_UNKNOWNS,
+            "seconds": row["state_seconds"],
+        }
+        for row, true in zip(fe, modes)
+    ]
 
 
 TABLES = {"layers_fe": layers_fe}
-TIMINGS = ("layers_fe",)      # its records have the seconds of the states
+TIMINGS = ("layers_fe",)  # its records have the seconds of the states
 FIGURES = {"fig12": (fig12_records, fig12_draw), "fig13": (fig13_records, fig13_draw)}

@@ -37,10 +37,15 @@ def row(statement, records):
     """A statement as a row of the table."""
     value, error = statement.compute(records) if statement.compute else (None, None)
     verdict = None if value is None else statement.verdict(value, error)
-    return {"where": statement.where, "the_paper": statement.says, "here": statement.here,
-            "value": None if value is None else float(value),
-            "error": None if error is None else float(error),
-            "verdict": {True: AGREES, False: DIFFERS, None: OPEN}[verdict], "because": statement.because}
+    return {
+        "where": statement.where,
+        "the_paper": statement.says,
+        "here": statement.here,
+        "value": None if value is None else float(value),
+        "error": None if error is None else float(error),
+        "verdict": {True: AGREES, False: DIFFERS, None: OPEN}[verdict],
+        "because": statement.because,
+    }
 
 
 def printed(number, half_digit):

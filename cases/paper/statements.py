@@ -1,10 +1,14 @@
 """The table "the paper and here": every statement of sections 4.1 and 4.2 beside what is computed."""
 
-from cases.paper import statements_layers, statements_size, statements_strip, statements_zones
-from cases.paper.statement import row
+from . import statements_layers, statements_size, statements_strip, statements_zones
+from .statement import row
 
-STATEMENTS = (*statements_strip.STATEMENTS, *statements_zones.STATEMENTS, *statements_size.STATEMENTS,
-              *statements_layers.STATEMENTS)
+STATEMENTS = (
+    *statements_strip.STATEMENTS,
+    *statements_zones.STATEMENTS,
+    *statements_size.STATEMENTS,
+    *statements_layers.STATEMENTS,
+)
 
 
 def table(records):

@@ -4,8 +4,8 @@ what they are about.
 Each case says in its header what to look at, and is a command with all options.
 """
 
-from cases.common.case import figure_of
-from cases.scenes import classical, coating, hole, punch, rough, scatter, two_faces, wavy, wedge
+from ..common.case import figure_of
+from ..scenes import classical, coating, hole, punch, rough, scatter, two_faces, wavy, wedge
 
 COATING = {"thicknesses": (0.1, 0.4, 4.0, 16.0), "rtol": 1e-2}
 HOLE = {"rtols": (0.1, 0.03, 0.01)}

@@ -3,13 +3,13 @@ repeat for a report.
 """
 
 from functools import cache
-from pathlib import Path
 
-from cases.studies import facts, limits, limits_figures, speed_figures
 from microblock.data.provenance import content
 from microblock.errors import NotConverged
 
-FOLDER = Path(__file__).parents[2]/"docs"/"data"
+from ..common.catalog import DATA, PROGRAM
+from ..studies import facts, limits, limits_figures, speed_figures
+
 DRAWINGS = {"speed": speed_figures.PLATES, "speed_cost": speed_figures.COST_PLATES}
 # how to read charts of `limits`
 READ = """A mark is a run at its parameters, other parameters are random. First the outcome; then, of
@@ -29,26 +29,33 @@ def _records(study, **where):
     """A function that returns the records of a study with these values; the content of the file is a part of
     it.
     """
-    path, now = FOLDER/f"{study}.csv", content(FOLDER/f"{study}.csv")
+    path, now = DATA / f"{study}.csv", content(DATA / f"{study}.csv")
 
     def records():
         if now is None:
-            raise NotConverged(f"no records of {study} in {FOLDER}: python -m cases "
-                               f"{study.partition('_')[0]} --out docs/data")
+            raise NotConverged(
+                f"no records of {study} in {DATA}: {PROGRAM} {study.partition('_')[0]} --out {DATA}"
+            )
         return [row for row in _read(path, now) if all(row[name] == value for name, value in where.items())]
+
     return records
 
 
 def _map(one):
     """A drawing of a map of `limits`, with its question and what is drawn as caption."""
+
     def draw(rows):
         return limits_figures.chart(one, rows)
+
     draw.__doc__ = f"{one.question} {READ}"
     return draw
 
 
 FIGURES = {
-    **{f"speed_{name}": (_records(study), drawing) for study, drawings in DRAWINGS.items()
-       for name, drawing in drawings.items()},
+    **{
+        f"speed_{name}": (_records(study), drawing)
+        for study, drawings in DRAWINGS.items()
+        for name, drawing in drawings.items()
+    },
     **{f"limits_{name}": (_records("limits", map=name), _map(one)) for name, one in limits.MAPS.items()},
 }

@@ -13,7 +13,7 @@ from microblock.data.records import read_records, versions, write_json, write_re
 from microblock.data.sweeps import carried, processes
 from microblock.view import plots
 
-BEAT = 1.0      # seconds between two signs of life
+BEAT = 1.0  # seconds between two signs of life
 
 
 @dataclass(frozen=True)
@@ -26,26 +26,30 @@ class File:
 
     @property
     def path(self):
-        return self.out/"data"/f"{self.name}.csv"
+        return self.out / "data" / f"{self.name}.csv"
 
     @property
     def figure(self):
-        return self.out/"figures"/f"{self.name}.png"
+        return self.out / "figures" / f"{self.name}.png"
 
     def kept(self):
         """What is known of valid records from an earlier run, {seconds, machine, kept}; None without them."""
         try:
             known = json.loads(self.path.with_suffix(".json").read_text())
             valid = known["depends_on"] == self.depends_on and known["content"] == content(self.path)
-        except (OSError, ValueError, KeyError):      # none, torn, or not ours
+        except (OSError, ValueError, KeyError):  # none, torn, or not ours
             return None
         return {**known, "kept": True} if valid else None
 
     def write(self, rows, seconds):
         """Keep records that took so long; what is known of them."""
         write_records(self.path, rows)
-        known = {"depends_on": self.depends_on, "content": content(self.path), "seconds": seconds,
-                 "machine": versions()["machine"]}
+        known = {
+            "depends_on": self.depends_on,
+            "content": content(self.path),
+            "seconds": seconds,
+            "machine": versions()["machine"],
+        }
         write_json(self.path.with_suffix(".json"), known)
         return {**known, "kept": False}
 

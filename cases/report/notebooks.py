@@ -13,14 +13,15 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from cases.common.options import Checked, command, names
-from cases.common.records import kept, print_table, returned
 from microblock.data.records import write_text
 from microblock.errors import MissingExtra, NotConverged
 
+from ..common.options import Checked, command, names
+from ..common.records import kept, print_table, returned
+
 ROOT = Path(__file__).parents[2]
-NOTEBOOKS = {path.stem: path for path in sorted((ROOT/"docs"/"notebooks").glob("*.ipynb"))}
-PATIENCE = 300       # seconds for a cell
+NOTEBOOKS = {path.stem: path for path in sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))}
+PATIENCE = 300  # seconds for a cell
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,11 @@ def execute(path):
     nbclient, nbformat = _packages("nbclient", "nbformat")
     book, environment = nbformat.read(path, as_version=4), {**os.environ}
     environment["PYTHONPATH"] = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-    client, seconds, start = nbclient.NotebookClient(book, timeout=PATIENCE,
-                                                     kernel_name="python3"), [], time.perf_counter()
+    client, seconds, start = (
+        nbclient.NotebookClient(book, timeout=PATIENCE, kernel_name="python3"),
+        [],
+        time.perf_counter(),
+    )
     with client.setup_kernel(env=environment):
         ready = time.perf_counter()
         for number, cell in enumerate(book.cells):
@@ -50,15 +54,16 @@ def execute(path):
             try:
                 client.execute_cell(cell, number)
             except nbclient.exceptions.CellExecutionError as failure:
-                raise NotConverged(f"cell {number} of {path.name} failed: {failure.ename}: "
-                                   f"{failure.evalue}") from failure
+                raise NotConverged(
+                    f"cell {number} of {path.name} failed: {failure.ename}: {failure.evalue}"
+                ) from failure
             seconds.append(time.perf_counter() - began)
     return book, ready - start, seconds
 
 
 def page(book):
     """HTML of a notebook with its outputs."""
-    nbconvert, = _packages("nbconvert")
+    (nbconvert,) = _packages("nbconvert")
     return nbconvert.HTMLExporter(template_name="lab").from_notebook_node(book)[0]
 
 
@@ -71,13 +76,22 @@ def _packages(*names):
 
 def result(parameters, out=None, quiet=True):
     """The case's object: a row for each notebook."""
+    if not NOTEBOOKS:
+        raise NotConverged("the notebooks are not here: they are in docs/notebooks of a checkout")
     start, rows = time.perf_counter(), []
     for name in tqdm(parameters.only or NOTEBOOKS, disable=quiet, unit="notebook"):
         book, kernel, cells = execute(NOTEBOOKS[name])
-        rows.append({"notebook": name, "cells": len(cells), "kernel": kernel, "slowest": max(cells),
-                     "all": kernel + sum(cells)})
+        rows.append(
+            {
+                "notebook": name,
+                "cells": len(cells),
+                "kernel": kernel,
+                "slowest": max(cells),
+                "all": kernel + sum(cells),
+            }
+        )
         if out:
-            write_text(out/f"{name}.html", page(book))
+            write_text(out / f"{name}.html", page(book))
     return returned(parameters, start, notebooks=rows)
 
 
@@ -88,6 +102,8 @@ def run(parameters, out=None, quiet=False):
         print("seconds elapsed")
         print_table(answer["notebooks"], ("notebook", "cells", "kernel", "slowest", "all"), 3)
     if out:
-        kept(out/"notebooks.csv",
-             [{"command": command("notebooks", parameters), **row} for row in answer["notebooks"]])
+        kept(
+            out / "notebooks.csv",
+            [{"command": command("notebooks", parameters), **row} for row in answer["notebooks"]],
+        )
     return answer

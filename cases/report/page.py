@@ -2,7 +2,7 @@
 
 import html
 
-SHOWN = 4     # significant digits of a table on the page; the CSV has them all
+SHOWN = 4  # significant digits of a table on the page; the CSV has them all
 STYLE = """
 body { font-family: sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; }
 img { max-width: 100%; } code { background: #f3f3f3; }
@@ -68,32 +68,49 @@ def _section(title, items):
 def _seconds(items):
     """Elapsed in the process that made the item, on the machine named there; drawing in this run."""
     longest = sorted(items, key=lambda one: -one["seconds"] - (one["drawing"] or 0))
-    return _table([{"item": one["name"], "records": round(one["seconds"], 1), "kept": "kept"
-                    if one["kept"] else "",
-                    "drawing": one["drawing"] and round(one["drawing"], 1), "beside others": "no"
-                    if one["alone"] else ""}
-                   for one in longest]) if items else ""
+    return (
+        _table(
+            [
+                {
+                    "item": one["name"],
+                    "records": round(one["seconds"], 1),
+                    "kept": "kept" if one["kept"] else "",
+                    "drawing": one["drawing"] and round(one["drawing"], 1),
+                    "beside others": "no" if one["alone"] else "",
+                }
+                for one in longest
+            ]
+        )
+        if items
+        else ""
+    )
 
 
 def _item(one):
-    content = (f'<a href="{one["pdf"]}"><img src="{one["figure"]}" alt="{one["name"]}"></a>' if one["figure"]
-               else _table(one["table"]))
-    estimate = "" if one["error_estimate"] is None else f', error estimates up to {one["error_estimate"]:.1e}'
+    content = (
+        f'<a href="{one["pdf"]}"><img src="{one["figure"]}" alt="{one["name"]}"></a>'
+        if one["figure"]
+        else _table(one["table"])
+    )
+    estimate = "" if one["error_estimate"] is None else f", error estimates up to {one['error_estimate']:.1e}"
     kept = ", records kept from an earlier run" if one["kept"] else ""
     commands = "".join(f"<li><code>{html.escape(line)}</code></li>" for line in one["commands"])
     details = f"<details><summary>its runs</summary><ul>{commands}</ul></details>" if commands else ""
-    return (f'<figure id="{one["name"]}">{content}<figcaption><b>{one["name"]}.</b> '
-            f'{html.escape(one["caption"])}<br>'
-            f'<span class="made"><code>{one["command"]}</code>, {one["seconds"]:.1f} s on '
-            f'{html.escape(one["machine"])}{kept}'
-            f'{estimate}, <a href="{one["data"]}">records</a></span>{details}</figcaption></figure>')
+    return (
+        f'<figure id="{one["name"]}">{content}<figcaption><b>{one["name"]}.</b> '
+        f"{html.escape(one['caption'])}<br>"
+        f'<span class="made"><code>{one["command"]}</code>, {one["seconds"]:.1f} s on '
+        f"{html.escape(one['machine'])}{kept}"
+        f'{estimate}, <a href="{one["data"]}">records</a></span>{details}</figcaption></figure>'
+    )
 
 
 def _table(rows):
     head = "".join(f"<th>{html.escape(name)}</th>" for name in rows[0])
-    body = "".join("<tr>" + "".join(f"<td>{html.escape(_shown(cell))}</td>"
-                                    for cell in row.values()) + "</tr>"
-                   for row in rows)
+    body = "".join(
+        "<tr>" + "".join(f"<td>{html.escape(_shown(cell))}</td>" for cell in row.values()) + "</tr>"
+        for row in rows
+    )
     return f'<div class="wide"><table><tr>{head}</tr>{body}</table></div>'
 
 

@@ -15,47 +15,83 @@ from dataclasses import asdict, dataclass
 
 from tqdm import tqdm
 
-from cases.common.options import Checked, names, option
-from cases.paper import figures_fe, figures_hertz, figures_layers, figures_strip, statements
-from cases.report import figures_scenes, figures_studies, page
-from cases.report.items import File, Task, together
-from cases.studies import limits_table
 from microblock.data.provenance import digest
 from microblock.data.records import read_records, versions, write_text
 from microblock.errors import NotConverged
 
+from ..common.catalog import PROGRAM
+from ..common.options import Checked, names, option
+from ..paper import figures_fe, figures_hertz, figures_layers, figures_strip, statements
+from ..studies import limits_table
+from . import figures_scenes, figures_studies, page
+from .items import File, Task, together
+
 OUT = "out"
 # modules with FIGURES {name: (records, drawing)} or TABLES {name: records}, which are part of the report
-MODULES = (figures_strip, figures_fe, figures_hertz, figures_layers, figures_scenes, figures_studies,
-         limits_table)
+MODULES = (
+    figures_strip,
+    figures_fe,
+    figures_hertz,
+    figures_layers,
+    figures_scenes,
+    figures_studies,
+    limits_table,
+)
 FIGURES = {name: figure for module in MODULES for name, figure in getattr(module, "FIGURES", {}).items()}
 TABLES = {name: table for module in MODULES for name, table in getattr(module, "TABLES", {}).items()}
 # records are times: nothing runs beside them
 TIMINGS = {name for module in MODULES for name in getattr(module, "TIMINGS", ())}
-DERIVED = statements.TABLES     # made from the records of the others
+DERIVED = statements.TABLES  # made from the records of the others
 KNOWN = (*DERIVED, *FIGURES, *TABLES)
 HALF_PLANE = ("classical",)
 # headings of the page and how the names under them begin; tables have one of their own
-SECTIONS = {"The paper and here": tuple(DERIVED), "Figures of the paper": ("fig",), "Strip": ("strip_",),
-            "Half-plane": HALF_PLANE, "Finite elements": ("coalescence", "facets"),
-            "Beyond the paper": tuple(name for name in figures_scenes.FIGURES if name not in HALF_PLANE),
-            "Methods: speed and accuracy": ("speed_",), "Methods: limits": ("limits_",)}
+SECTIONS = {
+    "The paper and here": tuple(DERIVED),
+    "Figures of the paper": ("fig",),
+    "Strip": ("strip_",),
+    "Half-plane": HALF_PLANE,
+    "Finite elements": ("coalescence", "facets"),
+    "Beyond the paper": tuple(name for name in figures_scenes.FIGURES if name not in HALF_PLANE),
+    "Methods: speed and accuracy": ("speed_",),
+    "Methods: limits": ("limits_",),
+}
 # the longest first, so that no process ends long after the others
-LONG = ("coalescence", "coating", "fig11", "hole", "wedge", "punch", "fig9", "facets", "scatter", "fig13",
-        "strip_convergence", "classical", "fig10", "fig8")
-COMMANDS = 12     # of an item's runs, at most, on the page
-MOST = 8          # processes, if nothing is said
-BOUND = 64        # processes that can be asked for
+LONG = (
+    "coalescence",
+    "coating",
+    "fig11",
+    "hole",
+    "wedge",
+    "punch",
+    "fig9",
+    "facets",
+    "scatter",
+    "fig13",
+    "strip_convergence",
+    "classical",
+    "fig10",
+    "fig8",
+)
+COMMANDS = 12  # of an item's runs, at most, on the page
+MOST = 8  # processes, if nothing is said
+BOUND = 64  # processes that can be asked for
 
 
 @dataclass(frozen=True)
 class Parameters(Checked):
-    only: tuple = names("names to make, all if none is given; DIR/index.html shows them under the headings "
-                        f"{'; '.join((*SECTIONS, 'Tables'))}; an unknown name is answered with all",
-                        lambda: KNOWN)
+    only: tuple = names(
+        "names to make, all if none is given; DIR/index.html shows them under the headings "
+        f"{'; '.join((*SECTIONS, 'Tables'))}; an unknown name is answered with all",
+        lambda: KNOWN,
+    )
     anew: bool = option(False, "compute all records again", bool)
-    workers: int | None = option(None, "processes, 1 for this one alone; without it one a core, "
-                                       f"{MOST} at most", int, at_least=1, at_most=BOUND)
+    workers: int | None = option(
+        None,
+        f"processes, 1 for this one alone; without it one a core, {MOST} at most",
+        int,
+        at_least=1,
+        at_most=BOUND,
+    )
 
     def relate(self):
         if self.workers is None:
@@ -73,27 +109,34 @@ def run(parameters, out, quiet=False):
         with tqdm(total=len(names), disable=quiet, unit="item") as progress:
             _make(names, records, parameters.workers, progress)
     except KeyboardInterrupt:
-        raise NotConverged(f"stopped after {len(records.drawn)} of {len(names)} items; "
-                           "the same command goes on from there") from None
+        raise NotConverged(
+            f"stopped after {len(records.drawn)} of {len(names)} items; the same command goes on from there"
+        ) from None
     finally:
         seconds = time.perf_counter() - start
         made = [name for name in names if name in records.drawn]
-        summary = (f"{len(made)} of {len(names)} items in {seconds:.0f} s "
-                   f"({_processor_seconds() - busy:.0f} s of processor time) "
-                   f"by {parameters.workers} process{'es'*(parameters.workers > 1)}, "
-                   f"{sum(records.known[name]['kept'] for name in made)} from kept records")
+        summary = (
+            f"{len(made)} of {len(names)} items in {seconds:.0f} s "
+            f"({_processor_seconds() - busy:.0f} s of processor time) "
+            f"by {parameters.workers} process{'es' * (parameters.workers > 1)}, "
+            f"{sum(records.known[name]['kept'] for name in made)} from kept records"
+        )
         items = shown(made, records)
-        write_text(out/"index.html", page.page(items, summary, versions(), records.failed))
+        write_text(out / "index.html", page.page(items, summary, versions(), records.failed))
     if records.failed:
         failures = "; ".join(f"{name} ({what})" for name, what in records.failed.items())
-        raise NotConverged(f"{len(records.failed)} of {len(names)} items failed, the others are made: "
-                           f"{failures}")
+        raise NotConverged(
+            f"{len(records.failed)} of {len(names)} items failed, the others are made: {failures}"
+        )
     if not quiet:
-        print(f"{summary}; look at {out/'index.html'}")
-    return {"parameters": asdict(parameters), "versions": versions(),
-            "seconds": {"setup": 0.0, "solve": seconds},
-            "processor_seconds": _processor_seconds() - busy,
-            "items": [one for one in items if one["name"] in made]}
+        print(f"{summary}; look at {out / 'index.html'}")
+    return {
+        "parameters": asdict(parameters),
+        "versions": versions(),
+        "seconds": {"setup": 0.0, "solve": seconds},
+        "processor_seconds": _processor_seconds() - busy,
+        "items": [one for one in items if one["name"] in made],
+    }
 
 
 def _processor_seconds():
@@ -103,6 +146,7 @@ def _processor_seconds():
 
 def _make(names, records, workers, progress):
     """Make items, those that may not run beside others, or need them, after the others."""
+
     def keep(name, outcome):
         records.keep(name, outcome)
         progress.update()
@@ -110,8 +154,10 @@ def _make(names, records, workers, progress):
     def tell(under_way):
         progress.set_description(" and ".join(under_way))
 
-    early = sorted((name for name in names if name not in TIMINGS and name not in DERIVED),
-                   key=lambda name: LONG.index(name) if name in LONG else len(LONG))
+    early = sorted(
+        (name for name in names if name not in TIMINGS and name not in DERIVED),
+        key=lambda name: LONG.index(name) if name in LONG else len(LONG),
+    )
     late = sorted((name for name in names if name not in early), key=lambda name: name in DERIVED)
     if workers > 1 and len(early) > 1:
         together([records.task(name) for name in early], workers, keep, tell)
@@ -120,7 +166,7 @@ def _make(names, records, workers, progress):
         tell([name])
         try:
             outcome = records.make(name)
-        except Exception as failure:      # whatever it is, the others go on
+        except Exception as failure:  # whatever it is, the others go on
             outcome = failure
         keep(name, outcome)
 
@@ -137,10 +183,12 @@ class Records:
     def __init__(self, out, anew=False):
         self.anew, self.known, self.drawn, self.failed = anew, {}, {}, {}
         for folder in ("figures", "data"):
-            (out/folder).mkdir(exist_ok=True)
+            (out / folder).mkdir(exist_ok=True)
         read = {}
-        base = {name: digest(TABLES[name] if name in TABLES else FIGURES[name][0], read=read)
-                for name in (*FIGURES, *TABLES)}
+        base = {
+            name: digest(TABLES[name] if name in TABLES else FIGURES[name][0], read=read)
+            for name in (*FIGURES, *TABLES)
+        }
         derived = {name: digest(table, base, read=read) for name, table in DERIVED.items()}
         self.files = {name: File(out, name, depends_on) for name, depends_on in {**base, **derived}.items()}
 
@@ -186,13 +234,22 @@ def item(name, records):
     verdicts = Counter(row["verdict"] for row in rows) if name in DERIVED and "verdict" in rows[0] else {}
     figures = {kind: f"figures/{name}.{kind}" if name in FIGURES else None for kind in ("png", "pdf")}
     known = records.known.get(name) or records.files[name].kept()
-    return {"name": name, "section": section(name), "caption": " ".join(made_by.__doc__.split()),
-            "data": f"data/{name}.csv", "figure": figures["png"], "pdf": figures["pdf"],
-            "table": None if name in FIGURES else cells,
-            "verdicts": dict(verdicts), "command": f"python -m cases report --only {name}",
-            "commands": commands[:COMMANDS], "error_estimate": max(estimates, default=None),
-            "drawing": records.drawn.get(name),
-            "alone": name in TIMINGS, **{key: known[key] for key in ("seconds", "machine", "kept")}}
+    return {
+        "name": name,
+        "section": section(name),
+        "caption": " ".join(made_by.__doc__.split()),
+        "data": f"data/{name}.csv",
+        "figure": figures["png"],
+        "pdf": figures["pdf"],
+        "table": None if name in FIGURES else cells,
+        "verdicts": dict(verdicts),
+        "command": f"{PROGRAM} report --only {name}",
+        "commands": commands[:COMMANDS],
+        "error_estimate": max(estimates, default=None),
+        "drawing": records.drawn.get(name),
+        "alone": name in TIMINGS,
+        **{key: known[key] for key in ("seconds", "machine", "kept")},
+    }
 
 
 def section(name):
@@ -204,6 +261,7 @@ def section(name):
 
 def shown(made, records):
     """Items that were made, and those in the folder whose records are still valid, in the report's order."""
+
     def valid(name):
         file = records.files[name]
         return name not in records.failed and file.kept() and (name not in FIGURES or file.figure.exists())

@@ -20,23 +20,35 @@ import numpy as np
 from tqdm import tqdm
 
 import microblock as mb
-from cases.common.options import Checked, option
-from cases.common.records import print_table, returned, without_seconds
 from microblock.data.records import grouped
+
+from ..common.options import Checked, option
+from ..common.records import print_table, returned, without_seconds
 
 NU, BETA = 0.3, 1e-10
 WINDOW = (-1.25, 1.25)
 SLOPE = 0.01
 # obstacle, load for the half-width 1 at E* = 1
-OBSTACLES = {"cylinder": (mb.Cylinder(1.0), math.pi/4), "punch": (mb.Punch(1.0), 1.0),
-             "wedge": (mb.Wedge(SLOPE), SLOPE)}
+OBSTACLES = {
+    "cylinder": (mb.Cylinder(1.0), math.pi / 4),
+    "punch": (mb.Punch(1.0), 1.0),
+    "wedge": (mb.Wedge(SLOPE), SLOPE),
+}
 
 
 @dataclass(frozen=True)
 class Parameters(Checked):
-    nodes: tuple = option((1000, 3000, 10000, 30000, 100000), "cells of the window of 2.5 half-widths", int,
-                           at_least=32, at_most=2**21, fewest=2, order="ascending",
-                          nargs="+", metavar="N")
+    nodes: tuple = option(
+        (1000, 3000, 10000, 30000, 100000),
+        "cells of the window of 2.5 half-widths",
+        int,
+        at_least=32,
+        at_most=2**21,
+        fewest=2,
+        order="ascending",
+        nargs="+",
+        metavar="N",
+    )
     rtol: float = option(1e-3, "of the fitted panels", at_least=1e-12, below=1)
 
 
@@ -56,8 +68,10 @@ def solve(obstacle, nodes):
 def reference(obstacle, x):
     """The closed form at x."""
     from microblock.model import closed_forms  # for verification only
-    pressure = {"cylinder": closed_forms.hertz, "punch": closed_forms.punch,
-                "wedge": closed_forms.wedge}[obstacle]
+
+    pressure = {"cylinder": closed_forms.hertz, "punch": closed_forms.punch, "wedge": closed_forms.wedge}[
+        obstacle
+    ]
     return pressure(x, OBSTACLES[obstacle][1], 1.0)
 
 
@@ -65,7 +79,7 @@ def error(obstacle, x, pressure):
     """Relative L2 error, see the header; equal weights of the points."""
     weight = np.sqrt(np.maximum(1 - x**2, 0)) if obstacle == "punch" else np.ones_like(x)
     exact = reference(obstacle, x)
-    return float(np.sqrt(weight @ (pressure - exact)**2/(weight @ exact**2)))
+    return float(np.sqrt(weight @ (pressure - exact) ** 2 / (weight @ exact**2)))
 
 
 def on_panels(obstacle, x, rtol):
@@ -74,13 +88,27 @@ def on_panels(obstacle, x, rtol):
     try:
         state = problem(obstacle).solve(load=OBSTACLES[obstacle][1], rtol=rtol)
     except mb.MicroblockError as failure:
-        return {"obstacle": obstacle, "method": "panels", "nodes": None, "error": None, "order": None,
-                "estimate": None,
-                "seconds": time.perf_counter() - start, "failure": " ".join(str(failure).split())}
+        return {
+            "obstacle": obstacle,
+            "method": "panels",
+            "nodes": None,
+            "error": None,
+            "order": None,
+            "estimate": None,
+            "seconds": time.perf_counter() - start,
+            "failure": " ".join(str(failure).split()),
+        }
     seconds = time.perf_counter() - start
-    return {"obstacle": obstacle, "method": "panels", "nodes": state.unknowns - 1,
-            "error": error(obstacle, x, state.pressure_at(x)),
-            "order": None, "estimate": state.error_estimate, "seconds": seconds, "failure": None}
+    return {
+        "obstacle": obstacle,
+        "method": "panels",
+        "nodes": state.unknowns - 1,
+        "error": error(obstacle, x, state.pressure_at(x)),
+        "order": None,
+        "estimate": state.error_estimate,
+        "seconds": seconds,
+        "failure": None,
+    }
 
 
 def result(parameters, quiet=True):
@@ -93,18 +121,31 @@ def result(parameters, quiet=True):
             found = error(obstacle, state.x, state.pressure)
             before, order = grid[-1] if grid else None, None
             if before and found:
-                order = math.log(before["error"]/found)/math.log(nodes/before["nodes"])
-            grid.append({"obstacle": obstacle, "method": "cells", "nodes": nodes, "error": found,
-                         "order": order,
-                         "estimate": state.error_estimate, "seconds": seconds, "failure": None})
-        x = WINDOW[0] + (WINDOW[1] - WINDOW[0])*(np.arange(parameters.nodes[-2]) + 0.5)/parameters.nodes[-2]
+                order = math.log(before["error"] / found) / math.log(nodes / before["nodes"])
+            grid.append(
+                {
+                    "obstacle": obstacle,
+                    "method": "cells",
+                    "nodes": nodes,
+                    "error": found,
+                    "order": order,
+                    "estimate": state.error_estimate,
+                    "seconds": seconds,
+                    "failure": None,
+                }
+            )
+        x = (
+            WINDOW[0]
+            + (WINDOW[1] - WINDOW[0]) * (np.arange(parameters.nodes[-2]) + 0.5) / parameters.nodes[-2]
+        )
         runs += [*grid, on_panels(obstacle, x, parameters.rtol)]
     return returned(parameters, start, runs=runs)
 
 
 def show(answer):
-    print_table(answer["runs"],
-                ("obstacle", "method", "nodes", "error", "order", "estimate", "seconds", "failure"))
+    print_table(
+        answer["runs"], ("obstacle", "method", "nodes", "error", "order", "estimate", "seconds", "failure")
+    )
 
 
 def rows(parameters, answer):
@@ -117,16 +158,28 @@ def figure(records):
     fitted panels (open marks), for cylinder, flat punch and wedge.
     """
     from microblock.view import plots
+
     drawing, axis = plots.figure(height=3.0)
-    for (obstacle, rows), colour, marker in zip(grouped(records, "obstacle").items(), plots.COLOURS,
-                                                plots.MARKERS):
+    for (obstacle, rows), colour, marker in zip(
+        grouped(records, "obstacle").items(), plots.COLOURS, plots.MARKERS
+    ):
         cells = [row for row in rows if row["method"] == "cells"]
-        axis.loglog([row["nodes"] for row in cells], [row["error"] for row in cells], color=colour,
-                    marker=marker, label=obstacle)
+        axis.loglog(
+            [row["nodes"] for row in cells],
+            [row["error"] for row in cells],
+            color=colour,
+            marker=marker,
+            label=obstacle,
+        )
         panels = [row for row in rows if row["method"] == "panels" and row["error"]]
-        axis.loglog([row["nodes"] for row in panels], [row["error"] for row in panels], color=colour,
-                    marker=marker,
-                    linestyle="none", markerfacecolor="none")
+        axis.loglog(
+            [row["nodes"] for row in panels],
+            [row["error"] for row in panels],
+            color=colour,
+            marker=marker,
+            linestyle="none",
+            markerfacecolor="none",
+        )
     axis.set(xlabel="nodes", ylabel="relative $L_2$ error of the pressure")
     plots.legend_below(axis, 3, title="lines: uniform cells, single marks: fitted panels")
     return drawing

@@ -22,31 +22,38 @@ import numpy as np
 from tqdm import tqdm
 
 import microblock as mb
-from cases.common.bodies import balances, draw_body, mesh_of, points_of, polygon
-from cases.common.options import Checked, coupling, option, poisson
-from cases.common.records import print_table, returned, without_seconds
 from microblock.data.records import column, grouped
 
-LOAD, RADIUS, STIFFNESS = math.pi/2, 10.0, 20.0
+from ..common.bodies import balances, draw_body, mesh_of, points_of, polygon
+from ..common.options import Checked, coupling, option, poisson
+from ..common.records import print_table, returned, without_seconds
+
+LOAD, RADIUS, STIFFNESS = math.pi / 2, 10.0, 20.0
 OBSTACLES = {"cylinder": mb.Cylinder(RADIUS), "punch": mb.Punch(1.0, tilt=0.01)}
 LAWS = {"microblock": mb.Microblock(), "unilateral": mb.Unilateral()}
-THIN = 1.0                  # below this h the Winkler foundation is the reference
-APPROACH = 1/(2*RADIUS)     # of the Winkler foundation: its contact under the cylinder has the half-width 1
-BESIDE = 0.6                # half-width of the contact boundary beyond 1 + ell/2
-WIDER = 4.0                 # half-length of the layer beyond that, over h
+THIN = 1.0  # below this h the Winkler foundation is the reference
+APPROACH = 1 / (2 * RADIUS)  # of the Winkler foundation: its contact under the cylinder has the half-width 1
+BESIDE = 0.6  # half-width of the contact boundary beyond 1 + ell/2
+WIDER = 4.0  # half-length of the layer beyond that, over h
 SIDES = {"bonded": "bottom", "sliding": {"u1": "left", "u2": "bottom", "psi": "bottom"}}
-SAMPLES = 20001             # of the contact boundary, for the load of a Winkler foundation
-TIGHTER = 0.1               # of rtol: error asked of the half-plane
-PICTURE = 1.0               # h of the layer that is drawn
-SEEN, CUT = 2.0, 1.6        # half of its length in the records, whole triangles, and in the picture
+SAMPLES = 20001  # of the contact boundary, for the load of a Winkler foundation
+TIGHTER = 0.1  # of rtol: error asked of the half-plane
+PICTURE = 1.0  # h of the layer that is drawn
+SEEN, CUT = 2.0, 1.6  # half of its length in the records, whole triangles, and in the picture
 BASES = tuple(SIDES)
 
 
 @dataclass(frozen=True)
 class Parameters(Checked):
-    thicknesses: tuple = option((0.05, 0.1, 0.2, 0.4, 4.0, 8.0, 16.0), "h over a_Hz", at_least=0.01,
-                                at_most=1000,
-                                 order="ascending", nargs="+", metavar="H")
+    thicknesses: tuple = option(
+        (0.05, 0.1, 0.2, 0.4, 4.0, 8.0, 16.0),
+        "h over a_Hz",
+        at_least=0.01,
+        at_most=1000,
+        order="ascending",
+        nargs="+",
+        metavar="H",
+    )
     alpha: float = option(0.5, "ell over a_Hz", at_least=0.01, at_most=2)
     nu: float = poisson()
     beta: float = coupling()
@@ -56,29 +63,36 @@ class Parameters(Checked):
 
     @property
     def solid(self):
-        return mb.Cosserat(E=STIFFNESS*(1 - self.nu**2), nu=self.nu, ell=self.alpha, beta=self.beta)
+        return mb.Cosserat(E=STIFFNESS * (1 - self.nu**2), nu=self.nu, ell=self.alpha, beta=self.beta)
 
 
 def problem(parameters, h, obstacle, law):
     """The layer, not refined yet."""
-    reach = 1 + parameters.alpha/2 + BESIDE
-    side = reach + WIDER*max(h, 0.25)
-    face = polygon([(side, 0), (side, -h), (-side, -h), (-side, 0), (-reach, 0), (reach, 0)],
-                   ["right", "bottom", "left", "free", "contact", "free"])
+    reach = 1 + parameters.alpha / 2 + BESIDE
+    side = reach + WIDER * max(h, 0.25)
+    face = polygon(
+        [(side, 0), (side, -h), (-side, -h), (-side, 0), (-reach, 0), (reach, 0)],
+        ["right", "bottom", "left", "free", "contact", "free"],
+    )
     for edge in face.edges:
         if edge.name == "contact":
             edge.maxh = min(0.2, h)
-    body = mb.Body(mesh_of(face, max(h, 0.1), parameters.order), parameters.solid, parameters.order,
-                   fixed=SIDES[parameters.base])
+    body = mb.Body(
+        mesh_of(face, max(h, 0.1), parameters.order),
+        parameters.solid,
+        parameters.order,
+        fixed=SIDES[parameters.base],
+    )
     return mb.Contact(body, OBSTACLES[obstacle], LAWS[law])
 
 
 def foundation(parameters, h):
     """The closed form for thin layers."""
     solid = parameters.solid
-    modulus = solid.lam + 2*solid.mu if parameters.base == "bonded" else solid.E_star
+    modulus = solid.lam + 2 * solid.mu if parameters.base == "bonded" else solid.E_star
     from microblock.model.closed_forms import ThinLayer  # for verification only
-    return ThinLayer(modulus/h, solid.curvature*solid.ell**2*solid.mu/h, solid.ell)
+
+    return ThinLayer(modulus / h, solid.curvature * solid.ell**2 * solid.mu / h, solid.ell)
 
 
 def gaps(parameters, obstacle, law, x):
@@ -92,13 +106,14 @@ def reference(parameters, h, obstacle, law):
     """(load, approach or None, pressure(corner, x)) of the limit that is nearer."""
     if h > THIN:
         limit = mb.Contact(mb.HalfPlane(parameters.solid), OBSTACLES[obstacle], LAWS[law])
-        return LOAD, None, limit.solve(load=LOAD, rtol=TIGHTER*parameters.rtol).solution.pressure
+        return LOAD, None, limit.solve(load=LOAD, rtol=TIGHTER * parameters.rtol).solution.pressure
     springs = foundation(parameters, h)
-    x = np.linspace(-2, 2, SAMPLES)*(1 + parameters.alpha)
-    load = (x[1] - x[0])*springs.pressures(APPROACH - gaps(parameters, obstacle, law, x)).sum()
+    x = np.linspace(-2, 2, SAMPLES) * (1 + parameters.alpha)
+    load = (x[1] - x[0]) * springs.pressures(APPROACH - gaps(parameters, obstacle, law, x)).sum()
 
     def pressure(corner, x):
         return springs.pressures(APPROACH - gaps(parameters, obstacle, law, x))[corner]
+
     return float(load), APPROACH, pressure
 
 
@@ -109,12 +124,21 @@ def solve(parameters, h, obstacle, law):
     state = problem(parameters, h, obstacle, law).solve(load=load, rtol=parameters.rtol)
     seconds = time.perf_counter() - start
     energy, work = balances(state)
-    return {"obstacle": obstacle, "law": law, "h": h,
-            "limit": "half-plane" if h > THIN else "Winkler foundation", "load": load,
-            "approach": state.approach, "approach_over_limit": approach and state.approach/approach,
-            "difference": state.solution.difference(pressure), "error_estimate": state.error_estimate,
-            "energy_balance": energy,
-            "work_balance": work, "unknowns": state.unknowns, "seconds": seconds}, state
+    return {
+        "obstacle": obstacle,
+        "law": law,
+        "h": h,
+        "limit": "half-plane" if h > THIN else "Winkler foundation",
+        "load": load,
+        "approach": state.approach,
+        "approach_over_limit": approach and state.approach / approach,
+        "difference": state.solution.difference(pressure),
+        "error_estimate": state.error_estimate,
+        "energy_balance": energy,
+        "work_balance": work,
+        "unknowns": state.unknowns,
+        "seconds": seconds,
+    }, state
 
 
 def result(parameters, quiet=True):
@@ -126,9 +150,22 @@ def result(parameters, quiet=True):
 
 
 def show(answer):
-    print_table(answer["layers"],
-                ("obstacle", "law", "h", "limit", "difference", "error_estimate", "approach_over_limit",
-                                   "energy_balance", "work_balance", "unknowns", "seconds"))
+    print_table(
+        answer["layers"],
+        (
+            "obstacle",
+            "law",
+            "h",
+            "limit",
+            "difference",
+            "error_estimate",
+            "approach_over_limit",
+            "energy_balance",
+            "work_balance",
+            "unknowns",
+            "seconds",
+        ),
+    )
 
 
 def rows(parameters, answer):
@@ -155,18 +192,28 @@ def figure(records):
     half-plane (thick ones) over the thickness h; dashed the orders 3/2, 1 and -2.
     """
     from microblock.view import plots
+
     drawing, axis = plots.figure(height=3.0)
-    for colour, marker, (obstacle, own) in zip(plots.COLOURS, plots.MARKERS,
-                                               grouped(records, "obstacle").items()):
+    for colour, marker, (obstacle, own) in zip(
+        plots.COLOURS, plots.MARKERS, grouped(records, "obstacle").items()
+    ):
         for (law, rows), style in zip(grouped(own, "law").items(), ("-", ":")):
             for number, chosen in enumerate(grouped(rows, "limit").values()):
-                axis.loglog(column(chosen, "h"), column(chosen, "difference"), style, color=colour,
-                            marker=marker,
-                            label=f"{obstacle}, {law}" if number == 0 else None)
+                axis.loglog(
+                    column(chosen, "h"),
+                    column(chosen, "difference"),
+                    style,
+                    color=colour,
+                    marker=marker,
+                    label=f"{obstacle}, {law}" if number == 0 else None,
+                )
     axis.plot([], [], "--", color="0.6", linewidth=0.7, label="orders 3/2, 1 and $-2$")
-    for power, (first, last), size in ((1.5, (0.05, 0.4), 0.0015), (1, (0.05, 0.4), 0.03),
-                                       (-2, (4, 32), 0.2)):
-        axis.loglog((first, last), (size, size*(last/first)**power), "--", color="0.6", linewidth=0.7)
+    for power, (first, last), size in (
+        (1.5, (0.05, 0.4), 0.0015),
+        (1, (0.05, 0.4), 0.03),
+        (-2, (4, 32), 0.2),
+    ):
+        axis.loglog((first, last), (size, size * (last / first) ** power), "--", color="0.6", linewidth=0.7)
     axis.set(xlabel=r"$h/a_\mathrm{Hz}$", ylabel="difference to the limit")
     plots.legend_below(axis)
     return drawing

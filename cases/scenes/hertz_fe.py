@@ -6,11 +6,11 @@ import microblock as mb
 from microblock.model.refinement import refine
 
 DEFAULTS = {"domain": "inf", "method": "condensed", "mesh": "fitted"}
-PAPER_H = 0.02                          # near-zone element over a_Hz, section 4.2
-EQUAL_SQUARES = 2.0                     # half-width and depth of their region over a_Hz
-HALVINGS = (0.4, 0.2, 0.1, 0.05, 0.025)      # of h, where rtol chooses it
-UNIFORM_ORDER = 2                       # there
-FITTED_ORDER = 4                        # of a fitted mesh of which h alone is given: the lowest of rtol
+PAPER_H = 0.02  # near-zone element over a_Hz, section 4.2
+EQUAL_SQUARES = 2.0  # half-width and depth of their region over a_Hz
+HALVINGS = (0.4, 0.2, 0.1, 0.05, 0.025)  # of h, where rtol chooses it
+UNIFORM_ORDER = 2  # there
+FITTED_ORDER = 4  # of a fitted mesh of which h alone is given: the lowest of rtol
 ORDERS = 1, 20
 
 
@@ -19,8 +19,9 @@ def check(parameters):
     size(parameters)
     mesh, method = parameters.mesh or DEFAULTS["mesh"], parameters.method or DEFAULTS["method"]
     if parameters.order is not None and not ORDERS[0] + (mesh == "fitted") <= parameters.order <= ORDERS[1]:
-        raise mb.BadArgument("order", parameters.order,
-                             f"must lie between {ORDERS[0] + (mesh == 'fitted')} and {ORDERS[1]}")
+        raise mb.BadArgument(
+            "order", parameters.order, f"must lie between {ORDERS[0] + (mesh == 'fitted')} and {ORDERS[1]}"
+        )
     if method != "condensed" and mesh != "uniform":
         raise mb.BadArgument("method", method, "goes with --mesh uniform: a fitted mesh is condensed")
 
@@ -33,7 +34,7 @@ def size(parameters):
         raise mb.BadArgument("domain", parameters.domain, "must be a number (over a_Hz) or inf") from failure
     if not value > 0:
         raise mb.BadArgument("domain", parameters.domain, "must be positive (over a_Hz), or inf")
-    return value*parameters.a_Hz
+    return value * parameters.a_Hz
 
 
 def resolved(parameters):
@@ -50,16 +51,19 @@ def warnings(parameters):
     if parameters.mesh != "uniform" or parameters.h is None:
         return []
     from microblock.fem.meshes import longest_element
-    longest = longest_element(parameters.solid, parameters.order)/parameters.a_Hz
+
+    longest = longest_element(parameters.solid, parameters.order) / parameters.a_Hz
     if parameters.h <= longest:
         return []
-    return [f"elements of order {parameters.order} longer than {longest:.2g} a_Hz do not resolve the layer "
-            "at the surface: take a smaller h, a higher order, or --mesh fitted"]
+    return [
+        f"elements of order {parameters.order} longer than {longest:.2g} a_Hz do not resolve the layer "
+        "at the surface: take a smaller h, a higher order, or --mesh fitted"
+    ]
 
 
 def solve(parameters):
     """State and error estimate (None where h or order are fixed) at each load, as the loads are given."""
-    loads = [load*parameters.P for load in parameters.loads]
+    loads = [load * parameters.P for load in parameters.loads]
     if parameters.mesh == "uniform":
         return _uniform(parameters, loads)
     problem = fitted(parameters)
@@ -72,8 +76,10 @@ def fitted(parameters):
     # a square of finite size has an approach, which falling orders would spoil
     method = {"even": math.isfinite(size(parameters))}
     if parameters.mesh != "uniform" and (parameters.order is not None or parameters.h is not None):
-        method |= {"order": parameters.order or FITTED_ORDER,
-                   "spacing": parameters.h and parameters.h*parameters.a_Hz}
+        method |= {
+            "order": parameters.order or FITTED_ORDER,
+            "spacing": parameters.h and parameters.h * parameters.a_Hz,
+        }
     return _problem(parameters, mb.Fitted(**method))
 
 
@@ -83,21 +89,27 @@ def _problem(parameters, method):
 
 def _uniform(parameters, loads):
     a = parameters.a_Hz
-    reach = EQUAL_SQUARES*max(a, math.sqrt(max(parameters.loads))*a)
+    reach = EQUAL_SQUARES * max(a, math.sqrt(max(parameters.loads)) * a)
     if parameters.obstacle == "punch":
-        reach = max(reach, EQUAL_SQUARES*parameters.punch_half_width*a + parameters.solid.ell)
+        reach = max(reach, EQUAL_SQUARES * parameters.punch_half_width * a + parameters.solid.ell)
     if not size(parameters) > reach:
-        raise mb.BadArgument("domain", parameters.domain,
-                             f"must be larger than the region of equal squares, {reach/a:g}")
+        raise mb.BadArgument(
+            "domain", parameters.domain, f"must be larger than the region of equal squares, {reach / a:g}"
+        )
     newton = None if parameters.method == "condensed" else mb.Newton(parameters.method, parameters.rho)
 
     def states(h, order):
         """Solutions from load to load on one mesh."""
-        return _problem(parameters, mb.Uniform(h*a, order, reach, newton)).solver.states(loads)
+        return _problem(parameters, mb.Uniform(h * a, order, reach, newton)).solver.states(loads)
 
     if parameters.h is not None:
         return [(mb.State(one), None) for one in states(parameters.h, parameters.order)]
     from microblock.fem.surface_solution import difference
-    found, estimate = refine(lambda h: states(h, UNIFORM_ORDER), HALVINGS,
-                            lambda coarse, fine: max(map(difference, coarse, fine)), parameters.rtol)
+
+    found, estimate = refine(
+        lambda h: states(h, UNIFORM_ORDER),
+        HALVINGS,
+        lambda coarse, fine: max(map(difference, coarse, fine)),
+        parameters.rtol,
+    )
     return [(mb.State(one), estimate) for one in found]

@@ -18,15 +18,16 @@ import netgen.occ as occ
 from tqdm import tqdm
 
 import microblock as mb
-from cases.common.bodies import balances, draw_body, mesh_of, points_of
-from cases.common.options import Checked, coupling, option, poisson
-from cases.common.records import print_table, returned, without_seconds
 from microblock.data.records import grouped
+
+from ..common.bodies import balances, draw_body, mesh_of, points_of
+from ..common.options import Checked, coupling, option, poisson
+from ..common.records import print_table, returned, without_seconds
 
 OBSTACLES = {"cylinder": mb.Cylinder(5.0), "punch": mb.Punch(0.5, tilt=0.005)}
 LAWS = {"microblock": mb.Microblock(), "unilateral": mb.Unilateral()}
-REACH = 1.2                  # half-width of the contact boundary
-SPACING = 0.25               # of its elements at first
+REACH = 1.2  # half-width of the contact boundary
+SPACING = 0.25  # of its elements at first
 PICTURE = "cylinder", "microblock"
 
 
@@ -38,8 +39,16 @@ class Parameters(Checked):
     beta: float = coupling()
     depth: float = option(0.7, "of the hole's centre; its radius is 0.4", at_least=0.45, at_most=1.55)
     order: int = option(4, "of the elements", int, at_least=2, at_most=12)
-    rtols: tuple = option((0.1, 0.03, 0.01, 0.003), "of the refinement; the smallest is the reference",
-                          above=0, below=1, fewest=2, order="descending", nargs="+", metavar="RTOL")
+    rtols: tuple = option(
+        (0.1, 0.03, 0.01, 0.003),
+        "of the refinement; the smallest is the reference",
+        above=0,
+        below=1,
+        fewest=2,
+        order="descending",
+        nargs="+",
+        metavar="RTOL",
+    )
 
     @property
     def solid(self):
@@ -50,11 +59,11 @@ def problem(parameters, obstacle, law):
     """The block, not refined yet."""
     block = occ.Rectangle(4, 2).Face().Move((-2, -2, 0))
     # its upper corners end the contact boundary
-    top = occ.Rectangle(2*REACH, 2).Face().Move((-REACH, -2, 0))
+    top = occ.Rectangle(2 * REACH, 2).Face().Move((-REACH, -2, 0))
     face = occ.Glue([block - top, top - occ.Circle((0.3, -parameters.depth), 0.4).Face()])
     for edge in face.edges:
         edge.name = "bottom" if abs(edge.center.y + 2) < 1e-9 else "free"
-        if abs(edge.center.y) < 1e-9 and abs(edge.center.x) < REACH/2:
+        if abs(edge.center.y) < 1e-9 and abs(edge.center.x) < REACH / 2:
             edge.name, edge.maxh = "contact", SPACING
     body = mb.Body(mesh_of(face, 0.7, parameters.order), parameters.solid, parameters.order, fixed="bottom")
     return mb.Contact(body, OBSTACLES[obstacle], LAWS[law])
@@ -71,10 +80,21 @@ def solve(parameters, obstacle, law):
         energy, work = balances(state)
         contact = state.zones["contact"]
         states.append(state)
-        rows.append({"obstacle": obstacle, "law": law, "rtol": rtol, "error_estimate": state.error_estimate,
-                     "approach": state.approach, "left": contact[0][0], "right": contact[-1][1],
-                     "energy_balance": energy,
-                     "work_balance": work, "unknowns": state.unknowns, "seconds": seconds})
+        rows.append(
+            {
+                "obstacle": obstacle,
+                "law": law,
+                "rtol": rtol,
+                "error_estimate": state.error_estimate,
+                "approach": state.approach,
+                "left": contact[0][0],
+                "right": contact[-1][1],
+                "energy_balance": energy,
+                "work_balance": work,
+                "unknowns": state.unknowns,
+                "seconds": seconds,
+            }
+        )
     for row, state in zip(rows, states):
         finest = state is states[-1]
         row["difference"] = None if finest else state.solution.difference(states[-1].solution.pressure)
@@ -92,9 +112,23 @@ def result(parameters, quiet=True):
 
 
 def show(answer):
-    print_table(answer["states"],
-                ("obstacle", "law", "rtol", "error_estimate", "difference", "approach", "left", "right",
-                                   "energy_balance", "work_balance", "unknowns", "seconds"))
+    print_table(
+        answer["states"],
+        (
+            "obstacle",
+            "law",
+            "rtol",
+            "error_estimate",
+            "difference",
+            "approach",
+            "left",
+            "right",
+            "energy_balance",
+            "work_balance",
+            "unknowns",
+            "seconds",
+        ),
+    )
 
 
 def rows(parameters, answer):
@@ -121,16 +155,29 @@ def figure(records):
     estimate (dashed) over the unknowns of the refined meshes.
     """
     from microblock.view import plots
+
     drawing, axis = plots.figure(height=3.0)
-    problems = [(obstacle, law, rows) for obstacle, own in grouped(records, "obstacle").items()
-                for law, rows in grouped(own, "law").items()]
+    problems = [
+        (obstacle, law, rows)
+        for obstacle, own in grouped(records, "obstacle").items()
+        for law, rows in grouped(own, "law").items()
+    ]
     for (obstacle, law, rows), colour, marker in zip(problems, plots.COLOURS, plots.MARKERS):
-        axis.loglog([row["unknowns"] for row in rows[:-1]], [row["difference"] for row in rows[:-1]],
-                    color=colour, marker=marker,
-                    label=f"{obstacle}, {law}")
-        axis.loglog([row["unknowns"] for row in rows], [row["error_estimate"] for row in rows], "--",
-                    color=colour, marker=marker,
-                    markerfacecolor="none")
+        axis.loglog(
+            [row["unknowns"] for row in rows[:-1]],
+            [row["difference"] for row in rows[:-1]],
+            color=colour,
+            marker=marker,
+            label=f"{obstacle}, {law}",
+        )
+        axis.loglog(
+            [row["unknowns"] for row in rows],
+            [row["error_estimate"] for row in rows],
+            "--",
+            color=colour,
+            marker=marker,
+            markerfacecolor="none",
+        )
     plots.plain_log(axis.xaxis)
     axis.set(xlabel="unknowns", ylabel="relative $L_2$ difference, estimate")
     plots.legend_below(axis, title="full: difference to the finest state, dashed: estimate")

@@ -22,22 +22,29 @@ import numpy as np
 from tqdm import tqdm
 
 import microblock as mb
-from cases.common import three_ways
-from cases.common.case import profiles
-from cases.common.options import Checked, coupling, option, poisson
-from cases.common.records import print_table, returned
 from microblock.data.records import column, grouped
 
-TILT = 0.01              # drops out: the problem is linear in tilt and load together
-FLAT = 0.0               # the load that stands for the flat punch
-FLAT_LOAD = 0.02         # drops out too
+from ..common import three_ways
+from ..common.case import profiles
+from ..common.options import Checked, coupling, option, poisson
+from ..common.records import print_table, returned
+
+TILT = 0.01  # drops out: the problem is linear in tilt and load together
+FLAT = 0.0  # the load that stands for the flat punch
+FLAT_LOAD = 0.02  # drops out too
 
 
 @dataclass(frozen=True)
 class Parameters(Checked):
-    loads: tuple = option((FLAT, 0.5, 1.0, 2.0),
-                          "loads of the tilted punch in units of that of full classical contact; 0: the "
-                           "flat punch", at_least=0.01, at_most=1000, besides=FLAT, nargs="+", metavar="LOAD")
+    loads: tuple = option(
+        (FLAT, 0.5, 1.0, 2.0),
+        "loads of the tilted punch in units of that of full classical contact; 0: the flat punch",
+        at_least=0.01,
+        at_most=1000,
+        besides=FLAT,
+        nargs="+",
+        metavar="LOAD",
+    )
     alpha: float = option(0.3, "ell over b", at_least=0.01, at_most=2)
     nu: float = poisson()
     beta: float = coupling()
@@ -48,7 +55,7 @@ class Parameters(Checked):
 
 def loaded(load):
     """(Punch, force)."""
-    return (mb.Punch(1.0), FLAT_LOAD) if load == FLAT else (mb.Punch(1.0, TILT), load*math.pi/2*TILT)
+    return (mb.Punch(1.0), FLAT_LOAD) if load == FLAT else (mb.Punch(1.0, TILT), load * math.pi / 2 * TILT)
 
 
 def solve(parameters, law, load):
@@ -60,6 +67,7 @@ def solve(parameters, law, load):
 def reference(load):
     """(pressure(x), edges) of the classical closed form."""
     from microblock.model import closed_forms  # for verification only
+
     force = loaded(load)[1]
     if load == FLAT:
         return lambda x: closed_forms.punch(x, force, 1.0), (-1.0, 1.0)
@@ -72,12 +80,20 @@ def observe(parameters, law, load):
     state, seconds = solve(parameters, law, load)
     zones, widths = three_ways.zones_of(state)
     exact, edges = reference(load) if law == "classical" else (None, None)
-    mean = state.load/2
-    found = {"law": law, "load": load, "zones": zones, "half_width": widths[0], "inner_half_width": widths[1],
-             "centre": three_ways.centre(state), "unknowns": state.unknowns,
-             "error_estimate": state.error_estimate,
-             "edges_error": float(np.abs(np.subtract(zones["contact"][0], edges)).max()) if edges else None,
-             **three_ways.verified(state, parameters.nodes, parameters.rtol_fe, exact), "seconds": seconds}
+    mean = state.load / 2
+    found = {
+        "law": law,
+        "load": load,
+        "zones": zones,
+        "half_width": widths[0],
+        "inner_half_width": widths[1],
+        "centre": three_ways.centre(state),
+        "unknowns": state.unknowns,
+        "error_estimate": state.error_estimate,
+        "edges_error": float(np.abs(np.subtract(zones["contact"][0], edges)).max()) if edges else None,
+        **three_ways.verified(state, parameters.nodes, parameters.rtol_fe, exact),
+        "seconds": seconds,
+    }
     return found, three_ways.profile_of(state, mean)
 
 
@@ -93,39 +109,62 @@ def result(parameters, quiet=True):
 
 
 def show(answer):
-    print_table(answer["states"],
-                ("load", "law", "half_width", "inner_half_width", "centre", "unknowns", "error_estimate",
-                                   "error", "edges_error", "difference_fe", "estimate_fe", "difference_cells",
-                                   "estimate_cells", "seconds"))
+    print_table(
+        answer["states"],
+        (
+            "load",
+            "law",
+            "half_width",
+            "inner_half_width",
+            "centre",
+            "unknowns",
+            "error_estimate",
+            "error",
+            "edges_error",
+            "difference_fe",
+            "estimate_fe",
+            "difference_cells",
+            "estimate_cells",
+            "seconds",
+        ),
+    )
 
 
 def rows(parameters, answer):
     """A row a node."""
-    return profiles(answer["states"], "law", "load", "error_estimate", "error", "difference_fe",
-                    "difference_cells")
+    return profiles(
+        answer["states"], "law", "load", "error_estimate", "error", "difference_fe", "difference_cells"
+    )
 
 
 def figure(records):
     """Flat and tilted punch: pressure of each load for microblocks, the unilateral law, and the classical
     limit (markers) on its closed form. Each corner has its own ends, half a block beside the punch's."""
     from microblock.view import plots
+
     loads = grouped(records, "load")
-    drawing, axes = plots.figure(-(-len(loads)//2), min(2, len(loads)), height=2.1, sharex=True,
-                                 squeeze=False)
+    drawing, axes = plots.figure(
+        -(-len(loads) // 2), min(2, len(loads)), height=2.1, sharex=True, squeeze=False
+    )
     x = np.linspace(-1, 1, 2001)[1:-1]
     for number, (axis, (load, nodes)) in enumerate(zip(axes.flat, loads.items())):
         laws = grouped(nodes, "law")
-        exact = reference(load)[0](x)/(loaded(load)[1]/2)
+        exact = reference(load)[0](x) / (loaded(load)[1] / 2)
         axis.plot(x, exact, color="0.5", linewidth=0.8, label="classical closed form")
-        axis.plot(column(laws["classical"], "x"), column(laws["classical"], "pressure"), ".", color="0.5",
-                  markersize=3,
-                  label="classical, panels")
+        axis.plot(
+            column(laws["classical"], "x"),
+            column(laws["classical"], "pressure"),
+            ".",
+            color="0.5",
+            markersize=3,
+            label="classical, panels",
+        )
         for law, colour, style in zip(("unilateral", "microblock"), plots.COLOURS, ("--", "-")):
             three_ways.draw_zones(axis, laws[law], "pressure", color=colour, linestyle=style, label=law)
         title = "flat" if load == FLAT else rf"tilted, $P/P_\mathrm{{full}} = {load:g}$"
         axis.set(xlabel="$x_1/b$", ylabel=r"$2 b\,p/P$", ylim=(0, 4), title=f"({chr(97 + number)})  {title}")
         axis.label_outer()
-    for axis in axes.flat[len(loads):]:
+    for axis in axes.flat[len(loads) :]:
         axis.set_visible(False)
     plots.legend_of_all(drawing, axes[0, 0])
     return drawing

@@ -17,12 +17,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import microblock as mb
-from cases.common.case import profiles
-from cases.common.options import Checked, coupling, option, poisson
-from cases.common.records import print_entries, returned
 from microblock.data.records import column
 
-DRAWN = 2000      # cells around the largest pressure that the records keep
+from ..common.case import profiles
+from ..common.options import Checked, coupling, option, poisson
+from ..common.records import print_entries, returned
+
+DRAWN = 2000  # cells around the largest pressure that the records keep
 
 
 @dataclass(frozen=True)
@@ -37,21 +38,27 @@ class Parameters(Checked):
     ell: float = option(2e-3, "length scale of the material over the period", above=0)
     nu: float = poisson()
     beta: float = coupling()
-    psi0_deg: float = option(1.0, "root mean square of psi0 in degrees", at_least=0, at_most=10,
-                             only_with={"contact": "microblock"})
+    psi0_deg: float = option(
+        1.0,
+        "root mean square of psi0 in degrees",
+        at_least=0,
+        at_most=10,
+        only_with={"contact": "microblock"},
+    )
     contact: str = option("microblock", "contact law", str, choices=("microblock", "unilateral"))
 
     def relate(self):
         if self.longest > self.shortest:
             raise mb.BadArgument("longest", self.longest, "must not be larger than --shortest")
-        if self.nodes < 4*self.shortest:
-            raise mb.BadArgument("nodes", self.nodes,
-                                 f"must be at least four to the shortest wave, {4*self.shortest}")
+        if self.nodes < 4 * self.shortest:
+            raise mb.BadArgument(
+                "nodes", self.nodes, f"must be at least four to the shortest wave, {4 * self.shortest}"
+            )
 
     @property
     def solid(self):
         """E* slope = 1."""
-        return mb.Cosserat(E=(1 - self.nu**2)/self.slope, nu=self.nu, ell=self.ell, beta=self.beta)
+        return mb.Cosserat(E=(1 - self.nu**2) / self.slope, nu=self.nu, ell=self.ell, beta=self.beta)
 
     @property
     def profile(self):
@@ -60,8 +67,10 @@ class Parameters(Checked):
     @property
     def psi0(self):
         """psi0(x): the height of another such profile, brought to the root mean square asked for."""
-        return rough_psi0(mb.Rough(1.0, 1.0, self.hurst, (self.longest, self.shortest), self.seed + 1),
-                          math.radians(self.psi0_deg))
+        return rough_psi0(
+            mb.Rough(1.0, 1.0, self.hurst, (self.longest, self.shortest), self.seed + 1),
+            math.radians(self.psi0_deg),
+        )
 
     @property
     def problem(self):
@@ -71,8 +80,8 @@ class Parameters(Checked):
 
 def rough_psi0(profile, size):
     """psi0(x) of a root mean square `size` (radians), with the waves of a Rough profile."""
-    height = math.sqrt(np.sum(np.abs(profile.amplitudes)**2)/2)
-    return lambda x: size/height*profile.height(x)
+    height = math.sqrt(np.sum(np.abs(profile.amplitudes) ** 2) / 2)
+    return lambda x: size / height * profile.height(x)
 
 
 def solve(parameters):
@@ -82,7 +91,7 @@ def solve(parameters):
 
 def reference(parameters):
     """The State on four times as many cells, which verifies the error estimate."""
-    return solve(replace(parameters, nodes=4*parameters.nodes))
+    return solve(replace(parameters, nodes=4 * parameters.nodes))
 
 
 def result(parameters, quiet=True):
@@ -90,27 +99,54 @@ def result(parameters, quiet=True):
     start = time.perf_counter()
     state = solve(parameters)
     pressure, corners = state.pressure, list(state.pressures.values())
-    profile = {"x": state.x.tolist(), "weight": state.weights.tolist(), "pressure": pressure.tolist(),
-               "micromoment": (state.micromoment/parameters.ell).tolist(), "psi": state.psi.tolist()}
-    return returned(parameters, start, model="halfplane", unknowns=state.unknowns + 1,
-                    contact_fraction=float(np.mean(pressure > 0)),
-                    full_contact_fraction=float(np.mean(np.all(np.array(corners) > 0, axis=0))),
-                    zones=[len(state.zones[name]) for name in ("AB" if len(corners) == 2 else ("contact",))],
-                    pressure_max=float(pressure.max()),
-                    micromoment_max=float(np.abs(state.micromoment).max()/parameters.ell),
-                    approach=state.approach, energy=state.energy, kkt=state.residual,
-                    products=state.iterations, error_estimate=state.error_estimate, profile=profile)
+    profile = {
+        "x": state.x.tolist(),
+        "weight": state.weights.tolist(),
+        "pressure": pressure.tolist(),
+        "micromoment": (state.micromoment / parameters.ell).tolist(),
+        "psi": state.psi.tolist(),
+    }
+    return returned(
+        parameters,
+        start,
+        model="halfplane",
+        unknowns=state.unknowns + 1,
+        contact_fraction=float(np.mean(pressure > 0)),
+        full_contact_fraction=float(np.mean(np.all(np.array(corners) > 0, axis=0))),
+        zones=[len(state.zones[name]) for name in ("AB" if len(corners) == 2 else ("contact",))],
+        pressure_max=float(pressure.max()),
+        micromoment_max=float(np.abs(state.micromoment).max() / parameters.ell),
+        approach=state.approach,
+        energy=state.energy,
+        kkt=state.residual,
+        products=state.iterations,
+        error_estimate=state.error_estimate,
+        profile=profile,
+    )
 
 
 def show(answer):
-    print_entries(answer, ("unknowns", "contact_fraction", "full_contact_fraction", "zones", "pressure_max",
-                           "micromoment_max", "approach", "kkt", "products", "error_estimate"))
+    print_entries(
+        answer,
+        (
+            "unknowns",
+            "contact_fraction",
+            "full_contact_fraction",
+            "zones",
+            "pressure_max",
+            "micromoment_max",
+            "approach",
+            "kkt",
+            "products",
+            "error_estimate",
+        ),
+    )
 
 
 def rows(parameters, answer):
     """A row a cell around the largest pressure."""
     middle = int(np.argmax(answer["profile"]["pressure"]))
-    chosen = slice(max(middle - DRAWN//2, 0), middle + DRAWN//2)
+    chosen = slice(max(middle - DRAWN // 2, 0), middle + DRAWN // 2)
     profile = {name: answer["profile"][name][chosen] for name in ("x", "pressure", "micromoment", "psi")}
     return profiles([{"profile": profile, "error_estimate": answer["error_estimate"]}], "error_estimate")
 
@@ -119,6 +155,7 @@ def figure(records):
     """Rough obstacle and rough psi0(x): pressure (a) and micromoment (b) around the largest pressure, one
     corner's zones torn from the other's."""
     from microblock.view import plots
+
     drawing, axes = plots.figure(1, 2)
     for axis, name in zip(axes, ("pressure", "micromoment")):
         axis.plot(column(records, "x"), column(records, name), linewidth=0.8)

@@ -6,20 +6,21 @@ import math
 from dataclasses import replace
 
 import microblock as mb
-from cases.scenes import hertz_fe
 from microblock.halfplane.coalescence import coalescence
 
-ORDERS = (7, 4), (9, 5)            # (order, levels) of two meshes for alpha_mid
-SQUARES = 0.2, 0.1, 0.05, 0.025    # sides of the squares over a_Hz at which bilinear elements see alpha_mid
-FINEST = 0.01                      # over a_Hz: this and twice this give the nominal hardness for alpha -> 0
-NEAR = 0.86                        # ell over a_Hz there: an alpha near to what they see
-DOMAIN = "18"                      # of the paper, over a_Hz
-EQUAL_SQUARES = 2.0                # over a_Hz
+from . import hertz_fe
+
+ORDERS = (7, 4), (9, 5)  # (order, levels) of two meshes for alpha_mid
+SQUARES = 0.2, 0.1, 0.05, 0.025  # sides of the squares over a_Hz at which bilinear elements see alpha_mid
+FINEST = 0.01  # over a_Hz: this and twice this give the nominal hardness for alpha -> 0
+NEAR = 0.86  # ell over a_Hz there: an alpha near to what they see
+DOMAIN = "18"  # of the paper, over a_Hz
+EQUAL_SQUARES = 2.0  # over a_Hz
 
 
 def _solid(nu, beta, ell):
     """A solid for which a_Hz^2 = 2 P R/pi."""
-    return mb.Cosserat(E=2*(1 - nu**2), nu=nu, ell=ell, beta=beta)
+    return mb.Cosserat(E=2 * (1 - nu**2), nu=nu, ell=ell, beta=beta)
 
 
 def coalescence_ratio(nu, beta):
@@ -28,8 +29,8 @@ def coalescence_ratio(nu, beta):
     """
     problem = mb.Contact(mb.Block(_solid(nu, beta, 1.0)), mb.Cylinder(1.0), mb.Microblock())
     (coarse, _), (load, error) = (coalescence(problem.solver, *mesh) for mesh in ORDERS)
-    alpha = 1/math.sqrt(2*load/math.pi)
-    return alpha, alpha*(error + abs(load - coarse))/load/2
+    alpha = 1 / math.sqrt(2 * load / math.pi)
+    return alpha, alpha * (error + abs(load - coarse)) / load / 2
 
 
 def ratio_of_h(nu, beta, squares=SQUARES):
@@ -39,10 +40,14 @@ def ratio_of_h(nu, beta, squares=SQUARES):
     """
     found = []
     for h in squares:
-        problem = mb.Contact(mb.Block(_solid(nu, beta, NEAR), float(DOMAIN)), mb.Cylinder(1.0),
-                             mb.Microblock(), mb.Uniform(h=h, reach=EQUAL_SQUARES))
-        a_Hz = math.sqrt(2*problem.solver.axis_closes()/math.pi)
-        found.append((h/a_Hz, NEAR/a_Hz))
+        problem = mb.Contact(
+            mb.Block(_solid(nu, beta, NEAR), float(DOMAIN)),
+            mb.Cylinder(1.0),
+            mb.Microblock(),
+            mb.Uniform(h=h, reach=EQUAL_SQUARES),
+        )
+        a_Hz = math.sqrt(2 * problem.solver.axis_closes() / math.pi)
+        found.append((h / a_Hz, NEAR / a_Hz))
     return found
 
 
@@ -53,14 +58,15 @@ def nominal_hardness(parameters):
     The error is the distance from ten times the rtol.
     """
     problem, state, found = hertz_fe.fitted(replace(parameters, domain=DOMAIN)), None, []
-    for rtol in (10*parameters.rtol, parameters.rtol):
+    for rtol in (10 * parameters.rtol, parameters.rtol):
         state = problem.solve(load=parameters.P, rtol=rtol, initial=state)
-        found.append(parameters.P/(2*math.sqrt(state.approach*(2*parameters.R - state.approach))))
+        found.append(parameters.P / (2 * math.sqrt(state.approach * (2 * parameters.R - state.approach))))
     return found[1], abs(found[1] - found[0])
 
 
 def classical_hardness(given):
     """The same for alpha -> 0, linear in alpha; `given` returns the parameters of `hertz` for an alpha."""
-    (fine, fine_error), (coarse, coarse_error) = (nominal_hardness(given(alpha))
-                                                  for alpha in (FINEST, 2*FINEST))
-    return 2*fine - coarse, 2*fine_error + coarse_error
+    (fine, fine_error), (coarse, coarse_error) = (
+        nominal_hardness(given(alpha)) for alpha in (FINEST, 2 * FINEST)
+    )
+    return 2 * fine - coarse, 2 * fine_error + coarse_error

@@ -20,19 +20,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import microblock as mb
-from cases.common.case import profiles
-from cases.common.options import Checked, coupling, option, poisson
-from cases.common.records import print_table, returned
 from microblock.data.records import column, grouped
 from microblock.halfplane.kernels import symbol
 
+from ..common.case import profiles
+from ..common.options import Checked, coupling, option, poisson
+from ..common.records import print_table, returned
+
 RTOL = 1e-3
-APART = 0.08             # of the diagonal of a panel: markers on a curve
-CLASSICAL_BETA = 1e-10      # coupling of the classical limit: results differ from it by as much
-AMPLITUDE = 1/math.pi       # with E* = 1 and the wavelength 1 the unit of pressure is 1
-DRAWN = 1024                # cells of a state that the records keep
-SAMPLES = 16                # to a cell, for L2 errors
-PATH_LAST = 1.05            # of the path, over the mean pressure of full closure
+APART = 0.08  # of the diagonal of a panel: markers on a curve
+CLASSICAL_BETA = 1e-10  # coupling of the classical limit: results differ from it by as much
+AMPLITUDE = 1 / math.pi  # with E* = 1 and the wavelength 1 the unit of pressure is 1
+DRAWN = 1024  # cells of a state that the records keep
+SAMPLES = 16  # to a cell, for L2 errors
+PATH_LAST = 1.05  # of the path, over the mean pressure of full closure
 PATH_FIRST = 1e-3
 LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 
@@ -42,19 +43,28 @@ class Parameters(Checked):
     ell_over_wavelength: float = option(0.05, "length scale of the material over the wavelength", above=0)
     nu: float = poisson()
     beta: float = coupling()
-    loads: tuple = option((0.01, 0.1, 0.4, 0.8, 1.0, 1.2),
-                          "mean pressures, in units of the classical full closure",
-                           above=0,
-                          nargs="+", metavar="LOAD")
+    loads: tuple = option(
+        (0.01, 0.1, 0.4, 0.8, 1.0, 1.2),
+        "mean pressures, in units of the classical full closure",
+        above=0,
+        nargs="+",
+        metavar="LOAD",
+    )
     contact: str = option("microblock", "contact law beside the classical limit", str, choices=tuple(LAWS))
     nodes: int | None = option(None, "cells of the period: fixes what --rtol would choose", int, at_least=32)
-    path: int = option(20, "loads of the path from first touch to full closure, 0 for none", int, at_least=0,
-                       at_most=1000)
+    path: int = option(
+        20, "loads of the path from first touch to full closure, 0 for none", int, at_least=0, at_most=1000
+    )
     path_nodes: int = option(4096, "cells of the path", int, at_least=32, at_most=2**20)
-    rtol: float | None = option(None, "relative L2 error of pressure and of micromoment over ell, both over "
-                                      "the pressure "
-                                f"({RTOL:g} if nothing is given)", above=0, below=1,
-                                not_with={"nodes": "it chooses the nodes"})
+    rtol: float | None = option(
+        None,
+        "relative L2 error of pressure and of micromoment over ell, both over "
+        "the pressure "
+        f"({RTOL:g} if nothing is given)",
+        above=0,
+        below=1,
+        not_with={"nodes": "it chooses the nodes"},
+    )
 
     def solid(self, beta):
         return mb.Cosserat(E=1 - self.nu**2, nu=self.nu, ell=self.ell_over_wavelength, beta=beta)
@@ -77,6 +87,7 @@ def solve(parameters, contact, beta):
 def reference(parameters):
     """Westergaard's contact at each load."""
     from microblock.model.closed_forms import Wavy  # for verification only
+
     return [Wavy(1.0, 1.0, load) for load in parameters.loads]
 
 
@@ -88,16 +99,24 @@ def full_closure(solid, amplitude=AMPLITUDE, wavelength=1.0):
     amplitude; so (U, V; V, W) (p1, m1) = D (cos(k ell/2), sin(k ell/2)) with p = mean + p1 cos(k x), m = m1
     sin(k x), and corner pressures (p -+ m)/2 >= 0 for mean >= hypot(p1, m1).
     """
-    k = 2*np.pi/wavelength
+    k = 2 * np.pi / wavelength
     (U,), (V,), (W,) = symbol(solid, np.array([k]))
-    p1, m1 = np.linalg.solve([[U, V], [V, W]],
-                             amplitude*np.array((np.cos(k*solid.ell/2), np.sin(k*solid.ell/2))))
+    p1, m1 = np.linalg.solve(
+        [[U, V], [V, W]], amplitude * np.array((np.cos(k * solid.ell / 2), np.sin(k * solid.ell / 2)))
+    )
     return float(np.hypot(p1, m1)), (float(p1), float(m1))
 
 
-PATH_COLUMNS = ("contact", "load", "nodes", "contact_fraction", "full_contact_fraction", "approach",
-                "pressure_max",
-                "micromoment_max")
+PATH_COLUMNS = (
+    "contact",
+    "load",
+    "nodes",
+    "contact_fraction",
+    "full_contact_fraction",
+    "approach",
+    "pressure_max",
+    "micromoment_max",
+)
 
 
 def path(parameters):
@@ -105,18 +124,25 @@ def path(parameters):
     Westergaard's.
     """
     from microblock.model.closed_forms import Wavy  # for verification only
+
     found = []
-    for contact, law, beta, last in ((parameters.contact, parameters.contact, parameters.beta,
-                                      closure_of(parameters)),
-                                     ("classical", "unilateral", CLASSICAL_BETA, 1.0)):
+    for contact, law, beta, last in (
+        (parameters.contact, parameters.contact, parameters.beta, closure_of(parameters)),
+        ("classical", "unilateral", CLASSICAL_BETA, 1.0),
+    ):
         problem, state = parameters.problem(law, beta, parameters.path_nodes), None
-        for load in last*path_loads(parameters.path):
+        for load in last * path_loads(parameters.path):
             state = problem.solve(load=load, initial=state)
             seen = observe(parameters, contact, state)
             exact = Wavy(1.0, 1.0, load) if contact == "classical" else None
-            found.append({**{name: seen[name] for name in PATH_COLUMNS}, "kkt": state.residual,
-                          "contact_exact": 2*exact.half_width if exact else None,
-                          "approach_exact": exact.approach_over_amplitude if exact else None})
+            found.append(
+                {
+                    **{name: seen[name] for name in PATH_COLUMNS},
+                    "kkt": state.residual,
+                    "contact_exact": 2 * exact.half_width if exact else None,
+                    "approach_exact": exact.approach_over_amplitude if exact else None,
+                }
+            )
     return found
 
 
@@ -127,39 +153,50 @@ def closure_of(parameters):
     solid = parameters.solid(parameters.beta)
     if parameters.contact == "microblock":
         return full_closure(solid)[0]
-    (U,), (V,), (W,) = symbol(solid, np.array([2*np.pi]))
-    return float(AMPLITUDE/(U if parameters.contact == "unilateral" else U - V**2/W))
+    (U,), (V,), (W,) = symbol(solid, np.array([2 * np.pi]))
+    return float(AMPLITUDE / (U if parameters.contact == "unilateral" else U - V**2 / W))
 
 
 def path_loads(count):
     """Loads over that of full closure: dense at first touch and at the last gap, where the contact grows
     steeply.
     """
-    share = (1 - np.cos(np.pi*np.arange(count)/max(count - 1, 1)))/2
-    return PATH_FIRST + (PATH_LAST - PATH_FIRST)*share
+    share = (1 - np.cos(np.pi * np.arange(count) / max(count - 1, 1))) / 2
+    return PATH_FIRST + (PATH_LAST - PATH_FIRST) * share
 
 
 def polygon_error(x, values, exact):
     """Relative L2 error over a period 1 of the polygon through (x, values) against a function."""
-    fine = (np.arange(SAMPLES*len(x)) + 0.5)/(SAMPLES*len(x)) - 0.5
+    fine = (np.arange(SAMPLES * len(x)) + 0.5) / (SAMPLES * len(x)) - 0.5
     true = exact(fine)
-    return float(np.linalg.norm(np.interp(fine, x, values, period=1.0) - true)/np.linalg.norm(true))
+    return float(np.linalg.norm(np.interp(fine, x, values, period=1.0) - true) / np.linalg.norm(true))
 
 
 def observe(parameters, contact, state):
     """Record of a state."""
     pressure, corners = state.pressure, np.array(list(state.pressures.values()))
-    moment = state.micromoment/parameters.ell_over_wavelength
-    return {"contact": contact, "load": state.load, "nodes": len(state.x),
-            "contact_fraction": float(np.mean(pressure > 0)),
-            "full_contact_fraction": float(np.mean((corners > 0).all(axis=0))),
-            "pressure_max": float(pressure.max()),
-            "micromoment_max": float(np.abs(moment).max()), "approach": state.approach/AMPLITUDE,
-            "energy": state.energy, "kkt": state.residual, "products": state.iterations,
-            "error_estimate": state.error_estimate,
-            "profile": {"x": state.x.tolist(), "weight": state.weights.tolist(),
-                        "pressure": pressure.tolist(),
-                        "micromoment": moment.tolist(), "psi": state.psi.tolist()}}
+    moment = state.micromoment / parameters.ell_over_wavelength
+    return {
+        "contact": contact,
+        "load": state.load,
+        "nodes": len(state.x),
+        "contact_fraction": float(np.mean(pressure > 0)),
+        "full_contact_fraction": float(np.mean((corners > 0).all(axis=0))),
+        "pressure_max": float(pressure.max()),
+        "micromoment_max": float(np.abs(moment).max()),
+        "approach": state.approach / AMPLITUDE,
+        "energy": state.energy,
+        "kkt": state.residual,
+        "products": state.iterations,
+        "error_estimate": state.error_estimate,
+        "profile": {
+            "x": state.x.tolist(),
+            "weight": state.weights.tolist(),
+            "pressure": pressure.tolist(),
+            "micromoment": moment.tolist(),
+            "psi": state.psi.tolist(),
+        },
+    }
 
 
 def result(parameters, quiet=True):
@@ -169,25 +206,48 @@ def result(parameters, quiet=True):
     classical = [observe(chosen, "classical", one) for one in solve(chosen, "unilateral", CLASSICAL_BETA)]
     for state, exact in zip(classical, reference(chosen)):
         state["error"] = polygon_error(state["profile"]["x"], state["profile"]["pressure"], exact.pressure)
-        state["contact_fraction_exact"] = 2*exact.half_width
-    return returned(chosen, start, model="halfplane", states=states, classical=classical,
-                    full_closure=closure_of(chosen),
-                    path=path(chosen))
+        state["contact_fraction_exact"] = 2 * exact.half_width
+    return returned(
+        chosen,
+        start,
+        model="halfplane",
+        states=states,
+        classical=classical,
+        full_closure=closure_of(chosen),
+        path=path(chosen),
+    )
 
 
 def show(answer):
-    print_table(answer["states"] + answer["classical"],
-                ("contact", "load", "nodes", "contact_fraction", "pressure_max", "micromoment_max",
-                 "error_estimate", "products", "error"), 6)
-    print(f"{answer['parameters']['contact']}: closed everywhere from the mean pressure "
-          f"{answer['full_closure']:.9g} on (classical: 1)")
+    print_table(
+        answer["states"] + answer["classical"],
+        (
+            "contact",
+            "load",
+            "nodes",
+            "contact_fraction",
+            "pressure_max",
+            "micromoment_max",
+            "error_estimate",
+            "products",
+            "error",
+        ),
+        6,
+    )
+    print(
+        f"{answer['parameters']['contact']}: closed everywhere from the mean pressure "
+        f"{answer['full_closure']:.9g} on (classical: 1)"
+    )
     known = [row for row in answer["path"] if row["contact_exact"] is not None]
     if known:
-        contact, approach = (max(abs(row[name] - row[exact]) for row in known)
-                             for name, exact in (("contact_fraction", "contact_exact"),
-                                                 ("approach", "approach_exact")))
-        print(f"classical path against Westergaard: contact off by {contact:.1e} of the wavelength at most "
-              f"(a cell is {1/known[0]['nodes']:.1e}), approach by {approach:.1e} of the amplitude")
+        contact, approach = (
+            max(abs(row[name] - row[exact]) for row in known)
+            for name, exact in (("contact_fraction", "contact_exact"), ("approach", "approach_exact"))
+        )
+        print(
+            f"classical path against Westergaard: contact off by {contact:.1e} of the wavelength at most "
+            f"(a cell is {1 / known[0]['nodes']:.1e}), approach by {approach:.1e} of the amplitude"
+        )
 
 
 def rows(parameters, answer):
@@ -195,9 +255,10 @@ def rows(parameters, answer):
     found = []
     for state in answer["states"] + answer["classical"]:
         profile = {name: state["profile"][name] for name in ("x", "pressure", "micromoment", "psi")}
-        nodes = profiles([{**state, "law": state["contact"], "profile": profile}], "law", "load",
-                         "error_estimate")
-        found += nodes[::1 + state["nodes"]//DRAWN]
+        nodes = profiles(
+            [{**state, "law": state["contact"], "profile": profile}], "law", "load", "error_estimate"
+        )
+        found += nodes[:: 1 + state["nodes"] // DRAWN]
     return found
 
 
@@ -205,6 +266,7 @@ def figure(records):
     """Wave pressed flat: pressure (a) and micromoment (b) over one period at mean pressures over that of the
     classical full closure, up to beyond it; broken lines: classical limit."""
     from microblock.view import plots
+
     drawing, axes = plots.figure(1, 2)
     laws = grouped(records, "law")
     for law, chosen in laws.items():
@@ -213,9 +275,13 @@ def figure(records):
         for number, (load, nodes) in enumerate(grouped(chosen, "load").items()):
             look = {"marker": plots.MARKERS[number % len(plots.MARKERS)], "markevery": APART, "markersize": 3}
             classical = law == "classical"
-            axes[0].plot(column(nodes, "x"), column(nodes, "pressure"), "--" if classical else "-",
-                         **({"linewidth": 0.8} if classical else look), label=None
-                         if classical else rf"$\bar p = {load:.3g}$")
+            axes[0].plot(
+                column(nodes, "x"),
+                column(nodes, "pressure"),
+                "--" if classical else "-",
+                **({"linewidth": 0.8} if classical else look),
+                label=None if classical else rf"$\bar p = {load:.3g}$",
+            )
             if not classical:
                 axes[1].plot(column(nodes, "x"), column(nodes, "micromoment"), **look)
     axes[0].plot([], [], "--", color="0.4", linewidth=0.8, label="classical")
@@ -236,22 +302,34 @@ def draw_path(records):
     """
     from microblock.model.closed_forms import Wavy  # for verification only
     from microblock.view import plots
+
     drawing, axes = plots.figure(1, 2)
     laws = grouped(records, "law")
     exact = [Wavy(1.0, 1.0, load) for load in np.geomspace(PATH_FIRST, PATH_LAST, 400)]
-    axes[0].plot(column_of(exact, "mean"), [2*one.half_width for one in exact], color="0.5",
-                 label="Westergaard")
+    axes[0].plot(
+        column_of(exact, "mean"), [2 * one.half_width for one in exact], color="0.5", label="Westergaard"
+    )
     axes[1].plot(column_of(exact, "mean"), column_of(exact, "approach_over_amplitude"), color="0.5")
     for (law, own), colour, marker in zip(laws.items(), plots.COLOURS, plots.MARKERS):
-        style = dict(color=colour, marker=marker, linestyle="none" if law == "classical" else "-",
-                     markerfacecolor="none")
+        style = dict(
+            color=colour,
+            marker=marker,
+            linestyle="none" if law == "classical" else "-",
+            markerfacecolor="none",
+        )
         axes[0].plot(column(own, "load"), column(own, "contact_fraction"), **style, label=law)
         axes[1].plot(column(own, "load"), column(own, "approach"), **style)
         if law == "microblock":
-            axes[0].plot(column(own, "load"), column(own, "full_contact_fraction"), ":", color=colour,
-                         label="microblock, both corners")
-    axes[0].axvline(records[0]["full_closure"], color="0.7", linewidth=0.8,
-                    label="both corners everywhere, closed form")
+            axes[0].plot(
+                column(own, "load"),
+                column(own, "full_contact_fraction"),
+                ":",
+                color=colour,
+                label="microblock, both corners",
+            )
+    axes[0].axvline(
+        records[0]["full_closure"], color="0.7", linewidth=0.8, label="both corners everywhere, closed form"
+    )
     axes[0].set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"contact over $\lambda$", title="(a)")
     axes[1].set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"approach over $\Delta$", title="(b)")
     plots.legend_of_all(drawing, axes[0], columns=3)

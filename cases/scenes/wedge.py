@@ -23,46 +23,58 @@ import numpy as np
 from tqdm import tqdm
 
 import microblock as mb
-from cases.common import three_ways
-from cases.common.case import profiles
-from cases.common.options import Checked, coupling, option, poisson
-from cases.common.records import print_table, returned
 from microblock.data.records import column, grouped
 from microblock.halfplane.kernels import short_waves
 
-SLOPE = 0.01             # drops out: the problem is linear in slope and load together
-OTHER = 3.0              # times as much slope, load and ell: the scaling law's check
+from ..common import three_ways
+from ..common.case import profiles
+from ..common.options import Checked, coupling, option, poisson
+from ..common.records import print_table, returned
+
+SLOPE = 0.01  # drops out: the problem is linear in slope and load together
+OTHER = 3.0  # times as much slope, load and ell: the scaling law's check
 DRAWN = (0.1, 1.0, 4.0)  # loads of the pressures in the figure: the nearest ones
 
 
 @dataclass(frozen=True)
 class Parameters(Checked):
-    loads: tuple = option((0.03, 0.1, 0.3, 0.6, 1.0, 2.0, 4.0, 10.0, 30.0), "P over E* slope ell",
-                           at_least=1e-3, at_most=1000, order="ascending", nargs="+", metavar="LOAD")
+    loads: tuple = option(
+        (0.03, 0.1, 0.3, 0.6, 1.0, 2.0, 4.0, 10.0, 30.0),
+        "P over E* slope ell",
+        at_least=1e-3,
+        at_most=1000,
+        order="ascending",
+        nargs="+",
+        metavar="LOAD",
+    )
     nu: float = poisson()
     beta: float = coupling()
     rtol: float = option(1e-5, "of the panels", above=0, below=1)
     nodes: int = three_ways.cells_that_verify(8000)
     rtol_fe: float = three_ways.elements_that_verify()
-    alpha = 1.0          # ell is the unit
+    alpha = 1.0  # ell is the unit
 
 
 def solve(parameters, law, load):
     """(State, seconds) on panels."""
-    return three_ways.on_panels(three_ways.solid_of(parameters, law), mb.Wedge(SLOPE), law, SLOPE*load,
-                                parameters.rtol)
+    return three_ways.on_panels(
+        three_ways.solid_of(parameters, law), mb.Wedge(SLOPE), law, SLOPE * load, parameters.rtol
+    )
 
 
 def scaled(parameters, law, load):
     """The same with another slope and block: what must be the same state."""
     solid = replace(three_ways.solid_of(parameters, law), ell=OTHER)
-    return three_ways.on_panels(solid, mb.Wedge(OTHER*SLOPE), law, OTHER**2*SLOPE*load, parameters.rtol)[0]
+    return three_ways.on_panels(
+        solid, mb.Wedge(OTHER * SLOPE), law, OTHER**2 * SLOPE * load, parameters.rtol
+    )[0]
 
 
 def reference(load):
     """Pressure (x) of the classical closed form."""
     from microblock.model import closed_forms  # for verification only
-    return lambda x: closed_forms.wedge(x, SLOPE*load, load)
+
+    return lambda x: closed_forms.wedge(x, SLOPE * load, load)
 
 
 def light(parameters, load):
@@ -72,14 +84,14 @@ def light(parameters, load):
     Over distances far below ell a corner acts on its own gap like a classical half-plane of the compliance
     c_u + c_phi (docs/theory.md, "Where the corners meet") instead of c = 2/E*.
     """
-    return load/4*sum(short_waves(three_ways.solid_of(parameters, "microblock")))
+    return load / 4 * sum(short_waves(three_ways.solid_of(parameters, "microblock")))
 
 
 def coalescence(parameters):
     """(load, its error) at which the two zones merge."""
     solid = three_ways.solid_of(parameters, "microblock")
     problem = mb.Contact(mb.HalfPlane(solid), mb.Wedge(SLOPE), mb.Microblock())
-    return tuple(one/SLOPE for one in problem.solver.coalescence())
+    return tuple(one / SLOPE for one in problem.solver.coalescence())
 
 
 def observe(parameters, law, load):
@@ -87,14 +99,22 @@ def observe(parameters, law, load):
     state, seconds = solve(parameters, law, load)
     zones, (outer, inner) = three_ways.zones_of(state)
     other = three_ways.zones_of(scaled(parameters, law, load))[1]
-    found = {"law": law, "load": load, "zones": zones, "half_width": outer, "inner_half_width": inner,
-             "over_classical": outer/load,
-             "over_light": (outer - inner)/2/light(parameters, load) if law == "microblock" else None,
-             "scaling_error": float(np.abs(np.array(other)/OTHER - (outer, inner)).max()/outer),
-             "unknowns": state.unknowns, "error_estimate": state.error_estimate,
-             **three_ways.verified(state, parameters.nodes, parameters.rtol_fe, reference(load)
-                                 if law == "classical" else None),
-             "seconds": seconds}
+    found = {
+        "law": law,
+        "load": load,
+        "zones": zones,
+        "half_width": outer,
+        "inner_half_width": inner,
+        "over_classical": outer / load,
+        "over_light": (outer - inner) / 2 / light(parameters, load) if law == "microblock" else None,
+        "scaling_error": float(np.abs(np.array(other) / OTHER - (outer, inner)).max() / outer),
+        "unknowns": state.unknowns,
+        "error_estimate": state.error_estimate,
+        **three_ways.verified(
+            state, parameters.nodes, parameters.rtol_fe, reference(load) if law == "classical" else None
+        ),
+        "seconds": seconds,
+    }
     return found, three_ways.profile_of(state, SLOPE)
 
 
@@ -106,25 +126,51 @@ def result(parameters, quiet=True):
         found, profile = observe(parameters, *one)
         states.append({**found, "profile": {name: column(profile, name) for name in profile[0]}})
     load, error = coalescence(parameters)
-    return returned(parameters, start, model="halfplane", coalescence=load, coalescence_error=error,
-                    states=states)
+    return returned(
+        parameters, start, model="halfplane", coalescence=load, coalescence_error=error, states=states
+    )
 
 
 def show(answer):
-    print_table(answer["states"],
-                ("load", "law", "half_width", "inner_half_width", "over_classical", "over_light",
-                                   "scaling_error", "error_estimate", "error", "difference_fe", "estimate_fe",
-                                   "difference_cells", "estimate_cells"))
-    print(f"the two zones of microblocks merge at the load {answer['coalescence']:.9g} "
-          f"+- {answer['coalescence_error']:.1e}")
+    print_table(
+        answer["states"],
+        (
+            "load",
+            "law",
+            "half_width",
+            "inner_half_width",
+            "over_classical",
+            "over_light",
+            "scaling_error",
+            "error_estimate",
+            "error",
+            "difference_fe",
+            "estimate_fe",
+            "difference_cells",
+            "estimate_cells",
+        ),
+    )
+    print(
+        f"the two zones of microblocks merge at the load {answer['coalescence']:.9g} "
+        f"+- {answer['coalescence_error']:.1e}"
+    )
 
 
 def rows(parameters, answer):
     """A row a node."""
     states = [{**state, "coalescence": answer["coalescence"]} for state in answer["states"]]
-    return profiles(states, "law", "load", "half_width", "inner_half_width", "error_estimate", "error",
-                    "difference_fe",
-                    "difference_cells", "coalescence")
+    return profiles(
+        states,
+        "law",
+        "load",
+        "half_width",
+        "inner_half_width",
+        "error_estimate",
+        "error",
+        "difference_fe",
+        "difference_cells",
+        "coalescence",
+    )
 
 
 def figure(records):
@@ -133,6 +179,7 @@ def figure(records):
     loads (b), dotted the classical ones.
     """
     from microblock.view import plots
+
     given = Parameters(**{name: records[0][name] for name in ("nu", "beta")})
     laws = grouped(records, "law")
     drawing, axes = plots.figure(1, 2, height=3.0)
@@ -140,23 +187,35 @@ def figure(records):
     loads = np.array(column(firsts, "load"))
     axes[0].loglog(loads, column(firsts, "half_width"), "o", color=plots.COLOURS[0], label="outer edge")
     open_ = [row for row in firsts if row["inner_half_width"] > 0]
-    axes[0].loglog(column(open_, "load"), column(open_, "inner_half_width"), "s", color=plots.COLOURS[1],
-                   label="inner edge")
+    axes[0].loglog(
+        column(open_, "load"),
+        column(open_, "inner_half_width"),
+        "s",
+        color=plots.COLOURS[1],
+        label="inner edge",
+    )
     fine = np.geomspace(loads[0], loads[-1], 201)
     axes[0].loglog(fine, fine, color="0.5", linewidth=0.8, label="classical wedge")
     alone = fine[light(given, fine) < 0.5]
     for sign, style in ((1, "--"), (-1, ":")):
-        axes[0].loglog(alone, 0.5 + sign*light(given, alone), style, color="k", linewidth=0.8,
-                       label=f"corner alone, its {'outer' if sign > 0 else 'inner'} edge")
+        axes[0].loglog(
+            alone,
+            0.5 + sign * light(given, alone),
+            style,
+            color="k",
+            linewidth=0.8,
+            label=f"corner alone, its {'outer' if sign > 0 else 'inner'} edge",
+        )
     axes[0].axvline(records[0]["coalescence"], color="0.7", linewidth=0.8, label="zones merge")
     axes[0].set(xlabel=r"$P/(E^* s\,\ell)$", ylabel=r"edges over $\ell$", ylim=(0.02, None), title="(a)")
-    chosen = dict.fromkeys(min(loads, key=lambda one: abs(math.log(one/drawn))) for drawn in DRAWN)
+    chosen = dict.fromkeys(min(loads, key=lambda one: abs(math.log(one / drawn))) for drawn in DRAWN)
     for load, colour, style in zip(chosen, plots.COLOURS, plots.LINES):
         own = [row for row in laws["microblock"] if row["load"] == load]
-        three_ways.draw_zones(axes[1], own, "pressure", color=colour, linestyle=style,
-                              label=rf"$P/(E^* s\,\ell) = {load:g}$")
+        three_ways.draw_zones(
+            axes[1], own, "pressure", color=colour, linestyle=style, label=rf"$P/(E^* s\,\ell) = {load:g}$"
+        )
         x = np.linspace(-load, load, 400)
-        axes[1].plot(x, reference(load)(x)/SLOPE, ":", color=colour, linewidth=0.9)
+        axes[1].plot(x, reference(load)(x) / SLOPE, ":", color=colour, linewidth=0.9)
     axes[1].set(xlabel=r"$x_1/\ell$", ylabel=r"$p/(E^* s)$", ylim=(0, 3), title="(b)  dotted: classical")
     plots.legend_below(axes[0])
     plots.legend_below(axes[1], 1)

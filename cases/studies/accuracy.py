@@ -22,47 +22,75 @@ import numpy as np
 from tqdm import tqdm
 
 import microblock as mb
-from cases.common.options import Checked, command, option
-from cases.common.records import keep, print_table, returned
-from cases.studies import accuracy_obstacles
-from cases.studies.judged_line import LOAD, Draw, error, error_of_elements, half_plane, reference
 from microblock.data.records import column, grouped
 from microblock.errors import BadArgument, MicroblockError, NotConverged
 
-QUICK = 10                         # problems
-SCENES = {False: 60, True: 2000}   # without and with --obstacles
+from ..common.options import Checked, command, option
+from ..common.records import keep, print_table, returned
+from . import accuracy_obstacles
+from .judged_line import LOAD, Draw, error, error_of_elements, half_plane, reference
+
+QUICK = 10  # problems
+SCENES = {False: 60, True: 2000}  # without and with --obstacles
 RTOLS = {"halfplane": (1e-3, 1e-6, 1e-9), "fe": (1e-2, 1e-3, 1e-4, 1e-5), "obstacles": (1e-3, 1e-6)}
-PATHS = 100                        # of the obstacles
-FINER = 100                        # times rtol, that a reference should be better than; counted in the table
-COLUMNS = ("rtol", "kind", "scenes", "judged", "below", "above_3", "failed", "worst", "median", "fine_enough",
-           "reference_worst", "seconds_median", "seconds_most", "unknowns_median")
+PATHS = 100  # of the obstacles
+FINER = 100  # times rtol, that a reference should be better than; counted in the table
+COLUMNS = (
+    "rtol",
+    "kind",
+    "scenes",
+    "judged",
+    "below",
+    "above_3",
+    "failed",
+    "worst",
+    "median",
+    "fine_enough",
+    "reference_worst",
+    "seconds_median",
+    "seconds_most",
+    "unknowns_median",
+)
 
 
 @dataclass(frozen=True)
 class Parameters(Checked):
-    scenes: int | None = option(None, f"problems of the sample (default {SCENES[False]}, {SCENES[True]} of "
-                                      f"obstacles)", int,
-                                at_least=1)
+    scenes: int | None = option(
+        None,
+        f"problems of the sample (default {SCENES[False]}, {SCENES[True]} of obstacles)",
+        int,
+        at_least=1,
+    )
     seed: int = option(2020, "of the random numbers", int, at_least=0)
-    rtols: tuple = option((), f"accuracies asked for (default {' '.join(map(str, RTOLS['halfplane']))}, 1e-2 "
-                              f"to 1e-5 "
-                          "of fe, without the last of obstacles)", above=0, below=1, nargs="+",
-                          metavar="RTOL")
+    rtols: tuple = option(
+        (),
+        f"accuracies asked for (default {' '.join(map(str, RTOLS['halfplane']))}, 1e-2 "
+        f"to 1e-5 "
+        "of fe, without the last of obstacles)",
+        above=0,
+        below=1,
+        nargs="+",
+        metavar="RTOL",
+    )
     quick: bool = option(False, f"{QUICK} problems only", bool)
     model: str = option("halfplane", "what is verified", str, choices=("halfplane", "fe"))
-    obstacles: bool = option(False, "a sample of obstacles that are meant to be hard, verified by cells "
-                                    "instead", bool)
-    paths: int | None = option(None, f"load paths of such obstacles (default {PATHS} of the full sample, "
-                                     f"else none)",
-                               int, at_least=0)
+    obstacles: bool = option(
+        False, "a sample of obstacles that are meant to be hard, verified by cells instead", bool
+    )
+    paths: int | None = option(
+        None, f"load paths of such obstacles (default {PATHS} of the full sample, else none)", int, at_least=0
+    )
     workers: int = option(2, "processes, of obstacles", int, at_least=1)
 
     def relate(self):
         if self.obstacles and self.model != "halfplane":
-            raise BadArgument("model", self.model,
-                              "does not go together with --obstacles, which verify the half-plane")
-        resolved = {"scenes": self.scenes or SCENES[self.obstacles],
-                    "rtols": self.rtols or RTOLS["obstacles" if self.obstacles else self.model]}
+            raise BadArgument(
+                "model", self.model, "does not go together with --obstacles, which verify the half-plane"
+            )
+        resolved = {
+            "scenes": self.scenes or SCENES[self.obstacles],
+            "rtols": self.rtols or RTOLS["obstacles" if self.obstacles else self.model],
+        }
         if self.quick:
             resolved["scenes"] = min(resolved["scenes"], QUICK)
         if self.paths is None:
@@ -79,32 +107,43 @@ class Sample:
     alpha: tuple
     nu: tuple
     beta: tuple
-    psi0: tuple                    # over a_Hz/R
-    width: tuple = (1.5, 8.0)      # half-width over ell, of wedges
+    psi0: tuple  # over a_Hz/R
+    width: tuple = (1.5, 8.0)  # half-width over ell, of wedges
 
     def drawn(self, count, seed):
         """`count` draws, the kinds by their shares, alpha and psi0 stratified in their logarithms."""
         rng = np.random.default_rng(seed)
-        numbers = np.diff(np.round(np.cumsum([0.0, *self.kinds.values()])*count).astype(int))
-        return [draw for kind, number in zip(self.kinds, numbers)
-                for draw in self._of_kind(rng, kind, number)]
+        numbers = np.diff(np.round(np.cumsum([0.0, *self.kinds.values()]) * count).astype(int))
+        return [
+            draw for kind, number in zip(self.kinds, numbers) for draw in self._of_kind(rng, kind, number)
+        ]
 
     def _of_kind(self, rng, kind, count):
         def strata(low, high):
-            place = (rng.permutation(count)
-                     + rng.uniform(size=count))/max(count, 1) - np.arange(count)/max(count, 1)
-            return np.geomspace(low, high, count + 1)[:-1]*(high/low)**place
+            place = (rng.permutation(count) + rng.uniform(size=count)) / max(count, 1) - np.arange(
+                count
+            ) / max(count, 1)
+            return np.geomspace(low, high, count + 1)[:-1] * (high / low) ** place
 
         alphas, rotations, widths = strata(*self.alpha), strata(*self.psi0), strata(*self.width)
         for number in range(count):
-            material = {"alpha": float(alphas[number]), "nu": float(rng.uniform(*self.nu)),
-                        "beta": float(rng.uniform(*self.beta))}
+            material = {
+                "alpha": float(alphas[number]),
+                "nu": float(rng.uniform(*self.nu)),
+                "beta": float(rng.uniform(*self.beta)),
+            }
             if kind == "psi0":
-                yield Draw(kind, "microblock", **material, psi0=float(rng.choice((-1, 1))*rotations[number]),
-                           reading=("gap", "lever")[number % 2])
+                yield Draw(
+                    kind,
+                    "microblock",
+                    **material,
+                    psi0=float(rng.choice((-1, 1)) * rotations[number]),
+                    reading=("gap", "lever")[number % 2],
+                )
             elif kind == "wedge":
-                yield Draw(kind, ("microblock", "unilateral")[number % 2], **material,
-                           width=float(widths[number]))
+                yield Draw(
+                    kind, ("microblock", "unilateral")[number % 2], **material, width=float(widths[number])
+                )
             else:
                 yield Draw(kind, kind, **material)
 
@@ -133,13 +172,31 @@ def _fitted(problem, rtol):
 
 
 MODELS = {
-    "halfplane": Judged(Sample({"microblock": 0.30, "unilateral": 0.20, "microclamped": 0.14, "psi0": 0.26,
-                                "wedge": 0.10},
-                               alpha=(0.01, 2.0), nu=(0, 0.49), beta=(0.2, 1.9), psi0=(1e-3, 1.5)),
-                        _solved, reference, error),
-    "fe": Judged(Sample({"microblock": 0.35, "unilateral": 0.30, "psi0": 0.25, "wedge": 0.10},
-                        alpha=(0.05, 1.25), nu=(0, 0.45), beta=(0.2, 1.8), psi0=(1e-2, 1.0)),
-                 _fitted, half_plane, error_of_elements, dear=1e-4),
+    "halfplane": Judged(
+        Sample(
+            {"microblock": 0.30, "unilateral": 0.20, "microclamped": 0.14, "psi0": 0.26, "wedge": 0.10},
+            alpha=(0.01, 2.0),
+            nu=(0, 0.49),
+            beta=(0.2, 1.9),
+            psi0=(1e-3, 1.5),
+        ),
+        _solved,
+        reference,
+        error,
+    ),
+    "fe": Judged(
+        Sample(
+            {"microblock": 0.35, "unilateral": 0.30, "psi0": 0.25, "wedge": 0.10},
+            alpha=(0.05, 1.25),
+            nu=(0, 0.45),
+            beta=(0.2, 1.8),
+            psi0=(1e-2, 1.0),
+        ),
+        _fitted,
+        half_plane,
+        error_of_elements,
+        dear=1e-4,
+    ),
 }
 
 
@@ -152,8 +209,17 @@ def judged(model, draw, rtols):
     except NotConverged as failure:
         fine, own, objection = None, None, f"reference: {failure}"
     for rtol in rtols:
-        row = {**asdict(draw), "rtol": rtol, "error_over_rtol": None, "estimate_over_rtol": None,
-               "reference_error": own, "zones": None, "unknowns": None, "seconds": None, "failure": objection}
+        row = {
+            **asdict(draw),
+            "rtol": rtol,
+            "error_over_rtol": None,
+            "estimate_over_rtol": None,
+            "reference_error": own,
+            "zones": None,
+            "unknowns": None,
+            "seconds": None,
+            "failure": objection,
+        }
         start = time.perf_counter()
         try:
             state = way.solve(problem, rtol)
@@ -161,10 +227,11 @@ def judged(model, draw, rtols):
             row["failure"] = f"{type(failure).__name__}: {failure}"
         else:
             zones = {corner: len(pairs) for corner, pairs in state.solution.all_zones.items()}
-            row.update(estimate_over_rtol=state.error_estimate/rtol, zones=str(zones),
-                       unknowns=state.unknowns)
+            row.update(
+                estimate_over_rtol=state.error_estimate / rtol, zones=str(zones), unknowns=state.unknowns
+            )
             if fine:
-                row["error_over_rtol"] = way.error(state, fine)/rtol
+                row["error_over_rtol"] = way.error(state, fine) / rtol
         row["seconds"] = time.perf_counter() - start
         rows.append(row)
     return rows
@@ -177,14 +244,26 @@ def table(rows):
         for kind, chosen in {**grouped(of_rtol, "kind"), "all": of_rtol}.items():
             errors, own, seconds, unknowns = (
                 [row[name] for row in chosen if row[name] is not None]
-                for name in ("error_over_rtol", "reference_error", "seconds", "unknowns"))
-            found.append({"rtol": rtol, "kind": kind, "scenes": len(chosen), "judged": len(errors),
-                          "below": sum(one < 1 for one in errors), "above_3": sum(one > 3 for one in errors),
-                          "failed": sum(bool(row["failure"]) for row in chosen),
-                          "worst": max(errors, default=None), "median": _median(errors),
-                          "fine_enough": sum(one <= rtol/FINER for one in own),
-                          "reference_worst": max(own, default=None), "seconds_median": _median(seconds),
-                          "seconds_most": max(seconds, default=None), "unknowns_median": _median(unknowns)})
+                for name in ("error_over_rtol", "reference_error", "seconds", "unknowns")
+            )
+            found.append(
+                {
+                    "rtol": rtol,
+                    "kind": kind,
+                    "scenes": len(chosen),
+                    "judged": len(errors),
+                    "below": sum(one < 1 for one in errors),
+                    "above_3": sum(one > 3 for one in errors),
+                    "failed": sum(bool(row["failure"]) for row in chosen),
+                    "worst": max(errors, default=None),
+                    "median": _median(errors),
+                    "fine_enough": sum(one <= rtol / FINER for one in own),
+                    "reference_worst": max(own, default=None),
+                    "seconds_median": _median(seconds),
+                    "seconds_most": max(seconds, default=None),
+                    "unknowns_median": _median(unknowns),
+                }
+            )
     return found
 
 
@@ -201,15 +280,17 @@ def result(parameters, quiet=True):
     draws = way.sample.drawn(parameters.scenes, parameters.seed)
     for number, draw in enumerate(tqdm(draws, disable=quiet, unit="problem")):
         rows += judged(parameters.model, draw, cheap if number % 3 else parameters.rtols)
-    return returned(parameters, start, table=table(rows), scenes=rows,
-                    failures=grouped(misses(rows), "failure"))
+    return returned(
+        parameters, start, table=table(rows), scenes=rows, failures=grouped(misses(rows), "failure")
+    )
 
 
 def misses(rows):
     """The records that failed, or whose error is above rtol (`failure` then says so)."""
     found = [row for row in rows if row["failure"]]
-    return found + [{**row, "failure": "error above rtol"} for row in rows
-                    if (row["error_over_rtol"] or 0) > 1]
+    return found + [
+        {**row, "failure": "error above rtol"} for row in rows if (row["error_over_rtol"] or 0) > 1
+    ]
 
 
 def run(parameters, out=None, quiet=False):
@@ -220,8 +301,12 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        keep(out, "accuracy", [{**row, "command": command("accuracy", parameters)}
-                               for row in answer["scenes"]], figure)
+        keep(
+            out,
+            "accuracy",
+            [{**row, "command": command("accuracy", parameters)} for row in answer["scenes"]],
+            figure,
+        )
     return answer
 
 
@@ -232,19 +317,27 @@ def show(answer):
         print(failure)
         for row in rows:
             over = "" if row["error_over_rtol"] is None else f"  error/rtol {row['error_over_rtol']:.3g}"
-            print("   ", ", ".join(f"{name}={row[name]!r}" for name in Draw.__dataclass_fields__),
-                  f"rtol={row['rtol']:g}{over}")
+            print(
+                "   ",
+                ", ".join(f"{name}={row[name]!r}" for name in Draw.__dataclass_fields__),
+                f"rtol={row['rtol']:g}{over}",
+            )
 
 
 def figure(records):
     """Obtained error over the one asked for, problem by problem, by kind."""
     from microblock.view import plots  # when something is drawn
+
     drawing, axis = plots.figure(height=3.0)
     kinds = grouped([row for row in records if row["error_over_rtol"]], "kind")
     for number, (marker, (kind, chosen)) in enumerate(zip("os^dv", kinds.items())):
-        axis.loglog([row["rtol"]*(1 + 0.15*number) for row in chosen],
-                    np.multiply(column(chosen, "error_over_rtol"), column(chosen, "rtol")), marker,
-                    markersize=3, label=kind)
+        axis.loglog(
+            [row["rtol"] * (1 + 0.15 * number) for row in chosen],
+            np.multiply(column(chosen, "error_over_rtol"), column(chosen, "rtol")),
+            marker,
+            markersize=3,
+            label=kind,
+        )
     ends = min(column(records, "rtol")), max(column(records, "rtol"))
     axis.loglog(ends, ends, color="0.6", linewidth=0.7, label="as asked for")
     axis.set(xlabel="rtol asked for", ylabel="relative $L_2$ error obtained")

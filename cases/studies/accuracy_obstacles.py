@@ -19,29 +19,43 @@ from collections import Counter
 import numpy as np
 from tqdm import tqdm
 
-from cases.common.options import command
-from cases.common.records import kept, print_table, returned
-from cases.studies import judged_line, obstacle_cells, reference_line
-from cases.studies.limits_pool import OutOfTime, answers, told_on_a_line, within
-from cases.studies.obstacle_paths import path, path_lost
-from cases.studies.obstacle_sample import CARRIES, JUDGE_LIMIT, LIMIT, TWICE, Draw
 from microblock.data.records import grouped
 from microblock.errors import MicroblockError, NotConverged
 from microblock.model.zones import distance, joined
 
+from ..common.options import command
+from ..common.records import kept, print_table, returned
+from . import judged_line, obstacle_cells, reference_line
+from .limits_pool import OutOfTime, answers, told_on_a_line, within
+from .obstacle_paths import path, path_lost
+from .obstacle_sample import CARRIES, JUDGE_LIMIT, LIMIT, TWICE, Draw
+
 OUTCOMES = "ok", "wrong", "refused", "crashed", "slow", "unjudged"
-FINER = 1.5                # times as many cells, where the first ones do not decide
-SURE = 5.0                 # times the cells' own error: farther off is wrong under finer cells too
-PATIENCE = 20              # seconds for the reference line
-WALL = 3                   # seconds on the clock for one of the processor, before a process counts as stuck
-EVERY = 10                 # problems of which one is verified by the reference line too
-ORDERS = 8, 12, 14         # of the reference line
-EDGES = 8                  # of the zones of all corners, up to which it is asked
-KINK = 0.3                 # of ell: features narrower than that are where panels of the reference line break
-FALLS = 0.05               # its error from level to level at most; slower, and their difference is no error
-BELIEVED = 1e-7            # violation of (26) of a reference
-MEASURES = ("outcome", "error", "estimate", "judge_error", "certain", "line_error", "line_own", "zones",
-            "unlike", "method", "seconds", "judge_seconds", "message")
+FINER = 1.5  # times as many cells, where the first ones do not decide
+SURE = 5.0  # times the cells' own error: farther off is wrong under finer cells too
+PATIENCE = 20  # seconds for the reference line
+WALL = 3  # seconds on the clock for one of the processor, before a process counts as stuck
+EVERY = 10  # problems of which one is verified by the reference line too
+ORDERS = 8, 12, 14  # of the reference line
+EDGES = 8  # of the zones of all corners, up to which it is asked
+KINK = 0.3  # of ell: features narrower than that are where panels of the reference line break
+FALLS = 0.05  # its error from level to level at most; slower, and their difference is no error
+BELIEVED = 1e-7  # violation of (26) of a reference
+MEASURES = (
+    "outcome",
+    "error",
+    "estimate",
+    "judge_error",
+    "certain",
+    "line_error",
+    "line_own",
+    "zones",
+    "unlike",
+    "method",
+    "seconds",
+    "judge_seconds",
+    "message",
+)
 
 
 def error(state, cells):
@@ -53,14 +67,14 @@ def error(state, cells):
     weights = np.concatenate((cells.weights, state.weights[off]))
     own = np.array([state.pressure_at(x, corner) for corner in state.pressures])
     p = np.concatenate((cells.pressures.sum(axis=0), np.zeros(off.sum())))
-    seen, total = state.micromoment/setting.ell, state.pressure
-    moment = 0*p
+    seen, total = state.micromoment / setting.ell, state.pressure
+    moment = 0 * p
     if setting.problem.clamped:
-        itself = distance(state.weights, 0*seen, seen - cells.moment_at(state.x), total)
+        itself = distance(state.weights, 0 * seen, seen - cells.moment_at(state.x), total)
     else:
-        moment = levers @ own/2 - np.concatenate((cells.micromoment, np.zeros(off.sum())))
-        itself = distance(state.weights, 0*seen, seen - levers @ _of_corners(state)/2, total)
-    load = abs(state.weights @ total/setting.load - 1)
+        moment = levers @ own / 2 - np.concatenate((cells.micromoment, np.zeros(off.sum())))
+        itself = distance(state.weights, 0 * seen, seen - levers @ _of_corners(state) / 2, total)
+    load = abs(state.weights @ total / setting.load - 1)
     found = max(distance(weights, own.sum(axis=0) - p, moment, p), itself, load)
     return found if np.isfinite(found) else np.inf
 
@@ -82,23 +96,35 @@ def unlike(state, cells, rtol=CARRIES):
     for name, chosen in kinds.items():
         if len(setting.levers) == 1 and name != "contact":
             continue
-        rules = [(one.x, one.weights*p[chosen].sum(axis=0)/setting.load, zones[name]) for one, p, zones in (
-            (state, _of_corners(state), state.zones), (cells, cells.pressures, cells.named_zones))]
+        rules = [
+            (one.x, one.weights * p[chosen].sum(axis=0) / setting.load, zones[name])
+            for one, p, zones in (
+                (state, _of_corners(state), state.zones),
+                (cells, cells.pressures, cells.named_zones),
+            )
+        ]
         for (x, load, zones), (other_x, other, _), who in ((*rules, "too many"), (*rules[::-1], "missing")):
-            spare = 2*np.interp([sum(pair)/2 for pair in zones], cells.x, cells.weights) if len(zones) else ()
+            spare = (
+                2 * np.interp([sum(pair) / 2 for pair in zones], cells.x, cells.weights) if len(zones) else ()
+            )
             for (a, b), more in zip(zones, spare):
-                share, more = load[(x >= a) & (x <= b)].sum(), more + 0.05*(b - a)
-                if share > TWICE*CARRIES and other[(other_x >= a
-                                                    - more) & (other_x <= b + more)].sum() < share/2:
-                    found.append(f"{name} {who} at {(a + b)/2:.4g}, width {b - a:.2g}, {share:.2g} of the "
-                                 f"load")
+                share, more = load[(x >= a) & (x <= b)].sum(), more + 0.05 * (b - a)
+                if (
+                    share > TWICE * CARRIES
+                    and other[(other_x >= a - more) & (other_x <= b + more)].sum() < share / 2
+                ):
+                    found.append(
+                        f"{name} {who} at {(a + b) / 2:.4g}, width {b - a:.2g}, {share:.2g} of the load"
+                    )
             for (_, a), (b, _) in zip(zones, zones[1:]):
-                inside = (other_x > a + 0.1*(b - a)) & (other_x < b - 0.1*(b - a))
+                inside = (other_x > a + 0.1 * (b - a)) & (other_x < b - 0.1 * (b - a))
                 between = other[inside].sum()
-                if between > max(TWICE*CARRIES, rtol):
-                    found.append(f"{name} {'missing' if who == 'too many' else 'too many'} between {a:.4g} "
-                                 f"and {b:.4g}, "
-                                 f"{between:.2g} of the load")
+                if between > max(TWICE * CARRIES, rtol):
+                    found.append(
+                        f"{name} {'missing' if who == 'too many' else 'too many'} between {a:.4g} "
+                        f"and {b:.4g}, "
+                        f"{between:.2g} of the load"
+                    )
     return "; ".join(dict.fromkeys(found))
 
 
@@ -120,10 +146,12 @@ class Judge:
     def _look(self, most):
         start = time.perf_counter()
         try:
-            self.cells, self.own = within(JUDGE_LIMIT, lambda: obstacle_cells.judged(
-                self.problem, self.draw.load, self.draw.window, most=most))
+            self.cells, self.own = within(
+                JUDGE_LIMIT,
+                lambda: obstacle_cells.judged(self.problem, self.draw.load, self.draw.window, most=most),
+            )
         except OutOfTime:
-            self.finer = True      # finer cells would take longer
+            self.finer = True  # finer cells would take longer
             self.complaint = f"judge: stopped after {JUDGE_LIMIT:g} s"
         except (MicroblockError, ArithmeticError, ValueError, np.linalg.LinAlgError) as failure:
             self.complaint = f"judge: {failure}"
@@ -138,19 +166,24 @@ class Judge:
         limit = max(rtol, state.error_estimate)
         off = error(state, self.cells)
         # where finer cells may say something else
-        near = limit < off + self.own and off < limit + SURE*self.own
+        near = limit < off + self.own and off < limit + SURE * self.own
         if not self.finer and near and (limit >= CARRIES or off > self.own):
             self._again()
             off = error(state, self.cells)
         wrong = off > limit + self.own
         words = unlike(state, self.cells, rtol)
-        return {"outcome": "wrong" if wrong or words else "ok", "error": off, "judge_error": self.own,
-                "certain": bool(off + self.own <= limit or wrong or words), "unlike": words,
-                "zones": len(self.cells.named_zones["contact"])}
+        return {
+            "outcome": "wrong" if wrong or words else "ok",
+            "error": off,
+            "judge_error": self.own,
+            "certain": bool(off + self.own <= limit or wrong or words),
+            "unlike": words,
+            "zones": len(self.cells.named_zones["contact"]),
+        }
 
     def _again(self):
         self.finer = True
-        self._look(int(FINER*obstacle_cells.MOST))
+        self._look(int(FINER * obstacle_cells.MOST))
 
 
 def _by_line(state, rtol, reference, own):
@@ -167,26 +200,29 @@ def line_reference(judge):
     Newton's method.
     """
     cells = judge.cells
-    if cells is None or 2*sum(map(len, cells.zones.values())) > EDGES:
+    if cells is None or 2 * sum(map(len, cells.zones.values())) > EDGES:
         return None
     problem = reference_line.Problem(judge.problem, judge.draw.load)
-    problem.kinks, problem.mirror = sorted({x for x, width in cells.setting.places
-                                            if width < KINK*cells.setting.ell}), False
+    problem.kinks, problem.mirror = (
+        sorted({x for x, width in cells.setting.places if width < KINK * cells.setting.ell}),
+        False,
+    )
     zones = {corner: list(pairs) for corner, pairs in cells.zones.items()}
     try:
         states = within(PATIENCE, lambda: reference_line.fit(problem, zones, ORDERS))
         breaks = reference_line.breaks(states)
-        before, own = (reference_line.distance(reference_line.fields(coarse),
-                                               reference_line.fields(states[-1]), breaks)
-                       for coarse in states[:-1])
+        before, own = (
+            reference_line.distance(reference_line.fields(coarse), reference_line.fields(states[-1]), breaks)
+            for coarse in states[:-1]
+        )
         fine = states[-1]
-        if reference_line.violation(fine) > BELIEVED or own > FALLS*before:
+        if reference_line.violation(fine) > BELIEVED or own > FALLS * before:
             return None
     except (OutOfTime, MicroblockError, ArithmeticError, ValueError, np.linalg.LinAlgError):
         return None
     # the same state, not another one
     far = reference_line.fields(fine)(cells.x)[0] - cells.pressures.sum(axis=0)
-    alike = distance(cells.weights, far, 0*far, cells.pressures.sum(axis=0)) <= 2*judge.own
+    alike = distance(cells.weights, far, 0 * far, cells.pressures.sum(axis=0)) <= 2 * judge.own
     return (fine, own) if alike else None
 
 
@@ -203,9 +239,11 @@ def runs(seed, number, rtols, every=EVERY):
             state = within(LIMIT, lambda rtol=rtol: judge.problem.solve(load=draw.load, rtol=rtol))
         except OutOfTime:
             row.update(outcome="slow", message=f"stopped after {LIMIT} s")
-        except Exception as failure:      # whatever it is, it is a finding
-            row.update(outcome="refused" if isinstance(failure, NotConverged) else "crashed",
-                       message=told_on_a_line(failure))
+        except Exception as failure:  # whatever it is, it is a finding
+            row.update(
+                outcome="refused" if isinstance(failure, NotConverged) else "crashed",
+                message=told_on_a_line(failure),
+            )
         row["seconds"] = time.process_time() - start
         if row["outcome"] is None:
             row.update(judge.verdict(state, rtol), estimate=state.error_estimate, method=state.method)
@@ -222,26 +260,35 @@ def result(parameters, quiet=True):
     """The case's object: a row a run, and how often each outcome came, by kind and law."""
     start = time.perf_counter()
     work = [(parameters.seed, number, tuple(parameters.rtols)) for number in range(parameters.scenes)]
-    longest = WALL*(LIMIT*len(parameters.rtols) + 2*JUDGE_LIMIT + PATIENCE)
+    longest = WALL * (LIMIT * len(parameters.rtols) + 2 * JUDGE_LIMIT + PATIENCE)
     with tqdm(total=len(work), disable=quiet, unit="problem") as progress:
         found = answers(runs, work, parameters.workers, longest, progress.update, _lost)
     rows = [row for own in found for row in own]
-    return returned(parameters, start, table=table(rows), scenes=rows, bad=bad(rows),
-                    paths=_paths(parameters, quiet))
+    return returned(
+        parameters, start, table=table(rows), scenes=rows, bad=bad(rows), paths=_paths(parameters, quiet)
+    )
 
 
 def _paths(parameters, quiet):
     """Records of the load paths, see `cases.studies.obstacle_paths`."""
     work = [(parameters.seed, number) for number in range(parameters.paths)]
     with tqdm(total=len(work), disable=quiet, unit="path") as progress:
-        return answers(path, work, parameters.workers, 30*LIMIT, progress.update, path_lost) if work else []
+        return answers(path, work, parameters.workers, 30 * LIMIT, progress.update, path_lost) if work else []
 
 
 def _lost(arguments, words):
     """Records of a problem whose process had to be stopped, or died."""
     seed, number, rtols = arguments
-    return [{**Draw(seed, number).about, "rtol": rtol, **dict.fromkeys(MEASURES),
-             "outcome": "crashed" if "died" in words else "slow", "message": words} for rtol in rtols]
+    return [
+        {
+            **Draw(seed, number).about,
+            "rtol": rtol,
+            **dict.fromkeys(MEASURES),
+            "outcome": "crashed" if "died" in words else "slow",
+            "message": words,
+        }
+        for rtol in rtols
+    ]
 
 
 def table(rows):
@@ -252,28 +299,37 @@ def table(rows):
         for name, chosen in {**grouped(of_rtol, "kind"), **laws, "all": of_rtol}.items():
             counts = Counter(row["outcome"] for row in chosen)
             own = [row["judge_error"] for row in chosen if row["judge_error"] is not None]
-            found.append({"rtol": rtol, "of": name, "runs": len(chosen),
-                          **{outcome: counts[outcome] for outcome in OUTCOMES},
-                          "certain": sum(bool(row["certain"]) for row in chosen),
-                          "line": sum(row["line_error"] is not None for row in chosen),
-                          "judge_median": float(np.median(own)) if own else None,
-                          "seconds": float(np.mean([row["seconds"] or 0 for row in chosen]))})
+            found.append(
+                {
+                    "rtol": rtol,
+                    "of": name,
+                    "runs": len(chosen),
+                    **{outcome: counts[outcome] for outcome in OUTCOMES},
+                    "certain": sum(bool(row["certain"]) for row in chosen),
+                    "line": sum(row["line_error"] is not None for row in chosen),
+                    "judge_median": float(np.median(own)) if own else None,
+                    "seconds": float(np.mean([row["seconds"] or 0 for row in chosen])),
+                }
+            )
     return found
 
 
 def bad(rows):
     """Those that are not ok, the worst first."""
     order = "wrong", "crashed", "slow", "refused", "unjudged"
-    return sorted((row for row in rows if row["outcome"] != "ok"),
-                  key=lambda row: (order.index(row["outcome"]), -(row["error"] or 0), row["number"]))
+    return sorted(
+        (row for row in rows if row["outcome"] != "ok"),
+        key=lambda row: (order.index(row["outcome"]), -(row["error"] or 0), row["number"]),
+    )
 
 
 def told(row):
     """A record on one line."""
     words = [f"number={row['number']}", row["kind"], row["contact"], f"rtol={row['rtol']:g}", row["outcome"]]
     if row["error"] is not None:
-        words.append(f"error {row['error']:.1e}, estimate {row['estimate']:.1e}, judge "
-                     f"{row['judge_error']:.1e}")
+        words.append(
+            f"error {row['error']:.1e}, estimate {row['estimate']:.1e}, judge {row['judge_error']:.1e}"
+        )
     return "  ".join([*words, *(one for one in (row["unlike"], row["message"]) if one)])
 
 
@@ -283,10 +339,14 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        for name, rows in (("accuracy_obstacles", answer["scenes"]),
-                           ("accuracy_obstacle_paths", answer["paths"])):
+        for name, rows in (
+            ("accuracy_obstacles", answer["scenes"]),
+            ("accuracy_obstacle_paths", answer["paths"]),
+        ):
             if rows:
-                kept(out/f"{name}.csv", [{**row, "command": command("accuracy", parameters)} for row in rows])
+                kept(
+                    out / f"{name}.csv", [{**row, "command": command("accuracy", parameters)} for row in rows]
+                )
     return answer
 
 
@@ -300,5 +360,15 @@ def show(answer):
         print("paths:", ", ".join(f"{number} {outcome}" for outcome, number in counts.items()))
     for row in answer["paths"]:
         if row["outcome"] != "ok":
-            print("  ".join(("path", f"number={row['number']}", row["kind"], row["contact"], row["outcome"],
-                             row["unlike"] or row["message"] or "")))
+            print(
+                "  ".join(
+                    (
+                        "path",
+                        f"number={row['number']}",
+                        row["kind"],
+                        row["contact"],
+                        row["outcome"],
+                        row["unlike"] or row["message"] or "",
+                    )
+                )
+            )

@@ -20,15 +20,19 @@ from dataclasses import dataclass
 
 from tqdm import tqdm
 
-from cases.common.options import Checked, command, names, option
-from cases.common.records import kept, returned
-from cases.studies import limits_line, limits_meshes, limits_newton, limits_pool, limits_states
-from cases.studies.limits_maps import KINDS
 from microblock.data.records import grouped
 
-MAPS = {one.name: one for module in (limits_line, limits_states, limits_meshes, limits_newton)
-        for one in module.MAPS}
-QUICK = 2        # runs of a panel, one of them near a degeneracy
+from ..common.options import Checked, command, names, option
+from ..common.records import kept, returned
+from . import limits_line, limits_meshes, limits_newton, limits_pool, limits_states
+from .limits_maps import KINDS
+
+MAPS = {
+    one.name: one
+    for module in (limits_line, limits_states, limits_meshes, limits_newton)
+    for one in module.MAPS
+}
+QUICK = 2  # runs of a panel, one of them near a degeneracy
 
 
 @dataclass(frozen=True)
@@ -48,24 +52,34 @@ class Parameters(Checked):
         """Runs of a map: its share of those of all maps."""
         panels = len(one.panels[1])
         if self.quick:
-            return QUICK*panels
-        return max(QUICK*panels, self.runs*one.share/sum(each.share for each in MAPS.values()))
+            return QUICK * panels
+        return max(QUICK * panels, self.runs * one.share / sum(each.share for each in MAPS.values()))
 
 
 def result(parameters, quiet=True):
     """The case's object: a row a run, and how often each kind came, by map."""
-    work = [(one, *drawn) for one in parameters.maps
-            for drawn in one.settings(parameters.runs_of(one), parameters.seed)]
+    work = [
+        (one, *drawn)
+        for one in parameters.maps
+        for drawn in one.settings(parameters.runs_of(one), parameters.seed)
+    ]
     start = time.perf_counter()
     with tqdm(total=len(work), disable=quiet, unit="run") as progress:
-        answers = limits_pool.records([(one.run, setting) for one, setting, _ in work], parameters.workers,
-                                      parameters.limit,
-                                      progress.update)
+        answers = limits_pool.records(
+            [(one.run, setting) for one, setting, _ in work],
+            parameters.workers,
+            parameters.limit,
+            progress.update,
+        )
     names = dict.fromkeys(name for _, setting, _ in work for name in setting)
-    rows = [{"map": one.name, **{name: setting.get(name) for name in names}, "near": near, **answer}
-            for (one, setting, near), answer in zip(work, answers)]
-    counts = [{"map": name, **{kind: Counter(row["kind"] for row in mine)[kind] for kind in KINDS}}
-              for name, mine in grouped(rows, "map").items()]
+    rows = [
+        {"map": one.name, **{name: setting.get(name) for name in names}, "near": near, **answer}
+        for (one, setting, near), answer in zip(work, answers)
+    ]
+    counts = [
+        {"map": name, **{kind: Counter(row["kind"] for row in mine)[kind] for kind in KINDS}}
+        for name, mine in grouped(rows, "map").items()
+    ]
     return returned(parameters, start, counts=counts, runs=rows)
 
 
@@ -75,13 +89,17 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        from cases.studies import limits_figures  # when something is drawn
         from microblock.view import plots
-        records = kept(out/"limits.csv",
-                       [{**row, "command": command("limits", parameters)} for row in answer["runs"]])
+
+        from . import limits_figures  # when something is drawn
+
+        records = kept(
+            out / "limits.csv", [{**row, "command": command("limits", parameters)} for row in answer["runs"]]
+        )
         for name, mine in grouped(records, "map").items():
-            plots.draw(lambda rows, drawn=MAPS[name]: limits_figures.chart(drawn, rows), mine, out,
-                       f"limits_{name}")
+            plots.draw(
+                lambda rows, drawn=MAPS[name]: limits_figures.chart(drawn, rows), mine, out, f"limits_{name}"
+            )
     return answer
 
 

@@ -17,12 +17,20 @@ from scipy.stats import qmc
 from microblock.errors import MicroblockError
 
 # what became of a run, from best to worst; the last five must not happen
-KINDS = ("delivered", "other method", "typed error", "missed", "not finite", "time limit", "untyped error",
-         "crash")
+KINDS = (
+    "delivered",
+    "other method",
+    "typed error",
+    "missed",
+    "not finite",
+    "time limit",
+    "untyped error",
+    "crash",
+)
 MEASURES = ("error", "promise", "iterations", "estimate", "fallback", "oscillation", "wrong_sign", "judge")
 ANSWERED = ("delivered", "other method", "missed")
-NEAR = 0.2           # share of the runs that lie near a degeneracy
-BRINK = 0.04         # of an axis counts as near its degenerate end
+NEAR = 0.2  # share of the runs that lie near a degeneracy
+BRINK = 0.04  # of an axis counts as near its degenerate end
 # sizes of samples of strength 2
 SQUARES = tuple(number**2 for number in (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31))
 
@@ -52,13 +60,13 @@ class Axis:
     def drawn(self, share):
         """What the chart's axis shows at a share in [0, 1] of the axis."""
         if self.scale == "linear":
-            return self.low + share*(self.high - self.low)
-        return self.low*(self.high/self.low)**share
+            return self.low + share * (self.high - self.low)
+        return self.low * (self.high / self.low) ** share
 
     def value(self, share):
         """The parameter at a share in [0, 1] of the axis."""
         if self.choices:
-            return self.choices[min(int(share*len(self.choices)), len(self.choices) - 1)]
+            return self.choices[min(int(share * len(self.choices)), len(self.choices) - 1)]
         value = float(self.limit - self.drawn(share) if self.scale == "gap" else self.drawn(share))
         return round(value) if self.whole else value
 
@@ -70,7 +78,7 @@ class Axis:
 
     def brink(self, share, end):
         """A share in [0, 1] moved next to an end, "low" or "high"."""
-        return BRINK*share if end == "low" else 1 - BRINK*share
+        return BRINK * share if end == "low" else 1 - BRINK * share
 
     @property
     def ends(self):
@@ -92,14 +100,14 @@ class Map:
     question: str
     run: Callable
     axes: tuple
-    panels: tuple = ("", ("",))      # the parameter that tells panels apart, and its values
-    share: float = 1.0               # of the study's runs, over those of other maps
-    error: str = "error"             # what `error` is, for the chart
+    panels: tuple = ("", ("",))  # the parameter that tells panels apart, and its values
+    share: float = 1.0  # of the study's runs, over those of other maps
+    error: str = "error"  # what `error` is, for the chart
 
     def __post_init__(self):
         names = [axis.name for axis in self.axes] + [self.panels[0]]
         taken = {"map", "near", "kind", "message", "spent", *MEASURES} & {*names}
-        if taken or len(set(names)) < len(names):      # a column of the records would hide the other
+        if taken or len(set(names)) < len(names):  # a column of the records would hide the other
             raise ValueError(f"{self.name}: names of parameters must differ from each other and from {taken}")
 
     def settings(self, runs, seed):
@@ -111,14 +119,16 @@ class Map:
         for number, panel in enumerate(values):
             rng = np.random.default_rng([seed, *self.name.encode(), number])
             fixed = {name: panel} if name else {}
-            found += [({**fixed, **self._setting(shares)}, near)
-                      for shares, near in self._shares(runs/len(values), rng)]
+            found += [
+                ({**fixed, **self._setting(shares)}, near)
+                for shares, near in self._shares(runs / len(values), rng)
+            ]
         return found
 
     def _shares(self, runs, rng):
         """[(share of each axis, near a degeneracy)]"""
         brinks = [(column, end) for column, axis in enumerate(self.axes) for end in axis.ends]
-        near = math.ceil(NEAR*runs) if brinks else 0
+        near = math.ceil(NEAR * runs) if brinks else 0
         found = [(shares, False) for shares in self._spread(round(runs) - near, rng)]
         for number, shares in enumerate(rng.random((near, len(self.axes)))):
             column, end = brinks[number % len(brinks)]
@@ -131,8 +141,11 @@ class Map:
         left.
         """
         axes = len(self.axes)
-        size = max((one for one in SQUARES if one <= runs and axes <= math.isqrt(one) + 1),
-                   default=0) if axes > 1 else 0
+        size = (
+            max((one for one in SQUARES if one <= runs and axes <= math.isqrt(one) + 1), default=0)
+            if axes > 1
+            else 0
+        )
         paired = [qmc.LatinHypercube(axes, strength=2, rng=rng).random(size)] if size else []
         return np.concatenate([*paired, qmc.LatinHypercube(axes, rng=rng).random(runs - size)])
 
@@ -162,8 +175,11 @@ class Outcome:
 
     @property
     def kind(self):
-        numbers = [value for value in (self.error, self.estimate, self.oscillation, self.wrong_sign)
-                   if value is not None]
+        numbers = [
+            value
+            for value in (self.error, self.estimate, self.oscillation, self.wrong_sign)
+            if value is not None
+        ]
         if not np.isfinite(numbers).all():
             return "not finite"
         if self.promise is not None and self.error > self.promise:
@@ -178,7 +194,7 @@ def attempt(run, setting):
         with warnings.catch_warnings(record=True) as heard:
             warnings.simplefilter("always")
             outcome = run(**setting)
-    except Exception as failure:      # whatever it is, it is a finding
+    except Exception as failure:  # whatever it is, it is a finding
         kind = "typed error" if isinstance(failure, MicroblockError) else "untyped error"
         message = f"{type(failure).__name__}: {' '.join(str(failure).split())}"
     else:

@@ -12,17 +12,18 @@ import numpy as np
 from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
-from cases.scenes import strip
-from cases.studies.judged_line import Draw, error_of_elements
-from cases.studies.limits_maps import Axis, Map, Outcome, choice
-from cases.studies.limits_meshes import ALPHA, half_plane, squares
 from microblock.fem.body import Loads
 from microblock.fem.newton import WORST
 
-DOMAIN = 18.0         # over a_Hz, the paper's
-STRIP_ORDER = 8       # where the strip's mesh is not in question: its error is rounding
-HEIGHT, BLOCK = 1.0, 0.25      # of the block whose supports are taken away, and its elements
-BLOCK_LOAD = 0.01     # on it
+from ..scenes import strip
+from .judged_line import Draw, error_of_elements
+from .limits_maps import Axis, Map, Outcome, choice
+from .limits_meshes import ALPHA, half_plane, squares
+
+DOMAIN = 18.0  # over a_Hz, the paper's
+STRIP_ORDER = 8  # where the strip's mesh is not in question: its error is rounding
+HEIGHT, BLOCK = 1.0, 0.25  # of the block whose supports are taken away, and its elements
+BLOCK_LOAD = 0.01  # on it
 # to which energy is half the work: what a matrix with supports leaves, and one without does not
 CLAPEYRON = 1e-6
 NU = 0.3
@@ -34,14 +35,14 @@ def problem_of(alpha):
 
 def on_squares(problem, spacing, kind, rho):
     """The state on equal squares by Newton's method; rho over the stiffness lambda + 2 mu over a_Hz."""
-    stiffness = problem.solid.lam + 2*problem.solid.mu
-    return squares(problem, 1, spacing, DOMAIN, newton=mb.Newton(kind, rho*stiffness))
+    stiffness = problem.solid.lam + 2 * problem.solid.mu
+    return squares(problem, 1, spacing, DOMAIN, newton=mb.Newton(kind, rho * stiffness))
 
 
 def penalty_in_strip(rho, elements):
     parameters = replace(strip.Parameters(), method="penalty", order=1, elements=elements)
     solid = parameters.solid
-    solution = strip.solve_once(replace(parameters, rho=rho*(solid.lam + 2*solid.mu)))
+    solution = strip.solve_once(replace(parameters, rho=rho * (solid.lam + 2 * solid.mu)))
     found = strip.errors(solution)
     return Outcome(max(found["error_psi"], found["error_u"]), iterations=solution.state.iterations)
 
@@ -55,7 +56,7 @@ def penalty_on_squares(rho, spacing, alpha):
 def lagrangian_in_strip(rho, elements, ell_over_H):
     parameters = replace(strip.Parameters(), order=STRIP_ORDER, elements=elements, ell_over_H=ell_over_H)
     solid = parameters.solid
-    solution = strip.solve_once(replace(parameters, rho=rho*(solid.lam + 2*solid.mu)))
+    solution = strip.solve_once(replace(parameters, rho=rho * (solid.lam + 2 * solid.mu)))
     found = strip.errors(solution)
     return Outcome(max(found["error_psi"], found["error_u"]), WORST, iterations=solution.state.iterations)
 
@@ -65,11 +66,11 @@ def lagrangian_on_squares(rho, spacing, alpha):
     state = on_squares(problem, spacing, "al", rho)
     condensed = squares(problem, 1, spacing, DOMAIN)
     p, true = (np.array(list(one.pressures.values())) for one in (state, condensed))
-    off = float(np.linalg.norm(p - true)/np.linalg.norm(true))
+    off = float(np.linalg.norm(p - true) / np.linalg.norm(true))
     return Outcome(off, WORST, iterations=state.iterations)
 
 
-SUPPORTS = {      # of a block, from enough to none
+SUPPORTS = {  # of a block, from enough to none
     "all": {"u1": "bottom", "u2": "bottom", "psi": "bottom"},
     "psi free": {"u1": "bottom", "u2": "bottom"},
     "u1 free": {"u2": "bottom", "psi": "bottom"},
@@ -83,20 +84,25 @@ def supported(solver, supports, beta, order, nu, ell):
     """A block with more or fewer supports than it needs; answers are verified by Clapeyron: energy is half
     the work.
     """
-    mesh = MakeStructured2DMesh(quads=True, nx=round(2/BLOCK), ny=round(HEIGHT/BLOCK),
-                                mapping=lambda x, y: (2*x - 1, y - 1))
+    mesh = MakeStructured2DMesh(
+        quads=True, nx=round(2 / BLOCK), ny=round(HEIGHT / BLOCK), mapping=lambda x, y: (2 * x - 1, y - 1)
+    )
     mesh.ngmesh.SetBCName([*mesh.GetBoundaries()].index("top"), "contact")
-    body = mb.Body(ng.Mesh(mesh.ngmesh), mb.Cosserat(E=2*(1 - nu**2), nu=nu, ell=ell, beta=beta), order,
-                   fixed=SUPPORTS[supports])
+    body = mb.Body(
+        ng.Mesh(mesh.ngmesh),
+        mb.Cosserat(E=2 * (1 - nu**2), nu=nu, ell=ell, beta=beta),
+        order,
+        fixed=SUPPORTS[supports],
+    )
     energy, work, iterations = BY_SOLVER[solver](body)
-    return Outcome(abs(energy/work - 1), CLAPEYRON, iterations)
+    return Outcome(abs(energy / work - 1), CLAPEYRON, iterations)
 
 
 def _bulk(body):
     loads = Loads(traction={"contact": (0.1, -1.0)}, micromoment={"contact": 0.1})
     fields = body.solve(loads)
-    work = ng.Integrate((0.1*fields.u1 - fields.u2 + 0.1*fields.psi)*ng.ds("contact"), body.mesh)
-    return fields.energy(), work/2, None
+    work = ng.Integrate((0.1 * fields.u1 - fields.u2 + 0.1 * fields.psi) * ng.ds("contact"), body.mesh)
+    return fields.energy(), work / 2, None
 
 
 def _condensed(body):
@@ -107,37 +113,69 @@ def _condensed(body):
 def _newton(body, method):
     problem = mb.Contact(body, mb.Cylinder(1.0), mb.Microblock(), mb.Newton(method))
     facets, state = problem.solver.facets, problem.solve(load=BLOCK_LOAD).solution.nodal
-    forces = {corner: -state.multipliers[corner]*facets.weights for corner in facets.corners}
-    changes = facets.gap_changes(*state.fields, 0.0)      # what the body gives way at each corner
-    work = sum(forces[corner] @ np.where(forces[corner] > 0, changes[corner], 0.0)
-               for corner in facets.corners)
-    return state.fields.energy(), work/2, state.iterations
+    forces = {corner: -state.multipliers[corner] * facets.weights for corner in facets.corners}
+    changes = facets.gap_changes(*state.fields, 0.0)  # what the body gives way at each corner
+    work = sum(
+        forces[corner] @ np.where(forces[corner] > 0, changes[corner], 0.0) for corner in facets.corners
+    )
+    return state.fields.energy(), work / 2, state.iterations
 
 
-BY_SOLVER = {"bulk": _bulk, "condensed": _condensed, "al": partial(_newton, method="al"),
-             "penalty": partial(_newton, method="penalty")}
+BY_SOLVER = {
+    "bulk": _bulk,
+    "condensed": _condensed,
+    "al": partial(_newton, method="al"),
+    "penalty": partial(_newton, method="penalty"),
+}
 RHO = Axis("rho", r"$\rho a_\mathrm{Hz}/(\lambda + 2\mu)$", 1e-6, 1e6, degenerate="both")
 PENALTIES = Axis("rho", RHO.label, 1e-2, 1e10, degenerate="both")
 SQUARES = Axis("spacing", r"$h/a_\mathrm{Hz}$", 0.4, 0.2)
 IN_STRIP = {"rho": r"$\rho H/(\lambda + 2\mu)$"}
 MAPS = (
-    Map("penalty_strip",
+    Map(
+        "penalty_strip",
         "Strip: which rho of the penalty is best on a mesh, and where does it spoil the matrix?",
-        penalty_in_strip, (replace(PENALTIES, label=IN_STRIP["rho"]),
-                           Axis("elements", "elements", 2, 512, whole=True)),
-        share=0.5),
-    Map("penalty_squares",
+        penalty_in_strip,
+        (replace(PENALTIES, label=IN_STRIP["rho"]), Axis("elements", "elements", 2, 512, whole=True)),
+        share=0.5,
+    ),
+    Map(
+        "penalty_squares",
         "Cylinder: which rho of the penalty is best on a mesh, and where does it spoil the matrix?",
-        penalty_on_squares, (PENALTIES, SQUARES, ALPHA), share=0.6),
-    Map("lagrangian_strip", "Strip: does the augmented Lagrangian depend on rho?", lagrangian_in_strip,
-        (replace(RHO, label=IN_STRIP["rho"]), Axis("elements", "elements", 8, 32, whole=True),
-         Axis("ell_over_H", r"$\ell/H$", 0.1, 10.0)), share=0.3),
-    Map("lagrangian_squares", "Cylinder: does the augmented Lagrangian depend on rho?", lagrangian_on_squares,
-        (RHO, SQUARES, ALPHA), share=0.6),
-    Map("supports", "What becomes of matrices that are singular, or nearly?", supported,
-        (choice("supports", "supports", *SUPPORTS, degenerate="high"),
-         choice("beta", r"$\beta$", 0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1.999999, degenerate="low"),
-         choice("order", "order", 1, 2, 3, 4), Axis("nu", r"$\nu$", 0.0, 0.49, "linear"),
-         Axis("ell", r"$\ell$", 0.01, 1.0)),
-        ("solver", tuple(BY_SOLVER)), 0.5),
+        penalty_on_squares,
+        (PENALTIES, SQUARES, ALPHA),
+        share=0.6,
+    ),
+    Map(
+        "lagrangian_strip",
+        "Strip: does the augmented Lagrangian depend on rho?",
+        lagrangian_in_strip,
+        (
+            replace(RHO, label=IN_STRIP["rho"]),
+            Axis("elements", "elements", 8, 32, whole=True),
+            Axis("ell_over_H", r"$\ell/H$", 0.1, 10.0),
+        ),
+        share=0.3,
+    ),
+    Map(
+        "lagrangian_squares",
+        "Cylinder: does the augmented Lagrangian depend on rho?",
+        lagrangian_on_squares,
+        (RHO, SQUARES, ALPHA),
+        share=0.6,
+    ),
+    Map(
+        "supports",
+        "What becomes of matrices that are singular, or nearly?",
+        supported,
+        (
+            choice("supports", "supports", *SUPPORTS, degenerate="high"),
+            choice("beta", r"$\beta$", 0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1.999999, degenerate="low"),
+            choice("order", "order", 1, 2, 3, 4),
+            Axis("nu", r"$\nu$", 0.0, 0.49, "linear"),
+            Axis("ell", r"$\ell$", 0.01, 1.0),
+        ),
+        ("solver", tuple(BY_SOLVER)),
+        0.5,
+    ),
 )

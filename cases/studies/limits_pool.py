@@ -5,10 +5,11 @@ from concurrent.futures import TimeoutError, as_completed
 
 from pebble import ProcessExpired
 
-from cases.studies.limits_maps import MEASURES, attempt
 from microblock.data.sweeps import processes
 
-START = 300.0     # seconds that a new worker may take for its imports
+from .limits_maps import MEASURES, attempt
+
+START = 300.0  # seconds that a new worker may take for its imports
 
 
 def records(work, workers, limit, progress):
@@ -20,6 +21,7 @@ def records(work, workers, limit, progress):
 
     def lost(_, words):
         return {**blank, "kind": "crash" if "died" in words else "time limit", "message": words}
+
     return answers(attempt, work, workers, limit, progress, lost)
 
 
@@ -27,12 +29,13 @@ def answers(function, work, workers, limit, progress, lost):
     """function(*arguments) for each arguments of `work`, in its order; where it was stopped or died,
     lost(arguments, words).
     """
-    found = [None]*len(work)
+    found = [None] * len(work)
     with processes(workers) as pool:
         for waiting in [pool.schedule(int, timeout=START) for _ in range(workers)]:
             waiting.result()
-        numbers = {pool.schedule(function, arguments, timeout=limit): number
-                   for number, arguments in enumerate(work)}
+        numbers = {
+            pool.schedule(function, arguments, timeout=limit): number for number, arguments in enumerate(work)
+        }
         for future in as_completed(numbers):
             number = numbers[future]
             try:
@@ -51,8 +54,10 @@ class OutOfTime(BaseException):
 
 def within(seconds, function):
     """function(), or OutOfTime after so many seconds of processor time; in a process's main thread."""
+
     def stop(*_):
         raise OutOfTime
+
     before = signal.signal(signal.SIGPROF, stop)
     signal.setitimer(signal.ITIMER_PROF, seconds)
     try:

@@ -13,25 +13,27 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from cases.common.options import Checked, option
-from cases.common.records import returned
-from cases.studies import facts as numbers
-from cases.studies.methods_text import HEAD, SECTIONS
 from microblock.data.records import write_records, write_text
 from microblock.errors import BadArgument
+
+from ..common.catalog import DATA
+from ..common.options import Checked, option
+from ..common.records import returned
+from . import facts as numbers
+from .methods_text import HEAD, SECTIONS
 
 STUDIES = ("speed", "speed_cost", "limits")
 
 
 @dataclass(frozen=True)
 class Parameters(Checked):
-    records: str = option("docs/data",
-                          "folder of speed.csv, speed_cost.csv and limits.csv, as the two studies write them",
-                          str)
+    records: str = option(
+        str(DATA), "folder of speed.csv, speed_cost.csv and limits.csv, as the two studies write them", str
+    )
 
     def relate(self):
         for name in STUDIES:
-            if not (Path(self.records)/f"{name}.csv").is_file():
+            if not (Path(self.records) / f"{name}.csv").is_file():
                 raise BadArgument("records", self.records, f"must be a folder with {name}.csv")
 
 
@@ -43,10 +45,18 @@ def numbered():
 
 def facts(records):
     """A row for each number that a sentence rests on."""
-    return [{"sentence": number, "name": name, "study": fact.study, "selection": fact.told,
-             "runs": len(fact.rows(records)),
-             "value": fact.value(records)} for number, _, claim in numbered()
-            for name, fact in claim.facts.items()]
+    return [
+        {
+            "sentence": number,
+            "name": name,
+            "study": fact.study,
+            "selection": fact.told,
+            "runs": len(fact.rows(records)),
+            "value": fact.value(records),
+        }
+        for number, _, claim in numbered()
+        for name, fact in claim.facts.items()
+    ]
 
 
 def page(records):
@@ -57,22 +67,28 @@ def page(records):
             lines += ["", f"## {heading}", ""]
             last = heading
         lines.append(f"- {claim.told(records)} [{number}]")
-    lines += ["", "## What each sentence rests on", "", "| | study | number | runs | value |",
-              "|---|---|---|---|---|"]
-    lines += [f"| {row['sentence']} | {row['study']} | {row['selection']} | {row['runs']} | "
-              f"{row['value']:.3g} |"
-              for row in facts(records)]
+    lines += [
+        "",
+        "## What each sentence rests on",
+        "",
+        "| | study | number | runs | value |",
+        "|---|---|---|---|---|",
+    ]
+    lines += [
+        f"| {row['sentence']} | {row['study']} | {row['selection']} | {row['runs']} | {row['value']:.3g} |"
+        for row in facts(records)
+    ]
     return "\n".join(lines) + "\n"
 
 
 def run(parameters, out=None, quiet=False):
     """Check each sentence on the records; print the page, or write it into the folder `out`."""
     start = time.perf_counter()
-    records = {name: numbers.records(Path(parameters.records)/f"{name}.csv") for name in STUDIES}
+    records = {name: numbers.records(Path(parameters.records) / f"{name}.csv") for name in STUDIES}
     text, rows = page(records), facts(records)
     if out:
-        write_records(out/"methods.csv", rows)
-        write_text(out/"methods.md", text)
+        write_records(out / "methods.csv", rows)
+        write_text(out / "methods.md", text)
     elif not quiet:
         print(text)
     return returned(parameters, start, text=text, facts=rows)

@@ -2,24 +2,12 @@
 
 import math
 
-from cases.studies.facts import (
-    Fact,
-    Range,
-    below,
-    best,
-    claim,
-    cost,
-    count,
-    of_finest,
-    quantile,
-    share,
-    worst_ratio,
-)
+from .facts import Fact, Range, below, best, claim, cost, count, of_finest, quantile, share, worst_ratio
 
 HEAD = """# Which method, and where it breaks
 
 Each sentence is checked against the records of `python -m cases speed` and `python -m cases limits`
-(docs/data), and the table at the end says which ones: study, measure, selection, number of runs ("AL,
+(cases/data), and the table at the end says which ones: study, measure, selection, number of runs ("AL,
 order 1", a uniform bilinear mesh with augmented Lagrangian, is "paper's way" in records of 0.1). Seconds
 are processor seconds of one thread, setup and solving together; errors are relative, of pressure and
 micromoment in L2 unless said otherwise. `python -m cases methods --out docs` writes this page, and stops at
@@ -68,7 +56,7 @@ def middle(column="error"):
 
 
 def quotient(slow, fast, **_):
-    return slow/fast
+    return slow / fast
 
 
 HALF_PLANE = (
@@ -256,8 +244,9 @@ CONTACT_TERM = (
             " a cylinder {stiff:.0%} of the runs with rho above 1e9 (lambda + 2 mu)/a_Hz end in a typed "
             "error, and {soft:.0%}"
             " with rho below 0.2, where the penetration is as large as the contact.",
-            lambda low, high, found, stiff, soft: low > 1e3 * high and found == 1 and stiff > 0.3
-            and soft > 0.5,
+            lambda low, high, found, stiff, soft: (
+                low > 1e3 * high and found == 1 and stiff > 0.3 and soft > 0.5
+            ),
             low=runs("penalty_strip", middle(), rho=Range(0, 1), elements=Range(32)),
             high=runs("penalty_strip", middle(), rho=Range(1e8, 1e10), elements=Range(32)),
             found=runs("penalty_strip", share("delivered"), rho=Range(0, 1e10)),
@@ -322,8 +311,9 @@ STATES = (
             "A million cells, two corners each, take {seconds:.0f} s and {memory:.0f} MiB, matrix-free; a "
             "million unknowns of"
             " condensed finite elements {bulk:.0f} s and {more:.0f} MiB.",
-            lambda seconds, bulk, cells, unknowns, **_: seconds < bulk and 0.9e6 < unknowns < 1.1e6
-            and 0.9e6 < cells < 1.1e6,
+            lambda seconds, bulk, cells, unknowns, **_: (
+                seconds < bulk and 0.9e6 < unknowns < 1.1e6 and 0.9e6 < cells < 1.1e6
+            ),
             seconds=largest("seconds", "cells"),
             memory=largest("megabytes", "cells"),
             bulk=largest("seconds", "condensed, order 1"),
@@ -366,8 +356,9 @@ PEERS = (
             "{peer:.2g} s, fitted finite"
             " elements in {ours:.2g} s, without one.",
             lambda peer, ours: ours < peer,
-            peer=seconds(tuple(f"ContactBoundary, order {order}" for order in (1, 2, 4)), 1.05e-2,
-                         "classical"),
+            peer=seconds(
+                tuple(f"ContactBoundary, order {order}" for order in (1, 2, 4)), 1.05e-2, "classical"
+            ),
             ours=seconds("fitted fe", 1e-2, "classical"),
         ),
     ),

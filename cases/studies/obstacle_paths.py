@@ -10,18 +10,19 @@ import time
 
 import numpy as np
 
-from cases.studies import obstacle_cells
-from cases.studies.limits_pool import OutOfTime, told_on_a_line, within
-from cases.studies.obstacle_sample import CARRIES, JUDGE_LIMIT, LIMIT, TWICE, Draw
 from microblock.errors import MicroblockError, NotConverged
+
+from . import obstacle_cells
+from .limits_pool import OutOfTime, told_on_a_line, within
+from .obstacle_sample import CARRIES, JUDGE_LIMIT, LIMIT, TWICE, Draw
 
 # of the load, where cells look on either side of an event; more if its error is larger
 BESIDE = 0.03
-LOOKS = 6                  # events of a path, the latest ones, beside which cells are looked at
-RANDOM = 3                 # random loads between a tenth of the last one and the last
-TIMES = 4                  # LIMIT, for the events of a path
+LOOKS = 6  # events of a path, the latest ones, beside which cells are looked at
+RANDOM = 3  # random loads between a tenth of the last one and the last
+TIMES = 4  # LIMIT, for the events of a path
 STEPS = {"born": 1, "split": 1, "vanished": -1, "merged": -1}
-NARROW = 0.05              # of the narrower of two zones: what parts them is not told from nothing
+NARROW = 0.05  # of the narrower of two zones: what parts them is not told from nothing
 
 
 def count(events, zone, load):
@@ -32,43 +33,57 @@ def count(events, zone, load):
 def bounds(cells, zone):
     """(least, most) zones of a kind that a right path may tell of at the load of these cells."""
     zones = cells.named_zones[zone]
-    corners = {name: [number]
-               for number, name in enumerate(cells.setting.problem.law.corners)}.get(zone, slice(None))
-    force = cells.weights*cells.pressures[corners].sum(axis=0)/cells.setting.load
-    cell = np.interp([sum(pair)/2 for pair in zones], cells.x, cells.weights) if zones else ()
+    corners = {name: [number] for number, name in enumerate(cells.setting.problem.law.corners)}.get(
+        zone, slice(None)
+    )
+    force = cells.weights * cells.pressures[corners].sum(axis=0) / cells.setting.load
+    cell = np.interp([sum(pair) / 2 for pair in zones], cells.x, cells.weights) if zones else ()
     joined = []
     for (a, b), size in zip(zones, cell):
-        if joined and a - joined[-1][1] <= max(NARROW*min(b - a, joined[-1][1] - joined[-1][0]), 3*size):
+        if joined and a - joined[-1][1] <= max(NARROW * min(b - a, joined[-1][1] - joined[-1][0]), 3 * size):
             joined[-1] = joined[-1][0], b
         else:
             joined.append((a, b))
-    carries = [force[(cells.x >= a) & (cells.x <= b)].sum() > TWICE*CARRIES for a, b in joined]
+    carries = [force[(cells.x >= a) & (cells.x <= b)].sum() > TWICE * CARRIES for a, b in joined]
     return sum(carries), len(zones)
 
 
 def beside(events, last, rng):
     """Loads at which cells look: on either side of the latest events, no other between, and random ones."""
-    loads = sorted({event.load for event in events if event.load > 1e-3*last})[-LOOKS:]
-    every = np.array(sorted({event.load for event in events} | {0.0, last*(1 + BESIDE)}))
-    found = list(last*10**-rng.uniform(0, 1, RANDOM))
+    loads = sorted({event.load for event in events if event.load > 1e-3 * last})[-LOOKS:]
+    every = np.array(sorted({event.load for event in events} | {0.0, last * (1 + BESIDE)}))
+    found = list(last * 10 ** -rng.uniform(0, 1, RANDOM))
     for load in loads:
         error = max(event.load_error for event in events if event.load == load)
         for sign in (-1, 1):
             ahead = every[every > load] if sign > 0 else every[every < load][::-1]
-            way = min(max(BESIDE*load, 3*error), abs(ahead[0] - load)/2) if len(ahead) else BESIDE*load
-            if way > 1.5*error and 0 < load + sign*way <= last:
-                found.append(load + sign*way)
+            way = (
+                min(max(BESIDE * load, 3 * error), abs(ahead[0] - load) / 2) if len(ahead) else BESIDE * load
+            )
+            if way > 1.5 * error and 0 < load + sign * way <= last:
+                found.append(load + sign * way)
     return sorted(map(float, found))
 
 
-BLANK = {"outcome": None, "events": None, "looked": 0, "unjudged": 0, "unlike": "", "seconds": None,
-         "message": None}
+BLANK = {
+    "outcome": None,
+    "events": None,
+    "looked": 0,
+    "unjudged": 0,
+    "unlike": "",
+    "seconds": None,
+    "message": None,
+}
 
 
 def path_lost(arguments, words):
     """Record of a path whose process had to be stopped, or died."""
-    return {**Draw(*arguments).about, **BLANK, "outcome": "crashed" if "died" in words else "slow",
-            "message": words}
+    return {
+        **Draw(*arguments).about,
+        **BLANK,
+        "outcome": "crashed" if "died" in words else "slow",
+        "message": words,
+    }
 
 
 def path(seed, number):
@@ -77,19 +92,28 @@ def path(seed, number):
     row = {**draw.about, **BLANK}
     start, problem = time.perf_counter(), draw.problem()
     try:
-        events = within(TIMES*LIMIT, lambda: problem.path(load=draw.load).events)
+        events = within(TIMES * LIMIT, lambda: problem.path(load=draw.load).events)
     except OutOfTime:
-        return {**row, "outcome": "slow", "seconds": time.perf_counter() - start,
-                "message": f"stopped after {TIMES*LIMIT} s"}
-    except Exception as failure:      # whatever it is, it is a finding
-        return {**row, "outcome": "refused" if isinstance(failure, NotConverged) else "crashed",
-                "seconds": time.perf_counter() - start, "message": told_on_a_line(failure)}
+        return {
+            **row,
+            "outcome": "slow",
+            "seconds": time.perf_counter() - start,
+            "message": f"stopped after {TIMES * LIMIT} s",
+        }
+    except Exception as failure:  # whatever it is, it is a finding
+        return {
+            **row,
+            "outcome": "refused" if isinstance(failure, NotConverged) else "crashed",
+            "seconds": time.perf_counter() - start,
+            "message": told_on_a_line(failure),
+        }
     row.update(events=len(events), seconds=time.perf_counter() - start)
     words = []
     for load in beside(events, draw.load, np.random.default_rng([seed, number, 1])):
         try:
-            cells, _ = within(JUDGE_LIMIT, lambda load=load: obstacle_cells.judged(problem, load, draw.window,
-                                                                                   enough=3e-3))
+            cells, _ = within(
+                JUDGE_LIMIT, lambda load=load: obstacle_cells.judged(problem, load, draw.window, enough=3e-3)
+            )
         except (OutOfTime, MicroblockError, ArithmeticError, ValueError, np.linalg.LinAlgError):
             row["unjudged"] += 1
             continue
@@ -98,5 +122,8 @@ def path(seed, number):
             told, (least, most) = count(events, zone, load), bounds(cells, zone)
             if not least <= told <= most:
                 words.append(f"{zone}: {told} at load {load:.6g}, cells {least} to {most}")
-    return {**row, "outcome": "wrong" if words else "ok" if row["looked"] else "unjudged",
-            "unlike": "; ".join(words)}
+    return {
+        **row,
+        "outcome": "wrong" if words else "ok" if row["looked"] else "unjudged",
+        "unlike": "; ".join(words),
+    }

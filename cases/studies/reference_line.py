@@ -19,16 +19,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cases.studies.reference_panels import LOG, ROOT, Mesh, Problem, gauss, matrix, mesh, rows, tanh_sinh
 from microblock.errors import NotConverged
+
+from .reference_panels import LOG, ROOT, Mesh, Problem, gauss, matrix, mesh, rows, tanh_sinh
 
 # closed gaps at Gauss points to this power next to kinks: they have to tell log r from 1
 CLUSTER = 2
-LONGEST_STEP = 0.3          # of an edge over the way to the next
-DIFFERENCE = 1e-3           # step of the finite differences, over the same
+LONGEST_STEP = 0.3  # of an edge over the way to the next
+DIFFERENCE = 1e-3  # step of the finite differences, over the same
 NEWTON_STEPS = 30
-ROUNDING = 1e-7             # of a way: steps below it that no longer shrink are rounding
-TOLERANCE = 1e-13           # of a way
+ROUNDING = 1e-7  # of a way: steps below it that no longer shrink are rounding
+TOLERANCE = 1e-13  # of a way
 
 
 @dataclass(frozen=True)
@@ -48,18 +49,21 @@ class Reference:
         found = np.zeros(len(x))
         for number in np.flatnonzero(self.panels.corner == corner):
             e, h, kind = (getattr(self.panels, name)[number] for name in ("e", "h", "kind"))
-            here = np.flatnonzero(((x - e)/h > 0) & ((x - e)/h <= 1))
-            along = (x[here] - e)/h
+            here = np.flatnonzero(((x - e) / h > 0) & ((x - e) / h <= 1))
+            along = (x[here] - e) / h
             v = np.sqrt(along) if kind == ROOT else along
-            found[here] = self.panels.basis(kind, v) @ self.f[number]/(v if kind == ROOT else 1.0)
+            found[here] = self.panels.basis(kind, v) @ self.f[number] / (v if kind == ROOT else 1.0)
         return found
 
     def micromoment(self, x):
         """M over ell at x (n,): (29), or the reaction to psi = 0."""
         if self.problem.clamped:
-            return rows(self.problem, self.panels, x,
-                        lambda _: self.problem.reaction) @ self.f.ravel()/self.problem.ell
-        return sum(lever*self.pressure(corner, x) for corner, lever in enumerate(self.problem.levers))/2
+            return (
+                rows(self.problem, self.panels, x, lambda _: self.problem.reaction)
+                @ self.f.ravel()
+                / self.problem.ell
+            )
+        return sum(lever * self.pressure(corner, x) for corner, lever in enumerate(self.problem.levers)) / 2
 
     def gap(self, corner, x):
         """Gap of a corner at x (n,)."""
@@ -86,8 +90,8 @@ def solve(problem, zones, order):
         system[own, :size] = matrix(problem, panels, x.ravel()[own], corner)
         right[own] = -problem.gap(corner, x.ravel()[own])
     system[:size, size] = -1.0
-    integrals = np.array([_basis_integrals(panels, kind) for kind in panels.kind])*panels.density[:, None]
-    system[size, :size] = (2 if problem.mirror else 1)*integrals.ravel()
+    integrals = np.array([_basis_integrals(panels, kind) for kind in panels.kind]) * panels.density[:, None]
+    system[size, :size] = (2 if problem.mirror else 1) * integrals.ravel()
     right[size] = problem.load
     solution = np.linalg.solve(system, right)
     return Reference(problem, zones, panels, solution[:size].reshape(-1, order), solution[size])
@@ -109,8 +113,9 @@ def edges_of(zones):
 def with_edges(zones, edges):
     """The same zones with other edges."""
     flat = iter(edges)
-    return {corner: [(float(next(flat)), float(next(flat))) for _ in zones[corner]]
-            for corner in sorted(zones)}
+    return {
+        corner: [(float(next(flat)), float(next(flat))) for _ in zones[corner]] for corner in sorted(zones)
+    }
 
 
 def singular_parts(state):
@@ -122,8 +127,8 @@ def singular_parts(state):
             for edge, sign in zip(pair, (1, -1)):
                 panels = state.panels
                 own = (panels.corner == corner) & (panels.kind == ROOT)
-                number, = np.flatnonzero(own & (panels.e == edge) & (np.sign(panels.h) == sign))
-                found.append(at_zero @ state.f[number]*np.sqrt(abs(panels.h[number])))
+                (number,) = np.flatnonzero(own & (panels.e == edge) & (np.sign(panels.h) == sign))
+                found.append(at_zero @ state.f[number] * np.sqrt(abs(panels.h[number])))
     return np.array(found)
 
 
@@ -138,9 +143,9 @@ def _jacobian(problem, zones, order, here):
     edges, ways = edges_of(zones), _ways(problem, zones)
     columns = []
     for number, way in enumerate(ways):
-        step = DIFFERENCE*min(way, problem.ell)
-        moved = edges + step*(np.arange(len(edges)) == number)
-        columns.append((singular_parts(solve(problem, with_edges(zones, moved), order)) - here)/step)
+        step = DIFFERENCE * min(way, problem.ell)
+        moved = edges + step * (np.arange(len(edges)) == number)
+        columns.append((singular_parts(solve(problem, with_edges(zones, moved), order)) - here) / step)
     return np.array(columns).T
 
 
@@ -162,24 +167,31 @@ def fit(problem, zones, orders):
             if jacobian is None or (iteration % 4 == 3 and order == orders[0]):
                 jacobian = _jacobian(problem, zones, orders[0], parts)
             step, ways = np.linalg.solve(jacobian, -parts), _ways(problem, zones)
-            size = np.abs(step/ways).max()
+            size = np.abs(step / ways).max()
             # at rounding steps no longer shrink
-            if size < TOLERANCE or (size < ROUNDING and size > last/3):
+            if size < TOLERANCE or (size < ROUNDING and size > last / 3):
                 break
-            zones = with_edges(zones, edges_of(zones) + step*min(1.0, LONGEST_STEP/size))
+            zones = with_edges(zones, edges_of(zones) + step * min(1.0, LONGEST_STEP / size))
             last = size
         else:
-            raise NotConverged(f"reference: edges still moving by {size:.1e} of their ways",
-                               iterations=NEWTON_STEPS)
+            raise NotConverged(
+                f"reference: edges still moving by {size:.1e} of their ways", iterations=NEWTON_STEPS
+            )
         found.append(state)
     return found
 
 
 def breaks(states):
     """All abscissae at which the pressure of a reference, its kinks included, may be singular."""
-    found = {sign*x for state in states for pairs in state.all_zones.values() for pair in pairs for x in pair
-             for sign in (1, -1)}
-    return sorted(found | {sign*x for x in states[0].problem.kinks for sign in (1, -1)})
+    found = {
+        sign * x
+        for state in states
+        for pairs in state.all_zones.values()
+        for pair in pairs
+        for x in pair
+        for sign in (1, -1)
+    }
+    return sorted(found | {sign * x for x in states[0].problem.kinks for sign in (1, -1)})
 
 
 def distance(first, second, places):
@@ -190,22 +202,24 @@ def distance(first, second, places):
     M/ell).
     """
     places = np.array(places)
-    least = 4e-15*np.ptp(places)      # nearer to a place rounding decides on which side a point is
-    places = places[np.concatenate(([True], np.diff(places) > 3*least))]
+    least = 4e-15 * np.ptp(places)  # nearer to a place rounding decides on which side a point is
+    places = places[np.concatenate(([True], np.diff(places) > 3 * least))]
     share, rest, weights = tanh_sinh()
     left, right = places[:-1, None], places[1:, None]
-    x = np.where(share < 0.5, left + (right - left)*share, right - (right - left)*rest)
+    x = np.where(share < 0.5, left + (right - left) * share, right - (right - left) * rest)
     x = np.clip(x, left + least, right - least).ravel()
-    weights = ((right - left)*weights).ravel()
+    weights = ((right - left) * weights).ravel()
     (p, moment), (other, turning) = first(x), second(x)
-    errors = weights @ (p - other)**2, weights @ (moment - turning)**2
-    return float(np.sqrt(max(errors)/(weights @ other**2)))
+    errors = weights @ (p - other) ** 2, weights @ (moment - turning) ** 2
+    return float(np.sqrt(max(errors) / (weights @ other**2)))
 
 
 def fields(state):
     """x -> (p, M/ell) of a reference."""
-    return lambda x: (sum(state.pressure(corner, x) for corner in range(len(state.problem.levers))),
-                      state.micromoment(x))
+    return lambda x: (
+        sum(state.pressure(corner, x) for corner in range(len(state.problem.levers))),
+        state.micromoment(x),
+    )
 
 
 def violation(state):
@@ -218,11 +232,14 @@ def violation(state):
         if len(edges):
             inside = np.concatenate([np.linspace(*pair, 203)[1:-1] for pair in state.zones[corner]])
             p = state.pressure(corner, inside)
-            found.append(-p.min()/p.max())
-        steps = width*np.geomspace(1e-6, 1, 60)
-        x = np.unique(np.concatenate([edge + sign*steps for edge in every for sign in (1, -1)]))
-        outside = np.all([(x < left) | (x > right) for left, right in state.zones[corner]],
-                         axis=0) if len(edges) else x == x
-        scale = np.ptp(state.problem.height(np.array([0.0, width/2])))
-        found.append(-state.gap(corner, x[outside]).min(initial=0.0)/scale)
+            found.append(-p.min() / p.max())
+        steps = width * np.geomspace(1e-6, 1, 60)
+        x = np.unique(np.concatenate([edge + sign * steps for edge in every for sign in (1, -1)]))
+        outside = (
+            np.all([(x < left) | (x > right) for left, right in state.zones[corner]], axis=0)
+            if len(edges)
+            else x == x
+        )
+        scale = np.ptp(state.problem.height(np.array([0.0, width / 2])))
+        found.append(-state.gap(corner, x[outside]).min(initial=0.0) / scale)
     return max(found)

@@ -30,32 +30,47 @@ from importlib import metadata
 
 from tqdm import tqdm
 
-from cases.common.options import Checked, command, names, option
-from cases.common.records import kept, print_table, returned
-from cases.studies import speed_growth
-from cases.studies.speed_methods import METHODS, NAMES, clock
-from cases.studies.speed_scenes import QUICK, SCENES
 from microblock.data.records import versions
 from microblock.errors import MicroblockError
 
-ONCE = 1.0             # seconds of a warm-up beyond which it counts itself
-ENOUGH = 1.0           # seconds of all runs of a setting, beyond which it is not repeated further
-STOP = 5.0             # times dearer, at most, is the next level of a method
-QUICK_LEVELS = 2       # settings of a method
-GROWTH = "growth"      # in --only: the part of cases/studies/speed_growth.py
+from ..common.options import Checked, command, names, option
+from ..common.records import kept, print_table, returned
+from . import speed_growth
+from .speed_methods import METHODS, NAMES, clock
+from .speed_scenes import QUICK, SCENES
+
+ONCE = 1.0  # seconds of a warm-up beyond which it counts itself
+ENOUGH = 1.0  # seconds of all runs of a setting, beyond which it is not repeated further
+STOP = 5.0  # times dearer, at most, is the next level of a method
+QUICK_LEVELS = 2  # settings of a method
+GROWTH = "growth"  # in --only: the part of cases/studies/speed_growth.py
 # by rho and by period, for each mesh
 TUNED = ("penalty", "tamaas", *(name for name in NAMES if name.startswith("ContactBoundary")))
-BETTER = 100           # times, that a reference should be better than a method
-SHOWN = ("rtol", "h", "elements", "nodes", "rho", "period")      # of them, in the table
-SETTINGS = ("rtol", "h", "order", "elements", "model", "solver", "rho", "domain", "reach", "shape",
-            "nodes", "period", "residual")
+BETTER = 100  # times, that a reference should be better than a method
+SHOWN = ("rtol", "h", "elements", "nodes", "rho", "period")  # of them, in the table
+SETTINGS = (
+    "rtol",
+    "h",
+    "order",
+    "elements",
+    "model",
+    "solver",
+    "rho",
+    "domain",
+    "reach",
+    "shape",
+    "nodes",
+    "period",
+    "residual",
+)
 
 
 @dataclass(frozen=True)
 class Parameters(Checked):
-    only: tuple = names(f"problems ({', '.join(SCENES)}), methods ({', '.join(NAMES)}) and the part {GROWTH} "
-                        f"to run",
-                        (*SCENES, *NAMES, GROWTH))
+    only: tuple = names(
+        f"problems ({', '.join(SCENES)}), methods ({', '.join(NAMES)}) and the part {GROWTH} to run",
+        (*SCENES, *NAMES, GROWTH),
+    )
     repeats: int = option(3, "runs after the warm-up, of which the best counts", int, at_least=1, at_most=100)
     limit: float = option(100.0, "seconds of a run beyond which a method is not refined", above=0, below=1e5)
     quick: bool = option(False, f"{len(QUICK)} problems, {QUICK_LEVELS} settings of each method", bool)
@@ -81,20 +96,37 @@ def plan(parameters):
         for method in METHODS:
             wanted = method.name in parameters.chosen(NAMES) and SCENES[name].kind in method.kinds
             if wanted and method.available:
-                settings = method.levels(SCENES[name])[:QUICK_LEVELS if parameters.quick else None]
+                settings = method.levels(SCENES[name])[: QUICK_LEVELS if parameters.quick else None]
                 found.append((SCENES[name], method, settings))
     return found
 
 
 def blank(scene, method, setting):
     """Record of a setting that has not been run."""
-    return {"scene": scene.name, **scene.parameters, "method": method.name,
-            **{name: setting.get(name) for name in SETTINGS},
-            "unknowns": None, "contact_nodes": None, "error": None, "error_p": None, "error_m": None,
-            "error_psi": None,
-            "error_u": None, "floor": scene.floor, "floor_psi": scene.floor_psi, "judged": None,
-            "setup": None, "solve": None, "spent": None, "repeats": 0, "iterations": None, "estimate": None,
-            "best": None, "failure": None}
+    return {
+        "scene": scene.name,
+        **scene.parameters,
+        "method": method.name,
+        **{name: setting.get(name) for name in SETTINGS},
+        "unknowns": None,
+        "contact_nodes": None,
+        "error": None,
+        "error_p": None,
+        "error_m": None,
+        "error_psi": None,
+        "error_u": None,
+        "floor": scene.floor,
+        "floor_psi": scene.floor_psi,
+        "judged": None,
+        "setup": None,
+        "solve": None,
+        "spent": None,
+        "repeats": 0,
+        "iterations": None,
+        "estimate": None,
+        "best": None,
+        "failure": None,
+    }
 
 
 def measure(scene, method, setting, repeats):
@@ -102,19 +134,30 @@ def measure(scene, method, setting, repeats):
     row = blank(scene, method, setting)
     start = clock()
     try:
-        answer = method.run(scene, **setting)      # the warm-up
+        answer = method.run(scene, **setting)  # the warm-up
         row["spent"] = clock() - start
         answers = [answer] if row["spent"] > ONCE else repeated(lambda: method.run(scene, **setting), repeats)
-    except (MicroblockError, MemoryError, RuntimeError) as failure:      # NGSolve's own are RuntimeErrors
-        return {**row, "spent": clock() - start,
-                "failure": f"{type(failure).__name__}: {' '.join(str(failure).split())}"}
+    except (MicroblockError, MemoryError, RuntimeError) as failure:  # NGSolve's own are RuntimeErrors
+        return {
+            **row,
+            "spent": clock() - start,
+            "failure": f"{type(failure).__name__}: {' '.join(str(failure).split())}",
+        }
     errors = scene.errors(answer.found)
     error = max(errors.values())
-    row.update(errors, **scene.remarks(answer), error=error, judged=error >= BETTER*scene.floor,
-               repeats=0 if answers[0] is answer else len(answers),
-               setup=min(one.setup for one in answers), solve=min(one.solve for one in answers))
-    return {**row, **{name: getattr(answer, name)
-                      for name in ("unknowns", "contact_nodes", "iterations", "estimate")}}
+    row.update(
+        errors,
+        **scene.remarks(answer),
+        error=error,
+        judged=error >= BETTER * scene.floor,
+        repeats=0 if answers[0] is answer else len(answers),
+        setup=min(one.setup for one in answers),
+        solve=min(one.solve for one in answers),
+    )
+    return {
+        **row,
+        **{name: getattr(answer, name) for name in ("unknowns", "contact_nodes", "iterations", "estimate")},
+    }
 
 
 def repeated(work, most):
@@ -132,10 +175,12 @@ def refined(scene, method, settings, parameters, progress):
         progress.set_description(f"{scene.name}, {method.name}")
         progress.update()
         last = rows[-1] if rows else None
-        if last and last["spent"]*STOP > parameters.limit and _dearer(setting, last):
-            why = (f"left out: the level before took {last['spent']:.1f} s, and this one may take {STOP:g} "
-                   f"times as long, "
-                   f"beyond --limit {parameters.limit:g}")
+        if last and last["spent"] * STOP > parameters.limit and _dearer(setting, last):
+            why = (
+                f"left out: the level before took {last['spent']:.1f} s, and this one may take {STOP:g} "
+                f"times as long, "
+                f"beyond --limit {parameters.limit:g}"
+            )
             rows.append({**blank(scene, method, setting), "failure": why})
             progress.update(len(settings) - len(rows))
             break
@@ -153,8 +198,9 @@ def marked(rows):
     groups = {}
     for row in rows:
         if row["method"] in TUNED:
-            groups.setdefault(tuple(row[name] for name in ("scene", "method", "h", "elements", "nodes")),
-                              []).append(row)
+            groups.setdefault(
+                tuple(row[name] for name in ("scene", "method", "h", "elements", "nodes")), []
+            ).append(row)
     for mine in groups.values():
         good = [row for row in mine if row["error"] is not None]
         for row in mine:
@@ -166,17 +212,24 @@ def result(parameters, quiet=True):
     """The case's object: a row a run, growth of the cost, threads."""
     start, work, rows = time.perf_counter(), plan(parameters), []
     for scene in {id(scene): scene for scene, *_ in work}.values():
-        scene.floor      # the references, made before anything is timed
+        scene.floor  # the references, made before anything is timed
     ready = time.perf_counter()
     larger = speed_growth.plan(parameters.quick) if parameters.grows else []
-    with tqdm(total=sum(len(settings) for *_, settings in (*work, *larger)), disable=quiet,
-              unit="run") as progress:
+    with tqdm(
+        total=sum(len(settings) for *_, settings in (*work, *larger)), disable=quiet, unit="run"
+    ) as progress:
         for scene, method, settings in work:
             rows += refined(scene, method, settings, parameters, progress)
         cost = speed_growth.result(larger, progress)
-    return returned(parameters, ready, ready - start, versions={**versions(), **_peers()}, threads=threads(),
-                    runs=marked(rows),
-                    cost=cost)
+    return returned(
+        parameters,
+        ready,
+        ready - start,
+        versions={**versions(), **_peers()},
+        threads=threads(),
+        runs=marked(rows),
+        cost=cost,
+    )
 
 
 def threads():
@@ -196,14 +249,18 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         show(answer)
     if out:
-        from cases.studies import speed_figures  # when something is drawn
         from microblock.view import plots
+
+        from . import speed_figures  # when something is drawn
+
         peers = {f"version_{name}": version for name, version in _peers().items()}
         extra = {"command": command("speed", parameters), **answer["threads"], **peers}
-        for name, rows, plates in (("speed", answer["runs"], speed_figures.PLATES),
-                                   ("speed_cost", answer["cost"]["runs"], speed_figures.COST_PLATES)):
+        for name, rows, plates in (
+            ("speed", answer["runs"], speed_figures.PLATES),
+            ("speed_cost", answer["cost"]["runs"], speed_figures.COST_PLATES),
+        ):
             if rows:
-                records = kept(out/f"{name}.csv", [{**row, **extra} for row in rows])
+                records = kept(out / f"{name}.csv", [{**row, **extra} for row in rows])
                 for plate, drawing in plates.items():
                     plots.draw(drawing, records, out, f"speed_{plate}")
     return answer
@@ -211,8 +268,15 @@ def run(parameters, out=None, quiet=False):
 
 def show(answer):
     """A line a run, then the growth."""
-    rows = [{**row, "setting": " ".join(f"{name} {row[name]:g}" for name in SHOWN if row[name] is not None),
-             "remark": row["failure"] or ("best" if row["best"] else "")} for row in answer["runs"]]
-    print_table(rows, ("scene", "method", "setting", "error", "floor", "unknowns", "setup", "solve",
-                       "remark"))
+    rows = [
+        {
+            **row,
+            "setting": " ".join(f"{name} {row[name]:g}" for name in SHOWN if row[name] is not None),
+            "remark": row["failure"] or ("best" if row["best"] else ""),
+        }
+        for row in answer["runs"]
+    ]
+    print_table(
+        rows, ("scene", "method", "setting", "error", "floor", "unknowns", "setup", "solve", "remark")
+    )
     speed_growth.show(answer["cost"])

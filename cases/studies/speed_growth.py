@@ -20,44 +20,49 @@ from pstats import Stats
 
 import numpy as np
 
-from cases.common.records import print_table
-from cases.studies.speed_methods import (
-    METHODS,
-    PAPER_DOMAIN,
-    REACH,
-    Answer,
-    clock,
-    levels,
-    nodes_of,
-    on_cells,
-    on_squares,
-)
-from cases.studies.speed_scenes import LOAD, SCENES
 from microblock.data.records import grouped
 
+from ..common.records import print_table
+from .speed_methods import METHODS, PAPER_DOMAIN, REACH, Answer, clock, levels, nodes_of, on_cells, on_squares
+from .speed_scenes import LOAD, SCENES
+
 SCENE = "microblock-0.25"
-WINDOW = 1.5           # of the cells, over a_Hz: a little more than the contact
-LONGEST = 190.0        # seconds that a run may be expected to take
+WINDOW = 1.5  # of the cells, over a_Hz: a little more than the contact
+LONGEST = 190.0  # seconds that a run may be expected to take
 # exponents over unknowns for that expectation; factors in the plane
 STEEPEST = {"seconds": 1.4, "megabytes": 1.25}
-SPARE = 0.7            # share of the free memory that a run may be expected to take
-OVERDUE = 3600.0       # wall seconds after which a run has failed
-REPEATS, QUICKLY = 3, 1.0      # of runs that take less than so many seconds
-QUICK = {"condensed, order 1": 2}      # levels of the short form
+SPARE = 0.7  # share of the free memory that a run may be expected to take
+OVERDUE = 3600.0  # wall seconds after which a run has failed
+REPEATS, QUICKLY = 3, 1.0  # of runs that take less than so many seconds
+QUICK = {"condensed, order 1": 2}  # levels of the short form
 DECADE = 10.0
 # below it the clock or the allocator's reserves are what is seen
 TOLD = {"seconds": 1e-4, "megabytes": 2.0}
 # where the time goes: the functions whose cumulative time makes each phase, by what the profile calls them
-PHASES = {"mesh": ("uniform",), "assembly": ("_assemble", "AssembleLinearization"), "residual": ("Apply",),
-          "factor": ("_factorise of condensation", "Inverse"),
-          "condensation": ("_matrix of condensation",),
-          "states": ("solve of active_set", "solve of projected_gradients"),
-          "tables": ("kernels", "prepare of cell_solver")}
+PHASES = {
+    "mesh": ("uniform",),
+    "assembly": ("_assemble", "AssembleLinearization"),
+    "residual": ("Apply",),
+    "factor": ("_factorise of condensation", "Inverse"),
+    "condensation": ("_matrix of condensation",),
+    "states": ("solve of active_set", "solve of projected_gradients"),
+    "tables": ("kernels", "prepare of cell_solver"),
+}
 FILES = {"uniform": "meshes", "_assemble": "condensation", "kernels": "kernels"}
 SETTINGS = ("h", "order", "solver", "domain", "nodes", "rtol")
-MEASURED = ("unknowns", "contact_nodes", "setup", "solve", "seconds", "iterations", "megabytes", "before",
-            "floor", "distance",
-            *(f"share_{phase}" for phase in PHASES))
+MEASURED = (
+    "unknowns",
+    "contact_nodes",
+    "setup",
+    "solve",
+    "seconds",
+    "iterations",
+    "megabytes",
+    "before",
+    "floor",
+    "distance",
+    *(f"share_{phase}" for phase in PHASES),
+)
 SIZES = ("unknowns", "contact_nodes")
 COSTS = ("seconds", "megabytes")
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
@@ -84,8 +89,9 @@ def bulk(h, order=1, solver="condensed", domain=math.inf):
     problem.solver.prepare()
     ready = clock()
     state = problem.solve(load=LOAD)
-    answer = Answer(state, int(state.unknowns), nodes_of(state), ready - start, clock() - ready,
-                    state.iterations)
+    answer = Answer(
+        state, int(state.unknowns), nodes_of(state), ready - start, clock() - ready, state.iterations
+    )
     return answer, problem.solver.prepare()
 
 
@@ -121,18 +127,27 @@ def of_cells(prepared):
 
 
 def of_dense(unknowns):
-    matrix = np.eye(unknowns) + 1/unknowns
+    matrix = np.eye(unknowns) + 1 / unknowns
     return lambda: np.linalg.solve(matrix, matrix[0])
 
 
-FAMILIES = {family.name: family for family in (
-    Family("half-plane", half_plane, of_dense, levels("rtol", (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8))),
-    Family("cells", cells, of_cells, levels("nodes", (2**11, 2**14, 2**17, 2**20))),
-    Family("condensed, order 4", bulk, of_condensed, levels("h", (1.0, 0.5, 0.25, 0.125), order=4)),
-    Family("AL, order 1", bulk, of_newton,
-           levels("h", (0.2, 0.1, 0.05, 0.025, 0.0125), solver="al", domain=PAPER_DOMAIN)),
-    Family("condensed, order 1", bulk, of_condensed, levels("h", (0.2, 0.1, 0.05, 0.025, 0.0125))),
-)}
+FAMILIES = {
+    family.name: family
+    for family in (
+        Family(
+            "half-plane", half_plane, of_dense, levels("rtol", (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8))
+        ),
+        Family("cells", cells, of_cells, levels("nodes", (2**11, 2**14, 2**17, 2**20))),
+        Family("condensed, order 4", bulk, of_condensed, levels("h", (1.0, 0.5, 0.25, 0.125), order=4)),
+        Family(
+            "AL, order 1",
+            bulk,
+            of_newton,
+            levels("h", (0.2, 0.1, 0.05, 0.025, 0.0125), solver="al", domain=PAPER_DOMAIN),
+        ),
+        Family("condensed, order 1", bulk, of_condensed, levels("h", (0.2, 0.1, 0.05, 0.025, 0.0125))),
+    )
+}
 
 
 def measure(family, setting):
@@ -146,11 +161,19 @@ def measure(family, setting):
     answers = [answer] if spent > QUICKLY else [family.run(**setting)[0] for _ in range(REPEATS)]
     floor = timed(family.floor(prepared))
     setup, solve = min(one.setup for one in answers), min(one.solve for one in answers)
-    return {"unknowns": answer.unknowns, "contact_nodes": answer.contact_nodes, "setup": setup,
-            "solve": solve,
-            "seconds": setup + solve, "iterations": answer.iterations, "megabytes": peak and peak - before,
-            "before": before,
-            "floor": floor, "distance": (setup + solve)/floor, **shares(profile, spent)}
+    return {
+        "unknowns": answer.unknowns,
+        "contact_nodes": answer.contact_nodes,
+        "setup": setup,
+        "solve": solve,
+        "seconds": setup + solve,
+        "iterations": answer.iterations,
+        "megabytes": peak and peak - before,
+        "before": before,
+        "floor": floor,
+        "distance": (setup + solve) / floor,
+        **shares(profile, spent),
+    }
 
 
 def shares(profile, spent):
@@ -162,8 +185,10 @@ def shares(profile, spent):
         if path == "~" or FILES.get(short) == module:
             named[short] = named.get(short, 0.0) + total
         named[f"{short} of {module}"] = total
-    return {f"share_{phase}": sum(named.get(name, 0.0) for name in names)/spent
-            for phase, names in PHASES.items()}
+    return {
+        f"share_{phase}": sum(named.get(name, 0.0) for name in names) / spent
+        for phase, names in PHASES.items()
+    }
 
 
 def timed(work):
@@ -172,7 +197,7 @@ def timed(work):
     while not runs or clock() - start < 0.05:
         work()
         runs += 1
-    return (clock() - start)/runs
+    return (clock() - start) / runs
 
 
 def resident(which):
@@ -183,7 +208,7 @@ def resident(which):
         lines = Path("/proc/self/status").read_text().splitlines()
     except FileNotFoundError:
         return None
-    return next(int(line.split()[1])/1024 for line in lines if line.startswith(which))
+    return next(int(line.split()[1]) / 1024 for line in lines if line.startswith(which))
 
 
 def reset_peak():
@@ -198,17 +223,25 @@ def reset_peak():
 
 def blank(family, setting):
     """Record of a run that has not been done."""
-    return {"method": family.name, "scene": SCENE, **SCENES[SCENE].parameters, **dict.fromkeys(SETTINGS),
-            **setting,
-            **dict.fromkeys(MEASURED), "failure": None}
+    return {
+        "method": family.name,
+        "scene": SCENE,
+        **SCENES[SCENE].parameters,
+        **dict.fromkeys(SETTINGS),
+        **setting,
+        **dict.fromkeys(MEASURED),
+        "failure": None,
+    }
 
 
 def apart(family, setting):
     """`measure` in a process of its own; one that fails says why."""
-    words = [sys.executable, "-m", "cases.studies.speed_growth", family.name, json.dumps(setting)]
-    root = str(Path(__file__).resolve().parents[2])
-    environment = {**os.environ, **dict.fromkeys(THREADS, "1"),
-                   "PYTHONPATH": os.pathsep.join([root, *sys.path])}
+    words = [sys.executable, "-m", __spec__.name if __spec__ else __name__, family.name, json.dumps(setting)]
+    environment = {
+        **os.environ,
+        **dict.fromkeys(THREADS, "1"),
+        "PYTHONPATH": os.pathsep.join(entry or os.getcwd() for entry in sys.path),
+    }
     try:
         child = subprocess.run(words, capture_output=True, text=True, timeout=OVERDUE, env=environment)
     except subprocess.TimeoutExpired:
@@ -240,14 +273,16 @@ def refused(rows):
     """Why the next level, taken as much larger as the last one was, is left out; None if it is not."""
     if len(rows) < 2:
         return None
-    larger = rows[-1]["unknowns"]/rows[-2]["unknowns"]
-    seconds, megabytes = ((rows[-1][cost] or 0)*larger**power for cost, power in STEEPEST.items())
+    larger = rows[-1]["unknowns"] / rows[-2]["unknowns"]
+    seconds, megabytes = ((rows[-1][cost] or 0) * larger**power for cost, power in STEEPEST.items())
     if seconds > LONGEST:
         return f"left out: about {seconds:.0f} s would go beyond {LONGEST:g} s"
     free = available()
-    if free and megabytes > SPARE*free:
-        return (f"left out: about {megabytes/1024:.1f} GiB would go beyond {SPARE:.0%} of the "
-                f"{free/1024:.1f} GiB that are free")
+    if free and megabytes > SPARE * free:
+        return (
+            f"left out: about {megabytes / 1024:.1f} GiB would go beyond {SPARE:.0%} of the "
+            f"{free / 1024:.1f} GiB that are free"
+        )
     return None
 
 
@@ -257,7 +292,7 @@ def available():
         lines = Path("/proc/meminfo").read_text().splitlines()
     except FileNotFoundError:
         return None
-    return next(int(line.split()[1])/1024 for line in lines if line.startswith("MemAvailable"))
+    return next(int(line.split()[1]) / 1024 for line in lines if line.startswith("MemAvailable"))
 
 
 def plan(quick):
@@ -280,13 +315,14 @@ def slopes(rows):
     """
     found = []
     for method, mine in grouped([row for row in rows if not row["failure"]], "method").items():
-        last = [row for row in mine if row["unknowns"]*DECADE >= mine[-1]["unknowns"]]
+        last = [row for row in mine if row["unknowns"] * DECADE >= mine[-1]["unknowns"]]
         last = last if len(last) > 1 else mine[-2:]
         for size in SIZES:
             row = {"method": method, "over": size, "from": last[0][size], "to": last[-1][size]}
             sizes = [one[size] for one in last]
-            found.append({**row, **{cost: _slope(sizes, [one[cost] for one in last], TOLD[cost])
-                                    for cost in COSTS}})
+            found.append(
+                {**row, **{cost: _slope(sizes, [one[cost] for one in last], TOLD[cost]) for cost in COSTS}}
+            )
     return found
 
 
@@ -301,14 +337,28 @@ def show(answer):
     """A line a run, then the exponents."""
     if not answer["runs"]:
         return
-    print_table(answer["runs"],
-                ("method", "unknowns", "contact_nodes", "setup", "solve", "megabytes", "floor", "distance",
-                                 "failure"))
+    print_table(
+        answer["runs"],
+        (
+            "method",
+            "unknowns",
+            "contact_nodes",
+            "setup",
+            "solve",
+            "megabytes",
+            "floor",
+            "distance",
+            "failure",
+        ),
+    )
     for row in answer["slopes"]:
-        powers = " and ".join(f"{cost} to the power {row[cost]:.2f}" for cost in COSTS
-                              if row[cost] is not None)
-        print(f"{row['method']:>20}  over {row['over']} from {row['from']} to {row['to']}: "
-              f"{powers or 'no growth to be told'}")
+        powers = " and ".join(
+            f"{cost} to the power {row[cost]:.2f}" for cost in COSTS if row[cost] is not None
+        )
+        print(
+            f"{row['method']:>20}  over {row['over']} from {row['from']} to {row['to']}: "
+            f"{powers or 'no growth to be told'}"
+        )
 
 
 if __name__ == "__main__":

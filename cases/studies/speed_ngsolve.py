@@ -29,13 +29,13 @@ from microblock.fem.facets import lobatto
 from microblock.fem.meshes import uniform_lines
 from microblock.model.quadrature import lagrange
 
-RADIUS = 1e4         # over the unit of length
-FINER = {1: 8}       # elements of the counterpart on one of the ground, by order; others ONE
+RADIUS = 1e4  # over the unit of length
+FINER = {1: 8}  # elements of the counterpart on one of the ground, by order; others ONE
 ONE = 1
-SEARCHED = 1e-2      # unit lengths: how far pairs of points are looked for, far beyond all gaps
-ENOUGH = 1e-10       # residual of Newton over the load
-ROUNDING = 10        # the residual is not asked for below this many units in the last place
-STEPS = 40           # of Newton; two to six are needed
+SEARCHED = 1e-2  # unit lengths: how far pairs of points are looked for, far beyond all gaps
+ENOUGH = 1e-10  # residual of Newton over the load
+ROUNDING = 10  # the residual is not asked for below this many units in the last place
+STEPS = 40  # of Newton; two to six are needed
 
 
 @dataclass(frozen=True)
@@ -66,18 +66,18 @@ class Surface:
         between them.
         """
         nodes, shares = lobatto(len(self.places) - 1)
-        weights = np.polynomial.legendre.leggauss(len(self.places))[1]/2
-        forces = np.maximum(self.penalty, 0)*weights @ lagrange(nodes, self.places)
+        weights = np.polynomial.legendre.leggauss(len(self.places))[1] / 2
+        forces = np.maximum(self.penalty, 0) * weights @ lagrange(nodes, self.places)
         lengths = np.tile(shares, (len(forces), 1))
-        for values in (forces, lengths):      # of a node on two facets
+        for values in (forces, lengths):  # of a node on two facets
             shared = values[1:, 0] + values[:-1, -1]
             values[1:, 0] = values[:-1, -1] = shared
-        return self._polynomials(x, nodes, forces/lengths)
+        return self._polynomials(x, nodes, forces / lengths)
 
     def _polynomials(self, x, places, values):
         facet = np.clip(np.searchsorted(self.ends, x) - 1, 0, len(values) - 1)
         side = self.ends[1] - self.ends[0]
-        found = np.einsum("ij,ij->i", lagrange(places, (x - self.ends[facet])/side), values[facet])
+        found = np.einsum("ij,ij->i", lagrange(places, (x - self.ends[facet]) / side), values[facet])
         return np.where(x <= self.ends[-1], found, 0)
 
 
@@ -112,17 +112,17 @@ class Ground:
         space = ng.VectorH1(mesh, order=self.order, dirichletx="bottom|axis", dirichlety="bottom")
         u = space.TrialFunction()
         strain = ng.Sym(ng.Grad(u))
-        energy = self.lam/2*ng.Trace(strain)**2 + self.mu*ng.InnerProduct(strain, strain)
+        energy = self.lam / 2 * ng.Trace(strain) ** 2 + self.mu * ng.InnerProduct(strain, strain)
         form = ng.BilinearForm(space, symmetric=True)
-        form += ng.Variation(energy*ng.dx("ground"))
+        form += ng.Variation(energy * ng.dx("ground"))
         contact = ng.ContactBoundary(mesh.Boundaries("contact"), mesh.Boundaries("under"))
         place = ng.CF((ng.x, ng.y))
-        penetration = (place + u - place.Other() - u.Other())*contact.normal
-        contact.AddEnergy(ng.IfPos(penetration, self.rho/2*penetration**2, 0))
+        penetration = (place + u - place.Other() - u.Other()) * contact.normal
+        contact.AddEnergy(ng.IfPos(penetration, self.rho / 2 * penetration**2, 0))
         state, lowered = ng.GridFunction(space), ng.GridFunction(space)
-        state.Set(ng.CF((0, ng.x**2/2/RADIUS)), definedon=mesh.Materials("tool"))
+        state.Set(ng.CF((0, ng.x**2 / 2 / RADIUS)), definedon=mesh.Materials("tool"))
         lowered.Set(ng.CF((0, -1)), definedon=mesh.Materials("tool"))
-        contact.Update(state, form, intorder=2*self.order + 1, maxdist=SEARCHED)
+        contact.Update(state, form, intorder=2 * self.order + 1, maxdist=SEARCHED)
         free = space.FreeDofs() & ~space.GetDofs(mesh.Materials("tool"))
         return space, form, contact, state, lowered, free
 
@@ -140,42 +140,44 @@ class Ground:
             If Newton's method has not ended after STEPS.
         """
         space, form, _, shape, lowered, free = self.prepare()
-        load, approach = load/RADIUS, approach/RADIUS      # all of them small like the slopes
+        load, approach = load / RADIUS, approach / RADIUS  # all of them small like the slopes
         state = ng.GridFunction(space)
-        state.vec.data = shape.vec + approach*lowered.vec
+        state.vec.data = shape.vec + approach * lowered.vec
         residual, moved, first, second, product = (state.vec.CreateVector() for _ in range(5))
         inside = ng.Projector(free, True)
-        rounding = ROUNDING*np.finfo(float).eps*self.rho*approach*self.reach    # of rho times the penetration
-        enough = max(ENOUGH*load, rounding)
+        rounding = (
+            ROUNDING * np.finfo(float).eps * self.rho * approach * self.reach
+        )  # of rho times the penetration
+        enough = max(ENOUGH * load, rounding)
         for iteration in range(1, STEPS + 1):
             form.Apply(state.vec, residual)
             force = ng.InnerProduct(lowered.vec, residual)
-            product.data = inside*residual
+            product.data = inside * residual
             if max(product.Norm(), abs(force - load)) < enough:
                 return self._surface(state, approach, iteration)
             form.AssembleLinearization(state.vec)
             inverse = form.mat.Inverse(free, "sparsecholesky")
-            moved.data = form.mat*lowered.vec
-            first.data, second.data = inverse*residual, inverse*moved
-            product.data = form.mat*first
+            moved.data = form.mat * lowered.vec
+            first.data, second.data = inverse * residual, inverse * moved
+            product.data = form.mat * first
             at_first = ng.InnerProduct(lowered.vec, product)
-            product.data = form.mat*second
+            product.data = form.mat * second
             stiffness = ng.InnerProduct(lowered.vec, moved) - ng.InnerProduct(lowered.vec, product)
-            further = (load - force + at_first)/stiffness
-            state.vec.data += further*lowered.vec - first - further*second
+            further = (load - force + at_first) / stiffness
+            state.vec.data += further * lowered.vec - first - further * second
             approach += further
         raise NotConverged(f"Newton has not ended after {STEPS} steps", iterations=STEPS)
 
     def _surface(self, state, approach, iteration):
         mesh = self.prepare()[0].mesh
-        rule = ng.IntegrationRule(ng.SEGM, 2*self.order + 1)
+        rule = ng.IntegrationRule(ng.SEGM, 2 * self.order + 1)
         mapped = mesh.MapToAllElements({ng.SEGM: rule}, mesh.Boundaries("contact"))
         x, lowered = (np.ravel(field(mapped)) for field in (ng.x, state.components[1]))
         order = np.argsort(x)
         x, lowered = (values[order].reshape(-1, len(rule)) for values in (x, lowered))
         ends = np.linspace(0, self.reach, len(x) + 1)
-        penalty = self.rho*RADIUS*(lowered - x**2/2/RADIUS + approach)
-        return Surface(ends, (x[0] - ends[0])/ends[1], penalty, approach*RADIUS, iteration)
+        penalty = self.rho * RADIUS * (lowered - x**2 / 2 / RADIUS + approach)
+        return Surface(ends, (x[0] - ends[0]) / ends[1], penalty, approach * RADIUS, iteration)
 
 
 def _mesh(lines, reach, finer):
@@ -183,19 +185,35 @@ def _mesh(lines, reach, finer):
     "axis", "under".
     """
     mesh = netgen.Mesh(dim=2)
-    near = round(np.searchsorted(lines, reach*(1 + 1e-9))) - 1
-    _block(mesh, "ground", lines, -lines[::-1], {
-        "bottom": np.s_[0, :], "side": np.s_[:, -1], "free": np.s_[-1, :near - 1 if near else None:-1],
-        "contact": np.s_[-1, near::-1], "axis": np.s_[::-1, 0]})
-    _block(mesh, "tool", np.linspace(0, reach, near*finer + 1), np.array((0, lines[1])), {
-        "under": np.s_[0, :], "right": np.s_[:, -1], "over": np.s_[1, ::-1], "left": np.s_[::-1, 0]})
+    near = round(np.searchsorted(lines, reach * (1 + 1e-9))) - 1
+    _block(
+        mesh,
+        "ground",
+        lines,
+        -lines[::-1],
+        {
+            "bottom": np.s_[0, :],
+            "side": np.s_[:, -1],
+            "free": np.s_[-1, : near - 1 if near else None : -1],
+            "contact": np.s_[-1, near::-1],
+            "axis": np.s_[::-1, 0],
+        },
+    )
+    _block(
+        mesh,
+        "tool",
+        np.linspace(0, reach, near * finer + 1),
+        np.array((0, lines[1])),
+        {"under": np.s_[0, :], "right": np.s_[:, -1], "over": np.s_[1, ::-1], "left": np.s_[::-1, 0]},
+    )
     return ng.Mesh(mesh)
 
 
 def _block(mesh, name, across, up, sides):
     """Add a rectangle of quadrilaterals; `sides`: {boundary: index of its nodes, the body to their left}."""
-    nodes = np.array([mesh.Add(netgen.MeshPoint(netgen.Pnt(float(x), float(y), 0))).nr for y in up
-                      for x in across])
+    nodes = np.array(
+        [mesh.Add(netgen.MeshPoint(netgen.Pnt(float(x), float(y), 0))).nr for y in up for x in across]
+    )
     nodes = nodes.reshape(len(up), len(across))
     domain = mesh.AddRegion(name, dim=2)
     cells = np.stack((nodes[:-1, :-1], nodes[:-1, 1:], nodes[1:, 1:], nodes[1:, :-1]), axis=-1).reshape(-1, 4)

@@ -15,21 +15,22 @@ from functools import cached_property
 import numpy as np
 
 import microblock as mb
-from cases.scenes import layers, strip
-from cases.studies import judged_line
-from cases.studies import reference_line as judge
 
-LOAD, NU = math.pi/2, 0.3          # with E* = 2 and R = 1 lengths are over a_Hz and pressures over p_Hz
-CLASSICAL = 1e-10                  # coupling beta of the classical limit
-CELL = 0.005                       # of the rule, over a_Hz: a quarter of the finest finite element
+from ..scenes import layers, strip
+from . import judged_line
+from . import reference_line as judge
+
+LOAD, NU = math.pi / 2, 0.3  # with E* = 2 and R = 1 lengths are over a_Hz and pressures over p_Hz
+CLASSICAL = 1e-10  # coupling beta of the classical limit
+CELL = 0.005  # of the rule, over a_Hz: a quarter of the finest finite element
 # halvings of the cells towards an edge (a root there is lost below 1e-12); points on each
 GRADES, POINTS = 40, 4
-BEYOND = 1.5                       # of the outermost edge: as far as pressures are looked at
+BEYOND = 1.5  # of the outermost edge: as far as pressures are looked at
 OBSTACLE = mb.Cylinder(1.0)
-DEEP, WHERE = 0.01, 0.5            # alpha of the layers; the vertical line, over a_Hz
+DEEP, WHERE = 0.01, 0.5  # alpha of the layers; the vertical line, over a_Hz
 # of the states that give psi: the distance of both is the reference's own error
 PSI_RTOLS = (1e-7, 1e-9)
-PSI_ACCURACY = 14                  # of the modes' integrals of the finer one; runs have the usual one
+PSI_ACCURACY = 14  # of the modes' integrals of the finer one; runs have the usual one
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class LineScene:
 
     @property
     def solid(self):
-        return mb.Cosserat(E=2*(1 - NU**2), nu=NU, ell=self.alpha, beta=self.beta)
+        return mb.Cosserat(E=2 * (1 - NU**2), nu=NU, ell=self.alpha, beta=self.beta)
 
     @property
     def law(self):
@@ -76,9 +77,13 @@ class LineScene:
             fine, own = judged_line.reference(self.half_plane)
             return judge.fields(fine), judge.breaks([fine]), own
         from microblock.model import closed_forms  # verifies only: the computation does without
+
         # what is left of the coupling is of the order beta log(beta)
-        return (lambda x: (closed_forms.hertz(x, LOAD, 1.0),
-                           0*x)), [-1.0, 1.0], -CLASSICAL*math.log(CLASSICAL)
+        return (
+            (lambda x: (closed_forms.hertz(x, LOAD, 1.0), 0 * x)),
+            [-1.0, 1.0],
+            -CLASSICAL * math.log(CLASSICAL),
+        )
 
     @property
     def floor(self):
@@ -94,15 +99,17 @@ class LineScene:
     def _known(self):
         """Points and weights of the rule, p and M/ell of the reference there."""
         fields, places, _ = self._reference
-        x, weights = rule([-BEYOND*self.outer, *places, BEYOND*self.outer])
+        x, weights = rule([-BEYOND * self.outer, *places, BEYOND * self.outer])
         return x, weights, *fields(x)
 
     def errors(self, fields):
         """Errors of x -> (p, M/ell): {measure: value}."""
         x, weights, *known = self._known
-        size = weights @ known[0]**2
-        return {name: float(np.sqrt(weights @ (found - exact)**2/size))
-                for name, found, exact in zip(self.measures, fields(x), known)}
+        size = weights @ known[0] ** 2
+        return {
+            name: float(np.sqrt(weights @ (found - exact) ** 2 / size))
+            for name, found, exact in zip(self.measures, fields(x), known)
+        }
 
     @cached_property
     def _known_psi(self):
@@ -133,7 +140,7 @@ class StripScene:
     kind = "strip"
     measures = ("error_psi", "error_u")
     floor_psi = None
-    floor = 4*float(np.finfo(float).eps)      # rounding of the closed form
+    floor = 4 * float(np.finfo(float).eps)  # rounding of the closed form
 
     @property
     def parameters(self):
@@ -149,23 +156,32 @@ class StripScene:
 
 
 def _relative(found, exact):
-    return float(np.linalg.norm(found - exact)/np.linalg.norm(exact))
+    return float(np.linalg.norm(found - exact) / np.linalg.norm(exact))
 
 
 def rule(places):
     """Points and weights between the ends of `places`, graded to each of them."""
     borders = [np.arange(places[0], places[-1], CELL), places]
-    shares = 0.5**np.arange(1, GRADES)
+    shares = 0.5 ** np.arange(1, GRADES)
     for left, right in zip(places, places[1:]):
-        borders += [left + (right - left)*shares, right - (right - left)*shares]
+        borders += [left + (right - left) * shares, right - (right - left) * shares]
     borders = np.unique(np.concatenate(borders))
     points, weights = np.polynomial.legendre.leggauss(POINTS)
-    half = np.diff(borders)[:, None]/2
-    return ((borders[:-1, None] + half) + half*points).ravel(), (half*weights).ravel()
+    half = np.diff(borders)[:, None] / 2
+    return ((borders[:-1, None] + half) + half * points).ravel(), (half * weights).ravel()
 
 
 ALPHAS = (DEEP, 0.05, 0.25, 1.0)
-SCENES = {scene.name: scene for scene in (
-    StripScene(), LineScene("classical", "unilateral", 1.0, CLASSICAL),
-    *(LineScene(f"{law}-{alpha:g}", law, alpha) for law in ("microblock", "unilateral") for alpha in ALPHAS))}
+SCENES = {
+    scene.name: scene
+    for scene in (
+        StripScene(),
+        LineScene("classical", "unilateral", 1.0, CLASSICAL),
+        *(
+            LineScene(f"{law}-{alpha:g}", law, alpha)
+            for law in ("microblock", "unilateral")
+            for alpha in ALPHAS
+        ),
+    )
+}
 QUICK = ("strip", "classical", "microblock-0.25")

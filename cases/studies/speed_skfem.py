@@ -23,7 +23,7 @@ from microblock.fem.meshes import uniform_lines
 from microblock.model.quadrature import lagrange
 
 ELEMENTS = {1: "ElementQuad1", 2: "ElementQuad2"}
-STEPS = 30           # of the active set; four or so are needed
+STEPS = 30  # of the active set; four or so are needed
 SYMMETRIC = {"permc_spec": "MMD_AT_PLUS_A", "diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
 
 
@@ -44,10 +44,10 @@ class Surface:
         """At x1 >= 0, array (n,): on each side of an element the polynomial through the nodal forces over
         their lengths.
         """
-        nodal, ends, width = self.forces/self.weights, self.x[::self.order], self.order + 1
+        nodal, ends, width = self.forces / self.weights, self.x[:: self.order], self.order + 1
         facet = np.clip(np.searchsorted(ends, x) - 1, 0, len(ends) - 2)
-        members = self.order*facet[:, None] + np.arange(width)
-        shape = lagrange(np.linspace(0, 1, width), (x - ends[facet])/(ends[1] - ends[0]))
+        members = self.order * facet[:, None] + np.arange(width)
+        shape = lagrange(np.linspace(0, 1, width), (x - ends[facet]) / (ends[1] - ends[0]))
         return np.where(x <= ends[-1], np.einsum("ij,ij->i", shape, nodal[members]), 0)
 
 
@@ -78,6 +78,7 @@ class Ground:
     def _system(self):
         import skfem  # an extra: this module is imported without it, too
         from skfem.models.elasticity import linear_elasticity
+
         lines = uniform_lines(self.reach, self.far, self.h)
         mesh = skfem.MeshQuad.init_tensor(lines, -lines[::-1])
         basis = skfem.Basis(mesh, skfem.ElementVector(getattr(skfem, ELEMENTS[self.order])()))
@@ -105,11 +106,11 @@ class Ground:
         vertical = basis.get_dofs(lambda x: x[1] == 0).all("u^2")
         vertical = vertical[np.argsort(basis.doflocs[0, vertical])]
         x = basis.doflocs[0, vertical]
-        ends = x[::self.order]
-        weights, shares = np.zeros(len(x)), ((1/2, 1/2), (1/6, 2/3, 1/6))[self.order - 1]
+        ends = x[:: self.order]
+        weights, shares = np.zeros(len(x)), ((1 / 2, 1 / 2), (1 / 6, 2 / 3, 1 / 6))[self.order - 1]
         for place, share in enumerate(shares):
-            np.add.at(weights, self.order*np.arange(len(ends) - 1) + place, share*np.diff(ends))
-        near = x <= self.reach*(1 + 1e-9)
+            np.add.at(weights, self.order * np.arange(len(ends) - 1) + place, share * np.diff(ends))
+        near = x <= self.reach * (1 + 1e-9)
         return vertical[near], x[near], weights[near]
 
     def solve(self, height, load, start):
@@ -136,14 +137,13 @@ class Ground:
         basis, matrix = self.prepare()
         constrained = nodes[closed]
         free = np.setdiff1d(self._free, constrained, assume_unique=True)
-        columns = np.zeros((basis.N, 2))      # u2 of the constrained nodes: their gaps, and one
+        columns = np.zeros((basis.N, 2))  # u2 of the constrained nodes: their gaps, and one
         columns[constrained] = np.column_stack((gaps[closed], np.ones(closed.sum())))
         rows = matrix[free]
         columns[free] = splu(rows[:, free].tocsc(), **SYMMETRIC).solve(-(rows @ columns))
         reactions = -(matrix[constrained] @ columns)
         of_gaps, of_one = reactions.sum(axis=0)
-        approach = (of_gaps - load)/of_one
+        approach = (of_gaps - load) / of_one
         forces = np.zeros(len(nodes))
         forces[closed] = reactions @ (1, -approach)
         return forces, columns[nodes] @ (1, -approach), float(approach)
-

@@ -11,7 +11,7 @@ extensions = ["sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 html_theme = "alabaster"
 # a word of a type, such as nodes, may be the name of several attributes
 suppress_warnings = ["ref.python"]
-default_role = "code"              # single backquotes are code in our docstrings
+default_role = "code"  # single backquotes are code in our docstrings
 autodoc_default_options = {"members": True}
 autodoc_typehints = "none"
-napoleon_use_ivar = True           # attributes of a dataclass are listed with its fields
+napoleon_use_ivar = True  # attributes of a dataclass are listed with its fields

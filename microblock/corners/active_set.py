@@ -46,18 +46,18 @@ from scipy.linalg.blas import dgemm
 from ..errors import BadArgument, NotConverged, require_finite
 from ..threads import bounded, released
 
-ROUNDING = 1e-14           # relative to its own terms, some rounding errors: below it a sign means nothing
-ROUNDED = 1e-15            # relative residual that no refinement improves
-ACCEPTED = 1e-11           # relative residual at which a state counts as solved
+ROUNDING = 1e-14  # relative to its own terms, some rounding errors: below it a sign means nothing
+ROUNDED = 1e-15  # relative residual that no refinement improves
+ACCEPTED = 1e-11  # relative residual at which a state counts as solved
 # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the others for
 # compliances computed less well
 REGULARISATION = (1e-12, 1e-10, 1e-8)
-REFINEMENTS = 30           # solves of the proximal point method; 2 or 3 do unless H is nearly singular
-PATIENCE = 5               # block exchanges without progress before single ones; 3 to 10 in the literature
-PIVOTS = 500               # at a load, before its path is followed instead, which is faster by then
-SYMMETRY = 1e-8            # of the largest entry: a compliance off by more was put together wrongly
-TIE = 1e-11                # of the load: events closer than that are one, as the tableau drifts by less
-REFRESH = 200              # rank-one updates before the tableau is made anew
+REFINEMENTS = 30  # solves of the proximal point method; 2 or 3 do unless H is nearly singular
+PATIENCE = 5  # block exchanges without progress before single ones; 3 to 10 in the literature
+PIVOTS = 500  # at a load, before its path is followed instead, which is faster by then
+SYMMETRY = 1e-8  # of the largest entry: a compliance off by more was put together wrongly
+TIE = 1e-11  # of the load: events closer than that are one, as the tableau drifts by less
+REFRESH = 200  # rank-one updates before the tableau is made anew
 
 
 @dataclass(frozen=True)
@@ -119,10 +119,10 @@ class _Problem:
     g0: np.ndarray
     c: np.ndarray
     touch: np.ndarray
-    level: float           # of regularisation
+    level: float  # of regularisation
     D: np.ndarray
-    regular: np.ndarray    # H + D
-    reduced: dict          # {r: K}, as far as they were needed
+    regular: np.ndarray  # H + D
+    reduced: dict  # {r: K}, as far as they were needed
 
 
 @bounded
@@ -156,7 +156,7 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
     try:
         return _state(problem, closed, load=load)
     except NotConverged as failure:
-        if not failure.iterations:      # not the pivots
+        if not failure.iterations:  # not the pivots
             raise
     return replace(path(H, g0, [load], c=c).states[0], followed=True)
 
@@ -187,8 +187,10 @@ def path(H, g0, loads, *, c=None):
     states, events, before = [], [], np.zeros(len(problem.touch), bool)
     ends = [load for load, _, _ in pieces[1:]] + [np.inf]
     for (load, approach, closed), end in zip(pieces, ends, strict=True):
-        events += [CornerEvent(load, approach, int(problem.touch[i]), "closes" if closed[i] else "opens")
-                   for i in np.flatnonzero(closed != before)]
+        events += [
+            CornerEvent(load, approach, int(problem.touch[i]), "closes" if closed[i] else "opens")
+            for i in np.flatnonzero(closed != before)
+        ]
         states += [_state(problem, closed, load=asked) for asked in loads if load <= asked < end]
         before = closed
     return Path(states, events)
@@ -204,21 +206,29 @@ def _problem(H, g0, c, free):
     if c.shape != g0.shape or not np.all((c > 0) & (c < np.inf)):
         raise BadArgument("c", c, "must be positive and finite, one for each corner")
     touch = np.flatnonzero(np.isfinite(g0))
-    H, g0 = (H/c[:, None]/c)[np.ix_(touch, touch)], (g0/c)[touch]
+    H, g0 = (H / c[:, None] / c)[np.ix_(touch, touch)], (g0 / c)[touch]
     rows = np.abs(H).max(axis=1)
-    if np.abs(H - H.T).max() > SYMMETRY*rows.max():
+    if np.abs(H - H.T).max() > SYMMETRY * rows.max():
         raise BadArgument("H", H, "must be symmetric")
-    H = (H + H.T)/2
+    H = (H + H.T) / 2
     rows[rows == 0] = rows.max() or 1.0
     nearest = int(np.argmin(g0))
     # where a row is nothing beside the others, its own size does not stand against their rounding
     for scale, level in product((rows, np.full_like(rows, rows.max())), REGULARISATION):
-        regular = H + np.diag(level*scale)
+        regular = H + np.diag(level * scale)
         reduced = {nearest: _without(regular, nearest)} if free else {}
         if _is_positive(reduced[nearest] if free else regular):
-            return _Problem(H, g0, c, touch, level, level*scale, regular, reduced)
-    raise BadArgument("H", H, "must be positive semidefinite " + ("on vectors with c.f = 0" if free else
-                      "where the approach is given; give the load, or add a rigid level tau c c^T"))
+            return _Problem(H, g0, c, touch, level, level * scale, regular, reduced)
+    raise BadArgument(
+        "H",
+        H,
+        "must be positive semidefinite "
+        + (
+            "on vectors with c.f = 0"
+            if free
+            else "where the approach is given; give the load, or add a rigid level tau c c^T"
+        ),
+    )
 
 
 def _is_positive(H):
@@ -259,21 +269,21 @@ def _state(problem, closed, load=None, approach=None):
     """Proximal point method on (a), the state with the smallest residual."""
     H, g0, D, regular = problem.H, problem.g0, problem.D, problem.regular
     steps, best, forces = Counter(), None, np.zeros(len(g0))
-    if load == 0 or load is None and approach <= g0.min():
+    if load == 0 or (load is None and approach <= g0.min()):
         d = g0.min() if load == 0 else approach
         return _report(problem, forces, np.zeros(len(g0), bool), d, 0.0, steps)
     for _ in range(REFINEMENTS):
         if load is None:
-            forces, closed = _pivoting(regular, g0 - D*forces - approach, closed, steps)
+            forces, closed = _pivoting(regular, g0 - D * forces - approach, closed, steps)
         else:
-            forces, closed = _at_load(regular, g0 - D*forces, load, closed, steps, problem.reduced)
-        forces = np.maximum(forces, 0)      # rounding
-        d = approach if load is None else forces @ (g0 + H @ forces)/forces.sum()      # so that f.g = 0
+            forces, closed = _at_load(regular, g0 - D * forces, load, closed, steps, problem.reduced)
+        forces = np.maximum(forces, 0)  # rounding
+        d = approach if load is None else forces @ (g0 + H @ forces) / forces.sum()  # so that f.g = 0
         residual = _kkt(H, g0, forces, closed, d, load)
-        gain = best is None or residual < best[0]/2
+        gain = best is None or residual < best[0] / 2
         if best is None or residual < best[0]:
             best = residual, forces, closed, d
-        if residual <= ROUNDED or best[0] <= ACCEPTED and not gain:
+        if residual <= ROUNDED or (best[0] <= ACCEPTED and not gain):
             break
     if best[0] > ACCEPTED:
         raise NotConverged(
@@ -287,12 +297,19 @@ def _state(problem, closed, load=None, approach=None):
 def _report(problem, forces, closed, d, kkt, steps):
     m, touch, c = len(problem.c), problem.touch, problem.c[problem.touch]
     whole = {"forces": np.zeros(m), "gaps": np.full(m, np.inf), "closed": np.zeros(m, bool)}
-    whole["forces"][touch] = forces/c
-    whole["gaps"][touch] = c*(problem.g0 - d + problem.H @ forces)
+    whole["forces"][touch] = forces / c
+    whole["gaps"][touch] = c * (problem.g0 - d + problem.H @ forces)
     whole["closed"][touch] = closed
-    return ContactState(**whole, approach=float(d), load=float(forces.sum()), kkt=float(kkt),
-                        iterations=steps["sets"], single_pivots=steps["single"], dropped=steps["dropped"],
-                        regularisation=problem.level)
+    return ContactState(
+        **whole,
+        approach=float(d),
+        load=float(forces.sum()),
+        kkt=float(kkt),
+        iterations=steps["sets"],
+        single_pivots=steps["single"],
+        dropped=steps["dropped"],
+        regularisation=problem.level,
+    )
 
 
 def _kkt(H, g0, forces, closed, d, load):
@@ -303,10 +320,10 @@ def _kkt(H, g0, forces, closed, d, load):
     length = terms[closed | (wrong > 0)].max(initial=0.0)
     # rigid corners that take all of it leave nothing but rounding: ROUNDED of H load is ACCEPTED
     if load is not None:
-        length = max(length, ROUNDED/ACCEPTED*np.abs(H).max()*load)
-    parts = [wrong.max()/length if length else 0.0]
+        length = max(length, ROUNDED / ACCEPTED * np.abs(H).max() * load)
+    parts = [wrong.max() / length if length else 0.0]
     if load is not None:
-        parts.append(abs(forces.sum() - load)/load)
+        parts.append(abs(forces.sum() - load) / load)
     return max(parts)
 
 
@@ -316,7 +333,7 @@ def _at_load(H, g0, load, closed, steps, reduced):
     r = int(np.argmin(np.where(closed, g0, np.inf) if closed.any() else g0))
     while True:
         other = left[left != r]
-        q = g0[other] - g0[r] + load*(H[other, r] - H[r, r])
+        q = g0[other] - g0[r] + load * (H[other, r] - H[r, r])
         if r not in reduced:
             reduced[r] = _without(H, r)
         K, rows = reduced[r], other - (other > r)
@@ -326,7 +343,7 @@ def _at_load(H, g0, load, closed, steps, reduced):
         forces, closed = np.zeros(len(g0)), np.zeros(len(g0), bool)
         forces[other], closed[other] = z, chosen
         forces[r], closed[r] = load - z.sum(), True
-        if forces[r] >= -ROUNDING*load:
+        if forces[r] >= -ROUNDING * load:
             return forces, closed
         steps["dropped"] += 1
         left, r = other, int(other[np.argmax(z)])
@@ -335,7 +352,7 @@ def _at_load(H, g0, load, closed, steps, reduced):
 def _pivoting(K, q, closed, steps, patience=PATIENCE, budget=None):
     """z and closed set of (b) by block pivoting; without the safeguard if `patience` is infinite."""
     closed, fewest, left = closed.copy(), len(q) + 1, patience
-    budget = budget or 5000 + 10*len(q)      # single pivots: 2^m at worst, seldom above m
+    budget = budget or 5000 + 10 * len(q)  # single pivots: 2^m at worst, seldom above m
     for _ in range(budget):
         z, wrong = _complementary(K, q, closed)
         steps["sets"] += 1
@@ -367,8 +384,8 @@ def _complementary(K, q, closed):
     if not np.all(np.isfinite(z)):
         raise NotConverged(f"forces of {closed.sum()} closed corners overflow; scale the flexibility")
     w = q + columns @ z[closed]
-    rounding = ROUNDING*(np.abs(q) + np.abs(columns) @ np.abs(z[closed]))
-    return z, np.where(closed, z < -ROUNDING*np.abs(z).max(initial=0.0), w < -rounding)
+    rounding = ROUNDING * (np.abs(q) + np.abs(columns) @ np.abs(z[closed]))
+    return z, np.where(closed, z < -ROUNDING * np.abs(z).max(initial=0.0), w < -rounding)
 
 
 def _pieces(problem, last):
@@ -376,14 +393,14 @@ def _pieces(problem, last):
     `last`.
     """
     H, g0, steps = problem.regular, problem.g0, Counter()
-    tied = g0 - g0.min() <= ROUNDING*abs(g0.min())
+    tied = g0 - g0.min() <= ROUNDING * abs(g0.min())
     closed, load, updates = np.zeros(len(g0), bool), 0.0, 0
     closed[tied] = _at_load(H[np.ix_(tied, tied)], np.zeros(tied.sum()), 1.0, closed[tied], steps, {})[1]
     tableau = _tableau(H, g0, closed)
     terms = np.abs(H).max(axis=1)
-    budget = 1000 + 50*len(g0)      # far above what is met, one or two for each corner
+    budget = 1000 + 50 * len(g0)  # far above what is met, one or two for each corner
     for _ in range(budget):
-        yield load, float(tableau[-1, -2] + load*tableau[-1, -1]), closed
+        yield load, float(tableau[-1, -2] + load * tableau[-1, -1]), closed
         start, slope = tableau[:-1, -2:].T
         # corners just sorted have slopes >= 0: they do not end this piece
         falling = (slope < 0) & ~tied
@@ -391,10 +408,10 @@ def _pieces(problem, last):
         end = max(float(ends.min()), load)
         if end > last:
             return
-        rounding = ROUNDING*np.where(closed, end, g0 - g0.min() + terms*end)
-        nothing = start + slope*end <= np.maximum(TIE*(np.abs(start) + np.abs(slope)*end), rounding)
+        rounding = ROUNDING * np.where(closed, end, g0 - g0.min() + terms * end)
+        nothing = start + slope * end <= np.maximum(TIE * (np.abs(start) + np.abs(slope) * end), rounding)
         # one load, one growing tie: no cycle
-        tied = nothing | (ends <= end) | (tied & (end <= load*(1 + TIE)))
+        tied = nothing | (ends <= end) | (tied & (end <= load * (1 + TIE)))
         load = end
         flip = np.flatnonzero(tied)
         flip = flip[_pivoting(tableau[np.ix_(flip, flip)], slope[flip], np.zeros(len(flip), bool), steps)[1]]
@@ -417,10 +434,10 @@ def _tableau(H, g0, closed):
     m, r = len(g0), int(np.argmin(np.where(closed, g0, np.inf)))
     other = np.arange(m) != r
     tableau = np.zeros((m + 1, m + 2), order="F")
-    tableau[np.ix_(np.append(other, False), np.append(other, [False]*2))] = _without(H, r)
+    tableau[np.ix_(np.append(other, False), np.append(other, [False] * 2))] = _without(H, r)
     tableau[:m, r], tableau[r, :m] = other, -other.astype(float)
     tableau[:m, m], tableau[:m, m + 1] = g0 - g0[r], H[:, r] - H[r, r]
-    tableau[r, m:] = 0, 1      # f_r = P - sum of the others
+    tableau[r, m:] = 0, 1  # f_r = P - sum of the others
     tableau[m, :m], tableau[m, m:] = H[r] - H[r, r], (g0[r], H[r, r])
     tableau[m, r] = -1
     _exchange(tableau, np.flatnonzero(closed & other))

@@ -35,15 +35,15 @@ class Compliance:
 
     def __post_init__(self):
         count = len(self.weights)
-        if self.matrix.shape != (2*count, 2*count):
-            raise BadArgument("matrix", self.matrix.shape, f"must have the shape {(2*count, 2*count)}")
+        if self.matrix.shape != (2 * count, 2 * count):
+            raise BadArgument("matrix", self.matrix.shape, f"must have the shape {(2 * count, 2 * count)}")
 
     @property
     def constrained(self):
         """Nodes at which psi = 0 is prescribed (a row of zeros, as on an axis of symmetry): boolean array
         (n,).
         """
-        return ~self.matrix[len(self.weights):].any(axis=1)
+        return ~self.matrix[len(self.weights) :].any(axis=1)
 
     def corner_system(self, law, obstacle):
         """The law's corners on this body: corner, node, flexibility, initial gap, share in the load.
@@ -64,7 +64,7 @@ class Compliance:
     def _flexibility(self, law):
         """``onto @ matrix @ onto.T`` of `onto_corners`, whose blocks are diagonal."""
         n, levers = len(self.weights), law.levers(self.points[:, 0])
-        arms = [self.ell/2*levers[name] for name in law.corners]
+        arms = [self.ell / 2 * levers[name] for name in law.corners]
         (displacement, across), (rotation, turned) = [
             [self.matrix[i : i + n, j : j + n] for j in (0, n)] for i in (0, n)
         ]
@@ -80,5 +80,9 @@ class Compliance:
         transposed, of the forces.
         """
         count, levers = len(self.weights), law.levers(self.points[:, 0])
-        return np.vstack([np.column_stack((np.diag(-np.ones(count)), np.diag(self.ell/2*levers[name])))
-                          for name in law.corners])
+        return np.vstack(
+            [
+                np.column_stack((np.diag(-np.ones(count)), np.diag(self.ell / 2 * levers[name])))
+                for name in law.corners
+            ]
+        )

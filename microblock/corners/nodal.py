@@ -55,15 +55,18 @@ class AtNodes(Solution):
             For x beyond the nodes.
         """
         if not np.all(self.reaches(x)):
-            raise BadArgument("x", x,
-                              f"must lie on the contact boundary, from {self.x[0]:g} to {self.x[-1]:g}")
-        x2, n1, n2, displacement, psi = (self.interpolated(values, x) for values in (
-            self.points[:, 1], *self.normals.T, self.displacement, self.psi))
-        points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2))/np.hypot(n1, n2)[:, None]
+            raise BadArgument(
+                "x", x, f"must lie on the contact boundary, from {self.x[0]:g} to {self.x[-1]:g}"
+            )
+        x2, n1, n2, displacement, psi = (
+            self.interpolated(values, x)
+            for values in (self.points[:, 1], *self.normals.T, self.displacement, self.psi)
+        )
+        points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
         gaps = self.law.initial_gaps(points, normals, self.problem.ell, self.problem.obstacle)
         initial = list(gaps.values())[corner]
         lever = list(self.law.levers(x).values())[corner]
-        return initial - self.approach*normals[:, 1] + displacement + self.problem.ell/2*lever*psi
+        return initial - self.approach * normals[:, 1] + displacement + self.problem.ell / 2 * lever * psi
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -119,14 +122,15 @@ class NodalSolution(AtNodes):
     @property
     def pressures(self):
         """Pressure of each corner, array (corners, n); where corners move together each has its share."""
-        return np.where(self.compliance.constrained, (self.forces/self.weights).mean(axis=0),
-                        self.forces/self.weights)
+        return np.where(
+            self.compliance.constrained, (self.forces / self.weights).mean(axis=0), self.forces / self.weights
+        )
 
     @property
     def micromoment(self):
         """M of (29); 0 where psi is prescribed, whose reaction a compliance does not know."""
         levers = np.array(list(self.law.levers(self.x).values()))
-        return self.compliance.ell/2*np.sum(levers*self.pressures, axis=0)
+        return self.compliance.ell / 2 * np.sum(levers * self.pressures, axis=0)
 
     @property
     def _loads(self):
@@ -135,12 +139,12 @@ class NodalSolution(AtNodes):
 
     @cached_property
     def psi(self):
-        return self.compliance.matrix[len(self.x):] @ self._loads
+        return self.compliance.matrix[len(self.x) :] @ self._loads
 
     @cached_property
     def displacement(self):
         """-u.n at the nodes."""
-        return -self.compliance.matrix[:len(self.x)] @ self._loads
+        return -self.compliance.matrix[: len(self.x)] @ self._loads
 
     @cached_property
     def zones_by_name(self):
@@ -153,9 +157,10 @@ class NodalSolution(AtNodes):
     def energy(self):
         """Elastic energy per thickness: half the work of the corner forces."""
         pressed = self.forces > 0
-        depth = np.where(pressed,
-                         self.approach*self.compliance.normals[:, 1] - np.where(pressed, self.gaps, 0), 0)
-        return float(np.sum(self.forces*depth)/2)
+        depth = np.where(
+            pressed, self.approach * self.compliance.normals[:, 1] - np.where(pressed, self.gaps, 0), 0
+        )
+        return float(np.sum(self.forces * depth) / 2)
 
 
 class NodalSolver(Solver):
@@ -173,8 +178,9 @@ class NodalSolver(Solver):
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:
-            raise BadArgument("rtol", rtol,
-                              "needs a method that chooses its nodes: the compliance is given at some")
+            raise BadArgument(
+                "rtol", rtol, "needs a method that chooses its nodes: the compliance is given at some"
+            )
         return self.at(load, approach, initial)
 
     def at(self, load, approach=None, initial=None):
@@ -184,9 +190,16 @@ class NodalSolver(Solver):
         start = initial.closed.ravel() if alike else None
         found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
         count = len(self.law.corners)
-        return self.solution(self, found.load, found.approach, found.forces.reshape(count, -1),
-                             gaps.reshape(count, -1),
-                             self.together(found.closed), found.kkt, found.iterations)
+        return self.solution(
+            self,
+            found.load,
+            found.approach,
+            found.forces.reshape(count, -1),
+            gaps.reshape(count, -1),
+            self.together(found.closed),
+            found.kkt,
+            found.iterations,
+        )
 
     def follow(self, load, rtol, initial):
         """The solution at a load at these nodes, whatever rtol; from the closed corners of a neighbour."""
@@ -231,24 +244,26 @@ class NodalPath(LoadPath):
         """
         solver, law = self.problem.solver, self.problem.law
         x = solver.compliance.points[:, 0]
-        closed = np.zeros(len(law.corners)*len(x), bool)
+        closed = np.zeros(len(law.corners) * len(x), bool)
         before, previous, found = zones_of(x, closed.reshape(-1, len(x)), law), 0.0, []
         for load, changes in groupby(self.nodal_events, key=lambda event: event.load):
             for change in changes:
                 closed[change.corner] = change.kind == "closes"
             after = zones_of(x, solver.together(closed), law)
-            found += [Event(load, load - previous, kind, zone, place)
-                      for zone, intervals in after.items()
-                      for kind, place in zone_changes(before[zone], intervals)]
+            found += [
+                Event(load, load - previous, kind, zone, place)
+                for zone, intervals in after.items()
+                for kind, place in zone_changes(before[zone], intervals)
+            ]
             before, previous = after, load
         return found
 
 
 def zones_of(x, closed, law, end=None):
     """{name: intervals} of closed nodes; the last one stands for the surface up to `end`, or up to itself."""
-    borders = np.concatenate((x[:1], (x[1:] + x[:-1])/2, x[-1:] if end is None else (end,)))
+    borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:] if end is None else (end,)))
     own = []
     for flags in closed.copy():
-        flags[1:-1] |= flags[:-2] & flags[2:]      # one node may close after its neighbours
+        flags[1:-1] |= flags[:-2] & flags[2:]  # one node may close after its neighbours
         own.append([(float(borders[first]), float(borders[last + 1])) for first, last in runs(flags)])
     return contact_zones(dict(enumerate(own)), law.corners)

@@ -45,13 +45,13 @@ SHARE = 0.1
 # of the residual on the face at which conjugate gradients stop: a better one on the wrong face is of no use
 INNER = 0.5
 INNER_STEPS = 60
-OUTER_STEPS = 300          # 5 to 40 are met
-SEARCH = 1, 1/4, 1/16      # parts of the way to the minimum on the face
-ROUNDING = 1e-14           # of the range of the normal displacement, to which products are good
-BACKTRACKS = 60            # halvings of alpha
+OUTER_STEPS = 300  # 5 to 40 are met
+SEARCH = 1, 1 / 4, 1 / 16  # parts of the way to the minimum on the face
+ROUNDING = 1e-14  # of the range of the normal displacement, to which products are good
+BACKTRACKS = 60  # halvings of alpha
 # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
 FLAT = 1e-6
-LEAST = 1e-3               # see `GridForces.kkt`
+LEAST = 1e-3  # see `GridForces.kkt`
 
 
 @dataclass(frozen=True)
@@ -96,10 +96,10 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
         If rtol is out of reach.
     """
     problem = _problem(flexibility, g0, load, approach)
-    if load == 0 or load is None and approach <= g0.min():
+    if load == 0 or (load is None and approach <= g0.min()):
         return _unloaded(g0, g0.min() if load == 0 else approach)
     forces = problem.project(problem.first(start))
-    slope, alpha, best = problem.slope(forces), 1/problem.unit, np.inf
+    slope, alpha, best = problem.slope(forces), 1 / problem.unit, np.inf
     for step in range(OUTER_STEPS):
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
         trial, ahead = _face_step(problem, forces, slope, rtol)
@@ -122,11 +122,11 @@ class _Problem:
     """(c) in the corners that can touch, and how often H was used."""
 
     H: object
-    g0: np.ndarray         # (m,), of those that can touch; less a given approach
-    touch: np.ndarray      # boolean, like the initial gaps
+    g0: np.ndarray  # (m,), of those that can touch; less a given approach
+    touch: np.ndarray  # boolean, like the initial gaps
     load: float | None
     approach: float | None
-    unit: float            # range of the normal displacement under a unit force on one corner
+    unit: float  # range of the normal displacement under a unit force on one corner
     count: Counter
 
     def spread(self, values):
@@ -157,16 +157,16 @@ class _Problem:
 
     def level(self, forces, slope):
         """The free approach, such that f.g = 0; 0 where it is given."""
-        return 0.0 if self.load is None else float(forces @ slope/forces.sum())
+        return 0.0 if self.load is None else float(forces @ slope / forces.sum())
 
     def first(self, start):
         if start is None:
-            return np.full(len(self.g0), 0.0 if self.load is None else self.load/len(self.g0))
+            return np.full(len(self.g0), 0.0 if self.load is None else self.load / len(self.g0))
         start = np.asarray(start, float)
         if start.shape != self.touch.shape or not np.all(np.isfinite(start)):
             raise BadArgument("start", start, f"must be finite, of the shape {self.touch.shape}")
         chosen = np.maximum(start[self.touch], 0)
-        return chosen if self.load is None or not chosen.sum() else chosen*(self.load/chosen.sum())
+        return chosen if self.load is None or not chosen.sum() else chosen * (self.load / chosen.sum())
 
     def project(self, values):
         """Nearest point of Omega: max(values - tau, 0), tau by Newton's method on sum f = P, convex, from
@@ -175,12 +175,12 @@ class _Problem:
         if self.load is None:
             return np.maximum(values, 0)
         kept = values[values > 0]
-        if not kept.sum() > self.load:      # tau < 0
+        if not kept.sum() > self.load:  # tau < 0
             kept = values
         while True:
-            tau = (kept.sum() - self.load)/len(kept)
+            tau = (kept.sum() - self.load) / len(kept)
             above = kept[kept > tau]
-            if not len(above):      # then the sum of all is larger than the load, but for rounding
+            if not len(above):  # then the sum of all is larger than the load, but for rounding
                 raise NotConverged(
                     f"the load {self.load:g} is lost in the rounding of gaps of {np.abs(self.g0).max():g}: "
                     "ask for a larger one"
@@ -193,15 +193,22 @@ class _Problem:
         """`GridForces.kkt`, and the range of the normal displacement that it is over."""
         gaps, displacement = slope - self.level(forces, slope), slope - self.g0
         wrong = np.where(forces > 0, np.abs(gaps), -gaps).max()
-        size = max(np.ptp(displacement), LEAST*self.unit*forces.sum())
-        return (max(wrong, 0)/size if size else 0.0), size
+        size = max(np.ptp(displacement), LEAST * self.unit * forces.sum())
+        return (max(wrong, 0) / size if size else 0.0), size
 
     def report(self, forces, slope, kkt, steps):
         level = self.level(forces, slope)
         gaps = np.full(self.touch.shape, np.inf)
         gaps[self.touch] = slope - level
-        return GridForces(self.spread(forces), gaps, level if self.load is not None else self.approach,
-                          float(forces.sum()), float(kkt), self.count["products"], steps)
+        return GridForces(
+            self.spread(forces),
+            gaps,
+            level if self.load is not None else self.approach,
+            float(forces.sum()),
+            float(kkt),
+            self.count["products"],
+            steps,
+        )
 
 
 def _problem(flexibility, g0, load, approach):
@@ -235,16 +242,16 @@ def _gradient_step(problem, forces, slope, alpha):
     """1: the projected step, its slope, and the alpha to begin with next time."""
     slope_here = slope - problem.level(forces, slope)
     for _ in range(BACKTRACKS):
-        moved = problem.project(forces - alpha*slope_here)
+        moved = problem.project(forces - alpha * slope_here)
         change = moved - forces
         length = change @ change
         if not length > 0:
-            return forces, slope, 2*alpha
+            return forces, slope, 2 * alpha
         ahead = problem.slope(moved)
         rise, rounding = _rise(problem, forces, change, slope, ahead)
-        if rise <= -SHARE*length/alpha or abs(rise) <= rounding:
+        if rise <= -SHARE * length / alpha or abs(rise) <= rounding:
             bend = change @ (ahead - slope)
-            return moved, ahead, length/bend if bend > 0 else 2*alpha
+            return moved, ahead, length / bend if bend > 0 else 2 * alpha
         alpha /= 2
     raise NotConverged(
         "no step of gradient projection lowers the energy: is the flexibility positive semidefinite? "
@@ -254,16 +261,18 @@ def _gradient_step(problem, forces, slope, alpha):
 
 def _rise(problem, forces, change, slope, ahead):
     """q at the end of a change less q at its beginning, and its rounding."""
-    middle = (slope + ahead)/2
-    middle = middle - problem.level(forces, middle)      # the change has the sum zero, but for rounding
-    return change @ middle, ROUNDING*problem.residual(forces, ahead)[1]*np.abs(change).sum()
+    middle = (slope + ahead) / 2
+    middle = middle - problem.level(forces, middle)  # the change has the sum zero, but for rounding
+    return change @ middle, ROUNDING * problem.residual(forces, ahead)[1] * np.abs(change).sum()
 
 
 def _face_step(problem, forces, slope, rtol):
     """2: forces and slope of the minimum on the face of the corners with force, nearly."""
     face, free = np.flatnonzero(forces > 0), problem.load is not None
     ones = problem.precondition(np.ones(len(face)), face) if free else 0.0
-    enough = max(INNER*np.abs(_on_face(slope, face, free)).max(), rtol*problem.residual(forces, slope)[1]/4)
+    enough = max(
+        INNER * np.abs(_on_face(slope, face, free)).max(), rtol * problem.residual(forces, slope)[1] / 4
+    )
     forces, direction, before = forces.copy(), np.zeros(len(forces)), np.inf
     for _ in range(INNER_STEPS):
         residual = _on_face(slope, face, free)
@@ -271,15 +280,15 @@ def _face_step(problem, forces, slope, rtol):
             break
         z = problem.precondition(residual, face)
         if free:
-            z -= ones*(z.sum()/ones.sum())
+            z -= ones * (z.sum() / ones.sum())
         product = residual @ z
-        if not abs(product) > 0:      # underflow: nothing is left to gain
+        if not abs(product) > 0:  # underflow: nothing is left to gain
             break
-        direction[face] = product/before*direction[face] - z
+        direction[face] = product / before * direction[face] - z
         before = product
         answer = problem.displacement(direction)
         curvature = direction @ answer
-        if not curvature > FLAT*problem.unit*(direction @ direction):
+        if not curvature > FLAT * problem.unit * (direction @ direction):
             if free:
                 break
             raise BadArgument(
@@ -288,8 +297,8 @@ def _face_step(problem, forces, slope, rtol):
                 "needs a flexibility that is positive definite with its level, "
                 "and on a period must stay below the mean height of the obstacle; give the load instead",
             )
-        forces += product/curvature*direction
-        slope = slope + product/curvature*answer
+        forces += product / curvature * direction
+        slope = slope + product / curvature * answer
     return forces, slope
 
 
@@ -304,7 +313,7 @@ def _projected_search(problem, forces, slope, trial, ahead):
     if trial.min() >= 0:
         return trial, ahead
     for part in SEARCH:
-        moved = problem.project(forces + part*(trial - forces))
+        moved = problem.project(forces + part * (trial - forces))
         there = problem.slope(moved)
         rise, rounding = _rise(problem, forces, moved - forces, slope, there)
         if rise <= rounding:

@@ -19,9 +19,9 @@ from ..model.state import State
 from ..model.zones import zone_edges
 from .records import write_records
 
-ACROSS, DOWN = 81, 41       # points of the grid below a contact, if none is given
-REACH = 1.5                 # of the contact: width and depth of that grid
-FINEST = 3                  # halvings of an element at most
+ACROSS, DOWN = 81, 41  # points of the grid below a contact, if none is given
+REACH = 1.5  # of the contact: width and depth of that grid
+FINEST = 3  # halvings of an element at most
 
 
 def profile(state: State) -> dict[str, np.ndarray]:
@@ -40,8 +40,15 @@ def profile(state: State) -> dict[str, np.ndarray]:
         "pressure_C"), "micromoment", "psi".
     """
     corners = {f"pressure_{name}": own for name, own in state.pressures.items()}
-    return {"x1": np.asarray(state.x, float), "x2": state.solution.points[:, 1], "weight": state.weights,
-            "pressure": state.pressure, **corners, "micromoment": state.micromoment, "psi": state.psi}
+    return {
+        "x1": np.asarray(state.x, float),
+        "x2": state.solution.points[:, 1],
+        "weight": state.weights,
+        "pressure": state.pressure,
+        **corners,
+        "micromoment": state.micromoment,
+        "psi": state.psi,
+    }
 
 
 def to_csv(what: State | LoadPath | Sequence[Mapping[str, object]], path: str | os.PathLike) -> None:
@@ -85,25 +92,29 @@ def to_csv(what: State | LoadPath | Sequence[Mapping[str, object]], path: str | 
 
 def _nodes(state):
     columns = {name: np.asarray(values, float).tolist() for name, values in profile(state).items()}
-    common = {"load": float(state.load), "approach": state.approach,
-              "error_estimate": state.error_estimate}
+    common = {"load": float(state.load), "approach": state.approach, "error_estimate": state.error_estimate}
     return [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())]
 
 
 def _same_columns(rows):
     """Rows that make a table, or BadArgument."""
     if not isinstance(rows, (list, tuple)) or not rows or not all(isinstance(row, Mapping) for row in rows):
-        raise BadArgument("what", rows, "must be a state, a load path, or a list of at least one dict, as "
-                          "sweep() returns it")
+        raise BadArgument(
+            "what",
+            rows,
+            "must be a state, a load path, or a list of at least one dict, as sweep() returns it",
+        )
     for number, row in enumerate(rows):
         if row.keys() != rows[0].keys():
-            raise BadArgument(f"row {number}", list(row),
-                              f"must have the columns of the first one, {list(rows[0])}")
+            raise BadArgument(
+                f"row {number}", list(row), f"must have the columns of the first one, {list(rows[0])}"
+            )
     return rows
 
 
-def to_vtk(state: State, path: str | os.PathLike, x1: ArrayLike | None = None,
-           x2: ArrayLike | None = None) -> list[Path]:
+def to_vtk(
+    state: State, path: str | os.PathLike, x1: ArrayLike | None = None, x2: ArrayLike | None = None
+) -> list[Path]:
     """Write a state as VTK files: the contact surface, and the fields below it where the state has them.
 
     The surface consists of lines, with the `profile` at its nodes. The body has u (3 components), psi, stress
@@ -145,8 +156,11 @@ def to_vtk(state: State, path: str | os.PathLike, x1: ArrayLike | None = None,
     """
     surface, body = (Path(f"{path}_{part}.vtu") for part in ("surface", "body"))
     if state.method != "panels" and (x1 is not None or x2 is not None):
-        raise BadArgument("x1, x2", (x1, x2), "belong to a state on the contact line of a half-plane; others "
-                          "have their own nodes")
+        raise BadArgument(
+            "x1, x2",
+            (x1, x2),
+            "belong to a state on the contact line of a half-plane; others have their own nodes",
+        )
     _write_surface(state, surface)
     if state.method == "panels":
         _write_grid(state, body, *_grid(state, x1, x2))
@@ -160,8 +174,8 @@ def to_vtk(state: State, path: str | os.PathLike, x1: ArrayLike | None = None,
 def _write_surface(state, path):
     data = profile(state)
     x1, numbers = data["x1"], np.arange(len(data["x1"]) - 1)
-    middle = (x1[:-1] + x1[1:])/2
-    if state.method == "panels":      # its nodes lie in contact alone: no line across a gap
+    middle = (x1[:-1] + x1[1:]) / 2
+    if state.method == "panels":  # its nodes lie in contact alone: no line across a gap
         intervals = [zone for zones in state.zones.values() for zone in zones]
         numbers = numbers[np.any([(left <= middle) & (middle <= right) for left, right in intervals], axis=0)]
     points = np.column_stack((x1, data.pop("x2"), np.zeros_like(x1)))
@@ -171,9 +185,9 @@ def _write_surface(state, path):
 def _grid(state, x1, x2):
     """Abscissae and depths of the grid, those that are given or the usual ones."""
     edges = zone_edges({"contact": state.zones["contact"]})
-    middle, reach = (edges[-1] + edges[0])/2, REACH*(edges[-1] - edges[0])/2
-    x1 = middle + reach*np.linspace(-1, 1, ACROSS) if x1 is None else np.asarray(x1, float)
-    return x1, -2*reach*np.linspace(1, 0, DOWN)**2 if x2 is None else np.asarray(x2, float)
+    middle, reach = (edges[-1] + edges[0]) / 2, REACH * (edges[-1] - edges[0]) / 2
+    x1 = middle + reach * np.linspace(-1, 1, ACROSS) if x1 is None else np.asarray(x1, float)
+    return x1, -2 * reach * np.linspace(1, 0, DOWN) ** 2 if x2 is None else np.asarray(x2, float)
 
 
 def _write_grid(state, path, x1, x2):
@@ -181,8 +195,12 @@ def _write_grid(state, path, x1, x2):
     found, zero = state.fields(across, down), np.zeros_like(across)
     numbers = np.arange(across.size).reshape(len(x2), len(x1))
     corners = (numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1])
-    data = {"u": np.column_stack((*found.u, zero)), "psi": found.psi, "stress": found.stress.reshape(4, -1).T,
-            "couple_stress": found.couple_stress.T}
+    data = {
+        "u": np.column_stack((*found.u, zero)),
+        "psi": found.psi,
+        "stress": found.stress.reshape(4, -1).T,
+        "couple_stress": found.couple_stress.T,
+    }
     quads = np.column_stack([one.ravel() for one in corners])
     _write(path, np.column_stack((across, down, zero)), [("quad", quads)], data)
 
@@ -198,10 +216,20 @@ def _write(path, points, cells, data):
 
 def _write_mesh(fields, path):
     import ngsolve as ng  # here, for half-planes do without it
+
     body, stress = fields.body, fields.stress
     pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), FINEST)
-    data = {"u": ng.CF((fields.u1, fields.u2, 0)), "psi": fields.psi,
-            "stress": ng.CF(tuple(stress[i, j] for i in (0, 1) for j in (0, 1))),
-            "couple_stress": fields.couple_stress}
-    ng.VTKOutput(body.mesh, list(data.values()), list(data), str(path.with_suffix("")), subdivision=pieces,
-                 same_type_subdivision=True).Do()
+    data = {
+        "u": ng.CF((fields.u1, fields.u2, 0)),
+        "psi": fields.psi,
+        "stress": ng.CF(tuple(stress[i, j] for i in (0, 1) for j in (0, 1))),
+        "couple_stress": fields.couple_stress,
+    }
+    ng.VTKOutput(
+        body.mesh,
+        list(data.values()),
+        list(data),
+        str(path.with_suffix("")),
+        subdivision=pieces,
+        same_type_subdivision=True,
+    ).Do()

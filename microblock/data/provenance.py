@@ -26,13 +26,19 @@ import numpy as np
 from ..errors import BadArgument
 from .records import software
 
-PACKAGES = "microblock", "cases"              # all their files count, whatever a function imports
-SCRIPTS = "__main__", "__mp_main__"           # their functions count one by one, and not their file
-INSTALLED = tuple(Path(folder).resolve() for folder in (
-    sysconfig.get_path("stdlib"), sysconfig.get_path("platstdlib"), *site.getsitepackages(),
-    site.getusersitepackages()))
+PACKAGES = "microblock", "cases"  # all their files count, whatever a function imports
+SCRIPTS = "__main__", "__mp_main__"  # their functions count one by one, and not their file
+INSTALLED = tuple(
+    Path(folder).resolve()
+    for folder in (
+        sysconfig.get_path("stdlib"),
+        sysconfig.get_path("platstdlib"),
+        *site.getsitepackages(),
+        site.getusersitepackages(),
+    )
+)
 
-_first: dict = {}      # {module: digest of its file when this process first read it}
+_first: dict = {}  # {module: digest of its file when this process first read it}
 
 
 def digest(*parts: object, read: dict | None = None, fresh: bool = False) -> str:
@@ -109,6 +115,7 @@ _runs("", _packages(), False)
 
 def _plain(value, read, fresh):
     """A value in JSON's types, the same for equal values and different for others."""
+
     def each(values):
         return [_plain(one, read, fresh) for one in values]
 
@@ -134,9 +141,13 @@ def _plain(value, read, fresh):
         return {"code": _code(value, read, fresh)}
     if type(value).__module__.partition(".")[0] in PACKAGES:
         return {"held": each((type(value), vars(value)))}
-    raise BadArgument("value", value, "cannot be told from others of its kind, so that no record could "
-                      "name it: pass numbers, texts, dataclasses or functions, and make other things of them "
-                      "inside")
+    raise BadArgument(
+        "value",
+        value,
+        "cannot be told from others of its kind, so that no record could "
+        "name it: pass numbers, texts, dataclasses or functions, and make other things of them "
+        "inside",
+    )
 
 
 def _code(value, read, fresh):
@@ -145,7 +156,7 @@ def _code(value, read, fresh):
     pickler = _Pickler(text)
     try:
         pickler.dump(value)
-    except Exception as failure:      # pickles fail in many ways
+    except Exception as failure:  # pickles fail in many ways
         allowed = f"cannot be told from others, for it does not pickle ({failure})"
         raise BadArgument("value", value, allowed) from failure
     used = frozenset(pickler.modules), tuple(pickler.codes)
@@ -167,24 +178,24 @@ class _Pickler(cloudpickle.Pickler):
     def reducer_override(self, value):
         home = value.__name__ if isinstance(value, ModuleType) else getattr(value, "__module__", None)
         self.modules.update([home] if isinstance(home, str) else [])
-        if isinstance(value, _lru_cache_wrapper):      # it pickles by name even where a notebook defines it
+        if isinstance(value, _lru_cache_wrapper):  # it pickles by name even where a notebook defines it
             return str, (), value.__wrapped__
         if isinstance(value, CodeType):
             self.codes.append(value)
             counts = value.co_argcount, value.co_posonlyargcount, value.co_kwonlyargcount, value.co_flags
             names = value.co_names, value.co_varnames, value.co_freevars, value.co_cellvars
-            raises = getattr(value, "co_exceptiontable", b"")      # of Python 3.11 on
+            raises = getattr(value, "co_exceptiontable", b"")  # of Python 3.11 on
             constants = [one if isinstance(one, CodeType) else _told(one) for one in value.co_consts]
             return str, (), [repr((value.co_code, raises, names, counts)), constants]
         reduced = super().reducer_override(value)
-        if reduced is NotImplemented or len(reduced) < 3:      # by name
+        if reduced is NotImplemented or len(reduced) < 3:  # by name
             return reduced
         if isinstance(value, FunctionType):
             known = value.__globals__
             used = {name: known[name] for name in _names(value.__code__) if name in known}
             around = value.__defaults__, value.__kwdefaults__, value.__closure__, vars(value), used
             return str, (), [value.__code__, *around]
-        return str, (value.__qualname__,), (value.__bases__, reduced[2])      # short of a random number
+        return str, (value.__qualname__,), (value.__bases__, reduced[2])  # short of a random number
 
 
 def _told(constant):
@@ -203,8 +214,11 @@ def _imported(modules, codes, fresh):
 
     The standard library's modulefinder follows imports on any line, but no names that are computed.
     """
-    own = {name: Path(module.__file__).resolve() for name, module in list(sys.modules.items())
-           if "." not in name and getattr(module, "__file__", None) and not _installed(module.__file__)}
+    own = {
+        name: Path(module.__file__).resolve()
+        for name, module in list(sys.modules.items())
+        if "." not in name and getattr(module, "__file__", None) and not _installed(module.__file__)
+    }
     beside = sorted(str(file.parents[hasattr(sys.modules[name], "__path__")]) for name, file in own.items())
     places = [entry for entry in sys.path if not _installed(entry)]
     finder = ModuleFinder([*places, *beside], excludes=PACKAGES)
@@ -213,10 +227,13 @@ def _imported(modules, codes, fresh):
             finder.import_hook(name, fromlist=["*"])
         for code in codes:
             finder.scan_code(code, finder.add_module("__main__"))
-    except Exception:      # such as a package without __init__.py, or a module without a file
+    except Exception:  # such as a package without __init__.py, or a module without a file
         return os.urandom(16).hex()
-    files = [[name, _runs(name, content(Path(module.__file__)), fresh)]
-             for name, module in sorted(finder.modules.items()) if module.__file__]
+    files = [
+        [name, _runs(name, content(Path(module.__file__)), fresh)]
+        for name, module in sorted(finder.modules.items())
+        if module.__file__
+    ]
     known = _distributions()
     others = {name.partition(".")[0] for name in (*modules, *finder.badmodules)}
     packages = {package for name in others for package in known.get(name, ())}

@@ -29,13 +29,20 @@ from .records import software
 if TYPE_CHECKING:
     from pebble import ProcessPool
 
-OWN = ("seconds", "error")      # columns that each row has besides the point's and the answer's
+OWN = ("seconds", "error")  # columns that each row has besides the point's and the answer's
 PINNED = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL")}
 
 
-def sweep(function: Callable[..., object], over: Mapping[str, Iterable] | Iterable[Mapping[str, object]], *,
-          executor: Executor | None = None, workers: int | None = None,
-          records: str | os.PathLike | None = None, retry: bool = False, quiet: bool = False) -> list[dict]:
+def sweep(
+    function: Callable[..., object],
+    over: Mapping[str, Iterable] | Iterable[Mapping[str, object]],
+    *,
+    executor: Executor | None = None,
+    workers: int | None = None,
+    records: str | os.PathLike | None = None,
+    retry: bool = False,
+    quiet: bool = False,
+) -> list[dict]:
     """Call ``function(**point)`` at each point, in parallel.
 
     A point that fails does not stop the others. After KeyboardInterrupt, or whatever else stops the sweep, a
@@ -101,8 +108,9 @@ def sweep(function: Callable[..., object], over: Mapping[str, Iterable] | Iterab
         missing = {key: point for key, point in zip(keys, points) if key not in known}
         total = len(known) + len(missing)
         with tqdm(total=total, initial=len(known), disable=quiet, unit="point") as progress:
+
             def keep(key, outcome):
-                if key not in known:      # an interruption may come in between
+                if key not in known:  # an interruption may come in between
                     record = {"key": key, "point": _shown(missing[key]), **outcome}
                     append(record)
                     known[key] = record
@@ -137,8 +145,8 @@ def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
     with _extra():
         from pebble import ProcessPool
     before = {name: os.environ.get(name) for name in PINNED}
-    os.environ.update(PINNED)      # for the processes, before they import numpy
-    spawn = get_context("spawn")      # forked ones share NGSolve's locks
+    os.environ.update(PINNED)  # for the processes, before they import numpy
+    spawn = get_context("spawn")  # forked ones share NGSolve's locks
     pool = ProcessPool(workers or os.cpu_count() or 1, context=spawn)
     try:
         yield pool
@@ -176,6 +184,7 @@ def carried(function: Callable[..., object], *arguments: object) -> Callable[[],
 
 def _called(pickled):
     import cloudpickle
+
     function, arguments = cloudpickle.loads(pickled)
     return function(*arguments)
 
@@ -214,7 +223,7 @@ def _points(over):
             if isinstance(values, (str, Mapping)) or not np.iterable(values):
                 raise BadArgument("over", {name: values}, "must give each argument a list of values")
         return [dict(zip(over, values)) for values in product(*over.values())]
-    points, = require_values(over=over)
+    (points,) = require_values(over=over)
     for point in points:
         if not isinstance(point, Mapping):
             raise BadArgument("over", point, "must be {argument: values} or a list of {argument: value}")
@@ -240,7 +249,7 @@ def _attempt(function, point):
     start = time.perf_counter()
     try:
         answer, error = _answer(function(**point), point), None
-    except Exception as failure:      # whatever it is, the others go on
+    except Exception as failure:  # whatever it is, the others go on
         answer, error = None, _told(failure)
     seconds = time.perf_counter() - start
     return {"answer": answer, "error": error, "seconds": seconds, "machine": platform.node()}
@@ -252,8 +261,9 @@ def _answer(given, point):
     answer = {name: _json(name, value) for name, value in given.items()}
     for name in answer:
         if not isinstance(name, str) or name in point or name in OWN:
-            raise BadArgument("answer", name,
-                              "must be a text that is neither an argument nor " + " nor ".join(OWN))
+            raise BadArgument(
+                "answer", name, "must be a text that is neither an argument nor " + " nor ".join(OWN)
+            )
     return answer
 
 
@@ -261,7 +271,7 @@ def _json(name, value):
     value = value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
     if isinstance(value, (list, tuple)):
         return [_json(name, one) for one in value]
-    if value is None or isinstance(value, str) or isinstance(value, Real) and abs(value) < float("inf"):
+    if value is None or isinstance(value, str) or (isinstance(value, Real) and abs(value) < float("inf")):
         return value
     raise BadArgument(f"answer {name}", value, "must be a finite number, a text, None, or a list of them")
 
@@ -271,10 +281,12 @@ def _outcome(future):
     try:
         return future.result()
     except (BrokenExecutor, CancelledError) as failure:
-        words = (f"the processes broke down ({_told(failure)}); what is recorded is kept, call again. If "
-                 'none ever starts: a script needs `if __name__ == "__main__":` around the call')
+        words = (
+            f"the processes broke down ({_told(failure)}); what is recorded is kept, call again. If "
+            'none ever starts: a script needs `if __name__ == "__main__":` around the call'
+        )
         raise NotConverged(words) from failure
-    except Exception as failure:      # the process died over the point, or the point does not travel
+    except Exception as failure:  # the process died over the point, or the point does not travel
         return {"answer": None, "error": _told(failure), "seconds": None, "machine": None}
 
 
@@ -285,16 +297,23 @@ def _told(failure):
 def _shown(point):
     """A point as JSON's types; objects by their text."""
     plain = {name: value.item() if isinstance(value, np.generic) else value for name, value in point.items()}
-    return {name: value if value is None or isinstance(value, (str, int, float)) else repr(value)
-            for name, value in plain.items()}
+    return {
+        name: value if value is None or isinstance(value, (str, int, float)) else repr(value)
+        for name, value in plain.items()
+    }
 
 
 def _rows(points, found):
     names = dict.fromkeys(name for one in found for name in one["answer"] or ())
     arguments = dict.fromkeys(name for point in points for name in point)
-    return [{**{name: one["point"].get(name) for name in arguments},
-             **{name: (one["answer"] or {}).get(name) for name in names},
-             **{name: one[name] for name in OWN}} for one in found]
+    return [
+        {
+            **{name: one["point"].get(name) for name in arguments},
+            **{name: (one["answer"] or {}).get(name) for name in names},
+            **{name: one[name] for name in OWN},
+        }
+        for one in found
+    ]
 
 
 @contextmanager
@@ -317,7 +336,7 @@ def _opened(path):
         def append(record):
             nonlocal end
             line = json.dumps({**record, "versions": software()}, allow_nan=False).encode() + b"\n"
-            file.truncate(end)      # what an interruption left
+            file.truncate(end)  # what an interruption left
             if file.write(line) != len(line):
                 raise OSError(f"no room for a record in {path}")
             os.fsync(file.fileno())

@@ -15,8 +15,8 @@ from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
 from ..model.zones import joined, runs
 
-LOW = 2.0            # times the approach: above a higher gap a body is not looked at
-LOOKED_AT = 40       # places on each facet, from which that is seen
+LOW = 2.0  # times the approach: above a higher gap a body is not looked at
+LOOKED_AT = 40  # places on each facet, from which that is seen
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Facets:
         self.numbers = np.array(sorted(upper, key=lambda i: x[nodes.facets[i]].min()), int)
         self.members = [nodes.facets[i][np.argsort(x[nodes.facets[i]])] for i in self.numbers]
         self.left, self.right = (np.array([x[own[end]] for own in self.members]) for end in (0, -1))
-        self.spacing = (self.right - self.left)/[len(own) - 1 for own in self.members]
+        self.spacing = (self.right - self.left) / [len(own) - 1 for own in self.members]
 
     def below(self, x):
         """Number (here) of the facet at each x1, -1 where there is none."""
@@ -66,14 +66,14 @@ class Facets:
         for number in np.unique(place):
             own, here = self.members[number], place == number
             start, length = self.left[number], self.right[number] - self.left[number]
-            basis = lagrange((self.nodes.points[own, 0] - start)/length, (x[here] - start)/length)
+            basis = lagrange((self.nodes.points[own, 0] - start) / length, (x[here] - start) / length)
             found[..., here] = values[..., own] @ basis.T
         return found
 
     def initial_gaps(self, law, obstacle, corner, x):
         """Initial gaps of a corner at places on the facets, array (n,)."""
         both = self.interpolate(np.vstack((self.nodes.points[:, 1], self.nodes.normals.T)), x).T
-        normals = both[:, 1:]/np.linalg.norm(both[:, 1:], axis=1)[:, None]
+        normals = both[:, 1:] / np.linalg.norm(both[:, 1:], axis=1)[:, None]
         found = law.initial_gaps(
             np.column_stack((x, both[:, 0])), normals, self.nodes.body.solid.ell, obstacle
         )
@@ -105,7 +105,7 @@ def missed(facets, closed, law, obstacle, sites):
             off = np.abs(facets.initial_gaps(law, obstacle, corner, x) - smooth)
             deepest = np.zeros(len(found))
             np.maximum.at(deepest, here, np.where(np.isfinite(off), off, 0.0))
-            found += (nodes.body.solid.E_star*deepest)**2/facets.spacing
+            found += (nodes.body.solid.E_star * deepest) ** 2 / facets.spacing
     return found
 
 
@@ -122,8 +122,10 @@ def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi):
             continue
         lever = list(law.levers(x).values())[corner]
         upwards, up, turned = facets.interpolate(np.array((nodes.normals[:, 1], raised, psi)), x)
-        gaps = facets.initial_gaps(law, obstacle, corner, x) - approach*upwards - up + ell/2*lever*turned
-        borders = np.concatenate((x[:1], (x[1:] + x[:-1])/2, x[-1:]))
+        gaps = (
+            facets.initial_gaps(law, obstacle, corner, x) - approach * upwards - up + ell / 2 * lever * turned
+        )
+        borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:]))
         for first, last in runs(gaps < 0):
             left, right, depth = (
                 float(borders[first]),
@@ -152,8 +154,8 @@ def of_body(state):
     if not stretches:
         return found
     problem = state.problem
-    half = max((right - left)/2 for left, right in stretches)
-    known = picture.within(problem, state.load, stretches, half, LOW*state.approach)
+    half = max((right - left) / 2 for left, right in stretches)
+    known = picture.within(problem, state.load, stretches, half, LOW * state.approach)
     problem = replace(problem, picture=known)
     sites = [problem.sites(corner) for corner in range(len(law.corners))]
     found[facets.numbers] += missed(facets, state.closed, law, obstacle, sites)
@@ -162,7 +164,7 @@ def of_body(state):
     touched = np.array([state.closed[:, own].any() for own in facets.members])
     touched = touched | np.append(touched[1:], False) | np.append(False, touched[:-1])
     for each in overlaps(facets, state.closed, law, obstacle, sites, **known):
-        here = int(facets.below(np.array([(each.left + each.right)/2]))[0])
+        here = int(facets.below(np.array([(each.left + each.right) / 2]))[0])
         if not touched[here]:
             found[facets.numbers[here]] += each.worth**2
     return found
@@ -173,7 +175,7 @@ def _low(facets, state):
     law, obstacle, found = state.law, state.solver.obstacle, []
     x = np.unique([np.linspace(left, right, LOOKED_AT) for left, right in zip(facets.left, facets.right)])
     for corner in range(len(law.corners)):
-        low = facets.initial_gaps(law, obstacle, corner, x) < LOW*max(state.approach, 0.0)
+        low = facets.initial_gaps(law, obstacle, corner, x) < LOW * max(state.approach, 0.0)
         shift = state.problem.shift(corner)
         found += [
             (float(x[max(i - 1, 0)] - shift), float(x[min(j + 1, len(x) - 1)] - shift)) for i, j in runs(low)

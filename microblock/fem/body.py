@@ -17,11 +17,11 @@ from ..threads import bounded
 from .meshes import require_sound
 
 FIELDS = ("u1", "u2", "psi")
-CURVED = 4           # more integration orders for the energy, for elements with curved sides
-SINGULAR = 1e-8      # relative residual of a direct solve beyond which the matrix counts as singular
+CURVED = 4  # more integration orders for the energy, for elements with curved sides
+SINGULAR = 1e-8  # relative residual of a direct solve beyond which the matrix counts as singular
 # of the constant 1, from which on a coefficient is that of a vertex and not the rounding of an edge's
 OWN = 0.25
-SAME = 1e-9          # of the largest of prescribed values, within which two of them are one
+SAME = 1e-9  # of the largest of prescribed values, within which two of them are one
 
 
 @dataclass(frozen=True)
@@ -120,18 +120,20 @@ class Body(Shown):
         self.prescribed = dict(prescribed or {})
         self.fixed = self._patterns(fixed)
         self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
-        self.space = self.spaces[0]*self.spaces[1]*self.spaces[2]
+        self.space = self.spaces[0] * self.spaces[1] * self.spaces[2]
         self._require_periodic_values()
-        self.derived: dict = {}      # what costs a factorisation, kept as long as the body by who makes it
+        self.derived: dict = {}  # what costs a factorisation, kept as long as the body by who makes it
 
     def summary(self):
         """Elements, orders, unknowns, supports and moduli, for a notebook."""
-        kinds = f"in {self.mesh.dim}D" + ", periodic"*self.periodic
+        kinds = f"in {self.mesh.dim}D" + ", periodic" * self.periodic
         order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
         order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
         free = int(sum(self.space.FreeDofs()))
-        supports = [Row(f"{name} constrained", "", pattern.replace("|", ", "), "boundaries")
-                    for name, pattern in self.fixed.items()]
+        supports = [
+            Row(f"{name} constrained", "", pattern.replace("|", ", "), "boundaries")
+            for name, pattern in self.fixed.items()
+        ]
         rows = (
             Row("elements", "", self.mesh.ne, kinds),
             Row("order", "", order),
@@ -215,8 +217,11 @@ class Body(Shown):
         """{field: pattern of all boundaries where it is fixed or prescribed}."""
         if not isinstance(fixed, (str, Mapping)) and fixed != ():
             raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
-        patterns = {name: [fixed] for name in FIELDS} if isinstance(fixed, str) else {
-            name: [pattern] for name, pattern in dict(fixed).items()}
+        patterns = (
+            {name: [fixed] for name in FIELDS}
+            if isinstance(fixed, str)
+            else {name: [pattern] for name, pattern in dict(fixed).items()}
+        )
         for name, values in self.prescribed.items():
             patterns.setdefault(name, []).extend(values)
         for name, named in patterns.items():
@@ -298,7 +303,7 @@ class Body(Shown):
                 for vertex, dof, xi in zip(facet.vertices, space.GetDofNrs(facet), (1.0, 0.0)):
                     found.setdefault(dof, {}).setdefault(vertex.nr, value(transformation(xi)))
             largest = max(abs(one) for own in found.values() for one in own.values())
-            if any(np.ptp(list(own.values())) > SAME*largest for own in found.values()):
+            if any(np.ptp(list(own.values())) > SAME * largest for own in found.values()):
                 raise BadArgument(
                     "prescribed",
                     self.prescribed,
@@ -320,12 +325,12 @@ class Body(Shown):
 
     def potential(self, u1, u2, psi, loads=Loads()):
         """Potential energy (8) as integrals, for ``ngsolve.Variation`` or ``Integrate``."""
-        potential = self.energy(u1, u2, psi)*ng.dx
-        potential -= (loads.force[0]*u1 + loads.force[1]*u2 + loads.couple*psi)*ng.dx
+        potential = self.energy(u1, u2, psi) * ng.dx
+        potential -= (loads.force[0] * u1 + loads.force[1] * u2 + loads.couple * psi) * ng.dx
         for boundary, (t1, t2) in loads.traction.items():
-            potential -= (t1*u1 + t2*u2)*ng.ds(self.boundary(boundary))
+            potential -= (t1 * u1 + t2 * u2) * ng.ds(self.boundary(boundary))
         for boundary, micromoment in loads.micromoment.items():
-            potential -= micromoment*psi*ng.ds(self.boundary(boundary))
+            potential -= micromoment * psi * ng.ds(self.boundary(boundary))
         return potential
 
     @bounded
@@ -344,8 +349,12 @@ class Body(Shown):
         residual = state.vec.CreateVector()
         form.Apply(state.vec, residual)
         form.AssembleLinearization(state.vec)
-        step = solve_linear(form.mat, self.space.FreeDofs(), residual,
-                            "the bulk; are rigid motions fixed, and psi where beta = 0?")
+        step = solve_linear(
+            form.mat,
+            self.space.FreeDofs(),
+            residual,
+            "the bulk; are rigid motions fixed, and psi where beta = 0?",
+        )
         state.vec.data -= step
         form.Apply(state.vec, residual)
         return Fields(self, state.components, residual.FV().NumPy().copy())
@@ -421,16 +430,21 @@ class Fields:
         x1, x2 = (np.array(part, float) for part in np.broadcast_arrays(np.atleast_1d(x1), np.atleast_1d(x2)))
         sign = np.where(self.mirrored & (x1 < 0), -1.0, 1.0)
         try:
-            points = self.body.mesh(sign*x1, x2)
+            points = self.body.mesh(sign * x1, x2)
             u1, u2, psi, stress, couple = (
                 np.asarray(part(points)) for part in (*self, self.stress, self.couple_stress)
             )
-        except Exception as failure:      # NGSolve's own; it does not say which point
+        except Exception as failure:  # NGSolve's own; it does not say which point
             raise BadArgument("x1, x2", (x1, x2), f"must lie in the body ({failure})") from failure
         odd = np.stack((np.ones_like(sign), sign, sign, np.ones_like(sign)))
-        return PointFields(x1, x2, sign*psi.ravel(), np.stack((sign*u1.ravel(), u2.ravel())),
-                           (odd*stress.reshape(-1, 4).T).reshape(2, 2, -1),
-                           np.stack((np.ones_like(sign), sign))*couple.reshape(-1, 2).T)
+        return PointFields(
+            x1,
+            x2,
+            sign * psi.ravel(),
+            np.stack((sign * u1.ravel(), u2.ravel())),
+            (odd * stress.reshape(-1, 4).T).reshape(2, 2, -1),
+            np.stack((np.ones_like(sign), sign)) * couple.reshape(-1, 2).T,
+        )
 
     def __iter__(self):
         return iter((self.u1, self.u2, self.psi))
@@ -484,7 +498,7 @@ class Fields:
         total, moment = np.zeros(3), 0.0
         for name in held:
             number = FIELDS.index(name)
-            part, own = region*body.boundary(body.fixed[name]), parts[number]
+            part, own = region * body.boundary(body.fixed[name]), parts[number]
             total[number] = own @ body.values_on(part, number, 1)
             if name != "psi":
                 moment += own @ body.values_on(part, number, -up if name == "u1" else across)
@@ -492,7 +506,7 @@ class Fields:
 
     def energy(self):
         """Elastic energy (in 1D: per area)."""
-        order = 2*max(self.body.order, self.body.order_psi) + CURVED
+        order = 2 * max(self.body.order, self.body.order_psi) + CURVED
         return ng.Integrate(self.body.energy(*self), self.body.mesh, order=order)
 
 
@@ -510,14 +524,14 @@ def solve_linear(matrix, freedofs, rhs, what):
     except Exception as failure:
         raise NotConverged(f"no factorisation of {what}: {failure}") from failure
     solution, left, scale = (rhs.CreateVector() for _ in range(3))
-    solution.data = inverse*rhs
-    left.data = rhs - matrix*solution
-    solution.data += inverse*left      # one step of refinement
-    left.data = rhs - matrix*solution
+    solution.data = inverse * rhs
+    left.data = rhs - matrix * solution
+    solution.data += inverse * left  # one step of refinement
+    left.data = rhs - matrix * solution
     scale.data = rhs
     kept = ng.Projector(freedofs, True)
     kept.Project(left)
     kept.Project(scale)
-    if not left.Norm() <= SINGULAR*max(scale.Norm(), 1e-300):
+    if not left.Norm() <= SINGULAR * max(scale.Norm(), 1e-300):
         raise NotConverged(f"singular matrix of {what}")
     return solution

@@ -16,7 +16,7 @@ from ..model.zones import distance, distance_to_ends
 from . import between, meshes
 from .mesh_fields import BelowOnMesh
 
-MISSED = 0.03        # of the pressure: what nodes miss of the obstacle, from which on a state says so
+MISSED = 0.03  # of the pressure: what nodes miss of the obstacle, from which on a state says so
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,7 +64,7 @@ class BodySolution(BelowOnMesh, NodalSolution):
             square = between.of_body(self).sum()
         except BadArgument as failure:
             return [f"between the nodes the obstacle was not looked at: {failure}"]
-        share = np.sqrt(square/(self.weights @ self.pressures.sum(axis=0)**2))
+        share = np.sqrt(square / (self.weights @ self.pressures.sum(axis=0) ** 2))
         return (
             []
             if share < MISSED
@@ -97,7 +97,7 @@ class BodySolution(BelowOnMesh, NodalSolution):
     def micromoment(self):
         """M of (29); where psi is prescribed, the reaction to it."""
         if self.law.clamps_rotation:
-            return self.nodes.reaction(self.fields)/self.weights
+            return self.nodes.reaction(self.fields) / self.weights
         return super().micromoment
 
     @cached_property
@@ -126,8 +126,8 @@ class BodySolution(BelowOnMesh, NodalSolution):
         """
         points, weights = np.polynomial.legendre.leggauss(self.nodes.body.order + 2)
         facets = self.nodes.interpolation
-        x = np.concatenate([(left + right + (right - left)*points)/2 for left, right, _ in facets])
-        weights = np.concatenate([(right - left)/2*weights for left, right, _ in facets])*self.tamed(x)
+        x = np.concatenate([(left + right + (right - left) * points) / 2 for left, right, _ in facets])
+        weights = np.concatenate([(right - left) / 2 * weights for left, right, _ in facets]) * self.tamed(x)
         own, other = (
             np.array([one(corner, x) for corner in range(len(self.forces))])
             for one in (self.pressure, pressure)

@@ -23,13 +23,13 @@ from ..threads import bounded, released
 from .body import CURVED, Body, Fields
 from .facets import lobatto, outward_sides
 
-FLAT = 1e-12      # n1 below which a displacement along x1 does not enter the gaps
+FLAT = 1e-12  # n1 below which a displacement along x1 does not enter the gaps
 # no pivoting: K is positive definite
 SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
 # of a diagonal entry, below which what is left of it is rounding: 1e-12 and less without supports, 1e-6 for
 # beta = 2 - 1e-6 and nu = 0.4999 with them
 CANCELLED = 1e-11
-UNSOLVED = 1e-6   # of a right-hand side that the factors leave if K is singular to rounding
+UNSOLVED = 1e-6  # of a right-hand side that the factors leave if K is singular to rounding
 HELD = "are rigid motions fixed, and psi where beta = 0?"
 
 
@@ -78,15 +78,15 @@ class ContactNodes:
                     nodes.append([np.array(mapped.point[:2]), 0.0, np.zeros(2)])
                     rows.append((dofs, element.CalcShape(float(xi))))
                 node = nodes[numbers[key]]
-                node[1] += weight*mapped.measure
-                node[2] += side*weight*mapped.measure*np.array(outward(mapped)[:2])
+                node[1] += weight * mapped.measure
+                node[2] += side * weight * mapped.measure * np.array(outward(mapped)[:2])
                 members.append(numbers[key])
             self.facets.append(members)
         order = np.lexsort(np.array([point for point, _, _ in nodes]).T[::-1])
         places = np.argsort(order)
         self.facets = [places[members] for members in self.facets]
         self.points, self.weights, normals = (np.array([nodes[i][part] for i in order]) for part in range(3))
-        self.normals = normals/np.linalg.norm(normals, axis=1)[:, None]
+        self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
         self._values = _rows([rows[i] for i in order], space.ndof)
 
     def values(self, field):
@@ -171,13 +171,13 @@ class Condensed(ContactNodes):
         mesh, space = self.body.mesh, self.body.space
         self.unknowns = space.FreeDofs().NumSet()
         # of an element; of each all unknowns there are linked
-        sides = (2*mesh.nedge - mesh.GetNE(ng.BND))/mesh.ne
+        sides = (2 * mesh.nedge - mesh.GetNE(ng.BND)) / mesh.ne
         orders = (
             self.body.element_orders
             if self.body.element_orders is not None
             else np.full(mesh.ne, self.body.order)
         )
-        entries = np.sum((len(self.body.spaces)*sides*orders)**2)
+        entries = np.sum((len(self.body.spaces) * sides * orders) ** 2)
         needed = cost.of_factors(space.FreeDofs(True).NumSet(), entries) + cost.of_nodes(len(self.weights))
         cost.require_room(
             needed,
@@ -194,7 +194,7 @@ class Condensed(ContactNodes):
         (s11, s12), (s21, s22) = solid.stress(gradient, psi)
         m = solid.couple_stress(kappa)
         varied, turned = self.body.gradients(v1, v2, chi)
-        bonus = CURVED if self.body.mesh.GetCurveOrder() > 1 else 0      # as for the energy of the fields
+        bonus = CURVED if self.body.mesh.GetCurveOrder() > 1 else 0  # as for the energy of the fields
         self.form = ng.BilinearForm(space, symmetric=True, condense=True)
         self.form += (
             s11 * varied[0, 0]
@@ -226,7 +226,7 @@ class Condensed(ContactNodes):
             straight = np.arange(len(self._order))
             if np.any(self._factors.perm_r != straight) or np.any(self._factors.perm_c != straight):
                 raise RuntimeError("the factorisation pivots")
-            upper = self._factors.U[len(inner):, len(inner):].toarray()
+            upper = self._factors.U[len(inner) :, len(inner) :].toarray()
         except MemoryError as failure:
             raise NotConverged(
                 f"no memory to factorise {self.unknowns} unknowns: take longer elements, a lower order "
@@ -234,9 +234,9 @@ class Condensed(ContactNodes):
             ) from failure
         except RuntimeError as failure:
             raise NotConverged(f"no factorisation of the bulk: {failure}; {HELD}") from failure
-        if not np.all(self._factors.U.diagonal() > CANCELLED*bulk.diagonal()[self._order]):
+        if not np.all(self._factors.U.diagonal() > CANCELLED * bulk.diagonal()[self._order]):
             raise NotConverged(f"singular matrix of the bulk; {HELD}")
-        self._cholesky = upper/np.sqrt(np.diag(upper))[:, None]
+        self._cholesky = upper / np.sqrt(np.diag(upper))[:, None]
         self._rows = onto[:, contact].toarray()
         self._bulk = bulk
 
@@ -244,11 +244,14 @@ class Condensed(ContactNodes):
         """R, (u.n, psi) at the nodes from all unknowns, sparse (2 n, unknowns)."""
         n, width = len(self.weights), self.body.spaces[0].ndof
         values = self._values.tocoo()
-        parts = [(values.row, values.col + i*width, values.data*self.normals[values.row, i]) for i in range(2)
-                 if np.abs(self.normals[:, i]).max() > FLAT]
-        parts.append((values.row + n, values.col + 2*width, values.data))
+        parts = [
+            (values.row, values.col + i * width, values.data * self.normals[values.row, i])
+            for i in range(2)
+            if np.abs(self.normals[:, i]).max() > FLAT
+        ]
+        parts.append((values.row + n, values.col + 2 * width, values.data))
         row, column, data = (np.concatenate(pieces) for pieces in zip(*parts))
-        return csr_matrix((data, (row, column)), shape=(2*n, self.body.space.ndof))
+        return csr_matrix((data, (row, column)), shape=(2 * n, self.body.space.ndof))
 
     def _matrix(self):
         with released(len(self._cholesky)):
@@ -263,11 +266,11 @@ class Condensed(ContactNodes):
         vector = state.vec.FV().NumPy()
         vector[self._order] = self._factors.solve(right[self._order])
         left = (right - self._bulk @ vector)[self._order]
-        if not np.linalg.norm(left) <= UNSOLVED*np.linalg.norm(right):
+        if not np.linalg.norm(left) <= UNSOLVED * np.linalg.norm(right):
             raise NotConverged(f"singular matrix of the bulk; {HELD}")
-        vector[self._order] += self._factors.solve(left)      # one step of refinement
-        forces = self._bulk @ vector - right      # of the supports; inside the elements nothing acts
-        state.vec.data += self.form.harmonic_extension*state.vec
+        vector[self._order] += self._factors.solve(left)  # one step of refinement
+        forces = self._bulk @ vector - right  # of the supports; inside the elements nothing acts
+        state.vec.data += self.form.harmonic_extension * state.vec
         return Fields(self.body, state.components, forces)
 
     @bounded
@@ -275,7 +278,7 @@ class Condensed(ContactNodes):
         """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""
         width = self.body.spaces[0].ndof
         vector = np.concatenate([component.vec.FV().NumPy() for component in fields])
-        held = (self._bulk @ vector)[2*width:]
+        held = (self._bulk @ vector)[2 * width :]
         used = np.unique(self._values.indices)
         return np.linalg.solve(self._values[:, used].toarray().T, held[used])
 
@@ -286,7 +289,7 @@ def require_pressed(body, boundary, condensed=False):
     """
     if body.mesh.dim != 2:
         raise BadArgument("body", body, "must be two-dimensional")
-    if body.periodic:      # its ends are one node; as two they would share their force at random
+    if body.periodic:  # its ends are one node; as two they would share their force at random
         raise BadArgument("body", body, "must not be periodic: Newton() solves on periodic bodies")
     if condensed and body.prescribed:
         raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
@@ -311,5 +314,10 @@ def with_psi_constrained(body, boundary):
 
 def _rows(rows, width):
     i = np.repeat(np.arange(len(rows)), [len(dofs) for dofs, _ in rows])
-    return csr_matrix((np.concatenate([np.asarray(shape) for _, shape in rows]),
-                       (i, np.concatenate([np.asarray(dofs) for dofs, _ in rows]))), shape=(len(rows), width))
+    return csr_matrix(
+        (
+            np.concatenate([np.asarray(shape) for _, shape in rows]),
+            (i, np.concatenate([np.asarray(dofs) for dofs, _ in rows])),
+        ),
+        shape=(len(rows), width),
+    )

@@ -20,8 +20,8 @@ from ..model.law import check as check_law
 from ..model.methods import RULES
 from .body import FIELDS, Body
 
-SAME_GAP = 1e-12     # of ell: two corner gaps that differ by less are one function
-STRAIGHT = 1e-9      # of the normals: gaps of a boundary that bends more are no polynomials between its nodes
+SAME_GAP = 1e-12  # of ell: two corner gaps that differ by less are one function
+STRAIGHT = 1e-9  # of the normals: gaps of a boundary that bends more are no polynomials between its nodes
 
 
 @lru_cache(maxsize=64)
@@ -30,7 +30,7 @@ def lobatto(order):
     inner = roots_jacobi(order - 1, 1, 1)[0] if order > 1 else np.zeros(0)
     points = np.concatenate(([-1.0], inner, [1.0]))
     legendre = np.polynomial.legendre.Legendre.basis(order)(points)
-    return (points + 1)/2, 1/(order*(order + 1)*legendre**2)
+    return (points + 1) / 2, 1 / (order * (order + 1) * legendre**2)
 
 
 class ContactFacets:
@@ -113,21 +113,21 @@ class ContactFacets:
                 at_vertex = j in (0, len(points) - 1)
                 key = ("vertex", *shape["multiplier"]) if at_vertex else (facet.nr, j)
                 mapped = transformation(xi)
-                normal = side*np.array(outward(mapped))
-                measure = weight*(mapped.measure if mesh.dim == 2 else 1.0)
+                normal = side * np.array(outward(mapped))
+                measure = weight * (mapped.measure if mesh.dim == 2 else 1.0)
                 if key in numbers:
                     nodes[numbers[key]][1] += measure
-                    nodes[numbers[key]][2] += measure*_plane(normal, mesh.dim)
+                    nodes[numbers[key]][2] += measure * _plane(normal, mesh.dim)
                     continue
                 numbers[key] = len(nodes)
-                nodes.append([_plane(mapped.point, mesh.dim), measure, measure*_plane(normal, mesh.dim)])
+                nodes.append([_plane(mapped.point, mesh.dim), measure, measure * _plane(normal, mesh.dim)])
                 for name in spaces:
                     rows[name].append(shape[name])
         order = np.lexsort(np.array([point for point, _, _ in nodes]).T[::-1])
         self.points = np.array([nodes[i][0] for i in order])
         self.weights = np.array([nodes[i][1] for i in order])
         normals = np.array([nodes[i][2] for i in order])
-        self.normals = normals/np.linalg.norm(normals, axis=1)[:, None]
+        self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
         self._values = {
             name: _matrix([rows[name][i] for i in order], space.ndof) for name, space in spaces.items()
         }
@@ -149,13 +149,13 @@ class ContactFacets:
         ):
             if excluded:
                 raise BadArgument("rule", "gauss", why)
-        self.rule = ng.IntegrationRule(ng.SEGM, 2*self.order + 1)
+        self.rule = ng.IntegrationRule(ng.SEGM, 2 * self.order + 1)
         rows, weights = [], []
         for facet in self.region.Elements():
             element, dofs = self.multipliers.GetFE(facet), self.multipliers.GetDofNrs(facet)
             for point in self.rule:
                 rows.append(_point_row(element, dofs, point.point[0]))
-                weights.append(point.weight*body.mesh.GetTrafo(facet)(point.point[0]).measure)
+                weights.append(point.weight * body.mesh.GetTrafo(facet)(point.point[0]).measure)
         self._at_rule = _matrix(rows, self.multipliers.ndof)
         self.extents = abs(self._at_rule).T @ np.array(weights)
 
@@ -169,28 +169,36 @@ class ContactFacets:
         free = self.body.spaces[FIELDS.index("psi")].FreeDofs()
         fixed = np.array([not any(free[int(d)] for d in row.indices) for row in self._values["psi"]])
         if self.law.clamps_rotation and not fixed.all():
-            raise BadArgument("law", self.law, "prescribes psi on the surface: the body must fix psi "
-                              "on its contact boundary")
+            raise BadArgument(
+                "law",
+                self.law,
+                "prescribes psi on the surface: the body must fix psi on its contact boundary",
+            )
         supports = ng.GridFunction(self.body.space)
         self.body.prescribe(supports.components)
-        turn = self.body.solid.ell/2*self.at_nodes("psi", supports.components[2])
-        gaps = np.array([self.initial_gaps[corner] + self.levers[corner]*turn for corner in self.corners])
+        turn = self.body.solid.ell / 2 * self.at_nodes("psi", supports.components[2])
+        gaps = np.array([self.initial_gaps[corner] + self.levers[corner] * turn for corner in self.corners])
         nearest = np.argmin(gaps, axis=0)
         spread = np.where(np.isfinite(gaps.max(axis=0)), gaps.max(axis=0), 0) - gaps.min(
             axis=0, initial=np.inf
         )
-        self.twins = fixed & (len(self.corners) > 1) & (np.abs(spread) <= SAME_GAP*self.body.solid.ell)
+        self.twins = fixed & (len(self.corners) > 1) & (np.abs(spread) <= SAME_GAP * self.body.solid.ell)
         # between the nodes twins are no twins: both keep their multipliers there, tied at the node
         if not self.nodal:
             fixed = fixed & ~self.twins
-        return {corner: np.isfinite(self.initial_gaps[corner]) & (~fixed | (nearest == number))
-                for number, corner in enumerate(self.corners)}
+        return {
+            corner: np.isfinite(self.initial_gaps[corner]) & (~fixed | (nearest == number))
+            for number, corner in enumerate(self.corners)
+        }
 
     @property
     def first_touch(self):
         """Approach at which the first corner touches the undeformed body."""
-        return min(float((self.initial_gaps[corner]/self.normals[:, 1])[mask].min())
-                   for corner, mask in self.can_touch.items() if mask.any())
+        return min(
+            float((self.initial_gaps[corner] / self.normals[:, 1])[mask].min())
+            for corner, mask in self.can_touch.items()
+            if mask.any()
+        )
 
     def lowered(self, approach):
         """These facets under the same obstacle, lowered by `approach`."""
@@ -210,7 +218,7 @@ class ContactFacets:
         """
         values, space = self._values["psi"], self.body.spaces[FIELDS.index("psi")]
         used = np.unique(values.indices)
-        return np.linalg.lstsq(values[:, used].toarray().T, fields.forces[-space.ndof:][used], rcond=None)[0]
+        return np.linalg.lstsq(values[:, used].toarray().T, fields.forces[-space.ndof :][used], rcond=None)[0]
 
     def interpolate(self, values):
         """Grid function of the multiplier space with these values (array (n,)) at the nodes."""
@@ -222,8 +230,8 @@ class ContactFacets:
         """{corner: gap minus initial gap, at the nodes} of grid functions, the obstacle lowered by
         `approach`.
         """
-        un = self.normals[:, 0]*self.at_nodes("u1", u1) + self.normals[:, 1]*self.at_nodes("u2", u2)
-        turn = self.body.solid.ell/2*self.at_nodes("psi", psi)
+        un = self.normals[:, 0] * self.at_nodes("u1", u1) + self.normals[:, 1] * self.at_nodes("u2", u2)
+        turn = self.body.solid.ell / 2 * self.at_nodes("psi", psi)
         return {
             corner: self.levers[corner] * turn - un - approach * self.normals[:, 1] for corner in self.corners
         }
@@ -237,19 +245,23 @@ class ContactFacets:
         """The gap (22) of a corner as an expression, exact at the nodes."""
         finite = np.where(self.can_touch[corner], self.initial_gaps[corner], 0.0)
         n1, n2 = (self.interpolate(component) for component in self.normals.T)
-        return (self.interpolate(finite) - n2*approach - (n1*u1 + n2*u2)
-                + self.body.solid.ell/2*self.interpolate(self.levers[corner])*psi)
+        return (
+            self.interpolate(finite)
+            - n2 * approach
+            - (n1 * u1 + n2 * u2)
+            + self.body.solid.ell / 2 * self.interpolate(self.levers[corner]) * psi
+        )
 
     def integral(self, density, rule=None):
         """Integral of an expression over the contact boundary by the rule, or another one."""
-        return density*ng.ds(definedon=self.region, intrules={ng.SEGM: self.rule if rule is None else rule})
+        return density * ng.ds(definedon=self.region, intrules={ng.SEGM: self.rule if rule is None else rule})
 
     def penalty(self, rho, u1, u2, psi, approach):
         """The contact term of (31): sum over the corners of rho/2 <g>_-^2."""
         total = 0
         for corner in self.corners:
             gap = self.gap(corner, u1, u2, psi, approach)
-            total += self._where(corner, ng.IfPos(gap, 0, rho/2*gap**2), 0)
+            total += self._where(corner, ng.IfPos(gap, 0, rho / 2 * gap**2), 0)
         return self.integral(total)
 
     def augmented_lagrangian(self, rho, u1, u2, psi, multipliers, approach):
@@ -257,15 +269,15 @@ class ContactFacets:
         total = 0
         for corner, multiplier in zip(self.corners, multipliers, strict=True):
             gap = self.gap(corner, u1, u2, psi, approach)
-            separation = -multiplier**2/(2*rho)
-            contact = (multiplier + rho/2*gap)*gap
-            total += self._where(corner, ng.IfPos(multiplier + rho*gap, separation, contact), separation)
+            separation = -(multiplier**2) / (2 * rho)
+            contact = (multiplier + rho / 2 * gap) * gap
+            total += self._where(corner, ng.IfPos(multiplier + rho * gap, separation, contact), separation)
         if self.nodal or not self.twins.any():
             return self.integral(total)
         # where psi is constrained at a node the gaps determine the sum of its multipliers only: their
         # difference is 0 by symmetry
         first, second = multipliers
-        tie = self.interpolate(self.twins.astype(float))*(first - second)**2/(2*rho)
+        tie = self.interpolate(self.twins.astype(float)) * (first - second) ** 2 / (2 * rho)
         return self.integral(total) - self.integral(tie, self._nodal_rule)
 
     def _where(self, corner, term, otherwise):
@@ -285,11 +297,15 @@ def outward_sides(mesh, region):
     points = np.array([vertex.point for vertex in mesh.vertices])
     facets = [(facet.edges[0].nr, [vertex.nr for vertex in facet.vertices]) for facet in region.Elements()]
     wanted = {number for number, _ in facets}
-    inside = {edge.nr: points[[vertex.nr for vertex in element.vertices]].mean(axis=0)
-              for element in mesh.Elements() for edge in element.edges if edge.nr in wanted}
+    inside = {
+        edge.nr: points[[vertex.nr for vertex in element.vertices]].mean(axis=0)
+        for element in mesh.Elements()
+        for edge in element.edges
+        if edge.nr in wanted
+    }
     outward, sides = ng.specialcf.normal(2), []
     for facet, (number, ends) in zip(region.Elements(), facets):
-        transformation = mesh.GetTrafo(facet)      # a mapped point does not keep it alive
+        transformation = mesh.GetTrafo(facet)  # a mapped point does not keep it alive
         sides.append(
             1.0
             if np.dot(points[ends].mean(axis=0) - inside[number], outward(transformation(0.5))) > 0

@@ -41,29 +41,29 @@ from .fitted_path import FittedPath
 from .ground import Within
 from .surface_solution import Estimate, SurfaceSolution, difference, surface_solution
 
-LEVELS = ((4, 3), (5, 4), (6, 4), (7, 4), (8, 4), (9, 5), (10, 5), (11, 6), (12, 6))      # (order, levels)
+LEVELS = ((4, 3), (5, 4), (6, 4), (7, 4), (8, 4), (9, 5), (10, 5), (11, 6), (12, 6))  # (order, levels)
 # a logarithm, or at an end 1/sqrt(r), between two nodes: sqrt(RATIO) a level in L2; levels of equal depth
 # would share that error and not see it
 LEVELS_AT_CORNERS = tuple((order, order) for order, _ in LEVELS)
-COARSE = 12, 3       # elements over the reach and order of the first mesh, which knows no edges
-RATE = 0.5, -0.15    # digits that an order adds, and that order 0 lacks: where refinement begins, no more
+COARSE = 12, 3  # elements over the reach and order of the first mesh, which knows no edges
+RATE = 0.5, -0.15  # digits that an order adds, and that order 0 lacks: where refinement begins, no more
 # refinement level on which edges are looked for by elements of one order: order 4 locks as low orders do
 LOWEST_EVEN = 1
-LOCATED = 0.03       # error of the edges at which more order helps more than another step
-STEPS = 6            # of the edges on one refinement level
-LONGEST_MOVE = 0.4   # of an edge in one step, over the way to the next
+LOCATED = 0.03  # error of the edges at which more order helps more than another step
+STEPS = 6  # of the edges on one refinement level
+LONGEST_MOVE = 0.4  # of an edge in one step, over the way to the next
 # of the way to the next edge, or of the layer if that is less, from where K0 and K1 are read
 FITTED = 0.4
-FURTHEST = 0.8       # of it, on meshes with too few nodes for that
-TERMS = 4            # K0, K1, ... of the series in which they are read
-SEEN = 0.05          # of the way to the next edge: sets that differ by more are another topology
-SHOWN = 4            # nodes next to the axis that make an overlap or a gap
+FURTHEST = 0.8  # of it, on meshes with too few nodes for that
+TERMS = 4  # K0, K1, ... of the series in which they are read
+SEEN = 0.05  # of the way to the next edge: sets that differ by more are another topology
+SHOWN = 4  # nodes next to the axis that make an overlap or a gap
 # where no rtol is asked for: overlap between nodes, of the pressure, that makes other zones
 FIXED = 1e-3
-CONDITIONS = 0.3     # of rtol, above which an overlap between nodes changes the zones
-WIDEST = 8           # times farther than a classical half-plane asks for is looked at most
-OUTSIDE = 60         # places on either side beyond the contact boundary, beside the obstacle's own
-TRUNCATION = 2.0     # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
+CONDITIONS = 0.3  # of rtol, above which an overlap between nodes changes the zones
+WIDEST = 8  # times farther than a classical half-plane asks for is looked at most
+OUTSIDE = 60  # places on either side beyond the contact boundary, beside the obstacle's own
+TRUNCATION = 2.0  # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
 
 
 class FittedSolver(MeshFitter):
@@ -107,7 +107,7 @@ class FittedSolver(MeshFitter):
     def follow(self, load, rtol, initial):
         try:
             return self.solve(load, None, rtol, initial)
-        except NotConverged:      # too far
+        except NotConverged:  # too far
             return self.solve(load, None, rtol)
 
     def _pictured(self, load, wider=1):
@@ -121,7 +121,7 @@ class FittedSolver(MeshFitter):
             Within(self.obstacle, self.domain) if cut_off else self.obstacle,
             self.symmetric,
         )
-        found = picture.picture(problem, load, picture.BOUND*wider)
+        found = picture.picture(problem, load, picture.BOUND * wider)
         if cut_off:
             found = problem.obstacle.forgotten(found)
         if found.steps:
@@ -141,8 +141,7 @@ class FittedSolver(MeshFitter):
                 raise NotConverged(
                     f"at load {load:g} the ground touches the obstacle farther and farther away"
                 ) from None
-            return self._looking(load, solve, 2*wider)
-
+            return self._looking(load, solve, 2 * wider)
 
     def at(self, load, rtol=usual_rtol, near=None):
         """The SurfaceSolution at a load to a relative L2 error of pressure and micromoment, from a
@@ -175,7 +174,7 @@ class FittedSolver(MeshFitter):
                 trial = self._pass(load, zones, order, levels)
                 passes += 1
                 state = self._state(load, trial, passes)
-                found = self._other_zones(state, trial, CONDITIONS*rtol)
+                found = self._other_zones(state, trial, CONDITIONS * rtol)
                 if not found and coarse is not None:
                     state = replace(
                         state, estimate=replace(state.estimate, discretisation=difference(coarse, state))
@@ -185,7 +184,7 @@ class FittedSolver(MeshFitter):
                         if not found:
                             return state
                 zones = found or trial.moved
-                if found:      # another topology: what was computed on the old one says nothing
+                if found:  # another topology: what was computed on the old one says nothing
                     coarse = None
                     continue
                 if coarse is None:
@@ -232,7 +231,7 @@ class FittedSolver(MeshFitter):
                 return trial.moved, passes
             zones = trial.moved
             state = self._state(load, trial, passes)
-            zones = self._other_zones(state, trial, CONDITIONS*LOCATED) or zones
+            zones = self._other_zones(state, trial, CONDITIONS * LOCATED) or zones
         raise NotConverged(
             f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
             "topology, or beta close to 2? Take another load, or the half-plane",
@@ -244,6 +243,7 @@ class FittedSolver(MeshFitter):
 
         `spacing` is that of the elements on the surface (length); without it the usual one.
         """
+
         def solve(solver):
             solver, zones, passes = solver._settled(load, *solver.topology(load))
             return solver._fixed(load, order, spacing, zones, passes)
@@ -256,7 +256,7 @@ class FittedSolver(MeshFitter):
         for _ in range(STEPS):
             trial = self._pass(load, zones, order, levels, spacing)
             passes += 1
-            if trial.edge_error > last/2:
+            if trial.edge_error > last / 2:
                 break
             zones, last = trial.moved, trial.edge_error
         state = self._state(load, trial, passes)
@@ -273,8 +273,7 @@ class FittedSolver(MeshFitter):
         solver = self._pictured(load)
         zones, _ = solver.topology(load)
         ground = solver._around(max(map(abs, zone_edges(zones))))
-        return solver._condense(ground, solver._features(ground), ground.reach[1]/count, 0, order)
-
+        return solver._condense(ground, solver._features(ground), ground.reach[1] / count, 0, order)
 
     def _require_level(self, zones, number):
         """The same for the lowest level on which a state can be returned, before anything is meshed."""
@@ -292,16 +291,16 @@ class FittedSolver(MeshFitter):
         outer = self.first_guess(load)
         for passes in range(1, 13):
             ground = self._around(outer)
-            cell = ground.reach[1]/COARSE[0]
+            cell = ground.reach[1] / COARSE[0]
             body = self._condense(ground, self._features(ground), cell, 0, COARSE[1])
             system = body.compliance.corner_system(self.law, self.obstacle)
             found = active_set.solve(*system[:2], load=self.share(load), c=system[2])
             x, closed = body.points[:, 0], found.closed.reshape(len(self.law.corners), -1)
             widest = np.abs(x[closed.any(axis=0)]).max()
-            if widest > 0.95*ground.reach[1]:
+            if widest > 0.95 * ground.reach[1]:
                 outer *= 1.6
-            elif 2.5*widest < ground.reach[1]:
-                outer = max(widest, 2*cell)
+            elif 2.5 * widest < ground.reach[1]:
+                outer = max(widest, 2 * cell)
             else:
                 return (
                     self._set_apart(
@@ -317,17 +316,16 @@ class FittedSolver(MeshFitter):
         """
         if len(zones) == 1 or not all(zones.values()):
             return zones
-        apart = topology.PARTIAL*self.solid.ell
+        apart = topology.PARTIAL * self.solid.ell
         a, b = (list(map(list, zones[corner])) for corner in (0, 1))
-        if abs(a[-1][1] - b[-1][1]) < cell and apart < 2*cell:
+        if abs(a[-1][1] - b[-1][1]) < cell and apart < 2 * cell:
             b[-1][1] = a[-1][1] - apart
-        if not self.symmetric and abs(a[0][0] - b[0][0]) < cell and apart < 2*cell:
+        if not self.symmetric and abs(a[0][0] - b[0][0]) < cell and apart < 2 * cell:
             a[0][0] = b[0][0] + apart
         return {
             corner: tuple((left, right) for left, right in own if right > left)
             for corner, own in ((0, a), (1, b))
         }
-
 
     def edge_coefficients(self, zones, loads, order, levels):
         """((K0, K1) at the innermost edge at each load, the same at the outermost), on one mesh fitted to
@@ -340,17 +338,23 @@ class FittedSolver(MeshFitter):
         for corner, edge in (inner, (0, found.zones[0][-1][1])):
             inward = 1 if corner == 0 and edge == found.zones[0][0][0] else -1
             way = min(abs(tip - edge) for tip in found.tips if tip != edge)
-            both.append([self._read(found, found.pressures(self.share(load))[corner], edge, inward, way, way)
-                         for load in loads])
+            both.append(
+                [
+                    self._read(found, found.pressures(self.share(load))[corner], edge, inward, way, way)
+                    for load in loads
+                ]
+            )
         return both
 
     def _read(self, mesh, p, edge, inward, way, length):
         """K0 and K1 at an edge, read beyond the element there: it cannot follow 1/sqrt(r), and swings."""
-        r, beside = (mesh.x - edge)*inward, mesh.length_at(edge, inward)
-        reach, furthest = FITTED*min(way, topology.PARTIAL*self.solid.layer_length), FURTHEST*min(way, length)
+        r, beside = (mesh.x - edge) * inward, mesh.length_at(edge, inward)
+        reach, furthest = (
+            FITTED * min(way, topology.PARTIAL * self.solid.layer_length),
+            FURTHEST * min(way, length),
+        )
         beyond = np.count_nonzero((r > beside) & (r < reach)) > TERMS
         return _coefficients(r, p, mesh.body.weights, beside if beyond else 0.0, reach, furthest)
-
 
     def _pass(self, load, zones, order, levels, spacing=None):
         """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
@@ -373,7 +377,7 @@ class FittedSolver(MeshFitter):
         for interval in intervals:
             new = []
             for edge, inward in zip(interval, (1, -1)):
-                if (edge == 0 and self.symmetric) or any(abs(edge - end) < 1e-9*abs(end) for end in fixed):
+                if (edge == 0 and self.symmetric) or any(abs(edge - end) < 1e-9 * abs(end) for end in fixed):
                     new.append(edge)
                     continue
                 way = min(
@@ -381,11 +385,11 @@ class FittedSolver(MeshFitter):
                     default=interval[1] - interval[0],
                 )
                 K0, K1 = self._read(mesh, p, edge, inward, way, interval[1] - interval[0])
-                step = 2*K0/K1 if K1 > 0 else math.copysign(math.inf, K0)
-                step = min(max(step, -LONGEST_MOVE*way), LONGEST_MOVE*way)
-                new.append(float(edge - inward*step))
+                step = 2 * K0 / K1 if K1 > 0 else math.copysign(math.inf, K0)
+                step = min(max(step, -LONGEST_MOVE * way), LONGEST_MOVE * way)
+                new.append(float(edge - inward * step))
                 if step:
-                    square += (K1*step)**2*(0.5 + 0.25*math.log(way/abs(step)))
+                    square += (K1 * step) ** 2 * (0.5 + 0.25 * math.log(way / abs(step)))
             moved.append(tuple(new))
         return tuple(moved), square
 
@@ -394,13 +398,13 @@ class FittedSolver(MeshFitter):
         flexibility, gaps, share = trial.system
         found = active_set.solve(flexibility, gaps, load=self.share(load), c=share, start=trial.closed)
         outer = max(abs(tip) for tip in trial.tips)
-        truncation = TRUNCATION*(outer/trial.ground.far)**2 if self.domain == math.inf else 0.0
+        truncation = TRUNCATION * (outer / trial.ground.far) ** 2 if self.domain == math.inf else 0.0
         estimate = Estimate(None, trial.edge_error, truncation)
         state = surface_solution(self, trial.body, load, found, trial.zones, passes, estimate)
         square = sum(each.worth**2 for each in self._overlaps(state, trial))
         if not getattr(self.obstacle, "formulas", False) and self.picture is not None:
             square += between.missed(*self._nodes(trial), self._sites(trial, trial.ground.reach)).sum()
-        return replace(state, estimate=replace(state.estimate, obstacle=math.sqrt(square)/_size(state)))
+        return replace(state, estimate=replace(state.estimate, obstacle=math.sqrt(square) / _size(state)))
 
     def _nodes(self, trial):
         return between.Facets(trial.body), trial.closed.reshape(len(trial.zones), -1), self.law, self.obstacle
@@ -408,8 +412,8 @@ class FittedSolver(MeshFitter):
     def _sites(self, trial, within):
         """Contact points of each corner at which the obstacle was looked at, and between the nodes."""
         if self.picture is None:
-            return [np.zeros(0)]*len(self.law.corners)
-        between_nodes = (trial.x[1:] + trial.x[:-1])/2
+            return [np.zeros(0)] * len(self.law.corners)
+        between_nodes = (trial.x[1:] + trial.x[:-1]) / 2
         found = [
             np.union1d(self.problem.sites(corner), between_nodes) for corner in range(len(self.law.corners))
         ]
@@ -419,15 +423,16 @@ class FittedSolver(MeshFitter):
         """Overlaps between open nodes, but for those next to edges, which go with them."""
         tips, hidden = self._hidden(trial)
         sites = [x[~_beside(x, tips, hidden)] for x in self._sites(trial, trial.ground.reach)]
-        return between.overlaps(*self._nodes(trial), sites, approach=state.approach, raised=state._raised,
-                                psi=state.computed_psi)
+        return between.overlaps(
+            *self._nodes(trial), sites, approach=state.approach, raised=state._raised, psi=state.computed_psi
+        )
 
     def _hidden(self, trial):
         """Tips of the mesh, and how far from each of them a wrong set is no other topology: arrays."""
         tips = np.array(trial.tips)
         apart = np.abs(tips[:, None] - tips) + np.where(np.eye(len(tips)), np.inf, 0)
         way = np.minimum(apart.min(axis=1), trial.ground.reach[1] - trial.ground.reach[0])
-        return tips, np.where(np.isin(tips, self.ends()), np.minimum(SEEN*way, trial.near), SEEN*way)
+        return tips, np.where(np.isin(tips, self.ends()), np.minimum(SEEN * way, trial.near), SEEN * way)
 
     def _outside(self, state, trial):
         """None if no corner overlaps the obstacle on the surface beyond the contact boundary; else the zones
@@ -440,12 +445,13 @@ class FittedSolver(MeshFitter):
         """
         if self.picture is None:
             return None
-        (left, right), most = trial.ground.reach, min(
-            trial.ground.far, 1e3 * max(map(abs, trial.ground.reach))
-        ) * (1 - 1e-9)
-        away = [right + (most - right)*np.geomspace(1e-4, 1, OUTSIDE)]
+        (left, right), most = (
+            trial.ground.reach,
+            min(trial.ground.far, 1e3 * max(map(abs, trial.ground.reach))) * (1 - 1e-9),
+        )
+        away = [right + (most - right) * np.geomspace(1e-4, 1, OUTSIDE)]
         if not self.symmetric:
-            away.append(left - (most + left)*np.geomspace(1e-4, 1, OUTSIDE))
+            away.append(left - (most + left) * np.geomspace(1e-4, 1, OUTSIDE))
         zones, wrong = {corner: list(own) for corner, own in trial.zones.items()}, False
         for corner, own in zones.items():
             sites = self.problem.sites(corner)
@@ -480,15 +486,17 @@ class FittedSolver(MeshFitter):
         tips, hidden = self._hidden(trial)
         far = ~_beside(x, tips, hidden)
         wrong = closed != trial.closed.reshape(count, -1)
-        inner = MEETING*tips.max()
+        inner = MEETING * tips.max()
         # zones that meet: a small overlap or gap shows
         if tips[0] == 0 and not np.any((tips > 0) & (tips < inner)):
             far |= (x > 0) & (x < inner) & (np.count_nonzero(wrong[:, (x > 0) & (x < inner)]) >= SHOWN)
         overlaps = self._overlaps(state, trial) if state.estimate.obstacle > tolerance else []
-        overlaps = [each for each in overlaps if each.worth > tolerance*_size(state)]
+        overlaps = [each for each in overlaps if each.worth > tolerance * _size(state)]
         if not np.any(wrong & far) and not overlaps:
             return None
-        zones = self.runs(x, closed, state.forces/state.body.weights) if np.any(wrong & far) else trial.moved
+        zones = (
+            self.runs(x, closed, state.forces / state.body.weights) if np.any(wrong & far) else trial.moved
+        )
         return {
             corner: tuple(
                 joined([*own, *((each.left, each.right) for each in overlaps if each.corner == corner)])
@@ -511,7 +519,7 @@ def _beside(x, tips, hidden):
 
 def _size(state):
     """L2 norm of the pressure of the computed part."""
-    return math.sqrt(state.body.weights @ state._computed.sum(axis=0)**2)
+    return math.sqrt(state.body.weights @ state._computed.sum(axis=0) ** 2)
 
 
 def _coefficients(r, p, weights, nearest, reach, furthest):
@@ -520,19 +528,19 @@ def _coefficients(r, p, weights, nearest, reach, furthest):
 
     On coarse meshes the reach grows, and the series gets shorter, until there are more nodes than terms.
     """
-    while np.count_nonzero((r > 1e-3*reach) & (r < reach)) <= TERMS and reach < furthest:
+    while np.count_nonzero((r > 1e-3 * reach) & (r < reach)) <= TERMS and reach < furthest:
         reach *= 1.5
-    here = (r > max(nearest, 1e-3*reach)) & (r < reach)
+    here = (r > max(nearest, 1e-3 * reach)) & (r < reach)
     terms = min(TERMS, np.count_nonzero(here) - 1)
     if terms < 2:
         raise NotConverged(f"only {terms + 1} contact nodes within {reach:g} of an edge")
-    r, scale = r[here]/reach, np.sqrt(weights[here])
-    powers = r[:, None]**(np.arange(terms) - 0.5)*scale[:, None]
-    K = np.linalg.lstsq(powers, p[here]*scale, rcond=None)[0]
-    return float(K[0]*math.sqrt(reach)), float(K[1]/math.sqrt(reach))
+    r, scale = r[here] / reach, np.sqrt(weights[here])
+    powers = r[:, None] ** (np.arange(terms) - 0.5) * scale[:, None]
+    K = np.linalg.lstsq(powers, p[here] * scale, rcond=None)[0]
+    return float(K[0] * math.sqrt(reach)), float(K[1] / math.sqrt(reach))
 
 
 def _first_level(rtol):
     """Number of the level before the one that may reach rtol."""
-    order = (-math.log10(rtol) + RATE[1])/RATE[0]
+    order = (-math.log10(rtol) + RATE[1]) / RATE[0]
     return min(max(0, math.ceil(order) - 1 - LEVELS[0][0]), len(LEVELS) - 2)

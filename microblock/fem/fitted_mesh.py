@@ -15,25 +15,25 @@ from .ground import WITHIN, GroundSolver
 from .meshes import GRADING, RATIO, Ground, falling_orders, graded
 from .meshes import SLIVER as TOLD
 
-FAR = 1000.0         # size of an unbounded domain over the reach
-BEYOND = 1.3         # reach of the contact boundary over the outermost edge
-SPACING = 0.7        # of the elements on the surface, over the half-width
-LAYERS = 8.0         # of them, over the layer length: order 5 sees a layer of an eighth of the element
-SLIVER = 1e-11       # of the outer edge, to which a node is at an edge
-BESIDE = 2.0         # times what a mesh tells apart: nearer edges are one
-MEETING = 0.1        # of the outer edge: zones whose inner edges are this near to the axis may meet there
+FAR = 1000.0  # size of an unbounded domain over the reach
+BEYOND = 1.3  # reach of the contact boundary over the outermost edge
+SPACING = 0.7  # of the elements on the surface, over the half-width
+LAYERS = 8.0  # of them, over the layer length: order 5 sees a layer of an eighth of the element
+SLIVER = 1e-11  # of the outer edge, to which a node is at an edge
+BESIDE = 2.0  # times what a mesh tells apart: nearer edges are one
+MEETING = 0.1  # of the outer edge: zones whose inner edges are this near to the axis may meet there
 # of the half-width, times RATIO for all levels but one: an edge this near to an edge of the obstacle cannot
 # be
 # resolved by nodes, and need not be: it changes p by as much, the 1/sqrt(r) there by its root
 AT_END = 0.7
-COLLAPSED = 1e-5     # of the outer edge: an inner edge this near is none; p^2 there is below 1e-3 of its size
+COLLAPSED = 1e-5  # of the outer edge: an inner edge this near is none; p^2 there is below 1e-3 of its size
 # half-widths from x1 = 0, within which a simple obstacle is lowest if the first mesh shall find it
 PLAIN = 1.2
-MOST_SIZES = 3000    # places at which features ask for smaller elements
+MOST_SIZES = 3000  # places at which features ask for smaller elements
 # of a plain obstacle: its nodes follow from the layer length alone, and memory bounds them
 FEW_TIPS = 12
-MOST_NODES = 2000    # on the contact boundary: the contact problem of two corners on so many takes minutes
-BELOW = 0.4          # grading of meshes with lines, whose fields below the surface are asked for
+MOST_NODES = 2000  # on the contact boundary: the contact problem of two corners on so many takes minutes
+BELOW = 0.4  # grading of meshes with lines, whose fields below the surface are asked for
 
 
 class MeshFitter(GroundSolver):
@@ -43,12 +43,12 @@ class MeshFitter(GroundSolver):
     def _plain(self):
         """Whether one lowest place near x1 = 0 is all there is."""
         known = self.picture
-        return known is None or (known.simple and abs(known.lowest) <= PLAIN*known.half_width)
+        return known is None or (known.simple and abs(known.lowest) <= PLAIN * known.half_width)
 
     def _around(self, outer):
         """The ground with a contact boundary around x1 = 0."""
-        reach = BEYOND*outer
-        far = FAR*reach if self.domain == math.inf else self.domain
+        reach = BEYOND * outer
+        far = FAR * reach if self.domain == math.inf else self.domain
         if not reach < far:
             raise BadArgument("size", self.domain, f"must be larger than the contact of half-width {outer:g}")
         return Ground(far, (0.0 if self.symmetric else -reach, reach), self.symmetric)
@@ -58,10 +58,10 @@ class MeshFitter(GroundSolver):
         edges = zone_edges(zones)
         if self._plain:
             return self._around(max(map(abs, edges)))
-        most = WITHIN*self.domain
+        most = WITHIN * self.domain
         clusters, (left, right) = _clusters(zones), np.clip(self.problem.reach, -most, most)
         reach = (float(min(left, clusters[0][0])), float(max(right, clusters[-1][1])))
-        far = FAR*max(map(abs, reach)) if self.domain == math.inf else self.domain
+        far = FAR * max(map(abs, reach)) if self.domain == math.inf else self.domain
         if not -far < reach[0] < reach[1] < far:
             raise BadArgument(
                 "size", self.domain, f"must be larger than the contact from {edges[0]:g} to {edges[-1]:g}"
@@ -70,11 +70,11 @@ class MeshFitter(GroundSolver):
 
     def _spacings(self, ground, zones, spacing):
         """Lengths of elements on parts of the contact boundary, as `graded` takes them."""
-        longest = LAYERS*self.solid.layer_length
+        longest = LAYERS * self.solid.layer_length
         if self._plain:
             edges = zone_edges(zones)
-            half = (edges[-1] - (0 if self.symmetric else edges[0]))/(1 if self.symmetric else 2)
-            return ((*ground.reach, spacing or min(SPACING*half, longest)),)
+            half = (edges[-1] - (0 if self.symmetric else edges[0])) / (1 if self.symmetric else 2)
+            return ((*ground.reach, spacing or min(SPACING * half, longest)),)
         return tuple(
             (left, right, spacing or min(SPACING * (right - left) / 2 / BEYOND, longest))
             for left, right in _clusters(zones)
@@ -83,14 +83,16 @@ class MeshFitter(GroundSolver):
     def _sizes(self, ground, longest):
         """((x, length), ...) where features of the obstacle ask for elements shorter than `longest`."""
         problem = self.problem
-        if self.picture is None or not np.isfinite(self.picture.lengths).any() and self.picture.angle is None:
+        if self.picture is None or (
+            not np.isfinite(self.picture.lengths).any() and self.picture.angle is None
+        ):
             return ()
         (x, right), found = ground.reach, []
         while x < right:
             size = problem.scale(x, x, GRADING)
             if size < longest:
                 found.append((x, size))
-            x += min(size, longest)/2
+            x += min(size, longest) / 2
             if len(found) > MOST_SIZES:
                 raise NotConverged(
                     f"the obstacle has features so small or many that more than {MOST_SIZES} elements "
@@ -117,11 +119,13 @@ class MeshFitter(GroundSolver):
 
     def _require_few(self, ground, tips, spacings, levels, order):
         """NotConverged for more contact nodes than a contact problem is solved on in reasonable time."""
-        elements = sum((right - left)/length for left, right, length in spacings) + (2*levels + 1)*len(tips)
-        elements += len(self._sizes(ground, max(length for _, _, length in spacings)))/2
-        if elements*order > MOST_NODES and not (self._plain and len(tips) <= FEW_TIPS):
+        elements = sum((right - left) / length for left, right, length in spacings) + (2 * levels + 1) * len(
+            tips
+        )
+        elements += len(self._sizes(ground, max(length for _, _, length in spacings))) / 2
+        if elements * order > MOST_NODES and not (self._plain and len(tips) <= FEW_TIPS):
             raise NotConverged(
-                f"the obstacle's features and the edges of the zones ask for some {elements*order:.2g} "
+                f"the obstacle's features and the edges of the zones ask for some {elements * order:.2g} "
                 "contact "
                 f"nodes, and up to {MOST_NODES} are in reach: take HalfPlane(solid) with Cells()"
             )
@@ -133,8 +137,13 @@ class MeshFitter(GroundSolver):
         shifts = self.law.shifts(self.solid.ell)
         kinks = [kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in shifts]
         left, right = ground.reach
-        return sorted({abs(x) if self.symmetric else x for x in (*kinks, *self.ends())
-                       if left < (abs(x) if self.symmetric else x) < right or x == 0 == left})
+        return sorted(
+            {
+                abs(x) if self.symmetric else x
+                for x in (*kinks, *self.ends())
+                if left < (abs(x) if self.symmetric else x) < right or x == 0 == left
+            }
+        )
 
     def _meeting(self, zones, outer):
         """Whether the zones of the two corners are about to meet on the axis: there the pressure is singular
@@ -152,18 +161,29 @@ class MeshFitter(GroundSolver):
         if not edges:
             raise NotConverged("no contact")
         outer = max(abs(edge) for edge in edges)
-        near = AT_END*(edges[-1] - edges[0])/2*RATIO**max(levels - 1, 0)
+        near = AT_END * (edges[-1] - edges[0]) / 2 * RATIO ** max(levels - 1, 0)
         zones = self._at_ends(zones, near)
-        if self.symmetric:      # an edge that has run into the axis is none
-            zones = {corner: tuple((left if left > COLLAPSED*outer else 0.0, right) for left, right in own
-                                   if right > COLLAPSED*outer) for corner, own in zones.items()}
+        if self.symmetric:  # an edge that has run into the axis is none
+            zones = {
+                corner: tuple(
+                    (left if left > COLLAPSED * outer else 0.0, right)
+                    for left, right in own
+                    if right > COLLAPSED * outer
+                )
+                for corner, own in zones.items()
+            }
         edges = zone_edges(zones)
         ground = self._ground(zones)
-        tips = sorted({*self._features(ground), *(edge for edge in edges if edge != 0 or not self.symmetric),
-                       *([0.0] if self._meeting(zones, outer) else [])})
+        tips = sorted(
+            {
+                *self._features(ground),
+                *(edge for edge in edges if edge != 0 or not self.symmetric),
+                *([0.0] if self._meeting(zones, outer) else []),
+            }
+        )
         body = self._condense(ground, tips, self._spacings(ground, zones, spacing), levels, order)
         system = body.compliance.corner_system(self.law, self.obstacle)
-        x, margin = body.points[:, 0], SLIVER*outer
+        x, margin = body.points[:, 0], SLIVER * outer
         closed = [
             np.any(
                 [
@@ -199,7 +219,7 @@ class _FittedMesh:
     zones: dict
     ground: Ground
     tips: list
-    near: float      # to an end of the obstacle: an edge nearer to it is put there
+    near: float  # to an end of the obstacle: an edge nearer to it is put there
 
     @property
     def x(self):
@@ -209,13 +229,13 @@ class _FittedMesh:
         """Length of the element at an edge, with a margin of rounding."""
         ends = np.array([(left, right) for left, right, _ in self.body.interpolation])
         left, right = ends[np.argmin(np.abs(ends[:, 0 if inward > 0 else 1] - edge))]
-        return (1 + 1e-9)*(right - left)
+        return (1 + 1e-9) * (right - left)
 
     def pressures(self, load):
         """Pressures that close the gaps on the zones and carry the load of the computed part, array
         (corners, n).
         """
-        return _closed(*self.system, self.closed, load).reshape(len(self.zones), -1)/self.body.weights
+        return _closed(*self.system, self.closed, load).reshape(len(self.zones), -1) / self.body.weights
 
 
 def _clusters(zones):
@@ -239,7 +259,7 @@ def _told_apart(zones):
     one.
     """
     edges = zone_edges(zones)
-    least, place = BESIDE*TOLD*(edges[-1] - edges[0]) if edges else 0.0, {}
+    least, place = BESIDE * TOLD * (edges[-1] - edges[0]) if edges else 0.0, {}
     for edge in edges:
         before = next(reversed(place.values()), None)
         place[edge] = before if before is not None and edge - before < least else edge

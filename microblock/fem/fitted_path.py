@@ -12,7 +12,7 @@ from ..model.events import Event, LoadPath, require_on_path
 from ..model.zones import zone_changes
 from ..threads import bounded
 
-ORDER, COUNTS = 4, (16, 32)      # order and elements over the reach of the two meshes that see the events
+ORDER, COUNTS = 4, (16, 32)  # order and elements over the reach of the two meshes that see the events
 
 
 class FittedPath(LoadPath):
@@ -35,10 +35,10 @@ class FittedPath(LoadPath):
         """Zones that are born, merge, split or vanish, ascending in load."""
         solver = self.problem.solver
         coarse, fine = (self._on_mesh(solver, count) for count in COUNTS)
-        slowest, found = 2**(2*coalescence_exponent(self.problem.solid)) - 1, []
+        slowest, found = 2 ** (2 * coalescence_exponent(self.problem.solid)) - 1, []
         for (kind, zone, number), (load, x) in fine.items():
             if (kind, zone, number) in coarse:
-                correction = (load - coarse[kind, zone, number][0])/slowest
+                correction = (load - coarse[kind, zone, number][0]) / slowest
                 load += correction if solver.symmetric and x == 0 and load > 0 else 0.0
                 found.append(Event(load, abs(correction), kind, zone, x))
         return sorted(found, key=lambda event: event.load)
@@ -56,7 +56,7 @@ class FittedPath(LoadPath):
             for zone, intervals in after.items():
                 for kind, x in zone_changes(before[zone] if before else [], intervals):
                     number = sum(key[:2] == (kind, zone) for key in found)
-                    found[kind, zone, number] = (float(load*(2 if solver.symmetric else 1)), float(x))
+                    found[kind, zone, number] = (float(load * (2 if solver.symmetric else 1)), float(x))
             before = after
         return found
 
@@ -67,7 +67,7 @@ def _zones(solver, x, closed):
     """
     if solver.symmetric:
         closed = closed.copy()
-        closed[:, 0] = closed[:, 0].any()      # one multiplier on the axis
+        closed[:, 0] = closed[:, 0].any()  # one multiplier on the axis
         closed = np.column_stack((closed[::-1, :0:-1], closed))
         x = np.concatenate((-x[:0:-1], x))
     return zones_of(x, closed, solver.law)

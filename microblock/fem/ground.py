@@ -13,10 +13,10 @@ from ..model.problem import Problem
 from ..model.solver import Solver
 from ..model.zones import runs
 
-SAMPLES = 4097       # places at which the obstacle is looked at for its lowest point
-WITHIN = 0.98        # of a bounded block, up to which the contact boundary may reach
-BRACKETS = 60        # factors e of the load that are tried
-ROOT = 1e-13         # relative accuracy of a load that belongs to an approach: rounding
+SAMPLES = 4097  # places at which the obstacle is looked at for its lowest point
+WITHIN = 0.98  # of a bounded block, up to which the contact boundary may reach
+BRACKETS = 60  # factors e of the load that are tried
+ROOT = 1e-13  # relative accuracy of a load that belongs to an approach: rounding
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,9 @@ class Within:
 
     def forgotten(self, found):
         """A Picture without the ends and steps that are those of the body."""
+
         def own(place):
-            return abs(place) < self.far*(1 - 1e-6)
+            return abs(place) < self.far * (1 - 1e-6)
 
         ends = tuple(end if own(end) else math.copysign(math.inf, end) for end in found.ends)
         ends = () if all(map(math.isinf, ends)) else ends
@@ -88,9 +89,9 @@ class GroundSolver(Solver):
         def missing(logarithm):
             load = math.exp(logarithm)
             found[load] = at(load)
-            return math.log(max(found[load].approach - lowest, ROOT*depth)/depth)
+            return math.log(max(found[load].approach - lowest, ROOT * depth) / depth)
 
-        first = math.log(self.solid.E_star*depth/2)
+        first = math.log(self.solid.E_star * depth / 2)
         low, high, where = first, first, missing(first)
         for _ in range(BRACKETS):
             if where < 0:
@@ -117,9 +118,12 @@ class GroundSolver(Solver):
             If the approach is no number above that of first touch, or the block is unbounded.
         """
         if not self.has_level:
-            raise BadArgument("approach", approach,
-                              "has no meaning on an unbounded block, whose approach is that of the "
-                              "place where it is cut off: give the load, or a size")
+            raise BadArgument(
+                "approach",
+                approach,
+                "has no meaning on an unbounded block, whose approach is that of the "
+                "place where it is cut off: give the load, or a size",
+            )
         require_finite(approach=approach)
         lowest = self._first_touch()
         if not approach > lowest:
@@ -127,30 +131,32 @@ class GroundSolver(Solver):
         return lowest
 
     def _first_touch(self):
-        places = np.linspace(-1, 1, SAMPLES)*self.domain*WITHIN
+        places = np.linspace(-1, 1, SAMPLES) * self.domain * WITHIN
         # the corner stands at the places
-        gaps = [self.problem.initial_gap(np.full(SAMPLES, corner), places + shift)
-                for corner, shift in enumerate(self.law.shifts(self.solid.ell))]
+        gaps = [
+            self.problem.initial_gap(np.full(SAMPLES, corner), places + shift)
+            for corner, shift in enumerate(self.law.shifts(self.solid.ell))
+        ]
         return float(np.min(gaps))
 
     def share(self, load):
         """Load of the computed part."""
-        return load/2 if self.symmetric else load
+        return load / 2 if self.symmetric else load
 
     def first_guess(self, load):
         """Half-width of a classical contact that would carry the load, and a block more."""
-        width = self.solid.ell/100
+        width = self.solid.ell / 100
         for _ in range(200):
             rise = np.ptp(np.minimum(heights(self.obstacle, np.linspace(-width, width, 9)), 1e300))
-            if 1.3*self.solid.E_star*rise >= load:
-                return 1.2*width + self.solid.ell
+            if 1.3 * self.solid.E_star * rise >= load:
+                return 1.2 * width + self.solid.ell
             width *= 1.3
         raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
 
     def runs(self, x, closed, pressures):
         """{corner: intervals} of closed nodes, their ends where p^2, continued linearly, vanishes."""
         closed = closed.copy()
-        if self.symmetric:      # there one multiplier stands for all corners
+        if self.symmetric:  # there one multiplier stands for all corners
             closed[:, 0] = closed[:, 0].any() & closed[:, 1]
             pressures = np.where(x == 0, pressures.mean(axis=0), pressures)
         zones = {}
@@ -160,16 +166,19 @@ class GroundSolver(Solver):
 
     def _end(self, x, p, i, j, side):
         """End of a run of closed nodes from i to j."""
-        fixed = [end for end in self.ends() if abs(end - x[i]) < 1e-9*abs(end)]
+        fixed = [end for end in self.ends() if abs(end - x[i]) < 1e-9 * abs(end)]
         if fixed or (self.symmetric and x[i] == 0):
             return float(x[i])
         outside = abs(x[min(max(i + side, 0), len(x) - 1)] - x[i])
         if i == j:
-            return float(x[i] + side*outside/2)
-        step, fall = x[i] - x[i - side], p[i - side]**2 - p[i]**2
-        return float(x[i] + side*min(outside, abs(step)*p[i]**2/fall if fall > 0 else outside))
+            return float(x[i] + side * outside / 2)
+        step, fall = x[i] - x[i - side], p[i - side] ** 2 - p[i] ** 2
+        return float(x[i] + side * min(outside, abs(step) * p[i] ** 2 / fall if fall > 0 else outside))
 
     def ends(self):
         """Abscissae of the contact point at which a corner meets an end of the obstacle."""
-        return [end + shift for end in getattr(self.obstacle, "ends", ())
-                for shift in self.law.shifts(self.solid.ell)]
+        return [
+            end + shift
+            for end in getattr(self.obstacle, "ends", ())
+            for shift in self.law.shifts(self.solid.ell)
+        ]

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..errors import BadArgument, require_choice
 
-CUTS = 4             # of each side of an element
+CUTS = 4  # of each side of an element
 
 
 class BelowOnMesh:
@@ -32,7 +32,7 @@ class BelowOnMesh:
             raise BadArgument(
                 "boundary", boundary, "is the axis of symmetry: nothing supports the whole body there"
             )
-        return found._replace(force=np.array((0.0, 2*found.force[1])), moment=0.0)
+        return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
 
     def webgui(self, quantity="psi"):
         """A field in the body by NGSolve's webgui, in a notebook: one of those of `plot_below`."""
@@ -40,6 +40,7 @@ class BelowOnMesh:
         from ngsolve.webgui import Draw
 
         from ..view.below import QUANTITIES, values
+
         require_choice(QUANTITIES, field=quantity)
         stress = self.fields.stress
         function = values(
@@ -57,17 +58,20 @@ class BelowOnMesh:
         triangles.
         """
         import ngsolve as ng
+
         fields, mesh = self.fields, self.fields.body.mesh
         rules, cuts = {}, {}
-        for kind, points in ((ng.ET.TRIG, [(i, j) for j in range(CUTS + 1) for i in range(CUTS + 1 - j)]),
-                             (ng.ET.QUAD, [(i, j) for j in range(CUTS + 1) for i in range(CUTS + 1)])):
+        for kind, points in (
+            (ng.ET.TRIG, [(i, j) for j in range(CUTS + 1) for i in range(CUTS + 1 - j)]),
+            (ng.ET.QUAD, [(i, j) for j in range(CUTS + 1) for i in range(CUTS + 1)]),
+        ):
             numbers = {point: number for number, point in enumerate(points)}
             halves = [[(i, j), (i + 1, j), (i, j + 1)] for i, j in points]
             halves += [[(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i, j in points]
             cuts[kind] = np.array(
                 [[numbers[point] for point in half] for half in halves if numbers.keys() >= {*half}]
             )
-            rules[kind] = ng.IntegrationRule([(i/CUTS, j/CUTS) for i, j in points], [0.0]*len(points))
+            rules[kind] = ng.IntegrationRule([(i / CUTS, j / CUTS) for i, j in points], [0.0] * len(points))
         places = mesh.MapToAllElements(rules, ng.VOL)
         x1, x2, psi, stress = (
             np.asarray(function(places)) for function in (ng.x, ng.y, fields.psi, fields.stress)
@@ -89,7 +93,7 @@ def _cut_to(box, x1, x2, triangles, psi, stress, mirrored):
         odd = np.array([[1, -1], [-1, 1]])
         triangles = np.concatenate((triangles, triangles + len(x1)))
         x1, x2, psi = np.concatenate((x1, -x1)), np.tile(x2, 2), np.concatenate((psi, -psi))
-        stress = np.concatenate((stress, odd*stress))
+        stress = np.concatenate((stress, odd * stress))
     inside = (x1 >= left) & (x1 <= right) & (x2 >= -depth)
     triangles = triangles[inside[triangles].any(axis=1)]
     used, triangles = np.unique(triangles, return_inverse=True)

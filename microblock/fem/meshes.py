@@ -12,13 +12,13 @@ from ngsolve.meshes import MakeStructured2DMesh
 from .. import cost
 from ..errors import BadArgument, NotConverged, require_finite, require_pair, require_positive
 
-HELD, POWER = 0.9, 1.6      # layers that an element of order 2, 4, 6 holds: 2.7, 8.3, 16
+HELD, POWER = 0.9, 1.6  # layers that an element of order 2, 4, 6 holds: 2.7, 8.3, 16
 # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
 GRADING = 0.5
-RATIO = 0.15         # of the elements towards a graded vertex
+RATIO = 0.15  # of the elements towards a graded vertex
 # of equal squares, over their side and times the reach: 1.03 for the paper's 0.02 of 2 a_Hz
 GROWTH = 3.0
-SLIVER = 1e-9        # of the reach, below which two edges are one
+SLIVER = 1e-9  # of the reach, below which two edges are one
 # reach in which meshes are made: netgen has tolerances of 1e-7 and less, whatever the unit of length
 MESHED = 1000.0
 # in which they are made, so that the rounding of a unit of length does not make another mesh
@@ -26,16 +26,16 @@ DIGITS = 12
 # of the way to the lowest order, on a half and on a whole body, that a decade of distance takes, wherever the
 # body ends: what an error far away does to the surface falls with its distance alone. Less on a whole body:
 # errors of a far field that is not symmetric tilt the surface
-FALL = 1.6/3, 1/3
-LINKED = 80          # entries of a matrix for one square of order 1
-GRADED = 4.0         # elements of a graded mesh for one at the surface: 3 to 6 on meshes of some thousand
-FOLDED = 1e-12       # sine of the angle between two sides, from which on an element has an area
+FALL = 1.6 / 3, 1 / 3
+LINKED = 80  # entries of a matrix for one square of order 1
+GRADED = 4.0  # elements of a graded mesh for one at the surface: 3 to 6 on meshes of some thousand
+FOLDED = 1e-12  # sine of the angle between two sides, from which on an element has an area
 CORNERS = {
     ng.SEGM: [(0,), (1,)],
     ng.TRIG: [(0, 0), (1, 0), (0, 1)],
     ng.QUAD: [(0, 0), (1, 0), (1, 1), (0, 1)],
 }
-FIRST = 0.4          # of the reach: within it of a tip the orders begin to fall
+FIRST = 0.4  # of the reach: within it of a tip the orders begin to fall
 
 
 def longest_element(solid, order):
@@ -48,7 +48,7 @@ def longest_element(solid, order):
     """
     if solid.beta == 0:
         return math.inf
-    return solid.ell/math.sqrt(solid.eta) if order == 1 else HELD*order**POWER*solid.layer_length
+    return solid.ell / math.sqrt(solid.eta) if order == 1 else HELD * order**POWER * solid.layer_length
 
 
 def thicknesses(mesh, region):
@@ -64,7 +64,9 @@ def thicknesses(mesh, region):
         element = above[facet.edges[0].nr]
         start, end = (np.array(mesh[vertex].point) for vertex in facet.vertices)
         numbers.append(element.nr)
-        found.append((2 if len(element.vertices) == 3 else 1)*areas[element.nr]/np.linalg.norm(end - start))
+        found.append(
+            (2 if len(element.vertices) == 3 else 1) * areas[element.nr] / np.linalg.norm(end - start)
+        )
     return np.array(numbers), np.array(found)
 
 
@@ -96,8 +98,8 @@ def require_sound(mesh):
             if mesh.dim == 2
             else slopes[:, 0, 0]
         )
-        turned = areas/np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), 1e-300)
-    wrong = ~(turned*np.sign(np.nanmedian(turned)) > FOLDED)
+        turned = areas / np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), 1e-300)
+    wrong = ~(turned * np.sign(np.nanmedian(turned)) > FOLDED)
     if wrong.any():
         counts = [len(rules[element.type]) for element in mesh.Elements()]
         numbers = np.unique(np.repeat(np.arange(mesh.ne), counts)[wrong])
@@ -135,9 +137,10 @@ def column(depth, elements, width=None, quads=True):
     element is cut into two triangles.
     """
     _check(depth, elements)
-    width = depth/elements if width is None else width
-    mesh = MakeStructured2DMesh(quads=quads, nx=1, ny=elements, periodic_x=True,
-                                mapping=lambda x, y: (width*x, depth*(y - 1)))
+    width = depth / elements if width is None else width
+    mesh = MakeStructured2DMesh(
+        quads=quads, nx=1, ny=elements, periodic_x=True, mapping=lambda x, y: (width * x, depth * (y - 1))
+    )
     for number, name in enumerate(mesh.GetBoundaries()):
         mesh.ngmesh.SetBCName(number, {"bottom": "middle", "top": "contact"}.get(name, name))
     return ng.Mesh(mesh.ngmesh)
@@ -216,16 +219,17 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     surface = ground.reach[1] - ground.reach[0]
     least = min(length for _, _, length in parts)
     require_positive(spacing=least)
-    count = sum((right - left)/length for left, right, length in parts) + len(sizes)
-    _require_room("spacing", least, lambda length: (count*least/length, GRADED*count*least/length))
-    unit = max(abs(x) for x in ground.reach)/MESHED
-    tips = _distinct(edges, SLIVER*surface)
+    count = sum((right - left) / length for left, right, length in parts) + len(sizes)
+    _require_room("spacing", least, lambda length: (count * least / length, GRADED * count * least / length))
+    unit = max(abs(x) for x in ground.reach) / MESHED
+    tips = _distinct(edges, SLIVER * surface)
     scaled = Ground(_rounded(ground.far, unit), tuple(_rounded(x, unit) for x in ground.reach), ground.half)
-    places, parts = [_rounded(tip, unit) for tip in tips], [
-        tuple(_rounded(x, unit) for x in part) for part in parts
-    ]
-    for trial in (grading, 0.9*grading, 0.8*grading):
-        wanted = netgen.MeshingParameters(maxh=scaled.far/3, grading=trial)
+    places, parts = (
+        [_rounded(tip, unit) for tip in tips],
+        [tuple(_rounded(x, unit) for x in part) for part in parts],
+    )
+    for trial in (grading, 0.9 * grading, 0.8 * grading):
+        wanted = netgen.MeshingParameters(maxh=scaled.far / 3, grading=trial)
         for place, length in sizes:
             wanted.RestrictH(_rounded(place, unit), 0, 0, _rounded(length, unit))
         try:
@@ -235,11 +239,11 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
             reason = failure
     else:
         raise NotConverged(f"netgen finds no mesh for edges {tips}: {reason}")
-    made.SetGeometry(None)      # which knows the mesh in its own unit alone
+    made.SetGeometry(None)  # which knows the mesh in its own unit alone
     made.Scale(unit)
-    points = made.Coordinates()      # off by a rounding: an edge would not be that of the obstacle
+    points = made.Coordinates()  # off by a rounding: an edge would not be that of the obstacle
     for exact in (*tips, *ground.reach):
-        points[(points[:, 1] == 0) & (np.abs(points[:, 0] - exact) < SLIVER*surface/10), 0] = exact
+        points[(points[:, 1] == 0) & (np.abs(points[:, 0] - exact) < SLIVER * surface / 10), 0] = exact
     mesh = ng.Mesh(made)
     if levels and tips:
         mesh.RefineHP(levels, RATIO)
@@ -248,7 +252,7 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
 
 def _rounded(length, unit):
     """A length in a unit, to DIGITS of MESHED or, if it is longer, of itself."""
-    scaled = length/unit
+    scaled = length / unit
     return round(scaled, DIGITS - math.ceil(math.log10(max(abs(scaled), MESHED))))
 
 
@@ -276,14 +280,14 @@ def _face(ground, tips, parts):
     for i, name in enumerate(names):
         edge = occ.Edge(vertices[i], vertices[(i + 1) % len(vertices)])
         edge.name = name
-        middle = (surface[i] + surface[i + 1])/2 if name == "contact" else math.inf
+        middle = (surface[i] + surface[i + 1]) / 2 if name == "contact" else math.inf
         for a, b, length in parts:
             if a < middle < b:
                 edge.maxh = length
         edges.append(edge)
     face = occ.Face(occ.Wire(edges))
     for vertex in face.vertices:
-        if abs(vertex.p.y) <= 0 and any(abs(vertex.p.x - tip) <= SLIVER*far*1e-6 for tip in tips):
+        if abs(vertex.p.y) <= 0 and any(abs(vertex.p.x - tip) <= SLIVER * far * 1e-6 for tip in tips):
             vertex.hpref = 1
     return occ.OCCGeometry(face, dim=2)
 
@@ -302,16 +306,18 @@ def uniform(ground, h, quads=True):
         raise BadArgument(
             "h", h, f"must be positive and no longer than the region of equal squares, {reach:g}"
         )
+
     def elements(length):
         count = _uniform_count(reach, ground.far, length)
-        return (count, count*count) if ground.half else (2*count, 2*count*count)
+        return (count, count * count) if ground.half else (2 * count, 2 * count * count)
 
     _require_room("h", h, elements)
     lines = uniform_lines(reach, ground.far, h)
     across = lines if ground.half else np.concatenate((-lines[:0:-1], lines))
     nx, ny = len(across) - 1, len(lines) - 1
-    mesh = MakeStructured2DMesh(quads=quads, nx=nx, ny=ny,
-                                mapping=lambda x, y: (across[round(x*nx)], -lines[ny - round(y*ny)]))
+    mesh = MakeStructured2DMesh(
+        quads=quads, nx=nx, ny=ny, mapping=lambda x, y: (across[round(x * nx)], -lines[ny - round(y * ny)])
+    )
     names = {"top": "contact", "bottom": "bottom", "right": "side", "left": "axis" if ground.half else "side"}
     for number, name in enumerate(mesh.GetBoundaries()):
         mesh.ngmesh.SetBCName(number, names[name])
@@ -322,9 +328,10 @@ def _require_room(name, length, elements):
     """BadArgument where elements of this length need more memory than is there: `elements(length)`, on the
     surface and in all.
     """
+
     def needed(length):
         surface, count = elements(length)
-        return cost.of_nodes(surface) + cost.of_factors(3*count, LINKED*count)
+        return cost.of_nodes(surface) + cost.of_factors(3 * count, LINKED * count)
 
     words = cost.too_much(needed(length))
     if words:
@@ -341,16 +348,16 @@ def _require_room(name, length, elements):
 
 def _uniform_count(reach, far, h):
     """About how many `uniform_lines` there are."""
-    return reach/h*(1 + math.log1p(GROWTH*(far/reach - 1))/GROWTH)
+    return reach / h * (1 + math.log1p(GROWTH * (far / reach - 1)) / GROWTH)
 
 
 def uniform_lines(reach, far, h):
     """Ascending distances from 0 to far: steps of h within the reach, then growing by the same factor."""
-    near = np.linspace(0, reach, max(1, round(reach/h)) + 1)
-    growth = 1 + GROWTH*near[1]/reach
-    count = max(1, round(np.log1p((far - reach)*(growth - 1)/near[1])/np.log(growth)))
-    steps = growth**np.arange(1, count + 1)
-    return np.concatenate((near, reach + (far - reach)*np.cumsum(steps[:-1])/steps.sum(), [far]))
+    near = np.linspace(0, reach, max(1, round(reach / h)) + 1)
+    growth = 1 + GROWTH * near[1] / reach
+    count = max(1, round(np.log1p((far - reach) * (growth - 1) / near[1]) / np.log(growth)))
+    steps = growth ** np.arange(1, count + 1)
+    return np.concatenate((near, reach + (far - reach) * np.cumsum(steps[:-1]) / steps.sum(), [far]))
 
 
 def falling_orders(mesh, ground, tips, top):
@@ -363,15 +370,17 @@ def falling_orders(mesh, ground, tips, top):
     """
     centres, sizes = _elements(mesh)
     reach = max(abs(x) for x in ground.reach)
-    decades = np.log10(np.maximum(np.hypot(*centres.T)/reach, 1))
-    at_tips, far = max(1, (top - 3)//2), max(1, (top - 3)//2) if ground.half else max(2, (top - 2)//2)
-    orders = far + (top - far)*np.maximum(1 - FALL[not ground.half]*decades, 0)
+    decades = np.log10(np.maximum(np.hypot(*centres.T) / reach, 1))
+    at_tips, far = max(1, (top - 3) // 2), max(1, (top - 3) // 2) if ground.half else max(2, (top - 2) // 2)
+    orders = far + (top - far) * np.maximum(1 - FALL[not ground.half] * decades, 0)
     if len(tips):
         distance = np.abs(centres[:, None, 0] - np.asarray(tips)) + np.abs(centres[:, None, 1])
         smallest = sizes.min()
-        first = max(FIRST*reach, 2*smallest)
-        along = np.log(np.clip(distance.min(axis=1)/smallest, 1, first/smallest))/np.log(first/smallest)
-        orders = np.minimum(orders, at_tips + (top - at_tips)*along)
+        first = max(FIRST * reach, 2 * smallest)
+        along = np.log(np.clip(distance.min(axis=1) / smallest, 1, first / smallest)) / np.log(
+            first / smallest
+        )
+        orders = np.minimum(orders, at_tips + (top - at_tips) * along)
     return np.rint(np.minimum(orders, top)).astype(int)
 
 

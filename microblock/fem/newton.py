@@ -24,15 +24,15 @@ from .facets import ContactFacets
 METHODS = ("al", "penalty")
 CONTROLS = ("approach", "load")
 MAX_ITERATIONS = 60
-RESIDUAL = 1e-11       # relative, at which an iterate counts as converged
-WORST = 1e-6           # relative, that may be accepted where rounding keeps from RESIDUAL (high rho)
-ROUNDED = 1e-15        # relative, below which a refinement has nothing to gain
-ROUNDING = 1e-14       # some rounding errors of double precision
-PENALTY = 1e4          # penalty stiffness over that of the body: penetrations of some 1e-4 of the compression
+RESIDUAL = 1e-11  # relative, at which an iterate counts as converged
+WORST = 1e-6  # relative, that may be accepted where rounding keeps from RESIDUAL (high rho)
+ROUNDED = 1e-15  # relative, below which a refinement has nothing to gain
+ROUNDING = 1e-14  # some rounding errors of double precision
+PENALTY = 1e4  # penalty stiffness over that of the body: penetrations of some 1e-4 of the compression
 # steps of one factorisation that do not halve the residual, before it counts as stalled in rounding
 STALLED = 6
-MAX_VISITS = 3         # of one active set, which rounding excuses where a corner is just about to close
-UNSOLVED = 0.1         # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
+MAX_VISITS = 3  # of one active set, which rounding excuses where a corner is just about to close
+UNSOLVED = 0.1  # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
 
 
 @dataclass(frozen=True, repr=False)
@@ -174,8 +174,8 @@ class MonolithicNewton:
         corners = len(self.facets.corners) if self.method == "al" else 0
         self.space = self.body.space
         for _ in range(corners):
-            self.space = self.space*self.facets.multipliers
-        self.space = self.space*ng.NumberSpace(self.body.mesh, definedon=self.facets.region)
+            self.space = self.space * self.facets.multipliers
+        self.space = self.space * ng.NumberSpace(self.body.mesh, definedon=self.facets.region)
         self._ranges = [self.space.Range(i) for i in range(len(self.space.components))]
         self._approach = self._ranges[-1].start
         self._load = ng.Parameter(0.0)
@@ -187,7 +187,7 @@ class MonolithicNewton:
             contact = self.facets.penalty(self.rho, u1, u2, psi, approach)
         self._loaded = loads != Loads()
         if self.control == "load":
-            contact -= self.facets.integral(self._load/self.facets.weights.sum()*approach)
+            contact -= self.facets.integral(self._load / self.facets.weights.sum() * approach)
         self._bulk = ng.BilinearForm(self.space)
         self._bulk += ng.Variation(potential)
         self.form = ng.BilinearForm(self.space)
@@ -229,11 +229,11 @@ class MonolithicNewton:
         for iteration in range(MAX_ITERATIONS + 1):
             now = self._look(unknowns, level)
             if self.control == "load" and not any(now.active):
-                self._touch(unknowns)      # else the approach would be free
+                self._touch(unknowns)  # else the approach would be free
                 now = self._look(unknowns, level)
-            if best and now.kkt > best.kkt/2:
+            if best and now.kkt > best.kkt / 2:
                 return best
-            if now.kkt <= self._tolerance(factor, unknowns):      # then refined while that helps
+            if now.kkt <= self._tolerance(factor, unknowns):  # then refined while that helps
                 best = self._state(unknowns, now, level, iteration)
                 if now.kkt <= ROUNDED:
                     return best
@@ -247,30 +247,35 @@ class MonolithicNewton:
                         level,
                         iteration,
                         now.kkt,
-                        f"the active set cycles with period {period}; " "take a smaller step, or another rho",
+                        f"the active set cycles with period {period}; take a smaller step, or another rho",
                     )
                 factor = self._factorise(unknowns, now.active, level)
                 last, lowest = iteration, now.kkt
-            elif now.kkt < lowest/2:
+            elif now.kkt < lowest / 2:
                 last, lowest = iteration, now.kkt
             elif iteration - last >= STALLED:
                 break
-            step = factor.inverse*now.residual
+            step = factor.inverse * now.residual
             if not self._solves(step.Evaluate(), now.residual):
                 raise self._failure(
                     level,
                     iteration,
                     now.kkt,
-                    "the matrix is singular; is the body supported, " "and is something in contact?",
+                    "the matrix is singular; is the body supported, and is something in contact?",
                 )
             unknowns.vec.data -= step
-        raise self._failure(level, iteration, now.kkt, "the residual stalls; take a smaller step, "
-                            "a rho whose rounding leaves more digits, or less stretched elements")
+        raise self._failure(
+            level,
+            iteration,
+            now.kkt,
+            "the residual stalls; take a smaller step, "
+            "a rho whose rounding leaves more digits, or less stretched elements",
+        )
 
     def _first_guess(self, level, start):
         unknowns = ng.GridFunction(self.space)
         self.body.prescribe(unknowns.components)
-        if start is not None:      # supports keep the values of this body
+        if start is not None:  # supports keep the values of this body
             free = np.array(self.free)
             unknowns.vec.FV().NumPy()[free] = start.vector.FV().NumPy()[free]
         if self.control == "approach":
@@ -286,13 +291,15 @@ class MonolithicNewton:
     def _touch(self, unknowns):
         """Lower the obstacle until the nearest corner has just closed, the body staying as it is."""
         ahead = self._touches(unknowns)
-        unknowns.vec[self._approach] = ahead.min() + 1e-9*max(np.ptp(ahead), self.body.solid.ell)
+        unknowns.vec[self._approach] = ahead.min() + 1e-9 * max(np.ptp(ahead), self.body.solid.ell)
 
     def _touches(self, unknowns):
         """Approaches at which the corners that can touch would close, the body staying as it is."""
         unknowns.vec[self._approach] = 0.0
         augmented = self._augmented(self._own(unknowns), self._gaps(unknowns))
-        ahead = {corner: value/(self.rho*self.facets.normals[:, 1]) for corner, value in augmented.items()}
+        ahead = {
+            corner: value / (self.rho * self.facets.normals[:, 1]) for corner, value in augmented.items()
+        }
         return np.concatenate(
             [
                 values[self.facets.can_touch[corner]] if self.facets.nodal else self.facets.at_rule(values)
@@ -321,18 +328,22 @@ class MonolithicNewton:
         # (40): closed where the augmented multiplier lambda + rho g is not positive, and this is its force
         augmented = self._augmented(own, gaps)
         closed = {corner: value <= 0 for corner, value in augmented.items()}
-        forces = {corner: np.where(closed[corner], value, 0.0) if self.facets.nodal else own[corner]
-                  for corner, value in augmented.items()}
+        forces = {
+            corner: np.where(closed[corner], value, 0.0) if self.facets.nodal else own[corner]
+            for corner, value in augmented.items()
+        }
         residual = unknowns.vec.CreateVector()
         self.form.Apply(unknowns.vec, residual)
-        unbalanced = residual.FV().NumPy()[:len(self._free_fields)][self._free_fields]
+        unbalanced = residual.FV().NumPy()[: len(self._free_fields)][self._free_fields]
         parts = [_ratio(unbalanced, self._force(unknowns))]
         if self.method == "al":
             length = self._length(unknowns)
         # (40) holds in the mean over each multiplier's function
         if self.method == "al" and not self.facets.nodal:
             for part in self._ranges[3:-1]:
-                parts.append(_ratio(residual.FV().NumPy()[part.start:part.stop]/self.facets.extents, length))
+                parts.append(
+                    _ratio(residual.FV().NumPy()[part.start : part.stop] / self.facets.extents, length)
+                )
         elif self.method == "al":
             stress = max(np.abs(force).max() for force in forces.values())
             parts += [_ratio(gaps[corner][closed[corner]], length) for corner in gaps]
@@ -346,13 +357,17 @@ class MonolithicNewton:
         """{corner: its multiplier at the nodes}; 0 without multipliers."""
         if self.method == "penalty":
             return {corner: np.zeros(len(self.facets.points)) for corner in self.facets.corners}
-        return {corner: self.facets.at_nodes("multiplier", component)
-                for corner, component in zip(self.facets.corners, unknowns.components[3:-1])}
+        return {
+            corner: self.facets.at_nodes("multiplier", component)
+            for corner, component in zip(self.facets.corners, unknowns.components[3:-1])
+        }
 
     def _augmented(self, own, gaps):
         """{corner: lambda + rho g at the nodes}, inf where it cannot touch."""
-        return {corner: own[corner] + self.rho*np.where(self.facets.can_touch[corner], gap, np.inf)
-                for corner, gap in gaps.items()}
+        return {
+            corner: own[corner] + self.rho * np.where(self.facets.can_touch[corner], gap, np.inf)
+            for corner, gap in gaps.items()
+        }
 
     def _tolerance(self, factor, unknowns):
         """RESIDUAL, or what the rounding of the sum of all |K_ij x_j| leaves beside the forces if that is
@@ -361,7 +376,7 @@ class MonolithicNewton:
         if factor is None:
             return RESIDUAL
         terms = factor.magnitudes @ np.abs(unknowns.vec.FV().NumPy())
-        return max(RESIDUAL, min(WORST, ROUNDING*terms.max()/max(self._force(unknowns), 1e-300)))
+        return max(RESIDUAL, min(WORST, ROUNDING * terms.max() / max(self._force(unknowns), 1e-300)))
 
     def _factorise(self, unknowns, active, level):
         self.form.AssembleLinearization(unknowns.vec)
@@ -376,22 +391,27 @@ class MonolithicNewton:
         try:
             inverse = self.form.mat.Inverse(self.free, "umfpack")
         except Exception as failure:
-            raise NotConverged(f"no factorisation at {self.control} {level:g}: {failure}; "
-                               "is the body supported, and is something in contact?") from failure
-        return _Factor(active, inverse, magnitudes[:len(self._free_fields)])
+            raise NotConverged(
+                f"no factorisation at {self.control} {level:g}: {failure}; "
+                "is the body supported, and is something in contact?"
+            ) from failure
+        return _Factor(active, inverse, magnitudes[: len(self._free_fields)])
 
     def _solves(self, step, residual):
         """Whether a step of the direct solver satisfies its equations: UMFPACK does not report every
         singular matrix.
         """
-        left, right = (self.form.mat*step - residual).Evaluate(), residual.Copy()
+        left, right = (self.form.mat * step - residual).Evaluate(), residual.Copy()
         for vector in (left, right):
             ng.Projector(self.free, True).Project(vector)
-        return left.Norm() <= UNSOLVED*right.Norm()
+        return left.Norm() <= UNSOLVED * right.Norm()
 
     def _failure(self, level, iteration, kkt, advice):
-        return NotConverged(f"Newton stopped at {self.control} {level:g} after {iteration} iterations, "
-                            f"relative residual {kkt:.1e}: {advice}", iterations=iteration)
+        return NotConverged(
+            f"Newton stopped at {self.control} {level:g} after {iteration} iterations, "
+            f"relative residual {kkt:.1e}: {advice}",
+            iterations=iteration,
+        )
 
     def _gaps(self, unknowns):
         return self.facets.nodal_gaps(*unknowns.components[:3], unknowns.vec[self._approach])
@@ -400,16 +420,18 @@ class MonolithicNewton:
         """Largest internal nodal force, reactions included: the scale of equilibrium."""
         internal = unknowns.vec.CreateVector()
         self._bulk.Apply(unknowns.vec, internal)
-        return np.abs(internal.FV().NumPy()[:len(self._free_fields)]).max()
+        return np.abs(internal.FV().NumPy()[: len(self._free_fields)]).max()
 
     def _length(self, unknowns):
         """Largest length in the gaps: the scale of the corner gaps."""
-        u2, psi = (np.abs(self.facets.at_nodes(name, unknowns.components[i])).max()
-                   for i, name in ((1, "u2"), (2, "psi")))
-        return max(abs(unknowns.vec[self._approach]), u2, self.body.solid.ell*psi)
+        u2, psi = (
+            np.abs(self.facets.at_nodes(name, unknowns.components[i])).max()
+            for i, name in ((1, "u2"), (2, "psi"))
+        )
+        return max(abs(unknowns.vec[self._approach]), u2, self.body.solid.ell * psi)
 
     def _resultant(self, forces):
-        return float(-self.facets.weights*self.facets.normals[:, 1] @ law.traction(forces))
+        return float(-self.facets.weights * self.facets.normals[:, 1] @ law.traction(forces))
 
     def _state(self, unknowns, now, level, iterations):
         kept = ng.GridFunction(self.space)
@@ -433,11 +455,11 @@ class MonolithicNewton:
 
     def _supporting(self, now):
         """What the supports exert in the unknowns of the body: the residual there, contact included."""
-        return now.residual.FV().NumPy()[:self.body.space.ndof].copy()
+        return now.residual.FV().NumPy()[: self.body.space.ndof].copy()
 
     def _shared(self, forces):
         """Forces of twin corners, which one multiplier carries, shared evenly."""
-        mean = law.traction(forces)/len(forces)
+        mean = law.traction(forces) / len(forces)
         return {corner: np.where(self.facets.twins, mean, force) for corner, force in forces.items()}
 
 
@@ -461,8 +483,8 @@ class _Factor:
 def default_rho(body, method):
     """Regularisation that suits a body: its stiffness lambda + 2 mu over its height, more for the penalty."""
     heights = [vertex.point[-1] for vertex in body.mesh.vertices]
-    stiffness = (body.solid.lam + 2*body.solid.mu)/(max(heights) - min(heights))
-    return stiffness if method == "al" else PENALTY*stiffness
+    stiffness = (body.solid.lam + 2 * body.solid.mu) / (max(heights) - min(heights))
+    return stiffness if method == "al" else PENALTY * stiffness
 
 
 def _ratio(values, scale):
@@ -470,4 +492,4 @@ def _ratio(values, scale):
     largest = np.abs(values).max(initial=0.0)
     if largest == 0:
         return 0.0
-    return float(largest/scale) if scale > 0 else np.inf
+    return float(largest / scale) if scale > 0 else np.inf

@@ -1,5 +1,4 @@
-"""From state to state of the monolithic Newton method: load steps, halved where it fails, and the next event.
-"""
+"""From state to state of the monolithic Newton method: load steps, halved where it fails; the next event."""
 
 from dataclasses import dataclass
 
@@ -7,7 +6,7 @@ import numpy as np
 
 from ..errors import BadArgument, NotConverged, require_finite, require_values
 
-SMALLEST_STEP = 1e-4   # of the whole way to a target, before load stepping gives up
+SMALLEST_STEP = 1e-4  # of the whole way to a target, before load stepping gives up
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ def next_event(first, second):
             (closed, -first.multipliers[corner], -second.multipliers[corner], "opens"),
         ):
             for node in np.flatnonzero(nodes & np.isfinite(now) & (now < before)):
-                ahead = (second.level - first.level)*now[node]/(before[node] - now[node])
+                ahead = (second.level - first.level) * now[node] / (before[node] - now[node])
                 events.append(NodalEvent(float(second.level + ahead), corner, int(node), kind))
     return min(events, key=lambda event: event.level, default=None)
 
@@ -81,10 +80,13 @@ def load_path(newton, levels, *, start=None):
                 start, reached = newton.solve(trial, start), trial
             except NotConverged as failure:
                 step /= 2
-                if abs(step) < SMALLEST_STEP*abs(whole) or whole == 0:
-                    raise NotConverged(f"load stepping stopped at {newton.control} {reached:g} on the way to "
-                                       f"{target:g}: {failure}", reached=reached,
-                                       iterations=failure.iterations) from failure
+                if abs(step) < SMALLEST_STEP * abs(whole) or whole == 0:
+                    raise NotConverged(
+                        f"load stepping stopped at {newton.control} {reached:g} on the way to "
+                        f"{target:g}: {failure}",
+                        reached=reached,
+                        iterations=failure.iterations,
+                    ) from failure
                 continue
             if reached == target:
                 break

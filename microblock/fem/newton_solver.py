@@ -80,7 +80,7 @@ class NewtonSolution(BelowOnMesh, AtNodes):
     def micromoment(self):
         """M of (29); where the law prescribes psi, the reaction to it."""
         if self.law.clamps_rotation:
-            return (self._facets.reaction(self.fields)/self._facets.weights)[self._order]
+            return (self._facets.reaction(self.fields) / self._facets.weights)[self._order]
         return self.nodal.micromoment[self._order]
 
     @cached_property
@@ -90,9 +90,10 @@ class NewtonSolution(BelowOnMesh, AtNodes):
     @cached_property
     def displacement(self):
         """-u.n at the nodes."""
-        u1, u2 = (self._facets.at_nodes(name, getattr(self.fields, name))[self._order]
-                  for name in ("u1", "u2"))
-        return -(u1*self.normals[:, 0] + u2*self.normals[:, 1])
+        u1, u2 = (
+            self._facets.at_nodes(name, getattr(self.fields, name))[self._order] for name in ("u1", "u2")
+        )
+        return -(u1 * self.normals[:, 0] + u2 * self.normals[:, 1])
 
     @property
     def has_edges(self):
@@ -132,7 +133,7 @@ class NewtonSolver(Solver):
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
-        self.body.pressed(self.body.contact)      # BadArgument where it cannot be
+        self.body.pressed(self.body.contact)  # BadArgument where it cannot be
 
     @cached_property
     def facets(self):
@@ -144,8 +145,11 @@ class NewtonSolver(Solver):
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:
-            raise BadArgument("rtol", rtol, "needs a condensed body or a mesh that the program makes; "
-                              "Newton() takes the mesh as it is")
+            raise BadArgument(
+                "rtol",
+                rtol,
+                "needs a condensed body or a mesh that the program makes; Newton() takes the mesh as it is",
+            )
         newton = self.newton("load" if approach is None else "approach")
         start = initial.nodal if isinstance(initial, NewtonSolution) else None
         if start is not None and len(start.vector) != newton.space.ndof:
@@ -153,16 +157,16 @@ class NewtonSolver(Solver):
         level = load if approach is None else approach
         if start is not None or level == 0:
             return NewtonSolution(self, newton.solve(level, start), newton.unknowns)
-        state, = load_path(newton, [level])
+        (state,) = load_path(newton, [level])
         return NewtonSolution(self, state, newton.unknowns)
 
     def newton(self, control):
         """The MonolithicNewton of a control, "load" or "approach", made once."""
         if control not in self._systems:
             options = self.options
-            self._systems[control] = MonolithicNewton(self.facets.body, self.facets, method=options.kind,
-                                                      rho=options.rho,
-                                                      control=control)
+            self._systems[control] = MonolithicNewton(
+                self.facets.body, self.facets, method=options.kind, rho=options.rho, control=control
+            )
         return self._systems[control]
 
     @cached_property

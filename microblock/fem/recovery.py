@@ -28,9 +28,9 @@ from ..model.quadrature import lagrange
 from .between import of_body
 from .facets import lobatto, outward_sides
 
-SHARE = 0.7          # of a part of the estimate, whose elements are cut
-PASSES = 40          # of refinement
-MOST = 300_000       # unknowns
+SHARE = 0.7  # of a part of the estimate, whose elements are cut
+PASSES = 40  # of refinement
+MOST = 300_000  # unknowns
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def estimate(state):
     """Recovered errors of a BodySolution."""
     body, fields = state.nodes.body, state.fields
     averaged = _averaged(body, fields)
-    of_energy = _energy_of_difference(body, fields, averaged)/max(state.energy, 1e-300)
+    of_energy = _energy_of_difference(body, fields, averaged) / max(state.energy, 1e-300)
     of_surface = _surface(state, averaged)
     return Recovered(float(of_energy.sum()), math.sqrt(of_surface.sum()), of_energy, of_surface)
 
@@ -77,7 +77,7 @@ def _energy_of_difference(body, fields, averaged):
     wrong = [mean - ng.grad(field) for mean, field in zip(averaged, fields)]
     gradient = ng.CF((wrong[0][0], wrong[0][1], wrong[1][0], wrong[1][1]), dims=(2, 2))
     density = body.solid.energy(gradient, ng.CF(0), wrong[2])
-    return ng.Integrate(density, body.mesh, ng.VOL, order=2*body.order, element_wise=True).NumPy()
+    return ng.Integrate(density, body.mesh, ng.VOL, order=2 * body.order, element_wise=True).NumPy()
 
 
 def _surface(state, averaged):
@@ -88,22 +88,22 @@ def _surface(state, averaged):
     traction = _traction(state, averaged)
     above = {edge.nr: element.nr for element in mesh.Elements() for edge in element.edges}
     found, size = np.zeros((2, mesh.ne)), 0.0
-    own = np.array((state.pressures.sum(axis=0), state.micromoment/ell))
+    own = np.array((state.pressures.sum(axis=0), state.micromoment / ell))
     xis, lengths = np.polynomial.legendre.leggauss(state.nodes.body.order + 2)
     facets = list(state.nodes.region.Elements())
     for facet, side, members in zip(facets, outward_sides(mesh, state.nodes.region), state.nodes.facets):
         transformation = mesh.GetTrafo(facet)
-        mapped = [transformation(float(xi)) for xi in (1 + xis)/2]
+        mapped = [transformation(float(xi)) for xi in (1 + xis) / 2]
         weights = (
             lengths
             / 2
             * [point.measure for point in mapped]
             * state.tamed(np.array([point.point[0] for point in mapped]))
         )
-        between = lagrange(lobatto(len(members) - 1)[0], (1 + xis)/2) @ own[:, members].T
-        seen = np.array([traction(point) for point in mapped])*(1, side/ell)
-        found[:, above[facet.edges[0].nr]] += weights @ (between - seen)**2
-        size += weights @ between[:, 0]**2
+        between = lagrange(lobatto(len(members) - 1)[0], (1 + xis) / 2) @ own[:, members].T
+        seen = np.array([traction(point) for point in mapped]) * (1, side / ell)
+        found[:, above[facet.edges[0].nr]] += weights @ (between - seen) ** 2
+        size += weights @ between[:, 0] ** 2
     for last, outside, square in _edges(state):
         facet = next(
             number for number, members in enumerate(state.nodes.facets) if {last, outside} <= set(members)
@@ -113,7 +113,7 @@ def _surface(state, averaged):
         )
     for facet, square in zip(facets, of_body(state)):
         found[:, above[facet.edges[0].nr]] += square
-    return found[np.argmax(found.sum(axis=1))]/size
+    return found[np.argmax(found.sum(axis=1))] / size
 
 
 def _edges(state):
@@ -124,13 +124,13 @@ def _edges(state):
     for closed, p, gaps in zip(state.closed, state.pressures, state.gaps):
         for i in np.flatnonzero(closed[:-1] != closed[1:]):
             last, outside = (i, i + 1) if closed[i] else (i + 1, i)
-            before = 2*last - outside
+            before = 2 * last - outside
             # an end of the obstacle, or of the boundary
             if not np.isfinite(gaps[outside]) or not 0 <= before < len(x):
                 continue
             way = abs(x[outside] - x[last])
-            slope = max((p[before]**2 - p[last]**2)/abs(x[last] - x[before]), p[last]**2/way)      # K^2
-            yield last, outside, slope*way**2/12*(0.5 + 0.25*math.log(np.count_nonzero(closed) + 1))
+            slope = max((p[before] ** 2 - p[last] ** 2) / abs(x[last] - x[before]), p[last] ** 2 / way)  # K^2
+            yield last, outside, slope * way**2 / 12 * (0.5 + 0.25 * math.log(np.count_nonzero(closed) + 1))
 
 
 def _traction(state, averaged):
@@ -139,7 +139,9 @@ def _traction(state, averaged):
     gradient = ng.CF((*(averaged[0][i] for i in range(2)), *(averaged[1][i] for i in range(2))), dims=(2, 2))
     rows = solid.stress(gradient, state.fields.psi)
     m = solid.couple_stress(averaged[2])
-    return ng.CF((-sum(n[i]*rows[i][j]*n[j] for i in range(2) for j in range(2)), m[0]*n[0] + m[1]*n[1]))
+    return ng.CF(
+        (-sum(n[i] * rows[i][j] * n[j] for i in range(2) for j in range(2)), m[0] * n[0] + m[1] * n[1])
+    )
 
 
 def refine_until(solver, load, approach, rtol, progress=False):
@@ -189,7 +191,7 @@ def marked(found, rtol):
     for part, added in ((found.energy, found.of_energy), (found.surface, found.of_surface)):
         if part > rtol:
             order = np.argsort(added)[::-1]
-            count = np.searchsorted(np.cumsum(added[order]), SHARE*added.sum()) + 1
+            count = np.searchsorted(np.cumsum(added[order]), SHARE * added.sum()) + 1
             chosen[order[:count]] = True
     return chosen
 

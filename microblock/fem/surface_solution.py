@@ -91,7 +91,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         """
         if self.found_fields is not None:
             return self.body.values(self.found_fields.u2)
-        return self.body.compliance.matrix[:len(self._x)] @ self._loads
+        return self.body.compliance.matrix[: len(self._x)] @ self._loads
 
     @property
     def _loads(self):
@@ -107,7 +107,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         """Pressures at the nodes of the computed part, array (corners, n); on the axis both corners share
         what one carries.
         """
-        found = self.forces/self.body.weights
+        found = self.forces / self.body.weights
         return np.where(self._x == 0, found.mean(axis=0), found) if self.problem.mirror else found
 
     @cached_property
@@ -171,11 +171,11 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
 
     @cached_property
     def _clamping(self):
-        moment = self.body.reaction(self.fields)/self.body.weights
+        moment = self.body.reaction(self.fields) / self.body.weights
         if self.problem.mirror:
-            moment[0] = 0.0      # there the axis takes the reaction of its own
+            moment[0] = 0.0  # there the axis takes the reaction of its own
         else:
-            moment[0] = moment[1]      # at its ends the boundary's neighbours add theirs
+            moment[0] = moment[1]  # at its ends the boundary's neighbours add theirs
         moment[-1] = moment[-2]
         return moment
 
@@ -204,8 +204,12 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         side, number = np.abs(x) if self.problem.mirror else x, np.full(len(x), corner)
         raised, psi = (self.body.interpolate(own, side) for own in (self._raised, self.computed_psi))
         psi = np.where(x < 0, -psi, psi) if self.problem.mirror else psi
-        return (self.problem.initial_gap(number, x) - self.approach - raised
-                + self.problem.ell/2*self.problem.lever(number, x)*psi)
+        return (
+            self.problem.initial_gap(number, x)
+            - self.approach
+            - raised
+            + self.problem.ell / 2 * self.problem.lever(number, x) * psi
+        )
 
     def clamping(self, x):
         """The reaction to psi = 0 at x, array (n,)."""
@@ -214,14 +218,14 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
 
     def _unfold(self, values, sign):
         """Values of the whole line from those of the computed part, even (sign 1) or odd about x = 0."""
-        return np.concatenate((sign*values[:0:-1], values)) if self.problem.mirror else np.array(values)
+        return np.concatenate((sign * values[:0:-1], values)) if self.problem.mirror else np.array(values)
 
 
 def surface_solution(solver, body, load, found, zones, iterations, estimate=None, method="fitted"):
     """The SurfaceSolution of a ContactState `found` on a Condensed body."""
     law = solver.law
     onto = body.compliance.onto_corners(law)
-    psi = body.compliance.matrix[len(body.weights):] @ (onto.T @ found.forces)
+    psi = body.compliance.matrix[len(body.weights) :] @ (onto.T @ found.forces)
     forces = found.forces.reshape(len(law.corners), -1)
     return SurfaceSolution(
         solver,
@@ -242,7 +246,7 @@ def surface_solution(solver, body, load, found, zones, iterations, estimate=None
 def _joined_at_axis(pieces):
     found = []
     for left, right in pieces:
-        if found and found[-1][1] >= left - 1e-14*abs(right):
+        if found and found[-1][1] >= left - 1e-14 * abs(right):
             found[-1] = (found[-1][0], right)
         else:
             found.append((left, right))
@@ -256,13 +260,13 @@ def difference(coarse, fine):
     """
     x, ell = fine.x, fine.problem.solid.ell
     shifts = fine.problem.law.shifts(ell)
-    weights = fine.weights*distance_to_ends(x, getattr(fine.problem.obstacle, "ends", ()), shifts)
+    weights = fine.weights * distance_to_ends(x, getattr(fine.problem.obstacle, "ends", ()), shifts)
     p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
     total = fine.pressures.sum(axis=0)
     moment = np.zeros_like(x)
     if len(p) == 2:
         levers = np.array([fine.problem.lever(np.full(len(x), corner), x) for corner in range(2)])
-        moment = np.sum(levers*(p - fine.pressures), axis=0)/2
+        moment = np.sum(levers * (p - fine.pressures), axis=0) / 2
     elif fine.problem.law.clamps_rotation:
-        moment = (coarse.clamping(x) - fine.micromoment)*(total > 0)/ell
+        moment = (coarse.clamping(x) - fine.micromoment) * (total > 0) / ell
     return distance(weights, p.sum(axis=0) - total, moment, total)

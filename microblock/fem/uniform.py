@@ -22,10 +22,10 @@ from .newton import PENALTY, MonolithicNewton
 from .newton_path import load_path
 from .surface_solution import SurfaceSolution, surface_solution
 
-FAR = 1000.0         # size of an unbounded block over the region of equal squares
+FAR = 1000.0  # size of an unbounded block over the region of equal squares
 # half-width and depth of their region, less a block, over the half-width of a classical contact
 EQUAL_SQUARES = 2.0
-ROUGH = 1e-3         # of the logarithm of a load that chooses the region of equal squares for an approach
+ROUGH = 1e-3  # of the logarithm of a load that chooses the region of equal squares for an approach
 
 
 class UniformSolver(GroundSolver):
@@ -73,10 +73,11 @@ class UniformSolver(GroundSolver):
         if self.reach is not None:
             return self
         half_width, _ = picture.classical(self.problem, load, 0.0)
-        squares = math.ceil((EQUAL_SQUARES*half_width + self.solid.ell)/self.options.h)
+        squares = math.ceil((EQUAL_SQUARES * half_width + self.solid.ell) / self.options.h)
         if squares not in self._solvers:
-            self._solvers[squares] = UniformSolver(self.contact,
-                                                   replace(self.options, reach=squares*self.options.h))
+            self._solvers[squares] = UniformSolver(
+                self.contact, replace(self.options, reach=squares * self.options.h)
+            )
         return self._solvers[squares]
 
     @cached_property
@@ -108,17 +109,17 @@ class UniformSolver(GroundSolver):
         nodes = Condensed(self._body())
         flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
         # classical contact would fill the squares under some times that
-        last = self.solid.E_star*self.reach**2/4
+        last = self.solid.E_star * self.reach**2 / 4
         history = active_set.path(flexibility, self._within(nodes, gaps), [last], c=share).events
         loads = [event.load for event in history if event.corner == 0 and event.kind == "closes"]
         if not loads:
-            raise NotConverged(f"the axis is open up to the load {2*last:g}", reached=2*last)
-        return 2*loads[-1]
+            raise NotConverged(f"the axis is open up to the load {2 * last:g}", reached=2 * last)
+        return 2 * loads[-1]
 
     def _body(self):
         if self.reach is None:
             raise BadArgument("reach", None, "must be given where no load chooses it: Uniform(reach=...)")
-        far = FAR*self.reach if self.domain == math.inf else self.domain
+        far = FAR * self.reach if self.domain == math.inf else self.domain
         ground = Ground(far, (0.0 if self.symmetric else -self.reach, self.reach), self.symmetric)
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
@@ -131,11 +132,11 @@ class UniformSolver(GroundSolver):
         if self.method == "condensed":
             nodes, flexibility, gaps, share = self.prepare()
             found = active_set.solve(flexibility, gaps, approach=approach, c=share)
-            return self._of_condensed(nodes, found.load/self.share(1.0), found)
+            return self._of_condensed(nodes, found.load / self.share(1.0), found)
         nodes, facets, newton = self.prepare()
         newton = MonolithicNewton(newton.body, facets, method=self.method, rho=newton.rho)
-        state, = load_path(newton, [approach])
-        return self._of_newton(nodes, facets, newton, state.load/self.share(1.0), state)
+        (state,) = load_path(newton, [approach])
+        return self._of_newton(nodes, facets, newton, state.load / self.share(1.0), state)
 
     def _condensed(self, loads):
         nodes, flexibility, gaps, share = self.prepare()
@@ -151,7 +152,7 @@ class UniformSolver(GroundSolver):
 
     def _within(self, nodes, gaps):
         """Initial gaps with inf beyond the region of equal squares: there nothing would be resolved."""
-        beyond = np.abs(nodes.points[:, 0]) > self.reach*(1 + 1e-9)
+        beyond = np.abs(nodes.points[:, 0]) > self.reach * (1 + 1e-9)
         return np.where(np.tile(beyond, len(self.law.corners)), np.inf, gaps)
 
     def _monolithic(self, loads):
@@ -160,22 +161,35 @@ class UniformSolver(GroundSolver):
             yield self._of_newton(nodes, facets, newton, load, state)
 
     def _of_newton(self, nodes, facets, newton, load, state):
-        forces = np.array([-state.multipliers[corner]*facets.weights for corner in facets.corners])
+        forces = np.array([-state.multipliers[corner] * facets.weights for corner in facets.corners])
         closed = np.concatenate([state.closed[corner] for corner in facets.corners])
-        return SurfaceSolution(self, nodes, load, state.approach, forces,
-                               self._zones(nodes, load, closed, forces),
-                               state.iterations, state.kkt, newton.unknowns, state.psi, None, state.fields,
-                               "uniform")
+        return SurfaceSolution(
+            self,
+            nodes,
+            load,
+            state.approach,
+            forces,
+            self._zones(nodes, load, closed, forces),
+            state.iterations,
+            state.kkt,
+            newton.unknowns,
+            state.psi,
+            None,
+            state.fields,
+            "uniform",
+        )
 
     def _rho(self):
         """As Newton's own, but over the size of the contact: the body may be a thousand times as high."""
-        stiffness = (self.solid.lam + 2*self.solid.mu)/self.reach
-        return stiffness if self.method == "al" else PENALTY*stiffness
+        stiffness = (self.solid.lam + 2 * self.solid.mu) / self.reach
+        return stiffness if self.method == "al" else PENALTY * stiffness
 
     def _zones(self, nodes, load, closed, forces):
         x, count = nodes.points[:, 0], len(self.law.corners)
         closed, forces = closed.reshape(count, -1), forces.reshape(count, -1)
-        if np.abs(x[closed.any(axis=0)]).max(initial=0) > self.reach - self.options.h/2:
-            raise NotConverged(f"at load {load:g} the contact leaves the region of equal squares, |x1| < "
-                               f"{self.reach:g}: take a larger reach, Uniform(reach=...), or smaller loads")
-        return self.runs(x, closed, forces/nodes.weights)
+        if np.abs(x[closed.any(axis=0)]).max(initial=0) > self.reach - self.options.h / 2:
+            raise NotConverged(
+                f"at load {load:g} the contact leaves the region of equal squares, |x1| < "
+                f"{self.reach:g}: take a larger reach, Uniform(reach=...), or smaller loads"
+            )
+        return self.runs(x, closed, forces / nodes.weights)

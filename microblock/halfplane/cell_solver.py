@@ -16,15 +16,15 @@ from ..model.state import Solution
 from ..model.zones import contact_zones, distance, distance_to_ends, runs
 from .cells import CellGrid
 
-FIRST, MOST = 128, 2**21       # cells of the coarsest and finest grid that rtol may ask for
+FIRST, MOST = 128, 2**21  # cells of the coarsest and finest grid that rtol may ask for
 # at which halving a given number of cells ends, after two halvings at the earliest
 COARSEST = 1024
-COARSE_RESIDUAL = 0.01         # of the coarser grids, over their nodes: far below what the next one changes
-RESIDUAL = 1e-9                # of the state; its pressures are good to some ten times that
-ENOUGH = 1e-3                 # of rtol: residual of states that only follow others
-AROUND = 0.05                  # of the low stretches, left free on either side
-FITS = 1e-6                    # of their range, heights at both ends of a period may differ; so may periods
-PLACES = 257                   # on a period, at which its range is taken
+COARSE_RESIDUAL = 0.01  # of the coarser grids, over their nodes: far below what the next one changes
+RESIDUAL = 1e-9  # of the state; its pressures are good to some ten times that
+ENOUGH = 1e-3  # of rtol: residual of states that only follow others
+AROUND = 0.05  # of the low stretches, left free on either side
+FITS = 1e-6  # of their range, heights at both ends of a period may differ; so may periods
+PLACES = 257  # on a period, at which its range is taken
 # ratio of successive changes from grid to grid taken for the slowest convergence; 2 is expected
 SLOWEST = 1.4
 
@@ -80,7 +80,7 @@ class CellSolution(Solution):
         """{corner number: array (k, 2) of the intervals of cells with pressure}; 0 is A (left), 1 is B
         (right).
         """
-        half = self.weights[0]/2
+        half = self.weights[0] / 2
         return {
             number: np.array(
                 [(self.x[first] - half, self.x[last] + half) for first, last in runs(own > 0)]
@@ -100,7 +100,7 @@ class CellSolution(Solution):
         """Pressure of a corner at x, array (n,): that of the cell in which x lies."""
         period = self.solver.body.period
         x = _folded(x, period)
-        number = np.floor((x - self.x[0])/self.weights[0] + 0.5)
+        number = np.floor((x - self.x[0]) / self.weights[0] + 0.5)
         inside = (number >= 0) & (number < len(self.x))
         return np.where(inside, self.pressures[corner][np.clip(number, 0, len(self.x) - 1).astype(int)], 0.0)
 
@@ -112,7 +112,7 @@ class CellSolution(Solution):
         BadArgument
             For x beyond the cells.
         """
-        period, half = self.solver.body.period, self.weights[0]/2
+        period, half = self.solver.body.period, self.weights[0] / 2
         if period is None and not np.all((x >= self.x[0] - half) & (x <= self.x[-1] + half)):
             raise BadArgument(
                 "x", x, f"must lie within the cells, from {self.x[0] - half:g} to {self.x[-1] + half:g}"
@@ -120,8 +120,12 @@ class CellSolution(Solution):
         place = _folded(x, period)
         raised, psi = (_polygon(place, self.x, own, period) for own in (self.displacement, self.psi))
         number = np.full(len(x), corner)
-        return (self.problem.initial_gap(number, x) - self.approach + raised
-                + self.problem.ell/2*self.problem.lever(number, x)*psi)
+        return (
+            self.problem.initial_gap(number, x)
+            - self.approach
+            + raised
+            + self.problem.ell / 2 * self.problem.lever(number, x) * psi
+        )
 
 
 class CellSolver(Solver):
@@ -144,18 +148,23 @@ class CellSolver(Solver):
         """BadArgument unless obstacle and psi0 fit the period: what is cut off must go on where it begins."""
         period = self.body.period
         own = getattr(self.obstacle, "period", None)
-        if own is not None and abs(period/own - round(period/own)) > FITS:
+        if own is not None and abs(period / own - round(period / own)) > FITS:
             raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own:g}")
-        x = period*np.concatenate(([-0.5, 0.5], np.linspace(-0.5, 0.5, PLACES)))
+        x = period * np.concatenate(([-0.5, 0.5], np.linspace(-0.5, 0.5, PLACES)))
         above = heights(self.obstacle, x)
         known = above[np.isfinite(above)]
-        if np.isfinite(above[:2]).all() and abs(above[1] - above[0]) > FITS*np.ptp(known):
-            raise BadArgument("obstacle", self.obstacle, "must repeat with the period: its height is "
-                              f"{above[0]:.4g} at x = {x[0]:g} and {above[1]:.4g} at x = {x[1]:g}")
+        if np.isfinite(above[:2]).all() and abs(above[1] - above[0]) > FITS * np.ptp(known):
+            raise BadArgument(
+                "obstacle",
+                self.obstacle,
+                "must repeat with the period: its height is "
+                f"{above[0]:.4g} at x = {x[0]:g} and {above[1]:.4g} at x = {x[1]:g}",
+            )
         psi0 = self.law.initial_rotation(x[:2])
-        if abs(psi0[1] - psi0[0]) > FITS*np.ptp(self.law.initial_rotation(x)):
-            raise BadArgument("psi0", getattr(self.law, "psi0", None), "must repeat with the period, "
-                              f"{period:g}")
+        if abs(psi0[1] - psi0[0]) > FITS * np.ptp(self.law.initial_rotation(x)):
+            raise BadArgument(
+                "psi0", getattr(self.law, "psi0", None), f"must repeat with the period, {period:g}"
+            )
 
     @property
     def has_level(self):
@@ -178,7 +187,7 @@ class CellSolver(Solver):
             *_, last = solver._solutions(load, approach, halvings(nodes), residual, progress)
             return last
         rtol = self.usual_rtol if rtol is None else rtol
-        doublings = FIRST*2**np.arange(int(np.log2(MOST/FIRST)) + 1)
+        doublings = FIRST * 2 ** np.arange(int(np.log2(MOST / FIRST)) + 1)
         state = solver.upto(load, rtol, doublings, approach=approach, residual=residual, progress=progress)
         if state.error_estimate <= rtol:
             return state
@@ -211,10 +220,10 @@ class CellSolver(Solver):
             return self.solve(load, None, rtol, initial)
         solver, rtol = self._with_window(load), self.usual_rtol if rtol is None else rtol
         sizes = halvings(len(initial.x))
-        *_, state = solver._solutions(load, None, sizes, max(RESIDUAL, ENOUGH*rtol), False)
+        *_, state = solver._solutions(load, None, sizes, max(RESIDUAL, ENOUGH * rtol), False)
         return state if state.error_estimate <= rtol else self.solve(load, None, rtol)
 
-    def upto(self, load, rtol, sizes, least=4*FIRST, approach=None, residual=RESIDUAL, progress=False):
+    def upto(self, load, rtol, sizes, least=4 * FIRST, approach=None, residual=RESIDUAL, progress=False):
         """The first state on grids of these sizes that has rtol and at least so many cells, or that of the
         last grid.
         """
@@ -229,7 +238,7 @@ class CellSolver(Solver):
         total = None if sizes[-1] == MOST else int(sum(sizes))
         with tqdm(total=total, unit=" cells", unit_scale=True, disable=not progress) as bar:
             for size in map(int, sizes):
-                enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL/size)
+                enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL / size)
                 finer = self._solve(size, load, approach, state, enough)
                 if state is not None:
                     changes.append(
@@ -245,7 +254,7 @@ class CellSolver(Solver):
 
     def _cells(self, nodes):
         if self.body.period is not None:
-            return CellGrid(self.body, -self.body.period/2, self.body.period/2, nodes)
+            return CellGrid(self.body, -self.body.period / 2, self.body.period / 2, nodes)
         return CellGrid(self.body, *self.options.window, nodes)
 
     @cached_property
@@ -264,7 +273,7 @@ class CellSolver(Solver):
         forces = None
         if start is not None and len(start.pressures) == len(gaps):
             own = [_polygon(cells.x, start.x, p, self.body.period) for p in start.pressures]
-            forces = np.array(own)*cells.width
+            forces = np.array(own) * cells.width
         found = projected_gradients.solve(
             flexibility, gaps, load=load, approach=approach, start=forces, rtol=residual
         )
@@ -279,30 +288,43 @@ class CellSolver(Solver):
             raise NotConverged(f"the contact reaches the end of the window {self.options.window}; widen it")
 
     def _state(self, cells, flexibility, gaps, found):
-        half, pressures = self.body.solid.ell/2, found.forces/cells.width
+        half, pressures = self.body.solid.ell / 2, found.forces / cells.width
         displacement, phi = flexibility.surface(found.forces)
         if len(pressures) == 2:
-            moment = half*(flexibility.levers*pressures).sum(axis=0)
+            moment = half * (flexibility.levers * pressures).sum(axis=0)
         elif self.law.clamps_rotation:
-            moment, phi = half*flexibility.besides(pressures), np.zeros(cells.count)
+            moment, phi = half * flexibility.besides(pressures), np.zeros(cells.count)
         else:
             moment, phi = np.zeros(cells.count), flexibility.besides(found.forces)
         depth = np.where(found.forces > 0, found.approach - gaps, 0)
-        energy = float(np.sum(depth*found.forces)/2)
-        return CellSolution(self, cells.x, np.full(cells.count, cells.width), pressures, moment, phi/half,
-                            displacement, found.load, found.approach, energy, found.kkt, found.products)
+        energy = float(np.sum(depth * found.forces) / 2)
+        return CellSolution(
+            self,
+            cells.x,
+            np.full(cells.count, cells.width),
+            pressures,
+            moment,
+            phi / half,
+            displacement,
+            found.load,
+            found.approach,
+            energy,
+            found.kkt,
+            found.products,
+        )
 
 
 def difference(finer, coarser, ell, period=None, weights=1.0):
     """max(|dp|, |dM|/ell)/|p| in L2 with these weights on the centres of the finer grid, both states as
     polygons.
     """
+
     def change(name):
         fine, coarse = (np.atleast_2d(getattr(state, name)).sum(axis=0) for state in (finer, coarser))
         return fine - _polygon(finer.x, coarser.x, coarse, period)
 
     weights = np.broadcast_to(weights, len(finer.x))
-    return distance(weights, change("pressures"), change("micromoment")/ell, finer.pressures.sum(axis=0))
+    return distance(weights, change("pressures"), change("micromoment") / ell, finer.pressures.sum(axis=0))
 
 
 def _estimate(changes):
@@ -313,41 +335,44 @@ def _estimate(changes):
     """
     if not changes:
         return None
-    before, last = changes[-2:] if len(changes) > 1 else (2*changes[-1], changes[-1])
-    last = max(last, before/2)
-    return last/(max(before/last, SLOWEST) - 1) if last else 0.0
+    before, last = changes[-2:] if len(changes) > 1 else (2 * changes[-1], changes[-1])
+    last = max(last, before / 2)
+    return last / (max(before / last, SLOWEST) - 1) if last else 0.0
 
 
 def around(found, ell):
     """(left, right) of the surface that holds all low stretches of an obstacle's Picture."""
     left, right = found.stretches[0][0] - ell, found.stretches[-1][1] + ell
-    margin = AROUND*(right - left)
+    margin = AROUND * (right - left)
     return left - margin, right + margin
 
 
 def halvings(nodes):
     """Sizes of the grids below one of so many nodes, and its own, ascending."""
     sizes = [nodes]
-    while sizes[-1] > 2*COARSEST or len(sizes) < 3:
-        sizes.append((sizes[-1] + 1)//2)
+    while sizes[-1] > 2 * COARSEST or len(sizes) < 3:
+        sizes.append((sizes[-1] + 1) // 2)
     return sizes[::-1]
 
 
 def _polygon(x, nodes, values, period):
     if period is None:
         return np.interp(x, nodes, values)
-    return np.interp(x, np.concatenate((nodes[-1:] - period, nodes, nodes[:1] + period)),
-                     np.concatenate((values[-1:], values, values[:1])))
+    return np.interp(
+        x,
+        np.concatenate((nodes[-1:] - period, nodes, nodes[:1] + period)),
+        np.concatenate((values[-1:], values, values[:1])),
+    )
 
 
 def _folded(x, period):
     """Abscissae within the period around x1 = 0 that stand for x; x itself without a period."""
-    return x if period is None else (x + period/2) % period - period/2
+    return x if period is None else (x + period / 2) % period - period / 2
 
 
 def _repeated(obstacle, period):
     """An obstacle's height with a period."""
     height = getattr(obstacle, "height", obstacle)
     if not callable(height):
-        return obstacle      # refused by name in `obstacles.gap`
+        return obstacle  # refused by name in `obstacles.gap`
     return lambda x: height(_folded(np.asarray(x, float), period))

@@ -51,7 +51,7 @@ class Flexibility:
     def __matmul__(self, forces):
         """Gaps from forces, arrays (corners, n)."""
         u, phi = self.surface(forces)
-        return u[None] if phi is None else u + self.levers*phi
+        return u[None] if phi is None else u + self.levers * phi
 
     def surface(self, forces):
         """Sinking u and phi = ell psi/2 from forces; phi is None for one corner, whose law does not see
@@ -72,9 +72,9 @@ class Flexibility:
         if len(self.levers) == 1:
             return self._transformed(self.inverse, gaps[0])[None]
         (a, b), (gap_a, gap_b) = self.levers, gaps
-        phi = (gap_a - gap_b)/(a - b)
-        p, m = self._transformed(self.inverse, np.array((gap_a - a*phi, phi)))
-        return np.array((m - b*p, a*p - m))/(a - b)
+        phi = (gap_a - gap_b) / (a - b)
+        p, m = self._transformed(self.inverse, np.array((gap_a - a * phi, phi)))
+        return np.array((m - b * p, a * p - m)) / (a - b)
 
     def _transformed(self, spectrum, values):
         waves = rfft(values, self.length)
@@ -82,8 +82,8 @@ class Flexibility:
             waves *= spectrum[0]
         else:
             U, iV, W = spectrum
-            waves = np.array((U*waves[0] + iV*waves[1], W*waves[1] - iV*waves[0]))
-        return irfft(waves, self.length)[..., :values.shape[-1]]
+            waves = np.array((U * waves[0] + iV * waves[1], W * waves[1] - iV * waves[0]))
+        return irfft(waves, self.length)[..., : values.shape[-1]]
 
 
 @dataclass(frozen=True)
@@ -105,12 +105,12 @@ class CellGrid:
     @property
     def width(self):
         """Of a cell."""
-        return (self.right - self.left)/self.count
+        return (self.right - self.left) / self.count
 
     @cached_property
     def x(self):
         """Centres of the cells, array (count,)."""
-        return self.left + self.width*(np.arange(self.count) + 0.5)
+        return self.left + self.width * (np.arange(self.count) + 0.5)
 
     @property
     def periodic(self):
@@ -119,7 +119,7 @@ class CellGrid:
     def flexibility(self, law):
         """The `Flexibility` of a law's corners."""
         levers = np.array(list(law.levers(self.x).values()))
-        length = self.count if self.periodic else next_fast_len(2*self.count, real=True)
+        length = self.count if self.periodic else next_fast_len(2 * self.count, real=True)
         U, iV, W = smooth = self._symbol(length)
         clamping = law.clamps_rotation
         if self.periodic:
@@ -135,45 +135,45 @@ class CellGrid:
         if len(levers) == 2:
             return Flexibility(levers, length, tuple(spectrum), _inverse(*smooth), None)
         if clamping:
-            return Flexibility(levers, length, (fixed,), (1/_clamped(*smooth)[0],), reaction)
-        return Flexibility(levers, length, spectrum[:1], (1/U,), -spectrum[1])
+            return Flexibility(levers, length, (fixed,), (1 / _clamped(*smooth)[0],), reaction)
+        return Flexibility(levers, length, spectrum[:1], (1 / U,), -spectrum[1])
 
     def _symbol(self, length):
         """U, iV, W at the wavenumbers of a period of `length` cells, positive definite at every one."""
-        k = 2*np.pi*np.arange(length//2 + 1)/(length*self.width)
-        k[0] = k[1]/2      # stands for the mean
+        k = 2 * np.pi * np.arange(length // 2 + 1) / (length * self.width)
+        k[0] = k[1] / 2  # stands for the mean
         U, V, W = symbol(self.body.solid, k)
         V[0] = 0
         if length % 2 == 0:
-            V[-1] = 0      # odd: not seen at the shortest wave
-        return U/self.width, 1j*V/self.width, W/self.width
+            V[-1] = 0  # odd: not seen at the shortest wave
+        return U / self.width, 1j * V / self.width, W / self.width
 
     def _embedded(self, length):
         """U, iV, W, and where psi = 0 u and m from p, of the cells' kernels without images in a circulant of
         the length.
         """
-        c, ell = (1 - self.body.solid.nu)/self.body.solid.mu, self.body.solid.ell
+        c, ell = (1 - self.body.solid.nu) / self.body.solid.mu, self.body.solid.ell
         kernels = self.body.cells(self.count, self.width)
         column = np.zeros((len(kernels), length))
-        column[:, :self.count] = kernels
-        column[:, :-self.count:-1] = kernels[:, 1:]
-        column[list(ODD), :-self.count:-1] *= -1
+        column[:, : self.count] = kernels
+        column[:, : -self.count : -1] = kernels[:, 1:]
+        column[list(ODD), : -self.count : -1] *= -1
         U, V, W, fixed, reaction = rfft(column)
         # kernel 4 is -m, over 1/ell instead of c, from a unit force
-        return U.real, -1j*V.imag, W.real, fixed.real, -1j*reaction.imag*self.width/(c*ell)
+        return U.real, -1j * V.imag, W.real, fixed.real, -1j * reaction.imag * self.width / (c * ell)
 
 
 def _clamped(U, iV, W):
     """u and m from p where psi = 0: m = i V p/W takes the rotation away."""
-    return U - iV.imag**2/W, iV/W
+    return U - iV.imag**2 / W, iV / W
 
 
 def _turning_at_rest(solid):
     """W at k = 0."""
-    return (1 - solid.nu)/solid.mu*solid.layer_length/(4*solid.curvature*(1 - solid.nu))
+    return (1 - solid.nu) / solid.mu * solid.layer_length / (4 * solid.curvature * (1 - solid.nu))
 
 
 def _inverse(U, iV, W):
     """(u, phi) to (p, m): the inverse of [[U, iV], [-iV, W]]."""
-    determinant = U*W - iV.imag**2
-    return W/determinant, -iV/determinant, U/determinant
+    determinant = U * W - iV.imag**2
+    return W / determinant, -iV / determinant, U / determinant

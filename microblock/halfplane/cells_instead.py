@@ -10,10 +10,10 @@ from ..errors import MicroblockError, NotConverged
 from ..model.methods import Cells
 from .cell_solver import FIRST, CellSolver, around
 
-MOST = 2**17         # cells: some ten seconds with two corners
+MOST = 2**17  # cells: some ten seconds with two corners
 # cells on the shortest piece on which the height is a polynomial, at least: a feature shows on some of them
 FEATURE = 12
-OFFERED = 1e-3       # rtol at which cells are tried before they are advised
+OFFERED = 1e-3  # rtol at which cells are tried before they are advised
 
 
 def by_cells(solver, found, load, rtol, failure):
@@ -29,24 +29,27 @@ def by_cells(solver, found, load, rtol, failure):
     if failure.reached is not None and failure.reached < OFFERED:
         raise failure
     window = around(found, solver.solid.ell)
-    least = FEATURE*(window[1] - window[0])/min(found.lengths.min(initial=np.inf), window[1] - window[0])
-    sizes = [size for size in FIRST*2**np.arange(12) if size <= MOST]
+    least = FEATURE * (window[1] - window[0]) / min(found.lengths.min(initial=np.inf), window[1] - window[0])
+    sizes = [size for size in FIRST * 2 ** np.arange(12) if size <= MOST]
     cells = CellSolver(solver.contact, Cells(window=window))
     if least > MOST:
         raise NotConverged(
             f"{failure}; more than {MOST} cells would be needed to see all features of the obstacle"
         ) from failure
     try:
-        state = cells.upto(load, rtol if rtol >= OFFERED/10 else OFFERED, sizes, max(4*FIRST, least))
+        state = cells.upto(load, rtol if rtol >= OFFERED / 10 else OFFERED, sizes, max(4 * FIRST, least))
     except MicroblockError as other:
         raise NotConverged(f"{failure}; uniform cells: {other}", reached=failure.reached) from failure
     if state.error_estimate <= rtol:
         return replace(state, notes=(f"uniform cells instead of panels ({failure})",))
     best = min(state.error_estimate, failure.reached or np.inf)
-    raise NotConverged(f"{failure}; uniform cells have an error estimate of {state.error_estimate:.1e}: "
-                       f"ask for {_above(best):.0e}", reached=best) from failure
+    raise NotConverged(
+        f"{failure}; uniform cells have an error estimate of {state.error_estimate:.1e}: "
+        f"ask for {_above(best):.0e}",
+        reached=best,
+    ) from failure
 
 
 def _above(estimate):
     """A power of ten above an estimate."""
-    return min(0.5, 10.0**np.ceil(np.log10(estimate)))
+    return min(0.5, 10.0 ** np.ceil(np.log10(estimate)))

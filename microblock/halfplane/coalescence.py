@@ -12,9 +12,9 @@ import numpy as np
 from ..errors import BadArgument, NotConverged
 from .kernels import coalescence_exponent
 
-INNER_EDGES = (1.5, 2.0, 2.5, 3.0, 3.5)      # -log10 of the inner edges over ell
-OUTER_AT_TOUCH = 1.4                         # outer edge over ell: a first guess
-OUTER_STEP = 1e-6                            # of the outer edge that may be left: the load feels its square
+INNER_EDGES = (1.5, 2.0, 2.5, 3.0, 3.5)  # -log10 of the inner edges over ell
+OUTER_AT_TOUCH = 1.4  # outer edge over ell: a first guess
+OUTER_STEP = 1e-6  # of the outer edge that may be left: the load feels its square
 STEPS = 12
 
 
@@ -50,32 +50,32 @@ def extrapolated(load_at, solid, inner_edges, outer):
     for side in (1, -1):
         column = []
         for digits in inner_edges:
-            load, outer = load_at(side*solid.ell*10.0**-digits, outer)
+            load, outer = load_at(side * solid.ell * 10.0**-digits, outer)
             column.append(load)
         for power in (2, 4):
-            ratio = 10.0**(-power*exponent*(inner_edges[1] - inner_edges[0]))
-            column = [(fine - ratio*coarse)/(1 - ratio) for coarse, fine in zip(column, column[1:])]
+            ratio = 10.0 ** (-power * exponent * (inner_edges[1] - inner_edges[0]))
+            column = [(fine - ratio * coarse) / (1 - ratio) for coarse, fine in zip(column, column[1:])]
         limits.append(column[-1])
         corrections.append(abs(column[-1] - column[-2]))
-    return sum(limits)/2, max(*corrections, abs(limits[0] - limits[1]))
+    return sum(limits) / 2, max(*corrections, abs(limits[0] - limits[1]))
 
 
 def load_at_inner_edge(solver, inner, outer, order, levels):
     """Load at which the inner edge of corner A is `inner` from the axis (> 0: a gap, < 0: an overlap), and
     the outer edge.
     """
-    unit = solver.solid.E_star*outer
+    unit = solver.solid.E_star * outer
     for _ in range(STEPS):
         zones = {0: ((max(inner, 0.0), outer),), 1: ((0.0, -inner),) if inner < 0 else ()}
         inner_K, outer_K = (
             np.array(values) for values in solver.edge_coefficients(zones, (unit, 2 * unit), order, levels)
         )
-        share = inner_K[0, 0]/(inner_K[0, 0] - inner_K[1, 0])
-        K0, K1 = outer_K[0] + share*(outer_K[1] - outer_K[0])
-        step = 2*K0/K1
-        outer += float(np.clip(step, -0.3*outer, 0.3*outer))
-        if abs(step) < OUTER_STEP*outer:
-            return float(unit*(1 + share)), outer
+        share = inner_K[0, 0] / (inner_K[0, 0] - inner_K[1, 0])
+        K0, K1 = outer_K[0] + share * (outer_K[1] - outer_K[0])
+        step = 2 * K0 / K1
+        outer += float(np.clip(step, -0.3 * outer, 0.3 * outer))
+        if abs(step) < OUTER_STEP * outer:
+            return float(unit * (1 + share)), outer
     raise NotConverged(
         f"the outer edge still moves by {step:.1e} at the inner edge {inner:g}", iterations=STEPS
     )

@@ -17,22 +17,22 @@ from .panel_solution import Estimate, PanelSolution
 from .panels import SLIVER, log_response, make_panels, response
 
 TABLE_ERROR = 5e-15  # of the kernels as a rule, 2e-14 at most: see `kernels.Kernels`
-EDGE_STEPS = 40      # of Newton's method for the edges
-PATIENCE = 6         # of them that do not halve the error of the edges: they crawl towards another topology
-LONGEST_MOVE = 0.4   # of an edge in one step, over the distance to its neighbour
+EDGE_STEPS = 40  # of Newton's method for the edges
+PATIENCE = 6  # of them that do not halve the error of the edges: they crawl towards another topology
+LONGEST_MOVE = 0.4  # of an edge in one step, over the distance to its neighbour
 # of that distance, where the neighbour is an end of the obstacle for the other corner and draws the edge
 PAST = 3.0
-OUTER_STEP = 1e-7    # of an edge that is not asked for: its square is left
+OUTER_STEP = 1e-7  # of an edge that is not asked for: its square is left
 # -log10 of inner edges over ell, extrapolated to coalescence
 INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)
 # norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
 MISSED = 4.0
 # of the width, and of the way between two edges that a step leaves: they creep together
 CREEPING, NEARER = 1e-2, 0.9
-SHORT_OF = 0.7       # of the way to a kink, that an edge moves in one step
-AT_KINK = 1e-3       # of the way to the next edge: nearer to a kink than that an edge gets past it
-UNTOLD = 1e-9        # of the width: two edges nearer than that which are drawn past each other have met
-MERGED = 1e-4        # of the tolerance, times the width: edges this near that want to be nearer cross
+SHORT_OF = 0.7  # of the way to a kink, that an edge moves in one step
+AT_KINK = 1e-3  # of the way to the next edge: nearer to a kink than that an edge gets past it
+UNTOLD = 1e-9  # of the width: two edges nearer than that which are drawn past each other have met
+MERGED = 1e-4  # of the tolerance, times the width: edges this near that want to be nearer cross
 
 
 class EdgesMeet(NotConverged):
@@ -66,27 +66,28 @@ def solve_zones(problem, panels, loads):
     system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, len(loads) + 1))
     system[:count, :count] = response(problem, panels, x, lever, gap_kernel)
     system[:count, count] = -1.0
-    system[count, :count] = sides*weights
+    system[count, :count] = sides * weights
     right[:count, :-1] = -(
         problem.initial_gap(corner, x) + log_response(problem, panels, x, lever, gap_kernel)
     )[:, None]
-    right[count, :-1] = loads - sides*panels.log_size @ np.abs(panels.h)
-    terms = np.abs(system[:count, :count]).max(axis=1)/weights.max()*loads[0]
-    right[:count, -1] = TABLE_ERROR*terms*(-1.0)**np.arange(count)
+    right[count, :-1] = loads - sides * panels.log_size @ np.abs(panels.h)
+    terms = np.abs(system[:count, :count]).max(axis=1) / weights.max() * loads[0]
+    right[:count, -1] = TABLE_ERROR * terms * (-1.0) ** np.arange(count)
     try:
         with released(count):
             solution = np.linalg.solve(system, right)
     except np.linalg.LinAlgError as failure:
-        raise NotConverged(f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} "
-                           f"at load {loads[0]:g}") from failure
+        raise NotConverged(
+            f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} at load {loads[0]:g}"
+        ) from failure
     return solution[:-1, :-1].T, solution[-1, :-1], solution[:-1, -1]
 
 
 def _share(panels, part, whole):
     """Relative L2 size over x of one q beside another."""
     panel, v, _, weights = panels.nodes
-    weights = weights/panels.slope(panel, v)
-    return float(np.sqrt(weights @ part**2/(weights @ whole**2)))
+    weights = weights / panels.slope(panel, v)
+    return float(np.sqrt(weights @ part**2 / (weights @ whole**2)))
 
 
 def edge_coefficients(panels, q):
@@ -97,8 +98,10 @@ def edge_coefficients(panels, q):
     # Legendre series by the Gauss rule itself; value and half the second derivative at v = 0
     points, weights = panels.points
     k = np.arange(panels.order)
-    series = (2*k + 1)[:, None]*legvander(2*points - 1, panels.order - 1).T*weights
-    return _read(panels, q, np.array(((-1.0)**k, (-1.0)**k*(k - 1)*k*(k + 1)*(k + 2)/4)) @ series)
+    series = (2 * k + 1)[:, None] * legvander(2 * points - 1, panels.order - 1).T * weights
+    return _read(
+        panels, q, np.array(((-1.0) ** k, (-1.0) ** k * (k - 1) * k * (k + 1) * (k + 2) / 4)) @ series
+    )
 
 
 def _mean_coefficients(panels, q):
@@ -107,17 +110,17 @@ def _mean_coefficients(panels, q):
     """
     points, weights = panels.points
     terms = np.column_stack((np.ones_like(points), points**2))
-    return _read(panels, q, np.linalg.solve(terms.T*weights @ terms, terms.T*weights))
+    return _read(panels, q, np.linalg.solve(terms.T * weights @ terms, terms.T * weights))
 
 
 def _read(panels, q, basis):
     """The coefficients from functionals of q on a panel: its value at v = 0, and what stands before v^2."""
     found = {}
     for number in np.flatnonzero(panels.root):
-        constant, quadratic = basis @ q[number*panels.order:(number + 1)*panels.order]
+        constant, quadratic = basis @ q[number * panels.order : (number + 1) * panels.order]
         h = abs(panels.h[number])
         key = int(panels.corner[number]), float(panels.e[number]), 1 if panels.h[number] > 0 else -1
-        found[key] = constant/(2*np.sqrt(h)), quadratic/(2*h**1.5)
+        found[key] = constant / (2 * np.sqrt(h)), quadratic / (2 * h**1.5)
     return found
 
 
@@ -159,7 +162,7 @@ def fit(problem, load, zones, *, order, tolerance, steps=EDGE_STEPS):
             good = good or state
             if not crossing:
                 return state
-        idle, earlier = 0 if error < best/2 else idle + 1, (zones, found)
+        idle, earlier = 0 if error < best / 2 else idle + 1, (zones, found)
         meeting = meeting or (_drawing_near(zones, moved) if idle == PATIENCE else None)
         if meeting:
             raise EdgesMeet(
@@ -176,8 +179,10 @@ def fit(problem, load, zones, *, order, tolerance, steps=EDGE_STEPS):
         zones, best = moved, min(error, best)
     if good:
         return good
-    raise NotConverged(f"edges of the zones still off by {error:.1e} of the pressure at load {load:g}",
-                       iterations=iteration + 1)
+    raise NotConverged(
+        f"edges of the zones still off by {error:.1e} of the pressure at load {load:g}",
+        iterations=iteration + 1,
+    )
 
 
 def _drawing_near(zones, moved):
@@ -202,16 +207,20 @@ def _safer(zones, coefficients, means, earlier):
     found, (zones_before, before) = dict(coefficients), earlier
     for key, key_before in zip(_edges(zones), _edges(zones_before)):
         if key in found:
-            K0, way = found[key][0], key[2]*(key_before[1] - key[1])
-            secant = 2*(before[key_before][0] - K0)/way if key_before in before and way else 0.0
+            K0, way = found[key][0], key[2] * (key_before[1] - key[1])
+            secant = 2 * (before[key_before][0] - K0) / way if key_before in before and way else 0.0
             found[key] = K0, secant if secant > 0 else means[key][1]
     return found
 
 
 def _edges(zones):
     """[(corner, edge, side)] of the zones' own edges, as coefficients are named."""
-    return [(corner, float(edge), side) for corner, intervals in zones.items() for interval in intervals
-            for edge, side in zip(interval, (1, -1))]
+    return [
+        (corner, float(edge), side)
+        for corner, intervals in zones.items()
+        for interval in intervals
+        for edge, side in zip(interval, (1, -1))
+    ]
 
 
 def _within_ends(problem, zones):
@@ -238,9 +247,13 @@ def _moved(problem, load, zones, coefficients, tolerance):
     steps, missing = _steps(problem, zones, coefficients)
     edges = sorted(steps)
     width = edges[-1] - edges[0]
-    missed = {edge: float(MISSED*part*np.sqrt(width)/load) for edge, part in missing.items()}
+    missed = {edge: float(MISSED * part * np.sqrt(width) / load) for edge, part in missing.items()}
     kinks = np.array([*problem.kinks, *(-kink for kink in problem.kinks if problem.mirror)])
-    least, ends, meeting = MERGED*tolerance*width, [end for pair in problem.ends.values() for end in pair], []
+    least, ends, meeting = (
+        MERGED * tolerance * width,
+        [end for pair in problem.ends.values() for end in pair],
+        [],
+    )
 
     def new(corner, edge):
         nearest, *others = sorted(
@@ -250,22 +263,24 @@ def _moved(problem, load, zones, coefficients, tolerance):
         if way < least and missed[edge] > tolerance:
             meeting.append(tuple(sorted((edge, nearest))))
         # two neighbours may drift together further than they may come near to each other
-        drift = (step + steps[nearest])/2 if others and np.isfinite((step, steps[nearest])).all() else 0.0
+        drift = (step + steps[nearest]) / 2 if others and np.isfinite((step, steps[nearest])).all() else 0.0
         if drift:
-            room = LONGEST_MOVE*min(abs(other - each) for other in others for each in (edge, nearest))
+            room = LONGEST_MOVE * min(abs(other - each) for other in others for each in (edge, nearest))
             drift = np.clip(drift, -room, room)
         # drawn to where the obstacle ends for the other corner, an edge has to get past it
-        past = np.isinf(step) and any(abs(edge + np.sign(step)*way - end) < SLIVER*width for end in ends)
-        longest = PAST*way if past else LONGEST_MOVE*way
+        past = np.isinf(step) and any(abs(edge + np.sign(step) * way - end) < SLIVER * width for end in ends)
+        longest = PAST * way if past else LONGEST_MOVE * way
         move = _not_past(kinks, edge, drift + np.clip(step - drift, -longest, longest), way)
         return float(np.clip(edge + move, *problem.ends.get(corner, (-np.inf, np.inf))))
 
-    moved = {corner: tuple((new(corner, left), new(corner, right)) for left, right in intervals)
-             for corner, intervals in zones.items()}
+    moved = {
+        corner: tuple((new(corner, left), new(corner, right)) for left, right in intervals)
+        for corner, intervals in zones.items()
+    }
     ways, away = np.diff(edges), np.array([steps[edge] for edge in edges])
-    with np.errstate(invalid="ignore"):      # inf - inf
+    with np.errstate(invalid="ignore"):  # inf - inf
         crossing = away[:-1] - away[1:] > ways
-    near = np.flatnonzero(crossing & (ways < UNTOLD*width))
+    near = np.flatnonzero(crossing & (ways < UNTOLD * width))
     meeting += [(edges[near[0]], edges[near[0] + 1])] if len(near) else []
     return moved, max(missed.values(), default=0.0), meeting[0] if meeting else None, bool(crossing.any())
 
@@ -274,11 +289,11 @@ def _not_past(kinks, edge, move, way):
     """A move of an edge, cut short before a kink, beyond which K0 and K1 are others; next to one it gets
     past.
     """
-    ahead = (kinks - edge)*np.sign(move)
-    if not np.any((ahead > 0) & (SHORT_OF*ahead < abs(move))):
+    ahead = (kinks - edge) * np.sign(move)
+    if not np.any((ahead > 0) & (SHORT_OF * ahead < abs(move))):
         return move
     first = ahead[ahead > 0].min()
-    return np.sign(move)*(min(abs(move), 2*first) if first < AT_KINK*way else SHORT_OF*first)
+    return np.sign(move) * (min(abs(move), 2 * first) if first < AT_KINK * way else SHORT_OF * first)
 
 
 def _steps(problem, zones, coefficients):
@@ -291,9 +306,9 @@ def _steps(problem, zones, coefficients):
                 if half_line(problem) and edge == left:
                     continue
                 outwards, part = _step(coefficients[corner, float(edge), side], edge in limits)
-                steps[edge], missing[edge] = -side*outwards, part
+                steps[edge], missing[edge] = -side * outwards, part
                 if problem.mirror:
-                    steps[-edge], missing[-edge] = side*outwards, part
+                    steps[-edge], missing[-edge] = side * outwards, part
     return steps, missing
 
 
@@ -304,7 +319,7 @@ def _step(coefficients, ending):
     K0, K1 = coefficients
     if ending and K0 >= 0:
         return 0.0, 0.0
-    return (2*K0/K1, abs(K0)) if K1 > 0 else (np.copysign(np.inf, K0), np.inf)
+    return (2 * K0 / K1, abs(K0)) if K1 > 0 else (np.copysign(np.inf, K0), np.inf)
 
 
 def load_at_inner_edge(problem, inner, outer, order):
@@ -313,20 +328,20 @@ def load_at_inner_edge(problem, inner, outer, order):
     The inner edge of corner A is prescribed (> 0 leaves a gap, < 0 an overlap) and the load is free: both
     coefficients K0 are affine in it. `outer` is a first guess.
     """
-    unit = problem.solid.E_star*float(np.ptp(problem.initial_gap(np.zeros(2, int), np.array([0.0, outer]))))
+    unit = problem.solid.E_star * float(np.ptp(problem.initial_gap(np.zeros(2, int), np.array([0.0, outer]))))
     for _ in range(EDGE_STEPS):
         panels = make_panels(problem, {0: ((inner, outer),)}, order)
         first, second = (
             edge_coefficients(panels, q) for q in solve_zones(problem, panels, (unit, 2 * unit))[0]
         )
         at = (0, float(inner), 1)
-        share = first[at][0]/(first[at][0] - second[at][0])
+        share = first[at][0] / (first[at][0] - second[at][0])
         at = (0, float(outer), -1)
-        K0, K1 = (first[at][i]*(1 - share) + second[at][i]*share for i in (0, 1))
-        step = 2*K0/K1
-        if abs(step) < OUTER_STEP*outer:
-            return unit*(1 + share), outer
-        outer += float(np.clip(step, -LONGEST_MOVE*outer, LONGEST_MOVE*outer))
+        K0, K1 = (first[at][i] * (1 - share) + second[at][i] * share for i in (0, 1))
+        step = 2 * K0 / K1
+        if abs(step) < OUTER_STEP * outer:
+            return unit * (1 + share), outer
+        outer += float(np.clip(step, -LONGEST_MOVE * outer, LONGEST_MOVE * outer))
     raise NotConverged(
         f"the outer edge still moves by {step:.1e} at the inner edge {inner:g}", iterations=EDGE_STEPS
     )

@@ -12,13 +12,13 @@ from ..model.quadrature import gauss_rule
 from ..model.zones import joined, runs
 from .kernels import kernels
 
-PER_STRETCH, PER_CONTACT = 24, 10      # cells of a low stretch, and of the half-width of a contact, at least
-SMALLEST = 2e-4      # cell, over the half-width
-GRADING = 0.5        # length that a cell may have for each length away from a feature
-PARTS = 4            # of a cell beside an edge, from round to round
+PER_STRETCH, PER_CONTACT = 24, 10  # cells of a low stretch, and of the half-width of a contact, at least
+SMALLEST = 2e-4  # cell, over the half-width
+GRADING = 0.5  # length that a cell may have for each length away from a feature
+PARTS = 4  # of a cell beside an edge, from round to round
 ROUNDS = 6
-MOST = 2000          # cells, of all corners together
-FAR = 3.0            # lengths of a cell, beyond which two Gauss points are enough on it
+MOST = 2000  # cells, of all corners together
+FAR = 3.0  # lengths of a cell, beyond which two Gauss points are enough on it
 
 
 def trial_zones(problem, load):
@@ -31,8 +31,8 @@ def trial_zones(problem, load):
     """
     edges = _first_cells(problem)
     closed = None
-    for number in range(ROUNDS):
-        x, widths = (edges[1:] + edges[:-1])/2, np.diff(edges)
+    for _ in range(ROUNDS):
+        x, widths = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
         # what lies between two low stretches is no cell
         owned = ~np.isin(edges[:-1], _gaps_between(problem))
         x, widths, lower = x[owned], widths[owned], edges[:-1][owned]
@@ -43,10 +43,12 @@ def trial_zones(problem, load):
             for corner, own in enumerate(closed)
         }
         yield zones, float(widths[_changing(closed)].max(initial=widths.min()))
-        split = _changing(closed) & (widths > SMALLEST*problem.picture.half_width)
-        if not split.any() or len(x) + (PARTS - 1)*np.count_nonzero(split) > MOST/len(problem.law.corners):
+        split = _changing(closed) & (widths > SMALLEST * problem.picture.half_width)
+        if not split.any() or len(x) + (PARTS - 1) * np.count_nonzero(split) > MOST / len(
+            problem.law.corners
+        ):
             return
-        finer = lower[split, None] + widths[split, None]*np.arange(1, PARTS)/PARTS
+        finer = lower[split, None] + widths[split, None] * np.arange(1, PARTS) / PARTS
         parts = np.where(split, PARTS, 1)
         closed = np.repeat(closed, parts, axis=1)
         edges = np.union1d(edges, finer.ravel())
@@ -67,15 +69,15 @@ def _first_cells(problem):
     """Edges of the first cells."""
     edges, half = [], problem.picture.half_width
     for left, right in _stretches(problem):
-        largest, x = min((right - left)/PER_STRETCH, half/PER_CONTACT), left
+        largest, x = min((right - left) / PER_STRETCH, half / PER_CONTACT), left
         own = [left]
-        while right - x > 1e-9*(right - left):
+        while right - x > 1e-9 * (right - left):
             step = largest
-            for _ in range(2):      # once more with what the interval itself asks for
-                step = min(largest, max(problem.scale(x, x + step, GRADING)/2, SMALLEST*half))
+            for _ in range(2):  # once more with what the interval itself asks for
+                step = min(largest, max(problem.scale(x, x + step, GRADING) / 2, SMALLEST * half))
             x = min(x + step, right)
             own.append(x)
-            if len(own) + len(edges) > MOST/len(problem.law.corners):
+            if len(own) + len(edges) > MOST / len(problem.law.corners):
                 raise NotConverged(
                     f"more than {MOST} cells of varied size would be needed to see all features of the "
                     "obstacle"
@@ -100,35 +102,35 @@ def _flexibility(problem, x, widths):
     """
     U, V, W, clamped = _averages(problem, x, widths)
     if problem.law.clamps_rotation:
-        return (clamped + clamped.T)/2
+        return (clamped + clamped.T) / 2
     if len(problem.law.corners) == 1:
-        return (U + U.T)/2
+        return (U + U.T) / 2
     levers = [problem.lever(np.full(len(x), corner), x) for corner in range(2)]
-    blocks = [[U + a[:, None]*b*W + (a[:, None] - b)*V for b in levers] for a in levers]
+    blocks = [[U + a[:, None] * b * W + (a[:, None] - b) * V for b in levers] for a in levers]
     matrix = np.block(blocks)
-    return (matrix + matrix.T)/2
+    return (matrix + matrix.T) / 2
 
 
 def _averages(problem, x, widths):
     """U, V, W and the clamped kernel (length per force), at x_i averaged over the cell j: arrays (n, n)."""
     solid = problem.solid
-    table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu)/solid.mu
+    table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
     apart = x[:, None] - x
     which = (3,) if problem.law.clamps_rotation else (0,) if len(problem.law.corners) == 1 else (0, 1, 2)
     found = np.zeros((4, len(x), len(x)))
 
     def over(rows, columns, points, weights):
-        places = apart[rows, columns][:, None] - widths[columns][:, None]*points
-        return c*table(places/solid.ell, which) @ weights
+        places = apart[rows, columns][:, None] - widths[columns][:, None] * points
+        return c * table(places / solid.ell, which) @ weights
 
-    near = np.abs(apart) < FAR*np.maximum(widths, widths[:, None])
+    near = np.abs(apart) < FAR * np.maximum(widths, widths[:, None])
     for mask, order in ((~near, 2), (near & ~np.eye(len(x), dtype=bool), 10)):
         rows, columns = np.nonzero(mask)
         points, gauss = gauss_rule(order)
         found[np.array(which)[:, None], rows, columns] = over(rows, columns, points - 0.5, gauss)
     # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
     points, gauss = gauss_rule(16)
-    own = c*table(points**8*widths[:, None]/2/solid.ell, which) @ (gauss*8*points**7)
+    own = c * table(points**8 * widths[:, None] / 2 / solid.ell, which) @ (gauss * 8 * points**7)
     diagonal = np.arange(len(x))
     for number, values in zip(which, own):
         found[number, diagonal, diagonal] = 0.0 if number == 1 else values

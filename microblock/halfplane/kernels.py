@@ -32,16 +32,16 @@ from ..model.summary import Row, Shown, Summary
 from ..model.types import Array
 from ..threads import bounded
 
-NEAREST, FARTHEST = 1e-16, 1e10     # x/ell between which the kernels are tabulated
+NEAREST, FARTHEST = 1e-16, 1e10  # x/ell between which the kernels are tabulated
 # Chebyshev points on a piece, this wide in log x, from which the table is made: 1e-13
 POINTS, PIECE = 16, 1.4
-PARTS, TERMS = 28, 6                # polynomials of so few terms on parts of it, cheap to look up: 1e-13
+PARTS, TERMS = 28, 6  # polynomials of so few terms on parts of it, cheap to look up: 1e-13
 # Gauss points on a piece of width 1 in log t of a Laplace integral: rounding
 GAUSS = 12
 KERNELS, ODD = 5, (1, 4)
-NEAR_CELLS, FAR_GAUSS = 16, 6       # from this many cells on, Gauss points on a cell: (4*16)^-12, rounding
-FAR_TAIL = 40.0                     # exp(-40) is nothing
-RATES = 1e-12, 1e12                 # ell over the layer length, between which the quadrature is good
+NEAR_CELLS, FAR_GAUSS = 16, 6  # from this many cells on, Gauss points on a cell: (4*16)^-12, rounding
+FAR_TAIL = 40.0  # exp(-40) is nothing
+RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
 
 def symbol(solid, k):
@@ -49,31 +49,35 @@ def symbol(solid, k):
     k = np.asarray(k, float)
     if not np.all(k > 0):
         raise BadArgument("k", k, "wavenumbers must be positive")
-    rate = 1/solid.layer_length
+    rate = 1 / solid.layer_length
     s = np.hypot(k, rate)
-    return _symbol(solid, k, s, rate/(s + k)*rate)
+    return _symbol(solid, k, s, rate / (s + k) * rate)
 
 
 def _symbol(solid, k, s, s_minus_k):
     """The formulas above; `s_minus_k` is given, so that nothing cancels."""
-    c, g = (1 - solid.nu)/solid.mu, solid.curvature*solid.ell**2
-    D = 1 + g*(1 - solid.nu)*k*(k/s)*s_minus_k
-    return np.array((c/(k*D),
-                     c*solid.ell/2*s_minus_k/(s*D),
-                     c*solid.ell**2/4*(1/(g*(1 - solid.nu)) + k*s_minus_k)/(s*D)))
+    c, g = (1 - solid.nu) / solid.mu, solid.curvature * solid.ell**2
+    D = 1 + g * (1 - solid.nu) * k * (k / s) * s_minus_k
+    return np.array(
+        (
+            c / (k * D),
+            c * solid.ell / 2 * s_minus_k / (s * D),
+            c * solid.ell**2 / 4 * (1 / (g * (1 - solid.nu)) + k * s_minus_k) / (s * D),
+        )
+    )
 
 
 def clamped(U, V, W):
     """u over p where psi = 0 is prescribed on the whole surface: m = i V p/W takes the rotation away."""
-    return U - V**2/W
+    return U - V**2 / W
 
 
 def short_waves(solid):
     """Limits of k U and k W for k -> infinity: normal displacement under p and rotation under m, lengths per
     stress times k.
     """
-    c = (1 - solid.nu)/solid.mu
-    return c/(1 + (1 - solid.nu)*solid.beta), c/(4*solid.curvature*(1 - solid.nu))
+    c = (1 - solid.nu) / solid.mu
+    return c / (1 + (1 - solid.nu) * solid.beta), c / (4 * solid.curvature * (1 - solid.nu))
 
 
 def coalescence_exponent(solid: Cosserat) -> float:
@@ -83,7 +87,7 @@ def coalescence_exponent(solid: Cosserat) -> float:
     (docs/theory.md).
     """
     displacement, rotation = short_waves(solid)
-    return float(np.arccos((displacement - rotation)/(displacement + rotation))/np.pi)
+    return float(np.arccos((displacement - rotation) / (displacement + rotation)) / np.pi)
 
 
 class Kernels:
@@ -108,31 +112,31 @@ class Kernels:
 
     @bounded
     def __init__(self, nu, beta, curvature=2.0):
-        solid = Cosserat(E=2*(1 + nu), nu=nu, ell=1.0, beta=beta, curvature=curvature)
-        if not RATES[0] <= 1/solid.layer_length <= RATES[1]:
+        solid = Cosserat(E=2 * (1 + nu), nu=nu, ell=1.0, beta=beta, curvature=curvature)
+        if not RATES[0] <= 1 / solid.layer_length <= RATES[1]:
             raise BadArgument(
                 "beta",
                 beta,
-                f"2 beta/gamma' must lie between {RATES[0]**2:g} and {RATES[1]**2:g} "
+                f"2 beta/gamma' must lie between {RATES[0] ** 2:g} and {RATES[1] ** 2:g} "
                 "on a half-plane: for beta = 0 nothing holds its rotation",
             )
-        pieces = int(np.ceil(np.log(FARTHEST/NEAREST)/PIECE))
-        self._start, self._step, self._parts = np.log(NEAREST), PIECE/PARTS, PARTS*pieces
-        logarithms = self._start + PIECE*(np.arange(pieces)[:, None] + (_chebyshev_points(POINTS) + 1)/2)
+        pieces = int(np.ceil(np.log(FARTHEST / NEAREST) / PIECE))
+        self._start, self._step, self._parts = np.log(NEAREST), PIECE / PARTS, PARTS * pieces
+        logarithms = self._start + PIECE * (np.arange(pieces)[:, None] + (_chebyshev_points(POINTS) + 1) / 2)
         values = _laplace(solid, np.exp(logarithms).ravel()).reshape(KERNELS, pieces, POINTS)
         self._table = np.moveaxis((values @ _parting().T).reshape(KERNELS, self._parts, TERMS), 2, 1).copy()
 
     def __call__(self, x, which=(0, 1, 2)):
         """The kernels numbered `which` at x/ell, array of any shape: array (len(which), ...)."""
         x = np.asarray(x, float)
-        place = (np.log(np.clip(np.abs(x), NEAREST, FARTHEST)) - self._start)/self._step
+        place = (np.log(np.clip(np.abs(x), NEAREST, FARTHEST)) - self._start) / self._step
         part = np.minimum(place.astype(np.intp), self._parts - 1)
-        t = 2*(place - part) - 1
+        t = 2 * (place - part) - 1
         values = np.empty((len(which), *x.shape))
         for value, number in zip(values, which):
             coefficients = self._table[number]
             value[...] = coefficients[-1].take(part)
-            for row in coefficients[-2::-1]:      # Horner
+            for row in coefficients[-2::-1]:  # Horner
                 value *= t
                 value += row.take(part)
             if number in ODD:
@@ -141,7 +145,7 @@ class Kernels:
 
 
 def _chebyshev_points(count):
-    return np.cos(np.pi*(np.arange(count) + 0.5)/count)
+    return np.cos(np.pi * (np.arange(count) + 0.5) / count)
 
 
 def _parting():
@@ -149,7 +153,7 @@ def _parting():
     TERMS, POINTS).
     """
     points, fine = _chebyshev_points(POINTS), _chebyshev_points(TERMS)
-    places = 2*(np.arange(PARTS)[:, None] + (fine + 1)/2)/PARTS - 1
+    places = 2 * (np.arange(PARTS)[:, None] + (fine + 1) / 2) / PARTS - 1
     values = chebyshev.chebvander(places, POINTS - 1) @ np.linalg.inv(
         chebyshev.chebvander(points, POINTS - 1)
     )
@@ -248,12 +252,12 @@ class HalfPlane(Shown):
             raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")
         U, V, W, fixed, _ = self.cells(len(x), width[0])
         apart = np.arange(len(x))[:, None] - np.arange(len(x))
-        near, sign, half = np.abs(apart), np.sign(apart), self.solid.ell/2
+        near, sign, half = np.abs(apart), np.sign(apart), self.solid.ell / 2
         if clamped:
-            matrix = np.block([[fixed[near], 0*near], [0*near, 0*near]])
+            matrix = np.block([[fixed[near], 0 * near], [0 * near, 0 * near]])
         else:
             # (u.n, psi) from (force along n, moment): u = -u.n, p = -force, phi = ell psi/2, m = 2 M/ell
-            matrix = np.block([[U[near], sign*V[near]/half], [-sign*V[near]/half, W[near]/half**2]])
+            matrix = np.block([[U[near], sign * V[near] / half], [-sign * V[near] / half, W[near] / half**2]])
         points = np.column_stack((x, np.zeros_like(x)))
         return Compliance(
             points, np.tile([0.0, 1.0], (len(x), 1)), np.full(len(x), width[0]), matrix, self.solid.ell
@@ -274,17 +278,17 @@ class HalfPlane(Shown):
         array (KERNELS, count)
         """
         solid = self.solid
-        table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu)/solid.mu
+        table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
         averages = np.empty((KERNELS, count))
         for near, far, order in ((0, NEAR_CELLS, 24), (NEAR_CELLS, count, FAR_GAUSS)):
             points, gauss = gauss_rule(order)
             spread = np.arange(near, min(far, count))[:, None] + points - 0.5
-            averages[:, near:far] = table(spread*width/solid.ell, range(KERNELS)) @ gauss
+            averages[:, near:far] = table(spread * width / solid.ell, range(KERNELS)) @ gauss
         points, gauss = gauss_rule(24)
         # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
-        averages[:, 0] = table(points**8*width/2/solid.ell, range(KERNELS)) @ (gauss*8*points**7)
+        averages[:, 0] = table(points**8 * width / 2 / solid.ell, range(KERNELS)) @ (gauss * 8 * points**7)
         averages[list(ODD), 0] = 0
-        return c*averages
+        return c * averages
 
 
 @lru_cache(maxsize=64)
@@ -299,7 +303,7 @@ def _laplace(solid, x):
     """
     k, s, s_minus_k, t, dt = _turned_wavenumbers(solid)
     U, V, W = _symbol(solid, k, s, s_minus_k)
-    c = (1 - solid.nu)/solid.mu
+    c = (1 - solid.nu) / solid.mu
     weights = (
         np.array(
             (
@@ -314,10 +318,10 @@ def _laplace(solid, x):
         / np.pi
     )
     values = np.empty((KERNELS, x.size))
-    level = np.exp(-t)/t @ dt      # taken off, it leaves -log(x) of the classical 1/t
-    for block in np.array_split(np.arange(x.size), 1 + x.size//256):
+    level = np.exp(-t) / t @ dt  # taken off, it leaves -log(x) of the classical 1/t
+    for block in np.array_split(np.arange(x.size), 1 + x.size // 256):
         values[:, block] = weights @ np.exp(-np.outer(t, x[block]))
-    values[[0, 3]] -= level/np.pi
+    values[[0, 3]] -= level / np.pi
     return values
 
 
@@ -331,18 +335,18 @@ def _turned_wavenumbers(solid):
     angle), a quadratic equation for exp(2 i angle). From b = 1/4 on its root comes near: no piece is longer
     than its distance from it.
     """
-    rate, b = 1/solid.layer_length, max(0.25, 2*solid.beta*(1 - solid.nu))
+    rate, b = 1 / solid.layer_length, max(0.25, 2 * solid.beta * (1 - solid.nu))
     points, gauss = gauss_rule(GAUSS)
 
     def spread(breaks):
         widths = np.diff(breaks)
-        return (breaks[:-1, None] + widths[:, None]*points).ravel(), (widths[:, None]*gauss).ravel()
+        return (breaks[:-1, None] + widths[:, None] * points).ravel(), (widths[:, None] * gauss).ravel()
 
-    low, high = 1e-3/FARTHEST, FAR_TAIL/NEAREST
-    logs, dlogs = spread(np.linspace(np.log(low), np.log(rate/8), 1 + max(1, int(np.log(rate/8/low)))))
-    slow, dslow = np.append(low*points, np.exp(logs)), np.append(low*gauss, np.exp(logs)*dlogs)
-    pole = -0.5j*np.log((b - 1 + np.sqrt(1 - 4*b + 0j))/(b + 2))
-    steps = pole.imag*2.0**np.arange(8)
+    low, high = 1e-3 / FARTHEST, FAR_TAIL / NEAREST
+    logs, dlogs = spread(np.linspace(np.log(low), np.log(rate / 8), 1 + max(1, int(np.log(rate / 8 / low)))))
+    slow, dslow = np.append(low * points, np.exp(logs)), np.append(low * gauss, np.exp(logs) * dlogs)
+    pole = -0.5j * np.log((b - 1 + np.sqrt(1 - 4 * b + 0j)) / (b + 2))
+    steps = pole.imag * 2.0 ** np.arange(8)
     bends = np.concatenate(
         (
             np.linspace(np.arcsin(1 / 8), np.pi / 2 - 0.25, 6),
@@ -351,35 +355,35 @@ def _turned_wavenumbers(solid):
             pole.real + steps,
         )
     )
-    bends = np.unique(bends[(bends >= np.arcsin(1/8)) & (bends < np.pi/2 - 0.25)])
+    bends = np.unique(bends[(bends >= np.arcsin(1 / 8)) & (bends < np.pi / 2 - 0.25)])
     # for weak coupling D turns within a distance of the order of rate^2 from the branch point
-    halvings = 0.25*0.5**np.arange(0, 4 + max(0, int(-2*np.log2(rate))))
-    angles, dangles = spread(np.concatenate((bends, np.pi/2 - halvings, [np.pi/2])))
+    halvings = 0.25 * 0.5 ** np.arange(0, 4 + max(0, int(-2 * np.log2(rate))))
+    angles, dangles = spread(np.concatenate((bends, np.pi / 2 - halvings, [np.pi / 2])))
     tops, dtops = spread(
         np.concatenate(([0.0], halvings[::-1], np.linspace(0.25, np.log(2 * high / rate), 60)[1:]))
     )
-    t = np.concatenate((slow, rate*np.sin(angles), rate*np.cosh(tops)))
-    dt = np.concatenate((dslow, rate*np.cos(angles)*dangles, rate*np.sinh(tops)*dtops))
+    t = np.concatenate((slow, rate * np.sin(angles), rate * np.cosh(tops)))
+    dt = np.concatenate((dslow, rate * np.cos(angles) * dangles, rate * np.sinh(tops) * dtops))
     below = t.size - tops.size
-    s = np.concatenate((np.sqrt(rate**2 - slow**2), rate*np.cos(angles), 1j*rate*np.sinh(tops)))
-    s_minus_k = np.concatenate((s[:below] - 1j*t[:below], -1j*rate*np.exp(-tops)))
-    return 1j*t, s, s_minus_k, t, dt
+    s = np.concatenate((np.sqrt(rate**2 - slow**2), rate * np.cos(angles), 1j * rate * np.sinh(tops)))
+    s_minus_k = np.concatenate((s[:below] - 1j * t[:below], -1j * rate * np.exp(-tops)))
+    return 1j * t, s, s_minus_k, t, dt
 
 
 def gap_kernel(problem, distance, target, source):
     """Gap of a corner with lever `target` under a unit force on one with lever `source` (length/force)."""
     table = kernels(problem.solid.nu, problem.solid.beta, problem.solid.curvature)
-    scaled, c = distance/problem.solid.ell, (1 - problem.solid.nu)/problem.solid.mu
+    scaled, c = distance / problem.solid.ell, (1 - problem.solid.nu) / problem.solid.mu
     if problem.law.clamps_rotation:
-        return c*table(scaled, (3,))[0]
+        return c * table(scaled, (3,))[0]
     if len(problem.law.corners) == 1:
         U, V = table(scaled, (0, 1)) if np.any(target) else (table(scaled, (0,))[0], 0.0)
-        return c*(U + target*V)
+        return c * (U + target * V)
     U, V, W = table(scaled)
-    return c*(U + target*source*W + (target - source)*V)
+    return c * (U + target * source * W + (target - source) * V)
 
 
 def clamping_kernel(problem, distance, target, source):
     """M that holds psi = 0 under a unit force (dimensionless); the levers play no part."""
     table = kernels(problem.solid.nu, problem.solid.beta, problem.solid.curvature)
-    return -table(distance/problem.solid.ell, (4,))[0]/2      # m = 2 M/ell, and the kernel of m is over ell
+    return -table(distance / problem.solid.ell, (4,))[0] / 2  # m = 2 M/ell, and the kernel of m is over ell

@@ -22,16 +22,16 @@ from .graded_cells import of_corners, trial_zones
 from .survey import survey
 
 ORDERS = (6, 10, 14, 18, 22, 26)
-FIXED_ORDER_EDGES = 1e-9       # tolerance of the edges where the order is fixed: rounding
-CROSSINGS = 6         # of edges of the two corners, in one fit
-AMENDMENTS = 8        # of zones that a fitted state shows wrong
-EDGE_SHARE = 0.1      # of rtol, to which the edges are driven
-CONDITIONS_SHARE = 0.3      # of rtol, above which a violation changes the zones
+FIXED_ORDER_EDGES = 1e-9  # tolerance of the edges where the order is fixed: rounding
+CROSSINGS = 6  # of edges of the two corners, in one fit
+AMENDMENTS = 8  # of zones that a fitted state shows wrong
+EDGE_SHARE = 0.1  # of rtol, to which the edges are driven
+CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
 # cells: opposite edges of the two corners this near to each other may be joined or apart
 MEETING = 4.0
 # of the edges, from a neighbour's on: if there are more the coarse grid is the shorter way
 NEAR_STEPS = 5
-AMPLE = 0.03          # of rtol: a neighbour as good as that had more order than needed
+AMPLE = 0.03  # of rtol: a neighbour as good as that had more order than needed
 
 
 class LooksTooNear(Exception):
@@ -69,7 +69,7 @@ class LineSolver:
                 states = self._on(zones, orders, edges, conditions)
                 return states[order] if order is not None else self._climb(states, rtol, edges, conditions)
             except NotConverged as objection:
-                if objection.reached is not None:      # on zones that hold: others are none
+                if objection.reached is not None:  # on zones that hold: others are none
                     raise
                 failure = objection
         raise NotConverged(f"no zones fit at load {self.load:g}: {failure}") from failure
@@ -79,7 +79,7 @@ class LineSolver:
         side.
         """
         problem, load = self.problem, self.load
-        if near:      # if they do not fit at once, a coarse grid is the shorter way
+        if near:  # if they do not fit at once, a coarse grid is the shorter way
             yield near.zones, _orders_of(near, rtol) if len(allowed) > 1 else allowed
         simple = problem.picture.simple
         orders = allowed[:2] if simple or len(allowed) == 1 else allowed[1:3]
@@ -87,9 +87,9 @@ class LineSolver:
             yield from ((topology.classical(problem, load), (order,)) for order in orders)
         if simple:
             yield from self._seen_by_cells(orders, topology.CELLS[:1])
-        for zones, cell in list(trial_zones(problem, load))[::-1]:      # the smallest cells first
+        for zones, cell in list(trial_zones(problem, load))[::-1]:  # the smallest cells first
             found = topology.set_apart(problem, of_corners(problem, zones), cell)
-            others = topology.variants(problem, found, MEETING*cell)
+            others = topology.variants(problem, found, MEETING * cell)
             yield from ((each, (order,)) for order in orders for each in others)
         yield from self._seen_by_cells(orders, topology.CELLS[1:] if simple else topology.CELLS)
 
@@ -134,8 +134,9 @@ class LineSolver:
             try:
                 return contact_line.fit(self.problem, self.load, zones, order=order, tolerance=edges, **steps)
             except contact_line.EdgesMeet as meeting:
-                good, zones = good or meeting.state, topology.crossed(
-                    self.problem, meeting.zones, meeting.edges
+                good, zones = (
+                    good or meeting.state,
+                    topology.crossed(self.problem, meeting.zones, meeting.edges),
                 )
                 if zones is None and good is None:
                     raise
@@ -175,7 +176,7 @@ class LineSolver:
                 # a zone that hardly begins to touch, or none after all: the estimate has what it is worth
                 return state
             if topology.alike(state.zones, other.zones, edges):
-                return state      # what is left is the panels' own error, which the estimate has
+                return state  # what is left is the panels' own error, which the estimate has
             state = other
         raise NotConverged(f"zones still changing after {AMENDMENTS} amendments at load {self.load:g}")
 
@@ -202,7 +203,7 @@ class LineSolver:
             states[fine.panels.order] = replace(fine, estimate=parts)
             return parts.total
 
-        fine, _ = refine(at_order, ORDERS[ORDERS.index(first):], error, rtol)
+        fine, _ = refine(at_order, ORDERS[ORDERS.index(first) :], error, rtol)
         return states[fine.panels.order]
 
 
@@ -211,6 +212,6 @@ def _orders_of(near, rtol):
     ample.
     """
     number = max(1, ORDERS.index(near.panels.order) if near.panels.order in ORDERS else 1)
-    if number > 1 and near.error_estimate is not None and near.error_estimate < AMPLE*rtol:
+    if number > 1 and near.error_estimate is not None and near.error_estimate < AMPLE * rtol:
         number -= 1
     return ORDERS[number - 1], ORDERS[number]

@@ -18,13 +18,13 @@ from ..threads import bounded
 from .kernels import clamping_kernel, gap_kernel
 from .panels import Panels, log_response, response
 
-LOOKOUTS = 12        # points on either side of an edge at which gaps are looked at, clustered towards it
-FURTHEST = 2.0       # of the way between two states, by which zones are moved on
-JOINT = 1e-12        # of a panel: rounding may leave that between two
-AROUND = 0.6         # of the half-width of the contact, and two blocks, that pictures show on either side
+LOOKOUTS = 12  # points on either side of an edge at which gaps are looked at, clustered towards it
+FURTHEST = 2.0  # of the way between two states, by which zones are moved on
+JOINT = 1e-12  # of a panel: rounding may leave that between two
+AROUND = 0.6  # of the half-width of the contact, and two blocks, that pictures show on either side
 # points on a stretch of the surface out of contact, clustered towards its ends, where edges are
 OUTSIDE = 30
-NEXT_TO = 1e-10      # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
+NEXT_TO = 1e-10  # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ class PanelSolution(LineSolution):
     iterations: int
     estimate: Estimate
     least: tuple = ()
-    solver: Any = None      # a Solver, which puts itself in
+    solver: Any = None  # a Solver, which puts itself in
 
     method = "panels"
 
@@ -101,8 +101,13 @@ class PanelSolution(LineSolution):
             len(old.get(corner, ())) != len(zones) for corner, zones in own.items()
         ):
             return self
-        moved = {corner: tuple(tuple(edge + share*(edge - before) for edge, before in zip(*pair))
-                               for pair in zip(zones, old[corner])) for corner, zones in own.items()}
+        moved = {
+            corner: tuple(
+                tuple(edge + share * (edge - before) for edge, before in zip(*pair))
+                for pair in zip(zones, old[corner])
+            )
+            for corner, zones in own.items()
+        }
         apart = all(np.all(np.diff(np.ravel(zones)) > 0) for zones in moved.values())
         return replace(self, zones={corner: moved[corner] for corner in self.zones}) if apart else self
 
@@ -136,10 +141,10 @@ class PanelSolution(LineSolution):
         known = ~np.any(inside, axis=0) if len(own) else x == x
         for slack, number in product((0.0, JOINT), own):
             e, h = self.panels.e[number], self.panels.h[number]
-            along = (x - e)/h
+            along = (x - e) / h
             here = (along >= -slack) & (along <= 1 + slack) & ~known
             if here.any():
-                v = np.maximum(self.panels.parameter(number, e + h*np.abs(along[here])), NEXT_TO)
+                v = np.maximum(self.panels.parameter(number, e + h * np.abs(along[here])), NEXT_TO)
                 q = (
                     lagrange(self.panels.points[0], v)
                     @ self.q[number * self.panels.order : (number + 1) * self.panels.order]
@@ -172,12 +177,14 @@ class PanelSolution(LineSolution):
         miss by little.
         """
         panel, v, x, _ = self.panels.nodes
-        p = (self.q - self._at_own_edges[panel])/self.panels.slope(panel, v) + self.panels.logarithm(panel, v)
+        p = (self.q - self._at_own_edges[panel]) / self.panels.slope(panel, v) + self.panels.logarithm(
+            panel, v
+        )
         found = np.zeros((len(self.problem.law.corners), len(self.x)))
         found[self.panels.corner[panel], _places(self.x, x)] = p
         if self.problem.mirror:
             found = found + found[::-1, ::-1]
-        return found*(self.load/(self.weights @ found.sum(axis=0)))
+        return found * (self.load / (self.weights @ found.sum(axis=0)))
 
     def _reaction_at_nodes(self):
         return self.reaction(self.x)
@@ -206,7 +213,7 @@ class PanelSolution(LineSolution):
         """The same from the normal displacement there."""
         if self.problem.law.clamps_rotation:
             return np.zeros_like(x)
-        return 2/self.problem.solid.ell*(self.displacement_at(x, np.ones_like(x)) - displacement)
+        return 2 / self.problem.solid.ell * (self.displacement_at(x, np.ones_like(x)) - displacement)
 
     def _response(self, x, lever, kernel):
         where = self.problem, self.panels, x, lever, kernel
@@ -219,8 +226,11 @@ class PanelSolution(LineSolution):
     def gaps(self, corner, x):
         """Gaps of a corner at x, array (n,)."""
         numbers = np.full(len(x), corner)
-        return (self.problem.initial_gap(numbers, x) - self.approach
-                + self.displacement_at(x, self.problem.lever(numbers, x)))
+        return (
+            self.problem.initial_gap(numbers, x)
+            - self.approach
+            + self.displacement_at(x, self.problem.lever(numbers, x))
+        )
 
     def gaps_off_zones(self, x):
         """{corner: (those x that lie off its zones, its gaps there)} of the corners that are computed;
@@ -240,10 +250,10 @@ class PanelSolution(LineSolution):
         its surroundings.
         """
         contact = self.zones_by_name["contact"]
-        margin = AROUND*(contact[-1][1] - contact[0][0])/2 + 2*self.problem.solid.ell
+        margin = AROUND * (contact[-1][1] - contact[0][0]) / 2 + 2 * self.problem.solid.ell
         left, right = window or (contact[0][0] - margin, contact[-1][1] + margin)
         ends = [left, *(edge for interval in contact for edge in interval if left < edge < right), right]
-        share = (1 - np.cos(np.pi*np.linspace(0, 1, OUTSIDE)))/2
+        share = (1 - np.cos(np.pi * np.linspace(0, 1, OUTSIDE))) / 2
         outside = np.concatenate(
             [
                 one + (other - one) * share
@@ -257,7 +267,7 @@ class PanelSolution(LineSolution):
         values = np.zeros((len(self.pressures) + 1, len(outside) + len(self.x)))
         values[:-1, own], values[-1, own] = self.pressures, self.micromoment
         if self.problem.law.clamps_rotation:
-            values[-1, :len(outside)] = self.reaction(outside)
+            values[-1, : len(outside)] = self.reaction(outside)
         values = values[:, first]
         displacement = self.displacement_at(x, np.zeros_like(x))
         points, normals = np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1))
@@ -279,6 +289,7 @@ class PanelSolution(LineSolution):
     def fields(self):
         """Fields below the surface, by points (x1, x2)."""
         from .subsurface import FieldsBelow
+
         return FieldsBelow(self)
 
     def fields_below(self, box):
@@ -286,6 +297,7 @@ class PanelSolution(LineSolution):
         draws.
         """
         from ..view.below import half_plane_grid
+
         x1, x2, triangles = half_plane_grid(box)
         found = self.fields(x1, x2)
         return x1, x2, triangles, found.psi, found.stress
@@ -303,16 +315,16 @@ def violations(state):
     problem, found = state.problem, {}
     edges = np.array(zone_edges(state.all_zones))
     width, top = edges[-1] - edges[0], state.pressures.max()
-    steps = width*0.5*(np.arange(1, LOOKOUTS + 1)/LOOKOUTS)**3
-    around = np.unique(np.concatenate([edge + sign*steps for edge in edges for sign in (1, -1)]))
+    steps = width * 0.5 * (np.arange(1, LOOKOUTS + 1) / LOOKOUTS) ** 3
+    around = np.unique(np.concatenate([edge + sign * steps for edge in edges for sign in (1, -1)]))
     heights = problem.initial_gap(np.zeros(len(around), int), around)
-    heights = heights[np.isfinite(heights)]      # none over a punch narrower than a block
+    heights = heights[np.isfinite(heights)]  # none over a punch narrower than a block
     size = (np.ptp(heights) if heights.size else 0.0) or width
     around = around[around > 0] if half_line(problem) else around
     for corner, (places, gaps) in state.gaps_off_zones(around).items():
         inside = _within(state.x, state.zones[corner])
         x = np.concatenate((places, state.x[inside]))
-        wrong = np.concatenate((-gaps/size, -state.pressures[corner, inside]/top))
+        wrong = np.concatenate((-gaps / size, -state.pressures[corner, inside] / top))
         order = np.argsort(x)
         found[corner] = x[order], wrong[order]
     return found
@@ -331,17 +343,17 @@ def difference(coarse, fine):
     x, weights, ell = fine.x, fine.weights, fine.problem.solid.ell
     p = np.array([coarse.pressure(corner, x) for corner in range(len(fine.pressures))])
     if fine.problem.law.clamps_rotation:
-        moment = (coarse.reaction(x) - fine.micromoment)/ell
+        moment = (coarse.reaction(x) - fine.micromoment) / ell
     else:
         levers = [fine.problem.lever(np.full(len(x), corner), x) for corner in range(len(p))]
-        moment = (ell/2*np.sum(levers*p, axis=0) - fine.micromoment)/ell
+        moment = (ell / 2 * np.sum(levers * p, axis=0) - fine.micromoment) / ell
     total = fine.pressures.sum(axis=0)
     return distance(weights, p.sum(axis=0) - total, moment, total)
 
 
 def _distinct(x):
     x = np.sort(x)
-    return x[np.concatenate(([True], np.diff(x) > 1e-13*(x[-1] - x[0])))]
+    return x[np.concatenate(([True], np.diff(x) > 1e-13 * (x[-1] - x[0])))]
 
 
 def _places(sorted_x, x):

@@ -17,11 +17,11 @@ from .coalescence import OUTER_AT_TOUCH
 from .line_solver import LineSolver, LooksTooNear
 from .panel_solution import PanelSolution
 
-PICTURED = 4.0        # factor of the load for which one picture of the obstacle serves
+PICTURED = 4.0  # factor of the load for which one picture of the obstacle serves
 # rtol that are tried, to tell what can be had where rounding keeps from a smaller one
 LOOSER = (1e-11, 1e-10, 1e-8)
-WIDEST = 8            # times farther than a classical half-plane asks for is looked at most
-WIDE = 2e5            # blocks under a contact, up to which zones were found; at 2e6 none were
+WIDEST = 8  # times farther than a classical half-plane asks for is looked at most
+WIDE = 2e5  # blocks under a contact, up to which zones were found; at 2e6 none were
 
 
 class PanelSolver(Solver):
@@ -54,7 +54,7 @@ class PanelSolver(Solver):
     def follow(self, load, rtol, initial):
         try:
             return self.solve(load, None, rtol, initial)
-        except NotConverged:      # too far
+        except NotConverged:  # too far
             return self.solve(load, None, rtol)
 
     def _neighbour(self, initial):
@@ -88,12 +88,12 @@ class PanelSolver(Solver):
 
     def _picture(self, load, wider=1):
         """The obstacle's Picture, made once for many loads; `wider`: times farther looked at."""
-        bracket = PICTURED**math.ceil(math.log(load)/math.log(PICTURED) - 1e-9)
+        bracket = PICTURED ** math.ceil(math.log(load) / math.log(PICTURED) - 1e-9)
         if (bracket, wider) not in self._pictures:
             try:
-                self._pictures[bracket, wider] = picture.picture(self.problem, bracket, picture.BOUND*wider)
-            except MicroblockError:      # it may carry this load, though not that of the bracket
-                self._pictures[bracket, wider] = picture.picture(self.problem, load, picture.BOUND*wider)
+                self._pictures[bracket, wider] = picture.picture(self.problem, bracket, picture.BOUND * wider)
+            except MicroblockError:  # it may carry this load, though not that of the bracket
+                self._pictures[bracket, wider] = picture.picture(self.problem, load, picture.BOUND * wider)
         return self._pictures[bracket, wider]
 
     @cached_property
@@ -146,7 +146,7 @@ class PanelSolver(Solver):
                 raise NotConverged(
                     f"at load {load:g} the half-plane touches the obstacle farther and farther away"
                 ) from None
-            return self._solved(load, rtol, order, near, 2*wider)
+            return self._solved(load, rtol, order, near, 2 * wider)
 
     def _check_width(self, load):
         """NotConverged where the contact has more blocks than zones are found for: before minutes are spent
@@ -154,7 +154,7 @@ class PanelSolver(Solver):
         """
         if len(self.law.corners) == 1:
             return
-        blocks = 2*self._picture(load).half_width/self.solid.ell
+        blocks = 2 * self._picture(load).half_width / self.solid.ell
         if blocks > WIDE:
             raise NotConverged(
                 f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {WIDE:.0g} are in "
@@ -179,4 +179,4 @@ class PanelSolver(Solver):
                 self.contact,
                 "must be a symmetric one of microblocks under an obstacle without ends",
             )
-        return contact_line.coalescence(self.problem, OUTER_AT_TOUCH*self.body.solid.ell, order)
+        return contact_line.coalescence(self.problem, OUTER_AT_TOUCH * self.body.solid.ell, order)

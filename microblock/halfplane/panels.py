@@ -19,15 +19,15 @@ from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import zone_edges
 from .kernels import short_waves
 
-NEAR = 1.0           # panel lengths within which the kernel's logarithm asks for a quadrature of its own
+NEAR = 1.0  # panel lengths within which the kernel's logarithm asks for a quadrature of its own
 # that quadrature puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
 CLUSTER = 8
 TINY = 1e-300
-SAME = 1e-13          # cuts of a panel this near to each other are one: the quadrature does not see it
-SLIVER = 1e-9        # of a length, that rounding may leave of it
-FIRST = 1.0          # length of a panel at an edge, over ell
+SAME = 1e-13  # cuts of a panel this near to each other are one: the quadrature does not see it
+SLIVER = 1e-9  # of a length, that rounding may leave of it
+FIRST = 1.0  # length of a panel at an edge, over ell
 # ... times that at a tip, for each four orders above 6: p has a power of r below 1, which short panels bear
-AT_TIP = 1/64
+AT_TIP = 1 / 64
 
 
 @dataclass(frozen=True)
@@ -45,20 +45,20 @@ class Panels:
 
     def x(self, panel, v):
         """Abscissae at the parameters v of the panels numbered `panel`."""
-        return self.e[panel] + self.h[panel]*np.where(self.root[panel], v*v, v)
+        return self.e[panel] + self.h[panel] * np.where(self.root[panel], v * v, v)
 
     def slope(self, panel, v):
         """|dx/dv|."""
-        return np.abs(self.h[panel])*np.where(self.root[panel], 2*v, 1.0)
+        return np.abs(self.h[panel]) * np.where(self.root[panel], 2 * v, 1.0)
 
     def parameter(self, panel, x):
         """v at the abscissae x, or the end that is nearest."""
-        along = np.clip((x - self.e[panel])/self.h[panel], 0, 1)
+        along = np.clip((x - self.e[panel]) / self.h[panel], 0, 1)
         return np.where(self.root[panel], np.sqrt(along), along)
 
     def logarithm(self, panel, v):
         """The known part of p at the parameters v > 0 of panels that begin at a kink; 0 on others."""
-        return -2*self.log_size[panel]*np.log(v)
+        return -2 * self.log_size[panel] * np.log(v)
 
     def with_mirror(self):
         """These panels and those of the other corner by symmetry, one after the other."""
@@ -98,9 +98,9 @@ class Panels:
 def _log_weights(order):
     """Gauss weights of [0, 1], bent along the highest polynomial to give the integral -1/4 of v log v."""
     points, weights = gauss_rule(order)
-    bend = weights*eval_legendre(order - 1, 2*points - 1)
-    values = points*np.log(points)
-    return weights - bend*(weights @ values + 1/4)/(bend @ values)
+    bend = weights * eval_legendre(order - 1, 2 * points - 1)
+    values = points * np.log(points)
+    return weights - bend * (weights @ values + 1 / 4) / (bend @ values)
 
 
 def make_panels(problem, zones, order):
@@ -154,7 +154,7 @@ def log_sizes(problem, zones, kink):
     lever = np.array([problem.lever(np.array(corner), np.array(kink)) for corner in inside], float)
     displacement, rotation = short_waves(problem.solid)
     jumps = np.array([problem.kinks[kink].get(corner, 0.0) for corner in inside])
-    return dict(zip(inside, np.linalg.solve(displacement + rotation*np.outer(lever, lever), jumps)/np.pi))
+    return dict(zip(inside, np.linalg.solve(displacement + rotation * np.outer(lever, lever), jumps) / np.pi))
 
 
 def _between(left, right, roots, first):
@@ -164,17 +164,17 @@ def _between(left, right, roots, first):
     """
     if not any(roots):
         return [(left, right - left, False)]
-    meet = (left + right)/2 if all(roots) else (left if roots[1] else right)
+    meet = (left + right) / 2 if all(roots) else (left if roots[1] else right)
     found = []
     for end, sign, root, width in ((left, 1, roots[0], first[0]), (right, -1, roots[1], first[1])):
         if not root:
             continue
         whole, done, start = abs(meet - end), 0.0, width
-        while whole - done > SLIVER*whole:
+        while whole - done > SLIVER * whole:
             # no panel is left that is much shorter than its neighbour
-            if whole - done - width < width/2:
+            if whole - done - width < width / 2:
                 width = whole - done
-            found.append((end + sign*done, sign*width, done == 0.0))
+            found.append((end + sign * done, sign * width, done == 0.0))
             done += width
             width *= GROWTH if done > start else GROWTH - 1
     return found
@@ -184,7 +184,7 @@ def _short_enough(problem, anchor, length, root):
     """A panel, or the parts of one that is longer than the obstacle's features ask for."""
     if abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
         return [(anchor, length, root)]
-    half = length/2
+    half = length / 2
     return _short_enough(problem, anchor, half, root) + _short_enough(problem, anchor + half, half, False)
 
 
@@ -195,7 +195,7 @@ def response(problem, panels, x, lever, kernel):
     if not problem.mirror:
         return _block(problem, panels, x, lever, kernel)
     both = _block(problem, panels.with_mirror(), x, lever, kernel)
-    return both[:, :both.shape[1]//2] + both[:, both.shape[1]//2:]
+    return both[:, : both.shape[1] // 2] + both[:, both.shape[1] // 2 :]
 
 
 def log_response(problem, panels, x, lever, kernel):
@@ -212,24 +212,24 @@ def _log_block(problem, panels, x, target, kernel):
     found = np.zeros(len(x))
     for number in np.flatnonzero(panels.log_size):
         e, h, corner = panels.e[number], panels.h[number], panels.corner[number]
-        amount = -panels.log_size[number]*abs(h)
+        amount = -panels.log_size[number] * abs(h)
 
         def add(rows, y0, y, step, weights):
-            places = e + h*y
+            places = e + h * y
             lever = problem.lever(np.full(places.shape, corner), places)
-            values = kernel(problem, (x[rows, None] - (e + h*y0)) - h*step, target[rows, None], lever)
-            found[rows] += amount*np.sum(values*weights*np.log(np.maximum(y, TINY)), axis=1)
+            values = kernel(problem, (x[rows, None] - (e + h * y0)) - h * step, target[rows, None], lever)
+            found[rows] += amount * np.sum(values * weights * np.log(np.maximum(y, TINY)), axis=1)
 
-        along = (x - e)/h
+        along = (x - e) / h
         is_near = np.abs(along - 0.5) < 0.5 + NEAR
         near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
-        low, _, slope = _both_ends_flat(2*panels.order + 8)
+        low, _, slope = _both_ends_flat(2 * panels.order + 8)
         low = np.broadcast_to(low, (len(far), len(low)))
         add(far, 0.0, low, low, slope)
         y0 = np.clip(along[near], 0, 1)[:, None]
-        low, high, slope = _both_ends_flat(4*panels.order + 12)
-        add(near, y0, y0*low, -y0*high, y0*slope)
-        add(near, y0, y0 + (1 - y0)*low, (1 - y0)*low, (1 - y0)*slope)
+        low, high, slope = _both_ends_flat(4 * panels.order + 12)
+        add(near, y0, y0 * low, -y0 * high, y0 * slope)
+        add(near, y0, y0 + (1 - y0) * low, (1 - y0) * low, (1 - y0) * slope)
     return found
 
 
@@ -239,18 +239,18 @@ def _both_ends_flat(count):
     weights.
     """
     sigma, gauss = gauss_rule(count)
-    density = (sigma*(1 - sigma))**(CLUSTER - 1)/beta(CLUSTER, CLUSTER)
-    return betainc(CLUSTER, CLUSTER, sigma), betainc(CLUSTER, CLUSTER, 1 - sigma), gauss*density
+    density = (sigma * (1 - sigma)) ** (CLUSTER - 1) / beta(CLUSTER, CLUSTER)
+    return betainc(CLUSTER, CLUSTER, sigma), betainc(CLUSTER, CLUSTER, 1 - sigma), gauss * density
 
 
 def _block(problem, panels, x, target, kernel):
     panel, _, source, weights = panels.nodes
     lever = problem.lever(panels.corner[panel], source)
-    matrix = kernel(problem, x[:, None] - source, target[:, None], lever)*weights
+    matrix = kernel(problem, x[:, None] - source, target[:, None], lever) * weights
     ends = np.sort(np.array((panels.e, panels.e + panels.h)), axis=0)
     distance = np.maximum(ends[0] - x[:, None], x[:, None] - ends[1])
-    row, near = np.nonzero(distance < NEAR*np.abs(panels.h))
-    columns = near[:, None]*panels.order + np.arange(panels.order)
+    row, near = np.nonzero(distance < NEAR * np.abs(panels.h))
+    columns = near[:, None] * panels.order + np.arange(panels.order)
     if len(row):
         matrix[row[:, None], columns] = _near_rows(problem, panels, x[row], target[row], near, kernel)
     return matrix
@@ -263,17 +263,17 @@ def _near_rows(problem, panels, x, target, panel, kernel):
     flattens the logarithm on either side. Few values of v0 occur: the ends, and the Gauss points of panels
     that coincide.
     """
-    cut = np.rint(panels.parameter(panel, x)/SAME)
+    cut = np.rint(panels.parameter(panel, x) / SAME)
     by_cut = np.argsort(cut, kind="stable")
     cuts, starts = np.unique(cut[by_cut], return_index=True)
     groups = np.split(by_cut, starts[1:])
-    rules = [_cut_rule(panels.order, float(each)*SAME) for each in cuts]
+    rules = [_cut_rule(panels.order, float(each) * SAME) for each in cuts]
     sides = [
         np.broadcast_to(rule.sides, (len(group), len(rule.sides))).ravel()
         for rule, group in zip(rules, groups)
     ]
     counts = np.concatenate([np.full(len(group), len(rule.sides)) for rule, group in zip(rules, groups)])
-    sides, v0 = np.concatenate(sides), np.repeat(cut[by_cut]*SAME, counts)
+    sides, v0 = np.concatenate(sides), np.repeat(cut[by_cut] * SAME, counts)
     x, target, panel = (np.repeat(values[by_cut], counts) for values in (x, target, panel))
     difference = (
         x - panels.x(panel, v0) - panels.h[panel] * sides * mean_slope(v0, v0 + sides, panels.root[panel])
@@ -281,8 +281,8 @@ def _near_rows(problem, panels, x, target, panel, kernel):
     lever = problem.lever(panels.corner[panel], panels.x(panel, v0 + sides))
     values, found, done = kernel(problem, difference, target, lever), np.empty((len(cut), panels.order)), 0
     for rule, group in zip(rules, groups):
-        size = len(group)*len(rule.sides)
-        found[group] = values[done:done + size].reshape(len(group), -1) @ rule.basis
+        size = len(group) * len(rule.sides)
+        found[group] = values[done : done + size].reshape(len(group), -1) @ rule.basis
         done += size
     return found
 
@@ -304,8 +304,8 @@ class CutRule:
 
 @lru_cache(maxsize=4096)
 def _cut_rule(order, v0):
-    sigma, gauss = gauss_rule(2*order + 8)
-    flat, slope = sigma**CLUSTER, CLUSTER*sigma**(CLUSTER - 1)*gauss
-    parts = [(sign*length*flat, length*slope) for sign, length in ((-1, v0), (1, 1 - v0)) if length > 0]
+    sigma, gauss = gauss_rule(2 * order + 8)
+    flat, slope = sigma**CLUSTER, CLUSTER * sigma ** (CLUSTER - 1) * gauss
+    parts = [(sign * length * flat, length * slope) for sign, length in ((-1, v0), (1, 1 - v0)) if length > 0]
     sides, weights = map(np.concatenate, zip(*parts))
-    return CutRule(sides, weights[:, None]*lagrange(gauss_rule(order)[0], v0 + sides))
+    return CutRule(sides, weights[:, None] * lagrange(gauss_rule(order)[0], v0 + sides))

@@ -31,21 +31,21 @@ from ..model.zones import zone_edges
 from ..threads import bounded
 from .panels import TINY, mean_slope
 
-TURN = np.exp(0.25j*np.pi)
+TURN = np.exp(0.25j * np.pi)
 # over ell: depth at which fields "at" the surface are taken; less, and rounding shows in theta,2
 SKIN = 1e-7
-ACCURACY = 10        # Gauss points on a piece of width 1 in log tau; sources have SOURCES more on an interval
+ACCURACY = 10  # Gauss points on a piece of width 1 in log tau; sources have SOURCES more on an interval
 SOURCES = 4
-CUT = 3.0            # ratio of distances from the point that an interval of sources spans
-FAR_TAIL = 32.0      # exp(-32/sqrt(2)) = 1.5e-10
-NEAREST_CUT = 0.05   # of the least depth: the sources' interval next to the point
+CUT = 3.0  # ratio of distances from the point that an interval of sources spans
+FAR_TAIL = 32.0  # exp(-32/sqrt(2)) = 1.5e-10
+NEAREST_CUT = 0.05  # of the least depth: the sources' interval next to the point
 NAMES = ("psi", "theta", "theta_slope", "u1", "u2", "s11", "s12", "s21", "s22", "m1", "m2")
-ODD = ("psi", "theta", "theta_slope", "u1", "s12", "s21", "m2")      # real symbols of M, imaginary ones of p
+ODD = ("psi", "theta", "theta_slope", "u1", "s12", "s21", "m2")  # real symbols of M, imaginary ones of p
 # 0.1^7/7! = 2e-11: moments of sources as far as LONG/|k| serve for their transform
 LONG, MOMENTS = 0.1, 7
 FACTORIALS = np.array([float(factorial(power)) for power in range(MOMENTS)])
-ACROSS, DOWN, NEAR_EDGE, ZOOM = 41, 25, 7, 9     # points of the grids that look for the largest shear
-LOWEST = 1e-9       # wavenumber over 1/size below which the rest of the integral is dropped
+ACROSS, DOWN, NEAR_EDGE, ZOOM = 41, 25, 7, 9  # points of the grids that look for the largest shear
+LOWEST = 1e-9  # wavenumber over 1/size below which the rest of the integral is dropped
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ def fields(state, x1, x2, accuracy=ACCURACY):
         raise BadArgument("x1", x1, "must be finite")
     if not np.all((x2 <= 0) & np.isfinite(x2)):
         raise BadArgument("x2", x2, "must be finite and not above the surface")
-    depth = np.minimum(x2, -SKIN*state.problem.solid.ell)
+    depth = np.minimum(x2, -SKIN * state.problem.solid.ell)
     values = np.empty((len(NAMES), len(x1)))
     for place in np.unique(x1):
         here = x1 == place
@@ -114,16 +114,22 @@ def largest_shear(state, rtol=1e-4):
     edges = np.array(zone_edges(state.all_zones))
     edges = np.concatenate((edges, -edges)) if state.problem.mirror else edges
     width, ell = np.ptp(edges), min(state.problem.solid.ell, np.ptp(edges))
-    steps = ell*np.geomspace(1/32, 2, NEAR_EDGE)
-    across = np.unique(np.concatenate((np.linspace(edges.min() - width/4, edges.max() + width/4, ACROSS),
-                                       np.add.outer(edges, np.concatenate((-steps, [0.0], steps))).ravel())))
-    down = -ell*np.expm1(np.linspace(0, np.log1p(width/ell), DOWN))
+    steps = ell * np.geomspace(1 / 32, 2, NEAR_EDGE)
+    across = np.unique(
+        np.concatenate(
+            (
+                np.linspace(edges.min() - width / 4, edges.max() + width / 4, ACROSS),
+                np.add.outer(edges, np.concatenate((-steps, [0.0], steps))).ravel(),
+            )
+        )
+    )
+    down = -ell * np.expm1(np.linspace(0, np.log1p(width / ell), DOWN))
     while True:
         x1, x2 = (part.ravel() for part in np.meshgrid(across, down))
         shear = fields(state, x1, x2).shear
         best = np.argmax(shear)
-        i, j = best % len(across), best//len(across)
-        if np.ptp(across) < rtol*width and np.ptp(down) < rtol*width:
+        i, j = best % len(across), best // len(across)
+        if np.ptp(across) < rtol * width and np.ptp(down) < rtol * width:
             return float(shear[best]), float(x1[best]), float(x2[best])
         across = np.linspace(across[max(i - 1, 0)], across[min(i + 1, len(across) - 1)], ZOOM)
         down = np.linspace(down[max(j - 1, 0)], down[min(j + 1, len(down) - 1)], ZOOM)
@@ -134,8 +140,8 @@ def _vertical(state, x1, x2, accuracy):
     solid = state.problem.solid
     edges = np.concatenate((state.panels.e, state.panels.e + state.panels.h))
     size = np.abs(x1) + np.abs(edges).max() + np.abs(x2).max() + solid.ell
-    lowest = LOWEST/size
-    k, dk = _path(lowest, FAR_TAIL/np.abs(x2).min(), accuracy)
+    lowest = LOWEST / size
+    k, dk = _path(lowest, FAR_TAIL / np.abs(x2).min(), accuracy)
     p_sum, p_difference, M_sum, M_difference = _transforms(
         state, x1, k, NEAREST_CUT * np.abs(x2).min(), accuracy + SOURCES
     )
@@ -143,16 +149,16 @@ def _vertical(state, x1, x2, accuracy):
     # difference
     odd = _modes(state.problem, k, p_difference, M_sum)
     even = _modes(state.problem, k, p_sum, M_difference)
-    chosen = np.array([(odd if name in ODD else even)[name] for name in NAMES])*dk
+    chosen = np.array([(odd if name in ODD else even)[name] for name in NAMES]) * dk
     s_minus_k = _rates(solid, k)[1]
     classical = np.exp(np.outer(k, x2))
-    micropolar = classical*np.expm1(np.outer(s_minus_k, x2))
+    micropolar = classical * np.expm1(np.outer(s_minus_k, x2))
     found = (
         np.real(chosen[:, 0] @ classical + x2 * (chosen[:, 1] @ classical) + chosen[:, 2] @ micropolar)
         / np.pi
     )
     # the path leaves out the arc around k = 0, where u1 -> i (1 - 2 nu) p/(2 mu k)
-    found[NAMES.index("u1")] -= (1 - 2*solid.nu)/(8*solid.mu)*p_difference[0].real
+    found[NAMES.index("u1")] -= (1 - 2 * solid.nu) / (8 * solid.mu) * p_difference[0].real
     # the level: there u2 -> -(1 - nu) p/(mu k), and the integral of exp(i k ell)/k, which is this, is taken
     # off
     found[NAMES.index("u2")] -= (
@@ -164,17 +170,17 @@ def _vertical(state, x1, x2, accuracy):
 def _path(low, high, accuracy):
     """Wavenumbers tau exp(i pi/4), ascending, and their weights."""
     points, gauss = gauss_rule(accuracy)
-    count = int(np.ceil(np.log(high/low)))
-    width = np.log(high/low)/count
-    k = TURN*low*np.exp(width*(np.arange(count)[:, None] + points)).ravel()
-    return k, k*np.tile(width*gauss, count)
+    count = int(np.ceil(np.log(high / low)))
+    width = np.log(high / low) / count
+    k = TURN * low * np.exp(width * (np.arange(count)[:, None] + points)).ravel()
+    return k, k * np.tile(width * gauss, count)
 
 
 def _rates(solid, k):
     """s and s - k."""
-    rate = 1/solid.layer_length
+    rate = 1 / solid.layer_length
     s = np.sqrt(k**2 + rate**2)
-    return s, rate/(s + k)*rate
+    return s, rate / (s + k) * rate
 
 
 def _modes(problem, k, p, M):
@@ -183,23 +189,32 @@ def _modes(problem, k, p, M):
     In this form nothing cancels where k is large and both modes are nearly the same.
     """
     solid = problem.solid
-    nu, mu, c = solid.nu, solid.mu, (1 - solid.nu)/solid.mu
-    g = solid.curvature*solid.ell**2
+    nu, mu, c = solid.nu, solid.mu, (1 - solid.nu) / solid.mu
+    g = solid.curvature * solid.ell**2
     s, s_minus_k = _rates(solid, k)
-    if problem.law.clamps_rotation:      # M is whatever keeps psi = R + Theta = 0
-        Theta = 1j*c*p/(1 + c*g*mu*k*s_minus_k)
+    if problem.law.clamps_rotation:  # M is whatever keeps psi = R + Theta = 0
+        Theta = 1j * c * p / (1 + c * g * mu * k * s_minus_k)
     else:
-        Theta = (M/(g*mu) + 1j*k*c*p)/(s*(1 + g*(1 - nu)*k*(k/s)*s_minus_k))
-    R, X, none = -1j*c*p + c*g*mu*k*s_minus_k*Theta, g*mu*Theta, 0*k
-    w = p + 1j*k*s_minus_k*X
+        Theta = (M / (g * mu) + 1j * k * c * p) / (s * (1 + g * (1 - nu) * k * (k / s) * s_minus_k))
+    R, X, none = -1j * c * p + c * g * mu * k * s_minus_k * Theta, g * mu * Theta, 0 * k
+    w = p + 1j * k * s_minus_k * X
     psi, theta = np.array((R + Theta, none, Theta)), np.array((Theta, none, Theta))
-    s11 = np.array((p - 2*w, -k*w, -1j*k*s*X))
-    s22 = np.array((-p, k*w, 1j*k*s*X))
-    s12 = np.array((none, 1j*k*w, -k**2*X))
-    return {"psi": psi, "theta": theta, "theta_slope": s*theta,
-            "u1": ((1 - nu)*s11 - nu*s22)/(2j*mu*k), "u2": np.array((-2*(1 - nu)*w/k, w, 1j*k*X))/(2*mu),
-            "s11": s11, "s12": s12, "s21": s12 - g*mu/solid.layer_length**2*theta, "s22": s22,
-            "m1": 1j*g*mu*k*psi, "m2": g*mu*np.array((k*R + s*Theta, none, s*Theta))}
+    s11 = np.array((p - 2 * w, -k * w, -1j * k * s * X))
+    s22 = np.array((-p, k * w, 1j * k * s * X))
+    s12 = np.array((none, 1j * k * w, -(k**2) * X))
+    return {
+        "psi": psi,
+        "theta": theta,
+        "theta_slope": s * theta,
+        "u1": ((1 - nu) * s11 - nu * s22) / (2j * mu * k),
+        "u2": np.array((-2 * (1 - nu) * w / k, w, 1j * k * X)) / (2 * mu),
+        "s11": s11,
+        "s12": s12,
+        "s21": s12 - g * mu / solid.layer_length**2 * theta,
+        "s22": s22,
+        "m1": 1j * g * mu * k * psi,
+        "m2": g * mu * np.array((k * R + s * Theta, none, s * Theta)),
+    }
 
 
 def _transforms(state, x1, k, nearest, points):
@@ -210,10 +225,12 @@ def _transforms(state, x1, k, nearest, points):
     size = np.abs(k)
     for distance, weights in _sources(state, x1, nearest, points):
         # long waves see moments only; in short ones what is this far away has decayed
-        long, short = np.searchsorted(size, (LONG/distance.max(), FAR_TAIL/distance.min()))
-        found[:, long:short] += weights @ np.exp(1j*np.outer(distance, k[long:short]))
-        powers = np.vander(1j*k[:long]*distance.max(), MOMENTS, increasing=True)/FACTORIALS
-        found[:, :long] += (weights @ np.vander(distance/distance.max(), MOMENTS, increasing=True)) @ powers.T
+        long, short = np.searchsorted(size, (LONG / distance.max(), FAR_TAIL / distance.min()))
+        found[:, long:short] += weights @ np.exp(1j * np.outer(distance, k[long:short]))
+        powers = np.vander(1j * k[:long] * distance.max(), MOMENTS, increasing=True) / FACTORIALS
+        found[:, :long] += (
+            weights @ np.vander(distance / distance.max(), MOMENTS, increasing=True)
+        ) @ powers.T
     return found
 
 
@@ -225,8 +242,8 @@ def _sources(state, x1, nearest, points):
     """
     panels, rows = _all_panels(state)
     v0, direction, start, end = _halves(panels, x1)
-    count = max(0, int(np.ceil(np.log(end.max()/nearest)/np.log(CUT))))
-    cuts = np.concatenate(([0.0], nearest*CUT**np.arange(count + 1)))
+    count = max(0, int(np.ceil(np.log(end.max() / nearest) / np.log(CUT))))
+    cuts = np.concatenate(([0.0], nearest * CUT ** np.arange(count + 1)))
     first, last = np.maximum(start, cuts[:-1, None]), np.minimum(end, cuts[1:, None])
     level, half = np.nonzero(first < last)
     panel = half % len(panels.e)
@@ -235,23 +252,25 @@ def _sources(state, x1, nearest, points):
 
     def steps(distance):
         """|v - v0| at a distance from x1."""
-        share = (distance - start)/h
-        other = np.sqrt(np.maximum(v0**2 + direction*share, 0))
-        return share/np.maximum(mean_slope(v0, other, root), TINY)
+        share = (distance - start) / h
+        other = np.sqrt(np.maximum(v0**2 + direction * share, 0))
+        return share / np.maximum(mean_slope(v0, other, root), TINY)
 
     sigma, gauss = gauss_rule(points)
     low, high = steps(first[level, half, None]), steps(last[level, half, None])
-    step = low + (high - low)*sigma
-    v = v0 + direction*step
-    distance = start + h*step*mean_slope(v0, v, root)
+    step = low + (high - low) * sigma
+    v = v0 + direction * step
+    distance = start + h * step * mean_slope(v0, v, root)
     q = np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel])
     numbers = panel[:, None]
-    force = (high - low)*gauss*(q + panels.slope(numbers, v)*panels.logarithm(numbers, np.maximum(v, TINY)))
+    force = (
+        (high - low) * gauss * (q + panels.slope(numbers, v) * panels.logarithm(numbers, np.maximum(v, TINY)))
+    )
     # 1 where the source lies left of x1
-    side = np.broadcast_to(-np.sign(panels.h)[panel, None]*direction, v.shape)
+    side = np.broadcast_to(-np.sign(panels.h)[panel, None] * direction, v.shape)
     lever = state.problem.lever(np.broadcast_to(panels.corner[numbers], v.shape), panels.x(numbers, v))
-    moment = state.problem.solid.ell/2*lever*force
-    weights = np.array((force, side*force, moment, side*moment))
+    moment = state.problem.solid.ell / 2 * lever * force
+    weights = np.array((force, side * force, moment, side * moment))
     for number in np.unique(level):
         here = level == number
         yield distance[here].ravel(), weights[:, here].reshape(4, -1)
@@ -269,10 +288,10 @@ def _halves(panels, x1):
     """Panels cut at their points nearest to x1: of each half v there, direction of v, distances there and at
     its end.
     """
-    along, numbers = np.clip((x1 - panels.e)/panels.h, 0, 1), np.arange(len(panels.e))
+    along, numbers = np.clip((x1 - panels.e) / panels.h, 0, 1), np.arange(len(panels.e))
     v0 = panels.parameter(numbers, x1)
     start = np.abs(x1 - panels.x(numbers, v0))
     start[(along > 0) & (along < 1)] = 0.0
     length = np.abs(panels.h)
-    ends = start + np.concatenate((length*along, length*(1 - along))).reshape(2, -1)
+    ends = start + np.concatenate((length * along, length * (1 - along))).reshape(2, -1)
     return np.tile(v0, 2), np.repeat((-1.0, 1.0), len(v0)), np.tile(start, 2), ends.ravel()

@@ -17,12 +17,12 @@ from numpy.polynomial.chebyshev import chebpts1, chebval, chebvander
 from ..model.problem import half_line
 from ..model.zones import runs, zone_edges
 
-POINTS = 20          # of a stretch; where the kernel's scales are many, more
-PER_SCALE = 4        # for each factor e of them
-DENSER = 3           # times as many places at which a stretch is looked at, beside the sites of the obstacle
-NOISE = 4.0          # times the last coefficients of the series: errors of a gap
-ZOOMS, CLOSER = 4, 9      # looks nearer at a minimum between sites, and places of each
-LOOKED_AT = 7        # places of an overlap at which it is verified
+POINTS = 20  # of a stretch; where the kernel's scales are many, more
+PER_SCALE = 4  # for each factor e of them
+DENSER = 3  # times as many places at which a stretch is looked at, beside the sites of the obstacle
+NOISE = 4.0  # times the last coefficients of the series: errors of a gap
+ZOOMS, CLOSER = 4, 9  # looks nearer at a minimum between sites, and places of each
+LOOKED_AT = 7  # places of an overlap at which it is verified
 # of ell, or of the contact's width if that is less: scale of the parameter far from the contact
 CORE = 0.5
 
@@ -60,7 +60,7 @@ class Survey:
 def survey(state):
     """The Survey of a PanelSolution."""
     problem = state.problem
-    size = np.sqrt(state.weights @ state.pressures.sum(axis=0)**2)
+    size = np.sqrt(state.weights @ state.pressures.sum(axis=0) ** 2)
     violations, least, beyond = _pulled(state, size), [], False
     found = list(_series(state))
     places = [_sites(problem, stretch) for stretch, _, _ in found]
@@ -71,7 +71,7 @@ def survey(state):
     heights = np.split(heights, np.cumsum([len(x) for x in places])[:-1])
     for x, height, (stretch, series, noise) in zip(places, heights, found):
         x, rise, gaps = _between_sites(problem, stretch, series, x, height)
-        violations += _overlaps(state, stretch, x, gaps, noise, problem.solid.E_star/size)
+        violations += _overlaps(state, stretch, x, gaps, noise, problem.solid.E_star / size)
         inner = np.flatnonzero((gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
         least += [(stretch.corner, float(x[i]), float(gaps[i])) for i in inner if _stands_out(gaps, i, noise)]
         beyond = beyond or _beyond(problem, problem.picture, stretch, x, rise, noise)
@@ -92,30 +92,30 @@ class _Stretch:
 
     @property
     def _reach(self):
-        return np.arcsinh(np.sqrt(self.far/self.core))
+        return np.arcsinh(np.sqrt(self.far / self.core))
 
     @property
     def count(self):
-        return POINTS + (0 if np.isfinite(self.left + self.right) else int(PER_SCALE*self._reach))
+        return POINTS + (0 if np.isfinite(self.left + self.right) else int(PER_SCALE * self._reach))
 
     def at(self, t):
         """Abscissae at parameters in [-1, 1]."""
-        share = (1 + t)/2
+        share = (1 + t) / 2
         if np.isinf(self.right):
-            return self.left + self.core*np.sinh(self._reach*share)**2
+            return self.left + self.core * np.sinh(self._reach * share) ** 2
         if np.isinf(self.left):
-            return self.right - self.core*np.sinh(self._reach*share)**2
-        return self.left + (self.right - self.left)*(1 - np.cos(np.pi*share))/2
+            return self.right - self.core * np.sinh(self._reach * share) ** 2
+        return self.left + (self.right - self.left) * (1 - np.cos(np.pi * share)) / 2
 
     def parameter(self, x):
         """Its inverse, for x within."""
         if np.isinf(self.right):
-            share = np.arcsinh(np.sqrt(np.maximum(x - self.left, 0)/self.core))/self._reach
+            share = np.arcsinh(np.sqrt(np.maximum(x - self.left, 0) / self.core)) / self._reach
         elif np.isinf(self.left):
-            share = np.arcsinh(np.sqrt(np.maximum(self.right - x, 0)/self.core))/self._reach
+            share = np.arcsinh(np.sqrt(np.maximum(self.right - x, 0) / self.core)) / self._reach
         else:
-            share = np.arccos(np.clip(1 - 2*(x - self.left)/(self.right - self.left), -1, 1))/np.pi
-        return 2*share - 1
+            share = np.arccos(np.clip(1 - 2 * (x - self.left) / (self.right - self.left), -1, 1)) / np.pi
+        return 2 * share - 1
 
 
 def _stretches(state):
@@ -123,15 +123,15 @@ def _stretches(state):
     problem, zones = state.problem, state.all_zones
     edges = np.array(zone_edges(zones))
     left, right = problem.reach
-    core = CORE*min(problem.solid.ell, edges[-1] - edges[0])
+    core = CORE * min(problem.solid.ell, edges[-1] - edges[0])
     for corner in problem.corners:
         breaks = [*edges, *_kinks_inside(problem, zones, corner)]
         breaks = np.unique([0.0, *(each for each in breaks if each > 0)] if half_line(problem) else breaks)
         pieces = [*zip(breaks, breaks[1:]), (breaks[-1], np.inf)]
         for a, b in pieces if half_line(problem) else [(-np.inf, breaks[0]), *pieces]:
             far = (right - a) if np.isinf(b) else (b - left)
-            middle = (a + b)/2 if np.isfinite(a + b) else (a + core if np.isinf(b) else b - core)
-            if far > core*1e-6 and not any(one <= middle <= other for one, other in zones[corner]):
+            middle = (a + b) / 2 if np.isfinite(a + b) else (a + core if np.isinf(b) else b - core)
+            if far > core * 1e-6 and not any(one <= middle <= other for one, other in zones[corner]):
                 yield _Stretch(corner, float(a), float(b), float(core), float(max(far, core)))
 
 
@@ -159,7 +159,7 @@ def _series(state):
         both = (state.displacement_at(x, problem.lever(corner, x)) - state.approach)[None]
     for stretch, values in zip(stretches, np.split(both, cuts, axis=1)):
         series = values @ _onto_series(stretch.count)
-        yield stretch, series, NOISE*float(np.abs(series[:, -2:]).sum())
+        yield stretch, series, NOISE * float(np.abs(series[:, -2:]).sum())
 
 
 @lru_cache(maxsize=64)
@@ -187,7 +187,7 @@ def _risen(problem, stretch, series, x):
 
 def _sites(problem, stretch):
     """Places in a stretch at which its gap is looked at, ascending."""
-    t = -np.cos(np.pi*(np.arange(DENSER*stretch.count) + 0.5)/(DENSER*stretch.count))
+    t = -np.cos(np.pi * (np.arange(DENSER * stretch.count) + 0.5) / (DENSER * stretch.count))
     own = stretch.at(t)
     sites = problem.sites(stretch.corner)
     return np.unique(np.concatenate((own, sites[(sites > own.min()) & (sites < own.max())])))
@@ -202,7 +202,7 @@ def _between_sites(problem, stretch, series, x, height):
     for _ in range(ZOOMS):
         least = np.flatnonzero((gaps[1:-1] <= gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
         # what a parabola through three neighbours, and twice that, may fall below the middle one
-        least = least[2*gaps[least] < np.maximum(gaps[least - 1], gaps[least + 1])]
+        least = least[2 * gaps[least] < np.maximum(gaps[least - 1], gaps[least + 1])]
         if not len(least):
             break
         more = np.unique(np.concatenate([np.linspace(x[i - 1], x[i + 1], CLOSER) for i in least]))
@@ -216,7 +216,7 @@ def _between_sites(problem, stretch, series, x, height):
 
 def _stands_out(gaps, i, noise):
     """Whether the gap at a minimum is less than it is further away on both sides, by more than its error."""
-    return min(gaps[:i].max(initial=-np.inf), gaps[i + 1:].max(initial=-np.inf)) > max(gaps[i], 0) + noise
+    return min(gaps[:i].max(initial=-np.inf), gaps[i + 1 :].max(initial=-np.inf)) > max(gaps[i], 0) + noise
 
 
 def _overlaps(state, stretch, x, gaps, noise, unit):
@@ -225,7 +225,7 @@ def _overlaps(state, stretch, x, gaps, noise, unit):
     """
     found = []
     for first, last in runs(gaps < noise):
-        doubtful = gaps[first:last + 1].min() >= -noise
+        doubtful = gaps[first : last + 1].min() >= -noise
         # next to an edge, where the gap begins with 0
         if doubtful and (first == 0 or last == len(x) - 1):
             continue
@@ -235,8 +235,8 @@ def _overlaps(state, stretch, x, gaps, noise, unit):
         direct = state.gaps(stretch.corner, x[looked])
         if doubtful and (direct < 0).any():
             first, last = looked[direct < 0][[0, -1]]
-        left = (x[first - 1] + x[first])/2 if first else x[first]
-        right = (x[last] + x[last + 1])/2 if last + 1 < len(x) else x[last]
+        left = (x[first - 1] + x[first]) / 2 if first else x[first]
+        right = (x[last] + x[last + 1]) / 2 if last + 1 < len(x) else x[last]
         depth = float(-direct.min())
         if right > left and depth > 0:
             found.append(
@@ -259,16 +259,16 @@ def _pulled(state, size):
             inside = np.flatnonzero((left <= state.x) & (state.x <= right))
             x, p, weights = state.x[inside], state.pressures[corner, inside], state.weights[inside]
             for first, last in runs(p < 0):
-                a = (x[first - 1] + x[first])/2 if first else left
-                b = (x[last] + x[last + 1])/2 if last + 1 < len(x) else right
-                worth = np.sqrt(weights[first:last + 1] @ p[first:last + 1]**2)/size
+                a = (x[first - 1] + x[first]) / 2 if first else left
+                b = (x[last] + x[last + 1]) / 2 if last + 1 < len(x) else right
+                worth = np.sqrt(weights[first : last + 1] @ p[first : last + 1] ** 2) / size
                 found.append(Violation(corner, float(a), float(b), 0.0, float(worth)))
     return found
 
 
 def _beyond(problem, picture, stretch, x, rise, noise):
     """Whether the surface comes higher than the picture looks, somewhere out of its stretches."""
-    if picture is None or np.isfinite(stretch.left + stretch.right) and len(picture.stretches) == 1:
+    if picture is None or (np.isfinite(stretch.left + stretch.right) and len(picture.stretches) == 1):
         return False
     shift = problem.shift(stretch.corner)
     out = ~np.any([(left + shift <= x) & (x <= right + shift) for left, right in picture.stretches], axis=0)

@@ -10,17 +10,17 @@ from ..model import picture
 from ..model.problem import half_line
 from ..model.zones import joined, runs, zone_edges
 
-CELLS = (80, 160)     # of the coarse grid; finer while no zones fit
+CELLS = (80, 160)  # of the coarse grid; finer while no zones fit
 # of the width: opposite edges of the two corners this near to each other may be joined or apart
 MEETING = 0.1
-APART, OVERLAP = 0.3, 0.15      # of the way between such edges, where the other way round is tried
+APART, OVERLAP = 0.3, 0.15  # of the way between such edges, where the other way round is tried
 # of the way to the next edge: half the distance at which two edges that have met are put on the other side
 CROSSED = 0.1
-MARGIN = 1.3          # of the coarse grid around the contact
-SNAP = 1.5            # cells within which an edge is taken for an end of the obstacle, to begin with
+MARGIN = 1.3  # of the coarse grid around the contact
+SNAP = 1.5  # cells within which an edge is taken for an end of the obstacle, to begin with
 # of what `tolerated` allows next to edges: overlap apart from them is not the panels' own error
 UNSEEN = 1e-3
-BESIDE = 0.05         # of its width: an overlap this near to a zone belongs to it
+BESIDE = 0.05  # of its width: an overlap this near to a zone belongs to it
 # of ell, from an end of the obstacle for one corner to the edge of the zone in which the other stands alone
 # beyond it: 0.09 to 0.16 under flat punches of half-widths from 1.7 ell on
 RIM = 0.15
@@ -35,15 +35,15 @@ def coarse(problem, body, load, cells):
     see them.
     """
     centre = 0.0 if problem.mirror else problem.picture.lowest
-    reach = 1.5*classical(problem, load)[0][0][1] + problem.solid.ell
+    reach = 1.5 * classical(problem, load)[0][0][1] + problem.solid.ell
     for _ in range(12):
         around = np.linspace(-reach, reach, cells + 1 - cells % 2)
         closed = _closed(problem, body, load, centre + around)
         outer = np.abs(around[closed.any(axis=0)]).max(initial=0.0)
-        if outer > 0.95*reach or outer == 0:
+        if outer > 0.95 * reach or outer == 0:
             reach *= 1.6
-        elif MARGIN*1.5*outer < reach and outer > 3*(around[1] - around[0]):
-            reach = MARGIN*outer
+        elif MARGIN * 1.5 * outer < reach and outer > 3 * (around[1] - around[0]):
+            reach = MARGIN * outer
         else:
             break
     return set_apart(problem, _intervals(problem, centre + around, closed), around[1] - around[0])
@@ -57,9 +57,9 @@ def _closed(problem, body, load, x):
         return active_set.solve(flexibility, gaps, load=load, c=share).closed.reshape(
             len(problem.law.corners), -1
         )
-    n = len(x)      # corner B mirrors A
+    n = len(x)  # corner B mirrors A
     folded = flexibility[:n, :n] + flexibility[:n, n:][:, ::-1]
-    closed = active_set.solve(folded, gaps[:n], load=load/2, c=share[:n]).closed
+    closed = active_set.solve(folded, gaps[:n], load=load / 2, c=share[:n]).closed
     return np.array((closed, closed[::-1]))
 
 
@@ -68,40 +68,42 @@ def _intervals(problem, x, closed):
     width, zones = x[1] - x[0], {}
     for corner in problem.corners:
         first, last = problem.ends.get(corner, (-np.inf, np.inf))
-        zones[corner] = tuple((_snap(x[i] - width/2, first, width), _snap(x[j] + width/2, last, width))
-                              for i, j in runs(closed[corner]))
+        zones[corner] = tuple(
+            (_snap(x[i] - width / 2, first, width), _snap(x[j] + width / 2, last, width))
+            for i, j in runs(closed[corner])
+        )
     return zones
 
 
 def _snap(edge, end, width):
-    return float(end if abs(end - edge) < SNAP*width else edge)
+    return float(end if abs(end - edge) < SNAP * width else edge)
 
 
 def set_apart(problem, zones, width):
     """Outer edges of the two corners that fall on one cell are moved a partial zone's width apart; ends of
     the obstacle stay.
     """
-    if len(problem.law.corners) == 1:      # exactly symmetric where the problem is
+    if len(problem.law.corners) == 1:  # exactly symmetric where the problem is
         return {0: ((-zones[0][-1][1], zones[0][-1][1]),)} if problem.mirror else zones
     if not all(zones.values()):
         return zones
-    apart = PARTIAL*problem.solid.ell
-    narrow = apart < 3*width
+    apart = PARTIAL * problem.solid.ell
+    narrow = apart < 3 * width
     a, free_left = list(map(list, zones[0])), zones[0][0][0] not in problem.ends.get(0, ())
     if problem.mirror:
-        if narrow and free_left and len(a) == 1 and abs(a[0][0] + a[0][1]) < 1.5*width:
+        if narrow and free_left and len(a) == 1 and abs(a[0][0] + a[0][1]) < 1.5 * width:
             a[0][0] = apart - a[0][1]
         return {0: tuple(map(tuple, a))}
     b = list(map(list, zones[1]))
-    if narrow and free_left and abs(a[0][0] - b[0][0]) < 1.5*width:
+    if narrow and free_left and abs(a[0][0] - b[0][0]) < 1.5 * width:
         a[0][0] = b[0][0] + apart
-    if narrow and b[-1][1] not in problem.ends.get(1, ()) and abs(a[-1][1] - b[-1][1]) < 1.5*width:
+    if narrow and b[-1][1] not in problem.ends.get(1, ()) and abs(a[-1][1] - b[-1][1]) < 1.5 * width:
         b[-1][1] = a[-1][1] - apart
-    for first, second in ((a, b), (b, a)):      # two edges on one cell overlap a little, to begin with
+    for first, second in ((a, b), (b, a)):  # two edges on one cell overlap a little, to begin with
         for one in first:
             for other in second:
-                if abs(one[0] - other[1]) < width/4:
-                    one[0], other[1] = one[0] - width/4, other[1] + width/4
+                if abs(one[0] - other[1]) < width / 4:
+                    one[0], other[1] = one[0] - width / 4, other[1] + width / 4
     return {0: tuple(map(tuple, a)), 1: tuple(map(tuple, b))}
 
 
@@ -120,9 +122,9 @@ def variants(problem, zones, near=np.inf):
             # A's left edge with B's right one, and the other way round
             for side in (0, 1):
                 gap, size = one[side] - other[1 - side], max(one[1], other[1]) - min(one[0], other[0])
-                if 0 < abs(gap) < min(MEETING*size, near):
-                    middle = (one[side] + other[1 - side])/2
-                    half = -gap*(APART if gap*(1 - 2*side) < 0 else OVERLAP)
+                if 0 < abs(gap) < min(MEETING * size, near):
+                    middle = (one[side] + other[1 - side]) / 2
+                    half = -gap * (APART if gap * (1 - 2 * side) < 0 else OVERLAP)
                     new = {0: _moved(a, i, side, middle + half)}
                     if not problem.mirror:
                         new[1] = _moved(b, j, 1 - side, middle - half)
@@ -137,7 +139,7 @@ def alike(zones, others, tolerance):
     if any(len(own) != len(others[corner]) for corner, own in zones.items()):
         return False
     first, second = (np.concatenate([np.ravel(own) for own in each.values()]) for each in (zones, others))
-    return bool(np.abs(first - second).max() <= tolerance*np.ptp(first))
+    return bool(np.abs(first - second).max() <= tolerance * np.ptp(first))
 
 
 def crossed(problem, zones, edges):
@@ -146,16 +148,20 @@ def crossed(problem, zones, edges):
 
     Returns None where they are edges of one zone or of one corner: nothing to exchange.
     """
-    (left, right), middle = edges, sum(edges)/2
-    own = {(corner, float(edge)): side for corner, intervals in zones.items() for pair in intervals
-           for edge, side in zip(pair, (0, 1))}
+    (left, right), middle = edges, sum(edges) / 2
+    own = {
+        (corner, float(edge)): side
+        for corner, intervals in zones.items()
+        for pair in intervals
+        for edge, side in zip(pair, (0, 1))
+    }
     if problem.mirror:
         own |= {(1 - corner, -edge): 1 - side for (corner, edge), side in own.items()}
     first, second = ([key for key in own if key[1] == edge] for edge in edges)
     if not first or not second or first[0][0] == second[0][0] or own[first[0]] == own[second[0]]:
         return None
     others = [edge for _, edge in own if edge not in edges]
-    half = CROSSED*min([abs(edge - middle) for edge in others], default=right - left)
+    half = CROSSED * min([abs(edge - middle) for edge in others], default=right - left)
     places = {first[0]: middle + half, second[0]: middle - half}
     if problem.mirror:
         places |= {(1 - corner, -edge): -place for (corner, edge), place in list(places.items())}
@@ -173,10 +179,10 @@ def _beyond_ends(problem, zones, near):
     for corner, intervals in zones.items():
         left, right = _ends_of_other(problem, corner)
 
-        def put(edge, end, step):      # those that lie short of it, or at it
-            return float(end + step) if 0 <= (end - edge)*np.sign(step) < near*problem.solid.ell else edge
+        def put(edge, end, step):  # those that lie short of it, or at it
+            return float(end + step) if 0 <= (end - edge) * np.sign(step) < near * problem.solid.ell else edge
 
-        step = RIM*problem.solid.ell
+        step = RIM * problem.solid.ell
         moved = [(put(a, right, step), put(b, left, -step)) for a, b in intervals]
         found[corner] = tuple(each if each[0] < each[1] else old for each, old in zip(moved, intervals))
     return found
@@ -198,7 +204,7 @@ def _moved(intervals, number, side, edge):
 
 def tolerated(order):
     """Violation of (26) that panels of an order may leave: about ten times their usual error."""
-    return 10**(-(order + 6)/4)
+    return 10 ** (-(order + 6) / 4)
 
 
 def amended(state, found, tolerance):
@@ -217,7 +223,7 @@ def amended(state, found, tolerance):
     edges = np.array(zone_edges(state.all_zones))
 
     def apart(each):
-        return each.depth > 0 and np.abs(edges - (each.left + each.right)/2).min() > each.right - each.left
+        return each.depth > 0 and np.abs(edges - (each.left + each.right) / 2).min() > each.right - each.left
 
     zones = {corner: list(own) for corner, own in state.zones.items()}
     wrong = [
@@ -228,7 +234,7 @@ def amended(state, found, tolerance):
     for each in wrong:
         left, right = each.left, each.right
         if each.depth:
-            slack = BESIDE*(right - left)
+            slack = BESIDE * (right - left)
             beside = [
                 edge for own in zones[each.corner] for edge in own if left - slack < edge < right + slack
             ]

@@ -11,14 +11,15 @@ from numpy.typing import ArrayLike
 
 from .types import Array, Interval
 
-Pair: TypeAlias = tuple[float, float]                            # of (upper, lower)
+Pair: TypeAlias = tuple[float, float]  # of (upper, lower)
 StripState: TypeAlias = Literal["separation", "partial", "full"]
 
 
 class _Layered:
     """What strips have in common, from their ell, nu, beta and curvature."""
 
-    if TYPE_CHECKING:      # fields of the strips
+    if TYPE_CHECKING:  # fields of the strips
+
         @property
         def ell(self) -> float: ...
         @property
@@ -31,12 +32,12 @@ class _Layered:
     @property
     def k(self) -> float:
         """Inverse decay length of the layer, over 1/H."""
-        return math.sqrt(2*self.beta/self.curvature)/self.ell
+        return math.sqrt(2 * self.beta / self.curvature) / self.ell
 
     @property
     def oedometric(self) -> float:
         """(lambda + 2 mu)/mu."""
-        return 2*(1 - self.nu)/(1 - 2*self.nu)
+        return 2 * (1 - self.nu) / (1 - 2 * self.nu)
 
 
 @dataclass(frozen=True)
@@ -65,22 +66,22 @@ class Strip(_Layered):
 
     @property
     def _lever(self) -> float:
-        return self.ell/2*(1 - abs(self.psi0))
+        return self.ell / 2 * (1 - abs(self.psi0))
 
     @property
     def _compression(self) -> float:
         """u2(1) over the rotation a while one corner carries all, from M = lever t_n, (45)."""
-        micromoment = self.curvature*self.ell**2*self.k*math.tanh(self.k)
-        return micromoment/(self._lever*self.oedometric)
+        micromoment = self.curvature * self.ell**2 * self.k * math.tanh(self.k)
+        return micromoment / (self._lever * self.oedometric)
 
     @property
     def delta_fc(self) -> float:
         """Approach at which the second corner closes, (47)."""
-        return abs(self.psi0)*(self._lever + self._compression)
+        return abs(self.psi0) * (self._lever + self._compression)
 
     @property
     def state(self) -> StripState:
-        """"separation" (delta <= 0), "partial" or "full" (from delta_fc on)."""
+        """ "separation" (delta <= 0), "partial" or "full" (from delta_fc on)."""
         if self.delta <= 0:
             return "separation"
         return "full" if self.delta >= self.delta_fc else "partial"
@@ -92,19 +93,19 @@ class Strip(_Layered):
             return 0.0
         if self.state == "full":
             return self.psi0
-        return math.copysign(self.delta/(self._lever + self._compression), self.psi0)
+        return math.copysign(self.delta / (self._lever + self._compression), self.psi0)
 
     def psi(self, x2: ArrayLike) -> Array:
         """Returns the microrotation (46) (radians) at x2, array (n,)."""
-        return -self.rotation*self._even(x2)
+        return -self.rotation * self._even(x2)
 
     def u1(self, x2: ArrayLike) -> Array:
         """Returns the horizontal displacement (46) over H at x2, array (n,)."""
-        return self.rotation*self.beta/self.k*self._odd(x2)
+        return self.rotation * self.beta / self.k * self._odd(x2)
 
     def u2(self, x2: ArrayLike) -> Array:
         """Returns the vertical displacement (46) over H at x2, array (n,)."""
-        return self.traction/self.oedometric*np.asarray(x2, float)
+        return self.traction / self.oedometric * np.asarray(x2, float)
 
     @property
     def traction(self) -> float:
@@ -112,34 +113,34 @@ class Strip(_Layered):
         if self.state == "separation":
             return 0.0
         if self.state == "full":
-            return -self.oedometric*(self.delta - self._lever*abs(self.psi0))
-        return -self.oedometric*abs(self.rotation)*self._compression
+            return -self.oedometric * (self.delta - self._lever * abs(self.psi0))
+        return -self.oedometric * abs(self.rotation) * self._compression
 
     @property
     def micromoment(self) -> float:
         """M = m_2 at x2 = 1 over mu H, with gamma' of (12)."""
-        return -self.curvature*self.ell**2*self.k*math.tanh(self.k)*self.rotation
+        return -self.curvature * self.ell**2 * self.k * math.tanh(self.k) * self.rotation
 
     @property
     def L_psi(self) -> float:
         """Layer length of psi over H, coth(k)/k, (49)."""
-        return 1/(self.k*math.tanh(self.k))
+        return 1 / (self.k * math.tanh(self.k))
 
     @property
     def L_u(self) -> float:
         """Layer length of u1 over H, tanh(k)/k, (49)."""
-        return math.tanh(self.k)/self.k
+        return math.tanh(self.k) / self.k
 
     def _even(self, x2: ArrayLike) -> Array:
         """Returns cosh(k x2)/cosh(k) without overflow."""
         x2 = np.asarray(x2, float)
-        values: Array = (np.exp(self.k*(x2 - 1)) + np.exp(-self.k*(x2 + 1)))/(1 + math.exp(-2*self.k))
+        values: Array = (np.exp(self.k * (x2 - 1)) + np.exp(-self.k * (x2 + 1))) / (1 + math.exp(-2 * self.k))
         return values
 
     def _odd(self, x2: ArrayLike) -> Array:
         """Returns sinh(k x2)/cosh(k) without overflow or cancellation."""
         x2 = np.asarray(x2, float)
-        values: Array = -np.exp(self.k*(x2 - 1))*np.expm1(-2*self.k*x2)/(1 + math.exp(-2*self.k))
+        values: Array = -np.exp(self.k * (x2 - 1)) * np.expm1(-2 * self.k * x2) / (1 + math.exp(-2 * self.k))
         return values
 
 
@@ -175,26 +176,28 @@ class TwoFacedStrip(_Layered):
     @property
     def _stiffness(self) -> Pair:
         """C, S over mu H, without overflow."""
-        size = self.curvature*self.ell**2*self.k
-        return size/math.tanh(2*self.k), -2*size*math.exp(-2*self.k)/math.expm1(-4*self.k)
+        size = self.curvature * self.ell**2 * self.k
+        return size / math.tanh(2 * self.k), -2 * size * math.exp(-2 * self.k) / math.expm1(-4 * self.k)
 
     @property
     def _faces(self) -> tuple[Pair, Pair, float]:
         """(lever, |psi0|) of either face, and the product of the signs of psi0."""
-        upper, lower = ((self.ell/2*(1 - abs(psi0)), abs(psi0)) for psi0 in (self.upper, self.lower))
-        return upper, lower, math.copysign(1, self.upper)*math.copysign(1, self.lower)
+        upper, lower = ((self.ell / 2 * (1 - abs(psi0)), abs(psi0)) for psi0 in (self.upper, self.lower))
+        return upper, lower, math.copysign(1, self.upper) * math.copysign(1, self.lower)
 
     @property
     def closings(self) -> Pair:
         """Pressures at which the second corners of (upper, lower) close."""
         (L, psi0), (M, other), same = self._faces
         C, S = self._stiffness
-        size = self.curvature**2*self.ell**4*self.k**2      # C^2 - S^2
-        alone = [_over(angle*size, C*lever + same*S*far)
-                 for angle, lever, far in ((psi0, L, M), (other, M, L))]
+        size = self.curvature**2 * self.ell**4 * self.k**2  # C^2 - S^2
+        alone = [
+            _over(angle * size, C * lever + same * S * far)
+            for angle, lever, far in ((psi0, L, M), (other, M, L))
+        ]
         if alone[0] <= alone[1]:
-            return alone[0], max(alone[0], (C*other - same*S*psi0)/M)
-        return max(alone[1], (C*psi0 - same*S*other)/L), alone[1]
+            return alone[0], max(alone[0], (C * other - same * S * psi0) / M)
+        return max(alone[1], (C * psi0 - same * S * other) / L), alone[1]
 
     def rotations(self, pressure: float) -> Pair:
         """Returns the rotations of the blocks of (upper, lower) back towards their planes, up to |psi0|, at a
@@ -206,11 +209,11 @@ class TwoFacedStrip(_Layered):
         if all(closed):
             return psi0, other
         if closed[0]:
-            return psi0, (M*pressure + same*S*psi0)/C
+            return psi0, (M * pressure + same * S * psi0) / C
         if closed[1]:
-            return (L*pressure + same*S*other)/C, other
-        size = self.curvature**2*self.ell**4*self.k**2
-        return (C*L + same*S*M)*pressure/size, (C*M + same*S*L)*pressure/size
+            return (L * pressure + same * S * other) / C, other
+        size = self.curvature**2 * self.ell**4 * self.k**2
+        return (C * L + same * S * M) * pressure / size, (C * M + same * S * L) * pressure / size
 
     def _approach(self, pressure: float) -> float:
         """Returns delta at a pressure: half of the shortening of the strip and of that by the blocks'
@@ -218,7 +221,10 @@ class TwoFacedStrip(_Layered):
         """
         levers = [lever for lever, _ in self._faces[:2]]
         rotations = self.rotations(pressure)
-        return pressure/self.oedometric + sum(lever*rotation for lever, rotation in zip(levers, rotations))/2
+        return (
+            pressure / self.oedometric
+            + sum(lever * rotation for lever, rotation in zip(levers, rotations)) / 2
+        )
 
     @property
     def delta_fc(self) -> Pair:
@@ -228,7 +234,7 @@ class TwoFacedStrip(_Layered):
 
     @property
     def states(self) -> tuple[StripState, StripState]:
-        """"separation", "partial" or "full" of (upper, lower)."""
+        """ "separation", "partial" or "full" of (upper, lower)."""
         if self.delta <= 0:
             return "separation", "separation"
         upper, lower = self.delta_fc
@@ -242,50 +248,51 @@ class TwoFacedStrip(_Layered):
         loads = [0.0, *sorted(self.closings)]
         first = max(load for load in loads if self._approach(load) <= self.delta)
         beyond = [load for load in loads if load > first]
-        second = beyond[0] if beyond else first + self.oedometric*self.delta
+        second = beyond[0] if beyond else first + self.oedometric * self.delta
         low, high = self._approach(first), self._approach(second)
-        return first + (self.delta - low)/(high - low)*(second - first)
+        return first + (self.delta - low) / (high - low) * (second - first)
 
     @property
     def surface(self) -> Pair:
         """psi of (upper, lower)."""
         upper, lower = self.rotations(self.pressure)
-        return -math.copysign(1, self.upper)*upper, -math.copysign(1, self.lower)*lower
+        return -math.copysign(1, self.upper) * upper, -math.copysign(1, self.lower) * lower
 
     @property
     def micromoments(self) -> Pair:
         """M = n.m of (upper, lower)."""
         C, S = self._stiffness
         upper, lower = self.surface
-        return C*upper - S*lower, C*lower - S*upper
+        return C * upper - S * lower, C * lower - S * upper
 
     def psi(self, x2: ArrayLike) -> Array:
         """Returns the microrotation (radians) at x2, array (n,)."""
         upper, lower = self.surface
         x2 = np.asarray(x2, float)
-        return upper*self._rise(x2, 1) + lower*self._rise(-x2, 1)
+        return upper * self._rise(x2, 1) + lower * self._rise(-x2, 1)
 
     def u1(self, x2: ArrayLike) -> Array:
         """Returns the horizontal displacement over H at x2, array (n,); 0 at the lower face."""
         upper, lower = self.surface
         x2 = np.asarray(x2, float)
-        at_bottom = upper*self._rise(np.array(-1.0), -1) - lower*self._rise(np.array(1.0), -1)
-        return -self.beta/self.k*(upper*self._rise(x2, -1) - lower*self._rise(-x2, -1) - at_bottom)
+        at_bottom = upper * self._rise(np.array(-1.0), -1) - lower * self._rise(np.array(1.0), -1)
+        return -self.beta / self.k * (upper * self._rise(x2, -1) - lower * self._rise(-x2, -1) - at_bottom)
 
     def u2(self, x2: ArrayLike) -> Array:
         """Returns the vertical displacement over H at x2, array (n,); 0 at the lower face."""
-        return -self.pressure/self.oedometric*(np.asarray(x2, float) + 1)
+        return -self.pressure / self.oedometric * (np.asarray(x2, float) + 1)
 
     def _rise(self, x2: Array, sign: int) -> Array:
         """Returns sinh(k (1 + x2))/sinh(2 k) (sign 1) or cosh(k (1 + x2))/sinh(2 k) (sign -1)."""
-        values: Array = (np.exp(self.k*(x2 - 1)) - sign*np.exp(-self.k*(x2 + 3)))/-math.expm1(-4*self.k)
+        values: Array = (np.exp(self.k * (x2 - 1)) - sign * np.exp(-self.k * (x2 + 3))) / -math.expm1(
+            -4 * self.k
+        )
         return values
 
 
 def _over(size: float, slope: float) -> float:
-    """Returns the load at which a quantity that grows with this slope has the size; inf if it does not grow.
-    """
-    return 0.0 if size == 0 else size/slope if slope > 0 else math.inf
+    """Returns the load at which a quantity with this slope has the size; inf if it does not grow."""
+    return 0.0 if size == 0 else size / slope if slope > 0 else math.inf
 
 
 def hertz(x: ArrayLike, load: float, half_width: float) -> Array:
@@ -307,8 +314,8 @@ def hertz(x: ArrayLike, load: float, half_width: float) -> Array:
     array (n,)
         Stresses.
     """
-    rest = np.maximum(1 - (np.asarray(x, float)/half_width)**2, 0)
-    pressure: Array = 2*load/(math.pi*half_width)*np.sqrt(rest)
+    rest = np.maximum(1 - (np.asarray(x, float) / half_width) ** 2, 0)
+    pressure: Array = 2 * load / (math.pi * half_width) * np.sqrt(rest)
     return pressure
 
 
@@ -317,12 +324,13 @@ def punch(x: ArrayLike, load: float, half_width: float) -> Array:
 
     Parameters and returned values are those of `hertz`; a is half of the punch's width.
     """
-    inside = half_width**2 - np.asarray(x, float)**2
-    return np.where(inside > 0, load/(math.pi*np.sqrt(np.where(inside > 0, inside, 1))), 0)
+    inside = half_width**2 - np.asarray(x, float) ** 2
+    return np.where(inside > 0, load / (math.pi * np.sqrt(np.where(inside > 0, inside, 1))), 0)
 
 
-def tilted_punch(x: ArrayLike, load: float, half_width: float, tilt: float, E_star: float
-                 ) -> tuple[Array, Interval]:
+def tilted_punch(
+    x: ArrayLike, load: float, half_width: float, tilt: float, E_star: float
+) -> tuple[Array, Interval]:
     """Returns the pressure of a punch |x| < b rotated by `tilt` on a classical half-plane, and its contact.
 
     From the deeper edge of the punch on the contact extends over ``4 P/(pi E* |tilt|)``, with the pressure
@@ -351,15 +359,15 @@ def tilted_punch(x: ArrayLike, load: float, half_width: float, tilt: float, E_st
         Edges of the contact (lengths).
     """
     x, b = np.asarray(x, float), half_width
-    if load >= math.pi/2*E_star*abs(tilt)*b:
+    if load >= math.pi / 2 * E_star * abs(tilt) * b:
         square = b**2 - x**2
-        pressure = (load/math.pi - E_star*tilt*x/2)/np.sqrt(np.where(square > 0, square, 1))
+        pressure = (load / math.pi - E_star * tilt * x / 2) / np.sqrt(np.where(square > 0, square, 1))
         return np.where(square > 0, pressure, 0), (-b, b)
-    sign, width = math.copysign(1, tilt), 4*load/(math.pi*E_star*abs(tilt))
-    s = b + sign*x      # from the deeper edge, which is the left one for tilt > 0
+    sign, width = math.copysign(1, tilt), 4 * load / (math.pi * E_star * abs(tilt))
+    s = b + sign * x  # from the deeper edge, which is the left one for tilt > 0
     inside = (s > 0) & (s < width)
-    pressure = E_star*abs(tilt)/2*np.sqrt(np.where(inside, width - s, 0)/np.where(inside, s, 1))
-    left, right = sorted((-sign*b, sign*(width - b)))
+    pressure = E_star * abs(tilt) / 2 * np.sqrt(np.where(inside, width - s, 0) / np.where(inside, s, 1))
+    left, right = sorted((-sign * b, sign * (width - b)))
     return np.where(inside, pressure, 0), (left, right)
 
 
@@ -369,7 +377,7 @@ def wedge(x: ArrayLike, load: float, half_width: float) -> Array:
 
     Parameters and returned values are those of `hertz`, at x != 0.
     """
-    pressure: Array = load/(math.pi*half_width)*np.arccosh(np.maximum(half_width/np.abs(x), 1))
+    pressure: Array = load / (math.pi * half_width) * np.arccosh(np.maximum(half_width / np.abs(x), 1))
     return pressure
 
 
@@ -396,7 +404,7 @@ class Wavy:
     @property
     def half_width(self) -> float:
         """a of ``mean = closure sin(pi a/wavelength)^2``; wavelength/2 from full closure on."""
-        return self.wavelength/math.pi*math.asin(math.sqrt(min(self.mean/self.closure, 1.0)))
+        return self.wavelength / math.pi * math.asin(math.sqrt(min(self.mean / self.closure, 1.0)))
 
     @property
     def approach_over_amplitude(self) -> float:
@@ -405,18 +413,18 @@ class Wavy:
         Each increment of the load is a flat punch on the arc in contact, whose normal displacement is
         ``-2/(pi E*) log(s_a)`` times the increment.
         """
-        r = min(self.mean/self.closure, 1.0)
-        return r*(1 - math.log(r))
+        r = min(self.mean / self.closure, 1.0)
+        return r * (1 - math.log(r))
 
     def pressure(self, x: ArrayLike) -> Array:
         """Returns p at x, array (n,); with s = sin(pi x/wavelength), s_a at the edge: 2 mean/s_a^2 cos(pi
         x/wavelength) sqrt(s_a^2 - s^2).
         """
-        phase = math.pi*np.asarray(x, float)/self.wavelength
+        phase = math.pi * np.asarray(x, float) / self.wavelength
         if self.mean >= self.closure:
-            return self.mean + self.closure*np.cos(2*phase)
-        rest = self.mean/self.closure - np.sin(phase)**2
-        pressure: Array = 2*self.closure*np.abs(np.cos(phase))*np.sqrt(np.maximum(rest, 0))
+            return self.mean + self.closure * np.cos(2 * phase)
+        rest = self.mean / self.closure - np.sin(phase) ** 2
+        pressure: Array = 2 * self.closure * np.abs(np.cos(phase)) * np.sqrt(np.maximum(rest, 0))
         return pressure
 
 
@@ -453,14 +461,14 @@ class ThinLayer:
         array (corners, n)
             Stresses.
         """
-        depth = np.maximum(penetration, -1e100)      # where there is no obstacle
+        depth = np.maximum(penetration, -1e100)  # where there is no obstacle
         if len(depth) == 1:
-            return self.normal*np.maximum(depth, 0)
-        rotational = self.ell**2/4/self.rotational if self.rotational else math.inf
-        compliances = np.array((1/self.normal, rotational))[:, None]
-        both = np.array((depth[0] + depth[1], depth[0] - depth[1]))/2/compliances      # p, 2 M/ell
-        closed = np.array((both[0] + both[1], both[0] - both[1]))/2
-        alone = np.maximum(depth, 0)/(1/self.normal + rotational)
+            return self.normal * np.maximum(depth, 0)
+        rotational = self.ell**2 / 4 / self.rotational if self.rotational else math.inf
+        compliances = np.array((1 / self.normal, rotational))[:, None]
+        both = np.array((depth[0] + depth[1], depth[0] - depth[1])) / 2 / compliances  # p, 2 M/ell
+        closed = np.array((both[0] + both[1], both[0] - both[1])) / 2
+        alone = np.maximum(depth, 0) / (1 / self.normal + rotational)
         first = (alone[0] >= alone[1]) == np.array((True, False))[:, None]
         return np.where((closed >= 0).all(axis=0), closed, np.where(first, alone, 0))
 
@@ -478,9 +486,9 @@ class ThinLayer:
         """
         low = high = np.min(gaps)
         while weights @ self.pressures(high - gaps).sum(axis=0) < load:
-            high += 2*(high - low) or load/self.normal/np.sum(weights)
+            high += 2 * (high - low) or load / self.normal / np.sum(weights)
         for _ in range(100):
-            middle = (low + high)/2
+            middle = (low + high) / 2
             enough = weights @ self.pressures(middle - gaps).sum(axis=0) >= load
             low, high = (low, middle) if enough else (middle, high)
         return high

@@ -45,7 +45,7 @@ class Event:
 
     def __post_init__(self) -> None:
         for name in ("load", "load_error", "x"):
-            object.__setattr__(self, name, float(getattr(self, name)))      # plain floats, not numpy's
+            object.__setattr__(self, name, float(getattr(self, name)))  # plain floats, not numpy's
 
 
 class LoadPath(Shown):
@@ -74,7 +74,8 @@ class LoadPath(Shown):
     def __init__(self, problem: ContactLike, last: float, rtol: float | None) -> None:
         self.problem, self.last, self.rtol = problem, last, rtol
 
-    if TYPE_CHECKING:      # a subclass has it as a cached property
+    if TYPE_CHECKING:  # a subclass has it as a cached property
+
         @property
         @abstractmethod
         def events(self) -> Sequence[Event]: ...
@@ -103,11 +104,17 @@ class LoadPath(Shown):
     def summary(self) -> Summary:
         """Returns the events as far as they have been computed."""
         events: Sequence[Event] | None = self.__dict__.get("events")
-        listed = [Row(f"{event.zone} {event.kind}", "P", event.load, f"at x1 = {number(event.x)}")
-                  for event in events or ()]
+        listed = [
+            Row(f"{event.zone} {event.kind}", "P", event.load, f"at x1 = {number(event.x)}")
+            for event in events or ()
+        ]
         words = "not yet looked for" if events is None else f"{len(events)}"
-        rows = (Row("last load", "P", self.last, "force per thickness"),
-                Row("accuracy asked for", "rtol", self.rtol), Row("events", "", words), *listed)
+        rows = (
+            Row("last load", "P", self.last, "force per thickness"),
+            Row("accuracy asked for", "rtol", self.rtol),
+            Row("events", "", words),
+            *listed,
+        )
         return Summary("Load path", f"up to load {number(self.last)}, events: {words}", rows)
 
 

@@ -38,5 +38,5 @@ class PointFields:
     def shear(self) -> Array:
         """Largest shear stress over all planes through each point: of the symmetric and the skew part."""
         (s11, s12), (s21, s22) = self.stress
-        found: Array = np.hypot((s11 - s22)/2, (s12 + s21)/2) + np.abs(s12 - s21)/2
+        found: Array = np.hypot((s11 - s22) / 2, (s12 + s21) / 2) + np.abs(s12 - s21) / 2
         return found

@@ -24,7 +24,7 @@ from ..errors import BadArgument, MicroblockError, require_choice, require_finit
 from . import obstacles
 from .types import Array, Function, ObstacleLike
 
-ACTS_IN = ("gaps and levers", "levers")      # where psi0 may act
+ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
 
 
 class Law:
@@ -43,7 +43,8 @@ class Law:
 
     corners: tuple[str, ...] = ("C",)
     clamps_rotation = False
-    if TYPE_CHECKING:      # a subclass may have it as a property
+    if TYPE_CHECKING:  # a subclass may have it as a property
+
         @property
         def even(self) -> bool: ...
     else:
@@ -59,8 +60,9 @@ class Law:
         """
         raise NotImplementedError
 
-    def initial_gaps(self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
-                     ) -> dict[str, Array]:
+    def initial_gaps(
+        self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
+    ) -> dict[str, Array]:
         """Returns the initial gap of each corner along the outward normal.
 
         Parameters
@@ -84,9 +86,8 @@ class Law:
         return np.zeros(np.shape(x))
 
     def shifts(self, ell: float) -> tuple[float, ...]:
-        """Returns how far right of each corner its contact point lies, as far as S is horizontal (lengths).
-        """
-        return (0.0,)*len(self.corners)
+        """Returns how far right of each corner its contact point lies, if S is horizontal (lengths)."""
+        return (0.0,) * len(self.corners)
 
 
 @dataclass(frozen=True)
@@ -130,7 +131,7 @@ class Microblock(Law):
 
     def shifts(self, ell: float) -> tuple[float, ...]:
         """Returns how far right of A and of B the contact point lies (lengths)."""
-        return ell/2, -ell/2
+        return ell / 2, -ell / 2
 
     def initial_rotation(self, x: Array) -> Array:
         """Returns psi0 at x, array (n,) (radians), where it acts in the gaps; else 0."""
@@ -151,12 +152,17 @@ class Microblock(Law):
             psi0 = np.broadcast_to(obstacles.real(values), np.shape(x))
         except MicroblockError:
             raise
-        except Exception as failure:      # whatever the user's function does
-            raise BadArgument("psi0", self.psi0, "must take an array of x and return as many numbers "
-                              f"({failure!r})") from failure
+        except Exception as failure:  # whatever the user's function does
+            raise BadArgument(
+                "psi0", self.psi0, f"must take an array of x and return as many numbers ({failure!r})"
+            ) from failure
         if not np.all(np.isfinite(psi0)) or not np.all(np.abs(psi0) < 1):
-            raise BadArgument("psi0", self.psi0, "must be finite and below 1 in absolute value (radians): "
-                              "beyond it the levers of (41) change sign")
+            raise BadArgument(
+                "psi0",
+                self.psi0,
+                "must be finite and below 1 in absolute value (radians): "
+                "beyond it the levers of (41) change sign",
+            )
         return np.array(psi0)
 
     def levers(self, x: Array) -> dict[str, Array]:
@@ -164,17 +170,20 @@ class Microblock(Law):
         psi0 = self.angle(x)
         return {"A": psi0 + 1, "B": psi0 - 1}
 
-    def initial_gaps(self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
-                     ) -> dict[str, Array]:
+    def initial_gaps(
+        self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
+    ) -> dict[str, Array]:
         """Returns the gap over each corner, the corners being at ``x -+ (ell/2) S`` with ``S = s + psi0 n``,
         (20).
 
         Parameters and returned values are those of `Law.initial_gaps`.
         """
         tangent = np.column_stack((normals[:, 1], -normals[:, 0]))
-        side = ell/2*(tangent + self.initial_rotation(points[:, 0])[:, None]*normals)
-        return {"A": obstacles.gap(obstacle, points - side, normals),
-                "B": obstacles.gap(obstacle, points + side, normals)}
+        side = ell / 2 * (tangent + self.initial_rotation(points[:, 0])[:, None] * normals)
+        return {
+            "A": obstacles.gap(obstacle, points - side, normals),
+            "B": obstacles.gap(obstacle, points + side, normals),
+        }
 
 
 @dataclass(frozen=True)
@@ -193,8 +202,9 @@ class Unilateral(Law):
         """Returns 0: the contact point has no lever."""
         return {"C": np.zeros(np.shape(x))}
 
-    def initial_gaps(self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
-                     ) -> dict[str, Array]:
+    def initial_gaps(
+        self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
+    ) -> dict[str, Array]:
         """Returns the gap over the contact point itself; parameters are those of `Law.initial_gaps`."""
         return {"C": obstacles.gap(obstacle, points, normals)}
 
@@ -219,7 +229,7 @@ def traction(multipliers: Mapping[str, Array]) -> Array | float:
 
 def micromoment(multipliers: Mapping[str, Array], levers: Mapping[str, Array], ell: float) -> Array | float:
     """Returns M of (29) from multipliers and levers of all corners, arrays (n,)."""
-    return -ell/2*sum(levers[corner]*multiplier for corner, multiplier in multipliers.items())
+    return -ell / 2 * sum(levers[corner] * multiplier for corner, multiplier in multipliers.items())
 
 
 def check(law: object) -> None:

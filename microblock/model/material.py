@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 from ..errors import BadArgument, Inadmissible, require_finite, require_positive
 from .summary import Row, Shown, Summary, number
 
-Component: TypeAlias = Any      # a number, an array or an expression of NGSolve: whatever has +, -, * and **
+Component: TypeAlias = Any  # a number, an array or an expression of NGSolve: whatever has +, -, * and **
 Components: TypeAlias = tuple[tuple[Component, Component], tuple[Component, Component]]
 
 
@@ -55,8 +55,17 @@ class Cosserat(Shown):
     eta: float
     curvature: float
 
-    def __init__(self, E: float, nu: float, ell: float, *, beta: float | None = None,
-                 eta: float | None = None, mu_c: float | None = None, curvature: float = 2.0) -> None:
+    def __init__(
+        self,
+        E: float,
+        nu: float,
+        ell: float,
+        *,
+        beta: float | None = None,
+        eta: float | None = None,
+        mu_c: float | None = None,
+        curvature: float = 2.0,
+    ) -> None:
         require_finite(E=E, nu=nu, ell=ell, curvature=curvature)
         if not E > 0:
             raise Inadmissible("E", E, "must be positive")
@@ -66,54 +75,57 @@ class Cosserat(Shown):
             raise BadArgument("ell", ell, "must be positive")
         if not curvature > 0:
             raise Inadmissible("curvature", curvature, "gamma' must be positive, (13)")
-        require_positive(E=E, ell=ell, curvature=curvature)      # sizes that can be computed with
-        mu = E/(2*(1 + nu))
+        require_positive(E=E, ell=ell, curvature=curvature)  # sizes that can be computed with
+        mu = E / (2 * (1 + nu))
         moduli = dict(E=E, nu=nu, ell=ell, eta=_coupling_ratio(mu, beta, eta, mu_c), curvature=curvature)
         for name, value in moduli.items():
             object.__setattr__(self, name, float(value))
 
     def summary(self) -> Summary:
         """Returns the moduli, for a notebook."""
-        rows = (Row("Young's modulus", "E", self.E, "stress"), Row("Poisson's ratio", "&nu;", self.nu),
-                Row("size of a block", "&ell;", self.ell, "length"),
-                Row("coupling", "&beta;", self.beta, "0 to 2"),
-                Row("coupling modulus", "&mu;<sub>c</sub>", self.mu_c, "stress"),
-                Row("curvature coefficient", "&gamma;'", self.curvature),
-                Row("layer length", "L", self.layer_length, "length"))
+        rows = (
+            Row("Young's modulus", "E", self.E, "stress"),
+            Row("Poisson's ratio", "&nu;", self.nu),
+            Row("size of a block", "&ell;", self.ell, "length"),
+            Row("coupling", "&beta;", self.beta, "0 to 2"),
+            Row("coupling modulus", "&mu;<sub>c</sub>", self.mu_c, "stress"),
+            Row("curvature coefficient", "&gamma;'", self.curvature),
+            Row("layer length", "L", self.layer_length, "length"),
+        )
         brief = f"E {number(self.E)}, nu {number(self.nu)}, ell {number(self.ell)}"
         return Summary("Cosserat solid", brief, rows)
 
     @property
     def mu(self) -> float:
         """Shear modulus (stress)."""
-        return self.E/(2*(1 + self.nu))
+        return self.E / (2 * (1 + self.nu))
 
     @property
     def lam(self) -> float:
         """Lame's first constant (stress)."""
-        return self.E*self.nu/((1 + self.nu)*(1 - 2*self.nu))
+        return self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu))
 
     @property
     def beta(self) -> float:
         """Coupling number 2 eta/(1 + eta), 0 <= beta < 2."""
-        return 2*self.eta/(1 + self.eta)
+        return 2 * self.eta / (1 + self.eta)
 
     @property
     def mu_c(self) -> float:
         """Coupling modulus (stress)."""
-        return self.eta*self.mu
+        return self.eta * self.mu
 
     @property
     def E_star(self) -> float:
         """Plane-strain contact modulus E/(1 - nu^2), (50) (stress)."""
-        return self.E/(1 - self.nu**2)
+        return self.E / (1 - self.nu**2)
 
     @property
     def layer_length(self) -> float:
         """Decay length of the micropolar boundary layer, ell sqrt(gamma'/(2 beta)) (length); inf for beta =
         0.
         """
-        return self.ell*math.sqrt(self.curvature/(2*self.beta)) if self.beta else math.inf
+        return self.ell * math.sqrt(self.curvature / (2 * self.beta)) if self.beta else math.inf
 
     def energy(self, gradient: Component, psi: Component, kappa: Component) -> Component:
         """Returns the energy density (10)-(12) in plane strain (stress).
@@ -139,11 +151,13 @@ class Cosserat(Shown):
         0.5
         """
         (u11, u12), (u21, u22) = _components(gradient)
-        spin = (u12 - u21)/2 + psi
-        return (self.lam/2*(u11 + u22)**2
-                + self.mu*(u11**2 + u22**2 + (u12 + u21)**2/2)
-                + 2*self.mu_c*spin**2
-                + self.curvature/2*self.ell**2*self.mu*(kappa[0]**2 + kappa[1]**2))
+        spin = (u12 - u21) / 2 + psi
+        return (
+            self.lam / 2 * (u11 + u22) ** 2
+            + self.mu * (u11**2 + u22**2 + (u12 + u21) ** 2 / 2)
+            + 2 * self.mu_c * spin**2
+            + self.curvature / 2 * self.ell**2 * self.mu * (kappa[0] ** 2 + kappa[1] ** 2)
+        )
 
     def stress(self, gradient: Component, psi: Component) -> Components:
         """Returns the force stress (16) as rows; sigma_12 works on gamma_12 = u1,2 + psi.
@@ -160,11 +174,10 @@ class Cosserat(Shown):
         ((s11, s12), (s21, s22))
         """
         (u11, u12), (u21, u22) = _components(gradient)
-        pressure = self.lam*(u11 + u22)
-        shear = self.mu*(u12 + u21)
-        skew = 2*self.mu_c*((u12 - u21)/2 + psi)
-        return ((pressure + 2*self.mu*u11, shear + skew),
-                (shear - skew, pressure + 2*self.mu*u22))
+        pressure = self.lam * (u11 + u22)
+        shear = self.mu * (u12 + u21)
+        skew = 2 * self.mu_c * ((u12 - u21) / 2 + psi)
+        return ((pressure + 2 * self.mu * u11, shear + skew), (shear - skew, pressure + 2 * self.mu * u22))
 
     def couple_stress(self, kappa: Component) -> tuple[Component, Component]:
         """Returns the couple stress m = gamma' ell^2 mu grad psi, (17) in the plane.
@@ -179,8 +192,8 @@ class Cosserat(Shown):
         (m1, m2)
             Couple per area (stress x length).
         """
-        stiffness = self.curvature*self.ell**2*self.mu
-        return stiffness*kappa[0], stiffness*kappa[1]
+        stiffness = self.curvature * self.ell**2 * self.mu
+        return stiffness * kappa[0], stiffness * kappa[1]
 
 
 def _components(gradient: Component) -> Components:
@@ -196,11 +209,11 @@ def _coupling_ratio(mu: float, beta: float | None, eta: float | None, mu_c: floa
     if len(given) != 1:
         raise BadArgument("coupling", given, "give exactly one of beta, eta, mu_c")
     require_finite(**given)
-    (name, value), = given.items()
+    ((name, value),) = given.items()
     if value < 0:
         raise Inadmissible(name, value, "the coupling must not be negative")
     if name == "beta":
         if not value < 2:
             raise Inadmissible(name, value, "must satisfy 0 <= beta < 2 (2 is the couple-stress limit)")
-        return value/(2 - value)
-    return value if name == "eta" else value/mu
+        return value / (2 - value)
+    return value if name == "eta" else value / mu

@@ -19,9 +19,9 @@ from ..errors import (
 )
 from .types import Interval
 
-PANEL_ORDERS = 2, 100        # least and most that may be fixed
-ELEMENT_ORDER = 20           # most that may be fixed
-MOST_CELLS = 2**26           # that may be given: some 20 GB
+PANEL_ORDERS = 2, 100  # least and most that may be fixed
+ELEMENT_ORDER = 20  # most that may be fixed
+MOST_CELLS = 2**26  # that may be given: some 20 GB
 SHAPES = ("quadrilaterals", "triangles")
 RULES = ("nodal", "gauss")
 KINDS = ("al", "penalty")
@@ -152,8 +152,8 @@ class Fitted:
                 raise BadArgument("spacing", self.spacing, "goes with an order: rtol chooses both")
         try:
             lines = tuple(self.lines)
-        except TypeError:      # one number, which the type does not allow but the program does
-            lines = (self.lines,)      # type: ignore[assignment]
+        except TypeError:  # one number, which the type does not allow but the program does
+            lines = (self.lines,)  # type: ignore[assignment]
         for line in lines:
             require_finite(lines=line)
         object.__setattr__(self, "lines", lines)
@@ -246,8 +246,9 @@ class Uniform:
         require_choice(SHAPES, shape=self.shape)
         require_choice(RULES, rule=self.rule)
         if self.rule == "gauss" and (self.newton is None or self.newton.kind != "al"):
-            raise BadArgument("rule", self.rule,
-                              'belongs to Newton("al"): the others have their pressures at nodes')
+            raise BadArgument(
+                "rule", self.rule, 'belongs to Newton("al"): the others have their pressures at nodes'
+            )
 
 
 @dataclass(frozen=True)

@@ -24,10 +24,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import BadArgument, MicroblockError, require_finite, require_positive, require_whole
 from .types import Array, Interval, ObstacleLike
 
-SCALES = np.geomspace(1e-3, 1e5, 65)     # of ell, at which an obstacle of a half-plane is sampled
-TAIL = 9            # outermost of them, over which an obstacle without a lowest point falls all the way
+SCALES = np.geomspace(1e-3, 1e5, 65)  # of ell, at which an obstacle of a half-plane is sampled
+TAIL = 9  # outermost of them, over which an obstacle without a lowest point falls all the way
 MOST_WAVES = 10**6
-STEEPEST = 0.5      # n2 of the steepest surface that can touch
+STEEPEST = 0.5  # n2 of the steepest surface that can touch
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Cylinder:
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
-        return np.asarray(x, float)**2/(2*self.R)
+        return np.asarray(x, float) ** 2 / (2 * self.R)
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Wedge:
     @property
     def jumps(self) -> tuple[float, ...]:
         """By how much the slope jumps at the tip."""
-        return (2*self.slope,)
+        return (2 * self.slope,)
 
     even = True
     formulas = True
@@ -133,7 +133,7 @@ class Wedge:
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
-        return self.slope*np.abs(x)
+        return self.slope * np.abs(x)
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ class Obstacle:
         if not callable(self.height):
             raise BadArgument("height", self.height, "must be a function of an array of x1")
         kinks = () if self.kinks is None else _tuple(self.kinks)
-        jumps = (0.0,)*len(kinks) if self.jumps is None else _tuple(self.jumps)
+        jumps = (0.0,) * len(kinks) if self.jumps is None else _tuple(self.jumps)
         if len(jumps) != len(kinks):
             raise BadArgument("jumps", self.jumps, f"must be one for each of the {len(kinks)} kinks")
         for place, jump in zip(kinks, jumps):
@@ -200,7 +200,7 @@ class Obstacle:
         BadArgument
             If the samples are not finite, not ascending or not as many.
         """
-        return Samples(cast(Array, x), cast(Array, z))      # which makes arrays of them
+        return Samples(cast(Array, x), cast(Array, z))  # which makes arrays of them
 
 
 def _tuple(values: Iterable[float] | float) -> tuple[float, ...]:
@@ -251,7 +251,7 @@ class Punch:
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths); inf beside the punch."""
         x = np.asarray(x, float)
-        return np.where(np.abs(x) <= self.half_width, self.tilt*x, np.inf)
+        return np.where(np.abs(x) <= self.half_width, self.tilt * x, np.inf)
 
 
 @dataclass(frozen=True)
@@ -289,7 +289,7 @@ class Samples:
     @property
     def jumps(self) -> tuple[float, ...]:
         """By how much the slope jumps at each of them."""
-        return tuple(np.diff(np.diff(self._z)/np.diff(self.x)))
+        return tuple(np.diff(np.diff(self._z) / np.diff(self.x)))
 
     @property
     def ends(self) -> Interval:
@@ -298,15 +298,16 @@ class Samples:
 
     @property
     def _z(self) -> Array:
-        assert self.z is not None      # `__post_init__` raises an error without it
+        assert self.z is not None  # `__post_init__` raises an error without it
         return self.z
 
     formulas = True
 
     def __post_init__(self) -> None:
         if callable(self.x):
-            raise BadArgument("x", self.x,
-                              "must be numbers; a function height(x) serves as obstacle as it is")
+            raise BadArgument(
+                "x", self.x, "must be numbers; a function height(x) serves as obstacle as it is"
+            )
         x, z = _numbers("x", self.x), _numbers("z", self.z)
         if x.ndim != 1 or x.size < 2 or not np.all(np.diff(x) > 0):
             raise BadArgument("x", self.x, "must be a strictly ascending sequence of at least two numbers")
@@ -360,7 +361,7 @@ class Wave:
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
-        return self.amplitude*(1 - np.cos(2*np.pi*np.asarray(x, float)/self.wavelength))
+        return self.amplitude * (1 - np.cos(2 * np.pi * np.asarray(x, float) / self.wavelength))
 
 
 @dataclass(frozen=True)
@@ -409,30 +410,30 @@ class Rough:
             require_whole(1, waves=longest)
             require_whole(longest, MOST_WAVES, waves=shortest)
         except (TypeError, ValueError) as failure:
-            raise BadArgument("waves", self.waves,
-                              f"must be two whole numbers, 1 <= longest <= shortest <= {MOST_WAVES}"
-                              ) from failure
+            raise BadArgument(
+                "waves", self.waves, f"must be two whole numbers, 1 <= longest <= shortest <= {MOST_WAVES}"
+            ) from failure
         require_whole(0, seed=self.seed)
 
     @cached_property
     def amplitudes(self) -> NDArray[np.complex128]:
         """Complex amplitudes of exp(2 pi i m x/period), m from the longest to the shortest wave."""
         m = np.arange(self.waves[0], self.waves[1] + 1)
-        phases = 2*np.pi*np.random.default_rng(self.seed).random(len(m))
-        shape = m**(-self.hurst - 0.5)*np.exp(1j*phases)
-        mean_square = np.sum(np.abs(2*np.pi*m/self.period*shape)**2)/2
-        found: NDArray[np.complex128] = self.slope/np.sqrt(mean_square)*shape
+        phases = 2 * np.pi * np.random.default_rng(self.seed).random(len(m))
+        shape = m ** (-self.hurst - 0.5) * np.exp(1j * phases)
+        mean_square = np.sum(np.abs(2 * np.pi * m / self.period * shape) ** 2) / 2
+        found: NDArray[np.complex128] = self.slope / np.sqrt(mean_square) * shape
         return found
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths); the time grows like the number of
         waves.
         """
-        phase = np.exp(2j*np.pi*np.asarray(x, float)/self.period)      # of Horner's rule
+        phase = np.exp(2j * np.pi * np.asarray(x, float) / self.period)  # of Horner's rule
         total = np.zeros_like(phase)
         for amplitude in self.amplitudes[::-1]:
-            total = total*phase + amplitude
-        found: Array = (total*phase**self.waves[0]).real
+            total = total * phase + amplitude
+        found: Array = (total * phase ** self.waves[0]).real
         return found
 
 
@@ -446,13 +447,17 @@ def heights(obstacle: ObstacleLike, x: Array) -> Array:
     """
     above = returned(obstacle, x)
     if above.shape != np.shape(x):
-        raise BadArgument("obstacle", obstacle,
-                          "its height(x) must return one number (or inf) for each x of an array")
+        raise BadArgument(
+            "obstacle", obstacle, "its height(x) must return one number (or inf) for each x of an array"
+        )
     wrong = np.isnan(above) | (above == -np.inf)
     if np.any(wrong):
-        raise BadArgument("obstacle", obstacle,
-                          f"its height(x) is {above[wrong][0]:g} at x = {x[wrong][0]:.4g}: must be a number, "
-                          "or inf where there is no obstacle")
+        raise BadArgument(
+            "obstacle",
+            obstacle,
+            f"its height(x) is {above[wrong][0]:g} at x = {x[wrong][0]:.4g}: must be a number, "
+            "or inf where there is no obstacle",
+        )
     return above
 
 
@@ -463,16 +468,17 @@ def check(obstacle: ObstacleLike) -> None:
 
 
 def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
-    """Raises BadArgument unless an obstacle without edges is lowest somewhere on the scales of ell (length).
-    """
-    sides = {side: heights(obstacle, side*ell*SCALES) for side in (-1, 1)}
+    """Raises BadArgument unless an obstacle without edges is lowest somewhere on the scales of ell."""
+    sides = {side: heights(obstacle, side * ell * SCALES) for side in (-1, 1)}
     for side, above in sides.items():
-        with np.errstate(invalid="ignore"):      # inf - inf
+        with np.errstate(invalid="ignore"):  # inf - inf
             falls = np.all(np.diff(above[-TAIL:]) < 0)
         if falls and above[-1] <= min(each.min() for each in sides.values()):
-            raise BadArgument("obstacle", obstacle,
-                              "must be lowest somewhere, but its height(x) falls towards "
-                              f"x = {side*np.inf:g}")
+            raise BadArgument(
+                "obstacle",
+                obstacle,
+                f"must be lowest somewhere, but its height(x) falls towards x = {side * np.inf:g}",
+            )
 
 
 def returned(obstacle: ObstacleLike, x: Array) -> Array:
@@ -483,14 +489,17 @@ def returned(obstacle: ObstacleLike, x: Array) -> Array:
     if not callable(height):
         raise BadArgument("obstacle", obstacle, "must have a method height(x), or be a callable height(x)")
     try:
-        with np.errstate(all="ignore"):      # `heights` raises an error where it is no number
+        with np.errstate(all="ignore"):  # `heights` raises an error where it is no number
             return real(height(x))
     except MicroblockError:
         raise
     except (TypeError, ValueError) as failure:
-        raise BadArgument("obstacle", obstacle, f"its height(x) must take an array of x ({failure}); "
-                          "np.vectorize makes it one that does") from failure
-    except Exception as failure:      # whatever the user's function does
+        raise BadArgument(
+            "obstacle",
+            obstacle,
+            f"its height(x) must take an array of x ({failure}); np.vectorize makes it one that does",
+        ) from failure
+    except Exception as failure:  # whatever the user's function does
         raise BadArgument("obstacle", obstacle, f"its height(x) failed: {failure!r}") from failure
 
 
@@ -522,4 +531,4 @@ def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
     """
     above = heights(obstacle, points[:, 0])
     seen = normals[:, 1] > STEEPEST
-    return np.where(seen, (above - points[:, 1])*np.where(seen, normals[:, 1], 1.0), np.inf)
+    return np.where(seen, (above - points[:, 1]) * np.where(seen, normals[:, 1], 1.0), np.inf)

@@ -25,18 +25,18 @@ from .zones import runs
 if TYPE_CHECKING:
     from .problem import Problem
 
-BOUND = 2.0              # of what a classical half-plane would ask for
-SCALES = 1e-3, 1e5       # of ell, between which an obstacle is sampled
-PER_DECADE = 400         # places on either side; of an obstacle that is known as formulas KNOWN
+BOUND = 2.0  # of what a classical half-plane would ask for
+SCALES = 1e-3, 1e5  # of ell, between which an obstacle is sampled
+PER_DECADE = 400  # places on either side; of an obstacle that is known as formulas KNOWN
 KNOWN = 24
-FAR = 100.0              # half-widths, at least
+FAR = 100.0  # half-widths, at least
 ZOOMS, ZOOMED = 14, 300  # how often nearer, by 4, and at how many of the least heights
-SEEN = 5e-4              # of a: distance of the samples of a function in a low stretch
-INTERVALS = 4000         # first ones of all low stretches together, with samples further apart instead
-COARSEST = 0.02          # of a: beyond this distance of the samples an error is raised
-SITES = 65               # places in a stretch of an obstacle that is known as formulas
-SAME = 1e-6              # of a: a singular point this near to one that is given is that one
-ROUND = 1.95             # power of ``abs(x)**power`` from which a tip is round enough for panels
+SEEN = 5e-4  # of a: distance of the samples of a function in a low stretch
+INTERVALS = 4000  # first ones of all low stretches together, with samples further apart instead
+COARSEST = 0.02  # of a: beyond this distance of the samples an error is raised
+SITES = 65  # places in a stretch of an obstacle that is known as formulas
+SAME = 1e-6  # of a: a singular point this near to one that is given is that one
+ROUND = 1.95  # power of ``abs(x)**power`` from which a tip is round enough for panels
 # slope discontinuities of a simple obstacle at most; of a, its shortest piece at least
 FEW, WIDE = 2, 0.25
 # of the slope a contact of this load asks for: errors of the height per length that do not matter
@@ -102,15 +102,14 @@ class Picture:
 
     @property
     def simple(self) -> bool:
-        """Whether the obstacle has one lowest place and nothing beside it that is narrower than the contact.
-        """
+        """Whether the obstacle has one lowest place and nothing narrower than the contact beside it."""
         few = len(self.minima) <= 1 and len(self.kinks) <= FEW and not self.found and self.angle is None
-        return few and bool(self.lengths.min(initial=np.inf) > WIDE*self.half_width)
+        return few and bool(self.lengths.min(initial=np.inf) > WIDE * self.half_width)
 
     def allowed(self, x: Array) -> Array:
         """Returns the height at x below which a corner may touch, array (n,)."""
-        away = np.abs(x - self.lowest)/self.half_width
-        heights: Array = self._least + self.bound*self.rise*(1 + np.log1p(2*away))
+        away = np.abs(x - self.lowest) / self.half_width
+        heights: Array = self._least + self.bound * self.rise * (1 + np.log1p(2 * away))
         return heights
 
     @property
@@ -146,17 +145,17 @@ def picture(problem: Problem, load: float, bound: float = BOUND) -> Picture:
     """
     obstacle, ell = problem.obstacle, problem.solid.ell
     known: bool = getattr(obstacle, "formulas", False)
-    farthest = SCALES[1]*ell
+    farthest = SCALES[1] * ell
     while True:
         x, h = _everywhere(obstacle, ell, KNOWN if known else PER_DECADE, farthest)
         lowest = float(x[np.argmin(h)])
         half, rise = classical(problem, load, lowest)
         half = max(half, _level_at(x, h, lowest, rise))
-        if farthest >= FAR*half:
+        if farthest >= FAR * half:
             break
-        farthest = 2*FAR*half
-    away = np.abs(x - lowest)/half
-    low = h < h.min() + bound*rise*(1 + np.log1p(2*away))
+        farthest = 2 * FAR * half
+    away = np.abs(x - lowest) / half
+    low = h < h.min() + bound * rise * (1 + np.log1p(2 * away))
     if low[0] or low[-1]:
         side = x[0] if low[0] else x[-1]
         raise BadArgument(
@@ -167,20 +166,20 @@ def picture(problem: Problem, load: float, bound: float = BOUND) -> Picture:
             "HalfPlane(solid, period=...)",
         )
     stretches = tuple((float(x[i - 1]), float(x[j + 1])) for i, j in runs(low))
-    floor = NEGLIGIBLE*rise/half
+    floor = NEGLIGIBLE * rise / half
     shape = _known(obstacle, stretches) if known else _sampled(obstacle, stretches, half, floor)
-    angle = _angle(problem.law, stretches, ell, half, NEGLIGIBLE*rise/ell)
+    angle = _angle(problem.law, stretches, ell, half, NEGLIGIBLE * rise / ell)
     return Picture(load, lowest, half, rise, bound, stretches, angle=angle, **shape)
 
 
-def within(problem: Problem, load: float, stretches: tuple[Interval, ...], half: float, rise: float
-           ) -> Picture:
-    """Returns the Picture of given stretches, for contacts of this half-width and rise (lengths) on any body.
-    """
-    obstacle, floor = problem.obstacle, NEGLIGIBLE*rise
+def within(
+    problem: Problem, load: float, stretches: tuple[Interval, ...], half: float, rise: float
+) -> Picture:
+    """Returns the Picture of given stretches, for contacts of this half-width and rise on any body."""
+    obstacle, floor = problem.obstacle, NEGLIGIBLE * rise
     known: bool = getattr(obstacle, "formulas", False)
-    shape = _known(obstacle, stretches) if known else _sampled(obstacle, stretches, half, floor/half)
-    angle = _angle(problem.law, stretches, problem.solid.ell, half, floor/problem.solid.ell)
+    shape = _known(obstacle, stretches) if known else _sampled(obstacle, stretches, half, floor / half)
+    angle = _angle(problem.law, stretches, problem.solid.ell, half, floor / problem.solid.ell)
     lowest = float(shape["sites"][np.argmin(shape["heights"])])
     return Picture(load, lowest, half, rise, np.inf, stretches, angle=angle, **shape)
 
@@ -203,18 +202,17 @@ class Seen(Obstacle):
 
 
 def classical(problem: Problem, load: float, centre: float) -> tuple[float, float]:
-    """Returns (half-width, rise): the obstacle rises by the approach of a classical contact with a parabola.
-    """
-    half = problem.solid.ell*np.geomspace(1e-9, 1e9, 721)
+    """Returns (half-width, rise): the obstacle rises by the approach of a classical parabolic contact."""
+    half = problem.solid.ell * np.geomspace(1e-9, 1e9, 721)
     around = centre + np.outer((-1.0, 0.0, 1.0), half).ravel()
     above = np.minimum(heights(problem.obstacle, around), 1e300).reshape(3, -1)
     rises = np.ptp(above, axis=0)
-    rise = 2*load/(np.pi*problem.solid.E_star)
+    rise = 2 * load / (np.pi * problem.solid.E_star)
     enough = np.flatnonzero(rises >= rise)
     if not len(enough):
         raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
     n = enough[0]
-    return float(np.interp(rise, rises[n - 1:n + 1], half[n - 1:n + 1]) if n else half[0]), rise
+    return float(np.interp(rise, rises[n - 1 : n + 1], half[n - 1 : n + 1]) if n else half[0]), rise
 
 
 def _level_at(x: Array, h: Array, lowest: float, rise: float) -> float:
@@ -222,14 +220,16 @@ def _level_at(x: Array, h: Array, lowest: float, rise: float) -> float:
     bottom.
     """
     within = next((i, j) for i, j in runs(h <= h.min() + rise) if x[i] <= lowest <= x[j])
-    return float(x[within[1]] - x[within[0]])/2
+    return float(x[within[1]] - x[within[0]]) / 2
 
 
 def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: float) -> tuple[Array, Array]:
     """Returns places on all scales, ascending, and the heights there; around the least of them places are
     denser.
     """
-    scales = np.geomspace(SCALES[0]*ell, farthest, int(per_decade*np.log10(farthest/(SCALES[0]*ell))) + 1)
+    scales = np.geomspace(
+        SCALES[0] * ell, farthest, int(per_decade * np.log10(farthest / (SCALES[0] * ell))) + 1
+    )
     own: list[float] = [place for name in ("kinks", "ends") for place in getattr(obstacle, name, ())]
     x = np.unique((*-scales, 0.0, *scales, *own))
     h = heights(obstacle, x)
@@ -238,7 +238,7 @@ def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: f
     left, right = x[lower - 1], x[lower + 1]
     more = [x]
     for _ in range(ZOOMS if len(lower) else 0):
-        places = left[:, None] + (right - left)[:, None]*np.linspace(0, 1, 9)
+        places = left[:, None] + (right - left)[:, None] * np.linspace(0, 1, 9)
         values = heights(obstacle, places.ravel()).reshape(places.shape)
         least = np.clip(np.argmin(values, axis=1), 1, 7)
         more.append(places[:, 1:-1].ravel())
@@ -256,8 +256,16 @@ def _known(obstacle: ObstacleLike, stretches: Sequence[Interval]) -> Shape:
     above = heights(obstacle, sites)
     edges = np.array((stretches[0][0], stretches[-1][1]))
     there = np.isfinite(above)
-    return {"sites": sites[there], "heights": above[there], "edges": edges, "lengths": np.array([np.inf]),
-            "kinks": kinks, "jumps": tuple(getattr(obstacle, "jumps", ())), "ends": ends, "steps": ()}
+    return {
+        "sites": sites[there],
+        "heights": above[there],
+        "edges": edges,
+        "lengths": np.array([np.inf]),
+        "kinks": kinks,
+        "jumps": tuple(getattr(obstacle, "jumps", ())),
+        "ends": ends,
+        "steps": (),
+    }
 
 
 def _sampled(obstacle: ObstacleLike, stretches: Sequence[Interval], half: float, floor: float) -> Shape:
@@ -267,34 +275,47 @@ def _sampled(obstacle: ObstacleLike, stretches: Sequence[Interval], half: float,
     first = _first(stretches, half, (*own, *ends), obstacle)
     pieces = _proxies(lambda x: heights(obstacle, x), first, floor, obstacle, known=own)
     edges, lengths = _one_after_the_other(pieces)
-    sites, above, singular, jumps, powers = (np.concatenate([getattr(each, name) for each in pieces])
-                                             for name in ("samples", "values", "singular", "jumps", "powers"))
+    sites, above, singular, jumps, powers = (
+        np.concatenate([getattr(each, name) for each in pieces])
+        for name in ("samples", "values", "singular", "jumps", "powers")
+    )
     sites, above = sites[np.isfinite(above)], above[np.isfinite(above)]
     gone = singular[np.isnan(jumps)].tolist()
     found = () if ends else _outermost(gone, sites)
     kinks = {place: jump for place, jump in zip(singular.tolist(), jumps.tolist()) if np.isfinite(jump)}
-    kinks = {place: jump for place, jump in kinks.items()
-             if not any(abs(place - given) < SAME*half for given in own)}
+    kinks = {
+        place: jump
+        for place, jump in kinks.items()
+        if not any(abs(place - given) < SAME * half for given in own)
+    }
     measured = dict(zip(singular.tolist(), jumps.tolist()))
-    for place, jump in own.items():      # as given; its jump, if that is not, as measured
+    for place, jump in own.items():  # as given; its jump, if that is not, as measured
         nearest = min(measured, key=lambda each: abs(each - place), default=place)
-        usable = abs(nearest - place) < SAME*half and np.isfinite(measured[nearest])
+        usable = abs(nearest - place) < SAME * half and np.isfinite(measured[nearest])
         kinks[place] = jump or (measured[nearest] if usable else 0.0)
     kinks = dict(sorted(kinks.items()))
-    return {"sites": sites, "heights": above, "edges": edges, "lengths": lengths,
-            "kinks": tuple(kinks), "jumps": tuple(kinks.values()), "ends": ends or found,
-            "steps": tuple(place for place in gone if place not in (*ends, *found)),
-            "tips": tuple(singular[(jumps == 0) & (powers < ROUND)].tolist()),
-            "found": len(kinks) > len(own) or bool(found)}
+    return {
+        "sites": sites,
+        "heights": above,
+        "edges": edges,
+        "lengths": lengths,
+        "kinks": tuple(kinks),
+        "jumps": tuple(kinks.values()),
+        "ends": ends or found,
+        "steps": tuple(place for place in gone if place not in (*ends, *found)),
+        "tips": tuple(singular[(jumps == 0) & (powers < ROUND)].tolist()),
+        "found": len(kinks) > len(own) or bool(found),
+    }
 
 
 def _outermost(places: Sequence[float], sites: Array) -> tuple[float, ...]:
     """Returns (left, right) edges of an obstacle from places at which the height ends or jumps; inf where
     none is.
     """
-    near = SAME*(sites[-1] - sites[0])
-    left, right = (next((place for place in places if abs(place - site) <= near), None)
-                   for site in (sites[0], sites[-1]))
+    near = SAME * (sites[-1] - sites[0])
+    left, right = (
+        next((place for place in places if abs(place - site) <= near), None) for site in (sites[0], sites[-1])
+    )
     if left is None and right is None:
         return ()
     return -np.inf if left is None else left, np.inf if right is None else right
@@ -302,32 +323,48 @@ def _outermost(places: Sequence[float], sites: Array) -> tuple[float, ...]:
 
 def _first(stretches: Sequence[Interval], half: float, breaks: Iterable[float], given: object) -> list[Array]:
     """Returns the first intervals of each stretch: [edges, ...]."""
-    samples = 27      # of an interval, about: see `proxy`
-    wide, spacing = sum(right - left for left, right in stretches), SEEN*half
-    spacing = max(spacing, wide/(samples*INTERVALS))
-    if spacing > COARSEST*half:
-        raise BadArgument("obstacle", given, f"could touch within {wide:.3g}, some {wide/half:.2g} "
-                          "half-widths of a contact: too wide to be sampled everywhere; Cells(nodes=..., "
-                          "window=...) take a part of it")
+    samples = 27  # of an interval, about: see `proxy`
+    wide, spacing = sum(right - left for left, right in stretches), SEEN * half
+    spacing = max(spacing, wide / (samples * INTERVALS))
+    if spacing > COARSEST * half:
+        raise BadArgument(
+            "obstacle",
+            given,
+            f"could touch within {wide:.3g}, some {wide / half:.2g} "
+            "half-widths of a contact: too wide to be sampled everywhere; Cells(nodes=..., "
+            "window=...) take a part of it",
+        )
     found = []
     for left, right in stretches:
-        own = min(spacing, (right - left)/(40*samples))
-        edges = np.linspace(left, right, 2 + int((right - left)/(samples*own)))
+        own = min(spacing, (right - left) / (40 * samples))
+        edges = np.linspace(left, right, 2 + int((right - left) / (samples * own)))
         found.append(np.union1d(edges, [place for place in breaks if left < place < right]))
     return found
 
 
-def _proxies(function: Function, intervals: Iterable[Array], floor: float, given: object,
-             name: str = "obstacle", known: Collection[float] = ()) -> list[Proxy]:
+def _proxies(
+    function: Function,
+    intervals: Iterable[Array],
+    floor: float,
+    given: object,
+    name: str = "obstacle",
+    known: Collection[float] = (),
+) -> list[Proxy]:
     """Returns a Proxy for each stretch; raises BadArgument, naming what was given, where the function is too
     rough.
     """
     try:
-        return [proxy(function, edges, floor, [place for place in known if edges[0] < place < edges[-1]])
-                for edges in intervals]
+        return [
+            proxy(function, edges, floor, [place for place in known if edges[0] < place < edges[-1]])
+            for edges in intervals
+        ]
     except TooRough as failure:
-        raise BadArgument(name, given, f"must be smooth but for some places: {failure}; Cells(nodes=...) "
-                          "take it as their centres see it") from failure
+        raise BadArgument(
+            name,
+            given,
+            f"must be smooth but for some places: {failure}; Cells(nodes=...) "
+            "take it as their centres see it",
+        ) from failure
 
 
 def _one_after_the_other(pieces: Sequence[Proxy]) -> tuple[Array, Array]:
@@ -337,8 +374,9 @@ def _one_after_the_other(pieces: Sequence[Proxy]) -> tuple[Array, Array]:
     return edges, np.array(lengths[1:-1])
 
 
-def _angle(law: LawLike, stretches: Sequence[Interval], ell: float, half: float, floor: float
-           ) -> Proxy | None:
+def _angle(
+    law: LawLike, stretches: Sequence[Interval], ell: float, half: float, floor: float
+) -> Proxy | None:
     """Returns the Proxy of psi0 over all of the stretches, None where it is a number."""
     if not callable(getattr(law, "psi0", None)):
         return None

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from .material import Cosserat
     from .picture import Picture
 
-MIRRORED = np.geomspace(1e-3, 1e4, 43)     # of ell: places at which evenness is looked at
-SAME_HEIGHT = 1e-9   # of their size, or of ell: heights that differ by less are the same
-GROWTH = 4.0         # of panels away from an edge
+MIRRORED = np.geomspace(1e-3, 1e4, 43)  # of ell: places at which evenness is looked at
+SAME_HEIGHT = 1e-9  # of their size, or of ell: heights that differ by less are the same
+GROWTH = 4.0  # of panels away from an edge
 
 
 @dataclass(frozen=True)
@@ -70,12 +70,12 @@ class Problem:
             for corner, shift in enumerate(self._shifts):
                 found.setdefault(float(place + shift), {})[corner] = float(jump)
         angle = None if self.picture is None else self.picture.angle
-        if angle is not None:      # where psi0's slope jumps, that of the levers does, or of the gaps as well
-            size = self.solid.ell/2*(cast(AngledLaw, self.law).psi0_in == ACTS_IN[0])
+        if angle is not None:  # where psi0's slope jumps, that of the levers does, or of the gaps as well
+            size = self.solid.ell / 2 * (cast(AngledLaw, self.law).psi0_in == ACTS_IN[0])
             for place, jump in zip(angle.singular, angle.jumps):
                 at = found.setdefault(float(place), {})
                 for corner, sign in ((0, 1), (1, -1)):
-                    at[corner] = at.get(corner, 0.0) + sign*size*float(jump)
+                    at[corner] = at.get(corner, 0.0) + sign * size * float(jump)
         return found
 
     @cached_property
@@ -122,7 +122,7 @@ class Problem:
         lengths: list[float] = [np.inf]
         for edges, own in self._pieces:
             away = np.maximum(np.maximum(edges[:-1] - right, left - edges[1:]), 0.0)
-            lengths.append((own + grading*away).min())
+            lengths.append((own + grading * away).min())
         return float(min(lengths))
 
     @cached_property
@@ -131,8 +131,11 @@ class Problem:
         none.
         """
         places: tuple[float, ...] = getattr(self.obstacle, "ends", ())
-        return {corner: tuple(float(place + self._shifts[corner]) for place in places)
-                for corner in self.corners if places}
+        return {
+            corner: tuple(float(place + self._shifts[corner]) for place in places)
+            for corner in self.corners
+            if places
+        }
 
     def levers(self, x: Array) -> Array:
         """Returns the levers of (29) of all corners at x, array (corners, ...); 0 where psi is prescribed."""
@@ -168,13 +171,17 @@ def symmetric(law: LawLike, obstacle: ObstacleLike) -> bool:
 
 def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument where obstacle or law say that they are symmetric about x1 = 0 and are not."""
-    x = ell*MIRRORED
+    x = ell * MIRRORED
     if getattr(obstacle, "even", False):
         right, left = heights(obstacle, x), heights(obstacle, -x)
-        apart = ~np.isclose(right, left, rtol=SAME_HEIGHT, atol=SAME_HEIGHT*ell)
+        apart = ~np.isclose(right, left, rtol=SAME_HEIGHT, atol=SAME_HEIGHT * ell)
         if apart.any():
-            raise BadArgument("obstacle", obstacle, "says that it is even, but its height differs at x = "
-                              f"{x[apart][0]:.4g} and {-x[apart][0]:.4g}")
+            raise BadArgument(
+                "obstacle",
+                obstacle,
+                "says that it is even, but its height differs at x = "
+                f"{x[apart][0]:.4g} and {-x[apart][0]:.4g}",
+            )
     if law.even:
         one, other = (list(law.levers(places).values()) for places in (x, -x))
         if not np.allclose(np.array(one), -np.array(other[::-1]), rtol=SAME_HEIGHT, atol=SAME_HEIGHT):

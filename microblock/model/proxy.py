@@ -19,26 +19,26 @@ from ..errors import MicroblockError
 from .types import Array, Flags, Function
 
 NODES = 14
-FOLLOWED = 1e-8      # of the change over an interval: error of a polynomial that follows
-ROUNDING = 1e-14     # of the largest value
-SHORTEST = 1e-10     # of all intervals together: one that is halved no more
+FOLLOWED = 1e-8  # of the change over an interval: error of a polynomial that follows
+ROUNDING = 1e-14  # of the largest value
+SHORTEST = 1e-10  # of all intervals together: one that is halved no more
 # of the first intervals: features that they show are wider; where both halves of a shorter interval are
 # smooth, rounding hides the rest of a singular point
-NARROW = 1/64
-LOST = 1e-5          # of all intervals: singular points nearer to each other are one
-MOST = 200           # unsmooth intervals shorter than NARROW at a time: more of them are noise
-BUDGET = 8000        # pieces
-HALF = 0.5137        # not 1/2: a singular point at a round number shall fall into one of the halves
-GRADED = 2.5         # lengths of a piece within which a singular point is what made it short
-SIDE = 6             # points beside a jump of the slope, through which either side's polynomial goes
-KINK = 0.9           # a jump of the slope that shrinks by more on a hundredth of the way is none
-STEP = 50            # ... and one that grows by as much is a step of the function
+NARROW = 1 / 64
+LOST = 1e-5  # of all intervals: singular points nearer to each other are one
+MOST = 200  # unsmooth intervals shorter than NARROW at a time: more of them are noise
+BUDGET = 8000  # pieces
+HALF = 0.5137  # not 1/2: a singular point at a round number shall fall into one of the halves
+GRADED = 2.5  # lengths of a piece within which a singular point is what made it short
+SIDE = 6  # points beside a jump of the slope, through which either side's polynomial goes
+KINK = 0.9  # a jump of the slope that shrinks by more on a hundredth of the way is none
+STEP = 50  # ... and one that grows by as much is a step of the function
 
 _points = chebpts2(NODES)
-_places = np.concatenate((_points, (_points[1:] + _points[:-1])/2))      # samples of an interval, in [-1, 1]
+_places = np.concatenate((_points, (_points[1:] + _points[:-1]) / 2))  # samples of an interval, in [-1, 1]
 # of the polynomial through those at _points
 _coefficients = np.linalg.inv(chebvander(_points, NODES - 1))
-_between = chebvander(_places[NODES:], NODES - 1) @ _coefficients        # its values at the other samples
+_between = chebvander(_places[NODES:], NODES - 1) @ _coefficients  # its values at the other samples
 
 
 class TooRough(MicroblockError):
@@ -79,10 +79,10 @@ class Proxy:
         lengths = np.diff(self.edges)
         if not len(self.singular):
             return lengths
-        middle = (self.edges[1:] + self.edges[:-1])/2
+        middle = (self.edges[1:] + self.edges[:-1]) / 2
         near = np.abs(middle[:, None] - self.singular).min(axis=1)
-        least = LOST*(self.edges[-1] - self.edges[0])
-        return np.where(near <= np.maximum(GRADED*lengths, least), np.inf, lengths)
+        least = LOST * (self.edges[-1] - self.edges[0])
+        return np.where(near <= np.maximum(GRADED * lengths, least), np.inf, lengths)
 
 
 def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[float] = ()) -> Proxy:
@@ -109,18 +109,18 @@ def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[
         If there are more than BUDGET pieces, or more than MOST singular points.
     """
     edges, ends = _with_ends(function, np.asarray(edges, float))
-    whole, narrow = edges[-1] - edges[0], float(NARROW*np.median(np.diff(edges)))
+    whole, narrow = edges[-1] - edges[0], float(NARROW * np.median(np.diff(edges)))
     done: list[tuple[Array, Array, Array]] = []
-    candidates = [(float(place), 0.0) for place in (*known, *ends)]      # (place, length of its interval)
+    candidates = [(float(place), 0.0) for place in (*known, *ends)]  # (place, length of its interval)
     left, right, halves = edges[:-1], edges[1:], False
     while len(left):
         values = _values(function, left, right)
         length = right - left
         smooth = _followed(left, right, values, np.where(length < narrow, 0.0, floor))
-        shortest = ~smooth & (length <= SHORTEST*whole)
-        candidates += zip((left + right)[shortest]/2, length[shortest])
+        shortest = ~smooth & (length <= SHORTEST * whole)
+        candidates += zip((left + right)[shortest] / 2, length[shortest])
         if halves:
-            number = len(left)//2
+            number = len(left) // 2
             lost = smooth.reshape(2, -1).all(axis=0) & ((length[:number] + length[number:]) < narrow)
             candidates += zip(right[:number][lost], (length[:number] + length[number:])[lost])
         smooth |= shortest
@@ -128,15 +128,17 @@ def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[
         left, right = left[~smooth], right[~smooth]
         pieces = sum(len(each[0]) for each in done) + len(left)
         if pieces > BUDGET or np.count_nonzero(right - left < narrow) > MOST:
-            raise TooRough(f"it changes ever more quickly, next to x = {left[0]:.4g}" if len(left)
-                           else "too many pieces")
-        middle = left + HALF*(right - left)
+            raise TooRough(
+                f"it changes ever more quickly, next to x = {left[0]:.4g}" if len(left) else "too many pieces"
+            )
+        middle = left + HALF * (right - left)
         left, right, halves = np.concatenate((left, middle)), np.concatenate((middle, right)), True
     left, right, values = (np.concatenate(each) for each in zip(*done))
     order = np.argsort(left)
-    singular = np.array(_apart(sorted(candidates), LOST*whole))
-    left, right, values = _joined(function, left[order], right[order], values[order], singular, LOST*whole,
-                                  floor)
+    singular = np.array(_apart(sorted(candidates), LOST * whole))
+    left, right, values = _joined(
+        function, left[order], right[order], values[order], singular, LOST * whole, floor
+    )
     samples, first = np.unique(_spread(left, right), return_index=True)
     beside = [_at_singular(function, place, singular[singular != place], whole) for place in singular]
     if beside:
@@ -148,7 +150,7 @@ def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[
 
 def _spread(left: Array, right: Array) -> Array:
     """Returns the samples of intervals: array (n, samples)."""
-    return (left + right)[:, None]/2 + (right - left)[:, None]/2*_places
+    return (left + right)[:, None] / 2 + (right - left)[:, None] / 2 * _places
 
 
 def _values(function: Function, left: Array, right: Array) -> Array:
@@ -169,7 +171,7 @@ def _with_ends(function: Function, edges: Array) -> tuple[Array, list[float]]:
     found = []
     for i in np.flatnonzero(there[1:] != there[:-1]):
         inside, outside = (x[i], x[i + 1]) if there[i] else (x[i + 1], x[i])
-        while inside != (middle := (inside + outside)/2) != outside:
+        while inside != (middle := (inside + outside) / 2) != outside:
             there_too = np.isfinite(function(np.array([middle]))[0])
             inside, outside = (middle, outside) if there_too else (inside, middle)
         found.append(float(inside))
@@ -181,7 +183,7 @@ def _followed(left: Array, right: Array, values: Array, floor: Array | float) ->
     there = np.isfinite(values)
     known = np.where(there, values, 0.0)
     error = np.abs(known[:, :NODES] @ _between.T - known[:, NODES:]).max(axis=1, initial=0.0)
-    few = there.sum(axis=1) < 0.6*len(_places)      # nothing there but at an end of the interval, perhaps
+    few = there.sum(axis=1) < 0.6 * len(_places)  # nothing there but at an end of the interval, perhaps
     all_but_one = ~there.all(axis=1) & (there.sum(axis=1) >= len(_places) - 1)
     follows: Flags = (error <= _allowed(left, right, known, floor)) | few | all_but_one
     return follows
@@ -191,13 +193,14 @@ def _allowed(left: Array, right: Array, known: Array, floor: Array | float) -> A
     """Returns errors that a polynomial may have on intervals with these values."""
     change, length = np.ptp(known, axis=1), right - left
     place = np.maximum(np.abs(left), np.abs(right))
-    rounding = ROUNDING*np.abs(known).max(axis=1) + 4*np.finfo(float).eps*place*change/length
-    allowed: Array = FOLLOWED*change + rounding + floor*length
+    rounding = ROUNDING * np.abs(known).max(axis=1) + 4 * np.finfo(float).eps * place * change / length
+    allowed: Array = FOLLOWED * change + rounding + floor * length
     return allowed
 
 
-def _joined(function: Function, left: Array, right: Array, values: Array, singular: Array, near: float,
-            floor: float) -> tuple[Array, Array, Array]:
+def _joined(
+    function: Function, left: Array, right: Array, values: Array, singular: Array, near: float, floor: float
+) -> tuple[Array, Array, Array]:
     """Returns intervals, neighbours that one polynomial serves joined two at a time; none across a singular
     point.
     """
@@ -218,14 +221,15 @@ def _joined(function: Function, left: Array, right: Array, values: Array, singul
     return left, right, values
 
 
-def _meets(both: Array, a: Array, b: Array, parts: Sequence[tuple[Array, Array, Array]], floor: float
-           ) -> Flags:
+def _meets(
+    both: Array, a: Array, b: Array, parts: Sequence[tuple[Array, Array, Array]], floor: float
+) -> Flags:
     """Returns whether the polynomials of pairs of neighbours meet the samples on each of them."""
     meets = np.ones(len(a), bool)
     known = np.where(np.isfinite(both), both, 0.0)
     series = known[:, :NODES] @ _coefficients.T
     for left, right, own in parts:
-        along = (2*_spread(left, right) - (a + b)[:, None])/(b - a)[:, None]
+        along = (2 * _spread(left, right) - (a + b)[:, None]) / (b - a)[:, None]
         there = np.isfinite(own).all(axis=1) == np.isfinite(both).all(axis=1)
         served = chebval(along, series.T[:, :, None], tensor=False)
         error = np.abs(served - np.where(np.isfinite(own), own, 0.0)).max(axis=1, initial=0)
@@ -237,7 +241,7 @@ def _apart(found: Iterable[tuple[float, float]], least: float) -> list[float]:
     """Returns of each cluster of (place, interval) the place that is known best."""
     clusters: list[list[tuple[float, float]]] = []
     for entry in found:
-        if clusters and entry[0] - clusters[-1][-1][0] <= max(least, 2*entry[1], 2*clusters[-1][-1][1]):
+        if clusters and entry[0] - clusters[-1][-1][0] <= max(least, 2 * entry[1], 2 * clusters[-1][-1][1]):
             clusters[-1].append(entry)
         else:
             clusters.append([entry])
@@ -253,34 +257,38 @@ def _at_singular(function: Function, place: float, others: Array, whole: float) 
     its place is off by sqrt(d) in L2. The power is that of ``abs(x - place)**power`` from second differences;
     nan where the function jumps.
     """
-    width = min([whole/8, *(np.abs(others - place)/4)])
+    width = min([whole / 8, *(np.abs(others - place) / 4)])
 
     def seen(step: float) -> tuple[float, float]:
-        x = place + step*np.array((-2.0, -1.0, 1.0, 2.0))
+        x = place + step * np.array((-2.0, -1.0, 1.0, 2.0))
         farther, far, near, nearer = np.asarray(function(x), float)
-        return (nearer - near - far + farther)/step, (near - far)/step
+        return (nearer - near - far + farther) / step, (near - far) / step
 
-    with np.errstate(invalid="ignore", divide="ignore"):      # inf - inf
-        (first, rise), (second, steep), (half, _) = map(seen, width*np.array((1e-2, 1e-4, 5e-5)))
-        power = 1 + np.log(abs(first/second))/np.log(100)
-    if not np.isfinite(first + second + half) or abs(steep) > STEP*abs(rise) + STEP*abs(second):
+    with np.errstate(invalid="ignore", divide="ignore"):  # inf - inf
+        (first, rise), (second, steep), (half, _) = map(seen, width * np.array((1e-2, 1e-4, 5e-5)))
+        power = 1 + np.log(abs(first / second)) / np.log(100)
+    if not np.isfinite(first + second + half) or abs(steep) > STEP * abs(rise) + STEP * abs(second):
         return place, np.nan, np.nan
-    if abs(second) <= KINK*abs(first):
+    if abs(second) <= KINK * abs(first):
         return place, 0.0, power
-    found = _meeting(function, place, 1e-3*width)
-    if abs(found[0] - place) < 1e-4*width:
+    found = _meeting(function, place, 1e-3 * width)
+    if abs(found[0] - place) < 1e-4 * width:
         return found[0], found[1], 1.0
-    return place, float(2*half - second), 1.0
+    return place, float(2 * half - second), 1.0
 
 
 def _meeting(function: Function, place: float, width: float) -> tuple[float, float]:
     """Returns (where the polynomials of either side meet, difference of their slopes) next to a place."""
-    t = np.cos(np.pi*(np.arange(SIDE) + 0.5)/SIDE)
-    x = (0.05 + 0.95*(1 + t)/2)*width
-    right, left = (np.polynomial.polynomial.polyfit(side*x/width, np.asarray(function(place + side*x), float),
-                                                    SIDE - 1) for side in (1, -1))
+    t = np.cos(np.pi * (np.arange(SIDE) + 0.5) / SIDE)
+    x = (0.05 + 0.95 * (1 + t) / 2) * width
+    right, left = (
+        np.polynomial.polynomial.polyfit(
+            side * x / width, np.asarray(function(place + side * x), float), SIDE - 1
+        )
+        for side in (1, -1)
+    )
     apart = np.polynomial.Polynomial(right - left)
     root, slope = 0.0, apart.deriv()
     for _ in range(3):
-        root -= apart(root)/slope(root)
-    return float(place + root*width), float(slope(root)/width)
+        root -= apart(root) / slope(root)
+    return float(place + root * width), float(slope(root) / width)

@@ -14,14 +14,14 @@ from .types import Array
 def gauss_rule(order: int) -> tuple[Array, Array]:
     """Returns Gauss points and weights on [0, 1], arrays (order,)."""
     points, weights = leggauss(order)
-    return (points + 1)/2, weights/2
+    return (points + 1) / 2, weights / 2
 
 
 def lagrange(points: Array, v: Array) -> Array:
     """Returns the Lagrange polynomials of the points at v: array v.shape + (points,)."""
     difference = points[:, None] - points + np.eye(len(points))
     apart = v[..., None] - points
-    apart[np.abs(apart) < 1e-100] = 1e-100      # at a point itself its own term outweighs all others
-    terms: Array = 1/(difference.prod(axis=1)*apart)
+    apart[np.abs(apart) < 1e-100] = 1e-100  # at a point itself its own term outweighs all others
+    terms: Array = 1 / (difference.prod(axis=1) * apart)
     terms /= terms.sum(axis=-1, keepdims=True)
     return terms

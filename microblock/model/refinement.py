@@ -11,8 +11,12 @@ Level = TypeVar("Level")
 Result = TypeVar("Result")
 
 
-def refine(solve: Callable[[Level], Result], levels: Iterable[Level],
-           distance: Callable[[Result, Result], float], rtol: float) -> tuple[Result, float]:
+def refine(
+    solve: Callable[[Level], Result],
+    levels: Iterable[Level],
+    distance: Callable[[Result, Result], float],
+    rtol: float,
+) -> tuple[Result, float]:
     """Solves on finer and finer refinement levels until two neighbours agree to rtol.
 
     The finer of the two is returned; their distance bounds its error as long as each level at least
@@ -52,5 +56,8 @@ def refine(solve: Callable[[Level], Result], levels: Iterable[Level],
                 return fine, estimate
             best = min(best, estimate)
         coarse = fine
-    raise NotConverged(f"rtol = {rtol:g} was not reached, the smallest error estimate was {best:.1e}; "
-                       "ask for that, or fix the discretisation instead", reached=best)
+    raise NotConverged(
+        f"rtol = {rtol:g} was not reached, the smallest error estimate was {best:.1e}; "
+        "ask for that, or fix the discretisation instead",
+        reached=best,
+    )

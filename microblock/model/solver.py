@@ -85,8 +85,14 @@ class Solver:
         """Raises BadArgument for an obstacle that falls without bounds over an unbounded body."""
         check_lowest(self.obstacle, self.solid.ell)
 
-    def solve(self, load: float | None, approach: float | None, rtol: float | None,
-              initial: Solution | None = None, progress: bool = False) -> Solution:
+    def solve(
+        self,
+        load: float | None,
+        approach: float | None,
+        rtol: float | None,
+        initial: Solution | None = None,
+        progress: bool = False,
+    ) -> Solution:
         """Returns the Solution at a load or an approach (the other is None).
 
         Parameters
@@ -117,8 +123,11 @@ class Solver:
         """Returns the LoadPath up to the load `last`; raises BadArgument where the method cannot follow
         events.
         """
-        raise BadArgument("method", type(self.options).__name__, "cannot follow events: Panels(), Fitted() "
-                          "and Condensed() can; solve the loads one by one")
+        raise BadArgument(
+            "method",
+            type(self.options).__name__,
+            "cannot follow events: Panels(), Fitted() and Condensed() can; solve the loads one by one",
+        )
 
     def follow(self, load: float, rtol: float | None, initial: Solution | None) -> Solution:
         """Returns the Solution at a load, soon, from a neighbouring one: what sliders call."""

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from .problem import Problem
     from .solver import Solver
 
-Target: TypeAlias = "str | PathLike[str] | None"      # of a figure
+Target: TypeAlias = "str | PathLike[str] | None"  # of a figure
 ZONES = ("A", "B", "full", "contact")
 LARGE_ROTATION = math.radians(10)  # of a block: the small-angle form (41) misses 1.5 % there
-ROUGH = 0.1                        # error estimate from which a state says that it is rough
+ROUGH = 0.1  # error estimate from which a state says that it is rough
 # slope of the surface: beyond small strain, and of a cylinder beyond its parabola
 STEEP = 0.2
 # nodes across a zone, whose edges half a spacing may misplace by 1/16 of its width
@@ -79,18 +79,37 @@ class Surface:
         return self.points[:, 0]
 
 
-def surface(problem: LineProblem, approach: float, points: Array, normals: Array, *, pressures: ArrayLike,
-            micromoment: Array, psi: Array, displacement: Array) -> Surface:
-    """Returns the Surface of a state of a problem with obstacle, law and ell, from its fields at the points.
-    """
+def surface(
+    problem: LineProblem,
+    approach: float,
+    points: Array,
+    normals: Array,
+    *,
+    pressures: ArrayLike,
+    micromoment: Array,
+    psi: Array,
+    displacement: Array,
+) -> Surface:
+    """Returns the Surface of a state of a problem, from its fields at the points."""
     law, ell, x = problem.law, problem.ell, points[:, 0]
     initial = np.array(list(law.initial_gaps(points, normals, ell, problem.obstacle).values()))
     levers = np.array(list(law.levers(x).values()))
-    gaps = initial - approach*normals[:, 1] + displacement + ell/2*levers*psi
-    over = gap(problem.obstacle, points, normals) - approach*normals[:, 1]
+    gaps = initial - approach * normals[:, 1] + displacement + ell / 2 * levers * psi
+    over = gap(problem.obstacle, points, normals) - approach * normals[:, 1]
     rotation = law.initial_rotation(x) + psi
-    return Surface(points, normals, np.asarray(pressures), gaps, micromoment, psi, rotation, displacement,
-                   over, law.corners, ell)
+    return Surface(
+        points,
+        normals,
+        np.asarray(pressures),
+        gaps,
+        micromoment,
+        psi,
+        rotation,
+        displacement,
+        over,
+        law.corners,
+        ell,
+    )
 
 
 class ErrorParts:
@@ -146,7 +165,8 @@ class Solution:
     notes: tuple[str, ...] = ()
     has_edges: bool = True
 
-    if TYPE_CHECKING:      # each may be an attribute, a field or a property
+    if TYPE_CHECKING:  # each may be an attribute, a field or a property
+
         @property
         def solver(self) -> Solver: ...
         @property
@@ -204,8 +224,16 @@ class Solution:
 
     def surface(self, window: Interval | None = None) -> Surface:
         """Returns the Surface at `x`; a window (left, right) is for methods that know what is between."""
-        return surface(self.problem, self.approach, self.points, self.normals, pressures=self.pressures,
-                       micromoment=self.micromoment, psi=self.psi, displacement=self.displacement)
+        return surface(
+            self.problem,
+            self.approach,
+            self.points,
+            self.normals,
+            pressures=self.pressures,
+            micromoment=self.micromoment,
+            psi=self.psi,
+            displacement=self.displacement,
+        )
 
     def remarks(self) -> list[str]:
         """Returns sentences on what this method does not resolve."""
@@ -237,6 +265,7 @@ class LineSolution(Solution):
     """
 
     if TYPE_CHECKING:
+
         @property
         def all_zones(self) -> CornerZones: ...
 
@@ -252,16 +281,15 @@ class LineSolution(Solution):
         """M of (29) at `x`, array (n,); where psi is prescribed, the reaction to it."""
         if self.problem.law.clamps_rotation:
             return self._reaction_at_nodes()
-        return self.problem.ell/2*np.asarray(np.sum(self.problem.levers(self.x)*self.pressures, axis=0))
+        return self.problem.ell / 2 * np.asarray(np.sum(self.problem.levers(self.x) * self.pressures, axis=0))
 
     @cached_property
     def energy(self) -> float:
-        """Elastic energy per thickness, half the work of the corner forces; on a half-plane up to a constant.
-        """
+        """Elastic energy per thickness, half the work of the corners; on a half-plane up to a constant."""
         penetration = self.approach - self.problem.initial_gaps(self.x)
         penetration = np.where(np.isfinite(penetration), penetration, 0.0)
-        work = np.where(self.pressures != 0, self.pressures*penetration, 0.0)
-        return float(np.sum(work @ self.weights)/2)
+        work = np.where(self.pressures != 0, self.pressures * penetration, 0.0)
+        return float(np.sum(work @ self.weights) / 2)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -365,8 +393,10 @@ class State(Shown):
     @cached_property
     def zones(self) -> Zones:
         """Intervals of x1 by the name of the zone."""
-        return {name: [(float(left), float(right)) for left, right in intervals]
-                for name, intervals in self.solution.zones_by_name.items()}
+        return {
+            name: [(float(left), float(right)) for left, right in intervals]
+            for name, intervals in self.solution.zones_by_name.items()
+        }
 
     @property
     def half_width(self) -> float:
@@ -439,7 +469,7 @@ class State(Shown):
                 f"the error estimate is {self.error_estimate:.1g}: ask for a smaller rtol, or more nodes"
             )
         contact = self.zones["contact"]
-        if contact and self.solution.has_edges and contact[-1][1] - contact[0][0] < 2*ell:
+        if contact and self.solution.has_edges and contact[-1][1] - contact[0][0] < 2 * ell:
             found.append("blocks are larger than the half-width of the contact")
         return [*found, *self.solution.remarks(), *self.solution.notes]
 
@@ -455,10 +485,10 @@ class State(Shown):
         edges = np.array([edge for interval in self.zones["contact"] for edge in interval], float)
         if not len(edges) or not self.solution.has_edges:
             return 0.0
-        step = NEXT_TO*max(np.ptp(edges), NEXT_TO*self.solid.ell)
-        around = np.array([returned(self.solution.problem.obstacle, edges + sign*step) for sign in (-1, 1)])
+        step = NEXT_TO * max(np.ptp(edges), NEXT_TO * self.solid.ell)
+        around = np.array([returned(self.solution.problem.obstacle, edges + sign * step) for sign in (-1, 1)])
         known = np.isfinite(around).all(axis=0)
-        return float(np.abs(np.diff(around[:, known], axis=0)/(2*step)).max(initial=0.0))
+        return float(np.abs(np.diff(around[:, known], axis=0) / (2 * step)).max(initial=0.0))
 
     def pressure_at(self, x: ArrayLike, corner: str | None = None) -> Array:
         """Returns the pressure at x, of one corner or of all together.
@@ -549,8 +579,9 @@ class State(Shown):
         (2,)
         """
         if not hasattr(self.solution, "fields"):
-            raise BadArgument("method", self.method,
-                              "has no fields below the surface; panels and finite elements have")
+            raise BadArgument(
+                "method", self.method, "has no fields below the surface; panels and finite elements have"
+            )
         fields: Callable[..., Any] = self.solution.fields
         return fields
 
@@ -610,20 +641,31 @@ class State(Shown):
         """Returns what a notebook shows of the state."""
         names = [name for name in ZONES if name == "contact" or len(self.law.corners) == 2]
         named = {"A": "corner A closed", "B": "corner B closed", "full": "both closed", "contact": "contact"}
-        rows = [Row("method", "", self.method, f"{self.unknowns} unknowns"),
-                Row("load", "P", self.load, "force per thickness"),
-                Row("approach", "d", self.approach,
-                    "length" if self.approach is not None else "arbitrary on a half-plane"),
-                Row("largest nodal pressure", "p", float(self.pressure.max()), "stress"),
-                Row("largest nodal micromoment", "|M|", float(np.abs(self.micromoment).max()),
-                    "stress x length"),
-                Row("largest rotation of a block", "|&psi;<sub>0</sub> + &psi;|",
-                    math.degrees(np.abs(self.rotation).max()), "degrees"),
-                *(Row(named[name], "", intervals(self.zones[name]), "x1, length") for name in names),
-                *scales(self.obstacle, self.solid, self.load),
-                Row("error estimate", "", self.error_estimate, "relative, of p and M in L2")]
-        brief = (f"load {number(self.load)}, contact {intervals(self.zones['contact'])}, "
-                 f"error estimate {number(self.error_estimate)}")
+        rows = [
+            Row("method", "", self.method, f"{self.unknowns} unknowns"),
+            Row("load", "P", self.load, "force per thickness"),
+            Row(
+                "approach",
+                "d",
+                self.approach,
+                "length" if self.approach is not None else "arbitrary on a half-plane",
+            ),
+            Row("largest nodal pressure", "p", float(self.pressure.max()), "stress"),
+            Row("largest nodal micromoment", "|M|", float(np.abs(self.micromoment).max()), "stress x length"),
+            Row(
+                "largest rotation of a block",
+                "|&psi;<sub>0</sub> + &psi;|",
+                math.degrees(np.abs(self.rotation).max()),
+                "degrees",
+            ),
+            *(Row(named[name], "", intervals(self.zones[name]), "x1, length") for name in names),
+            *scales(self.obstacle, self.solid, self.load),
+            Row("error estimate", "", self.error_estimate, "relative, of p and M in L2"),
+        ]
+        brief = (
+            f"load {number(self.load)}, contact {intervals(self.zones['contact'])}, "
+            f"error estimate {number(self.error_estimate)}"
+        )
         return Summary("Contact state", brief, tuple(rows), tuple(self.warnings))
 
     def plot(self, path: Target = None, window: Interval | None = None) -> Figure:
@@ -642,6 +684,7 @@ class State(Shown):
         matplotlib.figure.Figure
         """
         from ..view.state_figure import StateFigure  # here: whoever does not draw does not load matplotlib
+
         figure = StateFigure(self.law.corners).update(self, window)
         return _saved(figure.drawing.captioned(self.caption), path)
 
@@ -658,6 +701,7 @@ class State(Shown):
         matplotlib.figure.Figure
         """
         from ..view.state_figure import BlocksFigure
+
         figure = BlocksFigure(self.law.corners).update(self, window)
         return _saved(figure.drawing.captioned(self.caption), path)
 
@@ -681,9 +725,11 @@ class State(Shown):
             If the state is one on cells, or the field unknown.
         """
         if not hasattr(self.solution, "fields_below"):
-            raise BadArgument("method", self.method,
-                              "has no fields below the surface; panels and finite elements have")
+            raise BadArgument(
+                "method", self.method, "has no fields below the surface; panels and finite elements have"
+            )
         from ..view.below import draw_below
+
         return _saved(draw_below(self, field), path)
 
     def webgui(self, field: str = "psi") -> object:
@@ -728,7 +774,9 @@ def scales(obstacle: ObstacleLike, solid: Cosserat, load: float) -> tuple[Row, .
     R: float | None = getattr(obstacle, "R", None)
     if R is None:
         return ()
-    a, p = math.sqrt(4*load*R/(math.pi*solid.E_star)), math.sqrt(load*solid.E_star/(math.pi*R))
-    return (Row("Hertz' half-width", "a<sub>Hz</sub>", a, "length"),
-            Row("Hertz' pressure", "p<sub>Hz</sub>", p, "stress"),
-            Row("size of a block", "&alpha; = &ell;/a<sub>Hz</sub>", solid.ell/a))
+    a, p = math.sqrt(4 * load * R / (math.pi * solid.E_star)), math.sqrt(load * solid.E_star / (math.pi * R))
+    return (
+        Row("Hertz' half-width", "a<sub>Hz</sub>", a, "length"),
+        Row("Hertz' pressure", "p<sub>Hz</sub>", p, "stress"),
+        Row("size of a block", "&alpha; = &ell;/a<sub>Hz</sub>", solid.ell / a),
+    )

@@ -11,7 +11,7 @@ import numpy as np
 
 from .types import Interval
 
-MOST = 4      # intervals that are listed one by one
+MOST = 4  # intervals that are listed one by one
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Summary:
 def short(thing: object, longest: int = 60) -> str:
     """Returns the repr of a thing, cut if it is long; of a function its name."""
     text: str = getattr(thing, "__name__", None) or " ".join(repr(thing).split())
-    return text if len(text) <= longest else text[:longest - 3] + "..."
+    return text if len(text) <= longest else text[: longest - 3] + "..."
 
 
 def call(thing: object, longest: int = 48) -> str:
@@ -47,10 +47,13 @@ def call(thing: object, longest: int = 48) -> str:
     if not is_dataclass(thing):
         return short(thing, longest)
     known = [(entry.name, getattr(thing, entry.name), entry.default) for entry in fields(thing)]
-    listed = ", ".join(f"{name}={_argument(value)}" for name, value, usual in known
-                     if not isinstance(value, str) or value != usual)
+    listed = ", ".join(
+        f"{name}={_argument(value)}"
+        for name, value, usual in known
+        if not isinstance(value, str) or value != usual
+    )
     text = f"{type(thing).__name__}({listed})"
-    return text if len(text) <= longest else text[:longest - 4] + "...)"
+    return text if len(text) <= longest else text[: longest - 4] + "...)"
 
 
 def _argument(value: object) -> str:
@@ -98,14 +101,17 @@ def html(summary: Summary) -> str:
     edge = "text-align:left;padding:1px 12px 1px 0;background:none;border:none"
     lines = ("".join(f'<td style="{edge}">{cell}</td>' for cell in _cells(row)) for row in summary.rows)
     rows = "".join(f'<tr style="background:none">{cells}</tr>' for cells in lines)
-    warnings = "".join(f'<div style="color:#a04000;margin-top:2px">&#9888; {escape(text)}</div>'
-                       for text in summary.warnings)
-    return (f'<div class="microblock"><b>{escape(summary.title)}</b> '
-            f'<span style="color:#555">{escape(summary.brief)}</span>'
-            f'<table style="border-collapse:collapse;margin:4px 0">{rows}</table>{warnings}</div>')
+    warnings = "".join(
+        f'<div style="color:#a04000;margin-top:2px">&#9888; {escape(text)}</div>' for text in summary.warnings
+    )
+    return (
+        f'<div class="microblock"><b>{escape(summary.title)}</b> '
+        f'<span style="color:#555">{escape(summary.brief)}</span>'
+        f'<table style="border-collapse:collapse;margin:4px 0">{rows}</table>{warnings}</div>'
+    )
 
 
 def _cells(row: Row) -> tuple[str, str, str]:
-    symbol = f"<i>{row.symbol}</i>" if row.symbol else ""      # symbols are ours and may hold <sub>
+    symbol = f"<i>{row.symbol}</i>" if row.symbol else ""  # symbols are ours and may hold <sub>
     unit = f' <span style="color:#777">{escape(row.unit)}</span>' if row.unit else ""
     return escape(row.name), symbol, escape(number(row.value)) + unit

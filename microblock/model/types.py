@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 Array: TypeAlias = NDArray[np.float64]
 Flags: TypeAlias = NDArray[np.bool_]
 Integers: TypeAlias = NDArray[np.intp]
-Function: TypeAlias = Callable[[Array], Array]                   # of abscissae, array (n,)
-Interval: TypeAlias = tuple[float, float]                        # (left, right) of x1
-Zones: TypeAlias = dict[str, list[Interval]]                     # by the name of the zone
-CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]        # by the number of the corner
+Function: TypeAlias = Callable[[Array], Array]  # of abscissae, array (n,)
+Interval: TypeAlias = tuple[float, float]  # (left, right) of x1
+Zones: TypeAlias = dict[str, list[Interval]]  # by the name of the zone
+CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]  # by the number of the corner
 
 
 class HasHeight(Protocol):
@@ -51,8 +51,9 @@ class LawLike(Protocol):
 
     def levers(self, x: Array) -> Mapping[str, Array]: ...
 
-    def initial_gaps(self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
-                     ) -> Mapping[str, Array]: ...
+    def initial_gaps(
+        self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
+    ) -> Mapping[str, Array]: ...
 
     def initial_rotation(self, x: Array) -> Array: ...
 
@@ -108,8 +109,7 @@ class LineProblem(Protocol):
 
 
 class ContactLike(Protocol):
-    """The contact problem as solvers, states and load paths see it; the class itself is `microblock.Contact`.
-    """
+    """The contact problem as solvers, states and load paths see it; the class is `microblock.Contact`."""
 
     @property
     def body(self) -> BodyLike: ...
@@ -129,13 +129,26 @@ class ContactLike(Protocol):
     @property
     def solver(self) -> Solver: ...
 
-    def with_(self, *, body: BodyLike | None = None, solid: Cosserat | None = None,
-              obstacle: ObstacleLike | None = None, law: LawLike | None = None,
-              method: MethodLike | None = None) -> ContactLike: ...
+    def with_(
+        self,
+        *,
+        body: BodyLike | None = None,
+        solid: Cosserat | None = None,
+        obstacle: ObstacleLike | None = None,
+        law: LawLike | None = None,
+        method: MethodLike | None = None,
+    ) -> ContactLike: ...
 
     def summary(self) -> Summary: ...
 
-    def solve(self, load: float | None = None, *, approach: float | None = None, rtol: float | None = None,
-              initial: State | None = None, progress: bool = False) -> State: ...
+    def solve(
+        self,
+        load: float | None = None,
+        *,
+        approach: float | None = None,
+        rtol: float | None = None,
+        initial: State | None = None,
+        progress: bool = False,
+    ) -> State: ...
 
     def path(self, load: float, *, rtol: float | None = None, progress: bool = False) -> LoadPath: ...

@@ -13,13 +13,14 @@ from .types import Array, CornerZones, Flags, Function, Interval, Zones
 if TYPE_CHECKING:
     from .material import Cosserat
 
-NEGLIGIBLE = 1e-13   # of the natural scale: some hundred rounding errors
+NEGLIGIBLE = 1e-13  # of the natural scale: some hundred rounding errors
 # of the way between two samples, to which a minimum is found: a parabola shows it no better
 REFINED = 1e-9
 
 
-def layer_lengths(solid: Cosserat, psi: float, u1: float, micromoment: float, pressure: float
-                  ) -> tuple[float, float] | tuple[None, None]:
+def layer_lengths(
+    solid: Cosserat, psi: float, u1: float, micromoment: float, pressure: float
+) -> tuple[float, float] | tuple[None, None]:
     """Returns the layer lengths L_psi and L_u, field over derivative at a surface free of shear, (48).
 
     The derivatives come from the fluxes, not from differentiating the fields: psi' from
@@ -33,11 +34,11 @@ def layer_lengths(solid: Cosserat, psi: float, u1: float, micromoment: float, pr
     -------
     (L_psi, L_u), or (None, None) where M is nothing but rounding beside ell times the pressure
     """
-    if abs(micromoment) <= NEGLIGIBLE*solid.ell*abs(pressure):
+    if abs(micromoment) <= NEGLIGIBLE * solid.ell * abs(pressure):
         return None, None
-    slope_psi = micromoment/(solid.curvature*solid.ell**2*solid.mu)
-    slope_u = -2*solid.mu_c*psi/(solid.mu + solid.mu_c)
-    return psi/slope_psi, u1/slope_u
+    slope_psi = micromoment / (solid.curvature * solid.ell**2 * solid.mu)
+    slope_u = -2 * solid.mu_c * psi / (solid.mu + solid.mu_c)
+    return psi / slope_psi, u1 / slope_u
 
 
 def distance(weights: Array, pressure: Array, moment: Array, total: Array) -> float:
@@ -49,7 +50,7 @@ def distance(weights: Array, pressure: Array, moment: Array, total: Array) -> fl
         Weights of the quadrature rule (lengths), dp, dM/ell and p (stresses).
     """
     size = weights @ total**2
-    return float(np.sqrt(max(weights @ pressure**2, weights @ moment**2)/size)) if size else 0.0
+    return float(np.sqrt(max(weights @ pressure**2, weights @ moment**2) / size)) if size else 0.0
 
 
 def relative_error(values: Array, reference: Array, weights: Array, scale: float) -> float | None:
@@ -57,13 +58,14 @@ def relative_error(values: Array, reference: Array, weights: Array, scale: float
 
     Where the reference vanishes, up to rounding of `scale`, it is 0 if the values do too, else None.
     """
+
     def norm(field: Array) -> float:
-        return float(np.sqrt(weights @ np.sum(np.atleast_2d(field)**2, axis=0)))
+        return float(np.sqrt(weights @ np.sum(np.atleast_2d(field) ** 2, axis=0)))
 
     error, size = norm(np.subtract(values, reference)), norm(reference)
-    if size > NEGLIGIBLE*scale:
-        return error/size
-    return 0.0 if error <= NEGLIGIBLE*scale else None
+    if size > NEGLIGIBLE * scale:
+        return error / size
+    return 0.0 if error <= NEGLIGIBLE * scale else None
 
 
 def joined(intervals: Iterable[Interval]) -> list[Interval]:
@@ -104,7 +106,7 @@ def half_widths(contact: Sequence[Interval]) -> tuple[float, float]:
         return 0.0, 0.0
     inner = [(left[1], right[0]) for left, right in zip(contact, contact[1:])]
     middle = max(inner, key=lambda gap: gap[1] - gap[0], default=(0.0, 0.0))
-    return (contact[-1][1] - contact[0][0])/2, (middle[1] - middle[0])/2
+    return (contact[-1][1] - contact[0][0]) / 2, (middle[1] - middle[0]) / 2
 
 
 def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[tuple[str, float]]:
@@ -112,36 +114,41 @@ def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[
 
     Kinds are "born", "merged", "split" and "vanished"; x is where.
     """
+
     def touching(interval: Interval, others: Sequence[Interval]) -> list[Interval]:
         return [other for other in others if other[0] <= interval[1] and interval[0] <= other[1]]
 
-    changes = [("born", sum(new)/2) for new in after if not touching(new, before)]
-    changes += [("vanished", sum(old)/2) for old in before if not touching(old, after)]
+    changes = [("born", sum(new) / 2) for new in after if not touching(new, before)]
+    changes += [("vanished", sum(old) / 2) for old in before if not touching(old, after)]
     for kind, many, few in (("merged", before, after), ("split", after, before)):
         for interval in few:
             parts = touching(interval, many)
-            changes += [(kind, (left[1] + right[0])/2) for left, right in zip(parts, parts[1:])]
+            changes += [(kind, (left[1] + right[0]) / 2) for left, right in zip(parts, parts[1:])]
     return changes
 
 
 def largest(function: Function, x: Array, tolerance: float = 1e-7) -> tuple[float, list[float]]:
-    """Returns (largest value, [x, ...]) of a function of arrays, refined between the samples x (ascending).
-    """
+    """Returns (largest value, [x, ...]) of a function of arrays, refined between samples x (ascending)."""
     from scipy.optimize import minimize_scalar  # here: half a second that most states do without
+
     values = function(x)
     peaks = []
     padded = np.concatenate(([-np.inf], values, [-np.inf]))
-    tops = (values >= padded[:-2]) & (values >= padded[2:]) & (values >= values.max()*(1 - 1e-3))
+    tops = (values >= padded[:-2]) & (values >= padded[2:]) & (values >= values.max() * (1 - 1e-3))
     for i in np.flatnonzero(tops).tolist():
         left, right = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
-        found = minimize_scalar(lambda place: -function(np.array([place]))[0], bounds=(left, right),
-                                method="bounded", options={"xatol": tolerance*(x[-1] - x[0])})
+        found = minimize_scalar(
+            lambda place: -function(np.array([place]))[0],
+            bounds=(left, right),
+            method="bounded",
+            options={"xatol": tolerance * (x[-1] - x[0])},
+        )
         place = np.array([found.x, x[i]])
         best = function(place)
         peaks.append((float(best.max()), float(place[np.argmax(best)])))
     top = max(value for value, _ in peaks)
-    places = sorted(place for value, place in peaks if value >= top*(1 - 1e-9))
-    near = 1e-6*(x[-1] - x[0])
+    places = sorted(place for value, place in peaks if value >= top * (1 - 1e-9))
+    near = 1e-6 * (x[-1] - x[0])
     apart = [place for i, place in enumerate(places) if i == 0 or place - places[i - 1] > near]
     return top, apart
 
@@ -152,15 +159,20 @@ def lowest(function: Function, x: Array) -> tuple[float, float | None]:
     The place is None where the function is flat there, or equally low elsewhere; inf is passed over.
     """
     from scipy.optimize import minimize_scalar  # here: half a second that most states do without
+
     values = function(x)
     x, values = x[np.isfinite(values)], values[np.isfinite(values)]
-    i, noise = int(np.argmin(values)), NEGLIGIBLE*np.abs(values).max()
+    i, noise = int(np.argmin(values)), NEGLIGIBLE * np.abs(values).max()
     left, right = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
     low = x[values <= values[i] + noise]
     if len(low) > 2 or low[0] < left or low[-1] > right:
         return float(values[i]), None
-    found = minimize_scalar(lambda place: function(np.array([place]))[0], bounds=(left, right),
-                            method="bounded", options={"xatol": REFINED*(right - left)})
+    found = minimize_scalar(
+        lambda place: function(np.array([place]))[0],
+        bounds=(left, right),
+        method="bounded",
+        options={"xatol": REFINED * (right - left)},
+    )
     if found.fun < values[i] - noise:
         return float(found.fun), float(found.x)
     return float(values[i]), float(x[i]) if len(low) == 1 else None
@@ -179,7 +191,7 @@ def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -
     distance over half of the obstacle's width. `shifts` are those of the contact points from the obstacle's
     places.
     """
-    distances = (2*np.abs(x - end - shift)/(ends[-1] - ends[0]) for end in ends for shift in shifts)
+    distances = (2 * np.abs(x - end - shift) / (ends[-1] - ends[0]) for end in ends for shift in shifts)
     return cast(Array, np.min([np.ones_like(x), *distances], axis=0))
 
 

@@ -15,11 +15,11 @@ QUANTITIES = {
     "skew": r"$\sigma_{12} - \sigma_{21}$ (stress)",
     "shear": "largest shear stress (stress)",
 }
-ACROSS, DOWN = 61, 25      # points of the picture, the latter denser towards the surface
-WIDE, DEEP = 2.0, 2.0      # of the half-width of the contact
-FIRST = 0.02               # of the depth: the uppermost row
-SEQUENTIAL, DIVERGING = "cividis", "RdBu_r"      # distinguished by the colour-blind
-LEVELS = 20          # at most
+ACROSS, DOWN = 61, 25  # points of the picture, the latter denser towards the surface
+WIDE, DEEP = 2.0, 2.0  # of the half-width of the contact
+FIRST = 0.02  # of the depth: the uppermost row
+SEQUENTIAL, DIVERGING = "cividis", "RdBu_r"  # distinguished by the colour-blind
+LEVELS = 20  # at most
 ROUNDING = 1e-9
 
 
@@ -33,12 +33,12 @@ def draw_below(state, quantity="psi"):
     contact = state.zones["contact"]
     if not contact:
         raise NotConverged("nothing touches: there is no field below a contact")
-    middle, half = (contact[-1][1] + contact[0][0])/2, (contact[-1][1] - contact[0][0])/2
-    box = (middle - WIDE*half, middle + WIDE*half), DEEP*half
+    middle, half = (contact[-1][1] + contact[0][0]) / 2, (contact[-1][1] - contact[0][0]) / 2
+    box = (middle - WIDE * half, middle + WIDE * half), DEEP * half
     x1, x2, triangles, psi, stress = state.solution.fields_below(box)
     with matplotlib.rc_context(plots.STYLE):
         drawing, axis = plots.figure(height=2.9, width=5.2)
-        deep = x2 <= -FIRST*box[1]*(1 - ROUNDING)      # nearer to the surface a stress may have no bound
+        deep = x2 <= -FIRST * box[1] * (1 - ROUNDING)  # nearer to the surface a stress may have no bound
         drawn = _contours(
             axis,
             Triangulation(x1, x2, triangles),
@@ -48,8 +48,13 @@ def draw_below(state, quantity="psi"):
         )
         for left, right in contact:
             axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
-        axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=box[0],
-                 ylim=(max(x2.min(), -box[1]), max(0.03*box[1], x2.max())))
+        axis.set(
+            xlabel="$x_1$ (length)",
+            ylabel="$x_2$ (length)",
+            aspect="equal",
+            xlim=box[0],
+            ylim=(max(x2.min(), -box[1]), max(0.03 * box[1], x2.max())),
+        )
         drawing.captioned(f"{state.caption}\ncontact in black")
         drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75, ticks=MaxNLocator(6))
     return drawing
@@ -66,8 +71,13 @@ def _contours(axis, triangulation, values, signed, shown):
         axis.tricontour(
             triangulation, values, levels[np.abs(levels) > size / LEVELS / 2], colors="k", linewidths=0.4
         )
-    return axis.tricontourf(triangulation, values, levels, cmap=DIVERGING if signed else SEQUENTIAL,
-                            extend=beyond[bool(values.min() < levels[0]), bool(values.max() > levels[-1])])
+    return axis.tricontourf(
+        triangulation,
+        values,
+        levels,
+        cmap=DIVERGING if signed else SEQUENTIAL,
+        extend=beyond[bool(values.min() < levels[0]), bool(values.max() > levels[-1])],
+    )
 
 
 def half_plane_grid(box):
@@ -75,18 +85,29 @@ def half_plane_grid(box):
     (n,), (m, 3).
     """
     (left, right), depth = box
-    across, down = np.linspace(left, right, ACROSS), -depth*(FIRST + (1 - FIRST)*np.linspace(0, 1, DOWN)**2)
+    across, down = (
+        np.linspace(left, right, ACROSS),
+        -depth * (FIRST + (1 - FIRST) * np.linspace(0, 1, DOWN) ** 2),
+    )
     x1, x2 = (part.ravel() for part in np.meshgrid(across, down))
-    corners = (np.arange(DOWN - 1)[:, None]*ACROSS + np.arange(ACROSS - 1)).ravel()
-    return x1, x2, np.concatenate([np.column_stack((corners + i, corners + j, corners + k))
-                                   for i, j, k in ((0, 1, ACROSS), (1, ACROSS + 1, ACROSS))])
+    corners = (np.arange(DOWN - 1)[:, None] * ACROSS + np.arange(ACROSS - 1)).ravel()
+    return (
+        x1,
+        x2,
+        np.concatenate(
+            [
+                np.column_stack((corners + i, corners + j, corners + k))
+                for i, j, k in ((0, 1, ACROSS), (1, ACROSS + 1, ACROSS))
+            ]
+        ),
+    )
 
 
 def values(psi, stress, quantity, degrees=np.degrees, absolute=np.abs, root=np.sqrt):
     """The quantity from psi and stress, of numbers or of NGSolve's functions."""
     (s11, s12), (s21, s22) = stress
-    if quantity == "shear":      # over all planes through a point: of the symmetric and the skew part
-        return root(((s11 - s22)/2)**2 + ((s12 + s21)/2)**2) + absolute(s12 - s21)/2
+    if quantity == "shear":  # over all planes through a point: of the symmetric and the skew part
+        return root(((s11 - s22) / 2) ** 2 + ((s12 + s21) / 2) ** 2) + absolute(s12 - s21) / 2
     return {"psi": lambda: degrees(psi), "s22": lambda: -s22, "s11": lambda: -s11, "skew": lambda: s12 - s21}[
         quantity
     ]()

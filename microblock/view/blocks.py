@@ -11,13 +11,13 @@ import numpy as np
 
 from ..errors import BadArgument
 
-MOST = 25            # blocks in a picture, side by side
-LEAST = 10           # of them that would fit: the picture is flat
-BEYOND = 6           # of them outside the contact, where it is too wide for all
-MARGIN = 0.3         # of the half-width of the contact, shown on either side, and a block and a half more
-SHOWN_TURN = 0.35    # largest magnified angle (radians)
+MOST = 25  # blocks in a picture, side by side
+LEAST = 10  # of them that would fit: the picture is flat
+BEYOND = 6  # of them outside the contact, where it is too wide for all
+MARGIN = 0.3  # of the half-width of the contact, shown on either side, and a block and a half more
+SHOWN_TURN = 0.35  # largest magnified angle (radians)
 SHOWN_DEPTH = 0.12  # largest magnified difference of displacements, over the width of the picture
-CLOSED = 1e-6        # of the range of the gaps: rounding in one that is closed
+CLOSED = 1e-6  # of the range of the gaps: rounding in one that is closed
 
 
 @dataclass(frozen=True)
@@ -49,8 +49,8 @@ def blocks(surface, contact, frame=None):
     left, right = frame or within(window(surface.ell, contact), surface)
     if not left < right:
         raise BadArgument("window", frame, "must be (left, right), left < right")
-    count = int(np.clip(np.floor((right - left)/surface.ell), 1, 4*MOST))
-    x = (left + right)/2 + surface.ell*(np.arange(count) - (count - 1)/2)
+    count = int(np.clip(np.floor((right - left) / surface.ell), 1, 4 * MOST))
+    x = (left + right) / 2 + surface.ell * (np.arange(count) - (count - 1) / 2)
     x = x[(x >= surface.x[0]) & (x <= surface.x[-1])]
     ends = np.clip((left, right), surface.x[0], surface.x[-1])
     inside = np.union1d(surface.x[(surface.x >= left) & (surface.x <= right)], (*ends, *x))
@@ -61,7 +61,9 @@ def blocks(surface, contact, frame=None):
     shown = _along(surface, inside)
     level = np.interp(inside, surface.x, surface.displacement)
     over = np.interp(inside, surface.x, np.where(np.isfinite(surface.obstacle), surface.obstacle, np.nan))
-    squares = _squares(*_along(surface, x), magnification*rotation, magnification*displacement, surface.ell)
+    squares = _squares(
+        *_along(surface, x), magnification * rotation, magnification * displacement, surface.ell
+    )
     return Blocks(
         squares,
         _closed(surface, x),
@@ -77,15 +79,15 @@ def window(ell, contact):
     right edge.
     """
     left, right = (contact[0][0], contact[-1][1]) if len(contact) else (-ell, ell)
-    margin = max(MARGIN*(right - left)/2 + 1.5*ell, (LEAST*ell - (right - left))/2)
-    if right - left + 2*margin > MOST*ell:
-        return right - (MOST - BEYOND)*ell, right + BEYOND*ell
+    margin = max(MARGIN * (right - left) / 2 + 1.5 * ell, (LEAST * ell - (right - left)) / 2)
+    if right - left + 2 * margin > MOST * ell:
+        return right - (MOST - BEYOND) * ell, right + BEYOND * ell
     return left - margin, right + margin
 
 
 def within(frame, surface):
     """A frame without what lies beyond the surface, as far as that leaves room for a few blocks."""
-    middle, half = (surface.x[0] + surface.x[-1])/2, max(np.ptp(surface.x), LEAST/2*surface.ell)/2
+    middle, half = (surface.x[0] + surface.x[-1]) / 2, max(np.ptp(surface.x), LEAST / 2 * surface.ell) / 2
     return max(frame[0], middle - half), min(frame[1], middle + half)
 
 
@@ -95,24 +97,26 @@ def _magnification(rotation, displacement, width):
         SHOWN_TURN / max(np.abs(rotation).max(initial=0.0), 1e-12),
         SHOWN_DEPTH * width / max(np.ptp(displacement), 1e-12 * width),
     )
-    decade = 10.0**np.floor(np.log10(max(most, 1.0)))
-    return float(max(digit*decade for digit in (1, 2, 5) if digit*decade <= max(most, 1.0)))
+    decade = 10.0 ** np.floor(np.log10(max(most, 1.0)))
+    return float(max(digit * decade for digit in (1, 2, 5) if digit * decade <= max(most, 1.0)))
 
 
 def _along(surface, x):
     """Points and normals of the undeformed surface at x."""
-    points, normals = (np.column_stack([np.interp(x, surface.x, part) for part in values.T])
-                       for values in (surface.points, surface.normals))
-    return points, normals/np.linalg.norm(normals, axis=1)[:, None]
+    points, normals = (
+        np.column_stack([np.interp(x, surface.x, part) for part in values.T])
+        for values in (surface.points, surface.normals)
+    )
+    return points, normals / np.linalg.norm(normals, axis=1)[:, None]
 
 
 def _squares(points, normals, rotation, displacement, ell):
     tangents = np.column_stack((normals[:, 1], -normals[:, 0]))
     # the outer side reaches from -ell/2 to ell/2 along the surface, as the small-angle form has it
-    side = ell*(tangents + rotation[:, None]*normals)
-    down = ell*(rotation[:, None]*tangents - normals)/np.hypot(1, rotation)[:, None]
-    middle = points - displacement[:, None]*normals
-    A, B = middle - side/2, middle + side/2
+    side = ell * (tangents + rotation[:, None] * normals)
+    down = ell * (rotation[:, None] * tangents - normals) / np.hypot(1, rotation)[:, None]
+    middle = points - displacement[:, None] * normals
+    A, B = middle - side / 2, middle + side / 2
     return np.stack((A, B, B + down, A + down), axis=1)
 
 
@@ -120,7 +124,7 @@ def _closed(surface, x):
     if len(surface.corners) == 1:
         return np.zeros((len(x), 2), bool)
     finite = surface.gaps[np.isfinite(surface.gaps)]
-    size = CLOSED*max(np.ptp(finite), 1e-300)
+    size = CLOSED * max(np.ptp(finite), 1e-300)
     # between two points of a closed zone the gap is closed too; a single open neighbour opens it
     return np.column_stack(
         [np.interp(x, surface.x, np.where(gaps > size, 1.0, 0.0)) == 0 for gaps in surface.gaps]

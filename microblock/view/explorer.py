@@ -153,7 +153,7 @@ class Explorer(Shown):
             return self.state.solution
         _, value, earlier = self._before
         step = getattr(self.choice, name) - value
-        share = (getattr(choice, name) - getattr(self.choice, name))/step if step else 0.0
+        share = (getattr(choice, name) - getattr(self.choice, name)) / step if step else 0.0
         return self.state.solution.moved_on(earlier.solution, share)
 
     def update(self, **changes):
@@ -215,9 +215,9 @@ def reference_length(problem, load):
     """
     obstacle, solid = problem.obstacle, problem.solid
     if hasattr(obstacle, "R"):
-        return math.sqrt(4*load*obstacle.R/(math.pi*solid.E_star))
+        return math.sqrt(4 * load * obstacle.R / (math.pi * solid.E_star))
     if getattr(obstacle, "ends", ()):
-        return (obstacle.ends[-1] - obstacle.ends[0])/2
+        return (obstacle.ends[-1] - obstacle.ends[0]) / 2
     try:
         return classical(Problem(solid, problem.law, obstacle), load, 0.0)[0]
     except NotConverged:

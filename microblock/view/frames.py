@@ -11,9 +11,9 @@ from PIL import Image
 from . import plots
 
 DPI = 96
-LIGHT = 1            # compression of the PNG: higher takes longer than it saves
-SAME = 1e-9          # of the ends of an axis: rounding
-PAD = 1.02           # of a panel with its labels: next ones may be a little longer
+LIGHT = 1  # compression of the PNG: higher takes longer than it saves
+SAME = 1e-9  # of the ends of an axis: rounding
+PAD = 1.02  # of a panel with its labels: next ones may be a little longer
 
 
 class Frames:
@@ -43,8 +43,10 @@ class Frames:
 
     def _limits(self):
         # heights of the blocks have no labels
-        return {name: (*axis.get_xlim(), *(() if name == "blocks" else axis.get_ylim()))
-                for name, axis in self.figure.axes.items()}
+        return {
+            name: (*axis.get_xlim(), *(() if name == "blocks" else axis.get_ylim()))
+            for name, axis in self.figure.axes.items()
+        }
 
     def _draw_all(self):
         with self._without_moving():
@@ -58,7 +60,7 @@ class Frames:
             }
             self._still, self._drawn = self.canvas.copy_from_bbox(self.figure.drawing.bbox), self._limits()
             renderer.clear()
-            self.figure.drawing.patch.draw(renderer)      # white, or letters would lie on nothing
+            self.figure.drawing.patch.draw(renderer)  # white, or letters would lie on nothing
             self._blank = {name: self.canvas.copy_from_bbox(box) for name, box in boxes.items()}
 
     def _draw_panels(self, names):

@@ -8,20 +8,30 @@ from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
-SCREEN_DPI = 110 # of what notebooks show
-COLUMN = 3.5     # inches, one column of a journal page
+SCREEN_DPI = 110  # of what notebooks show
+COLUMN = 3.5  # inches, one column of a journal page
 # Okabe and Ito's palette (2008), ordered for contrast on white
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 LINES = ("-", "--", "-.", ":")
-CAPTION = 8      # points
-LETTERS = 16     # of a caption in an inch; 17.5 were measured
-BELOW = 5.5      # of a legend under a panel, in its letters: room for ticks and label
+CAPTION = 8  # points
+LETTERS = 16  # of a caption in an inch; 17.5 were measured
+BELOW = 5.5  # of a legend under a panel, in its letters: room for ticks and label
 STYLE = {
-    "font.size": 8, "axes.labelsize": 9, "legend.fontsize": 7, "xtick.labelsize": 8, "ytick.labelsize": 8,
-    "lines.linewidth": 1.2, "lines.markersize": 4, "axes.linewidth": 0.6, "legend.frameon": False,
-    "axes.prop_cycle": cycler(color=COLOURS), "savefig.dpi": 200, "mathtext.fontset": "stix",
-    "axes.spines.top": False, "axes.spines.right": False,
+    "font.size": 8,
+    "axes.labelsize": 9,
+    "legend.fontsize": 7,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4,
+    "axes.linewidth": 0.6,
+    "legend.frameon": False,
+    "axes.prop_cycle": cycler(color=COLOURS),
+    "savefig.dpi": 200,
+    "mathtext.fontset": "stix",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
 }
 
 
@@ -32,7 +42,7 @@ class Drawing(Figure):
         """This figure with small letters above it, any text, broken where it is longer than the figure is
         wide.
         """
-        lines = [fill(problem, int(LETTERS*self.get_figwidth())) for problem in text.splitlines()]
+        lines = [fill(problem, int(LETTERS * self.get_figwidth())) for problem in text.splitlines()]
         self.suptitle("\n".join(lines), fontsize=CAPTION, parse_math=False)
         return self
 
@@ -52,7 +62,7 @@ class Drawing(Figure):
 
 def figure(rows=1, columns=1, height=2.6, width=COLUMN, **grid):
     """An empty figure: (Figure, Axes or array of Axes); sizes in inches a panel, `grid` as for subplots."""
-    drawing = Drawing(figsize=(width*columns, height*rows), layout="constrained")
+    drawing = Drawing(figsize=(width * columns, height * rows), layout="constrained")
     return drawing, drawing.subplots(rows, columns, **grid)
 
 
@@ -90,11 +100,11 @@ def draw(drawing, data, folder, name):
     """Call ``drawing(data) -> Figure`` in the house style and write PNG and PDF, each whole or not at all;
     their paths.
     """
-    paths = [folder/f"{name}.{kind}" for kind in ("png", "pdf")]
+    paths = [folder / f"{name}.{kind}" for kind in ("png", "pdf")]
     with matplotlib.rc_context(STYLE):
         finished = drawing(data)
         finished.draw_without_rendering()
-        finished.set_layout_engine("none")      # laid out once for both files
+        finished.set_layout_engine("none")  # laid out once for both files
         for path in paths:
             part = path.with_name(f".{path.name}")
             finished.savefig(part)

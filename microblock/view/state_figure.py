@@ -11,7 +11,7 @@ from matplotlib.collections import PolyCollection
 
 from . import blocks, plots
 
-SIZE = 7.0, 7.4      # inches, two columns of a page
+SIZE = 7.0, 7.4  # inches, two columns of a page
 # of the picture of blocks, over its width: all of it, and above the surface
 BLOCKS_HEIGHT, ABOVE = 0.33, 0.1
 # of an axis, below which it ends elsewhere; and what more it then has than needed
@@ -19,15 +19,15 @@ LEAST_USE, ROOM = 0.25, 1.7
 # ends of axes, times a power of ten
 STEPS = np.array((1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0))
 CORNER_COLOURS = {"A": plots.COLOURS[0], "B": plots.COLOURS[1], "C": plots.COLOURS[6]}
-CORNER_LINES = {"A": "-", "B": "--", "C": "-"}      # distinguished without colours
-PEAK = 4.0           # of the mean pressure, beyond which it is cut off; a cylinder has 1.3
-SMALL = 6            # letters that say so, points
-TICKS = 5            # intervals on an axis, at most
-GAP_SHOWN = 0.5      # of the half-width of the contact, beyond it, in which gaps set the end of their axis
+CORNER_LINES = {"A": "-", "B": "--", "C": "-"}  # distinguished without colours
+PEAK = 4.0  # of the mean pressure, beyond which it is cut off; a cylinder has 1.3
+SMALL = 6  # letters that say so, points
+TICKS = 5  # intervals on an axis, at most
+GAP_SHOWN = 0.5  # of the half-width of the contact, beyond it, in which gaps set the end of their axis
 OUT_OF_CONTACT = "0.85"
-NEAR = 1e-6          # of ell, to which the edge of a zone is at an end of the obstacle
-MOST_TOLD = 3        # places that are listed
-CLOSED = 1e-6        # of the range of displacements: gaps that are rounding
+NEAR = 1e-6  # of ell, to which the edge of a zone is at an end of the obstacle
+MOST_TOLD = 3  # places that are listed
+CLOSED = 1e-6  # of the range of displacements: gaps that are rounding
 
 
 def colour_of(corner):
@@ -66,7 +66,7 @@ class StateFigure:
                 for kind in ("pressure", "gap")
                 for corner in corners
             }
-            self._total = []      # the sum of both corners; of one it would be the same
+            self._total = []  # the sum of both corners; of one it would be the same
             if len(corners) == 2:
                 self._total = self.axes["pressure"].plot([], [], color="0.45", linewidth=0.8, label="$p$")
             self._bars = self._zone_bars()
@@ -116,7 +116,7 @@ class StateFigure:
         }
         for name, text in labels.items():
             self.axes[name].set(ylabel=text)
-            self.axes[name].locator_params(nbins=TICKS)      # labels are what takes time to draw
+            self.axes[name].locator_params(nbins=TICKS)  # labels are what takes time to draw
             if name in ("gap", "turn"):
                 self.axes[name].set_xlabel("$x_1$ (length)")
             else:
@@ -162,7 +162,7 @@ class StateFigure:
                 self._own[kind, corner].set_data(x, row)
         for total in self._total:
             total.set_data(x, surface.pressures.sum(axis=0))
-        self._lines["micromoment"].set_data(x, surface.micromoment/surface.ell)
+        self._lines["micromoment"].set_data(x, surface.micromoment / surface.ell)
         self._lines["turn"].set_data(x, np.degrees(surface.rotation))
         for number, (name, bar) in enumerate(self._bars.items()):
             bar.set_data(
@@ -176,7 +176,7 @@ class StateFigure:
         for name in ("pressure", "micromoment", "gap", "turn", "zones"):
             self.axes[name].set_xlim(*window)
         gaps, turn = surface.gaps[:, shown], np.degrees(surface.rotation[shown])
-        gaps = gaps[np.isfinite(gaps) & (gaps > CLOSED*np.ptp(surface.displacement))]
+        gaps = gaps[np.isfinite(gaps) & (gaps > CLOSED * np.ptp(surface.displacement))]
         pressure = surface.pressures.sum(axis=0)
         # at the ends of a punch the pressure is infinite
         most = (
@@ -191,8 +191,10 @@ class StateFigure:
             ("turn", turn),
         ):
             size = np.abs(values).max(initial=0.0)
-            low, high = (side.holding(max(size/10, (sign*values).max(initial=0.0)), self._renewed)
-                         for sign, side in ((-1, self._ends[name, "low"]), (1, self._ends[name, "high"])))
+            low, high = (
+                side.holding(max(size / 10, (sign * values).max(initial=0.0)), self._renewed)
+                for sign, side in ((-1, self._ends[name, "low"]), (1, self._ends[name, "high"]))
+            )
             self.axes[name].set_ylim(-low, high)
 
     def _tell_cuts(self, surface, places):
@@ -265,15 +267,17 @@ class BlocksPanel:
         down = np.array((0.0, top))
         self._squares.set_verts(shown.squares - down)
         self._surface.set_data(*(shown.surface - down).T)
-        self._obstacle.set_verts([_under(piece - down, ABOVE*width) for piece in _pieces(shown.obstacle)])
+        self._obstacle.set_verts([_under(piece - down, ABOVE * width) for piece in _pieces(shown.obstacle)])
         for vertex, (name, dots) in enumerate(zip("AB", self._corners)):
             if name in self.corners:
                 touching = shown.closed[:, self.corners.index(name)]
                 dots.set_data(*(shown.squares[touching, vertex] - down).T)
-        self.axis.set(xlim=(left, right), ylim=((ABOVE - BLOCKS_HEIGHT)*width, ABOVE*width))
+        self.axis.set(xlim=(left, right), ylim=((ABOVE - BLOCKS_HEIGHT) * width, ABOVE * width))
         touches = "" if len(self.corners) == 2 else "; their middle touches"
-        self._title.set_text(f"blocks rotated by {_turn(self.corners)}{touches}; heights and angles "
-                             f"{shown.magnification:g} times")
+        self._title.set_text(
+            f"blocks rotated by {_turn(self.corners)}{touches}; heights and angles "
+            f"{shown.magnification:g} times"
+        )
         return self
 
     @property
@@ -306,8 +310,8 @@ class End:
         """The end for what is needed; `renew` where the panel is drawn anew anyway."""
         if self.value is None:
             self.value = _nice(needed)
-        elif renew or not self.value*LEAST_USE <= needed <= self.value:
-            self.value = _nice(ROOM*needed)
+        elif renew or not self.value * LEAST_USE <= needed <= self.value:
+            self.value = _nice(ROOM * needed)
         return self.value
 
 
@@ -321,10 +325,12 @@ class Window:
         if self.value is None:
             return False
         left, right = self.value
-        return left <= needed[0] and needed[1] <= right and needed[1] - needed[0] >= LEAST_USE*(right - left)
+        return (
+            left <= needed[0] and needed[1] <= right and needed[1] - needed[0] >= LEAST_USE * (right - left)
+        )
 
     def renew(self, needed):
-        more = 0.0 if self.value is None else (ROOM - 1)*(needed[1] - needed[0])/2
+        more = 0.0 if self.value is None else (ROOM - 1) * (needed[1] - needed[0]) / 2
         self.value = needed[0] - more, needed[1] + more
 
 
@@ -338,10 +344,16 @@ def unbounded(state):
         getattr(state.solution.problem.obstacle, name, ()) for name in ("kinks", "jumps", "ends")
     )
     points = [*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends]
-    margin = NEAR*ell
-    return sorted({float(point + shift) for corner, shift in shifts.items() for point in points
-                   for left, right in zones[corner if len(shifts) == 2 else "contact"]
-                   if left - margin <= point + shift <= right + margin})
+    margin = NEAR * ell
+    return sorted(
+        {
+            float(point + shift)
+            for corner, shift in shifts.items()
+            for point in points
+            for left, right in zones[corner if len(shifts) == 2 else "contact"]
+            if left - margin <= point + shift <= right + margin
+        }
+    )
 
 
 def _listed(places):
@@ -357,7 +369,7 @@ def _listed(places):
 def _around(contact, ell):
     if not len(contact):
         return -ell, ell
-    margin = GAP_SHOWN*(contact[-1][1] - contact[0][0])/2 + 1.5*ell
+    margin = GAP_SHOWN * (contact[-1][1] - contact[0][0]) / 2 + 1.5 * ell
     return contact[0][0] - margin, contact[-1][1] + margin
 
 
@@ -369,8 +381,8 @@ def _nice(value):
     """The next round number above."""
     if not value > 0:
         return 1.0
-    decade = 10.0**np.floor(np.log10(value))
-    return float(decade*STEPS[np.searchsorted(STEPS, min(1.03*value/decade, 10.0))])
+    decade = 10.0 ** np.floor(np.log10(value))
+    return float(decade * STEPS[np.searchsorted(STEPS, min(1.03 * value / decade, 10.0))])
 
 
 def _pieces(line):
@@ -387,7 +399,7 @@ def _under(piece, top):
     below = np.flatnonzero(piece[:, 1] < top)
     if not len(below):
         return np.empty((0, 2))
-    piece = piece[max(below[0] - 1, 0):below[-1] + 2].copy()
+    piece = piece[max(below[0] - 1, 0) : below[-1] + 2].copy()
     for end, inner in ((0, 1), (-1, -2)):
         if piece[end, 1] > top:
             piece[end] = piece[inner] + (piece[end] - piece[inner]) * (top - piece[inner, 1]) / (

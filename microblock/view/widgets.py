@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
     from ..contact import Contact
 
-RANGE = 30.0         # between the ends of a slider on a logarithmic scale
-MOST_PSI0 = 3.0      # degrees, to either side
-SLOW = 0.15          # seconds for a state, from which on a slider waits until it is let go
+RANGE = 30.0  # between the ends of a slider on a logarithmic scale
+MOST_PSI0 = 3.0  # degrees, to either side
+SLOW = 0.15  # seconds for a state, from which on a slider waits until it is let go
 LABELS = {"load": "load P", "radius": "radius R", "alpha": "α = ℓ/a"}
 
 
@@ -62,8 +62,11 @@ class Panel:
 
     def __init__(self, explorer, ipywidgets):
         self.explorer, self._widgets = explorer, ipywidgets
-        self.controls = {name: self._control(name) for name in ("load", "psi0", "radius", "alpha", "law")
-                         if getattr(explorer.choice, name) is not None}
+        self.controls = {
+            name: self._control(name)
+            for name in ("load", "psi0", "radius", "alpha", "law")
+            if getattr(explorer.choice, name) is not None
+        }
         self.picture = ipywidgets.Image(value=explorer.png(), format="png")
         self.table, self.told = ipywidgets.HTML(explorer.state._repr_html_()), ipywidgets.HTML()
         self.quantity = ipywidgets.Dropdown(options=list(QUANTITIES), description="below")
@@ -81,17 +84,29 @@ class Panel:
         value = getattr(self.explorer.choice, name)
         shown = {"layout": {"width": "340px"}, "continuous_update": self.explorer.seconds < SLOW}
         if name == "law":
-            return self._widgets.Dropdown(options=["microblock", "unilateral", "microclamped"], value=value,
-                                          description="law")
+            return self._widgets.Dropdown(
+                options=["microblock", "unilateral", "microclamped"], value=value, description="law"
+            )
         if name == "psi0":
             degrees = math.degrees(value)
-            return self._widgets.FloatSlider(value=degrees, min=min(-MOST_PSI0, degrees),
-                                             max=max(MOST_PSI0, degrees), step=0.01,
-                                             description="ψ₀ (degrees)", **shown)
-        ends = math.log10(value/math.sqrt(RANGE)), math.log10(value*math.sqrt(RANGE))
-        return self._widgets.FloatLogSlider(value=value, min=ends[0], max=ends[1],
-                                            step=(ends[1] - ends[0])/200,
-                                            description=LABELS[name], readout_format=".3g", **shown)
+            return self._widgets.FloatSlider(
+                value=degrees,
+                min=min(-MOST_PSI0, degrees),
+                max=max(MOST_PSI0, degrees),
+                step=0.01,
+                description="ψ₀ (degrees)",
+                **shown,
+            )
+        ends = math.log10(value / math.sqrt(RANGE)), math.log10(value * math.sqrt(RANGE))
+        return self._widgets.FloatLogSlider(
+            value=value,
+            min=ends[0],
+            max=ends[1],
+            step=(ends[1] - ends[0]) / 200,
+            description=LABELS[name],
+            readout_format=".3g",
+            **shown,
+        )
 
     def _changed(self, name, value):
         """A new state; where there is none the picture stays and a line says why."""

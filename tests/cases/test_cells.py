@@ -21,18 +21,25 @@ def test_classical_orders():
 
 def test_commands(tmp_path, capsys):
     words = ["wavy", "--nodes", "256", "--loads", "0.5", "1.2"]
-    assert main([*words, "--json", str(tmp_path/"a.json"), "--out", str(tmp_path)]) == 0
+    assert main([*words, "--json", str(tmp_path / "a.json"), "--out", str(tmp_path)]) == 0
     assert "closed everywhere" in capsys.readouterr().out
-    answer = json.loads((tmp_path/"a.json").read_text())
+    answer = json.loads((tmp_path / "a.json").read_text())
     assert [state["load"] for state in answer["states"]] == pytest.approx([0.5, 1.2])
     assert main(["rough", "--nodes", "2048", "--out", str(tmp_path)]) == 0
     assert {"wavy.csv", "wavy.png", "rough.csv", "rough.png"} <= {path.name for path in tmp_path.iterdir()}
 
 
-@pytest.mark.parametrize("words, named", [
-    ("wavy --loads 0", "--loads"), ("wavy --rtol 1e-3 --nodes 100", "--rtol"), ("wavy --beta 2", "--beta"),
-    ("rough --nodes 100", "--nodes"), ("rough --psi0-deg 30", "--psi0-deg"),
-    ("classical --nodes 100", "--nodes")])
+@pytest.mark.parametrize(
+    "words, named",
+    [
+        ("wavy --loads 0", "--loads"),
+        ("wavy --rtol 1e-3 --nodes 100", "--rtol"),
+        ("wavy --beta 2", "--beta"),
+        ("rough --nodes 100", "--nodes"),
+        ("rough --psi0-deg 30", "--psi0-deg"),
+        ("classical --nodes 100", "--nodes"),
+    ],
+)
 def test_bad_options_get_one_clear_line(words, named, capsys):
     assert main(words.split()) == 2
     printed = capsys.readouterr()
@@ -46,12 +53,12 @@ def test_path_from_first_touch_to_full_closure(contact):
     own, classical = rows[:9], rows[9:]
     for row in classical:
         # a cell at either edge
-        assert row["contact_fraction"] == pytest.approx(row["contact_exact"], abs=2/1024)
+        assert row["contact_fraction"] == pytest.approx(row["contact_exact"], abs=2 / 1024)
         # the cells' width squared
         assert row["approach"] == pytest.approx(row["approach_exact"], abs=2e-5)
     closure = wavy.closure_of(parameters)
-    for row in own:      # all corners that there are
+    for row in own:  # all corners that there are
         assert (row["full_contact_fraction"] == 1) == (row["load"] >= closure)
     assert own[0]["contact_fraction"] < 0.05 and own[-1]["load"] > closure > own[0]["load"]
     for name in ("contact_fraction", "approach"):
-        assert np.all(np.diff([row[name] for row in own]) >= -1e-12)      # rounding, from full closure on
+        assert np.all(np.diff([row[name] for row in own]) >= -1e-12)  # rounding, from full closure on

@@ -13,13 +13,31 @@ from cases.__main__ import main
 from cases.common.catalog import FOLDERS, all_cases, headlines
 
 ROOT = Path(__file__).parents[2]
-NUMBERS = ("psi_surface", "u1_surface", "u2_surface", "traction", "micromoment", "delta_fc", "L_psi", "L_u",
-           "error_psi", "error_u", "error_psi_paper", "unknowns", "iterations")
+NUMBERS = (
+    "psi_surface",
+    "u1_surface",
+    "u2_surface",
+    "traction",
+    "micromoment",
+    "delta_fc",
+    "L_psi",
+    "L_u",
+    "error_psi",
+    "error_u",
+    "error_psi_paper",
+    "unknowns",
+    "iterations",
+)
 
 
 def cases(*words, cwd=ROOT):
-    return subprocess.run([sys.executable, "-m", "cases", *words], cwd=cwd, capture_output=True, text=True,
-                          env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+    return subprocess.run(
+        [sys.executable, "-m", "cases", *words],
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"},
+    )
 
 
 def test_cases_are_listed_one_line_each():
@@ -31,9 +49,11 @@ def test_cases_are_listed_one_line_each():
 
 
 def test_listing_imports_no_case():
-    code = ("import sys; from cases.__main__ import main; assert main([]) == 0; "
-            "assert not [name for name in sys.modules if name.startswith(('cases.scenes', 'cases.studies', "
-            "'ngsolve'))]")
+    code = (
+        "import sys; from cases.__main__ import main; assert main([]) == 0; "
+        "assert not [name for name in sys.modules if name.startswith(('cases.scenes', 'cases.studies', "
+        "'ngsolve'))]"
+    )
     assert subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True).returncode == 0
 
 
@@ -55,41 +75,65 @@ def test_json_on_standard_output_is_all_there_is():
 
 
 def test_json_file_and_figures(tmp_path, capsys):
-    assert main(["strip", "--json", str(tmp_path/"a.json"), "--out", str(tmp_path/"figures")]) == 0
-    assert json.loads((tmp_path/"a.json").read_text())["state"] == "partial"
-    assert {path.name for path in (tmp_path/"figures").iterdir()} == {"strip.png", "strip.pdf", "strip.csv"}
+    assert main(["strip", "--json", str(tmp_path / "a.json"), "--out", str(tmp_path / "figures")]) == 0
+    assert json.loads((tmp_path / "a.json").read_text())["state"] == "partial"
+    assert {path.name for path in (tmp_path / "figures").iterdir()} == {"strip.png", "strip.pdf", "strip.csv"}
     assert "delta_fc" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("words, named", [
-    ("strip --nu 0.5", "--nu 0.5"), ("strip --beta 2", "--beta 2"), ("strip --beta 0", "--beta 0"),
-    ("strip --ell-over-H 0", "--ell-over-H"), ("strip --ell-over-H -1", "--ell-over-H"),
-    ("strip --nu nan", "--nu nan"), ("strip --delta-over-H inf", "--delta-over-H inf"),
-    ("strip --nu abc", "--nu"),
-    ("strip --method newton", "--method"), ("strip --model plane", "--model"),
-    ("strip --psi0-deg 60", "--psi0-deg"),
-    ("strip --rtol 1e-3 --order 2", "--rtol"), ("strip --rtol 1e-3 --elements 2", "--rtol"),
-    ("strip --rtol 0", "--rtol"),
-    ("strip --order 0", "--order"), ("strip --order 2.5", "--order"), ("strip --elements 0", "--elements"),
-    ("strip --rho 0", "--rho"), ("strip --curvature -1", "--curvature"), ("strip --unknown 1", "--unknown"),
-    ("strip --ell-over-H 1e200", "--ell-over-H"), ("strip --delta-over-H 1e150", "--delta-over-H"),
-    ("strip --rho 1e300", "--rho"), ("strip --json /nowhere/at/all.json", "--json"),
-    ("strip --out /dev/null/figures", "--out"),
-    ("report --only fig99", "--only fig99"), ("strap", "strap")])
+@pytest.mark.parametrize(
+    "words, named",
+    [
+        ("strip --nu 0.5", "--nu 0.5"),
+        ("strip --beta 2", "--beta 2"),
+        ("strip --beta 0", "--beta 0"),
+        ("strip --ell-over-H 0", "--ell-over-H"),
+        ("strip --ell-over-H -1", "--ell-over-H"),
+        ("strip --nu nan", "--nu nan"),
+        ("strip --delta-over-H inf", "--delta-over-H inf"),
+        ("strip --nu abc", "--nu"),
+        ("strip --method newton", "--method"),
+        ("strip --model plane", "--model"),
+        ("strip --psi0-deg 60", "--psi0-deg"),
+        ("strip --rtol 1e-3 --order 2", "--rtol"),
+        ("strip --rtol 1e-3 --elements 2", "--rtol"),
+        ("strip --rtol 0", "--rtol"),
+        ("strip --order 0", "--order"),
+        ("strip --order 2.5", "--order"),
+        ("strip --elements 0", "--elements"),
+        ("strip --rho 0", "--rho"),
+        ("strip --curvature -1", "--curvature"),
+        ("strip --unknown 1", "--unknown"),
+        ("strip --ell-over-H 1e200", "--ell-over-H"),
+        ("strip --delta-over-H 1e150", "--delta-over-H"),
+        ("strip --rho 1e300", "--rho"),
+        ("strip --json /nowhere/at/all.json", "--json"),
+        ("strip --out /dev/null/figures", "--out"),
+        ("report --only fig99", "--only fig99"),
+        ("strap", "strap"),
+    ],
+)
 def test_bad_arguments_get_one_clear_line(words, named, capsys):
     try:
         status = main(words.split())
-    except SystemExit as stop:      # argparse's own way out
+    except SystemExit as stop:  # argparse's own way out
         status = stop.code
     printed = capsys.readouterr()
     assert status == 2 and printed.out == ""
     assert printed.err.count("\n") == 1 and named in printed.err
 
 
-@pytest.mark.parametrize("words, meant", [
-    ("herz", "hertz"), ("hertz --alfa 1", "--alpha"), ("hertz --obstacle cylnder", "cylinder"),
-    ("strip --deltaoverH 1", "--delta-over-H"),
-    ("report --only fig99", "fig9"), ("hertz --outt a", "--out")])
+@pytest.mark.parametrize(
+    "words, meant",
+    [
+        ("herz", "hertz"),
+        ("hertz --alfa 1", "--alpha"),
+        ("hertz --obstacle cylnder", "cylinder"),
+        ("strip --deltaoverH 1", "--delta-over-H"),
+        ("report --only fig99", "fig9"),
+        ("hertz --outt a", "--out"),
+    ],
+)
 def test_misspelt_words_are_answered_with_the_nearest(words, meant, capsys):
     try:
         status = main(words.split())
@@ -106,12 +150,14 @@ def test_what_is_far_from_all_that_is_known_is_not_guessed(capsys):
 
 
 def test_the_last_line_names_the_files_or_how_to_get_some(tmp_path, capsys):
-    out = tmp_path/"mine"
+    out = tmp_path / "mine"
     assert main(["strip", "--out", str(out)]) == 0
-    assert capsys.readouterr().err == f"wrote {out/'strip.csv'}, strip.pdf, strip.png\n"
-    (out/"other").write_text("not ours")
-    assert main(["strip", "--out", str(out), "--json", str(tmp_path/"a.json")]) == 0
-    assert capsys.readouterr().err == f"wrote {out/'strip.csv'}, strip.pdf, strip.png, {tmp_path/'a.json'}\n"
+    assert capsys.readouterr().err == f"wrote {out / 'strip.csv'}, strip.pdf, strip.png\n"
+    (out / "other").write_text("not ours")
+    assert main(["strip", "--out", str(out), "--json", str(tmp_path / "a.json")]) == 0
+    assert (
+        capsys.readouterr().err == f"wrote {out / 'strip.csv'}, strip.pdf, strip.png, {tmp_path / 'a.json'}\n"
+    )
     assert main(["strip"]) == 0
     assert capsys.readouterr().err == "no figures: give --out DIR\n"
     assert main(["strip", "--json", "-", "--out", str(out)]) == 0
@@ -120,9 +166,10 @@ def test_the_last_line_names_the_files_or_how_to_get_some(tmp_path, capsys):
 
 def test_many_files_are_counted(tmp_path):
     from cases.__main__ import LISTED, _told
-    (tmp_path/"figures").mkdir()
+
+    (tmp_path / "figures").mkdir()
     for number in range(LISTED + 1):
-        (tmp_path/"figures"/f"{number}.png").touch()
+        (tmp_path / "figures" / f"{number}.png").touch()
     assert _told(tmp_path, {}, None) == f"wrote {LISTED + 1} files in {tmp_path}"
 
 
@@ -135,11 +182,16 @@ def test_help_says_what_happens_without_an_option(capsys):
     hertz, sweep, report = explained("hertz"), explained("sweep"), explained("report")
     assert "(default 1.0)" in hertz and "(default (" not in hertz
     assert "without it none are written" in hertz and "records (default out)" in report
-    for words in ("(inf if not given)", "(condensed if not given", "(fitted if not given)",
-                  "without it the stiffness", "with --order alone"):
+    for words in (
+        "(inf if not given)",
+        "(condensed if not given",
+        "(fitted if not given)",
+        "without it the stiffness",
+        "with --order alone",
+    ):
         assert words in hertz
-    assert "(default hertz)" not in sweep      # it must be given
-    assert "Methods: limits" in report and "limits_cycling" not in report      # sections, not 88 names
+    assert "(default hertz)" not in sweep  # it must be given
+    assert "Methods: limits" in report and "limits_cycling" not in report  # sections, not 88 names
 
 
 @pytest.mark.parametrize("words", ["hertz --rtol 1e-15", "hertz --alpha 1e-8"])
@@ -158,7 +210,7 @@ def test_a_strip_that_is_not_pressed_says_so(delta, capsys):
 
 
 def test_json_goes_through_a_pipe_and_leaves_it_one(tmp_path):
-    pipe = tmp_path/"pipe"
+    pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = subprocess.Popen(["cat", str(pipe)], stdout=subprocess.PIPE, text=True)
     assert main(["strip", "--order", "2", "--json", str(pipe)]) == 0
@@ -166,18 +218,20 @@ def test_json_goes_through_a_pipe_and_leaves_it_one(tmp_path):
 
 
 def test_what_compiled_libraries_print_stays_off_standard_output():
-    ran = cases("strip", "--rho", "1e16", "--json", "-")      # UMFPACK gives up, with words of its own
+    ran = cases("strip", "--rho", "1e16", "--json", "-")  # UMFPACK gives up, with words of its own
     assert ran.returncode == 1 and ran.stdout == "" and ran.stderr.count("\n") == 1
 
 
 def test_bad_arguments_leave_nothing_behind(tmp_path):
-    ran = cases("strip", "--nu", "0.5", "--json", str(tmp_path/"a.json"), "--out", str(tmp_path/"figures"))
+    ran = cases(
+        "strip", "--nu", "0.5", "--json", str(tmp_path / "a.json"), "--out", str(tmp_path / "figures")
+    )
     assert ran.returncode == 2 and "Traceback" not in ran.stderr
     assert list(tmp_path.iterdir()) == []
 
 
 def test_what_cannot_be_reached_gets_status_1_and_one_line(tmp_path):
-    ran = cases("strip", "--rtol", "1e-17", "--json", str(tmp_path/"a.json"))
+    ran = cases("strip", "--rtol", "1e-17", "--json", str(tmp_path / "a.json"))
     assert ran.returncode == 1 and ran.stdout == "" and ran.stderr.count("\n") == 1
     assert "1e-17" in ran.stderr and list(tmp_path.iterdir()) == []
 
@@ -187,16 +241,22 @@ def test_the_closed_form_is_nowhere_in_the_computation(tmp_path):
     said.
     """
     for package in ("microblock", "cases"):
-        shutil.copytree(ROOT/package, tmp_path/package,
-                        ignore=shutil.ignore_patterns("closed_forms.py", "__pycache__"))
-    words = ("strip", "--psi0-deg", "-1.5", "--json", "-", "--out", str(tmp_path/"figures"))
+        shutil.copytree(
+            ROOT / package,
+            tmp_path / package,
+            ignore=shutil.ignore_patterns("closed_forms.py", "__pycache__"),
+        )
+    words = ("strip", "--psi0-deg", "-1.5", "--json", "-", "--out", str(tmp_path / "figures"))
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     # an editable installation must not find the module that is missing here
-    code = ("import sys; sys.path.insert(0, '.'); "
-            "sys.meta_path = [finder for finder in sys.meta_path if 'editable' not in repr(finder)]; "
-            "from cases.__main__ import main; sys.exit(main(sys.argv[1:]))")
-    without = subprocess.run([sys.executable, "-c", code, *words],
-                             cwd=tmp_path, capture_output=True, text=True, env=environment)
+    code = (
+        "import sys; sys.path.insert(0, '.'); "
+        "sys.meta_path = [finder for finder in sys.meta_path if 'editable' not in repr(finder)]; "
+        "from cases.__main__ import main; sys.exit(main(sys.argv[1:]))"
+    )
+    without = subprocess.run(
+        [sys.executable, "-c", code, *words], cwd=tmp_path, capture_output=True, text=True, env=environment
+    )
     assert without.returncode == 0, without.stderr
     bare, full = json.loads(without.stdout), json.loads(cases(*words).stdout)
     assert bare["error_psi"] is None and "closed_forms" in bare["warnings"][0]

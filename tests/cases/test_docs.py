@@ -11,18 +11,43 @@ from cases.common.catalog import headlines
 from cases.report.report import KNOWN
 
 ROOT = Path(mb.__file__).parents[1]
-DOCS = ROOT/"docs"
-PAGES = [ROOT/"README.md", ROOT/"CONTRIBUTING.md", *sorted(DOCS.glob("*.md")),
-         *sorted((DOCS/"howto").glob("*.md"))]
-WORDED = ["CONTRIBUTING.md", "docs/glossary.md", "docs/theory.md", "docs/notebooks/first_contact.ipynb",
-          "docs/notebooks/size_effects.ipynb"]
+DOCS = ROOT / "docs"
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "CONTRIBUTING.md",
+    *sorted(DOCS.glob("*.md")),
+    *sorted((DOCS / "howto").glob("*.md")),
+]
+WORDED = [
+    "CONTRIBUTING.md",
+    "docs/glossary.md",
+    "docs/theory.md",
+    "docs/notebooks/first_contact.ipynb",
+    "docs/notebooks/size_effects.ipynb",
+]
 # words that nobody but us has for what the field has words for
-PRIVATE = ("scenes?|sinking|mattress|rungs?|ladders?|held|turned|judged?|refused|told|pulls|"
-           "paper's way|clocked|GridContact|FittedContact")
-REQUIRED = {"born", "vanished", "merged", "split", "full", "contact", "A, B", "psi0_in", "refinement level",
-            "normal displacement", "rigid-body constant"}
-FOLDERS = ("", "microblock", *(f"microblock/{part}" for part in ("model", "corners", "halfplane", "fem",
-                                                                 "view", "data")))
+PRIVATE = (
+    "scenes?|sinking|mattress|rungs?|ladders?|held|turned|judged?|refused|told|pulls|"
+    "paper's way|clocked|GridContact|FittedContact"
+)
+REQUIRED = {
+    "born",
+    "vanished",
+    "merged",
+    "split",
+    "full",
+    "contact",
+    "A, B",
+    "psi0_in",
+    "refinement level",
+    "normal displacement",
+    "rigid-body constant",
+}
+FOLDERS = (
+    "",
+    "microblock",
+    *(f"microblock/{part}" for part in ("model", "corners", "halfplane", "fem", "view", "data")),
+)
 
 
 def text(path):
@@ -41,23 +66,25 @@ def anchors(path):
 @pytest.mark.parametrize("path", PAGES, ids=lambda path: path.name)
 def test_links_lead_somewhere(path):
     for target, anchor in re.findall(r"\]\(([^)#:]*)(?:#([^)]*))?\)", path.read_text()):
-        page = (path.parent/target).resolve() if target else path
+        page = (path.parent / target).resolve() if target else path
         assert page.exists(), target
         assert not anchor or anchor in anchors(page), (target, anchor)
 
 
 def test_an_anchor_that_is_none_would_be_seen():
-    assert "contact-line" in anchors(DOCS/"theory.md") and "contact-lines" not in anchors(DOCS/"theory.md")
+    assert "contact-line" in anchors(DOCS / "theory.md") and "contact-lines" not in anchors(
+        DOCS / "theory.md"
+    )
 
 
 @pytest.mark.parametrize("name", ["CONTRIBUTING.md", "docs/glossary.md", "docs/theory.md"])
 def test_files_commands_tests_and_names_exist(name):
-    page = (ROOT/name).read_text()
+    page = (ROOT / name).read_text()
     for file in re.findall(r"`((?:[\w*]+/)*[\w*]+\.py)`", page):
-        assert [found for folder in FOLDERS for found in (ROOT/folder).glob(file)], file
+        assert [found for folder in FOLDERS for found in (ROOT / folder).glob(file)], file
     for case in re.findall(r"python -m cases (\w+)", page):
         assert case in headlines(), case
-    tests = "".join(one.read_text() for one in (ROOT/"tests").rglob("*.py"))
+    tests = "".join(one.read_text() for one in (ROOT / "tests").rglob("*.py"))
     for test in re.findall(r"`(test_\w+)`", page):
         assert f"def {test}(" in tests, test
     for public in re.findall(r"\bmb\.(\w+)", page):
@@ -68,13 +95,13 @@ def test_files_commands_tests_and_names_exist(name):
 
 @pytest.mark.parametrize("name", WORDED)
 def test_words_are_the_fields(name):
-    page = re.sub(r"`[^`\n]*`", "", text(ROOT/name))      # code says what it is called
+    page = re.sub(r"`[^`\n]*`", "", text(ROOT / name))  # code says what it is called
     assert re.findall(rf"\b(?:{PRIVATE})\b", page, re.I) == []
 
 
 def glossary():
     """{terms: what they mean}."""
-    lines = [line for line in (DOCS/"glossary.md").read_text().splitlines() if line.startswith("- ")]
+    lines = [line for line in (DOCS / "glossary.md").read_text().splitlines() if line.startswith("- ")]
     return dict(re.fullmatch(r"- \*\*(.+?)\*\*: (.+[.;])", line).groups() for line in lines)
 
 
@@ -86,7 +113,7 @@ def test_glossary_has_a_line_for_each_term_in_order():
 
 
 def test_glossary_has_what_methods_laws_and_zones_are_called():
-    page = (DOCS/"glossary.md").read_text()
+    page = (DOCS / "glossary.md").read_text()
     for name in ("Panels", "Cells", "Fitted", "Uniform", "Condensed", "Newton"):
         assert name in mb.__all__ and f"`{name}`" in page
     for law in (mb.Microblock, mb.Unilateral, mb.Microclamped):

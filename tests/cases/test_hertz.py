@@ -9,9 +9,24 @@ from cases.__main__ import main
 from cases.scenes import hertz, size_effect
 from cases.scenes.hertz import Parameters
 
-STATE = {"load", "pressure_centre", "pressure_max", "pressure_max_at", "zones", "half_width",
-         "inner_half_width", "hardness_apparent", "hardness_real", "energy", "micromoment_max", "approach",
-         "iterations", "kkt", "error_estimate", "profile"}
+STATE = {
+    "load",
+    "pressure_centre",
+    "pressure_max",
+    "pressure_max_at",
+    "zones",
+    "half_width",
+    "inner_half_width",
+    "hardness_apparent",
+    "hardness_real",
+    "energy",
+    "micromoment_max",
+    "approach",
+    "iterations",
+    "kkt",
+    "error_estimate",
+    "profile",
+}
 
 
 @pytest.fixture(scope="module")
@@ -23,15 +38,16 @@ def test_contract(loaded):
     assert loaded["model"] == "halfplane" and loaded["parameters"]["alpha"] == 0.25
     json.dumps(loaded, allow_nan=False)
     for state in loaded["states"]:
-        assert STATE <= set(state) and state["approach"] is None and state["error_estimate"] <= 1e-3
+        assert set(state) >= STATE and state["approach"] is None and state["error_estimate"] <= 1e-3
         profile = {name: np.array(values) for name, values in state["profile"].items()}
         assert np.all(np.diff(profile["x"]) > 0)
-        assert profile["weight"] @ profile["pressure"] == pytest.approx(state["load"]*np.pi/2, rel=1e-9)
+        assert profile["weight"] @ profile["pressure"] == pytest.approx(state["load"] * np.pi / 2, rel=1e-9)
         assert profile["pressure"] == pytest.approx(profile["pressure_A"] + profile["pressure_B"], abs=1e-14)
-        assert profile["micromoment"] == pytest.approx((profile["pressure_A"] - profile["pressure_B"])/2,
-                                                       abs=1e-12)
+        assert profile["micromoment"] == pytest.approx(
+            (profile["pressure_A"] - profile["pressure_B"]) / 2, abs=1e-12
+        )
         assert state["half_width"] == pytest.approx(state["zones"]["contact"][-1][1], abs=1e-9)
-        assert state["hardness_apparent"] == pytest.approx(state["load"]/state["half_width"])
+        assert state["hardness_apparent"] == pytest.approx(state["load"] / state["half_width"])
 
 
 def test_two_zones_at_first_full_contact_later(loaded):
@@ -50,7 +66,7 @@ def test_events(loaded):
     # by scaling the zones meet at (alpha/alpha_mid)^2
     alpha_mid, error = size_effect.coalescence_ratio(0.3, 1.0)
     meeting = loaded["events"][-1]
-    assert meeting["load"] == pytest.approx((0.25/alpha_mid)**2, abs=meeting["load_error"] + 1e-8)
+    assert meeting["load"] == pytest.approx((0.25 / alpha_mid) ** 2, abs=meeting["load_error"] + 1e-8)
     assert meeting["x"] == 0 and error < 1e-8
 
 
@@ -63,7 +79,7 @@ def state_of(**changes):
 def test_units_do_not_matter():
     first = state_of(psi0_deg=0.2, order=8)
     # psi0 is an angle like a/R, so P/(E R) is kept
-    scaled = state_of(E=7.0, R=0.3, P=7.0*0.3/1000, psi0_deg=0.2, order=8)
+    scaled = state_of(E=7.0, R=0.3, P=7.0 * 0.3 / 1000, psi0_deg=0.2, order=8)
     for name in ("half_width", "pressure_max", "micromoment_max", "hardness_apparent", "energy"):
         assert scaled[name] == pytest.approx(first[name], rel=1e-8)
     other = state_of(E=7.0, R=0.3, P=0.02, psi0_deg=0.2, order=8)
@@ -72,7 +88,7 @@ def test_units_do_not_matter():
 
 def test_reading_of_psi0():
     gap, lever = (state_of(psi0_deg=5, psi0_reading=reading) for reading in ("gap", "lever"))
-    assert gap["zones"]["A"] == [] and gap["zones"]["full"] == []      # the strip's geometry: A never touches
+    assert gap["zones"]["A"] == [] and gap["zones"]["full"] == []  # the strip's geometry: A never touches
     assert len(lever["zones"]["A"]) == 1 and len(lever["zones"]["full"]) == 1
 
 
@@ -89,12 +105,23 @@ def test_infinite_values_are_null():
     assert punch["pressure_max"] is None and punch["pressure_max_at"] == []
 
 
-@pytest.mark.parametrize("words, named", [
-    ("--alpha 0.2 --ell 0.1", "--ell"), ("--alpha 0", "--alpha"), ("--nu 0.5", "nu"), ("--beta 2", "--beta"),
-    ("--loads 1 -1", "--loads"), ("--rtol 1e-3 --order 8", "--rtol"), ("--order 2", "--order"),
-    ("--h 0.1", "--h"),
-    ("--psi0-deg nan", "--psi0-deg"),
-    ("--contact unilateral --psi0-deg 1", "--psi0-deg"), ("--obstacle cone", "--obstacle"), ("--P 0", "--P")])
+@pytest.mark.parametrize(
+    "words, named",
+    [
+        ("--alpha 0.2 --ell 0.1", "--ell"),
+        ("--alpha 0", "--alpha"),
+        ("--nu 0.5", "nu"),
+        ("--beta 2", "--beta"),
+        ("--loads 1 -1", "--loads"),
+        ("--rtol 1e-3 --order 8", "--rtol"),
+        ("--order 2", "--order"),
+        ("--h 0.1", "--h"),
+        ("--psi0-deg nan", "--psi0-deg"),
+        ("--contact unilateral --psi0-deg 1", "--psi0-deg"),
+        ("--obstacle cone", "--obstacle"),
+        ("--P 0", "--P"),
+    ],
+)
 def test_bad_arguments_get_one_clear_line(words, named, capsys):
     try:
         status = main(["hertz", *words.split()])
@@ -113,7 +140,7 @@ def test_events_of_rotated_blocks():
     assert 0 < born["load"] < merged["load"] < 1 and max(born["load_error"], merged["load_error"]) < 0.05
     for event, zone, before, after in ((born, "A", 0, 1), (merged, "contact", 2, 1)):
         for side, count in ((-1, before), (1, after)):
-            load = event["load"] + side*(event["load_error"] + 0.01*event["load"])
+            load = event["load"] + side * (event["load_error"] + 0.01 * event["load"])
             assert len(state_of(psi0_deg=0.5, loads=(load,))["zones"][zone]) == count
 
 
@@ -121,8 +148,9 @@ def test_figures_of_single_runs(tmp_path):
     assert main(["hertz", "--order", "8", "--out", str(tmp_path)]) == 0
     assert main(["size_effect", "--alphas", "0.5", "1", "--rtol", "1e-3", "--out", str(tmp_path)]) == 0
     written = {path.name for path in tmp_path.iterdir()}
-    assert written == {f"{case}.{kind}" for case in ("hertz", "size_effect")
-                                                         for kind in ("csv", "png", "pdf")}
+    assert written == {
+        f"{case}.{kind}" for case in ("hertz", "size_effect") for kind in ("csv", "png", "pdf")
+    }
 
 
 def test_size_effect():
@@ -134,5 +162,5 @@ def test_size_effect():
     assert np.all(np.diff([row["pressure_max"] for row in unilateral]) > 0)
     assert microblock[0]["hardness_apparent"] == pytest.approx(1, abs=0.01)
     assert microblock[2]["hardness_real"] > microblock[2]["hardness_apparent"]
-    assert answer["alpha_mid"] == pytest.approx(0.8343132323, abs=3*answer["alpha_mid_error"] + 1e-9)
+    assert answer["alpha_mid"] == pytest.approx(0.8343132323, abs=3 * answer["alpha_mid_error"] + 1e-9)
     assert all(row["hardness_nominal"] is None for row in microblock) and "approach" in answer["warnings"][0]

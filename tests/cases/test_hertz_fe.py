@@ -10,7 +10,7 @@ from cases.scenes import hertz, size_effect, size_effect_fe
 
 
 def answer(words, tmp_path):
-    path = tmp_path/"answer.json"
+    path = tmp_path / "answer.json"
     assert main(["hertz", "--model", "fe", *words.split(), "--json", str(path)]) == 0
     return json.loads(path.read_text())
 
@@ -22,19 +22,21 @@ def test_command(tmp_path):
     assert found["model"] == "fe" and found["parameters"]["method"] == "condensed"
     assert full["approach"] is None
     for name in ("pressure_centre", "pressure_max", "half_width", "micromoment_max", "hardness_apparent"):
-        assert full[name] == pytest.approx(reference["states"][0][name], rel=2e-3)      # rtol in L2
+        assert full[name] == pytest.approx(reference["states"][0][name], rel=2e-3)  # rtol in L2
     profile = {name: np.array(values) for name, values in full["profile"].items()}
-    assert profile["weight"] @ profile["pressure"] == pytest.approx(np.pi/2, rel=1e-9)
+    assert profile["weight"] @ profile["pressure"] == pytest.approx(np.pi / 2, rel=1e-9)
     assert np.all(np.diff(profile["x"]) > 0)
     assert len(two["zones"]["contact"]) == 2 and two["inner_half_width"] > 0
     kinds = {(event["kind"], event["zone"]): event for event in found["events"]}
     merged, true = kinds["merged", "contact"], reference["events"][-1]
-    assert abs(merged["load"] - true["load"]) <= merged["load_error"] < 0.1*merged["load"]
+    assert abs(merged["load"] - true["load"]) <= merged["load_error"] < 0.1 * merged["load"]
 
 
 def test_command_on_a_uniform_mesh(tmp_path):
-    paper, condensed = (answer(f"--method {method} --mesh uniform --h 0.2 --order 1 --domain 18", tmp_path)
-                        for method in ("al", "condensed"))
+    paper, condensed = (
+        answer(f"--method {method} --mesh uniform --h 0.2 --order 1 --domain 18", tmp_path)
+        for method in ("al", "condensed")
+    )
     first, second = (one["states"][0] for one in (paper, condensed))
     assert first["profile"]["pressure"] == pytest.approx(second["profile"]["pressure"], abs=1e-9)
     assert first["error_estimate"] is None
@@ -42,11 +44,20 @@ def test_command_on_a_uniform_mesh(tmp_path):
     assert paper["unknowns"] > condensed["unknowns"]
 
 
-@pytest.mark.parametrize("words, named", [
-    ("--domain -3", "--domain"), ("--domain wide", "--domain"), ("--method al", "--method"),
-    ("--rho 3", "--rho"), ("--h 0.1 --rtol 1e-3", "--rtol"), ("--order 40", "--order"),
-    ("--mesh uniform --h 0.1 --domain 1.5", "--domain"), ("--h -1", "--h"),
-    ("--mesh uniform --h 0.1 --method al --rho 0", "--rho")])
+@pytest.mark.parametrize(
+    "words, named",
+    [
+        ("--domain -3", "--domain"),
+        ("--domain wide", "--domain"),
+        ("--method al", "--method"),
+        ("--rho 3", "--rho"),
+        ("--h 0.1 --rtol 1e-3", "--rtol"),
+        ("--order 40", "--order"),
+        ("--mesh uniform --h 0.1 --domain 1.5", "--domain"),
+        ("--h -1", "--h"),
+        ("--mesh uniform --h 0.1 --method al --rho 0", "--rho"),
+    ],
+)
 def test_bad_arguments(words, named, capsys):
     assert main(["hertz", "--model", "fe", *words.split()]) == 2
     printed = capsys.readouterr()
@@ -57,7 +68,7 @@ def test_bad_arguments(words, named, capsys):
 def test_coalescence():
     """Inner edges prescribed, load free: alpha_mid of the half-plane, whose way to it is another one."""
     alpha_mid, error = size_effect_fe.coalescence_ratio(0.3, 1.0)
-    assert error < 2e-5 and abs(alpha_mid - 0.8343132323) < error      # value: tests of the half-plane
+    assert error < 2e-5 and abs(alpha_mid - 0.8343132323) < error  # value: tests of the half-plane
 
 
 def test_bilinear_elements_see_coalescence_too_late():
@@ -68,9 +79,11 @@ def test_bilinear_elements_see_coalescence_too_late():
 
 def test_size_effect_by_finite_elements():
     given = size_effect.Parameters(alphas=(0.5,), model="fe", rtol=1e-2)
-    found = [size_effect_fe.nominal_hardness(given.hertz(alpha, law).resolved())
-             for alpha, law in ((0.02, "unilateral"), (0.5, "unilateral"), (0.5, "microblock"))]
+    found = [
+        size_effect_fe.nominal_hardness(given.hertz(alpha, law).resolved())
+        for alpha, law in ((0.02, "unilateral"), (0.5, "unilateral"), (0.5, "microblock"))
+    ]
     classical, unilateral, microblock = (value for value, _ in found)
     # Fig. 11b: both rise with alpha, the microblock law's more
     assert classical < unilateral < microblock
-    assert all(0 < error < 1e-3*value for value, error in found)
+    assert all(0 < error < 1e-3 * value for value, error in found)

@@ -10,9 +10,15 @@ from cases.common.catalog import all_cases
 from cases.common.options import Checked
 
 ROOT = Path(cases.__file__).parent
-MAY_IMPORT = {"common": set(), "scenes": {"common"}, "paper": {"common", "scenes"},
-              "studies": {"common", "scenes"},
-              "report": {"common", "scenes", "paper", "studies"}, "__main__": {"common"}, "__init__": set()}
+MAY_IMPORT = {
+    "common": set(),
+    "scenes": {"common"},
+    "paper": {"common", "scenes"},
+    "studies": {"common", "scenes"},
+    "report": {"common", "scenes", "paper", "studies"},
+    "__main__": {"common"},
+    "__init__": set(),
+}
 
 
 def dotted(path):
@@ -29,8 +35,11 @@ def imported(path):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, path      # one way to write it
-            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+            # relative, so that the cases also run as microblock.cases
+            assert node.level or node.module.partition(".")[0] != "cases", path
+            home = dotted(path).rsplit(".", node.level)[0] if node.level else ""
+            module = ".".join(filter(None, (home, node.module)))
+            found |= {module, *(f"{module}.{alias.name}" for alias in node.names)}
     return found & set(MODULES)
 
 

@@ -21,18 +21,18 @@ def test_pressure_tends_to_the_hertz_ellipse(law):
 
 
 def test_units_at_fixed_radius_over_width():
-    assert limits_table.units() < 1e-9      # exact but for edges found to 1e-9 of the pressure
+    assert limits_table.units() < 1e-9  # exact but for edges found to 1e-9 of the pressure
 
 
 def test_product_of_psi0_and_radius_alone_is_not_enough():
     """The levers 1 +- psi0 carry psi0 itself: what is left falls like psi0."""
     changes = limits_table.lever_changes()
-    assert limits_table.rate(changes) == pytest.approx(1, abs=0.05)      # psi0^2 next, at psi0 = 0.025
-    assert changes[0] > 1e-3      # and it is there
+    assert limits_table.rate(changes) == pytest.approx(1, abs=0.05)  # psi0^2 next, at psi0 = 0.025
+    assert changes[0] > 1e-3  # and it is there
 
 
 def test_mirrored_blocks_mirror_the_state_to_the_edges_tolerance():
-    assert limits_table.mirrored() < 1e-9      # the tolerance of the edges
+    assert limits_table.mirrored() < 1e-9  # the tolerance of the edges
 
 
 def test_loads_up_and_down_give_one_state():
@@ -41,7 +41,7 @@ def test_loads_up_and_down_give_one_state():
 
 
 def test_energy_between_two_loads_is_the_work():
-    assert abs(limits_table.work()) < 1e-12      # Gauss rule on analytic d(P): rounding of the panels' system
+    assert abs(limits_table.work()) < 1e-12  # Gauss rule on analytic d(P): rounding of the panels' system
 
 
 def test_table_is_in_the_report():

@@ -20,13 +20,13 @@ def fluxes(order, beta, ell_over_h):
 @pytest.mark.parametrize("order", [1, 2, 4, 6])
 def test_the_longest_element_is_where_a_tenth_is_wrong(order, beta):
     longest = meshes.longest_element(mb.Cosserat(E=1, nu=0.3, ell=1.0, beta=beta), order)
-    assert fluxes(order, beta, 1/longest) < 0.3      # a tenth, within a factor of three
-    assert fluxes(order, beta, 0.3/longest) > 0.1    # and three times longer ones are worse than that
+    assert fluxes(order, beta, 1 / longest) < 0.3  # a tenth, within a factor of three
+    assert fluxes(order, beta, 0.3 / longest) > 0.1  # and three times longer ones are worse than that
 
 
 def test_order_one_locks_and_order_four_does_not():
-    assert fluxes(1, 1.99, 1.0) > 1         # micromoment more than twice too large
-    assert fluxes(4, 1.99, 1.0) < 1e-3      # negative control: 2e-5 with elements as long
+    assert fluxes(1, 1.99, 1.0) > 1  # micromoment more than twice too large
+    assert fluxes(4, 1.99, 1.0) < 1e-3  # negative control: 2e-5 with elements as long
 
 
 @pytest.mark.parametrize("elements, order, told", [(2, 1, True), (40, 1, False), (2, 6, False)])
@@ -46,7 +46,7 @@ def test_hertz_warns_of_layers_thinner_than_an_element(alpha, told):
 
 def test_order_two_is_tensile_between_the_nodes_and_order_one_is_not():
     one, two = (limits_meshes.oscillating("unilateral", order, 0.2, 0.15, 0.2) for order in (1, 2))
-    assert one.wrong_sign == 0 and one.oscillation < 3e-3      # the second difference of a smooth error
+    assert one.wrong_sign == 0 and one.oscillation < 3e-3  # the second difference of a smooth error
     # what is drawn between the nodes, not only at the edge
     assert two.wrong_sign > 0.01 and two.error > 0.01
 
@@ -55,4 +55,4 @@ def test_gauss_oscillates_more_than_the_nodal_rule():
     nodal, gauss = (limits_meshes.ruled(rule, 1, 0.25, 0.25, 0.3) for rule in ("nodal", "gauss"))
     # multipliers of Gauss's rule are signed in the mean only
     assert nodal.wrong_sign == 0 and gauss.wrong_sign > 0
-    assert gauss.oscillation > 3*nodal.oscillation
+    assert gauss.oscillation > 3 * nodal.oscillation

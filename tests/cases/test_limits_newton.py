@@ -40,8 +40,8 @@ def test_small_loads_are_found_from_a_distance(block, method, load):
     found = -np.array(list(state.multipliers.values()))
     largest = true.solution.pressures.max()
     # loads this small rest on one corner, so that they alone say its pressure: residuals of 1e-11
-    assert np.abs(found - true.solution.pressures).max() <= 1e-10*largest
-    spring = largest/solver.rho if method == "penalty" else 0.0      # by which that corner sinks in
+    assert np.abs(found - true.solution.pressures).max() <= 1e-10 * largest
+    spring = largest / solver.rho if method == "penalty" else 0.0  # by which that corner sinks in
     # rounding of 1000: 1e-13
     assert state.approach - 1000 == pytest.approx(true.approach + spring, rel=0, abs=1e-11)
 
@@ -53,9 +53,9 @@ def test_an_absurd_first_guess_arrives_at_the_same_state(block, method, size):
     state, first = solver.solve(0.1), solver.solve(0.01)
     vector = first.vector.CreateVector()
     # on supports too: they keep the values of the body, not those of the guess
-    vector.FV().NumPy()[:] = size*np.random.default_rng(1).standard_normal(len(vector))
+    vector.FV().NumPy()[:] = size * np.random.default_rng(1).standard_normal(len(vector))
     again = solver.solve(0.1, replace(first, vector=vector))
-    for corner in state.multipliers:      # to what residuals of 1e-11 leave
+    for corner in state.multipliers:  # to what residuals of 1e-11 leave
         assert again.multipliers[corner] == pytest.approx(
             state.multipliers[corner], abs=1e-8 * abs(state.traction).max()
         )
@@ -65,8 +65,8 @@ def test_a_guess_without_contact_is_brought_into_touch(block, capfd):
     solver = newton(mb.Body(block, SOLID, 2, fixed=BOTTOM))
     first = solver.solve(0.01)
     away = solver.solve(0.1, replace(first, approach=-5.0))
-    assert away.approach == pytest.approx(solver.solve(0.1).approach, rel=1e-10)      # residuals of 1e-11
-    assert "singular" not in capfd.readouterr().out      # UMFPACK would say so
+    assert away.approach == pytest.approx(solver.solve(0.1).approach, rel=1e-10)  # residuals of 1e-11
+    assert "singular" not in capfd.readouterr().out  # UMFPACK would say so
 
 
 def test_rounding_is_seen_before_the_iterations_run_out(block):
@@ -74,12 +74,20 @@ def test_rounding_is_seen_before_the_iterations_run_out(block):
     facets = ContactFacets(body, mb.Microblock(0.05), mb.Cylinder(1.0))
     with pytest.raises(NotConverged, match="residual stalls") as failure:
         MonolithicNewton(body, facets, method="penalty", rho=1e13, control="load").solve(0.1)
-    assert failure.value.iterations < 30      # of 60; some sets are tried first
+    assert failure.value.iterations < 30  # of 60; some sets are tried first
 
 
-@pytest.mark.parametrize("fixed, beta", [({"u1": "bottom", "psi": "bottom"}, 1), ({"u2": "bottom",
-    "psi": "bottom"}, 1), ({}, 1),
-                                         (BOTTOM, 0), (BOTTOM, 1e-15), ({"u1": "bottom"}, 1.999999)])
+@pytest.mark.parametrize(
+    "fixed, beta",
+    [
+        ({"u1": "bottom", "psi": "bottom"}, 1),
+        ({"u2": "bottom", "psi": "bottom"}, 1),
+        ({}, 1),
+        (BOTTOM, 0),
+        (BOTTOM, 1e-15),
+        ({"u1": "bottom"}, 1.999999),
+    ],
+)
 @pytest.mark.parametrize("order", [1, 2, 3, 4])
 def test_a_body_that_is_not_constrained_is_no_compliance(block, fixed, beta, order):
     with pytest.raises(NotConverged, match="rigid motions fixed, and psi where beta = 0"):
@@ -103,7 +111,7 @@ def test_sparsecholesky_gives_nan_where_the_library_has_an_answer_or_an_error(bl
     solver.solve(0.1)
     # the saddle point, which is solved by UMFPACK
     assert not np.isfinite(_bare(solver.form, solver.free)).all()
-    free = mb.Body(block, SOLID, 2)      # a body without supports is an error by each way, never a NaN
+    free = mb.Body(block, SOLID, 2)  # a body without supports is an error by each way, never a NaN
     with pytest.raises(NotConverged, match="rigid motions"):
         free.solve(Loads(traction={"contact": (0, -1)}))
     with pytest.raises(NotConverged, match="rigid motions"):
@@ -117,4 +125,4 @@ def _bare(form, free):
     """What NGSolve's sparsecholesky makes of a matrix, with a right-hand side of ones."""
     right = form.mat.CreateColVector()
     right.FV().NumPy()[:] = 1.0
-    return (form.mat.Inverse(free, "sparsecholesky")*right).Evaluate().FV().NumPy()
+    return (form.mat.Inverse(free, "sparsecholesky") * right).Evaluate().FV().NumPy()

@@ -35,9 +35,17 @@ def dies():
     os._exit(3)
 
 
-TWO = Map("two", "?", answers,
-          (Axis("nu", "", 0.5, 1e-4, "gap", "high", 0.5), Axis("alpha", "", 0.01, 1.0, "log", "both"),
-                                Axis("tilt", "", 0.0, 20.0, "linear")), ("law", ("a", "b")))
+TWO = Map(
+    "two",
+    "?",
+    answers,
+    (
+        Axis("nu", "", 0.5, 1e-4, "gap", "high", 0.5),
+        Axis("alpha", "", 0.01, 1.0, "log", "both"),
+        Axis("tilt", "", 0.0, 20.0, "linear"),
+    ),
+    ("law", ("a", "b")),
+)
 
 
 def test_samples_are_stratified_and_a_fifth_is_near_a_degeneracy():
@@ -46,14 +54,21 @@ def test_samples_are_stratified_and_a_fifth_is_near_a_degeneracy():
         mine = [setting for setting, near in drawn if setting["law"] == law and not near]
         # four fifths of a hundred, and 49 of them make the largest square of a prime
         assert len(mine) == 80
-        places = np.array([(np.log10(0.5/(0.5 - one["nu"]))/np.log10(5000), np.log10(one["alpha"]/0.01)/2,
-                            one["tilt"]/20)
-                           for one in mine])
+        places = np.array(
+            [
+                (
+                    np.log10(0.5 / (0.5 - one["nu"])) / np.log10(5000),
+                    np.log10(one["alpha"] / 0.01) / 2,
+                    one["tilt"] / 20,
+                )
+                for one in mine
+            ]
+        )
         for pair in ((0, 1), (0, 2), (1, 2)):
-            cells = {tuple(cell) for cell in np.floor(7*places[:, pair]).astype(int)}
-            assert len(cells) == 49      # at least one in each cell of each pair of axes
+            cells = {tuple(cell) for cell in np.floor(7 * places[:, pair]).astype(int)}
+            assert len(cells) == 49  # at least one in each cell of each pair of axes
     near = [setting for setting, near in drawn if near]
-    assert len(near)/len(drawn) == pytest.approx(0.2, abs=0.02)      # rounded up to whole runs
+    assert len(near) / len(drawn) == pytest.approx(0.2, abs=0.02)  # rounded up to whole runs
     # 1/25 of an axis
     assert all(0.5 - one["nu"] < 2e-4 or not 0.0121 < one["alpha"] < 0.83 for one in near)
     assert drawn == TWO.settings(200, seed=3) != TWO.settings(200, seed=4)
@@ -61,20 +76,31 @@ def test_samples_are_stratified_and_a_fifth_is_near_a_degeneracy():
 
 def test_axes_of_names_and_whole_numbers():
     one = choice("method", "", "al", "penalty", "condensed")
-    assert [one.value(share)
-            for share in (0.0, 0.34, 0.999, 1.0)] == ["al", "penalty", "condensed", "condensed"]
+    assert [one.value(share) for share in (0.0, 0.34, 0.999, 1.0)] == [
+        "al",
+        "penalty",
+        "condensed",
+        "condensed",
+    ]
     assert one.place("penalty") == 1
     elements = Axis("elements", "", 1, 64, whole=True)
-    assert [elements.value(share)
-            for share in (0, 0.5, 1)] == [1, 8, 64] and isinstance(elements.value(0.3), int)
+    assert [elements.value(share) for share in (0, 0.5, 1)] == [1, 8, 64] and isinstance(
+        elements.value(0.3), int
+    )
 
 
-@pytest.mark.parametrize("outcome, kind", [
-    (Outcome(1e-5, promise=1e-4), "delivered"), (Outcome(1e-3), "delivered"),
-    (Outcome(1e-3, promise=1e-4), "missed"),
-    (Outcome(float("nan")), "not finite"), (Outcome(1e-5, estimate=float("inf")), "not finite"),
-    (Outcome(1e-5, promise=1e-4, fallback="path"), "other method"),
-    (Outcome(1.0, promise=1e-4, fallback="path"), "missed")])
+@pytest.mark.parametrize(
+    "outcome, kind",
+    [
+        (Outcome(1e-5, promise=1e-4), "delivered"),
+        (Outcome(1e-3), "delivered"),
+        (Outcome(1e-3, promise=1e-4), "missed"),
+        (Outcome(float("nan")), "not finite"),
+        (Outcome(1e-5, estimate=float("inf")), "not finite"),
+        (Outcome(1e-5, promise=1e-4, fallback="path"), "other method"),
+        (Outcome(1.0, promise=1e-4, fallback="path"), "missed"),
+    ],
+)
 def test_what_an_answer_is_called(outcome, kind):
     assert outcome.kind == kind
 
@@ -84,30 +110,34 @@ def test_errors_are_told_apart_and_no_record_holds_a_nan():
     assert attempt(refuses, {})["message"] == "NotConverged: the active set cycles"
     assert attempt(breaks, {})["kind"] == "untyped error"
     assert attempt(answers, {"error": float("nan")})["error"] is None
-    assert attempt(lambda: Outcome(float(np.float64(1)/np.float64(0))),
-                   {})["message"].startswith("divide by zero")
+    assert attempt(lambda: Outcome(float(np.float64(1) / np.float64(0))), {})["message"].startswith(
+        "divide by zero"
+    )
 
 
 def test_runs_that_do_not_come_back_do_not_stop_the_others():
     work = [(answers, {"error": 1.0}), (sleeps, {"seconds": 600.0}), (dies, {}), (answers, {"error": 2.0})]
     done = []
     rows = limits_pool.records(work, 1, 2.0, lambda: done.append(1))
-    assert [row["kind"] for row in rows] == ["delivered", "time limit", "crash",
-                                             "delivered"] and len(done) == 4
+    assert [row["kind"] for row in rows] == ["delivered", "time limit", "crash", "delivered"] and len(
+        done
+    ) == 4
     assert [row["error"] for row in rows] == [1.0, None, None, 2.0]
 
 
 @pytest.mark.slow
 def test_quick_study(tmp_path, capsys):
-    assert main(["limits", "--quick", "--json", str(tmp_path/"a.json"), "--out", str(tmp_path/"o")]) == 0
+    assert main(["limits", "--quick", "--json", str(tmp_path / "a.json"), "--out", str(tmp_path / "o")]) == 0
     assert "typed error" in capsys.readouterr().out
-    rows = json.loads((tmp_path/"a.json").read_text())["runs"]
+    rows = json.loads((tmp_path / "a.json").read_text())["runs"]
     # defects, each of them; "time limit" is told apart from them because a busy machine may cause it
     assert [row for row in rows if row["kind"] in ("missed", "not finite", "untyped error", "crash")] == []
     assert {row["map"] for row in rows} == set(limits.MAPS)
-    assert {path.name for path in (tmp_path/"o").iterdir()} == {
-        "limits.csv", *(f"limits_{name}.{kind}" for name in limits.MAPS for kind in ("png", "pdf"))}
-    assert len(read_records(tmp_path/"o"/"limits.csv")) == len(rows)
+    assert {path.name for path in (tmp_path / "o").iterdir()} == {
+        "limits.csv",
+        *(f"limits_{name}.{kind}" for name in limits.MAPS for kind in ("png", "pdf")),
+    }
+    assert len(read_records(tmp_path / "o" / "limits.csv")) == len(rows)
 
 
 @pytest.mark.parametrize("words", ["--only nowhere", "--runs 0", "--limit 0", "--workers 0", "--seed -1"])

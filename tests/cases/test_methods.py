@@ -12,7 +12,7 @@ from cases.studies import facts, methods
 from cases.studies.methods_text import README
 from microblock.errors import NotConverged
 
-DATA = Path("docs/data")
+DATA = Path("cases/data")
 ROWS = {
     "speed": [
         {"scene": "a", "method": "m", "error": error, "setup": setup, "solve": 1.0, "kind": "delivered"}
@@ -23,14 +23,23 @@ COST = facts.Fact("speed", {"scene": "a", "method": ("m", "n")}, facts.cost(1e-3
 
 
 def test_cost_is_the_least_of_what_is_good_enough():
-    assert COST.value(ROWS) == 3.0      # the finer run was the cheaper one
+    assert COST.value(ROWS) == 3.0  # the finer run was the cheaper one
     assert facts.Fact("speed", {"error": facts.Range(5e-4, 1)}, facts.count).value(ROWS) == 2
     assert facts.Fact("speed", {}, facts.cost(1e-9)).value(ROWS) == math.inf
 
 
 def test_shares_and_quantiles():
-    rows = {"limits": [{"kind": kind, "error": error} for kind, error in
-                       (("delivered", 1.0), ("delivered", 3.0), ("typed error", None), ("missed", 2.0))]}
+    rows = {
+        "limits": [
+            {"kind": kind, "error": error}
+            for kind, error in (
+                ("delivered", 1.0),
+                ("delivered", 3.0),
+                ("typed error", None),
+                ("missed", 2.0),
+            )
+        ]
+    }
     assert facts.Fact("limits", {}, facts.share("delivered", "missed")).value(rows) == 0.75
     assert facts.Fact("limits", {}, facts.quantile("error", 0.5)).value(rows) == 2.0
 
@@ -49,19 +58,19 @@ def test_a_sentence_that_does_not_hold_is_refused():
 
 
 def test_methods_of_earlier_records_have_the_names_of_today(tmp_path):
-    (tmp_path/"a.csv").write_text("method,error\npaper's way,0.1\nhalf-plane,0.2\n")
-    assert [row["method"] for row in facts.records(tmp_path/"a.csv")] == ["AL, order 1", "half-plane"]
+    (tmp_path / "a.csv").write_text("method,error\npaper's way,0.1\nhalf-plane,0.2\n")
+    assert [row["method"] for row in facts.records(tmp_path / "a.csv")] == ["AL, order 1", "half-plane"]
 
 
 def test_page_is_what_the_records_say(tmp_path):
     assert main(["methods", "--out", str(tmp_path)]) == 0
-    assert (tmp_path/"methods.md").read_text() == Path("docs/methods.md").read_text()
+    assert (tmp_path / "methods.md").read_text() == Path("docs/methods.md").read_text()
     told = methods.numbered()
     assert len({claim.text for *_, claim in told}) == len(told) and all(claim.facts for *_, claim in told)
 
 
 def test_readme_quotes_the_records():
-    records = {name: facts.records(DATA/f"{name}.csv") for name in methods.STUDIES}
+    records = {name: facts.records(DATA / f"{name}.csv") for name in methods.STUDIES}
     readme = " ".join(Path("README.md").read_text().split())
     for claim in README:
         assert claim.told(records) in readme

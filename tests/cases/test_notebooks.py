@@ -36,13 +36,18 @@ def executed():
 
 
 def outputs(book, mime):
-    return [output.data[mime] for cell in book.cells if cell.cell_type == "code" for output in cell.outputs
-            if mime in output.get("data", {})]
+    return [
+        output.data[mime]
+        for cell in book.cells
+        if cell.cell_type == "code"
+        for output in cell.outputs
+        if mime in output.get("data", {})
+    ]
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_notebook_runs_from_top_to_bottom(executed, path):
-    book = executed(path)      # an error in a cell is raised here
+    book = executed(path)  # an error in a cell is raised here
     assert len(outputs(book, "image/png")) >= 3
     assert any("error estimate" in table for table in outputs(book, "text/html"))
     assert not [
@@ -52,6 +57,7 @@ def test_notebook_runs_from_top_to_bottom(executed, path):
 
 def test_there_are_notebooks_and_they_are_kept_without_outputs():
     import json
+
     assert {path.stem for path in NOTEBOOKS} == {"first_contact", "size_effects"}
     for path in NOTEBOOKS:
         assert not any(cell.get("outputs") for cell in json.loads(path.read_text())["cells"]), path.name
@@ -67,14 +73,14 @@ def small(folder, source):
     book = nbformat.v4.new_notebook(
         cells=[nbformat.v4.new_markdown_cell("# Words"), nbformat.v4.new_code_cell(source)]
     )
-    nbformat.write(book, folder/"small.ipynb")
-    return folder/"small.ipynb"
+    nbformat.write(book, folder / "small.ipynb")
+    return folder / "small.ipynb"
 
 
 def test_a_page_and_the_times_of_each_notebook_are_written(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(notebooks, "NOTEBOOKS", {"small": small(tmp_path, "import microblock; print(6*7)")})
-    assert main(["notebooks", "--out", str(tmp_path/"out")]) == 0
-    assert "42" in (tmp_path/"out"/"small.html").read_text() and "small" in capsys.readouterr().out
+    assert main(["notebooks", "--out", str(tmp_path / "out")]) == 0
+    assert "42" in (tmp_path / "out" / "small.html").read_text() and "small" in capsys.readouterr().out
     assert (
         (tmp_path / "out" / "notebooks.csv")
         .read_text()
@@ -118,7 +124,7 @@ def test_notebook_shows_something_in_a_browser(executed, path, tmp_path):
         timeout=120,
     )
     seen = np.asarray(images.open(picture).convert("RGB")).reshape(-1, 1000, 3)
-    inked = (seen.min(axis=2) < 200).mean(axis=1) > 0.002      # rows of pixels with text or lines
+    inked = (seen.min(axis=2) < 200).mean(axis=1) > 0.002  # rows of pixels with text or lines
     # three figures of some 300 rows and a page of text: a blank page or an error of the browser has none of
     # it
     assert inked.sum() > 1000

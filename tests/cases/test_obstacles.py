@@ -13,7 +13,7 @@ from cases.studies import obstacle_paths as paths
 from cases.studies.obstacle_sample import KINDS, LAWS, STIFFNESS, Draw, sample
 from microblock.model.zones import distance
 
-LOAD = np.pi/2      # with E* = 20 and R = 10: a_Hz = 1
+LOAD = np.pi / 2  # with E* = 20 and R = 10: a_Hz = 1
 WINDOW = judge.Window(-5, 5, 1.0)
 SEED = 2020
 # of several kinds and all laws, those that take the judge least
@@ -21,11 +21,11 @@ SHORT = 0, 2, 7, 11, 13, 14, 17, 24, 30, 31, 32, 42
 
 
 def cylinder(x):
-    return x**2/20
+    return x**2 / 20
 
 
 def problem(obstacle, law, alpha=0.25, beta=1.0):
-    solid = mb.Cosserat(E=20*(1 - 0.3**2), nu=0.3, ell=alpha, beta=beta)
+    solid = mb.Cosserat(E=20 * (1 - 0.3**2), nu=0.3, ell=alpha, beta=beta)
     return mb.Contact(mb.HalfPlane(solid), obstacle, law)
 
 
@@ -34,20 +34,20 @@ class Moved:
 
     def __init__(self, state, way=0.0, factor=1.0):
         self.load, self.weights, self.x = state.load, state.weights, state.x + way
-        self.pressure, self.micromoment = factor*state.pressure, factor*state.micromoment
-        self.pressures = {corner: factor*own for corner, own in state.pressures.items()}
+        self.pressure, self.micromoment = factor * state.pressure, factor * state.micromoment
+        self.pressures = {corner: factor * own for corner, own in state.pressures.items()}
         self.zones = {name: [(a + way, b + way) for a, b in zones] for name, zones in state.zones.items()}
         self.error_estimate = state.error_estimate
-        self.pressure_at = lambda x, corner: factor*state.pressure_at(x - way, corner)
+        self.pressure_at = lambda x, corner: factor * state.pressure_at(x - way, corner)
 
 
 def test_cells_meet_hertz_within_their_own_error():
     cells, own = judge.judged(problem(cylinder, mb.Unilateral(), beta=1e-9), LOAD, WINDOW)
     p = np.sqrt(np.clip(1 - cells.x**2, 0, None))
-    off = distance(cells.weights, cells.pressures[0] - p, 0*p, p)
-    assert off < own < 3e-4      # what is left of the coupling is of the order beta log(beta)
-    assert own < 20*off          # conservative, not useless
-    assert np.ravel(cells.zones[0]) == pytest.approx([-1, 1], abs=1e-3)      # a first cell at an edge
+    off = distance(cells.weights, cells.pressures[0] - p, 0 * p, p)
+    assert off < own < 3e-4  # what is left of the coupling is of the order beta log(beta)
+    assert own < 20 * off  # conservative, not useless
+    assert np.ravel(cells.zones[0]) == pytest.approx([-1, 1], abs=1e-3)  # a first cell at an edge
 
 
 @pytest.mark.parametrize("law", [mb.Microblock(), mb.Microblock(0.02), mb.Unilateral(), mb.Microclamped()])
@@ -66,13 +66,13 @@ def test_two_far_cylinders_carry_half_each():
         judge.Window(-20, 20, 1.0),
     )
     (a, b), (c, d) = cells.named_zones["contact"]
-    assert cells.share((a, b)) == pytest.approx(0.5, abs=1e-6)      # cells are not quite mirrored
-    assert (-d, -c) == pytest.approx((a, b), abs=2e-3)              # of edges to a first cell
+    assert cells.share((a, b)) == pytest.approx(0.5, abs=1e-6)  # cells are not quite mirrored
+    assert (-d, -c) == pytest.approx((a, b), abs=2e-3)  # of edges to a first cell
 
 
 def test_a_narrow_hill_far_from_the_contact_is_found():
     def height(x):
-        return cylinder(x) - 0.222*np.exp(-((x - 2)/0.3)**2)
+        return cylinder(x) - 0.222 * np.exp(-(((x - 2) / 0.3) ** 2))
 
     # of which the window says nothing
     cells, _ = judge.judged(problem(height, mb.Unilateral()), LOAD, WINDOW)
@@ -106,12 +106,13 @@ def test_a_zone_that_carries_little_is_missed_by_name():
     """Under a hill that carries some thousandth of the load, a state without it is not told by the L2 norm
     at 1e-1 alone.
     """
+
     def height(x):
-        return cylinder(x) - 0.05*np.exp(-((x - 1.6)/0.2)**2)
+        return cylinder(x) - 0.05 * np.exp(-(((x - 1.6) / 0.2) ** 2))
 
     cells, _ = judge.judged(problem(height, mb.Unilateral()), LOAD, judge.Window(-5, 5, 0.2, ((1.6, 0.2),)))
     share = cells.share(cells.named_zones["contact"][-1])
-    assert 2*outcomes.CARRIES < share < 0.02
+    assert 2 * outcomes.CARRIES < share < 0.02
     state = problem(cylinder, mb.Unilateral()).solve(load=LOAD, rtol=1e-3)
     assert outcomes.error(state, cells) < 0.1 and "missing at 1.5" in outcomes.unlike(state, cells, 1e-3)
 
@@ -134,14 +135,14 @@ def test_obstacles_are_hard_but_fair():
     """Slopes finite as far as a body could follow, and heights that grow towards either side of the window
     and beyond.
     """
-    for draw in sample(len(KINDS)*4, SEED):
+    for draw in sample(len(KINDS) * 4, SEED):
         obstacle, window = draw.problem().obstacle, draw.window
         height = getattr(obstacle, "height", obstacle)
         x = np.linspace(window.left, window.right, 200_001)
-        with np.errstate(over="ignore"):      # exp beyond the window
+        with np.errstate(over="ignore"):  # exp beyond the window
             beyond = [height(np.array([place])) for place in (window.left - 50, window.right + 50)]
-        low = height(x) < height(x).min() + 10*draw.load/STIFFNESS      # far above what is met in contact
-        assert np.abs(np.diff(height(x))/np.diff(x))[low[1:]].max() < 8, draw      # half of what is met
+        low = height(x) < height(x).min() + 10 * draw.load / STIFFNESS  # far above what is met in contact
+        assert np.abs(np.diff(height(x)) / np.diff(x))[low[1:]].max() < 8, draw  # half of what is met
         assert min(map(np.min, beyond)) > height(x).min() and min(height(x[[0, -1]])) > height(x).min(), draw
 
 
@@ -153,7 +154,7 @@ def test_a_reference_of_another_kind_agrees_where_contacts_are_far_apart(number)
     draw = Draw(SEED, number)
     known = outcomes.Judge(draw)
     assert len(known.cells.named_zones["contact"]) > 1
-    line, own = outcomes.line_reference(known)      # None if they do not agree
+    line, own = outcomes.line_reference(known)  # None if they do not agree
     p = known.cells.pressures[0]
     assert (
         own < 1e-7
@@ -163,7 +164,7 @@ def test_a_reference_of_another_kind_agrees_where_contacts_are_far_apart(number)
 
 @pytest.mark.parametrize("number", SHORT)
 def test_obstacles_are_answered_right(number):
-    row, = outcomes.runs(SEED, number, (1e-3,), every=0)
+    (row,) = outcomes.runs(SEED, number, (1e-3,), every=0)
     assert row["outcome"] == "ok", outcomes.told(row)
 
 
@@ -171,6 +172,7 @@ def test_cells_that_do_not_end_leave_an_answer_unjudged(monkeypatch):
     """An active set that never settles is stopped; what was answered, and what first cells say of it,
     stays.
     """
+
     def forever(*_, **__):
         while True:
             sum(range(1000))
@@ -179,10 +181,10 @@ def test_cells_that_do_not_end_leave_an_answer_unjudged(monkeypatch):
     state = known.problem.solve(load=known.draw.load, rtol=1e-3)
     monkeypatch.setattr(judge, "judged", forever)
     monkeypatch.setattr(outcomes, "JUDGE_LIMIT", 0.2)
-    row, = outcomes.runs(SEED, 0, (1e-3,), every=0)
+    (row,) = outcomes.runs(SEED, 0, (1e-3,), every=0)
     assert row["outcome"] == "unjudged" and row["message"] == "judge: stopped after 0.2 s"
     assert row["error"] is None and row["estimate"] == state.error_estimate and row["method"] == "panels"
-    known.own = 1.0      # so uncertain that finer cells are asked for, which do not end
+    known.own = 1.0  # so uncertain that finer cells are asked for, which do not end
     found = known.verdict(state, 1e-3)
     assert found["outcome"] == "ok" and known.finer and found["error"] < 1e-3
 
@@ -191,8 +193,11 @@ def test_events_are_counted_and_cells_say_how_many_there_must_be():
     """Two far cylinders are two zones, whatever hardly carries left aside; a path that tells of one of them
     is below that.
     """
-    events = [mb.Event(0.0, 0.0, "born", "contact", 0.0), mb.Event(0.1, 0.0, "born", "contact", 1.0),
-              mb.Event(0.2, 0.0, "merged", "contact", 0.5)]
+    events = [
+        mb.Event(0.0, 0.0, "born", "contact", 0.0),
+        mb.Event(0.1, 0.0, "born", "contact", 1.0),
+        mb.Event(0.2, 0.0, "merged", "contact", 0.5),
+    ]
     assert [paths.count(events, "contact", load) for load in (0.05, 0.15, 0.25)] == [1, 2, 1]
     cells, _ = judge.judged(
         problem(lambda x: np.minimum(cylinder(x - 15), cylinder(x + 15)), mb.Microblock()),
@@ -201,14 +206,15 @@ def test_events_are_counted_and_cells_say_how_many_there_must_be():
         enough=1e-2,
     )
     assert {zone: paths.bounds(cells, zone) for zone in ("contact", "A", "B", "full")} == dict.fromkeys(
-        ("contact", "A", "B", "full"), (2, 2))
+        ("contact", "A", "B", "full"), (2, 2)
+    )
 
 
 def test_loads_beside_events_have_no_other_event_between():
     events = [mb.Event(load, 1e-6, "born", "contact", 0.0) for load in (0.0, 0.5, 0.505, 0.8)]
     loads = np.array(paths.beside(events, 1.0, np.random.default_rng(1)))
     assert all(0 < load <= 1 for load in loads)
-    for low, high in ((0.1, 0.5), (0.5, 0.505), (0.505, 0.8), (0.8, 1.0)):      # on either side of each
+    for low, high in ((0.1, 0.5), (0.5, 0.505), (0.505, 0.8), (0.8, 1.0)):  # on either side of each
         assert np.any((loads > low) & (loads < high))
 
 
@@ -232,7 +238,7 @@ def test_command(tmp_path, capsys):
         str(tmp_path / "o"),
     ]
     assert main(words) == 0
-    answer = json.loads((tmp_path/"a.json").read_text())
+    answer = json.loads((tmp_path / "a.json").read_text())
     assert len(answer["scenes"]) == 1 and answer["scenes"][0]["outcome"] in outcomes.OUTCOMES
     assert {path.name for path in (tmp_path / "o").iterdir()} == {
         "accuracy_obstacles.csv",
@@ -241,7 +247,8 @@ def test_command(tmp_path, capsys):
     assert "judge_median" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("words", ["--obstacles --scenes 0", "--obstacles --paths -1",
-    "--obstacles --workers 0"])
+@pytest.mark.parametrize(
+    "words", ["--obstacles --scenes 0", "--obstacles --paths -1", "--obstacles --workers 0"]
+)
 def test_bad_arguments(words):
     assert main(["accuracy", *words.split()]) == 2

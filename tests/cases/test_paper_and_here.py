@@ -10,13 +10,22 @@ from cases.report import report
 from cases.report.report import Records
 
 
-@pytest.mark.parametrize("decide, value, error, verdict", [
-    (printed(0.8874, 5e-5), 0.88744, 0.0, True), (printed(0.8874, 5e-5), 0.8343, 1e-9, False),
-    (printed(0.07, 0.005), 0.09, 0.016, True),
-    (above(0), 1.0, 0.5, True), (above(0), -1.0, 0.5, False), (above(0), 0.3, 0.5, None),
-    (above(0), 0.0, 0.0, False),
-    (below(0), -1.0, 0.5, True), (below(0), 1.0, 0.5, False), (below(0), -0.3, 0.5, None),
-    (below(0), 0.0, 0.0, False)])
+@pytest.mark.parametrize(
+    "decide, value, error, verdict",
+    [
+        (printed(0.8874, 5e-5), 0.88744, 0.0, True),
+        (printed(0.8874, 5e-5), 0.8343, 1e-9, False),
+        (printed(0.07, 0.005), 0.09, 0.016, True),
+        (above(0), 1.0, 0.5, True),
+        (above(0), -1.0, 0.5, False),
+        (above(0), 0.3, 0.5, None),
+        (above(0), 0.0, 0.0, False),
+        (below(0), -1.0, 0.5, True),
+        (below(0), 1.0, 0.5, False),
+        (below(0), -0.3, 0.5, None),
+        (below(0), 0.0, 0.0, False),
+    ],
+)
 def test_verdicts_mind_the_error(decide, value, error, verdict):
     assert decide(value, error) is verdict
 
@@ -31,7 +40,7 @@ def test_every_statement_is_complete():
     for one in STATEMENTS:
         assert one.where and one.says and one.here and one.because
         assert (one.compute is None) == (one.verdict is None)
-    assert len({(one.where, one.says) for one in STATEMENTS}) == len(STATEMENTS)      # none twice
+    assert len({(one.where, one.says) for one in STATEMENTS}) == len(STATEMENTS)  # none twice
 
 
 def test_statements_on_the_strip(tmp_path):
@@ -54,11 +63,11 @@ def test_approach_against_the_far_field_tends_to_that_of_hertz():
     """d of the classical contact against a point at the distance L = a: P/(pi E*) [2 log(2 L/a) + 1], R/a^2
     of it.
     """
-    hertz = 0.5*np.log(2) + 0.25
+    hertz = 0.5 * np.log(2) + 0.25
     for law in ("microblock", "unilateral"):
         apart = [abs(statements_size.far_approach(alpha, law)[0] - hertz) for alpha in (0.02, 0.01)]
         assert apart[1] < 1e-4
-        assert np.log2(apart[0]/apart[1]) == pytest.approx(2, abs=0.1)      # like alpha^2
+        assert np.log2(apart[0] / apart[1]) == pytest.approx(2, abs=0.1)  # like alpha^2
 
 
 def test_records_are_made_once_in_a_run(tmp_path, monkeypatch):
@@ -66,5 +75,5 @@ def test_records_are_made_once_in_a_run(tmp_path, monkeypatch):
     monkeypatch.setitem(report.TABLES, "strip_table", lambda: made.append(1) or [{"a": 0.5}])
     records = Records(tmp_path)
     assert records("strip_table")[0]["a"] == records("strip_table")[0]["a"] == 0.5 and len(made) == 1
-    Records(tmp_path)("strip_table")      # what another run left is not taken for this one's
+    Records(tmp_path)("strip_table")  # what another run left is not taken for this one's
     assert len(made) == 2

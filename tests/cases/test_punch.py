@@ -16,16 +16,16 @@ from microblock.model import closed_forms
 from microblock.model.zones import distance, distance_to_ends
 
 PARAMETERS = punch.Parameters()
-FINE = np.linspace(-1.2, 1.2, 40001) + 1e-6      # between the nodes of all
+FINE = np.linspace(-1.2, 1.2, 40001) + 1e-6  # between the nodes of all
 
 
 def arc(left, right, count):
     """Midpoint rule in the angle of x = middle + half cos(angle): exact to rounding for what ends like
     1/sqrt(r) or sqrt(r).
     """
-    angle = (np.arange(count) + 0.5)*np.pi/count
-    half = (right - left)/2
-    return (left + right)/2 + half*np.cos(angle), half*np.sin(angle)*np.pi/count
+    angle = (np.arange(count) + 0.5) * np.pi / count
+    half = (right - left) / 2
+    return (left + right) / 2 + half * np.cos(angle), half * np.sin(angle) * np.pi / count
 
 
 @pytest.mark.parametrize("tilt", [0.01, -0.02])
@@ -35,32 +35,35 @@ def test_tilted_closed_form_is_a_contact(share, tilt):
     the rule's.
     """
     E_star, b = 1.7, 1.3
-    load = share*math.pi/2*E_star*abs(tilt)*b
+    load = share * math.pi / 2 * E_star * abs(tilt) * b
     edges = closed_forms.tilted_punch(0.0, load, b, tilt, E_star)[1]
     x, weights = arc(*edges, 4000)
     p = closed_forms.tilted_punch(x, load, b, tilt, E_star)[0]
-    assert weights @ p == pytest.approx(load, rel=1e-9) and p.min() >= 0      # rounding next to the ends
-    middle, half = sum(edges)/2, (edges[1] - edges[0])/2
+    assert weights @ p == pytest.approx(load, rel=1e-9) and p.min() >= 0  # rounding next to the ends
+    middle, half = sum(edges) / 2, (edges[1] - edges[0]) / 2
     for number in (700, 2000, 3500):
         # the midpoint rule of the principal value needs it there
-        target = middle + half*math.cos(number*np.pi/4000)
-        assert weights @ (p/(target - x)) == pytest.approx(math.pi*E_star*tilt/2, rel=1e-6)
+        target = middle + half * math.cos(number * np.pi / 4000)
+        assert weights @ (p / (target - x)) == pytest.approx(math.pi * E_star * tilt / 2, rel=1e-6)
     # beyond a free edge the surface stays below the punch: its slope relative to the punch's has one sign
     if share < 1:
         free = edges[1] if tilt > 0 else edges[0]
         beyond = free + math.copysign(0.1, tilt)
-        assert abs(weights @ (p/(beyond - x))) < math.pi*E_star*abs(tilt)/2
+        assert abs(weights @ (p / (beyond - x))) < math.pi * E_star * abs(tilt) / 2
     else:
         assert edges == (-b, b)
-    assert closed_forms.tilted_punch(FINE[::4000]*5, load, b, tilt, E_star)[0][[0, -1]].tolist() == [0, 0]
+    assert closed_forms.tilted_punch(FINE[::4000] * 5, load, b, tilt, E_star)[0][[0, -1]].tolist() == [0, 0]
 
 
 def test_tilted_closed_form_without_tilt_is_the_flat_punch():
     x = np.linspace(-0.9, 0.9, 7)
-    assert closed_forms.tilted_punch(x, 2.0, 1.0, 0.0,
-                                     1.0)[0] == pytest.approx(closed_forms.punch(x, 2.0, 1.0), rel=1e-15)
-    half = closed_forms.tilted_punch(-0.4, 1.0, 1.0, 0.3,
-                                     1.0)[0], closed_forms.tilted_punch(0.4, 1.0, 1.0, -0.3, 1.0)[0]
+    assert closed_forms.tilted_punch(x, 2.0, 1.0, 0.0, 1.0)[0] == pytest.approx(
+        closed_forms.punch(x, 2.0, 1.0), rel=1e-15
+    )
+    half = (
+        closed_forms.tilted_punch(-0.4, 1.0, 1.0, 0.3, 1.0)[0],
+        closed_forms.tilted_punch(0.4, 1.0, 1.0, -0.3, 1.0)[0],
+    )
     assert half[0] == half[1] > 0
 
 
@@ -73,9 +76,10 @@ def test_panels_meet_the_closed_form(load):
     assert three_ways.zones_of(state)[0]["contact"][0] == pytest.approx(edges, abs=1e-5)
 
 
-@pytest.mark.parametrize("law, load",
-                         [("classical", punch.FLAT), ("unilateral", 0.5), ("microblock", punch.FLAT),
-                                       ("classical", 1.0)])
+@pytest.mark.parametrize(
+    "law, load",
+    [("classical", punch.FLAT), ("unilateral", 0.5), ("microblock", punch.FLAT), ("classical", 1.0)],
+)
 def test_elements_keep_their_promise_at_ends_of_the_obstacle(law, load):
     """On refinement levels of equal depth the error between the nodes next to an end was 2.1, 5.4 and 2.1
     times rtol, without a warning.
@@ -96,18 +100,18 @@ def test_elements_verify_punches_by_a_promise():
     The norm is integrated on the facets of the elements: in the points of the panels their polynomials'
     error, which changes sign from node to node, comes out up to twice as large.
     """
-    solid = mb.Cosserat(E=2*(1 - 0.3**2), nu=0.3, ell=1.0862, beta=1.0)
+    solid = mb.Cosserat(E=2 * (1 - 0.3**2), nu=0.3, ell=1.0862, beta=1.0)
     obstacle, law = mb.Punch(1.0, 1.9e-5), mb.Microblock(1.2e-6)
     state = mb.Contact(mb.HalfPlane(solid), obstacle, law).solve(load=1.0, rtol=5.6e-3)
     other = mb.Contact(mb.Block(solid), obstacle, law).solve(load=1.0, rtol=3e-3)
-    points, weights = np.polynomial.legendre.leggauss(16)      # no element has an order above 12
+    points, weights = np.polynomial.legendre.leggauss(16)  # no element has an order above 12
     left, right = np.array([facet[:2] for facet in other.solution.body.interpolation]).T
-    x = ((left + right)/2 + points[:, None]*(right - left)/2).ravel(order="F")
-    weights = np.outer((right - left)/2, weights).ravel()
+    x = ((left + right) / 2 + points[:, None] * (right - left) / 2).ravel(order="F")
+    weights = np.outer((right - left) / 2, weights).ravel()
     weights *= distance_to_ends(x, obstacle.ends, law.shifts(solid.ell))
     p = np.array([state.pressure_at(x, corner) for corner in "AB"])
     wrong = p - [other.pressure_at(x, corner) for corner in "AB"]
-    error = distance(weights, wrong[0] + wrong[1], (wrong[0] - wrong[1])/2, p.sum(axis=0))
+    error = distance(weights, wrong[0] + wrong[1], (wrong[0] - wrong[1]) / 2, p.sum(axis=0))
     assert error <= other.error_estimate + state.error_estimate < 4e-3
 
 
@@ -126,9 +130,11 @@ def test_narrow_rims_are_found(alpha):
     """
     state, _ = punch.solve(punch.Parameters(alpha=alpha), "microblock", punch.FLAT)
     (main_left, main_right), (rim, end) = state.zones["A"]
-    assert (main_left, end) == pytest.approx((alpha/2 - 1, 1 + alpha/2)) and main_right < 1 - alpha/2 < rim
+    assert (main_left, end) == pytest.approx(
+        (alpha / 2 - 1, 1 + alpha / 2)
+    ) and main_right < 1 - alpha / 2 < rim
     # of ell, as the other rims do: 0.155 to 0.168
-    assert rim - (1 - alpha/2) == pytest.approx(0.16*alpha, rel=0.05)
+    assert rim - (1 - alpha / 2) == pytest.approx(0.16 * alpha, rel=0.05)
     cells = three_ways.on_cells(state, 8000)
     assert three_ways.difference(state, cells.x, cells.pressures) <= cells.error_estimate
 
@@ -138,11 +144,11 @@ def test_edges_at_ends_of_the_obstacle_are_not_set_apart(tilt, psi0, alpha):
     """Two outer edges within a cell of each other, both at ends: one was moved far inwards, and no zones
     fitted.
     """
-    solid = mb.Cosserat(E=2*(1 - 0.3**2), nu=0.3, ell=alpha, beta=1.0)
+    solid = mb.Cosserat(E=2 * (1 - 0.3**2), nu=0.3, ell=alpha, beta=1.0)
     problem = mb.Contact(mb.HalfPlane(solid), mb.Punch(1.0, tilt), mb.Microblock(psi0))
     state = problem.solve(load=1.0, rtol=1e-3)
     left = state.zones["A"][0][0], state.zones["B"][0][0]
-    assert left == pytest.approx((alpha/2 - 1, -1 - alpha/2), abs=1e-12)
+    assert left == pytest.approx((alpha / 2 - 1, -1 - alpha / 2), abs=1e-12)
     cells = three_ways.on_cells(state, 8000)
     # 1/sqrt(r) falls slowly
     assert three_ways.difference(state, cells.x, cells.pressures) <= cells.error_estimate < 0.2
@@ -157,24 +163,36 @@ def test_microblocks_become_classical_as_they_shrink():
         state, _ = punch.solve(punch.Parameters(alpha=alpha), "microblock", punch.FLAT)
         x = np.linspace(-0.5, 0.5, 101)
         total = state.pressure_at(x)
-        found.append(float(np.abs(total/punch.reference(punch.FLAT)[0](x) - 1).max()))
-    assert found[1] < 0.35*found[0] < 0.05
+        found.append(float(np.abs(total / punch.reference(punch.FLAT)[0](x) - 1).max()))
+    assert found[1] < 0.35 * found[0] < 0.05
 
 
 def test_command(tmp_path, capsys):
-    words = ["punch", "--loads", "0.5", "--nodes", "2000", "--rtol-fe", "0.1", "--json",
-             str(tmp_path/"a.json"), "--out", str(tmp_path)]
+    words = [
+        "punch",
+        "--loads",
+        "0.5",
+        "--nodes",
+        "2000",
+        "--rtol-fe",
+        "0.1",
+        "--json",
+        str(tmp_path / "a.json"),
+        "--out",
+        str(tmp_path),
+    ]
     assert main(words) == 0
-    states = json.loads((tmp_path/"a.json").read_text())["states"]
+    states = json.loads((tmp_path / "a.json").read_text())["states"]
     assert len(states) == 3 and "difference_fe" in capsys.readouterr().out
     for state in states:
         assert state["difference_fe"] <= 0.1 and state["difference_cells"] <= state["estimate_cells"]
-        assert state["error"] is None or state["error"] < 1e-4      # what panels are asked for
+        assert state["error"] is None or state["error"] < 1e-4  # what panels are asked for
     assert {"punch.png", "punch.pdf", "punch.csv"} <= {path.name for path in tmp_path.iterdir()}
 
 
-@pytest.mark.parametrize("words", ["--loads -1", "--alpha 0", "--beta 2", "--nu 0.5", "--rtol 1",
-                                   "--nodes 10", "--rtol-fe 0"])
+@pytest.mark.parametrize(
+    "words", ["--loads -1", "--alpha 0", "--beta 2", "--nu 0.5", "--rtol 1", "--nodes 10", "--rtol-fe 0"]
+)
 def test_bad_arguments(words, capsys):
     assert main(["punch", *words.split()]) == 2
     assert capsys.readouterr().err.count("\n") == 1

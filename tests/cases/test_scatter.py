@@ -20,8 +20,9 @@ def test_aligned_blocks_meet_the_panels():
     found = scatter.aligned(PARAMETERS)
     assert found["difference"] < found["estimate"] < 1e-3
     # a cell
-    assert found["half_width"] == pytest.approx(found["half_width_panels"],
-                                                abs=2*scatter.WINDOW/PARAMETERS.nodes)
+    assert found["half_width"] == pytest.approx(
+        found["half_width_panels"], abs=2 * scatter.WINDOW / PARAMETERS.nodes
+    )
 
 
 @pytest.mark.parametrize("amplitude", [0.1, 0.5])
@@ -41,20 +42,21 @@ def test_another_solver_finds_the_same_state():
     found = active_set.solve(flexibility, gaps, load=scatter.LOAD, c=share)
     pressures = np.array(list(state.pressures.values()))
     # cells to a residual of 1e-9, their pressures to some ten times that
-    assert found.forces.reshape(2, -1) == pytest.approx(pressures*state.weights, rel=0,
-                                                        abs=3e-8*found.forces.max())
+    assert found.forces.reshape(2, -1) == pytest.approx(
+        pressures * state.weights, rel=0, abs=3e-8 * found.forces.max()
+    )
 
 
 def test_roughness_takes_contact_away_and_scatters():
     answer = scatter.result(scatter.Parameters(amplitudes=(0.1, 0.5), seeds=6, nodes=1024))
     smooth, rough = answer["summary"]
     # six seeds: differences of many standard errors
-    assert rough["contact"] < smooth["contact"] - 5*(rough["contact_se"] + smooth["contact_se"])
-    assert rough["zones"] > 2*smooth["zones"]
-    assert rough["hardness_real_sd"] > 2*smooth["hardness_real_sd"] > 0
+    assert rough["contact"] < smooth["contact"] - 5 * (rough["contact_se"] + smooth["contact_se"])
+    assert rough["zones"] > 2 * smooth["zones"]
+    assert rough["hardness_real_sd"] > 2 * smooth["hardness_real_sd"] > 0
     assert len(answer["states"]) == 12 and len({row["hardness_real"] for row in answer["states"]}) > 8
     again = scatter.result(scatter.Parameters(amplitudes=(0.1, 0.5), seeds=6, nodes=1024))
-    assert again["summary"] == answer["summary"]      # seeds say all
+    assert again["summary"] == answer["summary"]  # seeds say all
 
 
 def test_mirrored_psi0_gives_the_mirror_image():
@@ -62,22 +64,45 @@ def test_mirrored_psi0_gives_the_mirror_image():
     here = here.with_(method=replace(here.method, nodes=512))
     mirrored = here.with_(law=mb.Microblock(lambda x: -here.law.psi0(-x)))
     state, other = (one.solve(load=scatter.LOAD) for one in (here, mirrored))
-    for corner, opposite in ("AB", "BA"):      # residuals of 1e-9, pressures of order 1
+    for corner, opposite in ("AB", "BA"):  # residuals of 1e-9, pressures of order 1
         assert other.pressures[opposite][::-1] == pytest.approx(state.pressures[corner], rel=0, abs=1e-7)
 
 
 def test_command(tmp_path, capsys):
-    words = ["scatter", "--amplitudes", "0", "0.3", "--seeds", "2", "--nodes", "640", "--json",
-             str(tmp_path/"a.json"), "--out", str(tmp_path)]
+    words = [
+        "scatter",
+        "--amplitudes",
+        "0",
+        "0.3",
+        "--seeds",
+        "2",
+        "--nodes",
+        "640",
+        "--json",
+        str(tmp_path / "a.json"),
+        "--out",
+        str(tmp_path),
+    ]
     assert main(words) == 0
-    assert len(json.loads((tmp_path/"a.json").read_text())["states"]) == 3
+    assert len(json.loads((tmp_path / "a.json").read_text())["states"]) == 3
     assert "panels" in capsys.readouterr().out
     assert {"scatter.png", "scatter.pdf", "scatter.csv"} <= {path.name for path in tmp_path.iterdir()}
-    assert np.isfinite(json.loads((tmp_path/"a.json").read_text())["aligned"]["difference"])
+    assert np.isfinite(json.loads((tmp_path / "a.json").read_text())["aligned"]["difference"])
 
 
-@pytest.mark.parametrize("words", ["--amplitudes -1", "--seeds 1", "--alpha 0", "--beta 2", "--nu 0.5",
-                                   "--nodes 10", "--shortest 0", "--first-seed -1"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        "--amplitudes -1",
+        "--seeds 1",
+        "--alpha 0",
+        "--beta 2",
+        "--nu 0.5",
+        "--nodes 10",
+        "--shortest 0",
+        "--first-seed -1",
+    ],
+)
 def test_bad_arguments(words, capsys):
     assert main(["scatter", *words.split()]) == 2
     assert capsys.readouterr().err.count("\n") == 1

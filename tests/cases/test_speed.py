@@ -34,24 +34,24 @@ def test_rule_integrates_roots_at_its_places():
     x, weights = rule([-1.5, -1.0, 1.0, 1.5])
     inside = np.sqrt(np.maximum(1 - x**2, 0))
     # four Gauss points on cells of ratio two, and what is left beyond 40 halvings
-    assert weights @ inside == pytest.approx(np.pi/2, rel=1e-8)
-    assert weights @ inside**2 == pytest.approx(4/3, rel=1e-12)
+    assert weights @ inside == pytest.approx(np.pi / 2, rel=1e-8)
+    assert weights @ inside**2 == pytest.approx(4 / 3, rel=1e-12)
 
 
 def test_measure_sees_a_wrong_scale_and_a_wrong_edge():
     scene = SCENES["classical"]
     right = scene._reference[0]
-    scaled = scene.errors(lambda x: (1.01*right(x)[0], right(x)[1]))
+    scaled = scene.errors(lambda x: (1.01 * right(x)[0], right(x)[1]))
     # linear: rounding alone
     assert scaled["error_p"] == pytest.approx(0.01, rel=1e-9) and scaled["error_m"] == 0
     a = 1.001
 
     def wider(x):
-        return np.sqrt(np.maximum(1 - (x/a)**2, 0)), 0*x
+        return np.sqrt(np.maximum(1 - (x / a) ** 2, 0)), 0 * x
 
-    x = np.cos(np.linspace(0, np.pi, 2_000_001))*a
+    x = np.cos(np.linspace(0, np.pi, 2_000_001)) * a
     exact, found = np.sqrt(np.maximum(1 - x**2, 0)), wider(x)[0]
-    expected = np.sqrt(np.trapezoid((found - exact)**2, -x)/(4/3))
+    expected = np.sqrt(np.trapezoid((found - exact) ** 2, -x) / (4 / 3))
     # at the displaced edge, which the rule does not know, the square of the error is only Lipschitz
     assert scene.errors(wider)["error_p"] == pytest.approx(expected, rel=1e-3)
 
@@ -70,9 +70,11 @@ def test_psi_in_the_layers_is_verified_by_modes():
     assert scene.deep and 0 < scene.floor_psi < 1e-9 and scene.floor < 1e-9
     asked = {rtol: scene.remarks(run(scene, rtol)) for run, rtol in ((fitted, 1e-3), (half_plane, 1e-5))}
     assert all(0 < found["error_psi"] < rtol for rtol, found in asked.items())
-    assert scene.remarks(Answer(scene._reference[0], 1, 1, 0.0, 0.0,
-                                psi=lambda x1, x2: 1.01*scene._known_psi[1]*(x1 == WHERE))
-                         )["error_psi"] == pytest.approx(0.01, rel=1e-9)      # linear: rounding alone
+    assert scene.remarks(
+        Answer(
+            scene._reference[0], 1, 1, 0.0, 0.0, psi=lambda x1, x2: 1.01 * scene._known_psi[1] * (x1 == WHERE)
+        )
+    )["error_psi"] == pytest.approx(0.01, rel=1e-9)  # linear: rounding alone
     others = [other for other in SCENES.values() if not getattr(other, "deep", False)]
     assert len(others) == len(SCENES) - 2 and all(other.floor_psi is None for other in others)
 
@@ -80,17 +82,20 @@ def test_psi_in_the_layers_is_verified_by_modes():
 def test_every_curve_has_a_style_and_every_mesh_its_shape_and_rule():
     assert {method.name for method in METHODS} <= set(speed_figures.STYLES)
     lines = {method.name: speed_figures.STYLES[method.name] for method in METHODS if method.kinds == LINES}
-    assert len(set(lines.values())) == len(lines)      # told apart by more than colour
+    assert len(set(lines.values())) == len(lines)  # told apart by more than colour
     for plate in (speed_figures.ELEMENTS, speed_figures.OTHERS):
-        looks = [(*speed_figures.STYLES[name][1:], speed_figures.look(name)["markerfacecolor"] == "none")
-                 for name in plate]
+        looks = [
+            (*speed_figures.STYLES[name][1:], speed_figures.look(name)["markerfacecolor"] == "none")
+            for name in plate
+        ]
         assert len(set(looks)) == len(plate)
     for method in METHODS:
         if method.run is uniform:
             for setting in method.settings + method.dear:
                 more = set() if setting["solver"] == "condensed" else {"rho", "domain"}
-                assert set(setting) == {"h", "order", "solver", "reach",
-                                        "shape"} | more <= set(speed.SETTINGS)
+                assert (
+                    set(setting) == {"h", "order", "solver", "reach", "shape"} | more <= set(speed.SETTINGS)
+                )
             assert method.levels(SCENES[PAPER_SCENE]) == method.settings + method.dear
             assert method.levels(SCENES["unilateral-1"]) == method.settings
 
@@ -108,10 +113,12 @@ def test_plates_without_runs_say_so():
 
 
 def test_what_is_asked_for_is_obtained_above_the_floor():
-    rows = [speed.measure(SCENE, NAMED[name], {"rtol": rtol}, 1) for name, rtol in
-            (("half-plane", 1e-3), ("half-plane", 1e-6), ("fitted fe", 1e-2))]
+    rows = [
+        speed.measure(SCENE, NAMED[name], {"rtol": rtol}, 1)
+        for name, rtol in (("half-plane", 1e-3), ("half-plane", 1e-6), ("fitted fe", 1e-2))
+    ]
     for row in rows:
-        assert row["failure"] is None and speed.BETTER*row["floor"] <= row["error"] < row["rtol"]
+        assert row["failure"] is None and speed.BETTER * row["floor"] <= row["error"] < row["rtol"]
         assert row["error"] <= row["estimate"] < row["rtol"] and row["judged"]
 
 
@@ -124,7 +131,7 @@ def test_condensed_and_monolithic_solve_one_discrete_problem():
     assert condensed == pytest.approx(error(solver="al"), rel=1e-6)
     stiff, soft = (error(solver="penalty", rho=rho) for rho in (1e5, 10.0))
     # penetration falls like 1/rho
-    assert stiff == pytest.approx(condensed, rel=0.01) and soft > 1.3*stiff
+    assert stiff == pytest.approx(condensed, rel=0.01) and soft > 1.3 * stiff
 
 
 def test_failed_runs_are_recorded_and_drawn_as_failed():
@@ -147,36 +154,64 @@ def test_methods_end_where_the_limit_ends():
 
     def slow(scene, h):
         calls.append(h)
-        return Answer(lambda x: (0*x, 0*x), 1, 1, 1.0, 1.0)
+        return Answer(lambda x: (0 * x, 0 * x), 1, 1, 1.0, 1.0)
 
     class Quiet:
         def update(self, number=1):
             pass
+
         set_description = update
 
     parameters = speed.Parameters(limit=1e-9, repeats=1)
-    rows = speed.refined(SCENE, Method("cells", slow, (), ("line",)), [{"h": 0.2}, {"h": 0.1}], parameters,
-                         Quiet())
-    assert [row["failure"] is None
-            for row in rows] == [True, False] and "--limit" in rows[1]["failure"] and set(calls) == {0.2}
+    rows = speed.refined(
+        SCENE, Method("cells", slow, (), ("line",)), [{"h": 0.2}, {"h": 0.1}], parameters, Quiet()
+    )
+    assert (
+        [row["failure"] is None for row in rows] == [True, False]
+        and "--limit" in rows[1]["failure"]
+        and set(calls) == {0.2}
+    )
 
 
 def test_best_rho_of_each_mesh_is_marked():
-    rows = [{"scene": "a", "method": "penalty", "h": h, "elements": None, "nodes": None, "rho": rho,
-             "error": error, "best": None}
-            for h, rho, error in ((0.2, 1, 0.3), (0.2, 2, 0.1), (0.1, 1, None), (0.1, 2, 0.2))]
+    rows = [
+        {
+            "scene": "a",
+            "method": "penalty",
+            "h": h,
+            "elements": None,
+            "nodes": None,
+            "rho": rho,
+            "error": error,
+            "best": None,
+        }
+        for h, rho, error in ((0.2, 1, 0.3), (0.2, 2, 0.1), (0.1, 1, None), (0.1, 2, 0.2))
+    ]
     assert [row["best"] for row in speed.marked(rows)] == [False, True, False, True]
 
 
 def test_quick_study(tmp_path, capsys):
-    assert main(["speed", "--quick", "--repeats", "1", "--json", str(tmp_path/"a.json"), "--out",
-                 str(tmp_path/"o")]) == 0
+    assert (
+        main(
+            [
+                "speed",
+                "--quick",
+                "--repeats",
+                "1",
+                "--json",
+                str(tmp_path / "a.json"),
+                "--out",
+                str(tmp_path / "o"),
+            ]
+        )
+        == 0
+    )
     assert "seconds to the power" in capsys.readouterr().out
-    answer = json.loads((tmp_path/"a.json").read_text())
+    answer = json.loads((tmp_path / "a.json").read_text())
     rows = answer["runs"]
     assert {row["scene"] for row in rows} == set(speed.QUICK) and not [row for row in rows if row["failure"]]
     # a reference no better than what it verifies would be none
-    assert all(row["judged"] and 0 < row["floor"] <= row["error"]/speed.BETTER for row in rows)
+    assert all(row["judged"] and 0 < row["floor"] <= row["error"] / speed.BETTER for row in rows)
     asked = [row for row in rows if row["rtol"]]
     assert len(asked) >= 10 and all(row["error"] < row["rtol"] for row in asked)
     assert {row["method"] for row in answer["cost"]["runs"]} == set(speed_growth.QUICK)
@@ -184,14 +219,16 @@ def test_quick_study(tmp_path, capsys):
     # every run has its time told apart, and none takes more than all of it
     for row in answer["cost"]["runs"]:
         assert 0 <= sum(row[f"share_{phase}"] for phase in speed_growth.PHASES) <= 1.05
-        assert all(row[f"share_{phase}"] > 0
-                   for phase in ("mesh", "assembly", "factor", "condensation", "states"))
+        assert all(
+            row[f"share_{phase}"] > 0 for phase in ("mesh", "assembly", "factor", "condensation", "states")
+        )
     plates = *speed_figures.PLATES, *speed_figures.COST_PLATES
     names = {f"speed_{plate}.{kind}" for plate in plates for kind in ("png", "pdf")}
-    assert {path.name for path in (tmp_path/"o").iterdir()} == {*names, "speed.csv", "speed_cost.csv"}
-    record = read_records(tmp_path/"o"/"speed.csv")[0]
-    assert {"command", "version_ngsolve", "version_machine", "OMP_NUM_THREADS",
-            *speed.SETTINGS} <= set(record)
+    assert {path.name for path in (tmp_path / "o").iterdir()} == {*names, "speed.csv", "speed_cost.csv"}
+    record = read_records(tmp_path / "o" / "speed.csv")[0]
+    assert {"command", "version_ngsolve", "version_machine", "OMP_NUM_THREADS", *speed.SETTINGS} <= set(
+        record
+    )
 
 
 @pytest.mark.parametrize("words", ["--only strap", "--repeats 0", "--limit -1"])

@@ -15,6 +15,7 @@ from microblock.data.records import read_records, write_records
 class Quiet:
     def update(self, number=1):
         pass
+
     set_description = update
 
 
@@ -22,11 +23,19 @@ def rows(count):
     """Runs of one method, four times as large each, seconds to the power 1.5, memory to the power 1.2 of the
     unknowns.
     """
-    sizes = 1000*4**np.arange(count)
-    return [{**speed_growth.blank(FAMILIES["cells"], {"nodes": int(size)}), "unknowns": int(size),
-             "contact_nodes": int(size)//10,
-             "seconds": 1e-7*size**1.5, "megabytes": 0.01*size**1.2, "distance": 3.0, "share_mesh": 0.5}
-            for size in sizes]
+    sizes = 1000 * 4 ** np.arange(count)
+    return [
+        {
+            **speed_growth.blank(FAMILIES["cells"], {"nodes": int(size)}),
+            "unknowns": int(size),
+            "contact_nodes": int(size) // 10,
+            "seconds": 1e-7 * size**1.5,
+            "megabytes": 0.01 * size**1.2,
+            "distance": 3.0,
+            "share_mesh": 0.5,
+        }
+        for size in sizes
+    ]
 
 
 HUNGRY = """
@@ -46,15 +55,17 @@ print(json.dumps(speed_growth.measure(family, {"size": 25_000_000})))
 
 def test_memory_of_a_run_is_its_peak():
     # in a process of its own, as the study does: of a large one the system may take back pages meanwhile
-    row = json.loads(subprocess.run([sys.executable, "-c", HUNGRY], check=True, capture_output=True,
-                                    text=True).stdout)
+    row = json.loads(
+        subprocess.run([sys.executable, "-c", HUNGRY], check=True, capture_output=True, text=True).stdout
+    )
     # 25e6 numbers of 8 bytes; pages and what the interpreter takes besides
-    assert row["megabytes"] == pytest.approx(25e6*8/2**20, rel=0.05)
+    assert row["megabytes"] == pytest.approx(25e6 * 8 / 2**20, rel=0.05)
     assert row["seconds"] == pytest.approx(0.3, rel=1e-12) and row["distance"] > 0
 
 
-@pytest.mark.parametrize("name", ["condensed, order 1", "condensed, order 4", "AL, order 1", "cells",
-                                  "half-plane"])
+@pytest.mark.parametrize(
+    "name", ["condensed, order 1", "condensed, order 4", "AL, order 1", "cells", "half-plane"]
+)
 def test_every_method_is_measured_against_its_floor(name):
     row = speed_growth.measure(FAMILIES[name], FAMILIES[name].settings[0])
     assert set(row) == set(speed_growth.MEASURED)
@@ -71,7 +82,7 @@ def test_runs_apart_bring_records_or_failures():
 
 def test_exponents_are_those_of_the_last_decade():
     mine = rows(5)
-    mine[0]["seconds"] = mine[1]["seconds"] = 1.0      # overheads of small problems do not count
+    mine[0]["seconds"] = mine[1]["seconds"] = 1.0  # overheads of small problems do not count
     over_unknowns, over_nodes = speed_growth.slopes(mine)
     for slope in over_unknowns, over_nodes:
         # rounding alone
@@ -82,7 +93,7 @@ def test_exponents_are_those_of_the_last_decade():
 
 
 def test_levels_that_are_too_dear_are_left_out(monkeypatch):
-    monkeypatch.setattr(speed_growth, "available", lambda: None)      # where the system does not say
+    monkeypatch.setattr(speed_growth, "available", lambda: None)  # where the system does not say
     assert speed_growth.refused(rows(2)) is None and speed_growth.refused(rows(1)) is None
     assert "s would go beyond" in speed_growth.refused(rows(6))
     monkeypatch.setattr(speed_growth, "available", lambda: 1000.0)
@@ -94,14 +105,15 @@ def test_levels_that_are_too_dear_are_left_out(monkeypatch):
         def update(self, number=1):
             done.append(number)
 
-    found = speed_growth.refined(FAMILIES["cells"], [{"nodes": 1}]*6, Count())
-    assert [bool(row["failure"]) for row in found] == [False]*(len(found) - 1) + [True] and sum(done) == 6
+    found = speed_growth.refined(FAMILIES["cells"], [{"nodes": 1}] * 6, Count())
+    assert [bool(row["failure"]) for row in found] == [False] * (len(found) - 1) + [True] and sum(done) == 6
 
 
 def test_chart_shows_what_was_left_out(tmp_path):
-    mine = rows(4) + [{**speed_growth.blank(FAMILIES["cells"], {"nodes": 7}),
-                       "failure": "left out: too long"}]
-    write_records(tmp_path/"a.csv", mine)
-    drawing = speed_figures.cost(read_records(tmp_path/"a.csv"))
+    mine = rows(4) + [
+        {**speed_growth.blank(FAMILIES["cells"], {"nodes": 7}), "failure": "left out: too long"}
+    ]
+    write_records(tmp_path / "a.csv", mine)
+    drawing = speed_figures.cost(read_records(tmp_path / "a.csv"))
     assert [line.get_marker() for line in drawing.axes[0].lines].count("x") == 1
     assert len(drawing.axes[1].lines[0].get_xdata()) == 4

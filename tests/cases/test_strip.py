@@ -10,7 +10,7 @@ from cases.scenes import strip
 from cases.scenes.strip import Parameters
 
 LIMITS = {"ell_over_H": (0.05, 5.0), "psi0_deg": (-3.0, 3.0, 0.0), "nu": (0.0, 0.49), "beta": (1e-3, 1.99)}
-SHARES = (0.5, 0.999999, 1.0, 1.000001, 2.0)      # of delta_fc
+SHARES = (0.5, 0.999999, 1.0, 1.000001, 2.0)  # of delta_fc
 
 
 def sample(count, seed):
@@ -18,15 +18,20 @@ def sample(count, seed):
     limit.
     """
     rng = np.random.default_rng(seed)
-    slices = (np.array([rng.permutation(count) for _ in range(5)]) + rng.random((5, count)))/count
+    slices = (np.array([rng.permutation(count) for _ in range(5)]) + rng.random((5, count))) / count
     for number, (a, b, c, d, e) in enumerate(slices.T):
-        drawn = dict(ell_over_H=float(0.05*100**a), psi0_deg=6*b - 3, nu=0.49*c, beta=0.01 + 1.98*d,
-                     delta_over_H=0.1*e)
+        drawn = dict(
+            ell_over_H=float(0.05 * 100**a),
+            psi0_deg=6 * b - 3,
+            nu=0.49 * c,
+            beta=0.01 + 1.98 * d,
+            delta_over_H=0.1 * e,
+        )
         if number % 5 == 0:
             name = list(LIMITS)[rng.integers(4)]
             drawn[name] = LIMITS[name][rng.integers(len(LIMITS[name]))]
             exact = strip.reference(Parameters(**drawn))
-            drawn["delta_over_H"] = (0.0, *(share*exact.delta_fc for share in SHARES))[rng.integers(6)]
+            drawn["delta_over_H"] = (0.0, *(share * exact.delta_fc for share in SHARES))[rng.integers(6)]
         yield Parameters(**drawn)
 
 
@@ -35,9 +40,14 @@ def check(parameters, rel):
     found, exact = strip.result(parameters), strip.reference(parameters)
     assert found["state"] == exact.state
     # surface values carry the accuracy of the fields, fluxes and the event that of the energy or better
-    for name, value in dict(psi_surface=exact.psi(1.0), u1_surface=exact.u1(1.0), u2_surface=exact.u2(1.0),
-                            traction=exact.traction, micromoment=exact.micromoment,
-                             delta_fc=exact.delta_fc).items():
+    for name, value in dict(
+        psi_surface=exact.psi(1.0),
+        u1_surface=exact.u1(1.0),
+        u2_surface=exact.u2(1.0),
+        traction=exact.traction,
+        micromoment=exact.micromoment,
+        delta_fc=exact.delta_fc,
+    ).items():
         assert found[name] == pytest.approx(float(value), rel=rel, abs=1e-16), name
     if exact.state == "separation" or parameters.psi0_deg == 0:
         assert found["L_psi"] is None and found["L_u"] is None
@@ -48,26 +58,39 @@ def check(parameters, rel):
     return found
 
 
-@pytest.mark.parametrize("parameters", list(sample(60, seed=3)),
-                         ids=lambda parameters: f"{parameters.delta_over_H:.3g}")
+@pytest.mark.parametrize(
+    "parameters", list(sample(60, seed=3)), ids=lambda parameters: f"{parameters.delta_over_H:.3g}"
+)
 def test_default_accuracy_over_the_whole_range(parameters):
-    check(parameters, rel=1e-8)      # ten times what the default asks of the fields
+    check(parameters, rel=1e-8)  # ten times what the default asks of the fields
 
 
-@pytest.mark.parametrize("share, state", [(-0.1, "separation"), (0.0, "separation"), (1 - 1e-9, "partial"),
-                                          (1.0, "full"), (1 + 1e-9, "full")])
+@pytest.mark.parametrize(
+    "share, state",
+    [(-0.1, "separation"), (0.0, "separation"), (1 - 1e-9, "partial"), (1.0, "full"), (1 + 1e-9, "full")],
+)
 @pytest.mark.parametrize("psi0_deg", [1.0, -2.0])
 @pytest.mark.parametrize("model", strip.MODELS)
 def test_state_on_either_side_of_delta_fc_and_at_it(model, psi0_deg, share, state):
     base = Parameters(model=model, psi0_deg=psi0_deg)
     delta_fc = strip.reference(base).delta_fc
-    assert strip.result(replace(base, delta_over_H=share*delta_fc))["state"] == state
+    assert strip.result(replace(base, delta_over_H=share * delta_fc))["state"] == state
 
 
 # the penalty's rounding, eps rho over the stiffness, keeps it from nine digits just where a corner is about
 # to close
-@pytest.mark.parametrize("method, rtol", [("al", 1e-2), ("al", 1e-4), ("al", 1e-6), ("al", 1e-9),
-                                          ("penalty", 1e-2), ("penalty", 1e-4), ("penalty", 1e-6)])
+@pytest.mark.parametrize(
+    "method, rtol",
+    [
+        ("al", 1e-2),
+        ("al", 1e-4),
+        ("al", 1e-6),
+        ("al", 1e-9),
+        ("penalty", 1e-2),
+        ("penalty", 1e-4),
+        ("penalty", 1e-6),
+    ],
+)
 def test_error_obtained_is_below_the_error_asked_for(method, rtol):
     for parameters in sample(10, seed=4):
         if method == "penalty" and parameters.beta < 0.1:
@@ -85,8 +108,10 @@ LEAST_COUPLED = Parameters(ell_over_H=3.976, psi0_deg=0.93, nu=0.362, beta=0.914
 @pytest.mark.parametrize("order, elements", [(1, 20), (2, 5), (5, 3), (12, 2), (8, 20)])
 def test_line_and_column_agree(order, elements):
     for parameters in [*sample(5, seed=5), LEAST_COUPLED]:
-        line, column = (strip.result(replace(parameters, model=model, order=order, elements=elements))
-                        for model in strip.MODELS)
+        line, column = (
+            strip.result(replace(parameters, model=model, order=order, elements=elements))
+            for model in strip.MODELS
+        )
         assert line["state"] == column["state"]
         for name in ("psi_surface", "u1_surface", "u2_surface", "traction", "micromoment", "delta_fc"):
             assert line[name] == pytest.approx(column[name], rel=1e-10, abs=1e-16)
@@ -100,12 +125,18 @@ def test_triangles_agree_with_the_closed_form():
     from microblock.fem.newton import MonolithicNewton
     from microblock.model import obstacles
     from microblock.model.law import Microblock
+
     parameters = Parameters()
-    body = Body(meshes.column(1.0, 3, quads=False), parameters.solid, 8,
-                fixed={"u1": "middle", "u2": "middle"},
-                periodic=True)
-    facets = ContactFacets(body, Microblock(parameters.psi0),
-                           obstacles.Plane(parameters.ell_over_H/2*parameters.psi0))
+    body = Body(
+        meshes.column(1.0, 3, quads=False),
+        parameters.solid,
+        8,
+        fixed={"u1": "middle", "u2": "middle"},
+        periodic=True,
+    )
+    facets = ContactFacets(
+        body, Microblock(parameters.psi0), obstacles.Plane(parameters.ell_over_H / 2 * parameters.psi0)
+    )
     state = MonolithicNewton(body, facets).solve(0.02)
     assert state.psi == pytest.approx(strip.reference(parameters).psi(1.0), rel=1e-9)
 
@@ -133,10 +164,10 @@ def test_ten_digits_with_a_hundred_unknowns(ell_over_H, order, elements):
 @pytest.mark.parametrize("thickness", np.geomspace(0.1, 20, 9))
 @pytest.mark.parametrize("beta", [0.1, 1.0, 1.9])
 def test_layer_lengths_49(thickness, beta):
-    ell = math.sqrt(beta)/thickness
+    ell = math.sqrt(beta) / thickness
     found = strip.result(Parameters(ell_over_H=ell, beta=beta, rtol=1e-9))
-    assert math.sqrt(beta)*found["L_psi"]/ell == pytest.approx(1/math.tanh(thickness), rel=1e-9)
-    assert math.sqrt(beta)*found["L_u"]/ell == pytest.approx(math.tanh(thickness), rel=1e-9)
+    assert math.sqrt(beta) * found["L_psi"] / ell == pytest.approx(1 / math.tanh(thickness), rel=1e-9)
+    assert math.sqrt(beta) * found["L_u"] / ell == pytest.approx(math.tanh(thickness), rel=1e-9)
 
 
 def test_one_order_more_for_u_does_not_lock():
@@ -150,16 +181,21 @@ def test_one_order_more_for_u_does_not_lock():
 
     def error(order, elements, beta):
         parameters = Parameters(beta=beta)
-        body = Body(meshes.line(1.0, elements), parameters.solid, order, order_psi=1,
-                    fixed={"u1": "middle", "u2": "middle"})
-        plane = obstacles.Plane(parameters.ell_over_H/2*parameters.psi0)
+        body = Body(
+            meshes.line(1.0, elements),
+            parameters.solid,
+            order,
+            order_psi=1,
+            fixed={"u1": "middle", "u2": "middle"},
+        )
+        plane = obstacles.Plane(parameters.ell_over_H / 2 * parameters.psi0)
         state = MonolithicNewton(body, ContactFacets(body, Microblock(parameters.psi0), plane)).solve(0.02)
         exact = float(strip.reference(parameters).psi(1.0))
-        return abs(state.psi[0] - exact)/abs(exact)
+        return abs(state.psi[0] - exact) / abs(exact)
 
     locked, free = error(1, 8, 1.999), error(2, 6, 1.999)
-    assert locked > 0.1 and free < 0.01      # negative control: equal orders lose the solution
-    assert free < 2*error(2, 6, 1.0)
+    assert locked > 0.1 and free < 0.01  # negative control: equal orders lose the solution
+    assert free < 2 * error(2, 6, 1.0)
 
 
 def test_layer_lengths_do_not_depend_on_the_branch():
@@ -172,23 +208,27 @@ def test_layer_lengths_do_not_depend_on_the_branch():
 def test_printed_curvature_misses_the_closed_form_by_sqrt_2():
     printed = strip.result(Parameters(ell_over_H=0.05, curvature=1.0))
     needed = strip.result(Parameters(ell_over_H=0.05))
-    assert needed["L_psi"]/printed["L_psi"] == pytest.approx(math.sqrt(2), rel=1e-9)
+    assert needed["L_psi"] / printed["L_psi"] == pytest.approx(math.sqrt(2), rel=1e-9)
     assert printed["error_psi"] < 1e-9 and needed["error_psi_paper"] < 1e-9
     assert printed["error_psi_paper"] > 0.1
 
 
 def test_rho_does_not_matter_over_eight_decades():
-    found = [strip.result(Parameters(rho=10.0**power, order=10, elements=1, delta_over_H=0.04))
-             for power in range(-4, 5)]
+    found = [
+        strip.result(Parameters(rho=10.0**power, order=10, elements=1, delta_over_H=0.04))
+        for power in range(-4, 5)
+    ]
     for name in ("psi_surface", "u1_surface", "u2_surface", "traction", "micromoment"):
         values = np.array([result[name] for result in found])
         assert values == pytest.approx(np.full(9, values[4]), rel=1e-9)
 
 
 def test_penalty_error_falls_like_one_over_rho():
-    rho = 10.0**np.arange(3, 8)
-    error = [strip.result(Parameters(method="penalty", rho=float(value), order=12, elements=1))["error_psi"]
-             for value in rho]
+    rho = 10.0 ** np.arange(3, 8)
+    error = [
+        strip.result(Parameters(method="penalty", rho=float(value), order=12, elements=1))["error_psi"]
+        for value in rho
+    ]
     assert np.polyfit(np.log(rho), np.log(error), 1)[0] == pytest.approx(-1, abs=0.01)
 
 
@@ -217,6 +257,7 @@ def test_penalty_stiffness_given_is_kept_and_its_error_told():
 
 def test_accuracy_out_of_reach_is_reported():
     from microblock.errors import NotConverged
+
     with pytest.raises(NotConverged, match="rtol = 1e-17") as caught:
         strip.result(Parameters(rtol=1e-17))
     assert 0 < caught.value.reached < 1e-11
@@ -231,14 +272,16 @@ def test_forces_drowned_by_rho_are_an_error_not_a_result(method, rho, asked):
     or it is said.
     """
     from microblock.errors import NotConverged
+
     parameters = Parameters(method=method, rho=rho, delta_over_H=0.04, **asked)
     try:
         found = strip.result(parameters)
     except NotConverged:
         return
     assert found["state"] == "full"
-    assert found["traction"] == pytest.approx(strip.reference(parameters).traction,
-                                              rel=asked.get("rtol", 1e-5))
+    assert found["traction"] == pytest.approx(
+        strip.reference(parameters).traction, rel=asked.get("rtol", 1e-5)
+    )
 
 
 def test_model_out_of_its_ground_is_said():

@@ -10,7 +10,7 @@ from microblock.errors import BadArgument, MicroblockError, NotConverged
 
 PROBLEMS = 10_000
 KINDS = ("plain", "indefinite", "inf", "weights", "duplicates", "ties", "pairs", "singular", "rigid", "tiny")
-KKT = 1e-10      # what is promised; the solver aims at 1e-15
+KKT = 1e-10  # what is promised; the solver aims at 1e-15
 
 
 def spd(rng, m, rank=None):
@@ -26,54 +26,54 @@ def problem(seed):
     kind, m = KINDS[seed % len(KINDS)], int(rng.integers(1, 13))
     H, g0, c = spd(rng, m), rng.normal(size=m), np.ones(m)
     if kind == "indefinite":
-        H -= 10.0**rng.uniform(0, 3)
+        H -= 10.0 ** rng.uniform(0, 3)
     elif kind == "inf":
         g0[rng.random(m) < 0.4] = np.inf
         g0[rng.integers(m)] = 0.0
     elif kind == "weights":
-        c = 10.0**rng.uniform(-2, 2, m)
+        c = 10.0 ** rng.uniform(-2, 2, m)
     elif kind == "duplicates":
         copy = rng.integers(0, m, m)
         H, g0 = H[np.ix_(copy, copy)], g0[copy] + rng.choice([0, 0, 1e-15, 0.1], m)
-    elif kind == "ties":      # a circulant of integers on integer gaps
+    elif kind == "ties":  # a circulant of integers on integer gaps
         row = rng.integers(-2, 3, m)
         row = row + np.roll(row[::-1], 1)
         H = row[(np.arange(m)[:, None] - np.arange(m)) % m] + 0.0
-        H += np.eye(m)*(1 - min(np.linalg.eigvalsh(H).min().round(), 0))
+        H += np.eye(m) * (1 - min(np.linalg.eigvalsh(H).min().round(), 0))
         g0 = rng.integers(0, 2, m) + 0.0
-    elif kind == "pairs":      # two corners at each node, mirrored
+    elif kind == "pairs":  # two corners at each node, mirrored
         half = spd(rng, m)
-        other = 0.3*(half + half[::-1, ::-1])
+        other = 0.3 * (half + half[::-1, ::-1])
         H = np.block([[half + half[::-1, ::-1], other], [other, half + half[::-1, ::-1]]])
         g0 = np.abs(g0 + g0[::-1])
-        g0, c = np.tile(g0, 2), np.ones(2*m)
+        g0, c = np.tile(g0, 2), np.ones(2 * m)
     elif kind == "singular":
-        H = spd(rng, m, rank=max(1, m//2)) + 10.0**rng.uniform(-16, -10)*np.eye(m)
+        H = spd(rng, m, rank=max(1, m // 2)) + 10.0 ** rng.uniform(-16, -10) * np.eye(m)
     elif kind == "rigid":
         stiff = rng.random(m) < 0.5
         H[stiff], H[:, stiff] = 0, 0
         g0[stiff] = rng.integers(0, 2, stiff.sum())
-    elif kind == "tiny":      # weights of a graded mesh in rows, columns and gaps
-        c = 10.0**rng.uniform(-12, 0, m)
-        H, g0 = H*c[:, None]*c, g0*c
+    elif kind == "tiny":  # weights of a graded mesh in rows, columns and gaps
+        c = 10.0 ** rng.uniform(-12, 0, m)
+        H, g0 = H * c[:, None] * c, g0 * c
     approach = kind not in ("indefinite", "rigid") and rng.random() < 0.3
-    scale = 10.0**rng.uniform(-4, 3)
-    level = {"approach": (g0/c).min() + scale} if approach else {"load": scale}
+    scale = 10.0 ** rng.uniform(-4, 3)
+    level = {"approach": (g0 / c).min() + scale} if approach else {"load": scale}
     return kind, H, g0, c, level
 
 
 def residual(H, g0, c, state, load=None):
     """Largest relative residual of (a), in shares of the load and from the data alone."""
     touch = np.isfinite(g0)
-    share = c*state.forces
+    share = c * state.forces
     assert np.all(share >= 0) and np.all(share[~touch] == 0)
-    H, g0 = H[np.ix_(touch, touch)]/c[touch, None]/c[touch], g0[touch]/c[touch]
+    H, g0 = H[np.ix_(touch, touch)] / c[touch, None] / c[touch], g0[touch] / c[touch]
     gaps, share = g0 - state.approach + H @ share[touch], share[touch]
     length = (np.abs(g0) + abs(state.approach) + np.abs(H) @ share)[state.closed[touch]].max(initial=0) or 1.0
     if share.sum() == 0:
         return max(0, -gaps.min())
-    parts = [max(0, -gaps.min())/length, np.abs(share*gaps).sum()/(share.sum()*length)]
-    return max(parts + ([] if load is None else [abs(share.sum() - load)/load]))
+    parts = [max(0, -gaps.min()) / length, np.abs(share * gaps).sum() / (share.sum() * length)]
+    return max(parts + ([] if load is None else [abs(share.sum() - load) / load]))
 
 
 def test_ten_thousand_small_problems(capsys):
@@ -87,13 +87,19 @@ def test_ten_thousand_small_problems(capsys):
             continue
         error = residual(H, g0, c, state, level.get("load"))
         worst[kind] = max(worst[kind], error, state.kkt)
-        used.update(single=state.single_pivots > 0, dropped=state.dropped > 0,
-                    raised=state.regularisation > 1e-12)
+        used.update(
+            single=state.single_pivots > 0, dropped=state.dropped > 0, raised=state.regularisation > 1e-12
+        )
         assert error < KKT and state.kkt < KKT, (seed, kind, error)
     with capsys.disabled():
-        print("\nfailures:", dict(failures), "\nworst residuals:",
-              {kind: f"{worst[kind]:.0e}" for kind in KINDS},
-              "\nproblems that needed it:", dict(used))
+        print(
+            "\nfailures:",
+            dict(failures),
+            "\nworst residuals:",
+            {kind: f"{worst[kind]:.0e}" for kind in KINDS},
+            "\nproblems that needed it:",
+            dict(used),
+        )
     assert sum(failures.values()) == 0
     assert used["single"] > 0 and used["dropped"] > 0
 
@@ -106,12 +112,12 @@ def test_plain_active_set_cycles():
         if "approach" in level:
             continue
         [(r, K)] = _problem(H, g0, c, free=True).reduced.items()
-        q = np.delete(g0 - g0[r] + level["load"]*(H[:, r] - H[r, r]), r)
+        q = np.delete(g0 - g0[r] + level["load"] * (H[:, r] - H[r, r]), r)
         nothing = np.zeros(len(q), bool)
         with_safeguard, _ = _pivoting(K, q, nothing, Counter())
         try:
             plain, _ = _pivoting(K, q, nothing, Counter(), patience=np.inf)
-        except NotConverged:      # more sets tried than the 2^11 there are
+        except NotConverged:  # more sets tried than the 2^11 there are
             cycles += 1
         else:
             assert np.array_equal(plain > 0, with_safeguard > 0)
@@ -126,15 +132,17 @@ def test_path_and_solve_agree_on_small_problems():
         if "approach" in level:
             continue
         load = level["load"]
-        found = path(H, g0, [load, load/3], c=c)
+        found = path(H, g0, [load, load / 3], c=c)
         events += len(found.events)
-        for state, asked in zip(found.states, (load/3, load), strict=True):
+        for state, asked in zip(found.states, (load / 3, load), strict=True):
             assert residual(H, g0, c, state, asked) < KKT
             direct = solve(H, g0, load=asked, c=c)
-            moved = c*(state.forces - direct.forces)/asked
+            moved = c * (state.forces - direct.forces) / asked
             # what the data determine: the energy of the difference, so forces too where H is regular
-            size = np.abs(c*direct.forces) @ np.abs(H/c/c[:, None]) @ np.abs(c*direct.forces)/asked**2
-            assert moved @ (H/c/c[:, None]) @ moved <= 1e-12*size + 1e-30
+            size = (
+                np.abs(c * direct.forces) @ np.abs(H / c / c[:, None]) @ np.abs(c * direct.forces) / asked**2
+            )
+            assert moved @ (H / c / c[:, None]) @ moved <= 1e-12 * size + 1e-30
         closed = np.zeros(len(g0), bool)
         for event in found.events:
             assert closed[event.corner] == (event.kind == "opens")
@@ -147,11 +155,13 @@ def test_path_and_solve_agree_on_small_problems():
     assert events > 2000
 
 
-@pytest.mark.parametrize("kinds",
-                         [("plain", "inf", "weights", "ties", "pairs"), ("duplicates", "singular", "rigid")])
+@pytest.mark.parametrize(
+    "kinds", [("plain", "inf", "weights", "ties", "pairs"), ("duplicates", "singular", "rigid")]
+)
 def test_an_independent_solver_agrees(kinds):
     """Against the dual method of Goldfarb and Idnani: forces where they are unique, else the objective."""
     import quadprog
+
     checked = 0
     for seed in range(600):
         kind, H, g0, c, level = problem(seed)
@@ -161,18 +171,20 @@ def test_an_independent_solver_agrees(kinds):
         G, a, weights = H[np.ix_(touch, touch)], g0[touch], c[touch]
         unique = np.linalg.cond(G) < 1e6
         # it needs a definite matrix, well conditioned enough for its own digits
-        regular = G if unique else G + 1e-6*(np.trace(G) or 1.0)*np.eye(len(a))
+        regular = G if unique else G + 1e-6 * (np.trace(G) or 1.0) * np.eye(len(a))
         constraints = np.column_stack((weights, np.eye(len(a))))
         theirs = quadprog.solve_qp(regular, -a, constraints, np.append(load, np.zeros(len(a))), meq=1)[0]
         ours = solve(H, g0, load=load, c=c).forces[touch]
         if unique:
-            assert ours == pytest.approx(theirs, abs=1e-8*np.abs(ours).max())      # condition 1e6, some 1e-14
+            assert ours == pytest.approx(theirs, abs=1e-8 * np.abs(ours).max())  # condition 1e6, some 1e-14
         theirs = np.maximum(theirs, 0)
-        theirs *= load/(weights @ theirs)      # it takes the constraints to 1e-6 where H is singular
-        objective = [f @ G @ f/2 + a @ f for f in (ours, theirs)]
+        theirs *= load / (weights @ theirs)  # it takes the constraints to 1e-6 where H is singular
+        objective = [f @ G @ f / 2 + a @ f for f in (ours, theirs)]
         size = np.abs(a) @ ours + ours @ np.abs(G) @ ours
-        assert objective[0] <= objective[1] + 1e-13*size      # no admissible forces have less: rounding
-        assert objective[1] <= objective[0] + 1e-9*size + (0 if unique else 1e-6*(np.trace(G) or 1.0)*load**2)
+        assert objective[0] <= objective[1] + 1e-13 * size  # no admissible forces have less: rounding
+        assert objective[1] <= objective[0] + 1e-9 * size + (
+            0 if unique else 1e-6 * (np.trace(G) or 1.0) * load**2
+        )
         checked += 1
     assert checked >= 100
 
@@ -199,14 +211,23 @@ def test_two_corners_by_hand():
 def test_two_corners_with_weights_by_hand():
     """c = (1, 2) and the same: closed both, 2 f1 + f2 = d, f1 + 2 f2 = 2 d - 1, f1 + 2 f2 = P."""
     state = solve([[2, 1], [1, 2]], [0, 1], load=3, c=[1, 2])
-    assert state.approach == pytest.approx(2, rel=1e-14)      # 2 d - 1 = 3
-    assert state.forces == pytest.approx([1/3, 4/3], rel=1e-13) and state.load == pytest.approx(3, rel=1e-15)
-    alone = solve([[2, 1], [1, 2]], [0, 1], load=0.1, c=[1, 2])      # d = 2 f1 = 0.2
-    assert alone.gaps == pytest.approx([0, 1 - 2*0.2 + 0.1], abs=1e-15)
+    assert state.approach == pytest.approx(2, rel=1e-14)  # 2 d - 1 = 3
+    assert state.forces == pytest.approx([1 / 3, 4 / 3], rel=1e-13) and state.load == pytest.approx(
+        3, rel=1e-15
+    )
+    alone = solve([[2, 1], [1, 2]], [0, 1], load=0.1, c=[1, 2])  # d = 2 f1 = 0.2
+    assert alone.gaps == pytest.approx([0, 1 - 2 * 0.2 + 0.1], abs=1e-15)
 
 
-@pytest.mark.parametrize("forces, closed, approach, expected", [
-    ([2, 1], [1, 1], 5, 0), ([2, 1], [1, 1], 6, 1/11), ([2, 2], [1, 1], 6, 1/3), ([3, 0], [1, 0], 6, 2/12)])
+@pytest.mark.parametrize(
+    "forces, closed, approach, expected",
+    [
+        ([2, 1], [1, 1], 5, 0),
+        ([2, 1], [1, 1], 6, 1 / 11),
+        ([2, 2], [1, 1], 6, 1 / 3),
+        ([3, 0], [1, 0], 6, 2 / 12),
+    ],
+)
 def test_kkt_sees_every_violation(forces, closed, approach, expected):
     """H = [[2, 1], [1, 2]], g0 = (0, 1), P = 3: none; closed gaps -1 of 6 + 5; load 4; open gap -2 of 12."""
     H, g0, forces = np.array([[2.0, 1], [1, 2]]), np.array([0.0, 1]), np.array(forces, float)
@@ -228,38 +249,38 @@ def test_a_corner_opens_again():
 
 def parabola(n=300, width=3.0):
     """Log kernel -ln|x|/pi, exact cell means on a uniform mesh, gap x^2/2: Hertz with a^2 = 2 P/pi."""
-    x, h = (np.arange(n) - (n - 1)/2)*width/n, width/n
-    primitive = [r*np.log(np.abs(r)) - r for r in (x[:, None] - x + h/2, x[:, None] - x - h/2)]
-    return -(primitive[0] - primitive[1])/(np.pi*h), x**2/2, x, h
+    x, h = (np.arange(n) - (n - 1) / 2) * width / n, width / n
+    primitive = [r * np.log(np.abs(r)) - r for r in (x[:, None] - x + h / 2, x[:, None] - x - h / 2)]
+    return -(primitive[0] - primitive[1]) / (np.pi * h), x**2 / 2, x, h
 
 
 def test_parabola_gives_the_ellipse():
     H, g0, x, h = parabola()
-    load = np.pi/2
+    load = np.pi / 2
     state = solve(H, g0, load=load)
     ellipse = np.sqrt(np.maximum(1 - x**2, 0))
     # cells of 1 % of the contact: the error sits in the two at the edge, h^1.5 in L2
-    assert np.sqrt(h*np.sum((state.forces/h - ellipse)**2)) < 2*h**1.5
-    assert h*state.closed.sum()/2 == pytest.approx(1, abs=h)
+    assert np.sqrt(h * np.sum((state.forces / h - ellipse) ** 2)) < 2 * h**1.5
+    assert h * state.closed.sum() / 2 == pytest.approx(1, abs=h)
     assert state.kkt < 1e-14 and state.single_pivots == 0 and state.iterations < 20
     assert state.forces == pytest.approx(state.forces[::-1], abs=1e-13)
 
 
 def test_parabola_path_closes_pair_by_pair():
     H, g0, x, _ = parabola()
-    found = path(H, g0, [np.pi/2])
+    found = path(H, g0, [np.pi / 2])
     count = found.states[0].closed.sum()
     assert len(found.events) == count and {event.kind for event in found.events} == {"closes"}
     for one, other in zip(found.events[::2], found.events[1::2], strict=True):
-        assert (one.load, one.corner) == (other.load, len(x) - 1 - other.corner)      # both at once
+        assert (one.load, one.corner) == (other.load, len(x) - 1 - other.corner)  # both at once
     loads = [event.load for event in found.events[::2]]
     assert np.all(np.diff(loads) > 0)
-    assert loads[0] == 0 and loads[-1] < np.pi/2
+    assert loads[0] == 0 and loads[-1] < np.pi / 2
 
 
 def rough(seed=1, n=60):
     H, g0, x, _ = parabola(n)
-    return H + 0.5, g0 + 0.02*np.random.default_rng(seed).normal(size=n), x
+    return H + 0.5, g0 + 0.02 * np.random.default_rng(seed).normal(size=n), x
 
 
 def test_flat_punch_touches_at_once():
@@ -306,7 +327,7 @@ def test_sets_change_at_the_events(case):
     for event, following in zip(events, events[1:] + [None], strict=True):
         closed[event.corner] = event.kind == "closes"
         upper = following.load if following else 2.0
-        state = solve(H, g0, load=(event.load + upper)/2)      # from nothing, not from the path
+        state = solve(H, g0, load=(event.load + upper) / 2)  # from nothing, not from the path
         assert np.array_equal(state.closed, closed)
 
 
@@ -316,13 +337,13 @@ def test_work_of_the_load_is_the_energy(case):
     events = path(H, g0, [2.0]).events
     last = solve(H, g0, load=2.0)
     load, approach = np.array([(point.load, point.approach) for point in [*events, last]]).T
-    energy = last.forces @ H @ last.forces/2
+    energy = last.forces @ H @ last.forces / 2
     # load over approach is piecewise linear with corners at the events: the trapezoidal rule is exact, the
     # events are good to the regularisation, 1e-12
     assert np.trapezoid(load, approach) == pytest.approx(energy, rel=1e-11)
     assert np.trapezoid(approach, load) == pytest.approx(energy + last.forces @ g0, rel=1e-11)
-    without = np.trapezoid(load[[0, -1]], approach[[0, -1]])      # and only there
-    assert abs(without - energy) > 1e-3*abs(energy)
+    without = np.trapezoid(load[[0, -1]], approach[[0, -1]])  # and only there
+    assert abs(without - energy) > 1e-3 * abs(energy)
 
 
 def test_approach_is_the_inverse_of_load():
@@ -330,8 +351,8 @@ def test_approach_is_the_inverse_of_load():
     for load in (0.01, 0.3, 2.0):
         pressed = solve(H, g0, load=load)
         back = solve(H, g0, approach=pressed.approach)
-        assert back.load == pytest.approx(load, rel=1e-11)      # condition of H some 1e3
-        assert back.forces == pytest.approx(pressed.forces, abs=1e-12*load)
+        assert back.load == pytest.approx(load, rel=1e-11)  # condition of H some 1e3
+        assert back.forces == pytest.approx(pressed.forces, abs=1e-12 * load)
         assert np.array_equal(back.closed, pressed.closed)
 
 
@@ -339,19 +360,19 @@ def test_rigid_level_moves_the_approach_alone():
     H, g0, _ = rough()
     c = np.linspace(0.5, 2, len(g0))
     for tau in (-10.0, 10.0):
-        plain, raised = solve(H, g0, load=1.5, c=c), solve(H + tau*np.outer(c, c), g0, load=1.5, c=c)
-        assert raised.forces == pytest.approx(plain.forces, abs=1e-12)      # rounding of tau P
-        assert raised.approach - plain.approach == pytest.approx(1.5*tau, rel=1e-12)
+        plain, raised = solve(H, g0, load=1.5, c=c), solve(H + tau * np.outer(c, c), g0, load=1.5, c=c)
+        assert raised.forces == pytest.approx(plain.forces, abs=1e-12)  # rounding of tau P
+        assert raised.approach - plain.approach == pytest.approx(1.5 * tau, rel=1e-12)
         assert np.array_equal(raised.closed, plain.closed)
 
 
 def test_units_do_not_matter():
     H, g0, _ = rough()
-    plain, scaled = solve(H, g0, load=1.5), solve(H*1e-20, g0*1e-9, load=1.5e11)
-    assert scaled.forces == pytest.approx(1e11*plain.forces, rel=1e-11)
-    one, other = path(H, g0, [1.5]).events, path(H*1e-20, g0*1e-9, [1.5e11]).events
+    plain, scaled = solve(H, g0, load=1.5), solve(H * 1e-20, g0 * 1e-9, load=1.5e11)
+    assert scaled.forces == pytest.approx(1e11 * plain.forces, rel=1e-11)
+    one, other = path(H, g0, [1.5]).events, path(H * 1e-20, g0 * 1e-9, [1.5e11]).events
     assert [(e.corner, e.kind) for e in one] == [(e.corner, e.kind) for e in other]
-    assert [1e11*e.load for e in one] == pytest.approx([e.load for e in other], rel=1e-10)
+    assert [1e11 * e.load for e in one] == pytest.approx([e.load for e in other], rel=1e-10)
 
 
 def test_a_good_start_saves_pivots():
@@ -373,7 +394,7 @@ def test_duplicates_share_their_force():
 
 
 def test_slightly_indefinite_compliance_is_regularised_more():
-    H = np.ones((3, 3)) - 1e-11*np.eye(3)      # a duplicate computed to 1e-11
+    H = np.ones((3, 3)) - 1e-11 * np.eye(3)  # a duplicate computed to 1e-11
     state = solve(H, [0, 0, 0.5], load=3)
     assert state.regularisation == 1e-10 and state.kkt < 1e-10
     assert state.approach == pytest.approx(3, rel=1e-10)
@@ -393,11 +414,13 @@ def test_rigid_corner_cannot_take_an_approach():
 
 
 def test_exhausted_pivots_are_named(monkeypatch):
-    monkeypatch.setattr("microblock.corners.active_set._complementary",
-                        lambda K, q, closed: (np.zeros(len(q)), np.ones(len(q), bool)))
+    monkeypatch.setattr(
+        "microblock.corners.active_set._complementary",
+        lambda K, q, closed: (np.zeros(len(q)), np.ones(len(q), bool)),
+    )
     H, g0, _ = rough()
     with pytest.raises(NotConverged, match="60 corners still changing.*follow the path") as caught:
-        solve(H + 10*H.max(), g0, approach=g0.min() + 1)
+        solve(H + 10 * H.max(), g0, approach=g0.min() + 1)
     assert caught.value.iterations > 5000
 
 
@@ -416,16 +439,30 @@ def test_the_path_is_followed_where_pivots_make_no_progress(monkeypatch):
 GOOD = dict(H=np.eye(2), g0=np.zeros(2), load=1.0)
 
 
-@pytest.mark.parametrize("name, options", [
-    ("H", dict(H=[[1, np.nan], [np.nan, 1]])), ("H", dict(H=[[1, 0.5], [0, 1]])), ("H", dict(H=np.eye(3))),
-    ("H", dict(H=-np.eye(2))), ("H", dict(H=np.eye(2) - 2, load=None, approach=1.0)),
-    ("H", dict(H=[1.0, 2.0])),
-    ("g0", dict(g0=[np.inf, np.inf])), ("g0", dict(g0=[0, np.nan])), ("g0", dict(g0=[0, -np.inf])),
-    ("g0", dict(g0=[])),
-    ("load", dict(load=-1.0)), ("load", dict(load=np.nan)), ("load", dict(approach=1.0)),
-    ("load", dict(load=None)),
-    ("approach", dict(load=None, approach=np.inf)), ("c", dict(c=[1, 0])), ("c", dict(c=[1.0])),
-    ("start", dict(start=[True])), ("start", dict(start=[1, 0]))])
+@pytest.mark.parametrize(
+    "name, options",
+    [
+        ("H", dict(H=[[1, np.nan], [np.nan, 1]])),
+        ("H", dict(H=[[1, 0.5], [0, 1]])),
+        ("H", dict(H=np.eye(3))),
+        ("H", dict(H=-np.eye(2))),
+        ("H", dict(H=np.eye(2) - 2, load=None, approach=1.0)),
+        ("H", dict(H=[1.0, 2.0])),
+        ("g0", dict(g0=[np.inf, np.inf])),
+        ("g0", dict(g0=[0, np.nan])),
+        ("g0", dict(g0=[0, -np.inf])),
+        ("g0", dict(g0=[])),
+        ("load", dict(load=-1.0)),
+        ("load", dict(load=np.nan)),
+        ("load", dict(approach=1.0)),
+        ("load", dict(load=None)),
+        ("approach", dict(load=None, approach=np.inf)),
+        ("c", dict(c=[1, 0])),
+        ("c", dict(c=[1.0])),
+        ("start", dict(start=[True])),
+        ("start", dict(start=[1, 0])),
+    ],
+)
 def test_bad_arguments_are_named(name, options):
     with pytest.raises(BadArgument) as caught:
         solve(**(GOOD | options))
@@ -440,6 +477,7 @@ def test_bad_loads_are_named(loads):
 
 def test_path_says_where_it_stopped(monkeypatch):
     """A tableau spoilt on the way is no P-matrix: named, with the load that was reached."""
+
     def spoilt(tableau, block):
         if len(block):
             raise np.linalg.LinAlgError("singular")
@@ -466,8 +504,8 @@ def test_rigid_corners_without_gaps_take_the_load_from_a_compliant_one():
     """
     flexibility = np.diag([0.0, 0.0, 0.5625])
     state = solve(flexibility, np.zeros(3), load=10.0)
-    assert state.forces.sum() == pytest.approx(10.0, rel=1e-12)      # rounding of a sum
-    assert abs(state.approach) <= 1e-14 and state.forces[2] <= 1e-14      # of 0.5625*10 and 10, rounding
+    assert state.forces.sum() == pytest.approx(10.0, rel=1e-12)  # rounding of a sum
+    assert abs(state.approach) <= 1e-14 and state.forces[2] <= 1e-14  # of 0.5625*10 and 10, rounding
     # two that share one spring: what rounding leaves in their gap is nothing beside spring and load
     flexibility = np.zeros((5, 5))
     flexibility[np.ix_((2, 4), (2, 4))] = 1.0

@@ -13,7 +13,7 @@ from microblock.fem.facets import ContactFacets
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 GROUND, CYLINDER, LAW = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock()
-LONG = 250      # characters of a message: a line or two on a screen
+LONG = 250  # characters of a message: a line or two on a screen
 
 
 def body():
@@ -22,9 +22,14 @@ def body():
 
 
 # of each method: a body on which it solves
-PROBLEMS = {"panels": (GROUND, mb.Panels()), "cells": (GROUND, mb.Cells(window=(-1, 1))),
-            "fitted": (mb.Block(SOLID), mb.Fitted()), "uniform": (mb.Block(SOLID), mb.Uniform(h=0.1)),
-            "condensed": (body(), mb.Condensed()), "newton": (body(), mb.Newton())}
+PROBLEMS = {
+    "panels": (GROUND, mb.Panels()),
+    "cells": (GROUND, mb.Cells(window=(-1, 1))),
+    "fitted": (mb.Block(SOLID), mb.Fitted()),
+    "uniform": (mb.Block(SOLID), mb.Uniform(h=0.1)),
+    "condensed": (body(), mb.Condensed()),
+    "newton": (body(), mb.Newton()),
+}
 
 
 def refused(make, name, *words):
@@ -50,8 +55,9 @@ def test_a_problem_says_which_of_its_parts_is_none(kind):
         refused(lambda wrong=wrong: mb.Contact(wrong, CYLINDER, LAW, method), "body", "mb.HalfPlane(solid)?")
     refused(lambda: made(kind, LAW, CYLINDER), "obstacle", "Microblock(", "height(x)")
     refused(lambda: made(kind, mb.Cylinder), "obstacle", "class Cylinder", "an instance")
-    refused(lambda: made(kind, CYLINDER, mb.Microblock), "law", "class Microblock",
-            "an instance, mb.Microblock()")
+    refused(
+        lambda: made(kind, CYLINDER, mb.Microblock), "law", "class Microblock", "an instance, mb.Microblock()"
+    )
     refused(lambda: made(kind, CYLINDER, CYLINDER), "law", "Cylinder(R=10)", "must be a law")
     refused(lambda: made(kind, math.fabs), "obstacle", "function fabs", "array of x", "np.vectorize")
     refused(lambda: made(kind, lambda x: 0.0), "obstacle", "for each x")
@@ -60,18 +66,29 @@ def test_a_problem_says_which_of_its_parts_is_none(kind):
     made(kind, lambda x: x**2)
 
 
-@pytest.mark.parametrize("make", [mb.HalfPlane, mb.Block, lambda solid: mb.Body(body().mesh, solid)],
-                         ids=["HalfPlane", "Block", "Body"])
+@pytest.mark.parametrize(
+    "make",
+    [mb.HalfPlane, mb.Block, lambda solid: mb.Body(body().mesh, solid)],
+    ids=["HalfPlane", "Block", "Body"],
+)
 def test_a_body_is_made_of_a_solid(make):
     refused(lambda: make(GROUND), "solid", "a Cosserat")
 
 
-FIXED = ["contact", "bottom|contact", ".*", "bottom|c.*", {"u1": "bottom", "u2": "bottom|contact"},
-         {"u2": ".*", "psi": "bottom"}]
-PRESSED = {"Contact": lambda fixed, law: mb.Contact(fixed, CYLINDER, law),
-           "Newton": lambda fixed, law: mb.Contact(fixed, CYLINDER, law, mb.Newton()),
-           "Condensed": lambda fixed, law: Condensed(fixed),
-           "ContactFacets": lambda fixed, law: ContactFacets(fixed, law, CYLINDER)}
+FIXED = [
+    "contact",
+    "bottom|contact",
+    ".*",
+    "bottom|c.*",
+    {"u1": "bottom", "u2": "bottom|contact"},
+    {"u2": ".*", "psi": "bottom"},
+]
+PRESSED = {
+    "Contact": lambda fixed, law: mb.Contact(fixed, CYLINDER, law),
+    "Newton": lambda fixed, law: mb.Contact(fixed, CYLINDER, law, mb.Newton()),
+    "Condensed": lambda fixed, law: Condensed(fixed),
+    "ContactFacets": lambda fixed, law: ContactFacets(fixed, law, CYLINDER),
+}
 
 
 @pytest.mark.parametrize("kind", PRESSED)
@@ -79,8 +96,13 @@ def test_a_surface_that_cannot_move_is_not_pressed(kind):
     mesh, make = body().mesh, PRESSED[kind]
     for fixed in FIXED:
         constrained = mb.Body(mesh, SOLID, 1, fixed=fixed)
-        refused(lambda each=constrained: make(each, LAW), "boundary", "'contact'", "constrained in u2",
-                "psi alone")
+        refused(
+            lambda each=constrained: make(each, LAW),
+            "boundary",
+            "'contact'",
+            "constrained in u2",
+            "psi alone",
+        )
     down = mb.Body(mesh, SOLID, 1, fixed="bottom", prescribed={"u2": {"contact": -0.01}})
     refused(lambda: make(down, LAW), "prescribed" if kind in ("Contact", "Condensed") else "boundary")
     # psi alone, as the microclamped law has it, and u1, which a flat frictionless contact does not feel,
@@ -122,20 +144,29 @@ def circle(x):
 
 @pytest.mark.parametrize("kind", ["panels", "fitted", "uniform"])
 def test_an_obstacle_of_a_half_plane_is_lowest_somewhere(kind):
-    refused(lambda: made(kind, lambda x: -x**2), "obstacle", "function <lambda>", "falls towards x = -inf")
-    refused(lambda: made(kind, lambda x: -0.01*x), "obstacle", "falls towards x = inf")
-    refused(lambda: made(kind, lambda x: x*math.nan), "obstacle", "is nan at x = ")
-    refused(lambda: made(kind, lambda x: 10 - np.sqrt(100 - x**2)), "obstacle", "is nan at x = ",
-            "inf where there is no")
-    for fine in (lambda x: -np.exp(-x**2), mb.Rough(period=1.0, slope=0.1), mb.Punch(1.0, tilt=0.1),
-                 mb.Wave(0.1, 1.0), circle):
+    refused(lambda: made(kind, lambda x: -(x**2)), "obstacle", "function <lambda>", "falls towards x = -inf")
+    refused(lambda: made(kind, lambda x: -0.01 * x), "obstacle", "falls towards x = inf")
+    refused(lambda: made(kind, lambda x: x * math.nan), "obstacle", "is nan at x = ")
+    refused(
+        lambda: made(kind, lambda x: 10 - np.sqrt(100 - x**2)),
+        "obstacle",
+        "is nan at x = ",
+        "inf where there is no",
+    )
+    for fine in (
+        lambda x: -np.exp(-(x**2)),
+        mb.Rough(period=1.0, slope=0.1),
+        mb.Punch(1.0, tilt=0.1),
+        mb.Wave(0.1, 1.0),
+        circle,
+    ):
         made(kind, fine)
 
 
 def test_bounded_problems_may_have_obstacles_that_fall():
-    mb.Contact(mb.Block(SOLID, 4.0), lambda x: -0.01*x, LAW)
-    mb.Contact(GROUND, lambda x: -0.01*x, LAW, mb.Cells(window=(-1, 1)))
-    mb.Contact(body(), lambda x: np.log(x), LAW)      # nothing is known of where the body is
+    mb.Contact(mb.Block(SOLID, 4.0), lambda x: -0.01 * x, LAW)
+    mb.Contact(GROUND, lambda x: -0.01 * x, LAW, mb.Cells(window=(-1, 1)))
+    mb.Contact(body(), lambda x: np.log(x), LAW)  # nothing is known of where the body is
 
 
 def test_a_circle_is_answered_like_its_parabola():
@@ -145,27 +176,46 @@ def test_a_circle_is_answered_like_its_parabola():
 
 
 def test_samples_are_numbers():
-    refused(lambda: mb.Obstacle.from_samples(lambda x: x**2, [0, 1]), "x", "function <lambda>",
-            "obstacle as it is")
+    refused(
+        lambda: mb.Obstacle.from_samples(lambda x: x**2, [0, 1]),
+        "x",
+        "function <lambda>",
+        "obstacle as it is",
+    )
     refused(lambda: mb.Obstacle.from_samples([0, 1], None), "z", "2 finite numbers")
     refused(lambda: mb.Obstacle.from_samples("ab", [1, 2]), "x", "numbers")
-    refused(lambda: mb.Obstacle.from_samples(np.arange(1000.0)[::-1], np.zeros(1000)), "x",
-            "1000 entries (999.0, 998.0, 997.0, ...)")
+    refused(
+        lambda: mb.Obstacle.from_samples(np.arange(1000.0)[::-1], np.zeros(1000)),
+        "x",
+        "1000 entries (999.0, 998.0, 997.0, ...)",
+    )
 
 
 def test_level_samples_are_a_flat_punch():
-    level, punch = (mb.Contact(GROUND, each, LAW).solve(load=1.0, rtol=1e-6)
-                    for each in (mb.Obstacle.from_samples([-1, 1], [0, 0]), mb.Punch(1.0)))
+    level, punch = (
+        mb.Contact(GROUND, each, LAW).solve(load=1.0, rtol=1e-6)
+        for each in (mb.Obstacle.from_samples([-1, 1], [0, 0]), mb.Punch(1.0))
+    )
     # both to 1e-6, weighted, where zones differ by its square root next to the punch's ends at most
     assert np.ravel(level.zones["A"]) == pytest.approx(np.ravel(punch.zones["A"]), abs=1e-6)
     assert level.energy == pytest.approx(punch.energy, rel=1e-5)
 
 
-@pytest.mark.parametrize("value, words", [
-    (1.5, "1.5"), ("one", "'one'"), (np.float64(-1), "-1.0"), ([1, 2], "[1, 2]"), (len, "function len"),
-    (mb.Plane, "class Plane"),
-    (np.zeros((9, 2)), "9 entries ([0. 0.], "), (tuple(range(7)), "7 entries (0, 1, 2, ...)"), (None, "None"),
-    ("a"*500, " ...")])
+@pytest.mark.parametrize(
+    "value, words",
+    [
+        (1.5, "1.5"),
+        ("one", "'one'"),
+        (np.float64(-1), "-1.0"),
+        ([1, 2], "[1, 2]"),
+        (len, "function len"),
+        (mb.Plane, "class Plane"),
+        (np.zeros((9, 2)), "9 entries ([0. 0.], "),
+        (tuple(range(7)), "7 entries (0, 1, 2, ...)"),
+        (None, "None"),
+        ("a" * 500, " ..."),
+    ],
+)
 def test_values_are_shown_on_a_short_line(value, words):
     told = shown(value)
     assert words.replace("[0. 0.], ", "") in told and "\n" not in told and len(told) <= LONGEST
@@ -177,22 +227,27 @@ def test_a_tolerance_out_of_reach_is_answered_with_the_one_that_is_not():
     with pytest.raises(mb.NotConverged, match=words) as caught:
         problem.solve(load=1.0, rtol=1e-15)
     reached = caught.value.reached
-    assert 1e-15 < reached < 1e-9      # rounding: 2e-11 here
+    assert 1e-15 < reached < 1e-9  # rounding: 2e-11 here
     # the message gives two digits, and is believed
-    assert problem.solve(load=1.0, rtol=3*reached).error_estimate <= 3*reached
+    assert problem.solve(load=1.0, rtol=3 * reached).error_estimate <= 3 * reached
 
 
 def test_too_many_blocks_are_told_by_number():
     problem = mb.Contact(mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=1e-9)), CYLINDER, LAW)
-    words = r"some 7e\+08 blocks wide, and up to 2e\+05 are in reach"      # 2 a_Hz/ell
+    words = r"some 7e\+08 blocks wide, and up to 2e\+05 are in reach"  # 2 a_Hz/ell
     with pytest.raises(mb.NotConverged, match=words):
         problem.solve(load=1.0)
 
 
-@pytest.mark.parametrize("path", [mb.Contact(GROUND, CYLINDER, LAW).path(load=0.5),
-                                  mb.Contact(mb.Block(SOLID, 10.0), CYLINDER, LAW).path(load=0.5, rtol=1e-2),
-                                  mb.Contact(body(), CYLINDER, LAW).path(load=0.5)],
-                         ids=["panels", "fitted", "body"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        mb.Contact(GROUND, CYLINDER, LAW).path(load=0.5),
+        mb.Contact(mb.Block(SOLID, 10.0), CYLINDER, LAW).path(load=0.5, rtol=1e-2),
+        mb.Contact(body(), CYLINDER, LAW).path(load=0.5),
+    ],
+    ids=["panels", "fitted", "body"],
+)
 def test_paths_end_where_they_end(path):
     for load in (2.0, 0.0, -1.0, math.nan):
         refused(lambda: path.at(load), "load")

@@ -16,16 +16,16 @@ from microblock.model.material import Cosserat
 SHAPES = pytest.mark.parametrize("quads", [False, True], ids=["triangles", "quadrilaterals"])
 # Providas and Kattis (2002): mu = 1000, nu = 0.25, mu_c = 500, m = 4 mu ell^2 grad psi with ell = 0.1
 PATCH = Cosserat(E=2500, nu=0.25, ell=0.1, mu_c=500, curvature=4)
-PATCHES = {      # microrotation over 1e-3, loads, sigma_12 - 1.5, m
-    1: (0.25 + 0*x, Loads(), 0*x, (0, 0)),
-    2: (0.75 + 0*x, Loads(couple=1), 0.5 + 0*x, (0, 0)),
-    3: (0.25 + (x - y), Loads(force=(1, 1), couple=2*(x - y)), x - y, (0.04, -0.04)),
+PATCHES = {  # microrotation over 1e-3, loads, sigma_12 - 1.5, m
+    1: (0.25 + 0 * x, Loads(), 0 * x, (0, 0)),
+    2: (0.75 + 0 * x, Loads(couple=1), 0.5 + 0 * x, (0, 0)),
+    3: (0.25 + (x - y), Loads(force=(1, 1), couple=2 * (x - y)), x - y, (0.04, -0.04)),
 }
 
 
 def patch(mesh, order, case, loads=None):
     psi, own, _, _ = PATCHES[case]
-    values = {"u1": 1e-3*(x + y/2), "u2": 1e-3*(x + y), "psi": 1e-3*psi}
+    values = {"u1": 1e-3 * (x + y / 2), "u2": 1e-3 * (x + y), "psi": 1e-3 * psi}
     body = Body(mesh, PATCH, order, prescribed={name: {".*": value} for name, value in values.items()})
     return body.solve(own if loads is None else loads)
 
@@ -34,8 +34,10 @@ def stress_error(fields, case):
     _, _, excess, m = PATCHES[case]
     expected = ng.CF((4, 1.5 + excess, 1.5 - excess, 4, *m))
     found = ng.CF((fields.stress, fields.couple_stress))
-    return ng.sqrt(ng.Integrate(ng.InnerProduct(found - expected, found - expected), fields.body.mesh)
-                   / ng.Integrate(ng.InnerProduct(expected, expected), fields.body.mesh))
+    return ng.sqrt(
+        ng.Integrate(ng.InnerProduct(found - expected, found - expected), fields.body.mesh)
+        / ng.Integrate(ng.InnerProduct(expected, expected), fields.body.mesh)
+    )
 
 
 def test_a_body_shows_its_size_supports_and_moduli():
@@ -57,8 +59,14 @@ def test_patch(quads, order, case):
     assert stress_error(patch(rectangle(0.24, 0.12, 0.05, quads), order, case), case) < 1e-11
 
 
-@pytest.mark.parametrize("case, loads", [(2, Loads(couple=-1)), (3, Loads(force=(1, 1), couple=-2*(x - y))),
-                                         (3, Loads(force=(-1, -1), couple=2*(x - y)))])
+@pytest.mark.parametrize(
+    "case, loads",
+    [
+        (2, Loads(couple=-1)),
+        (3, Loads(force=(1, 1), couple=-2 * (x - y))),
+        (3, Loads(force=(-1, -1), couple=2 * (x - y))),
+    ],
+)
 def test_patch_with_the_sign_of_printed_19_misses(case, loads):
     # (19)_2 with the paper's own eps:A would have sigma_12 - sigma_21 = -l; negative control, eight decades
     # above rounding
@@ -67,16 +75,23 @@ def test_patch_with_the_sign_of_printed_19_misses(case, loads):
 
 # MOOSE's cosserat_glide: mu = 2, mu_c = 3, curvature modulus 1.2, psi = sinh 2 y
 GLIDE = Cosserat(E=5, nu=0.25, ell=1, mu_c=3, curvature=0.6)
-GLIDE_FIELDS = {"u1": 0.6*(1 - (ng.exp(2*y) + ng.exp(-2*y))/2), "u2": 0*y,
-                "psi": (ng.exp(2*y) - ng.exp(-2*y))/2}
+GLIDE_FIELDS = {
+    "u1": 0.6 * (1 - (ng.exp(2 * y) + ng.exp(-2 * y)) / 2),
+    "u2": 0 * y,
+    "psi": (ng.exp(2 * y) - ng.exp(-2 * y)) / 2,
+}
 
 
 def glide(order, maxh, quads):
-    body = Body(rectangle(0.05, 1, maxh, quads), GLIDE, order,
-                prescribed={name: {".*": value} for name, value in GLIDE_FIELDS.items()})
+    body = Body(
+        rectangle(0.05, 1, maxh, quads),
+        GLIDE,
+        order,
+        prescribed={name: {".*": value} for name, value in GLIDE_FIELDS.items()},
+    )
     fields = body.solve()
     difference = fields.psi - GLIDE_FIELDS["psi"]
-    return fields, ng.sqrt(ng.Integrate(difference**2, body.mesh, order=2*order + 6))
+    return fields, ng.sqrt(ng.Integrate(difference**2, body.mesh, order=2 * order + 6))
 
 
 @SHAPES
@@ -89,9 +104,9 @@ def test_glide(quads):
     assert fields.u1(mesh(0.02, 1.0)) == pytest.approx(-1.65731741465, rel=1e-9)
     inside = mesh(0.021, 0.513)
     # derivatives lose one order: h^4 with h = 1/40 and the small constant of sinh
-    assert fields.stress(inside)[2] == pytest.approx(-4.8*np.sinh(1.026), rel=1e-6)
+    assert fields.stress(inside)[2] == pytest.approx(-4.8 * np.sinh(1.026), rel=1e-6)
     assert fields.stress(inside)[1] == pytest.approx(0, abs=1e-5)
-    assert fields.couple_stress(inside)[1] == pytest.approx(2.4*np.cosh(1.026), rel=1e-6)
+    assert fields.couple_stress(inside)[1] == pytest.approx(2.4 * np.cosh(1.026), rel=1e-6)
 
 
 @SHAPES
@@ -99,11 +114,11 @@ def test_glide(quads):
 def test_glide_converges(quads, order):
     coarse, fine = glide(order, 0.05, quads)[1], glide(order, 0.0125, quads)[1]
     # two halvings of an irregular mesh: netgen's meshes scatter by a few tenths of an order
-    assert np.log2(coarse/fine)/2 == pytest.approx(order + 1, abs=0.5)
+    assert np.log2(coarse / fine) / 2 == pytest.approx(order + 1, abs=0.5)
 
 
 SMOOTH = Cosserat(E=2.6, nu=0.3, ell=0.3, beta=1)
-SMOOTH_FIELDS = (ng.sin(2*x + y), ng.cos(x - 2*y), ng.sin(x)*ng.cos(3*y))
+SMOOTH_FIELDS = (ng.sin(2 * x + y), ng.cos(x - 2 * y), ng.sin(x) * ng.cos(3 * y))
 SMOOTH_BOUNDARY = {name: {".*": value} for name, value in zip(("u1", "u2", "psi"), SMOOTH_FIELDS)}
 
 
@@ -113,20 +128,23 @@ def smooth_loads():
     gradient = ng.CF((u1.Diff(x), u1.Diff(y), u2.Diff(x), u2.Diff(y)), dims=(2, 2))
     (s11, s12), (s21, s22) = SMOOTH.stress(gradient, psi)
     m1, m2 = SMOOTH.couple_stress((psi.Diff(x), psi.Diff(y)))
-    return Loads(force=(-s11.Diff(x) - s12.Diff(y), -s21.Diff(x) - s22.Diff(y)),
-                 couple=s12 - s21 - m1.Diff(x) - m2.Diff(y))
+    return Loads(
+        force=(-s11.Diff(x) - s12.Diff(y), -s21.Diff(x) - s22.Diff(y)),
+        couple=s12 - s21 - m1.Diff(x) - m2.Diff(y),
+    )
 
 
 def smooth_errors(order, cells, quads):
     """L2 error and H1 seminorm error of the manufactured solution on a sheared structured mesh."""
-    mesh = MakeStructured2DMesh(quads=quads, nx=cells, ny=cells,
-                                mapping=lambda s, t: (s + 0.2*t, t + 0.1*s*t))
+    mesh = MakeStructured2DMesh(
+        quads=quads, nx=cells, ny=cells, mapping=lambda s, t: (s + 0.2 * t, t + 0.1 * s * t)
+    )
     fields = Body(mesh, SMOOTH, order, prescribed=SMOOTH_BOUNDARY).solve(smooth_loads())
     l2 = h1 = 0
     for field, exact in zip(fields, SMOOTH_FIELDS):
         slope = ng.grad(field) - ng.CF((exact.Diff(x), exact.Diff(y)))
-        l2 += ng.Integrate((field - exact)**2, mesh, order=2*order + 6)
-        h1 += ng.Integrate(ng.InnerProduct(slope, slope), mesh, order=2*order + 6)
+        l2 += ng.Integrate((field - exact) ** 2, mesh, order=2 * order + 6)
+        h1 += ng.Integrate(ng.InnerProduct(slope, slope), mesh, order=2 * order + 6)
     return np.sqrt((l2, h1))
 
 
@@ -134,39 +152,46 @@ def smooth_errors(order, cells, quads):
 @pytest.mark.parametrize("order", [1, 2, 3, 4, 5])
 def test_rates(quads, order):
     errors = np.array([smooth_errors(order, cells, quads) for cells in (4, 8)])
-    rates = np.log2(errors[0]/errors[1])
-    assert rates == pytest.approx([order + 1, order], abs=0.25)      # asymptotic to this much at h = 1/8
+    rates = np.log2(errors[0] / errors[1])
+    assert rates == pytest.approx([order + 1, order], abs=0.25)  # asymptotic to this much at h = 1/8
 
 
 def test_curved_boundary_converges():
     def error(order):
         mesh = dome(order)
         fields = Body(mesh, SMOOTH, order, prescribed=SMOOTH_BOUNDARY).solve(smooth_loads())
-        return ng.sqrt(ng.Integrate((fields.psi - SMOOTH_FIELDS[2])**2, mesh, order=2*order + 6))
+        return ng.sqrt(ng.Integrate((fields.psi - SMOOTH_FIELDS[2]) ** 2, mesh, order=2 * order + 6))
 
     # a straight-sided mesh would stop near 1e-2; raising the order on the curved one gains a digit each time
     errors = [error(order) for order in (2, 4, 6)]
-    assert errors[2] < 1e-5 and errors[0] > 10*errors[1] > 100*errors[2]
+    assert errors[2] < 1e-5 and errors[0] > 10 * errors[1] > 100 * errors[2]
 
 
 def test_orders_of_u_and_psi_are_independent():
-    body = Body(rectangle(1, 1, 0.3), SMOOTH, 3, order_psi=2, fixed={"u2": ".*"},
-                prescribed={"u1": {".*": x**3}, "psi": {".*": x*y}})
+    body = Body(
+        rectangle(1, 1, 0.3),
+        SMOOTH,
+        3,
+        order_psi=2,
+        fixed={"u2": ".*"},
+        prescribed={"u1": {".*": x**3}, "psi": {".*": x * y}},
+    )
     assert body.spaces[0].ndof > body.spaces[2].ndof
     fields = body.solve()
-    assert fields.psi(body.mesh(1.0, 0.5)) == pytest.approx(0.5, abs=1e-12)      # a value of the boundary
+    assert fields.psi(body.mesh(1.0, 0.5)) == pytest.approx(0.5, abs=1e-12)  # a value of the boundary
 
 
 @SHAPES
 def test_rigid_motion_carries_no_energy(quads):
     def moved(psi):
         mesh = rectangle(1, 0.5, 0.2, quads)
-        values = {"u1": 0.3 - 0.1*y, "u2": 0.1*x, "psi": psi}
-        return Body(mesh, SMOOTH, 2,
-                    prescribed={name: {".*": value} for name, value in values.items()}).solve()
+        values = {"u1": 0.3 - 0.1 * y, "u2": 0.1 * x, "psi": psi}
+        return Body(
+            mesh, SMOOTH, 2, prescribed={name: {".*": value} for name, value in values.items()}
+        ).solve()
 
-    assert abs(moved(0.1).energy()) < 1e-25      # squares of rounding
-    assert moved(0.0).energy() > 1e-3      # blocks that are held do not turn along
+    assert abs(moved(0.1).energy()) < 1e-25  # squares of rounding
+    assert moved(0.0).energy() > 1e-3  # blocks that are held do not turn along
 
 
 def test_no_coupling_is_classical_elasticity():
@@ -175,7 +200,7 @@ def test_no_coupling_is_classical_elasticity():
     body = Body(rectangle(1, 1, 0.4), solid, 2, fixed={"u1": "left", "u2": "bottom", "psi": "bottom"})
     fields = body.solve(Loads(traction={"top": (0, -0.1)}))
     assert fields.stress(body.mesh(0.3, 0.4)) == pytest.approx((0, 0, 0, -0.1), abs=1e-13)
-    assert fields.u2(body.mesh(0.5, 1.0)) == pytest.approx(-0.1/solid.E_star, rel=1e-12)      # plane strain
+    assert fields.u2(body.mesh(0.5, 1.0)) == pytest.approx(-0.1 / solid.E_star, rel=1e-12)  # plane strain
     assert fields.psi(body.mesh(0.5, 1.0)) == pytest.approx(0, abs=1e-14)
 
 
@@ -189,16 +214,19 @@ def test_traction_and_micromoment_on_their_own_boundaries():
     # a slope, of order 8 with h = ell
     assert fields.couple_stress(top)[1] == pytest.approx(0.3, rel=1e-8)
     # the other end of the strip is felt by exp(-40)
-    assert fields.psi(down)/fields.psi(top) == pytest.approx(np.exp(-1), rel=1e-10)
+    assert fields.psi(down) / fields.psi(top) == pytest.approx(np.exp(-1), rel=1e-10)
 
 
 def test_energy_is_half_the_work_of_the_loads():
     body = Body(rectangle(1, 0.5, 0.2), SMOOTH, 3, fixed="bottom")
-    fields = body.solve(Loads(force=(0.1, -0.2), couple=0.3, traction={"top": (0.2, -0.1)},
-                              micromoment={"top": 0.1}))
-    work = ng.Integrate(0.1*fields.u1 - 0.2*fields.u2 + 0.3*fields.psi, body.mesh)
-    work += ng.Integrate(0.2*fields.u1 - 0.1*fields.u2 + 0.1*fields.psi, body.mesh.Boundaries("top"), order=8)
-    assert fields.energy() == pytest.approx(work/2, rel=1e-12)
+    fields = body.solve(
+        Loads(force=(0.1, -0.2), couple=0.3, traction={"top": (0.2, -0.1)}, micromoment={"top": 0.1})
+    )
+    work = ng.Integrate(0.1 * fields.u1 - 0.2 * fields.u2 + 0.3 * fields.psi, body.mesh)
+    work += ng.Integrate(
+        0.2 * fields.u1 - 0.1 * fields.u2 + 0.1 * fields.psi, body.mesh.Boundaries("top"), order=8
+    )
+    assert fields.energy() == pytest.approx(work / 2, rel=1e-12)
 
 
 LOADS = Loads(force=(0.1, -0.2), couple=0.3, traction={"top": (0.5, -0.1)}, micromoment={"top": 0.7})
@@ -213,32 +241,38 @@ def test_reactions_balance_the_loads(quads, order, fixed):
     named = fixed if isinstance(fixed, str) else "left|bottom|right"
     force, moment = fields.reaction(named)
     assert force == pytest.approx([-0.05 - 0.5, 0.1 + 0.1], abs=1e-12)
-    turning = (0.5*-0.1 - 0.25*0.05) + 0.5*0.3 + (0.5*-0.1 - 0.5*0.5) + 0.7
+    turning = (0.5 * -0.1 - 0.25 * 0.05) + 0.5 * 0.3 + (0.5 * -0.1 - 0.5 * 0.5) + 0.7
     assert moment == pytest.approx(-turning, abs=1e-12)
-    if not isinstance(fixed, str):      # u1 is held on the left alone
+    if not isinstance(fixed, str):  # u1 is held on the left alone
         assert fields.reaction("left").force == pytest.approx([-0.55, 0], abs=1e-12)
         assert fields.reaction("right").force[0] == 0
 
 
 def test_reaction_of_curved_and_one_dimensional_bodies_and_of_prescribed_values():
     curved = Body(dome(3), SMOOTH, 4, fixed="base").solve(Loads(traction={"contact": (0.1, -0.2)}))
-    length = ng.Integrate(ng.CF((1, x, y)), curved.body.mesh,
-                          definedon=curved.body.mesh.Boundaries("contact"))
+    length = ng.Integrate(
+        ng.CF((1, x, y)), curved.body.mesh, definedon=curved.body.mesh.Boundaries("contact")
+    )
     force, moment = curved.reaction("base")
     # another rule has arcs 2e-7 longer
-    assert force == pytest.approx(np.array((-0.1, 0.2))*length[0], rel=1e-6)
-    assert moment == pytest.approx(-(-0.2*length[1] - 0.1*length[2]), rel=1e-6)
+    assert force == pytest.approx(np.array((-0.1, 0.2)) * length[0], rel=1e-6)
+    assert moment == pytest.approx(-(-0.2 * length[1] - 0.1 * length[2]), rel=1e-6)
     for mesh, width in ((meshes.line(1.0, 4), 1), (meshes.column(1.0, 4), 0.25)):
-        body = Body(mesh, SMOOTH, 4, fixed={"u1": "middle", "u2": "middle"},
-                    prescribed={"psi": {"middle": 0.02}},
-                    periodic=mesh.dim == 2)
+        body = Body(
+            mesh,
+            SMOOTH,
+            4,
+            fixed={"u1": "middle", "u2": "middle"},
+            prescribed={"psi": {"middle": 0.02}},
+            periodic=mesh.dim == 2,
+        )
         fields = body.solve(Loads(traction={"contact": (0.3, -0.2)}))
         force, moment = fields.reaction("middle")
-        assert force/width == pytest.approx([-0.3, 0.2], abs=1e-12)
+        assert force / width == pytest.approx([-0.3, 0.2], abs=1e-12)
         # of the couple stress, and of the force at x2 = -1; u2 has no arm where all columns are alike
         point = fields.couple_stress(mesh(-1.0) if mesh.dim == 1 else mesh(0.1, -1.0))
         # a slope at the end of elements of order 4
-        assert moment/width == pytest.approx(-point[1] - 0.3, abs=1e-4)
+        assert moment / width == pytest.approx(-point[1] - 0.3, abs=1e-4)
 
 
 def test_stress_is_read_on_a_boundary_as_it_is_beside_it():
@@ -259,8 +293,12 @@ def test_stress_is_read_on_a_boundary_as_it_is_beside_it():
 
 def test_a_boundary_without_support_has_no_reaction():
     body = Body(rectangle(1, 1, 0.5), SMOOTH, 1, fixed={"u1": "left", "u2": "bottom", "psi": "left"})
-    for boundary, word in (("top", "supported in no field"), ("nowhere", "none of"), ("(", "regular"),
-                           (3, "pattern")):
+    for boundary, word in (
+        ("top", "supported in no field"),
+        ("nowhere", "none of"),
+        ("(", "regular"),
+        (3, "pattern"),
+    ):
         with pytest.raises(BadArgument, match=word) as caught:
             body.solve().reaction(boundary)
         assert caught.value.name == "boundary"
@@ -273,15 +311,23 @@ def test_free_body_is_reported():
         Body(rectangle(1, 1, 0.5), SMOOTH, 1).solve(Loads(force=(1, 0)))
 
 
-@pytest.mark.parametrize("make, name", [
-    (lambda mesh: Body(mesh, SMOOTH, 0), "order"),
-    (lambda mesh: Body(mesh, SMOOTH, 2, order_psi=1.5), "order_psi"),
-    (lambda mesh: Body(mesh, SMOOTH, fixed="nowhere"), "boundary"),
-    (lambda mesh: Body(mesh, SMOOTH, fixed={"u3": "left"}), "field"),
-    (lambda mesh: Body(mesh, SMOOTH, fixed="left").solve(Loads(traction={"nowhere": (1, 0)})), "boundary"),
-    (lambda mesh: Body(mesh, SMOOTH, prescribed={"u1": {"nowhere": 1}}), "boundary"),
-    (lambda mesh: Body(mesh, SMOOTH, prescribed={"v": {"left": 1}}), "field"),
-    (lambda mesh: meshes.line(0, 3), "depth"), (lambda mesh: meshes.column(1.0, 0), "elements")])
+@pytest.mark.parametrize(
+    "make, name",
+    [
+        (lambda mesh: Body(mesh, SMOOTH, 0), "order"),
+        (lambda mesh: Body(mesh, SMOOTH, 2, order_psi=1.5), "order_psi"),
+        (lambda mesh: Body(mesh, SMOOTH, fixed="nowhere"), "boundary"),
+        (lambda mesh: Body(mesh, SMOOTH, fixed={"u3": "left"}), "field"),
+        (
+            lambda mesh: Body(mesh, SMOOTH, fixed="left").solve(Loads(traction={"nowhere": (1, 0)})),
+            "boundary",
+        ),
+        (lambda mesh: Body(mesh, SMOOTH, prescribed={"u1": {"nowhere": 1}}), "boundary"),
+        (lambda mesh: Body(mesh, SMOOTH, prescribed={"v": {"left": 1}}), "field"),
+        (lambda mesh: meshes.line(0, 3), "depth"),
+        (lambda mesh: meshes.column(1.0, 0), "elements"),
+    ],
+)
 def test_bad_bodies_are_named(make, name):
     with pytest.raises(BadArgument) as caught:
         make(rectangle(1, 1, 0.5))
@@ -290,11 +336,18 @@ def test_bad_bodies_are_named(make, name):
 
 def columns(count, quads=True, value=0.01, order=2, **more):
     """A periodic body of unit depth, `count` elements wide, in which psi is prescribed in the middle."""
-    mesh = MakeStructured2DMesh(quads=quads, nx=count, ny=4, periodic_x=True,
-                                mapping=lambda s, t: (0.25*count*s, t - 1))
-    return Body(mesh, SMOOTH, order, fixed={"u1": "bottom", "u2": "bottom"},
-                prescribed={"psi": {"bottom": value}},
-                periodic=True, **more)
+    mesh = MakeStructured2DMesh(
+        quads=quads, nx=count, ny=4, periodic_x=True, mapping=lambda s, t: (0.25 * count * s, t - 1)
+    )
+    return Body(
+        mesh,
+        SMOOTH,
+        order,
+        fixed={"u1": "bottom", "u2": "bottom"},
+        prescribed={"psi": {"bottom": value}},
+        periodic=True,
+        **more,
+    )
 
 
 @SHAPES
@@ -306,10 +359,11 @@ def test_columns_of_any_width_have_the_prescribed_value(quads, order):
     for count in (1, 2, 3):
         body = columns(count, quads, order=order)
         fields = body.solve(Loads(traction={"top": (0.1, 0)}))
-        found.append([[field(body.mesh(x, depth)) for depth in depths for x in (0.0, 0.11)]
-                      for field in fields])
+        found.append(
+            [[field(body.mesh(x, depth)) for depth in depths for x in (0.0, 0.11)] for field in fields]
+        )
         assert found[-1][2][:2] == pytest.approx([0.01, 0.01], rel=1e-12)
-    if quads:      # on triangles the cut lets fields depend on x1 a little
+    if quads:  # on triangles the cut lets fields depend on x1 a little
         for other in found[1:]:
             assert found[0] == pytest.approx(np.array(other), abs=1e-13)
 
@@ -317,13 +371,20 @@ def test_columns_of_any_width_have_the_prescribed_value(quads, order):
 def test_column_of_the_strip_has_the_value_in_the_middle():
     mesh = meshes.column(depth=1.0, elements=4)
     for order, order_psi in ((1, 1), (3, 2), (2, 4)):
-        body = Body(mesh, SMOOTH, order, order_psi=order_psi, fixed={"u1": "middle", "u2": "middle"},
-                    prescribed={"psi": {"middle": 0.01}}, periodic=True)
-        assert body.solve().psi(mesh(0.1, -1.0)) == pytest.approx(0.01, rel=1e-12)      # rounding
+        body = Body(
+            mesh,
+            SMOOTH,
+            order,
+            order_psi=order_psi,
+            fixed={"u1": "middle", "u2": "middle"},
+            prescribed={"psi": {"middle": 0.01}},
+            periodic=True,
+        )
+        assert body.solve().psi(mesh(0.1, -1.0)) == pytest.approx(0.01, rel=1e-12)  # rounding
 
 
 def test_prescribed_values_are_periodic_where_the_body_is():
-    wave = ng.cos(8*np.pi*x)      # of period 0.25
+    wave = ng.cos(8 * np.pi * x)  # of period 0.25
     body = columns(2, value=wave, order=9)
     # a polynomial of order 9 for one wave
     assert body.solve().psi(body.mesh(0.5, -1.0)) == pytest.approx(1, rel=1e-2)
@@ -333,9 +394,18 @@ def test_prescribed_values_are_periodic_where_the_body_is():
         assert caught.value.name == "prescribed"
 
 
-@pytest.mark.parametrize("fixed, word", [
-    ("(", "regular"), ("[a", "regular"), ("*", "regular"), ("left|lef", "lef is none of"), ("", "is none of"),
-    ({"psi": 3}, "pattern"), ({"u1": None}, "pattern")])
+@pytest.mark.parametrize(
+    "fixed, word",
+    [
+        ("(", "regular"),
+        ("[a", "regular"),
+        ("*", "regular"),
+        ("left|lef", "lef is none of"),
+        ("", "is none of"),
+        ({"psi": 3}, "pattern"),
+        ({"u1": None}, "pattern"),
+    ],
+)
 def test_patterns_that_name_nothing_are_refused(fixed, word):
     with pytest.raises(BadArgument, match=word) as caught:
         Body(rectangle(1, 1, 0.5), SMOOTH, fixed=fixed)
@@ -357,8 +427,11 @@ def spoilt(quads, place):
 
 
 @SHAPES
-@pytest.mark.parametrize("place", [(np.nan, 0.3), (np.inf, 0.3), (0.9, 0.3), (0.7, 0.7), (2/3, 1/3)],
-                         ids=["nan", "inf", "inverted", "folded", "no_area"])
+@pytest.mark.parametrize(
+    "place",
+    [(np.nan, 0.3), (np.inf, 0.3), (0.9, 0.3), (0.7, 0.7), (2 / 3, 1 / 3)],
+    ids=["nan", "inf", "inverted", "folded", "no_area"],
+)
 def test_meshes_that_are_none_are_refused(quads, place):
     with pytest.raises(BadArgument, match="of its .* elements") as caught:
         Body(spoilt(quads, place), SMOOTH)
@@ -368,7 +441,7 @@ def test_meshes_that_are_none_are_refused(quads, place):
 def test_sound_meshes_are_taken():
     """Moved a little, inverted as a whole, curved, thin and of two kinds; anything else is no mesh."""
     inverted = MakeStructured2DMesh(nx=3, ny=2, mapping=lambda s, t: (-s, t))
-    thin = MakeStructured2DMesh(nx=3, ny=2, quads=False, mapping=lambda s, t: (s, 1e-8*t))
+    thin = MakeStructured2DMesh(nx=3, ny=2, quads=False, mapping=lambda s, t: (s, 1e-8 * t))
     mixed = rectangle(1, 1, 0.2, quads=True)
     for mesh in (spoilt(True, (0.4, 0.3)), inverted, dome(4), thin, mixed, meshes.line(1.0, 3)):
         assert Body(mesh, SMOOTH, 1).mesh is mesh

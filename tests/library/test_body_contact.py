@@ -21,8 +21,8 @@ from microblock.fem.meshes import Ground
 from microblock.fem.newton import MonolithicNewton
 from microblock.model import closed_forms
 
-P = math.pi/2      # with E* = 2 and R = 1: a_Hz = p_Hz = 1
-SOLID = mb.Cosserat(E=2*(1 - 0.3**2), nu=0.3, ell=0.25, beta=1)
+P = math.pi / 2  # with E* = 2 and R = 1: a_Hz = p_Hz = 1
+SOLID = mb.Cosserat(E=2 * (1 - 0.3**2), nu=0.3, ell=0.25, beta=1)
 
 
 def ground(size, reach=1.6, spacing=0.25):
@@ -34,7 +34,7 @@ def ground(size, reach=1.6, spacing=0.25):
     for edge, name in zip(edges, names):
         edge.name = name
     edges[4].maxh = spacing
-    return ng.Mesh(occ.OCCGeometry(occ.Face(occ.Wire(edges)), dim=2).GenerateMesh(maxh=size/3, grading=0.5))
+    return ng.Mesh(occ.OCCGeometry(occ.Face(occ.Wire(edges)), dim=2).GenerateMesh(maxh=size / 3, grading=0.5))
 
 
 @pytest.fixture(scope="module")
@@ -54,11 +54,11 @@ def fitted(law, size, obstacle=mb.Cylinder(R=1.0), solid=SOLID):
 def test_body_is_one_word_changed(body):
     problem = pressed(body, mb.Microblock(psi0=0.02))
     path = problem.path(load=P)
-    state = path.at(P/2)
-    assert state.weights @ state.pressure == pytest.approx(P/2, rel=1e-12)      # rounding
+    state = path.at(P / 2)
+    assert state.weights @ state.pressure == pytest.approx(P / 2, rel=1e-12)  # rounding
     assert state.residual < 1e-11 and {"A", "B", "full", "contact"} == set(state.zones)
     assert state.error_estimate is None
-    alone = problem.solve(load=P/2)
+    alone = problem.solve(load=P / 2)
     assert alone.approach == pytest.approx(state.approach, rel=1e-12)
     assert [event.kind for event in path.events if event.zone == "contact"] == ["born", "born", "merged"]
     assert all(event.load <= P for event in path.events)
@@ -70,19 +70,22 @@ def test_memory_is_not_exhausted(body, monkeypatch):
     monkeypatch.setattr(cost, "require_room", lambda size, *words: needed.append(size))
     nodes = Condensed(mb.Body(body.mesh, SOLID, 5, fixed="bottom"))
     factors = nodes._factors.L.nnz + nodes._factors.U.nnz
-    assert 1 < needed[0]/(cost.COPIES*cost.ENTRY*factors + cost.of_nodes(len(nodes.points))) < 3
+    assert 1 < needed[0] / (cost.COPIES * cost.ENTRY * factors + cost.of_nodes(len(nodes.points))) < 3
     monkeypatch.undo()
     monkeypatch.setattr(cost, "LITTLE", 0)
     facets = ContactFacets(body, mb.Unilateral(), mb.Cylinder(1.0))
-    monkeypatch.setattr(cost, "available", lambda: 1e6)      # a megabyte
-    for make in (lambda: pressed(body.on(body.mesh)).solve(load=1.0),
-                 lambda: body.solve(Loads(force=(0, 1))),
-                 lambda: MonolithicNewton(body, facets).solve(0.1)):
+    monkeypatch.setattr(cost, "available", lambda: 1e6)  # a megabyte
+    for make in (
+        lambda: pressed(body.on(body.mesh)).solve(load=1.0),
+        lambda: body.solve(Loads(force=(0, 1))),
+        lambda: MonolithicNewton(body, facets).solve(0.1),
+    ):
         with pytest.raises(mb.NotConverged, match="GB of memory, and 0.001 GB are available: take longer el"):
             make()
-    for make, name in ((lambda: meshes.uniform(Ground(4.0, (0.0, 1.0)), 0.01), "h"),
-                       (lambda: meshes.graded(Ground(4.0, (0.0, 1.0)), [0.5], spacing=0.001, levels=0),
-                        "spacing")):
+    for make, name in (
+        (lambda: meshes.uniform(Ground(4.0, (0.0, 1.0)), 0.01), "h"),
+        (lambda: meshes.graded(Ground(4.0, (0.0, 1.0)), [0.5], spacing=0.001, levels=0), "spacing"),
+    ):
         with pytest.raises(mb.BadArgument, match=f"GB of memory.*take {name} of") as caught:
             make()
         assert caught.value.name == name
@@ -104,6 +107,7 @@ def test_elements_that_no_memory_holds_are_refused_by_name(length):
 def test_a_factorisation_without_memory_says_so(body, monkeypatch):
     def none(*arguments, **options):
         raise MemoryError
+
     monkeypatch.setattr(condensation, "splu", none)
     with pytest.raises(mb.NotConverged, match="no memory to factorise"):
         Condensed(body)
@@ -114,9 +118,9 @@ def pushed(state):
     micromoments.
     """
     points, normals = state.solution.nodes.points, state.solution.nodes.normals
-    forces = -(state.weights*state.pressure)[:, None]*normals
+    forces = -(state.weights * state.pressure)[:, None] * normals
     couples = 0 if state.law.clamps_rotation else state.weights @ state.micromoment
-    return forces.sum(axis=0), np.sum(points[:, 0]*forces[:, 1] - points[:, 1]*forces[:, 0]) + couples
+    return forces.sum(axis=0), np.sum(points[:, 0] * forces[:, 1] - points[:, 1] * forces[:, 0]) + couples
 
 
 @pytest.mark.parametrize("law", [mb.Microblock(), mb.Microblock(0.05), mb.Unilateral(), mb.Microclamped()])
@@ -125,16 +129,16 @@ def test_supports_balance_the_obstacle(law, quads):
     """On curved sides too, where pressures act along -n: weights, pressures and n2 make up the load to
     rounding.
     """
-    face = occ.WorkPlane().Circle(1.0).Face()*occ.WorkPlane().MoveTo(-2, 0.3).Rectangle(4, 2).Face()
-    face = face.Move((0.4, 0.1, 0))      # normals through the origin would have no moment
+    face = occ.WorkPlane().Circle(1.0).Face() * occ.WorkPlane().MoveTo(-2, 0.3).Rectangle(4, 2).Face()
+    face = face.Move((0.4, 0.1, 0))  # normals through the origin would have no moment
     face.edges.name = "contact"
     face.edges.Min(occ.Y).name = "base"
     for order in (1, 2, 4):
         mesh = ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.3, quad_dominated=quads)).Curve(order)
         body = mb.Body(mesh, SOLID, order, fixed="base")
-        state = pressed(body, law, lambda x: (x - 0.2)**2/6).solve(load=0.3)
+        state = pressed(body, law, lambda x: (x - 0.2) ** 2 / 6).solve(load=0.3)
         force, moment = pushed(state)
-        forces = state.weights*state.pressure
+        forces = state.weights * state.pressure
         assert forces @ state.solution.nodes.normals[:, 1] == pytest.approx(0.3, rel=1e-12)
         assert forces.sum() > 0.3001
         found = state.reaction("base|contact" if law.clamps_rotation else "base")
@@ -153,7 +157,7 @@ def test_reactions_of_ground_are_those_of_the_whole_body(law):
     states = [fitted(law, 3.0).with_(method=method).solve(load=load) for method in methods]
     states.append(fitted(law, 10.0).solve(load=load, rtol=1e-2))
     for state in states:
-        mirrored = law != mb.Microblock(0.05)      # of these one half is computed
+        mirrored = law != mb.Microblock(0.05)  # of these one half is computed
         force, moment = state.reaction("bottom")
         # rounding, Newton's residual
         assert state.solution.mirrored == mirrored and force == pytest.approx([0, load], abs=1e-11)
@@ -162,7 +166,7 @@ def test_reactions_of_ground_are_those_of_the_whole_body(law):
             with pytest.raises(mb.BadArgument, match="axis of symmetry"):
                 state.reaction("axis")
         else:
-            p = state.weights*state.pressure
+            p = state.weights * state.pressure
             assert moment == pytest.approx(p @ state.x - state.weights @ state.micromoment, abs=1e-9)
             assert abs(moment) > 1e-3
 
@@ -171,29 +175,29 @@ def test_reactions_of_ground_are_those_of_the_whole_body(law):
 def test_energy_is_that_of_the_fields_and_grows_by_the_work_of_the_load(body, law):
     path = pressed(body, law).path(load=P)
     loads = sorted({0.0, P, *(event.load for event in path.nodal_events)})
-    states = [path.at(load) for load in loads if load > 1e-9*P]
+    states = [path.at(load) for load in loads if load > 1e-9 * P]
     # between events the approach is affine in the load: the trapezoidal rule is exact, all else is rounding
     # of the energy
-    mean = [(a.load + b.load)/2 for a, b in zip(states, states[1:])]
-    work = np.diff([state.approach for state in states])*mean
-    assert np.diff([state.energy for state in states]) == pytest.approx(work, abs=1e-11*states[-1].energy)
+    mean = [(a.load + b.load) / 2 for a, b in zip(states, states[1:])]
+    work = np.diff([state.approach for state in states]) * mean
+    assert np.diff([state.energy for state in states]) == pytest.approx(work, abs=1e-11 * states[-1].energy)
     assert states[-1].fields.energy() == pytest.approx(states[-1].energy, rel=1e-8)
 
 
 def test_curved_body():
     """A half-disc pressed by a plane: the contact boundary is curved and partly vertical, the load is not."""
-    solid = mb.Cosserat(E=SOLID.E, nu=0.3, ell=0.25, beta=1e-8)      # classical
+    solid = mb.Cosserat(E=SOLID.E, nu=0.3, ell=0.25, beta=1e-8)  # classical
     problem = pressed(mb.Body(dome(4), solid, 4, fixed="base"), obstacle=mb.Plane(1.0))
     state = problem.solve(load=0.002, rtol=2e-2)
-    carried = (state.weights*state.solution.nodes.normals[:, 1]) @ state.pressures["C"]
+    carried = (state.weights * state.solution.nodes.normals[:, 1]) @ state.pressures["C"]
     assert carried == pytest.approx(0.002, rel=1e-12)
     # integration on curved elements
     assert state.fields.energy() == pytest.approx(state.energy, rel=1e-8)
-    half_width = math.sqrt(4*0.002/(math.pi*solid.E_star))      # Hertz with R = 1
-    x = np.linspace(-0.9, 0.9, 7)*half_width
+    half_width = math.sqrt(4 * 0.002 / (math.pi * solid.E_star))  # Hertz with R = 1
+    x = np.linspace(-0.9, 0.9, 7) * half_width
     exact = closed_forms.hertz(x, 0.002, half_width)
     # the estimate; curvature adds 1e-3
-    assert state.pressure_at(x, "C") == pytest.approx(exact, abs=2e-2*exact.max())
+    assert state.pressure_at(x, "C") == pytest.approx(exact, abs=2e-2 * exact.max())
 
 
 def test_microclamped_adds_its_support(body):
@@ -202,8 +206,9 @@ def test_microclamped_adds_its_support(body):
     assert "psi" not in mb.Body(body.mesh, SOLID, 3, fixed={"u1": "bottom", "u2": "bottom"}).fixed
 
 
-@pytest.mark.parametrize("law, rtol",
-                         [(mb.Microblock(), 3e-3), (mb.Unilateral(), 3e-3), (mb.Microblock(0.05), 1e-2)])
+@pytest.mark.parametrize(
+    "law, rtol", [(mb.Microblock(), 3e-3), (mb.Unilateral(), 3e-3), (mb.Microblock(0.05), 1e-2)]
+)
 def test_refinement_by_recovery_holds(law, rtol):
     """Error of pressure and micromoment against fitted meshes of the same square; effectivity of the
     estimate.
@@ -211,12 +216,12 @@ def test_refinement_by_recovery_holds(law, rtol):
     mesh = ground(18.0)
     elements = mesh.ne
     state = pressed(mb.Body(mesh, SOLID, 3, fixed="bottom"), law).solve(load=P, rtol=rtol)
-    reference = fitted(law, 18.0).solve(load=P, rtol=0.02*rtol)
+    reference = fitted(law, 18.0).solve(load=P, rtol=0.02 * rtol)
     error = state.solution.difference(reference.solution.pressure)
-    assert state.error_estimate <= rtol and mesh.ne == elements      # the user's mesh stays as it is
+    assert state.error_estimate <= rtol and mesh.ne == elements  # the user's mesh stays as it is
     # 1.0 to 3.5 were seen over a dozen meshes: traction of averaged gradients is less accurate than nodal
     # forces
-    assert error < state.error_estimate < 6*error
+    assert error < state.error_estimate < 6 * error
 
 
 @pytest.mark.parametrize("alpha, law", [(0.37, mb.Unilateral()), (0.05, mb.Microblock())])
@@ -240,34 +245,37 @@ def test_a_state_tells_of_layers_thinner_than_an_element(ell, order, told):
     assert any("resolve the layer" in one for one in state.warnings) == told
     other = fitted(mb.Microblock(), 6.0, solid=solid).solve(load=P, rtol=1e-2)
     inside = np.abs(state.x) < 0.8
-    true = np.interp(np.abs(state.x[inside]), other.x, other.micromoment)*np.sign(state.x[inside])
-    assert (np.linalg.norm(state.micromoment[inside] - true) > 0.1*np.linalg.norm(true)) == told
-    estimated = mb.State(replace(state.solution, recovered=0.1))      # which speaks for itself
+    true = np.interp(np.abs(state.x[inside]), other.x, other.micromoment) * np.sign(state.x[inside])
+    assert (np.linalg.norm(state.micromoment[inside] - true) > 0.1 * np.linalg.norm(true)) == told
+    estimated = mb.State(replace(state.solution, recovered=0.1))  # which speaks for itself
     assert not any("resolve the layer" in one for one in estimated.warnings)
 
 
 @pytest.mark.parametrize("quads", [True, False])
 def test_thickness_of_elements_below_the_surface(quads):
-    body = mb.Body(meshes.column(depth=1.0, elements=4, width=0.7, quads=quads), SOLID, 1, fixed="middle",
-                   periodic=True)
+    body = mb.Body(
+        meshes.column(depth=1.0, elements=4, width=0.7, quads=quads), SOLID, 1, fixed="middle", periodic=True
+    )
     numbers, across = meshes.thicknesses(body.mesh, body.boundary("contact"))
-    assert across == pytest.approx([0.25]) and len(numbers) == 1      # rounding
+    assert across == pytest.approx([0.25]) and len(numbers) == 1  # rounding
 
 
 def test_only_elements_that_matter_are_cut():
     found = pressed(mb.Body(ground(18.0), SOLID, 3, fixed="bottom")).solve(load=P, rtol=3e-3)
     mesh = found.problem.body.mesh
     sizes = np.diff(np.unique([vertex.point[0] for vertex in mesh.vertices if vertex.point[1] == 0]))
-    assert found.unknowns < 8000      # uniform cuts to elements as small as the smallest would take millions
-    assert sizes.min() < 0.01*sizes.max()
+    assert found.unknowns < 8000  # uniform cuts to elements as small as the smallest would take millions
+    assert sizes.min() < 0.01 * sizes.max()
 
 
 def test_what_cannot_be_is_refused(body, monkeypatch):
     problem = pressed(body)
-    for call, name in ((lambda: problem.solve(load=-1.0), "load"),
-                       (lambda: problem.solve(load=P, rtol=2.0), "rtol"),
-                       (lambda: problem.path(load=0.0), "load"),
-                       (lambda: problem.path(load=P).at(2*P), "load")):
+    for call, name in (
+        (lambda: problem.solve(load=-1.0), "load"),
+        (lambda: problem.solve(load=P, rtol=2.0), "rtol"),
+        (lambda: problem.path(load=0.0), "load"),
+        (lambda: problem.path(load=P).at(2 * P), "load"),
+    ):
         with pytest.raises(mb.BadArgument) as caught:
             call()
         assert caught.value.name == name
@@ -293,18 +301,25 @@ def test_newton_on_columns_of_any_width(count):
     """The value that is prescribed arrives, and the support carries the load of all columns, to Newton's
     residual.
     """
-    mesh = MakeStructured2DMesh(quads=True, nx=count, ny=3, periodic_x=True,
-                                mapping=lambda s, t: (count*s/3, t - 1))
-    held = mb.Body(mesh, SOLID, 3, fixed={"u1": "bottom", "u2": "bottom"},
-                   prescribed={"psi": {"bottom": 0.01}}, periodic=True)
+    mesh = MakeStructured2DMesh(
+        quads=True, nx=count, ny=3, periodic_x=True, mapping=lambda s, t: (count * s / 3, t - 1)
+    )
+    held = mb.Body(
+        mesh,
+        SOLID,
+        3,
+        fixed={"u1": "bottom", "u2": "bottom"},
+        prescribed={"psi": {"bottom": 0.01}},
+        periodic=True,
+    )
     facets = ContactFacets(held, mb.Unilateral(), mb.Plane(), boundary="top")
-    state = MonolithicNewton(held, facets, control="load").solve(0.02*count)
+    state = MonolithicNewton(held, facets, control="load").solve(0.02 * count)
     assert state.fields.psi(mesh(0.1, -1.0)) == pytest.approx(0.01, rel=1e-12)
-    assert state.reaction("bottom").force == pytest.approx([0, 0.02*count], abs=1e-10)
+    assert state.reaction("bottom").force == pytest.approx([0, 0.02 * count], abs=1e-10)
 
 
 def pit(x):
-    return x**2/20 + 0.002*np.exp(-((x - 0.1)/0.03)**2)
+    return x**2 / 20 + 0.002 * np.exp(-(((x - 0.1) / 0.03) ** 2))
 
 
 @pytest.mark.parametrize("obstacle, law", [(pit, mb.Unilateral()), (mb.Wedge(0.1), mb.Microblock())])
@@ -328,7 +343,7 @@ def test_what_is_too_rough_between_the_nodes_is_told():
     solid = mb.Cosserat(E=100, nu=0.3, ell=0.085, beta=1)
     mesh = meshes.uniform(Ground(far=4.0, reach=(-1.0, 1.0), half=False), 0.25)
     body = mb.Body(mesh, solid, 3, fixed="bottom")
-    problem = pressed(body, obstacle=lambda x: x**2/20 + 1e-4*np.sin(1e7*x*x))
+    problem = pressed(body, obstacle=lambda x: x**2 / 20 + 1e-4 * np.sin(1e7 * x * x))
     assert any("not looked at" in sentence for sentence in problem.solve(load=1.0).warnings)
     with pytest.raises(mb.BadArgument, match="smooth"):
         problem.solve(load=1.0, rtol=1e-2)
@@ -341,4 +356,4 @@ def test_what_corners_do_is_that_of_their_matrix():
         onto = compliance.onto_corners(law)
         matrix = onto @ compliance.matrix @ onto.T
         flexibility, _, _ = compliance.corner_system(law, mb.Cylinder(1.0))
-        assert flexibility == pytest.approx(matrix, abs=1e-14*np.abs(matrix).max())
+        assert flexibility == pytest.approx(matrix, abs=1e-14 * np.abs(matrix).max())

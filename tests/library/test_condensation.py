@@ -19,7 +19,7 @@ from microblock.model.obstacles import Cylinder, Punch, Wedge
 SOLID = Cosserat(E=2.0, nu=0.3, ell=0.2, beta=1.0)
 GROUND = meshes.Ground(5.0, (0.0, 1.3))
 EDGES = (0.5, 1.0)
-ROUNDING = 1e-11      # of direct solves of some thousand unknowns
+ROUNDING = 1e-11  # of direct solves of some thousand unknowns
 
 
 def graded_body(top=6, solid=SOLID, ground=GROUND, edges=EDGES, levels=3):
@@ -46,7 +46,7 @@ def test_uniform_traction_is_that_of_a_plain_solve(graded):
     pressure, moment = 0.7, 0.3
     plain = graded.body.solve(Loads(traction={"contact": (0, -pressure)}, micromoment={"contact": moment}))
     # the Lobatto rule integrates a constant times a shape function exactly
-    loads = np.concatenate((-pressure*graded.weights, moment*graded.weights))
+    loads = np.concatenate((-pressure * graded.weights, moment * graded.weights))
     values = graded.compliance.matrix @ loads
     mesh = graded.body.mesh
     for field, found in zip((plain.u2, plain.psi), np.split(values, 2)):
@@ -54,12 +54,12 @@ def test_uniform_traction_is_that_of_a_plain_solve(graded):
         assert found == pytest.approx(expected, abs=ROUNDING)
     fields = graded.fields(*np.split(loads, 2))
     for field, expected in zip(fields, plain):
-        assert ng.Integrate((field - expected)**2, mesh)**0.5 < ROUNDING
+        assert ng.Integrate((field - expected) ** 2, mesh) ** 0.5 < ROUNDING
 
 
 def scaled_ground(unit, half):
-    ground = meshes.Ground(1000*unit, (0.0 if half else -1.3*unit, 1.3*unit), half)
-    return ground, [0.37*unit, 0.9*unit, 0.9000001*unit]
+    ground = meshes.Ground(1000 * unit, (0.0 if half else -1.3 * unit, 1.3 * unit), half)
+    return ground, [0.37 * unit, 0.9 * unit, 0.9000001 * unit]
 
 
 @pytest.mark.parametrize("half", [True, False])
@@ -70,15 +70,16 @@ def test_graded_meshes_are_the_same_in_every_unit(half):
     found = []
     for unit in (1.0, 1e-9, 1e-6, 0.3048, 1e6):
         ground, edges = scaled_ground(unit, half)
-        mesh = meshes.graded(ground, edges, spacing=0.15*unit, levels=2)
+        mesh = meshes.graded(ground, edges, spacing=0.15 * unit, levels=2)
         x = np.array([vertex.point for vertex in mesh.vertices])
-        found.append(([tuple(vertex.nr for vertex in element.vertices) for element in mesh.Elements()],
-                      x/unit))
+        found.append(
+            ([tuple(vertex.nr for vertex in element.vertices) for element in mesh.Elements()], x / unit)
+        )
         assert all(np.any(x[x[:, 1] == 0, 0] == edge) for edge in (*edges, *ground.reach))
-        assert np.count_nonzero(x[:, 1] == 0) > 20      # exactly there
+        assert np.count_nonzero(x[:, 1] == 0) > 20  # exactly there
         assert not half or np.count_nonzero(x[:, 0] == 0) > 5
     for elements, x in found[1:]:
-        assert elements == found[0][0] and np.abs(x - found[0][1]).max() < 1e-9      # of 1000
+        assert elements == found[0][0] and np.abs(x - found[0][1]).max() < 1e-9  # of 1000
 
 
 def test_a_graded_mesh_can_be_cut():
@@ -86,7 +87,7 @@ def test_a_graded_mesh_can_be_cut():
     ground = meshes.Ground(4e-3, (-1e-3, 1e-3), half=False)
     mesh = meshes.graded(ground, [0.3e-3], spacing=0.3e-3, levels=0)
     finer = cut(mesh, np.arange(mesh.ne) < 20, 3)
-    assert finer.ne > mesh.ne and ng.Integrate(1, finer) == pytest.approx(2*(4e-3)**2, rel=1e-12)
+    assert finer.ne > mesh.ne and ng.Integrate(1, finer) == pytest.approx(2 * (4e-3) ** 2, rel=1e-12)
 
 
 @pytest.mark.parametrize("make", [graded_body, disc])
@@ -95,10 +96,10 @@ def test_energy_is_half_the_work(make):
     x = body.points[:, 0]
     # loads as rough as noise would see that quadrilaterals that are no parallelograms are integrated to their
     # order only
-    loads = np.concatenate((body.weights*np.cos(x), 0.3*body.weights*np.sin(2*x)))
+    loads = np.concatenate((body.weights * np.cos(x), 0.3 * body.weights * np.sin(2 * x)))
     energy = body.fields(*np.split(loads, 2)).energy()
     # integration on curved sides
-    assert energy == pytest.approx(loads @ body.compliance.matrix @ loads/2, rel=1e-7)
+    assert energy == pytest.approx(loads @ body.compliance.matrix @ loads / 2, rel=1e-7)
 
 
 def test_nodes_lie_where_the_contact_facets_have_theirs():
@@ -108,13 +109,19 @@ def test_nodes_lie_where_the_contact_facets_have_theirs():
         assert getattr(nodes, name) == pytest.approx(getattr(facets, name), abs=1e-14)
     # outwards, on the circle to the accuracy of its curved sides
     assert nodes.normals == pytest.approx(nodes.points, abs=1e-2)
-    assert np.linalg.eigvalsh(nodes.compliance.matrix).min() > -1e-13      # 0 where the ends are held
+    assert np.linalg.eigvalsh(nodes.compliance.matrix).min() > -1e-13  # 0 where the ends are held
 
 
 def test_normals_point_outwards_whichever_way_the_geometry_runs():
     for points in ([(0, 0), (1, 0), (1, -1), (0, -1)], [(0, 0), (0, -1), (1, -1), (1, 0)]):
-        face = occ.Face(occ.Wire([occ.Edge(occ.Vertex(occ.Pnt(*a, 0)), occ.Vertex(occ.Pnt(*b, 0)))
-                                  for a, b in zip(points, points[1:] + points[:1])]))
+        face = occ.Face(
+            occ.Wire(
+                [
+                    occ.Edge(occ.Vertex(occ.Pnt(*a, 0)), occ.Vertex(occ.Pnt(*b, 0)))
+                    for a, b in zip(points, points[1:] + points[:1])
+                ]
+            )
+        )
         for edge in face.edges:
             edge.name = "contact" if edge.center.y > -1e-9 else "bottom"
         mesh = ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.7))
@@ -161,11 +168,11 @@ def test_block_with_hole(obstacle, change):
         loads = body.compliance.onto_corners(law).T @ state.forces
         energy = body.fields(*np.split(loads, 2)).energy()
         pressed = state.forces > 0
-        work = state.forces[pressed] @ (state.approach*share[pressed] - gaps[pressed])/2
+        work = state.forces[pressed] @ (state.approach * share[pressed] - gaps[pressed]) / 2
         # rounding; integration on curved sides
         assert energy == pytest.approx(work, rel=1e-8 if order >= 4 else 1e-5)
         approaches.append(state.approach)
-    assert abs(approaches[2] - approaches[1]) < change*approaches[2]
+    assert abs(approaches[2] - approaches[1]) < change * approaches[2]
 
 
 def test_orders_of_elements_reach_the_edges():
@@ -174,7 +181,7 @@ def test_orders_of_elements_reach_the_edges():
     assert numbers.max() == 6 and numbers.min() == 1
     everywhere = Body(body.mesh, SOLID, 6, fixed=GROUND.supports)
     # at the tips; a square this small has no far field
-    assert sum(body.space.FreeDofs()) < 0.6*sum(everywhere.space.FreeDofs())
+    assert sum(body.space.FreeDofs()) < 0.6 * sum(everywhere.space.FreeDofs())
     same = Body(body.mesh, SOLID, np.full(body.mesh.ne, 3), fixed=GROUND.supports)
     plain = Body(body.mesh, SOLID, 3, fixed=GROUND.supports)
     assert same.space.ndof == plain.space.ndof
@@ -197,15 +204,16 @@ def test_bad_bodies_are_refused(graded):
 
 def test_graded_mesh_shrinks_towards_the_edges():
     coarse, fine = (meshes.graded(GROUND, EDGES, spacing=0.5, levels=levels) for levels in (0, 4))
-    nearest = [min(abs(x - 0.5) for x in (vertex.point[0] for vertex in mesh.vertices)
-                   if abs(x - 0.5) > 1e-12)
-               for mesh in (coarse, fine)]
-    assert nearest[1] < 1.01*meshes.RATIO**4*nearest[0] and fine.ne < 2*coarse.ne + 60
+    nearest = [
+        min(abs(x - 0.5) for x in (vertex.point[0] for vertex in mesh.vertices) if abs(x - 0.5) > 1e-12)
+        for mesh in (coarse, fine)
+    ]
+    assert nearest[1] < 1.01 * meshes.RATIO**4 * nearest[0] and fine.ne < 2 * coarse.ne + 60
     assert set(fine.GetBoundaries()) == {"contact", "free", "side", "bottom", "axis"}
 
 
 def test_uniform_mesh_is_the_papers():
     mesh = meshes.uniform(meshes.Ground(18.0, (0.0, 2.0)), 0.02)
-    assert 3*mesh.nv == pytest.approx(130_000, rel=0.02)      # "about 130 000 unknowns"
+    assert 3 * mesh.nv == pytest.approx(130_000, rel=0.02)  # "about 130 000 unknowns"
     surface = np.sort([vertex.point[0] for vertex in mesh.vertices if vertex.point[1] == 0])
     assert np.diff(surface)[:100] == pytest.approx(np.full(100, 0.02)) and surface[-1] == 18

@@ -23,8 +23,9 @@ SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 PLANE, CYLINDER, LAW = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock()
 LINE = mb.Contact(PLANE, CYLINDER, LAW)
 FITTED = mb.Contact(mb.Block(SOLID, 10.0), CYLINDER, LAW)
-BODY = mb.Body(meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 1.0), SOLID, order=1,
-               fixed="bottom")
+BODY = mb.Body(
+    meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 1.0), SOLID, order=1, fixed="bottom"
+)
 PRESSED = mb.Contact(BODY, CYLINDER, LAW)
 FACETS = ContactFacets(BODY, LAW, CYLINDER)
 NEWTON = MonolithicNewton(BODY, FACETS, control="load")
@@ -65,7 +66,7 @@ HOSTILE = [
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("words", HOSTILE)
 def test_hostile_command_lines_get_one_line(words, tmp_path, capsys):
-    told, out = tmp_path/"a.json", tmp_path/"figures"
+    told, out = tmp_path / "a.json", tmp_path / "figures"
     assert main([*words.split(), "--json", str(told), "--out", str(out)]) == 2
     printed = capsys.readouterr()
     option = next(word for word in words.split() if word.startswith("--") and word != "--obstacle")
@@ -80,7 +81,7 @@ def test_seeded_numbers_at_the_door(capsys):
     random = np.random.default_rng(12)
     for _ in range(200):
         option = random.choice(["E", "R", "P", "alpha", "ell"])
-        power = random.choice([-1, 1])*random.uniform(50.1, 307)
+        power = random.choice([-1, 1]) * random.uniform(50.1, 307)
         value = f"{random.choice(['', '-'])}{10**power:.3e}"
         assert main(["hertz", f"--{option}={value}"]) == 2
         told = capsys.readouterr()
@@ -111,7 +112,7 @@ def test_the_empty_surroundings_of_a_punch_are_no_error(capsys):
 @pytest.mark.parametrize("result, place", [({"a": [1.0, {"b": math.nan}]}, "a.1.b"), ([math.inf], "0")])
 def test_what_is_no_number_is_told_and_not_written(result, place, tmp_path):
     with pytest.raises(mb.NotConverged, match=place):
-        write_json(tmp_path/"a.json", result)
+        write_json(tmp_path / "a.json", result)
     with pytest.raises(mb.NotConverged, match=place):
         json_text(result)
     assert not list(tmp_path.iterdir())
@@ -119,8 +120,25 @@ def test_what_is_no_number_is_told_and_not_written(result, place, tmp_path):
 
 def all_but(*kinds):
     """Hostile values without those of some kinds, which an argument takes."""
-    hostile = (None, "x", [], [1.0], {}, 1j, Fraction(1, 2), Decimal("0.5"), math.nan, -math.inf, -1, 10**400,
-               True, np.array([1.0, 2.0]), object(), float, b"a")
+    hostile = (
+        None,
+        "x",
+        [],
+        [1.0],
+        {},
+        1j,
+        Fraction(1, 2),
+        Decimal("0.5"),
+        math.nan,
+        -math.inf,
+        -1,
+        10**400,
+        True,
+        np.array([1.0, 2.0]),
+        object(),
+        float,
+        b"a",
+    )
     return [value for value in hostile if not isinstance(value, kinds or ())]
 
 
@@ -220,14 +238,26 @@ def test_sizes_that_cannot_be_carried_say_between_what(value):
 def raising(failure):
     def height(x):
         raise failure
+
     return height
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("height", [
-    lambda x: x**2 + 0j, lambda x: np.array([object() for _ in x]), lambda x: None, lambda x: "a",
-    lambda x: np.zeros((len(x), 2)), lambda x: [None]*len(x), raising(ZeroDivisionError()),
-    raising(IndexError("no")), raising(RuntimeError("no")), raising(AttributeError("no"))])
+@pytest.mark.parametrize(
+    "height",
+    [
+        lambda x: x**2 + 0j,
+        lambda x: np.array([object() for _ in x]),
+        lambda x: None,
+        lambda x: "a",
+        lambda x: np.zeros((len(x), 2)),
+        lambda x: [None] * len(x),
+        raising(ZeroDivisionError()),
+        raising(IndexError("no")),
+        raising(RuntimeError("no")),
+        raising(AttributeError("no")),
+    ],
+)
 def test_functions_that_give_no_numbers_are_refused(height):
     with pytest.raises(mb.BadArgument) as caught:
         mb.Contact(PLANE, height, LAW).solve(1.0)
@@ -239,17 +269,22 @@ def test_functions_that_give_no_numbers_are_refused(height):
 
 def test_a_height_that_fails_late_is_refused_as_well():
     def height(x):
-        return x**2/20 if len(x) < 100 else x[10**9]
+        return x**2 / 20 if len(x) < 100 else x[10**9]
 
     with pytest.raises(mb.BadArgument, match="IndexError"):
         mb.Contact(PLANE, height, LAW).solve(1.0)
 
 
-@pytest.mark.parametrize("height", [lambda x: list(np.asarray(x)**2/20),
-                                    lambda x: np.array([Fraction(float(one))**2/20 for one in x],
-                                    dtype=object)])
+@pytest.mark.parametrize(
+    "height",
+    [
+        lambda x: list(np.asarray(x) ** 2 / 20),
+        lambda x: np.array([Fraction(float(one)) ** 2 / 20 for one in x], dtype=object),
+    ],
+)
 def test_heights_that_return_lists_or_fractions_are_heights(height):
-    found, known = (mb.Contact(PLANE, each, mb.Unilateral()).solve(1.0, rtol=1e-3)
-                    for each in (height, CYLINDER))
+    found, known = (
+        mb.Contact(PLANE, each, mb.Unilateral()).solve(1.0, rtol=1e-3) for each in (height, CYLINDER)
+    )
     # two estimates below 1e-3
     assert found.half_width == pytest.approx(known.half_width, rel=2e-3)

@@ -38,6 +38,7 @@ def periodic(law, nodes=None):
 
 def rendered(drawing):
     from PIL import Image
+
     return np.asarray(Image.open(io.BytesIO(drawing._repr_png_())).convert("RGB")).astype(int)
 
 
@@ -63,11 +64,12 @@ def test_surfaces_of_panels_cells_and_meshes_agree():
         for name in ("gaps", "rotation"):
             rows = [np.atleast_2d(getattr(state.surface((-0.6, 0.6)), name)) for state in (line, other)]
             places = [state.surface((-0.6, 0.6)).x for state in (line, other)]
-            own, others = ([np.interp(x, place, row) for row in values]
-                           for place, values in zip(places, rows))
+            own, others = (
+                [np.interp(x, place, row) for row in values] for place, values in zip(places, rows)
+            )
             # polygons through points some 0.02 apart bend by 0.02^2/(8 R) = 5e-6 of gaps up to 4e-3, as the
             # cells' 1/n
-            assert np.max(np.abs(np.subtract(own, others))) < 4e-3*np.max(np.abs(own)), name
+            assert np.max(np.abs(np.subtract(own, others))) < 4e-3 * np.max(np.abs(own)), name
 
 
 def test_a_corner_touches_in_the_picture_where_its_gap_is_closed():
@@ -77,12 +79,12 @@ def test_a_corner_touches_in_the_picture_where_its_gap_is_closed():
     assert shown.closed.any(axis=0).all() and not shown.closed.all()
     for corner in (0, 1):
         tips, centres = shown.squares[:, corner], shown.squares[:, :2].mean(axis=1)
-        over = shown.magnification*(tips[:, 0]**2/(2*R) - state.solution.approach) - tips[:, 1]
+        over = shown.magnification * (tips[:, 0] ** 2 / (2 * R) - state.solution.approach) - tips[:, 1]
         # heights are interpolated between points of the surface: a thousandth of the side of a block is not
         # seen
-        expected = shown.magnification*np.interp(centres[:, 0], surface.x, surface.gaps[corner])
-        assert over == pytest.approx(expected, abs=1e-3*surface.ell)
-        assert np.all(over[shown.closed[:, corner]] < 1e-3*surface.ell)
+        expected = shown.magnification * np.interp(centres[:, 0], surface.x, surface.gaps[corner])
+        assert over == pytest.approx(expected, abs=1e-3 * surface.ell)
+        assert np.all(over[shown.closed[:, corner]] < 1e-3 * surface.ell)
     outer = np.linalg.norm(shown.squares[:, 0] - shown.squares[:, 1], axis=1)
     inner = np.linalg.norm(shown.squares[:, 1] - shown.squares[:, 2], axis=1)
     assert inner == pytest.approx(np.full(len(inner), surface.ell)) and np.all(outer >= surface.ell)
@@ -93,24 +95,28 @@ def test_every_kind_of_state_shows_and_draws_itself(block, tmp_path):
     body = on_mesh(block, law, order=2)
     wave = periodic(mb.Unilateral(), nodes=256)
     punch = problem(mb.Unilateral(), obstacle=mb.Punch(0.3))
-    states = [problem(law).solve(load=LOAD), punch.solve(load=LOAD),
-              fitted(mb.Microclamped()).solve(load=LOAD, rtol=1e-2), body.solve(load=0.05),
-              wave.solve(load=0.5)]
+    states = [
+        problem(law).solve(load=LOAD),
+        punch.solve(load=LOAD),
+        fitted(mb.Microclamped()).solve(load=LOAD, rtol=1e-2),
+        body.solve(load=0.05),
+        wave.solve(load=0.5),
+    ]
     for state in states:
         assert len(repr(state)) < 150 and repr(state) == str(state)
         assert "force per thickness" in state._repr_html_() and "error estimate" in state._repr_html_()
         # lines and letters on white; nothing of it can be drawn from numbers that are none
         assert (rendered(state.plot()).min(axis=2) < 200).mean() > 0.01
-    states[0].plot_blocks(tmp_path/"blocks.png")
-    assert (tmp_path/"blocks.png").stat().st_size > 10_000
+    states[0].plot_blocks(tmp_path / "blocks.png")
+    assert (tmp_path / "blocks.png").stat().st_size > 10_000
     for each in (body, wave, problem(), solid(), problem().path(load=LOAD), mb.HalfPlane(solid())):
         assert "<table" in each._repr_html_() and len(str(each)) < 250
 
 
 def test_fields_below_are_drawn_and_unknown_ones_refused(tmp_path):
     state = problem().solve(load=LOAD)
-    state.plot_below("psi", tmp_path/"psi.png")
-    assert (tmp_path/"psi.png").stat().st_size > 10_000
+    state.plot_below("psi", tmp_path / "psi.png")
+    assert (tmp_path / "psi.png").stat().st_size > 10_000
     with pytest.raises(mb.BadArgument, match="field.*psi, s22"):
         state.plot_below("pressure")
 
@@ -144,15 +150,19 @@ def test_warnings_where_small_strain_ends():
 
 
 def test_tables_take_text_as_text():
-    summary = Summary("<b>", "a & b", (Row("<i>", "&ell;", 1/3, "m<sup>"),), ("<script>",))
+    summary = Summary("<b>", "a & b", (Row("<i>", "&ell;", 1 / 3, "m<sup>"),), ("<script>",))
     assert "<script>" not in html(summary) and "&lt;b&gt;" in html(summary) and "0.3333" in html(summary)
     assert number(None) == "-" and number(3) == "3" and intervals([]) == "none"
     assert intervals([(k, k + 0.5) for k in range(6)]) == "6 intervals, 3 together"
 
 
-SWEEPS = [("load", np.linspace(0.5, 1.5, 5)), ("psi0", np.linspace(-0.02, 0.02, 6)),
-          ("radius", (10.0, 9.0, 30.0)), ("alpha", (0.25, 0.3, 1.2, 0.1)),
-          ("law", ("unilateral", "microclamped", "microblock"))]
+SWEEPS = [
+    ("load", np.linspace(0.5, 1.5, 5)),
+    ("psi0", np.linspace(-0.02, 0.02, 6)),
+    ("radius", (10.0, 9.0, 30.0)),
+    ("alpha", (0.25, 0.3, 1.2, 0.1)),
+    ("law", ("unilateral", "microclamped", "microblock")),
+]
 
 
 @pytest.mark.parametrize("name, values", SWEEPS, ids=[name for name, _ in SWEEPS])
@@ -165,7 +175,7 @@ def test_states_of_sliders_are_those_of_problems_asked_afresh(name, values):
         for zone, own in fresh.zones.items():
             # an edge is wrong by about the square of the pressure's relative error, 1e-3, and what that is
             # next to a birth
-            assert np.ravel(state.zones[zone]) == pytest.approx(np.ravel(own), abs=2e-3*fresh.x[-1]), zone
+            assert np.ravel(state.zones[zone]) == pytest.approx(np.ravel(own), abs=2e-3 * fresh.x[-1]), zone
         assert state.error_estimate <= 1e-3
 
 
@@ -184,8 +194,16 @@ def others(block, law):
 def test_sessions_on_meshes_and_cells_answer_as_their_problems_do(block, kind):
     start, load = others(block, mb.Microblock(0.001))[kind]
     session = Explorer(start, load)
-    for changes in ({"load": 1.1*load}, {"psi0": -0.002}, {"radius": 11.0}, {"alpha": 0.5},
-                    {"law": "unilateral"}, {"law": "microclamped"}, {"load": load}, {"law": "microblock"}):
+    for changes in (
+        {"load": 1.1 * load},
+        {"psi0": -0.002},
+        {"radius": 11.0},
+        {"alpha": 0.5},
+        {"law": "unilateral"},
+        {"law": "microclamped"},
+        {"load": load},
+        {"law": "microblock"},
+    ):
         if session.choice.radius is None and "radius" in changes:
             continue
         state = session.update(**changes)
@@ -194,7 +212,7 @@ def test_sessions_on_meshes_and_cells_answer_as_their_problems_do(block, kind):
         # both are good to 1e-2
         tolerance = 1e-9 if kind == "body" else 1e-4 if len(fresh.x) == len(state.x) else 1e-2
         assert state.solution.approach == pytest.approx(fresh.solution.approach, rel=tolerance), changes
-        assert state.solid.ell == pytest.approx(session.choice.alpha*session.reference)
+        assert state.solid.ell == pytest.approx(session.choice.alpha * session.reference)
         # of cells it is the sum of their forces
         assert state.load == pytest.approx(session.choice.load, rel=1e-12)
         if kind != "body":
@@ -204,16 +222,23 @@ def test_sessions_on_meshes_and_cells_answer_as_their_problems_do(block, kind):
 
 def test_a_body_is_condensed_once_for_all_loads_obstacles_angles_and_laws(block, monkeypatch):
     made, init = [], condensation.Condensed.__init__
-    monkeypatch.setattr(condensation.Condensed, "__init__",
-                        lambda self, *given: made.append(given) or init(self, *given))
+    monkeypatch.setattr(
+        condensation.Condensed, "__init__", lambda self, *given: made.append(given) or init(self, *given)
+    )
     start = on_mesh(block, mb.Microblock())
     session = Explorer(start, 0.05)
-    for changes in ({"load": 0.06}, {"psi0": 0.01}, {"radius": 3.0}, {"law": "unilateral"},
-                    {"law": "microblock"}, {"load": 0.04}):
+    for changes in (
+        {"load": 0.06},
+        {"psi0": 0.01},
+        {"radius": 3.0},
+        {"law": "unilateral"},
+        {"law": "microblock"},
+        {"load": 0.04},
+    ):
         session.solve(**changes)
     mb.Contact(start.body, mb.Wedge(0.02), mb.Unilateral()).solve(load=0.03)
     assert len(made) == 1
-    session.solve(law="microclamped")      # psi constrained: another matrix
+    session.solve(law="microclamped")  # psi constrained: another matrix
     session.solve(alpha=0.7)
     session.solve(load=0.05)
     assert len(made) == 3
@@ -225,8 +250,9 @@ def test_a_session_on_a_body_refines_for_its_first_state_and_stays_on_that_mesh(
     assert session.solve(load=0.06).unknowns == session.problem.solve(load=0.05).unknowns
 
 
-@pytest.mark.parametrize("method", [mb.Cells(nodes=256, window=(-1.5, 1.5)), mb.Panels(order=8)],
-                         ids=["cells", "panels"])
+@pytest.mark.parametrize(
+    "method", [mb.Cells(nodes=256, window=(-1.5, 1.5)), mb.Panels(order=8)], ids=["cells", "panels"]
+)
 def test_sessions_keep_a_discretisation_that_is_prescribed(method):
     session = Explorer(problem(method=method), LOAD)
     for load in (1.1, 1.2):
@@ -246,8 +272,10 @@ def test_sessions_on_fitted_meshes_start_from_the_last_zones():
 def rectangle_below():
     """Quadrilaterals of [-8, 8] x [-8, 0], finer towards the origin."""
     from ngsolve.meshes import MakeStructured2DMesh
-    mesh = MakeStructured2DMesh(quads=True, nx=24, ny=12,
-                                mapping=lambda x, y: (8*(2*x - 1)**3, -8*(1 - y)**3))
+
+    mesh = MakeStructured2DMesh(
+        quads=True, nx=24, ny=12, mapping=lambda x, y: (8 * (2 * x - 1) ** 3, -8 * (1 - y) ** 3)
+    )
     for index, name in enumerate(mesh.GetBoundaries()):
         mesh.ngmesh.SetBCName(index, {"top": "contact"}.get(name, name))
     return ng.Mesh(mesh.ngmesh)
@@ -263,15 +291,15 @@ def test_fields_below_a_contact_on_a_mesh_are_those_of_the_half_plane(quads):
         state = fitted(law).solve(load=LOAD)
     x1, x2, triangles, psi, stress = state.solution.fields_below(((-0.4, 0.6), 0.5))
     corners = np.column_stack((x1, x2))[triangles]
-    areas = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1]))/2
+    areas = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 2
     # every place of the box of area 0.5: the mirrored half as well, and small triangles across the sides of
     # the box
     assert 0.5 <= areas.sum() < 0.8
     deep = (x2 < -0.1) & (x2 > -0.5)
     half = problem(law).solve(load=LOAD, rtol=1e-5).fields(x1[deep], x2[deep])
     # the fitted state is good to 1e-3, its stresses inside elements of low order to some 1e-2 of the largest
-    assert psi[deep] == pytest.approx(half.psi, abs=0.02*np.abs(half.psi).max())
-    assert stress[..., deep] == pytest.approx(half.stress, abs=0.05*np.abs(half.stress).max())
+    assert psi[deep] == pytest.approx(half.psi, abs=0.02 * np.abs(half.psi).max())
+    assert stress[..., deep] == pytest.approx(half.stress, abs=0.05 * np.abs(half.stress).max())
 
 
 def test_neighbours_cost_fewer_solutions_than_fresh_states(monkeypatch):
@@ -321,7 +349,7 @@ def test_sliders_move_the_session():
     assert panel.explorer.state.load == pytest.approx(1.3)
     assert panel.picture.value != picture and panel.table.value != table
     panel.controls["psi0"].value = 1.0
-    assert panel.explorer.choice.psi0 == pytest.approx(np.pi/180)
+    assert panel.explorer.choice.psi0 == pytest.approx(np.pi / 180)
     panel.controls["law"].value = "unilateral"
     assert panel.explorer.state.law == mb.Unilateral()
     panel.button.click()

@@ -18,10 +18,10 @@ SOLID = Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
 @pytest.mark.parametrize("order", range(1, 13))
 def test_lobatto_is_exact_to_degree_2p_minus_1(order):
     points, weights = lobatto(order)
-    for degree in range(2*order):
-        assert weights @ points**degree == pytest.approx(1/(degree + 1), rel=1e-13)
-    if order <= 6:      # beyond, the first error sinks into rounding
-        assert weights @ points**(2*order) != pytest.approx(1/(2*order + 1), rel=1e-8)
+    for degree in range(2 * order):
+        assert weights @ points**degree == pytest.approx(1 / (degree + 1), rel=1e-13)
+    if order <= 6:  # beyond, the first error sinks into rounding
+        assert weights @ points ** (2 * order) != pytest.approx(1 / (2 * order + 1), rel=1e-8)
     assert (points[0], points[-1]) == (0, 1)
 
 
@@ -33,7 +33,7 @@ def block_facets(block, order, model=law.Microblock(0.02), obstacle=obstacles.Cy
 @pytest.mark.parametrize("order", [1, 2, 3, 6])
 def test_nodes_are_shared_and_weigh_the_length(block, order):
     facets = block_facets(block, order)
-    assert len(facets.points) == 6*order + 1 == facets.multipliers.ndof
+    assert len(facets.points) == 6 * order + 1 == facets.multipliers.ndof
     assert facets.weights.sum() == pytest.approx(2.0, rel=1e-14)
     assert np.all(np.diff(facets.points[:, 0]) > 0)
     assert facets.normals == pytest.approx(np.tile([0.0, 1.0], (len(facets.points), 1)))
@@ -45,33 +45,34 @@ def test_values_at_nodes_and_back(block, order):
     values = np.random.default_rng(2).normal(size=len(facets.points))
     assert facets.at_nodes("multiplier", facets.interpolate(values)) == pytest.approx(values, rel=1e-12)
     field = ng.GridFunction(facets.body.spaces[1])
-    field.Set(1 + 2*ng.x)
-    assert facets.at_nodes("u2", field) == pytest.approx(1 + 2*facets.points[:, 0], rel=1e-12)
+    field.Set(1 + 2 * ng.x)
+    assert facets.at_nodes("u2", field) == pytest.approx(1 + 2 * facets.points[:, 0], rel=1e-12)
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.3])
 def test_nodal_gaps_are_the_expression_at_the_nodes(slope):
     """The gap as a form sees it, integrated by the nodal rule, is the weighted sum of the nodal gaps."""
     from ngsolve.meshes import MakeStructured2DMesh
-    mesh = MakeStructured2DMesh(quads=True, nx=4, ny=2, mapping=lambda x, y: (x, y - 1 + slope*x*y))
+
+    mesh = MakeStructured2DMesh(quads=True, nx=4, ny=2, mapping=lambda x, y: (x, y - 1 + slope * x * y))
     body = Body(mesh, SOLID, 4, fixed="bottom")
-    facets = ContactFacets(body, law.Microblock(lambda x: 0.1*x), obstacles.Cylinder(1.0), "top")
-    assert np.abs(facets.normals[:, 0]).max() == pytest.approx(slope/np.hypot(1, slope), abs=1e-12)
+    facets = ContactFacets(body, law.Microblock(lambda x: 0.1 * x), obstacles.Cylinder(1.0), "top")
+    assert np.abs(facets.normals[:, 0]).max() == pytest.approx(slope / np.hypot(1, slope), abs=1e-12)
     state = random_state(facets.body.space, 3, 0.1)
     nodal = facets.nodal_gaps(*state.components, 0.05)
     for corner in "AB":
         gap = facets.gap(corner, *state.components, 0.05)
         rule = {ng.SEGM: facets.rule}
-        total = ng.Integrate(gap**2*ng.ds(definedon=facets.region, intrules=rule), facets.body.mesh)
-        assert total == pytest.approx(facets.weights @ nodal[corner]**2, rel=1e-12)
+        total = ng.Integrate(gap**2 * ng.ds(definedon=facets.region, intrules=rule), facets.body.mesh)
+        assert total == pytest.approx(facets.weights @ nodal[corner] ** 2, rel=1e-12)
 
 
 def test_curved_contact_boundary():
     facets = ContactFacets(Body(dome(4), SOLID, 4, fixed="base"), law.Unilateral(), obstacles.Plane(1.0))
     radius = np.linalg.norm(facets.points, axis=1)
-    assert radius == pytest.approx(np.ones_like(radius), abs=1e-4)      # a curved mesh of order 4
+    assert radius == pytest.approx(np.ones_like(radius), abs=1e-4)  # a curved mesh of order 4
     # its normals lose an order
-    assert facets.normals == pytest.approx(facets.points/radius[:, None], abs=1e-2)
+    assert facets.normals == pytest.approx(facets.points / radius[:, None], abs=1e-2)
     assert facets.weights.sum() == pytest.approx(np.pi, rel=1e-5)
     # what is steeper than 60 degrees cannot touch
     assert np.array_equal(facets.can_touch["C"], facets.normals[:, 1] > 0.5)
@@ -86,8 +87,10 @@ def test_gap_22_on_an_inclined_surface_by_hand():
     takes 0.01*0.8 = 0.008, and ell/2 psi times 1.1 and -0.9 is 0.011 and -0.009.
     """
     from ngsolve.meshes import MakeStructured2DMesh
-    mesh = MakeStructured2DMesh(quads=True, nx=2, ny=1,
-                                mapping=lambda x, y: (1.6*x - 0.8, y - 1 + 0.75*(1.6*x - 0.8)))
+
+    mesh = MakeStructured2DMesh(
+        quads=True, nx=2, ny=1, mapping=lambda x, y: (1.6 * x - 0.8, y - 1 + 0.75 * (1.6 * x - 0.8))
+    )
     body = Body(mesh, SOLID, 1, fixed="bottom")
     facets = ContactFacets(body, law.Microblock(0.1), obstacles.Plane(0.5), "top")
     state = ng.GridFunction(body.space)
@@ -111,8 +114,9 @@ def test_corners_without_obstacle_or_with_a_twin_cannot_touch(block):
     aside = np.abs(x) > 1e-9
     assert np.array_equal(clamped.can_touch["A"][aside], x[aside] > 0)
     assert np.array_equal(clamped.can_touch["B"][aside], x[aside] < 0)
-    turned = Body(block, SOLID, 2, fixed={"u1": "bottom", "u2": "bottom"},
-                  prescribed={"psi": {"contact": -0.1}})
+    turned = Body(
+        block, SOLID, 2, fixed={"u1": "bottom", "u2": "bottom"}, prescribed={"psi": {"contact": -0.1}}
+    )
     # psi < 0 lowers A
     assert ContactFacets(turned, law.Microblock(), obstacles.Plane()).can_touch["A"].all()
     # on an axis of symmetry psi = 0 makes the gaps of A and B one function: one multiplier is dropped
@@ -124,16 +128,21 @@ def test_corners_without_obstacle_or_with_a_twin_cannot_touch(block):
 def test_microclamped_needs_a_clamped_body(block):
     with pytest.raises(BadArgument, match="prescribes psi"):
         block_facets(block, 1, law.Microclamped())
-    block_facets(block, 1, law.Microclamped(),
-                 fixed={"u1": "bottom", "u2": "bottom", "psi": "bottom|contact"})
+    block_facets(
+        block, 1, law.Microclamped(), fixed={"u1": "bottom", "u2": "bottom", "psi": "bottom|contact"}
+    )
 
 
 ASIDE = obstacles.Obstacle.from_samples([5, 6], [0, 0])
 
 
-@pytest.mark.parametrize("make", [
-    lambda block: ContactFacets(Body(block, SOLID), law.Unilateral(), obstacles.Plane(), "hole"),
-    lambda block: block_facets(block, 1, obstacle=ASIDE)])
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda block: ContactFacets(Body(block, SOLID), law.Unilateral(), obstacles.Plane(), "hole"),
+        lambda block: block_facets(block, 1, obstacle=ASIDE),
+    ],
+)
 def test_contact_that_cannot_be_is_named(block, make):
     with pytest.raises(BadArgument):
         make(block)
@@ -141,7 +150,7 @@ def test_contact_that_cannot_be_is_named(block, make):
 
 def random_state(space, seed, size):
     state = ng.GridFunction(space)
-    state.vec.FV().NumPy()[:] = size*np.random.default_rng(seed).normal(size=space.ndof)
+    state.vec.FV().NumPy()[:] = size * np.random.default_rng(seed).normal(size=space.ndof)
     return state
 
 
@@ -150,18 +159,22 @@ def contact_form(facets, method):
     space = facets.body.space
     if method == "al":
         for _ in facets.corners:
-            space = space*facets.multipliers
+            space = space * facets.multipliers
     trial = space.TrialFunction()
     form = ng.BilinearForm(space)
-    term = (facets.penalty(7.0, *trial, 0.3) if method == "penalty"
-            else facets.augmented_lagrangian(7.0, *trial[:3], trial[3:], 0.3))
+    term = (
+        facets.penalty(7.0, *trial, 0.3)
+        if method == "penalty"
+        else facets.augmented_lagrangian(7.0, *trial[:3], trial[3:], 0.3)
+    )
     form += ng.Variation(term)
     return form
 
 
 @pytest.mark.parametrize("method", ["al", "penalty"])
-@pytest.mark.parametrize("model", [law.Microblock(lambda x: 0.1*x), law.Unilateral()],
-                         ids=["microblock", "unilateral"])
+@pytest.mark.parametrize(
+    "model", [law.Microblock(lambda x: 0.1 * x), law.Unilateral()], ids=["microblock", "unilateral"]
+)
 @pytest.mark.parametrize("order", [1, 3])
 def test_energy_residual_and_tangent_belong_together(block, method, model, order):
     facets = block_facets(block, order, model, obstacles.Plane(0.2))
@@ -172,41 +185,53 @@ def test_energy_residual_and_tangent_belong_together(block, method, model, order
     form.Apply(state.vec, residual)
     # small enough that no node changes its state, so that the functional is quadratic: rounding only
     step = 1e-6
-    shifted = [(state.vec + sign*step*along).Evaluate() for sign in (1, -1)]
-    slope = (form.Energy(shifted[0]) - form.Energy(shifted[1]))/(2*step)
+    shifted = [(state.vec + sign * step * along).Evaluate() for sign in (1, -1)]
+    slope = (form.Energy(shifted[0]) - form.Energy(shifted[1])) / (2 * step)
     assert slope == pytest.approx(ng.InnerProduct(residual, along), rel=1e-6)
     form.Apply(shifted[0], ahead)
     form.Apply(shifted[1], back)
     form.AssembleLinearization(state.vec)
-    tangent = (form.mat*along).Evaluate()
-    difference = ((1/(2*step))*(ahead - back) - tangent).Evaluate()
-    assert difference.Norm() < 1e-7*tangent.Norm()
+    tangent = (form.mat * along).Evaluate()
+    difference = ((1 / (2 * step)) * (ahead - back) - tangent).Evaluate()
+    assert difference.Norm() < 1e-7 * tangent.Norm()
     other = random_state(space, 6, 1.0).vec
-    assert ng.InnerProduct(other, tangent) == pytest.approx(ng.InnerProduct(along, form.mat*other), rel=1e-12)
+    assert ng.InnerProduct(other, tangent) == pytest.approx(
+        ng.InnerProduct(along, form.mat * other), rel=1e-12
+    )
 
 
-@pytest.mark.parametrize("multiplier, gap, energy", [
-    # (38) with rho = 7: (lambda + rho/2 g) g where lambda + rho g <= 0, else -lambda^2/(2 rho)
-    (-0.5, -0.1, 0.085), (-0.5, 0.05, -0.01625), (-0.5, 0.1, -0.25/14), (0.2, -0.01, -0.04/14),
-    (0.2, -0.1, 0.015)])
+@pytest.mark.parametrize(
+    "multiplier, gap, energy",
+    [
+        # (38) with rho = 7: (lambda + rho/2 g) g where lambda + rho g <= 0, else -lambda^2/(2 rho)
+        (-0.5, -0.1, 0.085),
+        (-0.5, 0.05, -0.01625),
+        (-0.5, 0.1, -0.25 / 14),
+        (0.2, -0.01, -0.04 / 14),
+        (0.2, -0.1, 0.015),
+    ],
+)
 def test_augmented_lagrangian_38(multiplier, gap, energy):
     """Numbers worked out by hand for one corner on the depth alone."""
     body = Body(meshes.line(1.0, 1), SOLID, 1)
     form = contact_form(ContactFacets(body, law.Unilateral(), obstacles.Plane(gap + 0.3)), "al")
     state = ng.GridFunction(form.space)
     state.components[3].vec[:] = multiplier
-    assert form.Energy(state.vec) == pytest.approx(energy, rel=1e-12)      # the approach is 0.3
+    assert form.Energy(state.vec) == pytest.approx(energy, rel=1e-12)  # the approach is 0.3
 
 
 def penalty_law(gap_at_point, psi, ell=0.4, rho=7.0):
     """t_n and M of (33) at psi0 = 0, from gaps (30), written out once more."""
-    gaps = gap_at_point + ell/2*psi, gap_at_point - ell/2*psi
-    closed = [rho*min(gap, 0) for gap in gaps]
-    return sum(closed), ell/2*(closed[1] - closed[0])
+    gaps = gap_at_point + ell / 2 * psi, gap_at_point - ell / 2 * psi
+    closed = [rho * min(gap, 0) for gap in gaps]
+    return sum(closed), ell / 2 * (closed[1] - closed[0])
 
 
-@pytest.mark.parametrize("u2, psi", [(0.5, 0.1), (0.1, -1.0), (0.1, 1.0), (-0.5, 0.0)],
-                         ids=["full", "A only", "B only", "separation"])
+@pytest.mark.parametrize(
+    "u2, psi",
+    [(0.5, 0.1), (0.1, -1.0), (0.1, 1.0), (-0.5, 0.0)],
+    ids=["full", "A only", "B only", "separation"],
+)
 def test_potential_structure_36(u2, psi):
     """On the depth alone: residual = (-t_n, -M) of (33) and d t_n/d psi = d M/d u2 by finite differences."""
     body = Body(meshes.line(1.0, 1), SOLID, 1)
@@ -223,9 +248,10 @@ def test_potential_structure_36(u2, psi):
 
     assert forces(u2, psi) == pytest.approx(penalty_law(-u2, psi), abs=1e-13)
     step = 1e-5
-    coupling = (forces(u2, psi + step)[0] - forces(u2, psi - step)[0])/(2*step)
-    assert coupling == pytest.approx((forces(u2 + step, psi)[1] - forces(u2 - step, psi)[1])/(2*step),
-                                     abs=1e-9)
+    coupling = (forces(u2, psi + step)[0] - forces(u2, psi - step)[0]) / (2 * step)
+    assert coupling == pytest.approx(
+        (forces(u2 + step, psi)[1] - forces(u2 - step, psi)[1]) / (2 * step), abs=1e-9
+    )
     # (36): rho ell/2 with one corner closed (+ for A, - for B), nothing with both or none
-    closed = [-u2 + 0.2*psi < 0, -u2 - 0.2*psi < 0]
-    assert coupling == pytest.approx(7.0*0.2*(closed[0] - closed[1]), abs=1e-9)
+    closed = [-u2 + 0.2 * psi < 0, -u2 - 0.2 * psi < 0]
+    assert coupling == pytest.approx(7.0 * 0.2 * (closed[0] - closed[1]), abs=1e-9)

@@ -11,9 +11,12 @@ import pytest
 import microblock
 
 ROOT = Path(microblock.__file__).parent
-GROUND = {"errors", "threads", "cost"}      # may be used by all
-MAY_IMPORT = {      # a room, and the rooms below it that it may use
-    "errors": set(), "threads": set(), "cost": set(), "__init__": set(),
+GROUND = {"errors", "threads", "cost"}  # may be used by all
+MAY_IMPORT = {  # a room, and the rooms below it that it may use
+    "errors": set(),
+    "threads": set(),
+    "cost": set(),
+    "__init__": set(),
     "model": set(),
     "corners": {"model"},
     "halfplane": {"model", "corners"},
@@ -24,8 +27,10 @@ MAY_IMPORT = {      # a room, and the rooms below it that it may use
     "view": {"model", "corners", "halfplane", "fem", "path", "contact"},
     "data": {"model", "corners", "halfplane", "fem", "path", "contact", "__init__"},
 }
-WHEN_CALLED = {      # rooms above that are loaded by a call alone: what draws, and what needs NGSolve
-    "model": {"view"}, "halfplane": {"view"}, "fem": {"view"},
+WHEN_CALLED = {  # rooms above that are loaded by a call alone: what draws, and what needs NGSolve
+    "model": {"view"},
+    "halfplane": {"view"},
+    "fem": {"view"},
 }
 
 
@@ -37,11 +42,11 @@ def imports(path):
     found = {True: set(), False: set()}
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.level:
-            above = package[:len(package) - node.level + 1]
+            above = package[: len(package) - node.level + 1]
             base = ".".join((*above, *(node.module or "").split("."))).strip(".")
             for alias in node.names:
                 whole = f"{base}.{alias.name}"
-                is_module = (ROOT.parent/whole.replace(".", "/")).with_suffix(".py").exists()
+                is_module = (ROOT.parent / whole.replace(".", "/")).with_suffix(".py").exists()
                 found[node.col_offset == 0].add(whole if is_module else base)
     return found[True], found[False]
 
@@ -66,22 +71,25 @@ def test_imports_run_downwards():
 
 def test_no_circle_of_modules():
     graph = {dotted(path): imports(path)[0] for path in ROOT.rglob("*.py")}
-    tuple(TopologicalSorter(graph).static_order())      # CycleError names the circle
+    tuple(TopologicalSorter(graph).static_order())  # CycleError names the circle
 
 
 @pytest.mark.parametrize("name", ["model", "corners", "halfplane"])
 def test_rooms_without_a_mesh_load_neither_ngsolve_nor_matplotlib(name):
-    files = (ROOT/name).glob("*.py")
+    files = (ROOT / name).glob("*.py")
     modules = [f"microblock.{name}.{path.stem}" for path in files if path.stem != "__init__"]
-    code = (f"import sys; import {', '.join(modules)}; "
-            "assert not {'ngsolve', 'matplotlib'} & set(sys.modules)")
+    code = (
+        f"import sys; import {', '.join(modules)}; assert not {{'ngsolve', 'matplotlib'}} & set(sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
 def test_numbers_do_without_ngsolve():
-    code = ("import sys; import microblock as mb; import microblock.model.closed_forms; "
-            "mb.Cosserat(1, 0.3, 0.1, beta=1); mb.Microblock(); mb.Cylinder(1.0); "
-            "assert 'ngsolve' not in sys.modules")
+    code = (
+        "import sys; import microblock as mb; import microblock.model.closed_forms; "
+        "mb.Cosserat(1, 0.3, 0.1, beta=1); mb.Microblock(); mb.Cylinder(1.0); "
+        "assert 'ngsolve' not in sys.modules"
+    )
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
 
@@ -91,15 +99,18 @@ def test_public_names_exist():
 
 
 def test_lines_are_short_enough_to_stand_beside_each_other():
-    long = [f"{path.name}:{number}"
-            for folder in (ROOT, ROOT.parent/"cases", ROOT.parent/"tests")
-            for path in sorted(folder.rglob("*.py"))
-            for number, line in enumerate(path.read_text().splitlines(), 1) if len(line) > 110]
+    long = [
+        f"{path.name}:{number}"
+        for folder in (ROOT, ROOT.parent / "cases", ROOT.parent / "tests")
+        for path in sorted(folder.rglob("*.py"))
+        for number, line in enumerate(path.read_text().splitlines(), 1)
+        if len(line) > 110
+    ]
     assert not long
 
 
 def test_one_version_everywhere():
     top = ROOT.parent
-    changes = next(line for line in (top/"CHANGELOG.md").read_text().splitlines() if line.startswith("## "))
+    changes = next(line for line in (top / "CHANGELOG.md").read_text().splitlines() if line.startswith("## "))
     assert changes.split()[1].rstrip(",") == microblock.__version__
-    assert f"\nversion: {microblock.__version__}\n" in (top/"CITATION.cff").read_text()
+    assert f"\nversion: {microblock.__version__}\n" in (top / "CITATION.cff").read_text()

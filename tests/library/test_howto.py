@@ -5,15 +5,15 @@ from pathlib import Path
 
 import pytest
 
-PAGES = sorted((Path(__file__).parents[2]/"docs"/"howto").glob("*.md"))
-LONGEST = 40      # lines that an obstacle, a law or a body of one's own may take
+PAGES = sorted((Path(__file__).parents[2] / "docs" / "howto").glob("*.md"))
+LONGEST = 40  # lines that an obstacle, a law or a body of one's own may take
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_blocks_run(page):
     names = {}
     for block in re.findall(r"```python\n(.*?)```", page.read_text(), re.S):
-        assert "assert" in block      # each says what it shows
+        assert "assert" in block  # each says what it shows
         exec(compile(block, str(page), "exec"), names)
 
 

@@ -10,8 +10,10 @@ UP = np.array([[0.0, 1.0]])
 
 
 def gaps(model, x, obstacle, ell=0.5, normal=UP):
-    return {corner: gap[0] for corner, gap in
-            model.initial_gaps(np.array([[x, 0.0]]), normal, ell, obstacle).items()}
+    return {
+        corner: gap[0]
+        for corner, gap in model.initial_gaps(np.array([[x, 0.0]]), normal, ell, obstacle).items()
+    }
 
 
 def test_rotated_block_under_a_plane():
@@ -35,7 +37,7 @@ def test_psi0_in_the_levers_leaves_the_gaps_alone():
 
 def test_rotation_that_varies_along_the_surface():
     # psi0(x) = 0.02 x at x = 3: 0.06, so A moves by 0.25*0.06 = 0.015 away
-    found = gaps(law.Microblock(lambda x: 0.02*x), 3.0, obstacles.Plane(1.0))
+    found = gaps(law.Microblock(lambda x: 0.02 * x), 3.0, obstacles.Plane(1.0))
     assert found == pytest.approx({"A": 1.015, "B": 0.985}, abs=1e-15)
 
 
@@ -60,8 +62,8 @@ def test_full_contact_micromoment_is_that_of_29_not_of_the_text_after_fig_6():
     # the text has M = ell/2 (t_B - t_A)(1 - psi0); (29) has (1 - psi0) on B and (1 + psi0) on A
     psi0, ell, multipliers = 0.1, 1.0, {"A": np.array([-1.0]), "B": np.array([-1.0])}
     levers = law.Microblock(psi0).levers(np.zeros(1))
-    assert law.micromoment(multipliers, levers, ell) == pytest.approx([-psi0*ell*-1])
-    assert ell/2*(-1.0 - -1.0)*(1 - psi0) == 0      # the text's formula gives none
+    assert law.micromoment(multipliers, levers, ell) == pytest.approx([-psi0 * ell * -1])
+    assert ell / 2 * (-1.0 - -1.0) * (1 - psi0) == 0  # the text's formula gives none
 
 
 def test_classic_laws_have_one_corner_and_no_lever():
@@ -71,12 +73,17 @@ def test_classic_laws_have_one_corner_and_no_lever():
     assert law.Microclamped().clamps_rotation and not law.Unilateral().clamps_rotation
 
 
-@pytest.mark.parametrize("obstacle, x, height", [
-    (obstacles.Wedge(0.1), -2.0, 0.2), (obstacles.Punch(1.0, tilt=0.1), 0.5, 0.05),
-    (obstacles.Punch(1.0), 1.5, np.inf),
-    (obstacles.Obstacle.from_samples([0, 1, 3], [0, 2, 4]), 2.0, 3.0),
-    (obstacles.Obstacle.from_samples([0, 1], [0, 2]), 2.0, np.inf),
-    (lambda x: x**4, 2.0, 16.0)])
+@pytest.mark.parametrize(
+    "obstacle, x, height",
+    [
+        (obstacles.Wedge(0.1), -2.0, 0.2),
+        (obstacles.Punch(1.0, tilt=0.1), 0.5, 0.05),
+        (obstacles.Punch(1.0), 1.5, np.inf),
+        (obstacles.Obstacle.from_samples([0, 1, 3], [0, 2, 4]), 2.0, 3.0),
+        (obstacles.Obstacle.from_samples([0, 1], [0, 2]), 2.0, np.inf),
+        (lambda x: x**4, 2.0, 16.0),
+    ],
+)
 def test_heights(obstacle, x, height):
     assert obstacles.gap(obstacle, np.array([[x, 0.0]]), UP) == pytest.approx([height])
 
@@ -85,14 +92,21 @@ def test_surface_that_faces_away_never_touches():
     assert obstacles.gap(obstacles.Plane(1.0), np.zeros((1, 2)), -UP) == [np.inf]
 
 
-@pytest.mark.parametrize("make, name", [
-    (lambda: law.Microblock(np.nan), "psi0"), (lambda: law.Microblock(1.0), "psi0"),
-    (lambda: law.Microblock(psi0_in="both"), "psi0_in"), (lambda: obstacles.Cylinder(0), "R"),
-    (lambda: obstacles.Wedge(-0.1), "slope"), (lambda: obstacles.Punch(0), "half_width"),
-    (lambda: obstacles.Obstacle.from_samples([0, 0], [1, 2]), "x"),
-    (lambda: obstacles.Obstacle.from_samples([0, 1], [1, np.nan]), "z"),
-    (lambda: obstacles.gap(3, np.zeros((1, 2)), UP), "obstacle"),
-    (lambda: obstacles.gap(lambda x: x*np.nan, np.zeros((1, 2)), UP), "obstacle")])
+@pytest.mark.parametrize(
+    "make, name",
+    [
+        (lambda: law.Microblock(np.nan), "psi0"),
+        (lambda: law.Microblock(1.0), "psi0"),
+        (lambda: law.Microblock(psi0_in="both"), "psi0_in"),
+        (lambda: obstacles.Cylinder(0), "R"),
+        (lambda: obstacles.Wedge(-0.1), "slope"),
+        (lambda: obstacles.Punch(0), "half_width"),
+        (lambda: obstacles.Obstacle.from_samples([0, 0], [1, 2]), "x"),
+        (lambda: obstacles.Obstacle.from_samples([0, 1], [1, np.nan]), "z"),
+        (lambda: obstacles.gap(3, np.zeros((1, 2)), UP), "obstacle"),
+        (lambda: obstacles.gap(lambda x: x * np.nan, np.zeros((1, 2)), UP), "obstacle"),
+    ],
+)
 def test_bad_laws_and_obstacles_are_named(make, name):
     with pytest.raises(BadArgument) as caught:
         make()

@@ -19,11 +19,18 @@ from microblock.model.material import Cosserat
 
 SOLID = Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
 BOTTOM = {"u1": "bottom", "u2": "bottom"}
-LAWS = pytest.mark.parametrize("model", [law.Microblock(0.0), law.Microblock(0.05),
-                                         law.Microblock(lambda x: 0.1*x),
-                                         law.Microblock(-0.05, psi0_in="levers"),
-                                         law.Unilateral(), law.Microclamped()],
-                               ids=["aligned", "turned", "varying", "lever", "unilateral", "microclamped"])
+LAWS = pytest.mark.parametrize(
+    "model",
+    [
+        law.Microblock(0.0),
+        law.Microblock(0.05),
+        law.Microblock(lambda x: 0.1 * x),
+        law.Microblock(-0.05, psi0_in="levers"),
+        law.Unilateral(),
+        law.Microclamped(),
+    ],
+    ids=["aligned", "turned", "varying", "lever", "unilateral", "microclamped"],
+)
 
 
 def indented(block, model=law.Microblock(0.0), order=2, obstacle=obstacles.Cylinder(1.0), **options):
@@ -39,9 +46,9 @@ def check(newton, state):
     for corner in newton.facets.corners:
         gap, multiplier, closed = (getattr(state, name)[corner] for name in ("gaps", "multipliers", "closed"))
         reach = newton.facets.can_touch[corner]
-        assert np.all(multiplier <= 1e-10*stress) and np.all(gap[reach] >= -1e-10*length)
-        assert np.all(np.abs(gap[closed]) <= 1e-10*length)
-        assert np.all(np.abs(multiplier[~closed]) <= 1e-10*stress)
+        assert np.all(multiplier <= 1e-10 * stress) and np.all(gap[reach] >= -1e-10 * length)
+        assert np.all(np.abs(gap[closed]) <= 1e-10 * length)
+        assert np.all(np.abs(multiplier[~closed]) <= 1e-10 * stress)
     # virtual work of u2 = 1 + x2, which is 1 under the obstacle and 0 at the support, in every space
     internal = ng.Integrate(state.fields.stress[3], newton.body.mesh, order=10)
     assert -internal == pytest.approx(state.load, rel=1e-10)
@@ -83,42 +90,44 @@ def test_stationarity_is_the_nodal_condition_at_high_order(block):
 
 def test_result_does_not_depend_on_rho(block):
     stiffness = indented(block).rho
-    states = [indented(block, law.Microblock(0.03), rho=stiffness*10.0**power).solve(0.1)
-              for power in range(-4, 5)]
+    states = [
+        indented(block, law.Microblock(0.03), rho=stiffness * 10.0**power).solve(0.1)
+        for power in range(-4, 5)
+    ]
     reference = states[4]
     for state in states:
         for name in ("traction", "micromoment"):
             expected = getattr(reference, name)
-            assert getattr(state, name) == pytest.approx(expected, abs=1e-9*np.abs(expected).max())
+            assert getattr(state, name) == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
 def test_penalty_error_falls_like_one_over_rho(block):
     exact = indented(block).solve(0.1).load
-    rho = indented(block).rho*10.0**np.arange(3, 7)
+    rho = indented(block).rho * 10.0 ** np.arange(3, 7)
     errors = [exact - indented(block, method="penalty", rho=value).solve(0.1).load for value in rho]
     slope = np.polyfit(np.log(rho), np.log(errors), 1)[0]
-    assert slope == pytest.approx(-1, abs=0.02)      # the active set changes a little at the soft end
+    assert slope == pytest.approx(-1, abs=0.02)  # the active set changes a little at the soft end
 
 
 def test_penalty_leaves_the_multipliers_to_the_penetration(block):
     newton = indented(block, method="penalty", rho=1e4)
     state = newton.solve(0.1)
     for corner in "AB":
-        assert state.multipliers[corner] == pytest.approx(1e4*np.minimum(state.gaps[corner], 0))
+        assert state.multipliers[corner] == pytest.approx(1e4 * np.minimum(state.gaps[corner], 0))
 
 
 @LAWS
 def test_load_control_is_the_inverse_of_approach_control(block, model):
     pressed = indented(block, model).solve(0.1)
     loaded = indented(block, model, control="load").solve(pressed.load)
-    assert loaded.approach == pytest.approx(0.1, rel=1e-9)      # conditioning of the approach: some 1e3
-    assert loaded.traction == pytest.approx(pressed.traction, abs=1e-9*np.abs(pressed.traction).max())
+    assert loaded.approach == pytest.approx(0.1, rel=1e-9)  # conditioning of the approach: some 1e3
+    assert loaded.traction == pytest.approx(pressed.traction, abs=1e-9 * np.abs(pressed.traction).max())
 
 
 def test_the_load_is_the_derivative_of_the_energy(block):
     newton = indented(block)
     states = [newton.solve(approach) for approach in (0.1 - 1e-5, 0.1, 0.1 + 1e-5)]
-    slope = (states[2].fields.energy() - states[0].fields.energy())/2e-5
+    slope = (states[2].fields.energy() - states[0].fields.energy()) / 2e-5
     # piecewise quadratic between events: a central difference is exact up to rounding, 1e-15/1e-5
     assert slope == pytest.approx(states[1].load, rel=1e-8)
 
@@ -128,14 +137,17 @@ def dome_under_a_plane(model, **options):
     return MonolithicNewton(body, ContactFacets(body, model, obstacles.Plane(1.0)), **options)
 
 
-@pytest.mark.parametrize("model", [law.Microblock(0.0), law.Microblock(0.05), law.Unilateral()],
-                         ids=["aligned", "turned", "unilateral"])
+@pytest.mark.parametrize(
+    "model",
+    [law.Microblock(0.0), law.Microblock(0.05), law.Unilateral()],
+    ids=["aligned", "turned", "unilateral"],
+)
 def test_contact_of_a_curved_body(model):
     newton = dome_under_a_plane(model)
     states = [newton.solve(approach) for approach in (0.15 - 1e-6, 0.15, 0.15 + 1e-6)]
     # the derivative of the energy knows nothing of normals, corners and levers; on curved elements the energy
     # is integrated to a higher order than the form, which differs by some 1e-7
-    slope = (states[2].fields.energy() - states[0].fields.energy())/2e-6
+    slope = (states[2].fields.energy() - states[0].fields.energy()) / 2e-6
     assert slope == pytest.approx(states[1].load, rel=1e-6)
     loaded = dome_under_a_plane(model, control="load").solve(states[1].load)
     assert loaded.approach == pytest.approx(0.15, rel=1e-9)
@@ -143,11 +155,16 @@ def test_contact_of_a_curved_body(model):
 
 def test_inclined_surface_carries_the_derivative_of_its_energy():
     from ngsolve.meshes import MakeStructured2DMesh
-    mesh = MakeStructured2DMesh(quads=True, nx=6, ny=3, mapping=lambda x, y: (2*x - 1, y - 1 + 0.5*(2*x - 1)))
+
+    mesh = MakeStructured2DMesh(
+        quads=True, nx=6, ny=3, mapping=lambda x, y: (2 * x - 1, y - 1 + 0.5 * (2 * x - 1))
+    )
     body = Body(mesh, SOLID, 2, fixed="bottom")
-    newton = MonolithicNewton(body, ContactFacets(body, law.Microblock(0.05), lambda x: 0.5*x + x**2, "top"))
+    newton = MonolithicNewton(
+        body, ContactFacets(body, law.Microblock(0.05), lambda x: 0.5 * x + x**2, "top")
+    )
     states = [newton.solve(approach) for approach in (0.1 - 1e-5, 0.1, 0.1 + 1e-5)]
-    slope = (states[2].fields.energy() - states[0].fields.energy())/2e-5
+    slope = (states[2].fields.energy() - states[0].fields.energy()) / 2e-5
     assert slope == pytest.approx(states[1].load, rel=1e-7)
 
 
@@ -163,7 +180,7 @@ def test_microclamped_surface_may_be_rotated(block):
     assert pushed.psi == pytest.approx(np.full(13, 0.02), abs=1e-14)
     level = Body(block, SOLID, 2, fixed=BOTTOM, prescribed=turned)
     same = under_cylinder(level, law.Microclamped()).solve(0.1)
-    assert pushed.traction == pytest.approx(same.traction, abs=1e-11)      # a rigid translation apart
+    assert pushed.traction == pytest.approx(same.traction, abs=1e-11)  # a rigid translation apart
 
 
 def test_microblocks_on_a_clamped_surface(block):
@@ -194,7 +211,7 @@ def test_mirrored_blocks_mirror_the_result(block):
     left, right = (indented(block, law.Microblock(turn)).solve(0.1) for turn in (0.05, -0.05))
     assert left.traction[::-1] == pytest.approx(right.traction, abs=1e-11)
     assert left.micromoment[::-1] == pytest.approx(-right.micromoment, abs=1e-11)
-    assert np.abs(left.traction[::-1] - left.traction).max() > 1e-2      # and it is not symmetric by itself
+    assert np.abs(left.traction[::-1] - left.traction).max() > 1e-2  # and it is not symmetric by itself
 
 
 def test_symmetric_half_is_half_of_the_whole():
@@ -202,8 +219,9 @@ def test_symmetric_half_is_half_of_the_whole():
     from ngsolve.meshes import MakeStructured2DMesh
 
     def solved(cells, left, fixed):
-        mesh = MakeStructured2DMesh(quads=True, nx=cells, ny=3,
-                                    mapping=lambda x, y: (left + (1 - left)*x, y - 1))
+        mesh = MakeStructured2DMesh(
+            quads=True, nx=cells, ny=3, mapping=lambda x, y: (left + (1 - left) * x, y - 1)
+        )
         for number, name in enumerate(mesh.GetBoundaries()):
             mesh.ngmesh.SetBCName(number, {"top": "contact"}.get(name, name))
         body = Body(ng.Mesh(mesh.ngmesh), SOLID, 2, fixed=fixed)
@@ -211,9 +229,9 @@ def test_symmetric_half_is_half_of_the_whole():
 
     whole = solved(6, -1.0, BOTTOM)
     half = solved(3, 0.0, {"u1": "bottom|left", "u2": "bottom", "psi": "left"})
-    assert 2*half.load == pytest.approx(whole.load, rel=1e-12)
+    assert 2 * half.load == pytest.approx(whole.load, rel=1e-12)
     assert half.traction == pytest.approx(whole.traction[6:], abs=1e-11)
-    assert half.micromoment == pytest.approx(whole.micromoment[6:], abs=1e-11)      # 0 on the axis
+    assert half.micromoment == pytest.approx(whole.micromoment[6:], abs=1e-11)  # 0 on the axis
 
 
 def test_punch_presses_only_where_it_is(block):
@@ -242,11 +260,11 @@ def test_event_between_states_is_where_the_set_changes():
     first, second = newton.solve(0.001), newton.solve(0.002)
     event = next_event(first, second)
     assert (event.corner, event.kind) == ("A", "closes")
-    below, above = newton.solve(event.level*(1 - 1e-9)), newton.solve(event.level*(1 + 1e-9))
+    below, above = newton.solve(event.level * (1 - 1e-9)), newton.solve(event.level * (1 + 1e-9))
     assert not below.closed["A"][0] and above.closed["A"][0]
     with pytest.raises(BadArgument, match="same active set"):
         next_event(second, above)
-    assert next_event(above, newton.solve(2*event.level)) is None
+    assert next_event(above, newton.solve(2 * event.level)) is None
 
 
 def test_load_path_returns_the_states_asked_for(block):
@@ -278,7 +296,7 @@ def test_load_path_cuts_the_step_and_arrives():
     newton = Reluctant(0.3)
     assert [state.level for state in load_path(newton, [0.2, 1.0])] == [0.2, 1.0]
     assert newton.levels[0] == 0.2 and max(np.diff(newton.levels)) <= 0.3
-    assert newton.tries == 1 + 2 + 4      # 0.2; then 0.8 and 0.4 fail and four steps of 0.2 arrive
+    assert newton.tries == 1 + 2 + 4  # 0.2; then 0.8 and 0.4 fail and four steps of 0.2 arrive
 
 
 def test_load_path_goes_on_from_its_start():
@@ -307,15 +325,24 @@ def test_cycling_is_named(block, monkeypatch):
 
 def test_unsupported_body_is_named(block):
     body = Body(block, SOLID, 1, fixed={"u1": "bottom"})
-    newton = MonolithicNewton(body, ContactFacets(body, law.Unilateral(), obstacles.Plane(0.1)),
-                    loads=Loads(traction={"contact": (0, -0.1)}))
+    newton = MonolithicNewton(
+        body,
+        ContactFacets(body, law.Unilateral(), obstacles.Plane(0.1)),
+        loads=Loads(traction={"contact": (0, -0.1)}),
+    )
     with pytest.raises(NotConverged, match="supported"):
         newton.solve(0.05)
 
 
-@pytest.mark.parametrize("options, name",
-                         [(dict(method="lagrange"), "method"), (dict(control="work"), "control"),
-                                           (dict(rho=0), "rho"), (dict(rho=np.nan), "rho")])
+@pytest.mark.parametrize(
+    "options, name",
+    [
+        (dict(method="lagrange"), "method"),
+        (dict(control="work"), "control"),
+        (dict(rho=0), "rho"),
+        (dict(rho=np.nan), "rho"),
+    ],
+)
 def test_bad_options_are_named(block, options, name):
     with pytest.raises(BadArgument) as caught:
         indented(block, **options)

@@ -11,7 +11,7 @@ SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 
 
 def skew(x):
-    return x**2/20 + 0.003*np.sin(7*x + 1)
+    return x**2 / 20 + 0.003 * np.sin(7 * x + 1)
 
 
 @pytest.mark.parametrize("last", [0.4, 1.0, 1.3])
@@ -31,8 +31,10 @@ def test_a_zone_of_one_corner_is_found_as_well():
     assert kinds == [("B", "born"), ("B", "merged")]
 
 
-@pytest.mark.parametrize("obstacle, period", [(mb.Wave(0.001, 1.0), 1.5), (mb.Rough(1.0, 0.1), 0.7),
-                                              (lambda x: (x - 1.2)**2/20, 3.0)])
+@pytest.mark.parametrize(
+    "obstacle, period",
+    [(mb.Wave(0.001, 1.0), 1.5), (mb.Rough(1.0, 0.1), 0.7), (lambda x: (x - 1.2) ** 2 / 20, 3.0)],
+)
 def test_what_does_not_repeat_with_the_period_raises(obstacle, period):
     with pytest.raises(mb.BadArgument, match="period"):
         mb.Contact(mb.HalfPlane(SOLID, period=period), obstacle, mb.Microblock())
@@ -40,7 +42,7 @@ def test_what_does_not_repeat_with_the_period_raises(obstacle, period):
 
 def test_rotations_repeat_with_the_period():
     with pytest.raises(mb.BadArgument, match="psi0"):
-        mb.Contact(mb.HalfPlane(SOLID, period=1.0), mb.Wave(0.001, 1.0), mb.Microblock(lambda x: 0.01*x))
+        mb.Contact(mb.HalfPlane(SOLID, period=1.0), mb.Wave(0.001, 1.0), mb.Microblock(lambda x: 0.01 * x))
     assert mb.Contact(mb.HalfPlane(SOLID, period=2.0), mb.Wave(0.001, 1.0), mb.Microblock(0.01)).solver
 
 

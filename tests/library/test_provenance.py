@@ -18,7 +18,8 @@ SOLID = mb.Cosserat(1, 0.3, 0.1, beta=1)
 
 def scaled(factor):
     def inner(x):
-        return factor*x
+        return factor * x
+
     return inner
 
 
@@ -69,9 +70,11 @@ def test_values_are_told_apart():
 
 
 def test_code_of_scripts_counts_with_what_it_uses():
-    plain = ('def g(x):\n return x\nC = {"a": 1}\n'
-             'def f(x):\n return [C[y] + g(y) for y in x if y in {"a", "bc", "de"}]')
-    assert script(plain) == script("unused = 3\n\n" + plain)      # another line, another place
+    plain = (
+        'def g(x):\n return x\nC = {"a": 1}\n'
+        'def f(x):\n return [C[y] + g(y) for y in x if y in {"a", "bc", "de"}]'
+    )
+    assert script(plain) == script("unused = 3\n\n" + plain)  # another line, another place
     for old, new in (
         ("C[y] +", "C[y] -"),
         ('"a": 1', '"a": 2'),
@@ -83,21 +86,21 @@ def test_code_of_scripts_counts_with_what_it_uses():
 
 def test_modules_count_with_what_they_import(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
-    (tmp_path/"near_here.py").write_text("def f():\n    from far_away import VALUE\n    return VALUE\n")
+    (tmp_path / "near_here.py").write_text("def f():\n    from far_away import VALUE\n    return VALUE\n")
     for name in ("far_away", "aside"):
-        (tmp_path/f"{name}.py").write_text("VALUE = 1\n")
+        (tmp_path / f"{name}.py").write_text("VALUE = 1\n")
     module = import_module("near_here")
     before = digest(module.f), digest(module)
-    (tmp_path/"aside.py").write_text("VALUE = 2\n")
+    (tmp_path / "aside.py").write_text("VALUE = 2\n")
     assert (digest(module.f), digest(module)) == before
-    (tmp_path/"far_away.py").write_text("VALUE = 2\n")
+    (tmp_path / "far_away.py").write_text("VALUE = 2\n")
     assert digest(module.f) != before[0] and digest(module) != before[1]
 
 
 def test_what_cannot_be_followed_is_never_used_again(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
-    (tmp_path/"bare_folder").mkdir()      # a package without __init__.py
-    (tmp_path/"bare_folder"/"inside.py").write_text("def f():\n    return 1\n")
+    (tmp_path / "bare_folder").mkdir()  # a package without __init__.py
+    (tmp_path / "bare_folder" / "inside.py").write_text("def f():\n    return 1\n")
     function = import_module("bare_folder.inside").f
     assert digest(function) != digest(function)
 
@@ -110,38 +113,38 @@ def test_versions_count(monkeypatch):
 
 
 def test_any_file_of_the_package_counts(tmp_path, monkeypatch):
-    (tmp_path/"deep").mkdir()
-    for path in (tmp_path/"__init__.py", tmp_path/"deep"/"one.py"):
+    (tmp_path / "deep").mkdir()
+    for path in (tmp_path / "__init__.py", tmp_path / "deep" / "one.py"):
         path.write_text("")
     found = SimpleNamespace(submodule_search_locations=[tmp_path])
     monkeypatch.setattr(provenance.util, "find_spec", lambda name: found if name == "microblock" else None)
     before = digest(scaled)
     assert digest(scaled) == before
-    (tmp_path/"deep"/"one.py").write_text("#")
+    (tmp_path / "deep" / "one.py").write_text("#")
     assert digest(scaled) != before
 
 
 def test_a_file_that_changed_after_it_was_loaded_may_not_be_what_runs(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(tmp_path)
-    (tmp_path/"edited.py").write_text("def f():\n    return 1\n")
+    (tmp_path / "edited.py").write_text("def f():\n    return 1\n")
     function = import_module("edited").f
     before = digest(function)
-    (tmp_path/"edited.py").write_text("def f():\n    return 2\n")
+    (tmp_path / "edited.py").write_text("def f():\n    return 2\n")
     here, there = digest(function), digest(function, fresh=True)
     monkeypatch.setattr(provenance, "_first", {**provenance._first, "edited": None})
-    provenance._first.pop("edited")      # as in the next process, which runs the new file
+    provenance._first.pop("edited")  # as in the next process, which runs the new file
     assert len({before, here, there}) == 3 and digest(function) == there
 
 
 def test_files_count_by_name_and_content(tmp_path):
-    file = tmp_path/"one.csv"
+    file = tmp_path / "one.csv"
     assert content(file) is None
     file.write_text("a,b\n")
     before = content(file)
-    file.write_text("a,c\n")      # as long as before
+    file.write_text("a,c\n")  # as long as before
     assert content(file) != before
     file.write_text("a,b\n")
-    assert content(file) == before != content(file.rename(tmp_path/"other.csv"))
+    assert content(file) == before != content(file.rename(tmp_path / "other.csv"))
 
 
 @dataclass
@@ -171,5 +174,11 @@ def test_public_functions_of_the_room_have_hints_and_sections(name):
         assert all(entry.annotation is not entry.empty for entry in signature.parameters.values()), one
         assert signature.return_annotation is not signature.empty, one
         told = inspect.getdoc(one)
-        assert all(section in told for section, needed in (("Parameters\n---", signature.parameters), (
-            "Returns\n---", signature.return_annotation is not None and "Yields" not in told)) if needed), one
+        assert all(
+            section in told
+            for section, needed in (
+                ("Parameters\n---", signature.parameters),
+                ("Returns\n---", signature.return_annotation is not None and "Yields" not in told),
+            )
+            if needed
+        ), one

@@ -3,12 +3,12 @@
 import re
 from pathlib import Path
 
-README = Path(__file__).parents[2]/"README.md"
-LONGEST = 120      # lines: a page for someone with a minute
+README = Path(__file__).parents[2] / "README.md"
+LONGEST = 120  # lines: a page for someone with a minute
 
 
 def test_python_of_the_readme_prints_what_it_says(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)      # it writes files
+    monkeypatch.chdir(tmp_path)  # it writes files
     text, names = README.read_text(), {}
     found = re.findall(r"```python\n(.*?)```\n(?:\n```text\n(.*?)```)", text, re.S)
     assert len(found) == text.count("```python") == 2
@@ -24,4 +24,4 @@ def test_readme_is_one_page():
 
 def test_links_of_the_readme_lead_somewhere():
     for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", README.read_text()):
-        assert (README.parent/target).exists(), target
+        assert (README.parent / target).exists(), target

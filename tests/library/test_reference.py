@@ -14,7 +14,7 @@ import pytest
 import microblock as mb
 
 ROOT = Path(mb.__file__).parents[1]
-PAGE = ROOT/"docs"/"reference"/"index.rst"
+PAGE = ROOT / "docs" / "reference" / "index.rst"
 LISTED = re.findall(r"^\.\. auto(?:class|function):: microblock\.(\S+)$", PAGE.read_text(), re.M)
 
 
@@ -25,10 +25,16 @@ def lower_levels():
         package = import_module(f"microblock.{room}")
         for _, name, _ in pkgutil.iter_modules(package.__path__):
             module = import_module(f"microblock.{room}.{name}")
-            own = (one for one, thing in vars(module).items()
-                   if getattr(thing, "__module__", "") == module.__name__)
-            found += [f"{room}.{name}.{one}" for one in own
-                      if ">>>" in (vars(module)[one].__doc__ or "") and one not in mb.__all__]
+            own = (
+                one
+                for one, thing in vars(module).items()
+                if getattr(thing, "__module__", "") == module.__name__
+            )
+            found += [
+                f"{room}.{name}.{one}"
+                for one in own
+                if ">>>" in (vars(module)[one].__doc__ or "") and one not in mb.__all__
+            ]
     return found
 
 
@@ -40,7 +46,7 @@ def run(example):
 
 @pytest.mark.parametrize("name", mb.__all__)
 def test_the_example_of_a_public_name_runs(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)      # examples may write files
+    monkeypatch.chdir(tmp_path)  # examples may write files
     names = {"mb": mb, "np": np}
     example = doctest.DocTestParser().get_doctest(getattr(mb, name).__doc__, names, name, None, None)
     assert example.examples and "mb." in example.docstring
@@ -65,9 +71,23 @@ def test_every_public_name_is_listed_once():
 @pytest.mark.slow
 def test_pages_are_built_without_a_warning(tmp_path):
     pytest.importorskip("sphinx", reason="the pages need the extra `docs`")
-    built = subprocess.run([sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-d",
-                            str(tmp_path/"trees"), "docs/reference", str(tmp_path/"pages")], cwd=ROOT,
-                           capture_output=True, text=True)
+    built = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "sphinx",
+            "-q",
+            "-W",
+            "--keep-going",
+            "-d",
+            str(tmp_path / "trees"),
+            "docs/reference",
+            str(tmp_path / "pages"),
+        ],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
     assert built.returncode == 0, built.stderr
-    page = (tmp_path/"pages"/"index.html").read_text()
+    page = (tmp_path / "pages" / "index.html").read_text()
     assert all(f'id="microblock.{name}"' in page for name in LISTED)

@@ -30,11 +30,12 @@ def numbers():
 def two_threads():
     """Two threads outside, whatever the machine has: OpenBLAS takes any number."""
     import ngsolve  # noqa: F401      (brings a BLAS of its own)
+
     with threadpool_limits(2):
         if set(numbers().values()) != {2}:
             pytest.fail(f"threads cannot be set here: {numbers()}")
         yield
-        assert set(numbers().values()) == {2}      # given back, whatever the test did
+        assert set(numbers().values()) == {2}  # given back, whatever the test did
 
 
 class Watching:
@@ -47,7 +48,7 @@ class Watching:
         self.seen |= set(numbers().values())
         if self.fails:
             raise KeyboardInterrupt
-        return np.asarray(x)**2/20
+        return np.asarray(x) ** 2 / 20
 
 
 def body():
@@ -101,8 +102,9 @@ def test_inside_there_is_one_thread_and_outside_what_was_there(entry, monkeypatc
 def test_newton_has_one_thread_too(monkeypatch):
     solver, seen = newton(mb.Cylinder(10.0)), set()
     look = solver._look
-    monkeypatch.setattr(solver, "_look",
-                        lambda *arguments: seen.update(numbers().values()) or look(*arguments))
+    monkeypatch.setattr(
+        solver, "_look", lambda *arguments: seen.update(numbers().values()) or look(*arguments)
+    )
     solver.solve(0.5)
     assert seen == {1}
 
@@ -163,17 +165,19 @@ def test_entries_of_several_python_threads_are_counted_together():
 
 def test_libraries_that_are_loaded_later_are_seen():
     """NGSolve's own BLAS comes when a mesh is first used, which may be within a call."""
-    code = ("from microblock.threads import bounded\n"
-            "from threadpoolctl import threadpool_info\n"
-            "def numbers(): return [library['num_threads'] for library in threadpool_info()]\n"
-            "@bounded\n"
-            "def outer():\n"
-            "    before = len(numbers())\n"
-            "    import ngsolve\n"
-            "    return before, bounded(numbers)()\n"
-            "before, inside = outer()\n"
-            "assert len(inside) > before and set(inside) == {1}, inside\n"
-            "assert set(numbers()) == {2}, numbers()")
+    code = (
+        "from microblock.threads import bounded\n"
+        "from threadpoolctl import threadpool_info\n"
+        "def numbers(): return [library['num_threads'] for library in threadpool_info()]\n"
+        "@bounded\n"
+        "def outer():\n"
+        "    before = len(numbers())\n"
+        "    import ngsolve\n"
+        "    return before, bounded(numbers)()\n"
+        "before, inside = outer()\n"
+        "assert len(inside) > before and set(inside) == {1}, inside\n"
+        "assert set(numbers()) == {2}, numbers()"
+    )
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "2", "OMP_NUM_THREADS": "2"}
     subprocess.run([sys.executable, "-c", code], check=True, env=environment)
 

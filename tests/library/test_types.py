@@ -26,7 +26,7 @@ mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), "microblock")
 
 def mypy(folder, *arguments):
     pytest.importorskip("mypy")
-    options = ["--config-file", TOP/"setup.cfg", "--cache-dir", folder/"cache"]
+    options = ["--config-file", TOP / "setup.cfg", "--cache-dir", folder / "cache"]
     command = [sys.executable, "-m", "mypy", *options, *arguments]
     return subprocess.run(command, cwd=TOP, capture_output=True, text=True)
 
@@ -36,7 +36,7 @@ def test_mypy_passes_and_programs_see_the_types(tmp_path):
     """Both on one cache: most of the time goes to numpy and matplotlib."""
     whole = mypy(tmp_path, "microblock")
     assert whole.returncode == 0, whole.stdout
-    program = tmp_path/"program.py"
+    program = tmp_path / "program.py"
     program.write_text(PROGRAM)
     seen = mypy(tmp_path, program).stdout
     assert "dict[str, list[tuple[float, float]]]" in seen
@@ -46,5 +46,5 @@ def test_mypy_passes_and_programs_see_the_types(tmp_path):
 
 
 def test_names_for_mypy_are_the_public_ones():
-    stub = (TOP/"microblock"/"__init__.pyi").read_text()
+    stub = (TOP / "microblock" / "__init__.pyi").read_text()
     assert {line.split()[-1] for line in stub.splitlines() if line.startswith("from")} == set(mb.__all__)

@@ -18,7 +18,7 @@ from microblock.view.state_figure import BlocksFigure, StateFigure, unbounded
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 LEVERS = mb.Microblock(-0.001234, psi0_in="levers")
-HALF, HERTZ = mb.HalfPlane(SOLID), math.sqrt(4*10/(math.pi*SOLID.E_star))
+HALF, HERTZ = mb.HalfPlane(SOLID), math.sqrt(4 * 10 / (math.pi * SOLID.E_star))
 
 
 def line(obstacle=mb.Cylinder(R=10), law=mb.Microblock(), method=None):
@@ -36,10 +36,13 @@ def uniform(h):
 
 
 BLOCK = mb.Contact(mb.Block(SOLID, 8.0), mb.Cylinder(R=10), mb.Microblock())
-STATES = {"line": lambda: line().solve(load=1.0),
-          "cells": lambda: line(method=mb.Cells(nodes=512, window=(-1, 1))).solve(load=1.0),
-          "fitted": lambda: BLOCK.solve(load=1.0, rtol=1e-2),
-          "uniform": lambda: uniform(0.02).solve(load=1.0), "body": lambda: body(0.05).solve(load=1.0)}
+STATES = {
+    "line": lambda: line().solve(load=1.0),
+    "cells": lambda: line(method=mb.Cells(nodes=512, window=(-1, 1))).solve(load=1.0),
+    "fitted": lambda: BLOCK.solve(load=1.0, rtol=1e-2),
+    "uniform": lambda: uniform(0.02).solve(load=1.0),
+    "body": lambda: body(0.05).solve(load=1.0),
+}
 
 
 @pytest.mark.parametrize("kind", STATES)
@@ -48,11 +51,11 @@ def test_states_of_every_kind_go_by_the_same_names(kind):
     contact = state.zones["contact"]
     assert set(state.zones) == {"A", "B", "full", "contact"}
     assert all(type(edge) is float for zones in state.zones.values() for pair in zones for edge in pair)
-    assert type(state.half_width) is float and state.half_width == (contact[-1][1] - contact[0][0])/2
+    assert type(state.half_width) is float and state.half_width == (contact[-1][1] - contact[0][0]) / 2
     # one problem but for the body's finite size, 4 to 8 times the contact; a node stands for 0.025 at most
     assert state.half_width == pytest.approx(line().solve(load=1.0).half_width, abs=0.03)
     assert (state.error_estimate is None) == (kind in ("uniform", "body"))
-    assert state.zones["A"][0][0] > state.zones["B"][0][0]      # the left corner comes later on the left
+    assert state.zones["A"][0][0] > state.zones["B"][0][0]  # the left corner comes later on the left
     for name in ("half_width", "error_estimate", "zones"):
         assert name in mb.State.__doc__
 
@@ -66,19 +69,23 @@ def test_nothing_in_contact_has_no_width():
     assert state.half_width == 0.0 and state.zones["contact"] == []
 
 
-@pytest.mark.parametrize("obstacle, law, places", [
-    (mb.Cylinder(R=10), mb.Microblock(), {"A": 0.0425, "B": -0.0425}),
-    (lambda x: (x - 0.1)**2/20, mb.Microblock(), {"A": 0.1425, "B": 0.0575}),
-    (mb.Wedge(0.02), mb.Microblock(), {"A": 0.0425, "B": -0.0425}),
-    (mb.Cylinder(R=10), mb.Unilateral(), {"contact": 0.0}),
-    (mb.Punch(0.5, tilt=0.001), mb.Unilateral(), {"contact": -0.5}),
-    (mb.Punch(0.5), mb.Unilateral(), {"contact": 0.0})],
-    ids=["cylinder", "callable", "wedge", "unilateral", "tilted", "flat"])
+@pytest.mark.parametrize(
+    "obstacle, law, places",
+    [
+        (mb.Cylinder(R=10), mb.Microblock(), {"A": 0.0425, "B": -0.0425}),
+        (lambda x: (x - 0.1) ** 2 / 20, mb.Microblock(), {"A": 0.1425, "B": 0.0575}),
+        (mb.Wedge(0.02), mb.Microblock(), {"A": 0.0425, "B": -0.0425}),
+        (mb.Cylinder(R=10), mb.Unilateral(), {"contact": 0.0}),
+        (mb.Punch(0.5, tilt=0.001), mb.Unilateral(), {"contact": -0.5}),
+        (mb.Punch(0.5), mb.Unilateral(), {"contact": 0.0}),
+    ],
+    ids=["cylinder", "callable", "wedge", "unilateral", "tilted", "flat"],
+)
 def test_first_touch_is_where_the_gap_is_least(obstacle, law, places):
     first = [event for event in line(obstacle, law).path(load=0.02).events if event.load == 0]
     for zone, x in places.items():
         born = [event.x for event in first if event.zone == zone]
-        assert born == pytest.approx([x], abs=1e-7)      # root of rounding in a parabola's gap
+        assert born == pytest.approx([x], abs=1e-7)  # root of rounding in a parabola's gap
     contact = sorted(event.x for event in first if event.zone == "contact")
     assert contact == pytest.approx(sorted(places.values()), abs=1e-7)
 
@@ -92,35 +99,40 @@ def test_events_are_plain_numbers():
 
 
 def test_lowest_points_are_told_from_flat_bottoms_and_ties():
-    x = np.linspace(-1, 1, 10)      # the minimum of the first lies between two samples, equally far from both
-    assert lowest(lambda x: x**2, x) == pytest.approx((0, 0), abs=1e-8)      # root of rounding
+    x = np.linspace(-1, 1, 10)  # the minimum of the first lies between two samples, equally far from both
+    assert lowest(lambda x: x**2, x) == pytest.approx((0, 0), abs=1e-8)  # root of rounding
     assert lowest(lambda x: np.where(x < 0.3, np.inf, x), np.unique([*x, 0.3])) == (0.3, 0.3)
-    assert lowest(lambda x: 0*x + 2, x) == (2.0, None)
-    assert lowest(lambda x: np.cos(2*np.pi*x), x)[1] is None      # -1/2 and 1/2
-    assert lowest(lambda x: np.maximum(np.abs(x), 1/9 + 1e-9), x)[1] is None      # flat between two samples
+    assert lowest(lambda x: 0 * x + 2, x) == (2.0, None)
+    assert lowest(lambda x: np.cos(2 * np.pi * x), x)[1] is None  # -1/2 and 1/2
+    assert lowest(lambda x: np.maximum(np.abs(x), 1 / 9 + 1e-9), x)[1] is None  # flat between two samples
 
 
 def test_rows_and_paths_come_back_from_csv(tmp_path):
-    rows = [{"radius": 5.0, "law": "microblock", "half_width": np.float64(0.1), "error": None},
-            {"radius": 10.0, "law": "unilateral", "half_width": 1/3, "error": None}]
-    mb.to_csv(rows, tmp_path/"rows.csv")
-    back = read_records(tmp_path/"rows.csv")
+    rows = [
+        {"radius": 5.0, "law": "microblock", "half_width": np.float64(0.1), "error": None},
+        {"radius": 10.0, "law": "unilateral", "half_width": 1 / 3, "error": None},
+    ]
+    mb.to_csv(rows, tmp_path / "rows.csv")
+    back = read_records(tmp_path / "rows.csv")
     assert [{name: row[name] for name in rows[0]} for row in back] == rows and back[0]["version_microblock"]
     for problem, last in ((line(), 0.1), (body(), 1.0)):
         path = problem.path(load=last)
-        mb.to_csv(path, tmp_path/"events.csv")
-        back = read_records(tmp_path/"events.csv")
+        mb.to_csv(path, tmp_path / "events.csv")
+        back = read_records(tmp_path / "events.csv")
         names = ("load", "load_error", "kind", "zone", "x")
         events = [tuple(getattr(event, name) for name in names) for event in path.events]
         assert [tuple(row[name] for name in names) for row in back] == events
 
 
-@pytest.mark.parametrize("wrong", [None, 3.0, "rows", [], [1, 2], {"load": 1.0}, line(), np.ones((2, 3)),
-                                   [{"a": 1}, {"b": 2}]], ids=str)
+@pytest.mark.parametrize(
+    "wrong",
+    [None, 3.0, "rows", [], [1, 2], {"load": 1.0}, line(), np.ones((2, 3)), [{"a": 1}, {"b": 2}]],
+    ids=str,
+)
 def test_what_makes_no_table_is_refused_in_a_line(wrong, tmp_path):
     words = "must be a state, a load path, or a list|must have the columns"
     with pytest.raises(mb.BadArgument, match=words) as refused:
-        mb.to_csv(wrong, tmp_path/"wrong.csv")
+        mb.to_csv(wrong, tmp_path / "wrong.csv")
     assert "\n" not in str(refused.value) and not list(tmp_path.iterdir())
 
 
@@ -146,11 +158,11 @@ def test_pictures_drawn_for_themselves_say_what_they_show(tmp_path):
 
 def test_captions_stay_within_their_figures():
     x = np.linspace(-1, 1, 5)
-    state = line(mb.Obstacle.from_samples(x, x**2/20), LEVERS).solve(load=0.1234, rtol=1e-2)
+    state = line(mb.Obstacle.from_samples(x, x**2 / 20), LEVERS).solve(load=0.1234, rtol=1e-2)
     drawing = state.plot_below()
     drawing.draw_without_rendering()
     box = drawing._suptitle.get_window_extent()
-    assert len(state.caption) > 80 and 0 <= box.x0 and box.x1 <= drawing.bbox.width
+    assert len(state.caption) > 80 and box.x0 >= 0 and box.x1 <= drawing.bbox.width
 
 
 def test_captions_are_short():
@@ -178,12 +190,14 @@ def test_axes_that_are_cut_say_so_and_where():
     # a corner out of contact counts for nothing
     assert state.half_width < 0.5 and unbounded(state) == [0.5]
     # nor a jump of the curvature
-    assert unbounded(line(mb.Obstacle(lambda x: np.abs(x)**3, kinks=(0.0,))).solve(load=1.0)) == []
+    assert unbounded(line(mb.Obstacle(lambda x: np.abs(x) ** 3, kinks=(0.0,))).solve(load=1.0)) == []
 
 
-@pytest.mark.parametrize("coarse, fine, advice", [(body(), body(0.05), "ask for rtol="),
-                                                  (uniform(0.1), uniform(0.02), "smaller h")],
-                         ids=["body", "uniform"])
+@pytest.mark.parametrize(
+    "coarse, fine, advice",
+    [(body(), body(0.05), "ask for rtol="), (uniform(0.1), uniform(0.02), "smaller h")],
+    ids=["body", "uniform"],
+)
 def test_few_nodes_without_an_estimate_are_warned_of(coarse, fine, advice):
     state = coarse.solve(load=1.0)
     left, right = state.zones["contact"][0]

@@ -17,8 +17,8 @@ from microblock.model.law import Microblock, Unilateral
 from microblock.model.material import Cosserat
 from microblock.model.methods import Panels
 
-LOAD = np.pi/2
-SAMPLES = obstacles.Obstacle.from_samples(np.linspace(-3, 3, 31), np.linspace(-3, 3, 31)**2/2)
+LOAD = np.pi / 2
+SAMPLES = obstacles.Obstacle.from_samples(np.linspace(-3, 3, 31), np.linspace(-3, 3, 31) ** 2 / 2)
 
 
 def problem(alpha, law, obstacle, beta=1.0):
@@ -30,37 +30,38 @@ def of_order(here, order, initial=None):
     return here.with_(method=Panels(order=order)).solve(load=LOAD, initial=initial).solution
 
 
-@pytest.mark.parametrize("law", [Unilateral(), Microblock(), Microblock(0.05)],
-                         ids=["unilateral", "microblock", "rotated"])
+@pytest.mark.parametrize(
+    "law", [Unilateral(), Microblock(), Microblock(0.05)], ids=["unilateral", "microblock", "rotated"]
+)
 def test_wedges_converge_like_smooth_obstacles(law):
     here = problem(0.25, law, obstacles.Wedge(0.8))
     fine = here.with_(method=Panels(order=24)).solve(load=LOAD)
     errors = [difference(of_order(here, order, fine), fine.solution) for order in (6, 10, 14)]
     # x log x is what is left: about order^-8
-    assert errors[0] < 1e-2 and errors[1] < errors[0]/30 and errors[2] < 1e-6
+    assert errors[0] < 1e-2 and errors[1] < errors[0] / 30 and errors[2] < 1e-6
 
 
 def test_without_the_logarithm_a_wedge_does_not(monkeypatch):
     here = problem(0.25, Unilateral(), obstacles.Wedge(0.8))
     fine = here.with_(method=Panels(order=24)).solve(load=LOAD)
     monkeypatch.setattr(panels, "log_sizes", lambda *_: {})
-    assert difference(of_order(here, 14, fine), fine.solution) > 1e-4      # against 1e-8
+    assert difference(of_order(here, 14, fine), fine.solution) > 1e-4  # against 1e-8
 
 
 def test_size_of_the_logarithm_is_the_classical_one():
     """A classical wedge presses with p = (E*/2) slope acosh(a/x)/pi*2: K = E* slope/pi for E* = 2 c."""
     here = problem(1.0, Unilateral(), obstacles.Wedge(0.1), beta=1e-10)
     state = here.solve(load=0.05, rtol=1e-6)
-    x = np.array([1e-8, 1e-10])*state.half_width
-    observed = np.diff(state.pressure_at(x))[0]/np.log(x[0]/x[1])
+    x = np.array([1e-8, 1e-10]) * state.half_width
+    observed = np.diff(state.pressure_at(x))[0] / np.log(x[0] / x[1])
     # rounding of the steps in log x
-    assert observed == pytest.approx(here.body.solid.E_star*0.1/np.pi, rel=1e-6)
+    assert observed == pytest.approx(here.body.solid.E_star * 0.1 / np.pi, rel=1e-6)
 
 
 def test_pressure_has_no_holes():
     """Where panels meet, and at the other corner's edges, the pressure is that of the neighbourhood."""
     state = problem(0.25, Microblock(0.1), obstacles.Cylinder(1.0)).solve(load=LOAD, rtol=1e-6)
-    (left, right), = state.zones["A"]
+    ((left, right),) = state.zones["A"]
     own = state.solution.panels
     ends = np.unique(np.concatenate((own.e, own.e + own.h)))
     inside = ends[(ends > left + 1e-3) & (ends < right - 1e-3)]
@@ -70,17 +71,22 @@ def test_pressure_has_no_holes():
     assert here == pytest.approx(beside, rel=1e-3)
 
 
-@pytest.mark.parametrize("ell, obstacle, law, load", [
-    (0.1, obstacles.Punch(3.0, 0.13), Unilateral(), 0.01),
-    (3.4, obstacles.Punch(4.35, 0.23), Microblock(), 0.03),
-    (0.25, obstacles.Punch(5.0), Microblock(), 1.5), (0.25, obstacles.Punch(1.0, 0.01), Microblock(), 0.7),
-    (0.25, lambda x: x**2/2 + 0.02*np.cos(9*x), Microblock(), LOAD),
-    (0.25, SAMPLES, Unilateral(), LOAD)],
-    ids=["one edge", "one edge of wide blocks", "wide", "tilted", "waves", "samples"])
+@pytest.mark.parametrize(
+    "ell, obstacle, law, load",
+    [
+        (0.1, obstacles.Punch(3.0, 0.13), Unilateral(), 0.01),
+        (3.4, obstacles.Punch(4.35, 0.23), Microblock(), 0.03),
+        (0.25, obstacles.Punch(5.0), Microblock(), 1.5),
+        (0.25, obstacles.Punch(1.0, 0.01), Microblock(), 0.7),
+        (0.25, lambda x: x**2 / 2 + 0.02 * np.cos(9 * x), Microblock(), LOAD),
+        (0.25, SAMPLES, Unilateral(), LOAD),
+    ],
+    ids=["one edge", "one edge of wide blocks", "wide", "tilted", "waves", "samples"],
+)
 def test_zones_of_other_obstacles(ell, obstacle, law, load):
     state = problem(ell, law, obstacle).solve(load=load)
     assert state.error_estimate <= 1e-3
-    assert state.residual < 1e-4      # what panels of order 10 may leave
+    assert state.residual < 1e-4  # what panels of order 10 may leave
     assert state.weights @ state.pressure == pytest.approx(load, rel=1e-12)
 
 
@@ -111,10 +117,10 @@ def test_estimate_of_the_edges_is_what_they_miss():
     """Edges off by 1e-4 of the zone, on purpose, against the fitted ones."""
     here = problem(0.25, Microblock(), obstacles.Cylinder(1.0))
     fitted = of_order(here, 14)
-    moved = {0: tuple((left, right*(1 + 1e-4)) for left, right in fitted.zones[0])}
+    moved = {0: tuple((left, right * (1 + 1e-4)) for left, right in fitted.zones[0])}
     off = contact_line.fit(here.solver.problem, LOAD, moved, order=14, tolerance=1.0)
     missed = difference(replace(off, zones=fitted.zones), fitted)
-    assert 0.1 < missed/off.estimate.edges < 1.5      # K0/sqrt(r), cut off somewhere: right but for a factor
+    assert 0.1 < missed / off.estimate.edges < 1.5  # K0/sqrt(r), cut off somewhere: right but for a factor
 
 
 def test_path_of_a_symmetric_problem():
@@ -124,8 +130,8 @@ def test_path_of_a_symmetric_problem():
     load, error = here.solver.coalescence()
     assert len(met) == 1 and met[0].load == pytest.approx(load, abs=error + met[0].load_error)
     assert [event.load for event in path.events] == sorted(event.load for event in path.events)
-    direct = here.solve(load=0.5*LOAD, rtol=1e-3)
-    assert difference(path.at(0.5*LOAD).solution, direct.solution) < 2e-3      # both below rtol
+    direct = here.solve(load=0.5 * LOAD, rtol=1e-3)
+    assert difference(path.at(0.5 * LOAD).solution, direct.solution) < 2e-3  # both below rtol
     with pytest.raises(BadArgument):
         here.path(load=-1.0)
 
@@ -134,11 +140,11 @@ def test_path_of_a_symmetric_problem():
 def test_events_under_a_wedge():
     """Zones meet on the axis, then a second pair of partial zones is closed from within; on both sides as
     symmetry asks."""
-    found = problem(0.25, Microblock(), obstacles.Wedge(np.tan(np.radians(1))*10)).path(load=LOAD).events
+    found = problem(0.25, Microblock(), obstacles.Wedge(np.tan(np.radians(1)) * 10)).path(load=LOAD).events
     kinds = [(event.kind, event.zone) for event in found if event.load > 0]
     assert kinds[:2] == [("born", "full"), ("merged", "contact")]
     assert kinds.count(("born", "A")) == kinds.count(("born", "B")) == 1
-    assert all(event.load_error < 1e-3*event.load for event in found if event.load > 0)
+    assert all(event.load_error < 1e-3 * event.load for event in found if event.load > 0)
 
 
 def test_two_edges_drift_together():
@@ -147,9 +153,9 @@ def test_two_edges_drift_together():
     body = HalfPlane(Cosserat(E=1.0, nu=-0.5, ell=10**-1.3125, beta=0.1))
     here = Contact(body, obstacles.Cylinder(1.0), Microblock(0.03125))
     state = here.solve(load=10**-2.125)
-    (inner, _), = state.zones["A"]
-    (_, other), = state.zones["B"]
-    assert state.error_estimate <= 1e-3 and abs(inner - other) < 1e-3*(state.x[-1] - state.x[0])
+    ((inner, _),) = state.zones["A"]
+    ((_, other),) = state.zones["B"]
+    assert state.error_estimate <= 1e-3 and abs(inner - other) < 1e-3 * (state.x[-1] - state.x[0])
 
 
 def test_zones_of_unsymmetric_problems_meet_once():
@@ -158,16 +164,20 @@ def test_zones_of_unsymmetric_problems_meet_once():
     # what psi0 shifts is of its second power; the error that is said
     for psi0, near in ((1e-6, 1e-5), (0.03, None)):
         events = problem(0.3, Microblock(psi0), obstacles.Cylinder(1.0)).path(load=0.7).events
-        meeting = [event for event in events
-                   if event.kind == "merged" or (event.kind, event.zone) == ("born", "full")]
+        meeting = [
+            event
+            for event in events
+            if event.kind == "merged" or (event.kind, event.zone) == ("born", "full")
+        ]
         assert [(event.kind, event.zone) for event in meeting] == [("born", "full"), ("merged", "contact")]
-        assert meeting[0].load == meeting[1].load and meeting[0].load_error < 1e-5*meeting[0].load
+        assert meeting[0].load == meeting[1].load and meeting[0].load_error < 1e-5 * meeting[0].load
         assert [event for event in events if event.kind in ("vanished", "split")] == []
         if near:
-            assert abs(meeting[0].load - straight) < meeting[0].load_error < near*straight
-            late = [event for event in events
-                    if event.x > 0 and event.kind == "born" and event.zone == "contact"]
-            assert late[0].load_error > 0      # touches after B does, earlier than the scan begins
+            assert abs(meeting[0].load - straight) < meeting[0].load_error < near * straight
+            late = [
+                event for event in events if event.x > 0 and event.kind == "born" and event.zone == "contact"
+            ]
+            assert late[0].load_error > 0  # touches after B does, earlier than the scan begins
 
 
 def test_a_corner_that_hardly_touches_is_seen():
@@ -175,10 +185,10 @@ def test_a_corner_that_hardly_touches_is_seen():
     here = problem(1.55, Microblock(0.9), obstacles.Cylinder(1.0))
     event = next(event for event in here.path(load=12.0).events if event.zone == "A" and event.load > 0)
     for beyond in (1e-2, 1e-4):
-        state = here.solve(load=(1 + beyond)*event.load)
-        (left, right), = state.zones["A"]
+        state = here.solve(load=(1 + beyond) * event.load)
+        ((left, right),) = state.zones["A"]
         # the gap closes as the square of the width does, up to its logarithm
-        assert 0.6 < (right - left)/np.sqrt(beyond) < 1.1 and left < event.x < right + 0.05
+        assert 0.6 < (right - left) / np.sqrt(beyond) < 1.1 and left < event.x < right + 0.05
 
 
 def test_crossed_edges_are_another_topology():
