@@ -39,7 +39,10 @@ FACTOR = 2.5  # between the loads of the scan
 UNSEEN = 1e-3  # of the load: a zone that is born and merges within is not seen
 START = 0.2  # of ell: the contact is that narrow where the scan begins
 LEAST = 1e-9  # of the last load, if it never is
-SAME = 1e-9  # of the width: a contact that does not grow with the load, as under a punch
+SAME = 1e-9  # of the width: gaps that differ by less are equally small
+STILL = 1e-4  # of the width: between two loads of the scan no edge moves more, as under a flat punch
+FOLLOWED = 1e-2  # of the last load: if no smaller state is found below it, the path begins there
+SKIPPED = 2  # loads of the scan, at most, at which no state is found before it goes on
 EVENT_ORDER = 10  # of the panels meanwhile
 APPROACH = 0.05  # of the way to an event that is left between one state and the next
 SETTLED = 1e-6  # relative correction of an event's load that ends its search
@@ -114,11 +117,36 @@ class ZonePath(LoadPath):
         """States at geometric loads, ascending, coarse."""
         states = [self._coarse(self.last)]
         while not self._is_small(states[0]) and states[0].load > LEAST * self.last:
-            state = self._coarse(states[0].load / FACTOR, states[0])
-            if len(states) > 1 and abs(_width(state) - _width(states[0])) <= SAME * _width(state):
+            state = self._smaller(states[0])
+            if state is None:
                 break
+            still = _is_still(state, states[0])
             states.insert(0, state)
+            if still:
+                break
         return states
+
+    def _smaller(self, state: PanelSolution) -> PanelSolution | None:
+        """Returns the next state of the scan; None where the path may begin with the one before.
+
+        Raises
+        ------
+        NotConverged
+            If none is found, and the contact is not yet small.
+        """
+        for skipped in range(1 + SKIPPED):
+            try:
+                return self._coarse(state.load / FACTOR ** (1 + skipped), state)
+            except NotConverged as failure:
+                last = failure
+        if state.load > FOLLOWED * self.last:
+            raise last
+        return None
+
+    @property
+    def first(self) -> float:
+        """Load from which zones are followed; see `LoadPath`."""
+        return self._scan[0].load
 
     def _is_small(self, state: PanelSolution) -> bool:
         zones = state.zones_by_name
@@ -443,6 +471,15 @@ def _lowest_of_zones(state: PanelSolution) -> dict[int, dict[Interval, tuple[flo
             x = np.unique((*np.linspace(left, right, TOUCH_SAMPLES), *kinks))
             found[corner][left, right] = lowest(gap, x)
     return found
+
+
+def _is_still(low: PanelSolution, high: PanelSolution) -> bool:
+    """Whether the contact does not shrink any more on the way to load 0."""
+    one, other = low.all_zones, high.all_zones
+    if any(len(one[corner]) != len(other[corner]) for corner in one):
+        return False
+    edges, others = (np.ravel([pair for own in zones.values() for pair in own]) for zones in (one, other))
+    return bool(np.abs(edges - others).max() <= STILL * _width(low))
 
 
 def _width(state: PanelSolution) -> float:

@@ -20,6 +20,7 @@ from .obstacle_sample import CARRIES, JUDGE_LIMIT, LIMIT, TWICE, Draw
 BESIDE = 0.03
 LOOKS = 6  # events of a path, the latest ones, beside which cells are looked at
 RANDOM = 3  # random loads between a tenth of the last one and the last
+APART = 1e-3  # of the load: cells do not tell states apart that are nearer to an event
 TIMES = 4  # LIMIT, for the events of a path
 STEPS = {"born": 1, "split": 1, "vanished": -1, "merged": -1}
 NARROW = 0.05  # of the narrower of two zones: what parts them is not told from nothing
@@ -60,7 +61,7 @@ def beside(events, last, rng):
             way = (
                 min(max(BESIDE * load, 3 * error), abs(ahead[0] - load) / 2) if len(ahead) else BESIDE * load
             )
-            if way > 1.5 * error and 0 < load + sign * way <= last:
+            if way > max(1.5 * error, APART * load) and 0 < load + sign * way <= last:
                 found.append(load + sign * way)
     return sorted(map(float, found))
 

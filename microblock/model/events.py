@@ -58,6 +58,9 @@ class LoadPath(Shown):
         Load at the end of the path (force per thickness).
     rtol : float or None
         Relative L2 error of the states.
+    first : float
+        Load from which zones are followed. A zone that is there by then and did not begin at first touch is
+        an event at half of that load, with as large an error; what else happens below is not looked for.
     events : list of Event
         Zones that are born, merge, split or vanish, ascending in load.
 
@@ -73,6 +76,10 @@ class LoadPath(Shown):
 
     def __init__(self, problem: ContactLike, last: float, rtol: float | None) -> None:
         self.problem, self.last, self.rtol = problem, last, rtol
+
+    @property
+    def first(self) -> float:
+        return 0.0
 
     if TYPE_CHECKING:  # a subclass has it as a cached property
 
@@ -108,10 +115,12 @@ class LoadPath(Shown):
             Row(f"{event.zone} {event.kind}", "P", event.load, f"at x1 = {number(event.x)}")
             for event in events or ()
         ]
+        begun = [] if events is None else [Row("zones followed from load", "P", self.first)]
         words = "not yet looked for" if events is None else f"{len(events)}"
         rows = (
             Row("last load", "P", self.last, "force per thickness"),
             Row("accuracy asked for", "rtol", self.rtol),
+            *begun,
             Row("events", "", words),
             *listed,
         )
