@@ -8,7 +8,7 @@ import ngsolve as ng
 import numpy as np
 
 from .. import cost
-from ..errors import BadArgument, NotConverged, require_kind
+from ..errors import BadArgument, NotConverged, require_kind, require_whole
 from ..model.fields import PointFields
 from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
@@ -110,12 +110,11 @@ class Body(Shown):
         require_kind(Cosserat, "a Cosserat", solid=solid)
         require_kind(str, "the name of a boundary", contact=contact)
         self.mesh, self.solid, self.periodic, self.contact = mesh, solid, periodic, contact
-        self.element_orders = None if isinstance(order, int) else self._graded(order, order_psi)
+        self.element_orders = None if isinstance(order, int | np.integer) else self._graded(order, order_psi)
         order = order if self.element_orders is None else int(self.element_orders.max())
         orders = (order, order, order if order_psi is None else order_psi)
         for name, value in (("order", orders[0]), ("order_psi", orders[2])):
-            if not (isinstance(value, int) and value >= 1):
-                raise BadArgument(name, value, "must be an integer of at least 1")
+            require_whole(1, **{name: value})
         self.order, self.order_psi = orders[0], orders[2]
         self.prescribed = dict(prescribed or {})
         self.fixed = self._patterns(fixed)
@@ -123,6 +122,22 @@ class Body(Shown):
         self.space = self.spaces[0] * self.spaces[1] * self.spaces[2]
         self._require_periodic_values()
         self.derived: dict = {}  # what costs a factorisation, kept as long as the body by who makes it
+
+    def __reduce__(self):
+        """A copy, or what comes out of a file, is made anew: NGSolve loses orders of single elements."""
+        order = self.order if self.element_orders is None else self.element_orders
+        order_psi = self.order_psi if self.element_orders is None else None
+        own = (
+            self.mesh,
+            self.solid,
+            order,
+            order_psi,
+            self.fixed,
+            self.prescribed,
+            self.periodic,
+            self.contact,
+        )
+        return _made_anew, own
 
     def summary(self):
         """Elements, orders, unknowns, supports and moduli, for a notebook."""
@@ -154,17 +169,9 @@ class Body(Shown):
             raise BadArgument(
                 "order", "one for each element", "belongs to one mesh: give one order for all elements"
             )
-        order = self.order if self.element_orders is None else self.element_orders
-        order_psi = self.order_psi if self.element_orders is None else None
-        return Body(
-            mesh,
-            solid or self.solid,
-            order,
-            order_psi=order_psi,
-            fixed=self.fixed if fixed is None else fixed,
-            prescribed=self.prescribed,
-            periodic=self.periodic,
-            contact=self.contact,
+        _, _, order, order_psi, own_fixed, *others = self.__reduce__()[1]
+        return _made_anew(
+            mesh, solid or self.solid, order, order_psi, own_fixed if fixed is None else fixed, *others
         )
 
     def of(self, solid):
@@ -413,6 +420,11 @@ class Fields:
         self.body, self.forces = body, forces
         self.u1, self.u2, self.psi = components[:3]
 
+    def __reduce__(self):
+        """A copy, or what comes out of a file, has its values on a body made anew."""
+        values = [part.vec.FV().NumPy().copy() for part in self]
+        return _fields_anew, (self.body, values, self.forces, self.mirrored)
+
     def unfolded(self):
         """The same fields of the half x1 > 0 of a symmetric body, with values at points of the whole one."""
         found = Fields(self.body, tuple(self), self.forces)
@@ -535,3 +547,27 @@ def solve_linear(matrix, freedofs, rhs, what):
     if not left.Norm() <= SINGULAR * max(scale.Norm(), 1e-300):
         raise NotConverged(f"singular matrix of {what}")
     return solution
+
+
+def _made_anew(mesh, solid, order, order_psi, fixed, prescribed, periodic, contact):
+    """The Body of these arguments."""
+    return Body(
+        mesh,
+        solid,
+        order,
+        order_psi=order_psi,
+        fixed=fixed,
+        prescribed=prescribed,
+        periodic=periodic,
+        contact=contact,
+    )
+
+
+def _fields_anew(body, values, forces, mirrored):
+    """The Fields of these values of the unknowns of each component, arrays."""
+    state = ng.GridFunction(body.space)
+    for part, own in zip(state.components, values):
+        part.vec.FV().NumPy()[:] = own
+    fields = Fields(body, state.components, forces)
+    fields.mirrored = mirrored
+    return fields

@@ -54,8 +54,12 @@ class ContactNodes:
     def __init__(self, body, boundary="contact"):
         require_kind(Body, "a Body", body=body)
         require_kind(str, "the name of a boundary", boundary=boundary)
-        self.body, self.region = body, require_pressed(body, boundary)
+        self.body, self.boundary, self.region = body, boundary, require_pressed(body, boundary)
         self._number_nodes()
+
+    def __reduce__(self):
+        """A copy, or what comes out of a file, is made anew: factors and regions of NGSolve do not travel."""
+        return type(self), (self.body, self.boundary)
 
     def _number_nodes(self):
         """Nodes and the rows of R."""

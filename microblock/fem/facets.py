@@ -79,6 +79,7 @@ class ContactFacets:
                 body,
                 "must have one order for all elements: the contact rule is the same on every facet",
             )
+        self._made_of = body, law, obstacle, boundary, rule
         self.body, self.law, self.corners = body, law, law.corners
         self.region = body.pressed(boundary)
         self.order = min(body.order, body.order_psi)
@@ -92,6 +93,10 @@ class ContactFacets:
             raise BadArgument("obstacle", obstacle, "lies over no point of the contact boundary")
         if not self.nodal:
             self._take_gauss_points()
+
+    def __reduce__(self):
+        """A copy, or what comes out of a file, is made anew: rules and regions of NGSolve do not travel."""
+        return ContactFacets, self._made_of
 
     def _number_nodes(self):
         """Nodes are the Lobatto points of all facets, those on shared vertices once."""

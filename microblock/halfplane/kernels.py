@@ -196,6 +196,14 @@ class HalfPlane(Shown):
             require_positive(period=period)
         self.solid, self.period = solid, period
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, HalfPlane):
+            return NotImplemented
+        return (self.solid, self.period) == (other.solid, other.period)
+
+    def __hash__(self) -> int:
+        return hash((self.solid, self.period))
+
     @property
     def methods(self) -> tuple[type[Panels | Cells], ...]:
         """The methods that solve on it, the usual one first."""

@@ -316,6 +316,14 @@ class Samples:
         object.__setattr__(self, "x", x)
         object.__setattr__(self, "z", z)
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Samples):
+            return NotImplemented
+        return np.array_equal(self.x, other.x) and np.array_equal(self._z, other._z)
+
+    def __hash__(self) -> int:
+        return hash((self.x.tobytes(), self._z.tobytes()))
+
     def height(self, x: Array) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths); inf outside the samples."""
         return np.interp(x, self.x, self._z, left=np.inf, right=np.inf)
@@ -323,7 +331,7 @@ class Samples:
 
 def _numbers(name: str, values: ArrayLike | None) -> Array:
     try:
-        return np.asarray(() if values is None else values, float)
+        return np.array(() if values is None else values, float)  # the caller's may change
     except (TypeError, ValueError, OverflowError) as failure:
         raise BadArgument(name, values, "must be a sequence of numbers") from failure
 
@@ -477,7 +485,8 @@ def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
             raise BadArgument(
                 "obstacle",
                 obstacle,
-                f"must be lowest somewhere, but its height(x) falls towards x = {side * np.inf:g}",
+                f"must be lowest within {SCALES[-1]:g} ell of x1 = 0, but its height(x) falls towards "
+                f"x = {side * np.inf:g} there still: move it nearer, or give it a lowest place",
             )
 
 

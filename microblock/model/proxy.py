@@ -9,14 +9,14 @@ not seen.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts2, chebval, chebvander
 
 from ..errors import MicroblockError
-from .types import Array, Flags, Function
+from .types import Array, Flags, Function, Integers
 
 NODES = 14
 FOLLOWED = 1e-8  # of the change over an interval: error of a polynomial that follows
@@ -26,6 +26,9 @@ SHORTEST = 1e-10  # of all intervals together: one that is halved no more
 # smooth, rounding hides the rest of a singular point
 NARROW = 1 / 64
 LOST = 1e-5  # of all intervals: singular points nearer to each other are one
+CROWD = (
+    12  # unsmooth intervals nearer to each other are what rounding makes of one: of |exp(x) - 1| next to 0
+)
 MOST = 200  # unsmooth intervals shorter than NARROW at a time: more of them are noise
 BUDGET = 8000  # pieces
 HALF = 0.5137  # not 1/2: a singular point at a round number shall fall into one of the halves
@@ -108,7 +111,9 @@ def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[
     TooRough
         If there are more than BUDGET pieces, or more than MOST singular points.
     """
+    known = tuple(known)
     edges, ends = _with_ends(function, np.asarray(edges, float))
+    edges = _but_singular(function, edges, {*known, *ends}, floor)
     whole, narrow = edges[-1] - edges[0], float(NARROW * np.median(np.diff(edges)))
     done: list[tuple[Array, Array, Array]] = []
     candidates = [(float(place), 0.0) for place in (*known, *ends)]  # (place, length of its interval)
@@ -123,6 +128,10 @@ def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[
             number = len(left) // 2
             lost = smooth.reshape(2, -1).all(axis=0) & ((length[:number] + length[number:]) < narrow)
             candidates += zip(right[:number][lost], (length[:number] + length[number:])[lost])
+        crowds = _crowds(left, right, ~smooth & (length < LOST * whole), LOST * whole)
+        for crowd in crowds:
+            candidates.append((float(left[crowd].min() + right[crowd].max()) / 2, float(length[crowd].min())))
+            smooth[crowd] = True
         smooth |= shortest
         done.append((left[smooth], right[smooth], values[smooth]))
         left, right = left[~smooth], right[~smooth]
@@ -176,6 +185,30 @@ def _with_ends(function: Function, edges: Array) -> tuple[Array, list[float]]:
             inside, outside = (middle, outside) if there_too else (inside, middle)
         found.append(float(inside))
     return np.union1d(edges, found), found
+
+
+def _but_singular(function: Function, edges: Array, named: Collection[float], floor: float) -> Array:
+    """Returns the edges without those that are singular points and not named.
+
+    Both sides of a singular point may be smooth, and nothing shrinks towards it: inside an interval it is
+    seen. It is where no polynomial follows on an interval about the edge that is shorter than both beside it.
+    """
+    inner, length = edges[1:-1], np.diff(edges)
+    reach = np.minimum(length[1:], length[:-1]) / 2
+    left, right = inner - HALF * reach, inner + (1 - HALF) * reach
+    smooth = _followed(left, right, _values(function, left, right), floor)
+    smooth |= np.isin(inner, list(named))
+    return np.concatenate((edges[:1], inner[smooth], edges[-1:]))
+
+
+def _crowds(left: Array, right: Array, chosen: Flags, least: float) -> list[Integers]:
+    """Returns the groups of more than CROWD chosen intervals that are no farther apart than `least`."""
+    numbers = np.flatnonzero(chosen)
+    if len(numbers) <= CROWD:
+        return []
+    numbers = numbers[np.argsort(left[numbers])]
+    apart = np.flatnonzero(left[numbers[1:]] - right[numbers[:-1]] > least) + 1
+    return [group for group in np.split(numbers, apart) if len(group) > CROWD]
 
 
 def _followed(left: Array, right: Array, values: Array, floor: Array | float) -> Flags:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..errors import BadArgument
@@ -55,6 +56,15 @@ class Solver:
                 f"has {len(self.law.corners)} corners: {type(options).__name__}() takes up "
                 f"to {self.most_corners}, Condensed() and GivenCompliance() any number",
             )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Returns what the solver was made of: what it keeps besides is computed again after a copy."""
+        made: dict[str, Any] = vars(self)
+        return {
+            key: one
+            for key, one in made.items()
+            if not isinstance(getattr(type(self), key, None), cached_property)
+        }
 
     @property
     def body(self) -> BodyLike:

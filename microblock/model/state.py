@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, require_choice
+from ..errors import BadArgument, require_choice, require_pair
 from .obstacles import gap, returned
 from .summary import Row, Shown, Summary, call, intervals, number
 from .types import Array, ContactLike, CornerZones, Interval, LawLike, LineProblem, ObstacleLike, Zones
@@ -629,7 +629,7 @@ class State(Shown):
         -------
         Surface
         """
-        return self.solution.surface(window)
+        return self.solution.surface(_window(window))
 
     @property
     def caption(self) -> str:
@@ -685,7 +685,7 @@ class State(Shown):
         """
         from ..view.state_figure import StateFigure  # here: whoever does not draw does not load matplotlib
 
-        figure = StateFigure(self.law.corners).update(self, window)
+        figure = StateFigure(self.law.corners).update(self, _window(window))
         return _saved(figure.drawing.captioned(self.caption), path)
 
     def plot_blocks(self, path: Target = None, window: Interval | None = None) -> Figure:
@@ -702,7 +702,7 @@ class State(Shown):
         """
         from ..view.state_figure import BlocksFigure
 
-        figure = BlocksFigure(self.law.corners).update(self, window)
+        figure = BlocksFigure(self.law.corners).update(self, _window(window))
         return _saved(figure.drawing.captioned(self.caption), path)
 
     def plot_below(self, field: str = "psi", path: Target = None) -> Figure:
@@ -760,6 +760,13 @@ def _abscissae(x: ArrayLike) -> Array:
     if found.ndim > 1 or not np.isfinite(found).all():
         raise BadArgument("x", x, "must be a finite number, or an array (n,) of such")
     return found
+
+
+def _window(window: Interval | None) -> Interval | None:
+    """Returns the window; raises BadArgument unless it is (left, right), or None."""
+    if window is not None:
+        require_pair(window=window)
+    return window
 
 
 def _saved(drawing: Figure, path: Target) -> Figure:

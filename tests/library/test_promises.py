@@ -31,6 +31,32 @@ def test_a_zone_of_one_corner_is_found_as_well():
     assert kinds == [("B", "born"), ("B", "merged")]
 
 
+@pytest.mark.parametrize("slope, load", [(0.002, 1.0), (0.001, 0.5), (1e-4, 0.05)])
+def test_a_slope_discontinuity_at_zero_of_a_mere_function_is_found(slope, load):
+    """It lies at an edge of the intervals on which a symmetric height is sampled; not seen, the logarithm
+    there costs 1e-3 to 2.5e-3 of the pressure.
+    """
+
+    def height(x):
+        return x**2 / 20 + slope * np.abs(x)
+
+    named = mb.Obstacle(height, kinks=(0.0,), jumps=(2 * slope,))
+    found, right = (
+        mb.Contact(mb.HalfPlane(SOLID), obstacle, mb.Unilateral()).solve(load=load, rtol=rtol)
+        for obstacle, rtol in ((height, 1e-3), (named, 1e-5))
+    )
+    off = right.pressure - found.pressure_at(right.x)
+    error = np.sqrt(right.weights @ off**2 / (right.weights @ right.pressure**2))
+    assert error <= found.error_estimate + right.error_estimate
+
+
+@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock()])
+def test_wedges_as_mere_functions_are_wedges(law):
+    named = mb.Contact(mb.HalfPlane(SOLID), mb.Wedge(0.05), law).solve(load=0.5, rtol=1e-5)
+    found = mb.Contact(mb.HalfPlane(SOLID), lambda x: 0.05 * np.abs(x), law).solve(load=0.5)
+    assert found.half_width == pytest.approx(named.half_width, rel=found.error_estimate)
+
+
 @pytest.mark.parametrize(
     "obstacle, period",
     [(mb.Wave(0.001, 1.0), 1.5), (mb.Rough(1.0, 0.1), 0.7), (lambda x: (x - 1.2) ** 2 / 20, 3.0)],

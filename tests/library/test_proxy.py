@@ -54,6 +54,20 @@ def test_jumps_of_the_slope_are_measured():
     assert found.jumps == pytest.approx([0.2, 0.2], rel=1e-6)
 
 
+@pytest.mark.parametrize("power, jump", [(1, 0.2), (3, 0.0)])
+@pytest.mark.parametrize("place", FIRST[[1, len(FIRST) // 2, -2]])
+def test_singular_points_at_edges_of_the_first_intervals_are_found(power, jump, place):
+    """Both sides are polynomials, and no interval has the point inside."""
+    found = proxy(lambda x: 0.1 * np.abs(x - place) ** power, FIRST)
+    assert found.singular == pytest.approx([place], abs=1e-7)  # as above
+    assert found.jumps == pytest.approx([jump], rel=1e-6)
+
+
+def test_functions_whose_terms_are_larger_than_they_are_have_no_noise():
+    found = proxy(lambda x: 0.1 * (np.exp(np.abs(x)) - 1), FIRST)
+    assert found.singular == pytest.approx([0.0], abs=1e-9) and found.jumps == pytest.approx([0.2], rel=1e-6)
+
+
 def test_edges_and_steps_have_no_slope():
     found = proxy(lambda x: np.where(np.abs(x) < 0.3, np.abs(x) ** 3, np.inf), FIRST)
     assert found.singular == pytest.approx([-0.3, 0, 0.3], abs=1e-7)
