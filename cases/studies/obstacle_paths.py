@@ -3,7 +3,8 @@ beside those of cells.
 
 Events tell how many zones of each kind there are at any load. Cells are solved on either side of each event
 and at random loads; what they count has two bounds: zones that carry much, with what hardly parts them
-closed, and all of them.
+closed, and all of them. A gap between two zones of the path's own state that is narrower than what cells see
+counts on neither side.
 """
 
 import time
@@ -33,20 +34,25 @@ def count(events, zone, load):
 
 def bounds(cells, zone):
     """(least, most) zones of a kind that a right path may tell of at the load of these cells."""
-    zones = cells.named_zones[zone]
     corners = {name: [number] for number, name in enumerate(cells.setting.problem.law.corners)}.get(
         zone, slice(None)
     )
     force = cells.weights * cells.pressures[corners].sum(axis=0) / cells.setting.load
-    cell = np.interp([sum(pair) / 2 for pair in zones], cells.x, cells.weights) if zones else ()
+    zones = cells.named_zones[zone]
+    carries = [force[(cells.x >= a) & (cells.x <= b)].sum() > TWICE * CARRIES for a, b in seen(zones, cells)]
+    return sum(carries), len(zones)
+
+
+def seen(zones, cells):
+    """Intervals without the gaps between them that cells do not tell from nothing."""
     joined = []
-    for (a, b), size in zip(zones, cell):
+    for a, b in zones:
+        size = np.interp((a + b) / 2, cells.x, cells.weights)
         if joined and a - joined[-1][1] <= max(NARROW * min(b - a, joined[-1][1] - joined[-1][0]), 3 * size):
             joined[-1] = joined[-1][0], b
         else:
             joined.append((a, b))
-    carries = [force[(cells.x >= a) & (cells.x <= b)].sum() > TWICE * CARRIES for a, b in joined]
-    return sum(carries), len(zones)
+    return joined
 
 
 def beside(events, last, rng):
@@ -93,7 +99,8 @@ def path(seed, number):
     row = {**draw.about, **BLANK}
     start, problem = time.perf_counter(), draw.problem()
     try:
-        events = within(TIMES * LIMIT, lambda: problem.path(load=draw.load).events)
+        followed = problem.path(load=draw.load)
+        events = within(TIMES * LIMIT, lambda: followed.events)
     except OutOfTime:
         return {
             **row,
@@ -115,13 +122,15 @@ def path(seed, number):
             cells, _ = within(
                 JUDGE_LIMIT, lambda load=load: obstacle_cells.judged(problem, load, draw.window, enough=3e-3)
             )
+            state = within(LIMIT, lambda load=load: followed.at(load))
         except (OutOfTime, MicroblockError, ArithmeticError, ValueError, np.linalg.LinAlgError):
             row["unjudged"] += 1
             continue
         row["looked"] += 1
         for zone in ("contact",) if len(cells.pressures) == 1 else ("A", "B", "full", "contact"):
             told, (least, most) = count(events, zone, load), bounds(cells, zone)
-            if not least <= told <= most:
+            own = state.zones[zone]
+            if not (least <= told and told - len(own) + len(seen(own, cells)) <= most):
                 words.append(f"{zone}: {told} at load {load:.6g}, cells {least} to {most}")
     return {
         **row,
