@@ -129,8 +129,8 @@ def cells(records):
     """Cells under a cylinder keep the tolerance that they are asked for, whatever the size of the blocks.
 
     True error over the rtol asked for, against panels, over alpha from 0.001 to 3; the line at 1 is the
-    promise, the colour the rtol. Errors stay below 0.27 of it; one run with the thinnest layers raised an
-    error (cross, at 1).
+    promise, the colour the rtol. Errors stay below 0.27 of it. In one run with the thinnest layers the panels
+    that verify raised an error (cross, at 1).
 
     Seen: a cloud of dots between 0.001 and 0.3 without a trend along alpha, and one cross at its left end.
     """

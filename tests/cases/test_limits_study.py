@@ -40,7 +40,7 @@ TWO = Map(
     "?",
     answers,
     (
-        Axis("nu", "", 0.5, 1e-4, "gap", "high", 0.5),
+        Axis("nu", "1/2 - nu", 0.5, 1e-4, "gap", "high", 0.5),
         Axis("alpha", "", 0.01, 1.0, "log", "both"),
         Axis("tilt", "", 0.0, 20.0, "linear"),
     ),
@@ -82,7 +82,6 @@ def test_axes_of_names_and_whole_numbers():
         "condensed",
         "condensed",
     ]
-    assert one.place("penalty") == 1
     elements = Axis("elements", "", 1, 64, whole=True)
     assert [elements.value(share) for share in (0, 0.5, 1)] == [1, 8, 64] and isinstance(
         elements.value(0.3), int
@@ -179,13 +178,13 @@ def test_the_condition_under_which_runs_fail_is_found():
     # all three axes rise together: the first one that is named tells as much as the others
     assert (
         limits_where.where(TWO, rows(lambda row: row["nu"] > 0.49))
-        == "0.5 - nu < 0.011: 22 of 22; rest 0 of 18"
+        == "1/2 - nu < 0.011: 22 of 22; rest 0 of 18"
     )
     other = limits_where.where(TWO, rows(lambda row: row["law"] == "b"))
     assert other == "law = b: 20 of 20; rest 0 of 20"
     both = limits_where.where(TWO, rows(lambda row: row["nu"] > 0.49 or row["law"] == "b"))
     # the run next to the bound is one of "b": it fails as well, and the bound is beyond it
-    assert both == "0.5 - nu < 0.014: 23 of 23; else law = b: 8 of 8; rest 0 of 9"
+    assert both == "1/2 - nu < 0.014: 23 of 23; else law = b: 8 of 8; rest 0 of 9"
 
 
 def test_a_curve_of_the_profile_is_of_all_runs_that_were_promised_something():
