@@ -128,7 +128,7 @@ def fig5_records():
 
 
 def fig5_draw(rows):
-    """Layers of microrotation and of displacement have one length, ell/sqrt(beta), once the strip is thicker.
+    """Layers of microrotation and displacement are ell/sqrt(beta) long in strips thicker than three of them.
 
     The paper's Fig. 5: both lengths over the thickness, by the closed form (49) (lines) and from computed
     surface values over fluxes (marks).

@@ -8,6 +8,25 @@ from .findings import measured
 
 SHOWN = 4  # significant digits of a table on the page; the CSV has them all
 HIDDEN = ("command",)  # columns that are shown elsewhere
+# what an outsider meets on the page
+WORDS = (
+    (
+        "ell, alpha",
+        "size of the blocks, and the same over the half-width of Hertz's contact, alpha = ell/a_Hz",
+    ),
+    ("a_Hz, p_Hz", "half-width and largest pressure of the contact without microstructure, after Hertz"),
+    ("psi, psi0", "microrotation of the blocks, and their rotation in the unloaded surface"),
+    ("A, B", "the two corners of a block; where both touch there is full contact, else partial contact"),
+    ("micromoment", "moment M of the two corner forces about the middle of the block"),
+    ("microblock", "the contact law with two corners; unilateral: the same solid, touching without corners"),
+    ("nu, beta", "Poisson's ratio and the coupling number: 0 is a classical solid, 2 a couple-stress solid"),
+    ("rtol", "the relative error that is asked for; promised error: what the answer says of itself"),
+    ("panels", "a half-plane on its contact line, elements of high order fitted to the edges of the zones"),
+    ("cells", "a half-plane on a uniform grid of the surface, by fast Fourier transforms"),
+    ("fitted elements", "finite elements with nodes on the edges of the zones; condensed: bulk eliminated"),
+    ("rho", "parameter of the augmented Lagrangian or of the penalty, a stress per length"),
+    ("(18), (51)", "numbers in brackets are those of the paper's equations"),
+)
 GREEK = {
     "alpha": "α",
     "beta": "β",
@@ -49,9 +68,9 @@ section { margin: 2rem 0 0; border-top: 1px solid var(--line); padding-top: 1rem
 .findings { background: var(--card); border: 1px solid var(--line); border-radius: 8px; padding: 1rem;
   margin-top: 0; }
 .findings h2, .findings h3 { display: block; margin: 0 0 0.5rem; }
-.findings dl { display: grid; gap: 0.2rem 1.5rem; margin: 0 0 1rem; }
-.findings dt { font-weight: 600; margin-top: 0.5rem; }
-.findings dd { margin: 0; }
+dl { display: grid; gap: 0.2rem 1.5rem; margin: 0 0 1rem; }
+dt { font-weight: 600; margin-top: 0.5rem; }
+dd { margin: 0; }
 .contents ul { list-style: none; margin: 0.2rem 0 0.6rem; padding: 0; }
 .contents li { margin: 0.1rem 0; line-height: 1.35; }
 .contents li li { margin-left: 0.8rem; font-size: 0.88rem; }
@@ -74,8 +93,8 @@ td.number { font-variant-numeric: tabular-nums; white-space: nowrap; }
 @media (min-width: 64rem) {
   .columns { display: grid; grid-template-columns: 15rem minmax(0, 1fr); gap: 1rem; max-width: 110rem; }
   .contents { position: sticky; top: 0; align-self: start; max-height: 100vh; overflow: auto; }
-  .findings dl { grid-template-columns: 8rem 1fr; }
-  .findings dt { margin: 0; }
+  dl { grid-template-columns: 8rem 1fr; max-width: 60rem; }
+  dt { margin: 0; }
 }
 @media print {
   .box { max-height: none; }
@@ -126,6 +145,7 @@ scale ell touches the obstacle with two corners. This page has what a paper on t
 comes out when it is computed to many digits, contact problems beyond the paper, and what the methods cost and
 where they fail. Figures are made to be read at a width of 9 cm.</p>
 {"".join(map(_link, items))}
+<details><summary>Symbols and words</summary>{_words_of_the_page()}</details>
 {wrong}</header>
 <div class="columns">
 {_contents(sections, bool(findings.statements))}
@@ -168,6 +188,11 @@ def _link(one):
     return f'<p><a href="{one["page"]}">{symbols(one["label"])}</a>: {symbols(one["message"])}</p>' * bool(
         one["page"]
     )
+
+
+def _words_of_the_page():
+    rows = "".join(f"<dt>{symbols(word)}</dt><dd>{symbols(meaning)}</dd>" for word, meaning in WORDS)
+    return f"<dl>{rows}</dl>"
 
 
 def _anchor(title):

@@ -339,7 +339,8 @@ def told(name):
     message, *others = parts
     seen = [part.removeprefix("Seen: ") for part in others if part.startswith("Seen: ")]
     reading = [part for part in others if not part.startswith("Seen: ")]
-    return {"message": message, "caption": " ".join(reading), "alt": " ".join(seen) or message}
+    alt = " ".join(seen) or message
+    return {"message": message, "caption": " ".join(reading), "alt": alt[:1].upper() + alt[1:]}
 
 
 def label(name):

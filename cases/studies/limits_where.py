@@ -74,7 +74,8 @@ def fails(row):
 
 
 def table(records):
-    """What fails where, and what to do: each row is a kind of problem in which some of the seeded runs fail.
+    """Methods fail where zones meet, layers are thinner than elements, or moduli reach their ends; each has a
+    way out.
 
     Runs are those of the study of limits, a fifth of them next to a degenerate end of a parameter. A run
     fails that raises an error, exceeds its promised error, or is off by more than 10 % where nothing is
