@@ -233,7 +233,7 @@ def convergence_records():
 
 
 def convergence_draw(rows):
-    """Strip: what is asked for is obtained, and one element of high order is the cheapest.
+    """What is asked for is obtained, and one element of high order is the cheapest.
 
     Relative L2 errors against the closed form on the 1D mesh. (a) Error of the microrotation over unknowns
     for ell/H = 0.1: elements of orders 1 to 8, refined, and one element of rising order. (b) The larger one

@@ -8,6 +8,10 @@ from .findings import measured
 
 SHOWN = 4  # significant digits of a table on the page; the CSV has them all
 HIDDEN = ("command",)  # columns that are shown elsewhere
+ABOUT = """Contact of bodies with microstructure: at each point of the surface a rigid block of the
+material's length scale ell touches the obstacle with two corners. This page has what a paper on this
+contact law says and what comes out when it is computed to many digits, contact problems beyond the paper,
+and what the methods cost and where they fail. Figures are made to be read at a width of 9 cm."""
 # what an outsider meets on the page
 WORDS = (
     (
@@ -43,8 +47,10 @@ GREEK = {
     "kappa": "κ",
 }
 NUMBERED = ("x", "u", "L")  # letters whose number is an index
-NAME = re.compile(r"(?<!\w)([A-Za-z]+)(?:_([A-Za-z]+)|([0-9]))?(?!\w)")
+NAME = re.compile(r"(?<!\w)([A-Za-z]+)([0-9])?(?:_([A-Za-z]+))?(?!\w)")
 POWER = re.compile(r"\^(?:\(([^()]*)\)|(-?\w+))")
+# a space within a number or before its per cent sign or unit
+UNBROKEN = re.compile(r"(?<=\d) (?=\d{3}\b|%|(?:s|cm|GiB|MiB)\b)")
 STYLE = """
 :root { color-scheme: light dark; --ink: #1d2125; --soft: #4d5560; --ground: #ffffff; --card: #f4f5f7;
   --line: #d0d4da; --link: #0b57a4; --bad: #9c3000; }
@@ -57,6 +63,7 @@ body { margin: 0; font: 1rem/1.5 system-ui, sans-serif; color: var(--ink); backg
 a { color: var(--link); }
 code { font-size: 0.9em; overflow-wrap: anywhere; }
 summary { cursor: pointer; }
+sub, sup { line-height: 0; }
 header, footer, .contents, main { padding: 0 1rem; }
 header p { max-width: 50rem; }
 h1 { margin: 1.2rem 0 0.3rem; }
@@ -81,7 +88,7 @@ figure.table { grid-column: 1 / -1; min-width: 0; }
 figcaption { margin-top: 0.5rem; }
 figcaption p { margin: 0 0 0.4rem; }
 .plate { display: block; background: #ffffff; border: 1px solid var(--line); border-radius: 6px;
-  padding: 6px; }
+  padding: 2px; overflow: hidden; }
 .plate img { display: block; width: 100%; height: auto; }
 .box { overflow: auto; max-height: 26rem; border: 1px solid var(--line); border-radius: 6px; }
 .whole { max-height: none; }
@@ -140,10 +147,7 @@ def page(items, findings, introductions, summary, versions, failed=()):
 <meta name="description" content="The figures of the microblock paper, recomputed, and what differs.">
 <style>{STYLE}</style></head><body>
 <header><h1>microblock: report</h1>
-<p>Contact of bodies with microstructure: at each point of the surface a rigid block of the material's length
-scale ell touches the obstacle with two corners. This page has what a paper on this contact law says and what
-comes out when it is computed to many digits, contact problems beyond the paper, and what the methods cost and
-where they fail. Figures are made to be read at a width of 9 cm.</p>
+<p>{symbols(ABOUT)}</p>
 {"".join(map(_link, items))}
 <details><summary>Symbols and words</summary>{_words_of_the_page()}</details>
 {wrong}</header>
@@ -166,15 +170,16 @@ def symbols(text):
     """HTML of a text in which quantities have names that can be typed: Greek letters, indices, powers."""
 
     def quantity(found):
-        name, index, number = found.groups()
-        known = name in GREEK or len(name) == 1 and (index or name in NUMBERED and number)
+        name, number, index = found.groups()
+        known = name in GREEK or (name in NUMBERED if number else len(name) == 1 and index)
         if not known:
             return found[0]
-        below = GREEK.get(index, index) or number
+        below = ", ".join(filter(None, (number, GREEK.get(index, index))))
         return GREEK.get(name, name) + (f"<sub>{below}</sub>" if below else "")
 
     marked = NAME.sub(quantity, html.escape(text))
-    return POWER.sub(lambda found: f"<sup>{found[1] or found[2]}</sup>", marked)
+    marked = POWER.sub(lambda found: f"<sup>{found[1] or found[2]}</sup>", marked)
+    return UNBROKEN.sub("\u00a0", marked)
 
 
 def size(path):
@@ -333,7 +338,10 @@ def _table(rows, name, all_columns=False, whole=False):
 
 
 def _words(column):
-    return column.replace("_", " ")
+    """The name of a column in words; an index stays with its letter."""
+    letter = re.match(r"[A-Z]_[a-z]+", column)
+    kept = letter[0] if letter else ""
+    return kept + column[len(kept) :].replace("_", " ")
 
 
 def _cell(cell):

@@ -75,7 +75,7 @@ SECTIONS = {
     "Methods: limits": (
         "Some three thousand seeded runs, a fifth of them next to a degenerate end of a parameter, each "
         "against a reference of another kind. Which method for which problem: docs/methods.md.",
-        ("limits_profile", "limits_where", *(f"limits_{name}" for name in figures_studies.MAPS)),
+        ("limits_profile", *(f"limits_{name}" for name in figures_studies.MAPS), "limits_where"),
     ),
 }
 KNOWN = (*DERIVED, *(name for _, names in SECTIONS.values() for name in names), *PAGES)

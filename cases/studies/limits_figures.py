@@ -289,9 +289,9 @@ def _legend(drawing, marks):
 
 
 def _decades(values):
-    """Logarithmic shades from a whole decade to another."""
-    logs = np.log10([value for value in values if value])
-    return colors.LogNorm(10 ** np.floor(logs.min()), 10 ** np.ceil(logs.max()))
+    """Logarithmic shades from a whole decade to another; one decade where nothing is to be shaded."""
+    logs = np.log10([value for value in values if value] or [0.5])
+    return colors.LogNorm(10 ** np.floor(logs.min()), 10 ** np.floor(logs.max() + 1))
 
 
 def _bar(drawing, axis, norm, text):

@@ -24,7 +24,7 @@ ADVICE = {
     ),
     "line_coalescence": (
         "panels next to the load at which two zones touch",
-        "ask for 1e-4, or for the load itself: `problem.solver.coalescence()`",
+        "ask for 1e-4, or for the load itself: problem.solver.coalescence()",
     ),
     "line_touching": (
         "panels next to the load at which the second corner touches",
@@ -49,7 +49,7 @@ ADVICE = {
     "locking_beta_small": ("squares of one order, incompressible", "order 4, fitted elements, or panels"),
     "thin_layer_fluxes": (
         "fluxes of a layer thinner than an element",
-        "elements of a third of ell at order 2; `warnings` say so",
+        "elements of a third of ell at order 2; warnings say so",
     ),
     "shape_ground": ("a user's mesh with tall elements", "flat or square elements at the contact"),
     "oscillation_rule": ("Gauss's rule for the contact term", "the nodal rule, which is the default"),

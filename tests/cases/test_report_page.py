@@ -168,7 +168,9 @@ def test_tables_have_short_rows():
     [
         ("alpha_mid and a_Hz^2/R", "α<sub>mid</sub> and a<sub>Hz</sub><sup>2</sup>/R"),
         ("psi0 at x1, u2", "ψ<sub>0</sub> at x<sub>1</sub>, u<sub>2</sub>"),
-        ("h^(2 s), L_psi < 1", "h<sup>2 s</sup>, L<sub>ψ</sub> &lt; 1"),
+        ("u1_surface is 3 %", "u<sub>1, surface</sub> is 3\u00a0%"),
+        ("9 000 unknowns, 40 s, 3 blocks", "9\u00a0000 unknowns, 40\u00a0s, 3 blocks"),
+        ("h^(2 s), L_psi < 1", "h<sup>2\u00a0s</sup>, L<sub>ψ</sub> &lt; 1"),
         ("alphabet, contact_nodes, 1e-9, rtol", "alphabet, contact_nodes, 1e-9, rtol"),
     ],
 )
