@@ -43,3 +43,18 @@ def pytest_collection_modifyitems(config, items):
     if "browser" not in config.getoption("-m"):
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("browser")])
         items[:] = [item for item in items if not item.get_closest_marker("browser")]
+
+
+def smallest_letters(drawing, rows):
+    """Points of the smallest letters of a figure, drawing(rows), where it is 9 cm wide."""
+    import matplotlib
+    from matplotlib.text import Text
+
+    from microblock.view import plots
+
+    with matplotlib.rc_context(plots.STYLE):
+        finished = drawing(rows)
+        finished.draw_without_rendering()
+    letters = [text for text in finished.findobj(Text) if text.get_visible() and text.get_text().strip()]
+    # a figure of the width of a column is 0.1 % narrower or wider than 9 cm
+    return min(text.get_fontsize() for text in letters) * min(1, 1.002 * 9 / 2.54 / finished.get_figwidth())

@@ -78,15 +78,12 @@ def _whole(x, y):
     return max(left), min(right)
 
 
-def draw_body(rows):
+def draw_body(axis, rows):
     """The deformed body with -sigma_22 in shades; displacements magnified, the largest to a tenth of the
     height.
     """
-    from microblock.view import plots
-
     x, y, u1, u2, stress = (np.array(column(rows, name)) for name in ("x", "y", "u1", "u2", "s22"))
     magnified = SHOWN * np.ptp(y) / max(np.hypot(u1, u2).max(), 1e-300)
-    drawing, axis = plots.figure(height=2.2)
     top = np.quantile(-stress, 0.995)  # next to ends of a punch it has no bound
     colours = axis.tripcolor(
         x + magnified * u1,
@@ -99,6 +96,8 @@ def draw_body(rows):
         vmax=top,
         rasterized=True,
     )
-    drawing.colorbar(colours, ax=axis, label=r"$-\sigma_{22}$ (stress)", location="bottom", aspect=30)
+    bar = axis.figure.colorbar(
+        colours, ax=axis, label=r"$-\sigma_{22}$ (stress)", location="bottom", aspect=30
+    )
+    bar.ax.locator_params(nbins=5)
     axis.set(aspect="equal", xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", xlim=_whole(x, y))
-    return drawing

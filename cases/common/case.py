@@ -1,8 +1,9 @@
 """What cases do alike: solve, print, write records with all parameters, and draw what the files say.
 
 A case is a module with `Parameters`, ``result(parameters, quiet)``, ``show(answer)`` and `FIGURES`, which
-maps the name of each figure to ``rows(parameters, answer)`` and ``drawing(records)``. `PICTURES` are such
-figures whose rows need no answer, ``rows(parameters)``. A case that does otherwise has a `run` of its own.
+maps the name of each figure to ``rows(parameters, answer)`` and ``drawing(records)``. A case that does
+otherwise has a `run` of its own. The docstring of a drawing is its caption: the message in one sentence; how
+to read it; and, after "Seen:", what is there, for those who cannot see it.
 Functions that draw import `microblock.view` themselves: a run without figures does without matplotlib.
 """
 
@@ -27,8 +28,6 @@ def run(module, parameters, out=None, quiet=False):
             kept = named(module, parameters, rows(parameters, answer))
             if kept:
                 keep(out, name, kept, drawing)
-        for name, (rows, drawing) in getattr(module, "PICTURES", {}).items():
-            keep(out, name, named(module, parameters, rows(parameters)), drawing)
     return answer
 
 
@@ -45,9 +44,6 @@ def named(module, parameters, rows):
 
 def records(module, name, parameters):
     """The records of a case's figure."""
-    pictures = getattr(module, "PICTURES", {})
-    if name in pictures:
-        return named(module, parameters, pictures[name][0](parameters))
     return named(module, parameters, module.FIGURES[name][0](parameters, module.result(parameters)))
 
 
@@ -55,8 +51,13 @@ def figure_of(module, name, **changes):
     """(function that computes the records, drawing) of a case's figure, with some parameters other than
     usual.
     """
-    _, drawing = {**module.FIGURES, **getattr(module, "PICTURES", {})}[name]
-    return partial(records, module, name, module.Parameters(**changes)), drawing
+    return partial(records, module, name, module.Parameters(**changes)), module.FIGURES[name][1]
+
+
+def of_kinds(**tables):
+    """Rows of several tables as one: `kind` says which, and columns that a table lacks are empty."""
+    names = dict.fromkeys(name for rows in tables.values() for row in rows[:1] for name in row)
+    return [{"kind": kind, **dict.fromkeys(names), **row} for kind, rows in tables.items() for row in rows]
 
 
 def profiles(states, *names):

@@ -61,12 +61,16 @@ def _corners(points):
 
 
 def fig7_draw(rows):
-    """The fitted mesh of the half x1 > 0 at load P for alpha = 0.25, asked for 1e-4 on the paper's square of
-    18 a_Hz; all elements have order 8. (a) All of it, (b) the contact, (c), (d) the details of (b): vertices
-    sit on the end of full contact (T) and on the outer edge (O), and layers of elements shrink by 0.15
-    towards both. As in the paper's Fig. 7 the mesh is finest under the contact and its nodes are moved to the
-    edges; unlike there the elements are triangles, and some thousand unknowns of high order take the place of
-    130 000 of bilinear squares.
+    """The fitted mesh has nodes at both edges of the contact, and 9 000 unknowns where the paper has 130 000.
+
+    The paper's Fig. 7: half of the mesh, x1 > 0, at the largest load for alpha = 0.25, asked for 1e-4 on the
+    square of 18 a_Hz; all elements have order 8. (a) All of it, (b) the contact, (c) and (d) what the red
+    frames show: vertices sit on the end of full contact (T) and on the outer edge (O), and layers of elements
+    shrink by 0.15 towards both. As in the paper the mesh is finest under the contact and its nodes are moved
+    to the edges; unlike there the elements are triangles of high order instead of bilinear squares.
+
+    Seen: triangles that become smaller from the far corner to the contact, and smaller still towards two
+    marked points of the surface.
     """
     corners = [
         [(row[f"x1_{i}"], row[f"x2_{i}"]) for i in range(4) if row[f"x1_{i}"] is not None] for row in rows
@@ -77,7 +81,7 @@ def fig7_draw(rows):
         (0, 1.6),
         *((x - CLOSE_UP, x + CLOSE_UP) for x in marks.values()),
     ]
-    drawing, axes = plots.figure(2, 2, height=2.7, width=2.9)
+    drawing, axes = plots.figure(2, 2, height=1.8)
     for axis, name, (left, right) in zip(axes.flat, "abcd", windows):
         axis.add_collection(
             PolyCollection(
@@ -91,8 +95,7 @@ def fig7_draw(rows):
             xlabel=r"$x_1/a_{\mathrm{Hz}}$",
             ylabel=r"$x_2/a_{\mathrm{Hz}}$",
         )
-        axis.locator_params(nbins=5)
-        axis.set_title(f"({name})", loc="left")
+        axis.locator_params(nbins=3)
         for mark, x in marks.items():
             if left < x < right and name != "a":
                 axis.plot([x], [0], "v", color=plots.COLOURS[1], markersize=4, clip_on=False, zorder=5)
@@ -109,9 +112,8 @@ def fig7_draw(rows):
                 zorder=5,
             )
         )
-        axes[0, 1].annotate(
-            mark, (x, -2 * CLOSE_UP), (0, -8), textcoords="offset points", ha="center", fontsize=7
-        )
+        plots.label(axes[0, 1], x, -2 * CLOSE_UP, mark, shift=(0, -7))
+    plots.letter(axes)
     return drawing
 
 
@@ -140,51 +142,40 @@ def coalescence_records():
 
 
 def coalescence_draw(rows):
-    """alpha_mid as bilinear squares of side h on the domain of 18 a_Hz see it (the node on the axis closes),
-    over h^(2 s) with the derived s = 0.3206, so that the way to the limit is a straight line in the end. At
-    a_Hz/50 they give 0.8867, 0.0007 from the paper's 0.8874 (open square). The limit of fitted elements with
-    the inner edge prescribed, 0.834313 +- 8e-6, and that of the half-plane, 0.8343132323 +- 3e-10, are one
-    point here; the inset has their error bars. The paper's number is that of its mesh, 6 % above the
-    limit.
+    """The paper's alpha_mid = 0.8874 is that of its mesh; the limit is 0.8343.
+
+    alpha_mid, from which on the contact is split, as bilinear squares of side h on the domain of 18 a_Hz see
+    it (the node on the axis closes). The abscissa is scaled as h^(2 s) with the derived s = 0.3206, so that
+    the way to the limit becomes a straight line. At h = a_Hz/50 the squares give 0.8867, 0.0007 from the
+    paper's number. Fitted elements with the inner edge prescribed, 0.834313 +- 8e-6, and the half-plane,
+    0.8343132323 +- 3e-10, are one point here; the inset shows their difference with error bars.
+
+    Seen: dots that rise from the limit at h = 0 along a dashed line, with the paper's value, an open square,
+    among them.
     """
-    drawing, axis = plots.figure(height=3.2, width=4.4)
+    drawing, axis = plots.figure(height=3.0)
     models = grouped(rows, "model")
     power = 2 * rows[0]["exponent"]
     h, value = (np.array(column(models["bilinear"], name)) for name in ("h", "alpha_mid"))
     limit, fitted = models["halfplane"][0], models["fitted"][0]
     rate = (value[-1] - limit["alpha_mid"]) / h[-1] ** power
+    last = 1.02 * h.max() ** power
     axis.plot(
-        [0, h.max() ** power],
-        [limit["alpha_mid"], limit["alpha_mid"] + rate * h.max() ** power],
-        "--",
-        color="0.5",
-        linewidth=0.8,
-        label=r"limit $+\,C h^{2s}$, through the last point",
+        [0, last], [limit["alpha_mid"], limit["alpha_mid"] + rate * last], "--", color="0.5", linewidth=0.8
     )
-    axis.plot(h**power, value, "o", color=plots.COLOURS[0], label="bilinear squares")
-    axis.plot(
-        [PAPER[0] ** power],
-        [PAPER[1]],
-        "s",
-        color=plots.COLOURS[1],
-        markersize=7,
-        markerfacecolor="none",
-        label=f"the paper, {PAPER[1]}",
-    )
-    axis.plot(
-        [0],
-        [fitted["alpha_mid"]],
-        "D",
-        color=plots.COLOURS[2],
-        clip_on=False,
-        label="fitted elements, half-plane",
-    )
-    ticks = (0.0, 0.005, 0.02, 0.05, 0.1, 0.2)
+    axis.plot(h**power, value, "o", color=plots.COLOURS[0])
+    plots.label(axis, h[1] ** power, value[1], "bilinear squares", plots.COLOURS[0], (-6, 3))
+    red = plots.COLOURS[1]
+    axis.plot([PAPER[0] ** power], [PAPER[1]], "s", color=red, markersize=7, markerfacecolor="none")
+    plots.label(axis, PAPER[0] ** power, PAPER[1], f"the paper, {PAPER[1]}", red, (8, -5))
+    green = plots.COLOURS[2]
+    axis.plot([0], [fitted["alpha_mid"]], "D", color=green, clip_on=False)
+    plots.label(axis, 0, fitted["alpha_mid"], "fitted elements,\nhalf-plane", green, (7, -4), va="top")
+    ticks = (0.0, 0.02, 0.05, 0.1, 0.2)
     axis.set_xticks([tick**power for tick in ticks], [f"{tick:g}" for tick in ticks])
-    axis.set(
-        xlabel=r"$h/a_{\mathrm{Hz}}$ (scale of $h^{2s}$)", ylabel=r"$\alpha_{\mathrm{mid}}$", xlim=(0, None)
-    )
-    inset = axis.inset_axes((0.62, 0.12, 0.36, 0.34))
+    axis.set(xlabel=r"$h/a_{\mathrm{Hz}}$, scaled as $h^{2s}$", ylabel=r"$\alpha_{\mathrm{mid}}$")
+    axis.set(xlim=(0, last), ylim=(0.79, None))
+    inset = axis.inset_axes((0.66, 0.13, 0.33, 0.28))
     for place, one, colour in ((0, fitted, 2), (1, limit, 6)):
         inset.errorbar(
             [place],
@@ -198,9 +189,8 @@ def coalescence_draw(rows):
         )
     inset.set(xlim=(-0.5, 1.5), ylim=(-2, 2))
     inset.set_xticks([0, 1], ["fitted", "half-plane"])
-    inset.set_title(r"$10^5(\alpha_{\mathrm{mid}} - 0.834313)$", fontsize=6)
-    inset.tick_params(labelsize=6)
-    plots.legend_below(axis)
+    inset.set_title(r"$10^5(\alpha_{\mathrm{mid}} - 0.834313)$", fontsize=plots.SMALLEST)
+    inset.tick_params(labelsize=plots.SMALLEST)
     return drawing
 
 
@@ -252,49 +242,36 @@ def facet_points(state, last):
 
 
 def facets_draw(rows):
-    """Corner A at the nodes (dots) and between them (lines, facets alternately blue and orange), alpha =
-    0.25: pressure, its distance from the half-plane, and gap. (a) The fitted mesh asked for 1e-4: between the
-    nodes the pressure is off by 2e-4 and, next to an edge, where it has a square root, by 3e-3 of p_Hz at
-    most, and the gap in contact is 0 to rounding, as the parabola is a polynomial too. (b) A warning: order 8
-    on squares of a_Hz/4, edges inside facets. All conditions (26) are met at the nodes; between them the
-    pressure is off by 7 % of p_Hz and tensile (-0.5 %), and the corner penetrates the obstacle by 2e-4
-    a_Hz^2/R.
+    """On fitted meshes conditions at the nodes hold between them too; edges inside elements of high order
+    spoil that.
+
+    Corner A at the nodes (dots) and between them (lines, facets alternately blue and orange), alpha = 0.25:
+    pressure (black: half-plane), its error, and gap. Left: the fitted mesh asked for 1e-4; between the nodes
+    the pressure is off by 2e-4 and, next to an edge, where it has a square root, by 3e-3 of p_Hz at most, and
+    the gap in contact is 0 to rounding. Right, a warning: order 8 on squares of a_Hz/4, edges inside facets.
+    All conditions (26) hold at the nodes, but between them the pressure is off by 7 % of p_Hz and tensile
+    (-0.5 %), and the corner penetrates the obstacle by 2e-4 a_Hz^2/R.
+
+    Seen: at the left smooth curves and an error that is flat zero; at the right an error that oscillates
+    between the dots, most of all at one and at half the width.
     """
-    drawing, axes = plots.figure(3, 2, height=1.8, sharex="col")
-    for panel, (name, points) in enumerate(grouped(rows, "mesh_name").items()):
-        column_axes = axes[:, panel]
-        column_axes[0].plot(
-            column(points, "x"), column(points, "reference"), "k-", linewidth=0.6, label="half-plane"
-        )
+    drawing, axes = plots.figure(3, 2, height=1.45, sharex=True, sharey="row")
+    meshes = grouped(rows, "mesh_name")
+    for column_axes, points in zip(axes.T, meshes.values()):
+        column_axes[0].plot(column(points, "x"), column(points, "reference"), "k-", linewidth=0.6)
         for number, facet in enumerate(grouped(points, "facet").values()):
             nodes, colour = [row for row in facet if row["node"]], plots.COLOURS[number % 2]
             for axis, value in zip(column_axes, (_pressure, _off, _gap)):
-                axis.plot(
-                    column(facet, "x"),
-                    value(facet),
-                    "-",
-                    linewidth=0.8,
-                    color=colour,
-                    label="between the nodes" if number == 0 else None,
-                )
-                axis.plot(
-                    column(nodes, "x"),
-                    value(nodes),
-                    ".",
-                    markersize=3,
-                    color=colour,
-                    label="nodes" if number == 0 else None,
-                )
-        column_axes[0].set_title(f"({'ab'[panel]}) {name}", loc="left")
+                axis.plot(column(facet, "x"), value(facet), "-", linewidth=0.8, color=colour)
+                axis.plot(column(nodes, "x"), value(nodes), ".", markersize=3, color=colour)
         column_axes[1].set_ylim(-0.075, 0.075)
         column_axes[2].set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", xlim=SHOWN, ylim=(-2.5, 2.5))
+    plots.letter(axes[0], *meshes)
     for axis, text in zip(
         axes[:, 0],
         (r"$p_A/p_{\mathrm{Hz}}$", r"error of $p_A/p_{\mathrm{Hz}}$", r"$10^4 g_A R/a_{\mathrm{Hz}}^2$"),
     ):
         axis.set_ylabel(text)
-    handles = axes[0, 0].get_legend_handles_labels()
-    drawing.legend(*handles, loc="outside lower center", ncols=3)
     return drawing
 
 

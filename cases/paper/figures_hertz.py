@@ -18,8 +18,7 @@ NOMINAL_RTOL = 1e-4  # of the nominal hardness
 FE_ALPHAS = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0, 1.25)  # of Fig. 11
 MARKED = 30  # nodes of finite elements that are drawn on a curve, about evenly along x1
 BETWEEN = 3  # points of a curve between two nodes
-MARKER = {"markersize": 3.0, "markerfacecolor": "none", "markeredgewidth": 0.6}
-MODELS = "lines: half-plane, markers: finite elements"
+MARKER = {"markersize": 2.6, "markerfacecolor": "none", "markeredgewidth": 0.5}
 EDGE_SIDE = 1e-9  # of the width: a curve is drawn from this side of an edge to the other
 
 
@@ -71,43 +70,55 @@ def drawn(parameters, state):
     }
 
 
-def draw_profiles(axes, groups, label, names="ab"):
+def draw_profiles(axes, groups):
     """Pressure and micromoment of groups of records into two panels; zero outside the contact and in its
-    gaps.
+    gaps. Colours from dark to light in the order of the groups.
     """
-    for number, (key, rows) in enumerate(groups.items()):
+    for colour, rows in zip(plots.shades(len(groups)), groups.values()):
         for axis, name in zip(axes, ("pressure", "micromoment")):
-            draw_models(axis, rows, name, number, label(key))
+            draw_models(axis, rows, name, colour)
     axes[0].set_ylabel(r"$p_n/p_{\mathrm{Hz}}$")
     axes[1].set_ylabel(r"$M/(p_{\mathrm{Hz}}\ell)$")
-    for axis, name in zip(axes, names):
-        axis.set_title(f"({name})", loc="left")
 
 
-def draw_models(axis, rows, name, number, label):
-    """The curve with that number, by the half-plane (line) and by finite elements (markers)."""
-    models, colour, marker = grouped(rows, "model"), plots.COLOURS[number], plots.MARKERS[number]
+def draw_models(axis, rows, name, colour):
+    """A curve by the half-plane (line) and by finite elements (marks)."""
+    models = grouped(rows, "model")
     axis.plot(column(models["halfplane"], "x"), column(models["halfplane"], name), color=colour)
-    axis.plot([], [], marker + "-", color=colour, label=label, **MARKER)
     x, values = (np.array(column(models["fe"], which)) for which in ("x", name))
     touching = np.abs(np.array(column(models["fe"], "pressure"))) > 0
     span = np.flatnonzero(touching)
     x, values = x[span[0] : span[-1] + 1], values[span[0] : span[-1] + 1]
-    axis.plot(x[marked(x)], values[marked(x)], marker, color=colour, **MARKER)
+    axis.plot(x[marked(x)], values[marked(x)], "o", color=colour, **MARKER)
+
+
+def label_peaks(axis, groups, text):
+    """The load of each curve above its largest pressure, right of the middle where it has two."""
+    for colour, (load, rows) in zip(plots.shades(len(groups)), groups.items()):
+        nodes = [row for row in rows if row["model"] == "halfplane" and row["x"] >= 0]
+        top = max(nodes, key=lambda row: row["pressure"])
+        plots.label(axis, top["x"], top["pressure"], text.format(load), colour, (0, 4))
 
 
 def fig8_draw(rows):
-    """Pressure (a) and micromoment (b) over the load for alpha = 0.25, aligned blocks, by half-plane (lines)
-    and fitted finite elements (markers). As in the paper: two separate zones at first, full contact in the
-    middle later, slope discontinuities at its edges. Not as in the paper: the zones meet at P/Pmax = 0.08979,
-    not at about 0.07, since by scaling this is (alpha/alpha_mid)^2 with alpha_mid = 0.83431 instead of
-    0.8874.
+    """Two zones of contact grow and meet at 9 % of the load; not at 7 % as in the paper.
+
+    The paper's Fig. 8: pressure (a) and micromoment (b) under a cylinder on aligned blocks of alpha = 0.25,
+    at seven loads (numbers: over the largest load; from dark to light), by the half-plane (lines) and by
+    fitted finite elements (marks). As in the paper there are two separate zones at first, later full contact
+    in the middle, with breaks of the slope at its edges. Not as in the paper, they meet at 0.08979: by
+    scaling this is (alpha/alpha_mid)^2, with alpha_mid = 0.83431 instead of 0.8874.
+
+    Seen: nested arches, the smallest ones in two halves that touch the middle; below, curves of the
+    micromoment, negative on the left and positive on the right, with a straight part between.
     """
-    drawing, axes = plots.figure(1, 2, height=3.0)
-    draw_profiles(axes, grouped(rows, "load"), lambda key: rf"$\bar P = {key:g}$")
-    for axis in axes:
-        axis.set_xlabel(r"$x_1/a_{\mathrm{Hz}}$")
-    plots.legend_of_all(drawing, axes[0], title=MODELS)
+    drawing, axes = plots.figure(2, 1, height=2.4, sharex=True, height_ratios=(1.4, 1))
+    groups = grouped(rows, "load")
+    draw_profiles(axes, groups)
+    label_peaks(axes[0], groups, "{:g}")
+    axes[0].set_ylim(0, 1.1)
+    axes[1].set_xlabel(r"$x_1/a_{\mathrm{Hz}}$")
+    plots.letter(axes)
     return drawing
 
 
@@ -120,24 +131,31 @@ def fig9_records():
 
 
 def fig9_draw(rows):
-    """Rotated blocks, pressure (left) and micromoment (right), alpha = 0.25, by half-plane (lines) and fitted
-    finite elements (markers). Top: psi0 = 5 degrees in gaps and levers:
-    corner A never touches. Middle: the same in the levers only. Bottom: 0.5 degrees in gaps and levers. The
-    paper's figure (zones of full and partial contact, pressures higher for x1 < 0, transitions shifted to the
-    right) is the kind of the bottom row, and in the middle row the asymmetry is weak; it cannot come from 5
-    degrees with the strip's geometry.
+    """The paper's figure for blocks rotated by 5 degrees is one of half a degree, or of blocks whose gaps are
+    not rotated.
+
+    The paper's Fig. 9: pressure (left) and micromoment (right) at three loads (numbers, over the largest
+    one), alpha = 0.25, by the half-plane (lines) and fitted finite elements (marks). Top: psi0 = 5 degrees in
+    gaps and levers, where corner A never touches. Middle: the same in the levers only, where the asymmetry is
+    weak. Bottom: half a degree in gaps and levers, which has what the paper describes: zones of full and
+    partial contact, pressures higher for x1 < 0, transitions shifted to the right.
+
+    Seen: smooth arches in the top row, nearly symmetric ones with two breaks in the middle row, and in the
+    bottom row arches with a shoulder on the right.
     """
-    drawing, axes = plots.figure(3, 2, height=2.1, sharex="col")
-    for pair, names, (reading, degrees) in zip(axes, ("ab", "cd", "ef"), ROTATED):
+    drawing, axes = plots.figure(3, 2, height=1.5, sharex=True)
+    for pair, (reading, degrees) in zip(axes, ROTATED):
         chosen = [row for row in rows if (row["psi0_reading"], row["psi0_deg"]) == (reading, degrees)]
-        draw_profiles(pair, grouped(chosen, "load"), lambda key: rf"$\bar P = {key:g}$", names)
+        groups = grouped(chosen, "load")
+        draw_profiles(pair, groups)
+        label_peaks(pair[0], groups, "{:g}")
+        pair[0].set(ylim=(0, 1.2), yticks=(0, 0.5, 1))
+        pair[1].locator_params(axis="y", nbins=4)
         pair[0].set_title(
-            rf"$\psi_0 = {degrees:g}^\circ$, "
-            rf"{'gaps and levers' if reading == 'gap' else 'levers only'}"
+            rf"$\psi_0 = {degrees:g}^\circ$, " rf"{'gaps and levers' if reading == 'gap' else 'levers only'}"
         )
     for axis in axes[-1]:
         axis.set_xlabel(r"$x_1/a_{\mathrm{Hz}}$")
-    plots.legend_of_all(drawing, axes[-1][0], title=MODELS)
     return drawing
 
 
@@ -151,27 +169,29 @@ def fig10_records():
 
 
 def fig10_draw(rows):
-    """Pressure over alpha for microblocks (a) and the unilateral law (b), the Hertz ellipse dashed; by
-    half-plane (lines) and fitted finite elements (markers). As in the paper: both
-    tend to Hertz for small alpha; with alpha the unilateral contact narrows and its peak rises, the
-    microblock contact widens, its peak nearly constant beyond 0.5 (from 0.65 to 1.25 it falls by 1.3 %), and
-    splits for large alpha. Not as in the paper: it splits from alpha_mid = 0.83431 on instead of 0.8874."""
-    drawing, axes = plots.figure(1, 2, height=3.0)
+    """Larger blocks widen the contact and split it in two; without corners it narrows instead.
+
+    The paper's Fig. 10: pressure under a cylinder for six alpha = ell/a_Hz, for microblocks (a) and for the
+    unilateral law (b), by the half-plane (lines) and fitted finite elements (marks); dashed: Hertz. As in the
+    paper both tend to Hertz for small alpha, the unilateral peak rises with alpha, that of the microblocks
+    hardly changes beyond 0.5 (from 0.65 to 1.25 it falls by 1.3 %), and the contact of the microblocks
+    splits. Not as in the paper, it splits from alpha_mid = 0.83431 on instead of 0.8874.
+
+    Seen: in the upper panel arches that become wider and break into two for the lightest curves; in the lower
+    one arches that become higher and narrower.
+    """
+    drawing, axes = plots.figure(2, 1, height=2.0, sharex=True)
     ellipse = np.linspace(-1, 1, 201)
-    for axis, contact, name in zip(axes, size_effect.LAWS, "ab"):
-        for number, (alpha, nodes) in enumerate(
-            grouped([row for row in rows if row["contact"] == contact], "alpha").items()
-        ):
-            draw_models(axis, nodes, "pressure", number, rf"$\alpha = {alpha:g}$")
-        axis.plot(ellipse, np.sqrt(1 - ellipse**2), "k--", linewidth=0.8, label="Hertz")
-        axis.set(
-            xlabel=r"$x_1/a_{\mathrm{Hz}}$",
-            ylabel=r"$p_n/p_{\mathrm{Hz}}$",
-            title=f"({name}) {contact}",
-            xlim=(-1.45, 1.45),
-            ylim=(0, 1.32),
-        )
-    plots.legend_of_all(drawing, axes[0], title=MODELS)
+    colours = plots.shades(len(SHOWN_ALPHAS))
+    for axis, contact in zip(axes, size_effect.LAWS):
+        alphas = grouped([row for row in rows if row["contact"] == contact], "alpha")
+        for colour, nodes in zip(colours, alphas.values()):
+            draw_models(axis, nodes, "pressure", colour)
+        axis.plot(ellipse, np.sqrt(1 - ellipse**2), "k--", linewidth=0.8)
+        axis.set(ylabel=r"$p_n/p_{\mathrm{Hz}}$", xlim=(-1.45, 1.45), ylim=(0, 1.32))
+    axes[1].set_xlabel(r"$x_1/a_{\mathrm{Hz}}$")
+    plots.letter(axes, *size_effect.LAWS)
+    plots.key(drawing, [r"$\alpha = 0.01$", *(f"{alpha:g}" for alpha in SHOWN_ALPHAS[1:])], colours)
     return drawing
 
 
@@ -187,66 +207,69 @@ def size_records():
 
 
 def fig11_draw(rows):
-    """Hardness over 1/alpha by the half-plane (lines) and finite elements (markers). (a) Apparent and real;
-    the inset shows where they part, at alpha_mid (dotted). (b) Nominal, on the square of 18 a_Hz, over its
-    value for alpha -> 0 (finite elements alone: a half-plane has no approach). As in the paper: opposite size
-    effects of the two laws in (a), hardness 1 for small alpha, and in (b) nominal hardness that rises with
-    alpha for both laws, more for microblocks (1.099 and 1.065 at alpha = 1.25). Not as in the paper:
-    alpha_mid is 0.83431 (0.8874 there), and the real hardness does not rise beyond it but goes on falling,
-    only more slowly than the apparent one; for alpha up to 0.1 the two laws differ in (b) by 2e-4 at most.
+    """The real hardness of microblocks falls with alpha also beyond alpha_mid, only more slowly than the
+    apparent one.
+
+    The paper's Fig. 11: hardness over 1/alpha by the half-plane (lines) and finite elements (marks). (a)
+    Force over the width of the contact, of all of it (apparent) or of its zones (real), over that of Hertz;
+    the dotted line is alpha_mid, left of which the contact has two zones, also in the inset. (b) Nominal
+    hardness, force over approach, on the square of 18 a_Hz, over its value for alpha -> 0. As in the paper:
+    opposite size effects of the two laws, hardness 1 for small alpha, nominal hardness that rises with alpha
+    for both laws, more for microblocks (1.099 and 1.065 at alpha = 1.25). Not as in the paper: alpha_mid is
+    0.83431 (0.8874 there), and the real hardness does not rise beyond it.
+
+    Seen: in (a) a curve above 1 that falls to the right and two below that rise and are one right of the
+    dotted line; in (b) two curves that fall to 1.
     """
-    drawing, (axis, nominal) = plots.figure(1, 2, height=3.3)
-    inset = axis.inset_axes((0.47, 0.1, 0.5, 0.3))
+    drawing, (axis, nominal) = plots.figure(2, 1, height=2.3, sharex=True)
+    inset = axis.inset_axes((0.55, 0.1, 0.43, 0.34))
     curves = (
-        ("microblock", "hardness_apparent", "-", "o"),
-        ("microblock", "hardness_real", "--", "s"),
-        ("unilateral", "hardness_apparent", "-", "^"),
+        ("microblock", "hardness_apparent", "-", "o", (1.35, (6, -12))),
+        ("microblock", "hardness_real", "--", "s", None),
+        ("unilateral", "hardness_apparent", "-", "^", (2.5, (5, 6))),
     )
     models, large = grouped(rows, "model"), {**MARKER, "markersize": 3.5}
-    for number, (contact, name, line, marker) in enumerate(curves):
+    for number, (contact, name, line, marker, place) in enumerate(curves):
         for panel in (axis, inset)[: 1 if contact == "unilateral" else 2]:
             for model, style in (("halfplane", line), ("fe", marker)):
                 chosen = [row for row in models[model] if row["contact"] == contact]
-                panel.plot(
-                    1 / np.array(column(chosen, "alpha")),
-                    column(chosen, name),
-                    style,
-                    color=plots.COLOURS[number],
-                    **large,
-                )
-        axis.plot(
-            [],
-            [],
-            marker + line,
-            color=plots.COLOURS[number],
-            label=f"{contact}, {name.split('_')[1]}",
-            **large,
-        )
+                inverse = 1 / np.array(column(chosen, "alpha"))
+                panel.plot(inverse, column(chosen, name), style, color=plots.COLOURS[number], **large)
+        if place:
+            x, shift = place
+            chosen = [row for row in models["halfplane"] if row["contact"] == contact]
+            y = np.interp(-x, -1 / np.array(column(chosen, "alpha")), column(chosen, name))
+            words = contact if contact == "unilateral" else f"{contact},\napparent"
+            plots.label(axis, x, y, words, plots.COLOURS[number], shift, ha="left")
     for panel in (axis, inset):
         panel.axvline(1 / rows[0]["alpha_mid"], color="0.5", linewidth=0.7, linestyle=":")
+    plots.label(axis, 1 / rows[0]["alpha_mid"], 1.28, r"$\alpha_\mathrm{mid}$", "k", (3, 0))
+    plots.label(inset, 0.92, 0.815, "real", plots.COLOURS[1], (0, 7))
     inset.set(xlim=(0.78, 1.35), ylim=(0.72, 0.87))
-    inset.tick_params(labelsize=6)
-    axis.set(xscale="log", xlabel=r"$1/\alpha$", ylabel=r"$H/H_{\mathrm{Hz}}$")
-    axis.set_title("(a)", loc="left")
-    for number, marker, contact in ((0, "o-", "microblock"), (2, "^-", "unilateral")):
+    inset.tick_params(labelsize=7)
+    axis.set(xscale="log", ylabel=r"$H/H_{\mathrm{Hz}}$", ylim=(0.68, 1.32))
+    for number, marker, contact, x, shift in (
+        (0, "o-", "microblock", 4 / 3, (4, 4)),
+        (2, "^-", "unilateral", 2, (-5, -8)),
+    ):
         chosen = [row for row in models["fe"] if row["contact"] == contact]
+        inverse = 1 / np.array(column(chosen, "alpha"))
         nominal.errorbar(
-            1 / np.array(column(chosen, "alpha")),
+            inverse,
             column(chosen, "hardness_nominal"),
             fmt=marker,
             capsize=2,
             yerr=column(chosen, "hardness_nominal_error"),
             color=plots.COLOURS[number],
-            label=contact,
             linewidth=0.8,
             **large,
         )
-    nominal.set(
-        xscale="log", xlabel=r"$1/\alpha$", ylabel=r"$H_{\mathrm{nom}}/H_{\mathrm{nom}}(\alpha \to 0)$"
-    )
-    nominal.set_title("(b)", loc="left")
-    for panel in (axis, nominal):
-        plots.legend_below(panel)
+        at = int(np.argmin(np.abs(inverse - x)))
+        height = chosen[at]["hardness_nominal"]
+        plots.label(nominal, inverse[at], height, contact, plots.COLOURS[number], shift)
+    nominal.set(xlabel=r"$1/\alpha$", ylabel=r"$H_{\mathrm{nom}}/H_{\mathrm{nom}}(\alpha \to 0)$")
+    nominal.set_xlim(0.5, None)
+    plots.letter((axis, nominal), "apparent and real", "nominal")
     return drawing
 
 

@@ -45,52 +45,40 @@ def fig12_records():
 
 
 def fig12_draw(rows):
-    """Microrotation below the contact. (a) psi over depth for both laws, alpha = 0.05. (b) Their difference
-    at two positions (filled and empty markers) for three alpha (lines) and the bi-exponential (51) fitted to
-    it from the surface to 2 a_Hz (dashed). As in the paper, the laws differ within a layer of a few ell only,
-    psi starts at x1/R under the microblocks and with vanishing slope under the unilateral law, and (51)
-    describes the difference, to a residual of 0.2 % in L2. Unlike in the paper, where A_sol and L_sol depend
+    """The two contact laws differ in a layer of a few ell below the surface, and nowhere else.
+
+    The paper's Fig. 12. (a) Microrotation psi over the depth at four positions x1 (from dark to light), alpha
+    = 0.05: microblocks (full) are rotated by x1/R at the surface, the unilateral law (dotted) leaves them
+    free. (b) The difference of the two laws for three alpha at x1 = 0.3 a_Hz (full) and 0.6 a_Hz (dotted),
+    and the sum of two exponentials (51) fitted to it from the surface to 2 a_Hz (dashed, black). As in the
+    paper (51) describes the difference, to 0.2 % in L2. Unlike in the paper, where A_sol and L_sol depend
     weakly on alpha, here A_sol/A_bl is negative and falls with alpha (at x1 = 0.3 a_Hz from 5 % for 0.1 to
-    0.03 % for 0.01), and L_sol is a matter of the depths used: what is left below the layer is small and
-    decays algebraically.
+    0.03 % for 0.01), and L_sol depends on the depths used: what is left below the layer is small and decays
+    algebraically.
+
+    Seen: in (a) four pairs of curves that are one below a depth of 0.2 and part towards the surface; in (b)
+    steep rises towards the surface, the steeper the smaller alpha.
     """
-    drawing, axes = plots.figure(1, 2, height=3.4)
+    drawing, axes = plots.figure(2, 1, height=2.3)
     lines = grouped([row for row in rows if row["panel"] == "a"], "x1")
-    for number, (x1, nodes) in enumerate(lines.items()):
-        for name, style in (("psi_microblock", "-"), ("psi_unilateral", "--")):
-            axes[0].plot(
-                column(nodes, "x2"),
-                column(nodes, name),
-                style,
-                color=plots.COLOURS[number],
-                marker=plots.MARKERS[number] if style == "-" else None,
-                markevery=APART,
-                markersize=3,
-                label=rf"$x_1 = {x1:g}\,a_{{\mathrm{{Hz}}}}$" if style == "-" else None,
-            )
-    axes[0].plot([], [], "0.4", label="microblock")
-    axes[0].plot([], [], "--", color="0.4", label="unilateral")
-    axes[0].set(title="(a)", xlim=(-0.5, 0.01), ylim=(0, None), ylabel=r"$\psi R/a_{\mathrm{Hz}}$")
-    lines = grouped([row for row in rows if row["panel"] == "b"], "alpha")
-    for number, (alpha, nodes) in enumerate(lines.items()):
-        for fill, (x1, line) in zip((plots.COLOURS[number], "none"), grouped(nodes, "x1").items()):
+    ends = []
+    for colour, (x1, nodes) in zip(plots.shades(len(lines)), lines.items()):
+        for name, style in (("psi_microblock", "-"), ("psi_unilateral", ":")):
+            axes[0].plot(column(nodes, "x2"), column(nodes, name), style, color=colour)
+        ends.append((nodes[0]["psi_microblock"], rf"$x_1 = {x1:g}\,a_{{\mathrm{{Hz}}}}$", colour))
+    axes[0].set(xlim=(-0.5, 0.005), ylim=(0, None), ylabel=r"$\psi R/a_{\mathrm{Hz}}$")
+    plots.label_ends(axes[0], ends)
+    lines, ends = grouped([row for row in rows if row["panel"] == "b"], "alpha"), []
+    for colour, (alpha, nodes) in zip(plots.shades(len(lines)), lines.items()):
+        for style, (x1, line) in zip(("-", ":"), grouped(nodes, "x1").items()):
             difference = np.subtract(column(line, "psi_microblock"), column(line, "psi_unilateral"))
-            axes[1].plot(
-                column(line, "x2"),
-                difference,
-                color=plots.COLOURS[number],
-                linewidth=1.6,
-                marker=plots.MARKERS[number],
-                markevery=APART,
-                markerfacecolor=fill,
-                label=rf"$\alpha = {alpha:g}$, $x_1 = {x1:g}\,a_{{\mathrm{{Hz}}}}$",
-            )
+            axes[1].plot(column(line, "x2"), difference, style, color=colour, linewidth=1.8)
             axes[1].plot(column(line, "x2"), column(line, "fit"), "k--", linewidth=0.7)
-    axes[1].plot([], [], "k--", linewidth=0.7, label="fit (51)")
-    axes[1].set(title="(b)", xlim=(-0.5, 0.01), ylabel=r"$\Delta\psi R/a_{\mathrm{Hz}}$")
-    for axis in axes:
-        axis.set_xlabel(r"$x_2/a_{\mathrm{Hz}}$")
-        plots.legend_below(axis)
+            ends.append((difference[0], rf"$\alpha = {alpha:g}$, {x1:g}", colour))
+    axes[1].set(xlim=(-0.5, 0.005), ylim=(-0.002, 0.085), ylabel=r"$\Delta\psi R/a_{\mathrm{Hz}}$")
+    plots.label_ends(axes[1], ends)
+    axes[1].set_xlabel(r"$x_2/a_{\mathrm{Hz}}$")
+    plots.letter(axes)
     return drawing
 
 
@@ -99,25 +87,32 @@ def fig13_records():
 
 
 def fig13_draw(rows):
-    """Layer length over position: L_bl of the fit (51) (markers; bars: two deviations of the fit and the
-    change with its depths; no marker where the fit is not determined) and, without a fit, the micropolar
-    mode's share of the difference over its derivative at the surface (lines), which drops where full contact
-    ends. As in the paper, L_bl/ell is close to 1 under the zone of full contact: within 0.5 % for alpha =
-    0.01 and 1.5 % for 0.02 up to x1 = 0.8 a_Hz, within 4.5 % for 0.05 up to 0.7; for 0.1 it is 1.05 to 1.14
-    up to 0.6. Unlike in the paper, alpha = 0.01 is no exception beyond 0.7: it stays closest to 1 (1.013 at
-    0.9, 1.05 at 0.95), and the larger alpha leave 1 first, near the edge of full contact."""
-    drawing, axis = plots.figure(height=3.6)
+    """The layer is as thick as ell under full contact, within 0.5 % for small blocks, and no exception
+    appears.
+
+    The paper's Fig. 13: length of the layer over the position for four alpha. Marks: L_bl of the fit (51)
+    with bars for two deviations of the fit and the change with its depths (no mark where the fit is not
+    determined). Lines, without a fit: the micropolar mode's share of the difference over its derivative at
+    the surface, which drops where full contact ends. As in the paper, L_bl/ell is close to 1 there: within
+    0.5 % for alpha = 0.01 and 1.5 % for 0.02 up to x1 = 0.8 a_Hz, within 4.5 % for 0.05 up to 0.7; for 0.1 it
+    is 1.05 to 1.14 up to 0.6. Unlike in the paper, alpha = 0.01 is no exception beyond 0.7: it stays closest
+    to 1 (1.013 at 0.9, 1.05 at 0.95), and the larger alpha leave 1 first, near the edge of full contact.
+
+    Seen: marks and lines at 1 for small alpha, somewhat above for the lightest; each line falls steeply where
+    full contact ends, the larger alpha first.
+    """
+    drawing, axis = plots.figure(height=3.2)
     layers.draw_lengths(axis, rows, every=2)
     axis.set(ylim=(0.6, 1.3), xlim=(0, 1))
-    plots.legend_below(axis, title=layers.READ)
     return drawing
 
 
 def layers_fe():
-    """Layers by fitted finite elements beside the half-plane: L_bl and the length of the micropolar mode over
-    ell, each with its error, what the two models differ by, and unknowns and seconds of the states of both
-    laws beside the paper's three million unknowns (whose seconds the paper does not give). The two agree
-    within the errors at all four lines.
+    """Fitted finite elements find the same layers with a hundredth of the paper's three million unknowns.
+
+    L_bl of the fit and the length of the micropolar mode over ell, each with its error, what they differ by
+    from the half-plane, and unknowns and seconds of the states of both laws beside the paper's unknowns
+    (whose seconds the paper does not give). The two models agree within the errors at all four lines.
     """
     fe, modes = (
         layers.result(layers.Parameters(model=model, **BESIDE))["layers"] for model in ("fe", "halfplane")

@@ -7,19 +7,14 @@ Each case says in its header what to look at, and is a command with all options.
 from ..common.case import figure_of
 from ..scenes import classical, coating, hole, punch, rough, scatter, two_faces, wavy, wedge
 
-COATING = {"thicknesses": (0.1, 0.4, 4.0, 16.0), "rtol": 1e-2}
-HOLE = {"rtols": (0.1, 0.03, 0.01)}
 FIGURES = {
+    "classical": figure_of(classical, "classical", nodes=(1000, 3000, 10000, 30000)),
     "punch": figure_of(punch, "punch", rtol=1e-3, nodes=4000, rtol_fe=0.1),
     "wedge": figure_of(wedge, "wedge", rtol=1e-4, nodes=2000, rtol_fe=0.1),
-    "two_faces": figure_of(two_faces, "two_faces"),
-    "scatter": figure_of(scatter, "scatter", seeds=8, nodes=2048),
+    "wavy": figure_of(wavy, "wavy", path_nodes=2048),
     "rough": figure_of(rough, "rough", nodes=2**15),
-    "wavy": figure_of(wavy, "wavy", path=0),
-    "wavy_path": figure_of(wavy, "wavy_path", loads=(0.1,), path_nodes=2048),
-    "coating": figure_of(coating, "coating", **COATING),
-    "coating_body": figure_of(coating, "coating_body", **COATING),
-    "hole": figure_of(hole, "hole", **HOLE),
-    "hole_body": figure_of(hole, "hole_body", **HOLE),
-    "classical": figure_of(classical, "classical", nodes=(1000, 3000, 10000, 30000)),
+    "scatter": figure_of(scatter, "scatter", seeds=8, nodes=2048),
+    "two_faces": figure_of(two_faces, "two_faces"),
+    "coating": figure_of(coating, "coating", thicknesses=(0.1, 0.4, 4.0, 16.0), rtol=1e-2),
+    "hole": figure_of(hole, "hole", rtols=(0.1, 0.03, 0.01)),
 }

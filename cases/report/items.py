@@ -18,11 +18,15 @@ BEAT = 1.0  # seconds between two signs of life
 
 @dataclass(frozen=True)
 class File:
-    """Records of an item, DIR/data/NAME.csv, and beside them what they depend on."""
+    """Records of an item, DIR/data/NAME.csv, and beside them what they depend on.
+
+    page : whether the item is a page of its own, DIR/NAME.html, without which the records do not count
+    """
 
     out: Path
     name: str
     depends_on: str
+    page: bool = False
 
     @property
     def path(self):
@@ -37,6 +41,7 @@ class File:
         try:
             known = json.loads(self.path.with_suffix(".json").read_text())
             valid = known["depends_on"] == self.depends_on and known["content"] == content(self.path)
+            valid = valid and (not self.page or (self.out / f"{self.name}.html").exists())
         except (OSError, ValueError, KeyError):  # none, torn, or not ours
             return None
         return {**known, "kept": True} if valid else None

@@ -1,17 +1,19 @@
-"""All figures and tables, with one page to look at.
+"""All figures and tables, with one page to look at: findings first.
 
 Writes DIR/figures/*.png and *.pdf, DIR/data/*.csv (a row a run or a node, with every parameter, the
-command that repeats it and the versions) and DIR/index.html. Figures are drawn from the CSV files.
+command that repeats it and the versions) and DIR/index.html. Figures are drawn from the CSV files, and are
+read at a width of 9 cm.
 Records of an earlier run are kept if nothing that they depend on has changed: any Python file of the program,
 versions, the file itself (DIR/data/*.json). So an interrupted report goes on where it stopped.
 Items are made by --workers processes, but those whose records are times, and what is derived from the
 others: these come last and alone. An item that fails does not stop the others.
 """
 
+import inspect
 import os
 import time
-from collections import Counter
 from dataclasses import asdict, dataclass
+from functools import partial
 
 from tqdm import tqdm
 
@@ -19,11 +21,12 @@ from microblock.data.provenance import digest
 from microblock.data.records import read_records, versions, write_text
 from microblock.errors import NotConverged
 
-from ..common.catalog import PROGRAM
-from ..common.options import Checked, names, option
+from ..common.case import run as run_case
+from ..common.catalog import PROGRAM, case, headlines
+from ..common.options import Checked, command, names, option
 from ..paper import figures_fe, figures_hertz, figures_layers, figures_strip, statements
 from ..studies import limits_table
-from . import figures_scenes, figures_studies, page
+from . import figures_scenes, figures_studies, findings, page
 from .items import File, Task, together
 
 OUT = "out"
@@ -42,36 +45,90 @@ TABLES = {name: table for module in MODULES for name, table in getattr(module, "
 # records are times: nothing runs beside them
 TIMINGS = {name for module in MODULES for name in getattr(module, "TIMINGS", ())}
 DERIVED = statements.TABLES  # made from the records of the others
-KNOWN = (*DERIVED, *FIGURES, *TABLES)
-HALF_PLANE = ("classical",)
-# headings of the page and how the names under them begin; tables have one of their own
+# cases that write a page of their own beside the report, where they exist
+PAGES = tuple(name for name in ("playground",) if name in headlines())
+# headings of the page, what an outsider should know there, and the items in their order
 SECTIONS = {
-    "The paper and here": tuple(DERIVED),
-    "Figures of the paper": ("fig",),
-    "Strip": ("strip_",),
-    "Half-plane": HALF_PLANE,
-    "Finite elements": ("coalescence", "facets"),
-    "Beyond the paper": tuple(name for name in figures_scenes.FIGURES if name not in HALF_PLANE),
-    "Methods: speed and accuracy": ("speed_",),
-    "Methods: limits": ("limits_",),
+    "The strip": (
+        "A layer of a Cosserat solid between rigid planes; its microstructure is rotated by psi0 at the "
+        "surface, so that of each block first one corner touches, later both. The closed form is known.",
+        ("fig3", "fig4", "fig5", "fig6", "strip_curvature", "strip_convergence", "strip_table"),
+    ),
+    "The cylinder": (
+        "A rigid cylinder on a half-plane of blocks of the size ell = alpha a_Hz; a_Hz and p_Hz are "
+        "half-width and pressure of Hertz's contact without microstructure.",
+        ("fig7", "fig8", "fig9", "fig10", "fig11", "coalescence", "facets", "limits_table"),
+    ),
+    "The layers below": (
+        "Microrotation under the cylinder: the contact of the corners is felt within a layer.",
+        ("fig12", "fig13", "layers_fe"),
+    ),
+    "Beyond the paper": (
+        "Other obstacles, other bodies, and blocks that are rotated unevenly. Each is a case of its own, "
+        "with all options on the command line.",
+        tuple(figures_scenes.FIGURES),
+    ),
+    "Methods: speed": (
+        "Processor time of one thread, from records that were measured with version 0.1 of this toolkit.",
+        ("speed_classical", "speed_law", "speed_cost"),
+    ),
+    "Methods: limits": (
+        "Some three thousand seeded runs, a fifth of them next to a degenerate end of a parameter, each "
+        "against a reference of another kind. Which method for which problem: docs/methods.md.",
+        ("limits_profile", *(f"limits_{name}" for name in figures_studies.MAPS), "limits_where"),
+    ),
 }
+KNOWN = (*DERIVED, *(name for _, names in SECTIONS.values() for name in names), *PAGES)
 # the longest first, so that no process ends long after the others
 LONG = (
+    *PAGES,
+    "hole",
     "coalescence",
     "coating",
     "fig11",
-    "hole",
     "wedge",
     "punch",
     "fig9",
     "facets",
     "scatter",
     "fig13",
+    "wavy",
     "strip_convergence",
     "classical",
     "fig10",
     "fig8",
 )
+# what items are called whose names do not say enough
+LABELS = {
+    "paper_and_here": "the paper and here",
+    "coalescence": "the mesh and alpha_mid",
+    "facets": "between the nodes",
+    "limits_table": "limits and symmetries",
+    "layers_fe": "layers by finite elements",
+    "strip_table": "strip: computed and closed form",
+    "strip_curvature": "the curvature term",
+    "strip_convergence": "convergence in the strip",
+    "speed_classical": "the classical limit",
+    "speed_law": "the microblock law",
+    "speed_cost": "time and memory over size",
+    "limits_profile": "errors over promises",
+    "limits_where": "what fails where",
+    "limits_coalescence": "where two zones touch",
+    "limits_cells": "cells under a cylinder",
+    "limits_touching": "where the second corner touches",
+    "limits_layer_fit": "the fit of the layer",
+    "limits_penalty": "penalty and augmented Lagrangian",
+    "limits_supports": "supports of a body",
+    "classical": "the classical limit of obstacles",
+    "punch": "a punch",
+    "wedge": "a wedge",
+    "wavy": "a wave",
+    "rough": "a rough obstacle",
+    "scatter": "unevenly rotated blocks",
+    "two_faces": "a strip with two faces",
+    "coating": "an elastic layer",
+    "hole": "a block with a hole",
+}
 COMMANDS = 12  # of an item's runs, at most, on the page
 MOST = 8  # processes, if nothing is said
 BOUND = 64  # processes that can be asked for
@@ -81,7 +138,7 @@ BOUND = 64  # processes that can be asked for
 class Parameters(Checked):
     only: tuple = names(
         "names to make, all if none is given; DIR/index.html shows them under the headings "
-        f"{'; '.join((*SECTIONS, 'Tables'))}; an unknown name is answered with all",
+        f"{'; '.join(SECTIONS)}; an unknown name is answered with all",
         lambda: KNOWN,
     )
     anew: bool = option(False, "compute all records again", bool)
@@ -122,7 +179,11 @@ def run(parameters, out, quiet=False):
             f"{sum(records.known[name]['kept'] for name in made)} from kept records"
         )
         items = shown(made, records)
-        write_text(out / "index.html", page.page(items, summary, versions(), records.failed))
+        found = findings.found({one["name"] for one in items}, records)
+        introductions = {title: words for title, (words, _) in SECTIONS.items()}
+        write_text(
+            out / "index.html", page.page(items, found, introductions, summary, versions(), records.failed)
+        )
     if records.failed:
         failures = "; ".join(f"{name} ({what})" for name, what in records.failed.items())
         raise NotConverged(
@@ -190,12 +251,19 @@ class Records:
             for name in (*FIGURES, *TABLES)
         }
         derived = {name: digest(table, base, read=read) for name, table in DERIVED.items()}
-        self.files = {name: File(out, name, depends_on) for name, depends_on in {**base, **derived}.items()}
+        pages = {name: digest(name, read=read) for name in PAGES}
+        self.files = {
+            name: File(out, name, depends_on, name in PAGES)
+            for name, depends_on in {**base, **derived, **pages}.items()
+        }
 
     def task(self, name):
         """What another process needs to make an item."""
+        file = self.files[name]
+        if file.page:
+            return Task(file, partial(written, name, file.out), None, self.anew)
         compute, drawing = FIGURES[name] if name in FIGURES else (TABLES[name], None)
-        return Task(self.files[name], compute, drawing, self.anew)
+        return Task(file, compute, drawing, self.anew)
 
     def make(self, name):
         """The same in this process: (what is known of the records, seconds of drawing)."""
@@ -224,25 +292,33 @@ class Records:
         return self.files[name].write(rows, time.perf_counter() - start - nested)
 
 
+def written(name, out):
+    """Rows of a page that a case writes into a folder: the command that repeats it."""
+    module = case(name)
+    parameters = module.Parameters()
+    run_case(module, parameters, out, quiet=True)
+    return [{"command": command(name, parameters), "page": f"{name}.html"}]
+
+
 def item(name, records):
     """An item as the page shows it."""
     rows = read_records(records.files[name].path)
-    made_by = FIGURES[name][1] if name in FIGURES else TABLES.get(name) or DERIVED[name]
     cells = [{key: cell for key, cell in row.items() if not key.startswith("version_")} for row in rows]
     estimates = [row["error_estimate"] for row in rows if row.get("error_estimate") is not None]
     commands = list(dict.fromkeys(row["command"] for row in rows if row.get("command")))
-    verdicts = Counter(row["verdict"] for row in rows) if name in DERIVED and "verdict" in rows[0] else {}
     figures = {kind: f"figures/{name}.{kind}" if name in FIGURES else None for kind in ("png", "pdf")}
     known = records.known.get(name) or records.files[name].kept()
     return {
         "name": name,
+        "label": label(name),
         "section": section(name),
-        "caption": " ".join(made_by.__doc__.split()),
+        **told(name),
         "data": f"data/{name}.csv",
         "figure": figures["png"],
+        "size": page.size(records.files[name].figure) if name in FIGURES else None,
         "pdf": figures["pdf"],
-        "table": None if name in FIGURES else cells,
-        "verdicts": dict(verdicts),
+        "table": None if name in FIGURES or name in PAGES else cells,
+        "page": f"{name}.html" if name in PAGES else None,
         "command": f"{PROGRAM} report --only {name}",
         "commands": commands[:COMMANDS],
         "error_estimate": max(estimates, default=None),
@@ -252,11 +328,32 @@ def item(name, records):
     }
 
 
+def told(name):
+    """{"message", "caption", "alt"} of an item: the first paragraph of the docstring of what makes it, those
+    that follow, and the one that begins with "Seen:" and says what a figure shows.
+    """
+    if name in PAGES:
+        return {"message": headlines()[name][1], "caption": "", "alt": ""}
+    made_by = FIGURES[name][1] if name in FIGURES else TABLES.get(name) or DERIVED[name]
+    parts = [" ".join(part.split()) for part in inspect.cleandoc(made_by.__doc__).split("\n\n")]
+    message, *others = parts
+    seen = [part.removeprefix("Seen: ") for part in others if part.startswith("Seen: ")]
+    reading = [part for part in others if not part.startswith("Seen: ")]
+    alt = " ".join(seen) or message
+    return {"message": message, "caption": " ".join(reading), "alt": alt[:1].upper() + alt[1:]}
+
+
+def label(name):
+    """What an item is called in the contents."""
+    if name.startswith("fig"):
+        return f"Figure {name[3:]}"
+    words = LABELS.get(name, name.replace("_", " "))
+    return words[:1].upper() + words[1:]
+
+
 def section(name):
-    """The heading under which the page shows an item."""
-    if name in TABLES:
-        return "Tables"
-    return next((title for title, starts in SECTIONS.items() if name.startswith(starts)), "Others")
+    """The heading under which the page shows an item; none for what stands above all headings."""
+    return next((title for title, (_, names) in SECTIONS.items() if name in names), None)
 
 
 def shown(made, records):

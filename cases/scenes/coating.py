@@ -25,6 +25,7 @@ import microblock as mb
 from microblock.data.records import column, grouped
 
 from ..common.bodies import balances, draw_body, mesh_of, points_of, polygon
+from ..common.case import of_kinds
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned, without_seconds
 
@@ -169,55 +170,54 @@ def show(answer):
 
 
 def rows(parameters, answer):
-    """A row a layer; its seconds, which no other run has again, are left to the table."""
-    return without_seconds(answer["layers"])
-
-
-def body_rows(parameters):
-    """A row a corner of a triangle."""
-    return points_of(solve(parameters, PICTURE, "cylinder", "microblock")[1], (-SEEN, SEEN, -PICTURE))
-
-
-def body_figure(records):
-    """Elastic layer of thickness a_Hz on a rigid base under a cylinder: the middle of the deformed body
-    (displacements magnified) with -sigma_22 in colours.
+    """A row a layer, without its seconds, which no other run has again; and one a corner of a triangle of the
+    layer that is drawn.
     """
-    drawing = draw_body(records)
-    drawing.axes[0].set_xlim(-CUT, CUT)
-    return drawing
+    drawn = solve(parameters, PICTURE, "cylinder", "microblock")[1]
+    return of_kinds(layer=without_seconds(answer["layers"]), body=points_of(drawn, (-SEEN, SEEN, -PICTURE)))
+
+
+# where the names of the curves stand over their last points
+NAMES = {"cylinder": (4, -8), "punch": (4, 6)}
 
 
 def figure(records):
-    """Elastic layer on a rigid base: differences to the Winkler foundation (thin layers) and to the
-    half-plane (thick ones) over the thickness h; dashed the orders 3/2, 1 and -2.
+    """An elastic layer is a Winkler foundation where it is thin, and a half-plane where it is thick.
+
+    (a) Layer of thickness a_Hz, bonded to a rigid base, under a cylinder: the middle of the deformed body
+    (displacements magnified), vertical stress in shades. The mesh is a user's and was refined until the
+    estimated error was below the rtol. (b) Difference of the pressure to both limits over the thickness,
+    under a cylinder and a tilted punch; full: microblocks, dotted: unilateral; dashed: the orders 3/2 and 1
+    towards the foundation, -2 towards the half-plane.
+
+    Seen: a slab that is most compressed in the middle of its dented top; below, curves that rise for thin
+    layers and fall for thick ones along the dashed lines.
     """
     from microblock.view import plots
 
-    drawing, axis = plots.figure(height=3.0)
+    kinds = grouped(records, "kind")
+    drawing, (body, axis) = plots.figure(2, 1, height=2.1)
+    draw_body(body, kinds["body"])
+    body.set_xlim(-CUT, CUT)
     for colour, marker, (obstacle, own) in zip(
-        plots.COLOURS, plots.MARKERS, grouped(records, "obstacle").items()
+        plots.COLOURS, plots.MARKERS, grouped(kinds["layer"], "obstacle").items()
     ):
-        for (law, rows), style in zip(grouped(own, "law").items(), ("-", ":")):
-            for number, chosen in enumerate(grouped(rows, "limit").values()):
-                axis.loglog(
-                    column(chosen, "h"),
-                    column(chosen, "difference"),
-                    style,
-                    color=colour,
-                    marker=marker,
-                    label=f"{obstacle}, {law}" if number == 0 else None,
-                )
-    axis.plot([], [], "--", color="0.6", linewidth=0.7, label="orders 3/2, 1 and $-2$")
+        for rows, style in zip(grouped(own, "law").values(), ("-", ":")):
+            for chosen in grouped(rows, "limit").values():
+                x, y = column(chosen, "h"), column(chosen, "difference")
+                axis.loglog(x, y, style, color=colour, marker=marker)
+        plots.label(axis, x[-1], y[-1], obstacle, colour, NAMES[obstacle])
     for power, (first, last), size in (
         (1.5, (0.05, 0.4), 0.0015),
         (1, (0.05, 0.4), 0.03),
         (-2, (4, 32), 0.2),
     ):
         axis.loglog((first, last), (size, size * (last / first) ** power), "--", color="0.6", linewidth=0.7)
-    axis.set(xlabel=r"$h/a_\mathrm{Hz}$", ylabel="difference to the limit")
-    plots.legend_below(axis)
+    axis.set(xlabel=r"$h/a_\mathrm{Hz}$", ylabel="difference to the limit", xlim=(0.03, 150))
+    plots.label(axis, 0.45, 0.03, "Winkler\nfoundation", "0.35", (2, 0))
+    plots.label(axis, 6, 0.01, "half-plane", "0.35", (-2, 0))
+    plots.letter((body, axis))
     return drawing
 
 
 FIGURES = {"coating": (rows, figure)}
-PICTURES = {"coating_body": (body_rows, body_figure)}

@@ -363,16 +363,18 @@ def figure(records):
     """Pressure (a) and micromoment (b) at each load."""
     from microblock.view import plots
 
-    drawing, axes = plots.figure(1, 2)
-    for number, (load, nodes) in enumerate(grouped(records, "load").items()):
+    drawing, axes = plots.figure(2, 1, height=1.9, sharex=True)
+    loads = grouped(records, "load")
+    for number, (load, nodes) in enumerate(loads.items()):
         look = {
-            "color": plots.COLOURS[number % len(plots.COLOURS)],
+            "color": plots.shades(len(loads))[number],
             "linestyle": plots.LINES[number % len(plots.LINES)],
         }
         axes[0].plot(column(nodes, "x"), column(nodes, "pressure"), **look, label=rf"$\bar P = {load:g}$")
         axes[1].plot(column(nodes, "x"), column(nodes, "micromoment"), **look)
-    axes[0].set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$p_n/p_\mathrm{Hz}$", title="(a)")
-    axes[1].set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$M/(p_\mathrm{Hz}\ell)$", title="(b)")
+    axes[0].set_ylabel(r"$p_n/p_\mathrm{Hz}$")
+    axes[1].set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$M/(p_\mathrm{Hz}\ell)$")
+    plots.letter(axes)
     plots.legend_of_all(drawing, axes[0])
     return drawing
 

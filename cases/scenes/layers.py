@@ -37,7 +37,6 @@ DEPTHS = (0.0, 2.0)  # of the fit: from (over ell) and to (over a_Hz)
 VARIED = ((0.5, 2.0), (0.0, 1.0), (0.0, 4.0))
 LENGTHS = (0.05, 20.0)  # searched: from this times ell to this times a_Hz
 GRID = (300, 30)  # short and long lengths tried before the fit is refined
-READ = "markers: fit (51), lines: micropolar mode"
 APART = 0.05  # of their logarithms there, at least
 FAINT = 1e-6  # amplitude over the largest value, below which it is an error of the states
 CONFIDENCE = 2  # standard deviations of the fit that count as its error
@@ -323,21 +322,21 @@ def figure(found):
 
     drawing, axis = plots.figure(height=3.2)
     draw_lengths(axis, found)
-    plots.legend_below(axis, title=READ)
     return drawing
 
 
 def draw_lengths(axis, found, every=1):
-    """L_bl/ell with its error bars (markers) and the length of the micropolar mode (lines), a colour, marker
-    and line style for each alpha; of fits only each `every`."""
+    """L_bl/ell with its error bars (marks) and the length of the micropolar mode (lines), alphas from dark to
+    light; of fits only each `every`.
+    """
     from microblock.view import plots
 
-    for number, alpha in enumerate(dict.fromkeys(column(found, "alpha"))):
+    alphas = list(dict.fromkeys(column(found, "alpha")))
+    colours = plots.shades(len(alphas))
+    for number, (alpha, colour) in enumerate(zip(alphas, colours)):
         lines = [row for row in found if row["alpha"] == alpha]
         fitted = [row for row in lines[::every] if row["L_bl_over_ell"] is not None]
-        colour = plots.COLOURS[number % len(plots.COLOURS)]
-        style = plots.LINES[number % len(plots.LINES)]
-        axis.plot(column(lines, "x1"), column(lines, "mode_length_over_ell"), style, color=colour)
+        axis.plot(column(lines, "x1"), column(lines, "mode_length_over_ell"), color=colour)
         axis.errorbar(
             column(fitted, "x1"),
             column(fitted, "L_bl_over_ell"),
@@ -348,18 +347,9 @@ def draw_lengths(axis, found, every=1):
             capsize=2,
             linewidth=0.8,
         )
-        axis.plot(
-            [],
-            [],
-            plots.MARKERS[number % len(plots.MARKERS)] + plots.LINES[number % len(plots.LINES)],
-            color=colour,
-            markerfacecolor="none",
-            label=rf"$\alpha = {alpha:g}$",
-        )
-    axis.axhline(
-        1 / np.sqrt(found[0]["beta"]), color="k", linewidth=0.5, zorder=0, label=r"$\beta^{-1/2}$, (49)"
-    )
+    axis.axhline(1 / np.sqrt(found[0]["beta"]), color="k", linewidth=0.5, zorder=0)
     axis.set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", ylabel=r"$L_{\mathrm{bl}}/\ell$")
+    plots.key(axis.figure, [rf"$\alpha = {alpha:g}$" for alpha in alphas], colours)
 
 
 FIGURES = {"layers": (rows, figure)}

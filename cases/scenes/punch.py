@@ -138,35 +138,37 @@ def rows(parameters, answer):
 
 
 def figure(records):
-    """Flat and tilted punch: pressure of each load for microblocks, the unilateral law, and the classical
-    limit (markers) on its closed form. Each corner has its own ends, half a block beside the punch's."""
+    """Under a punch each corner of the blocks has its own ends, half a block beside those of the punch.
+
+    Pressure under a flat and a tilted rigid punch at three loads, over that from which on a classical punch
+    lies on all its width. Red: microblocks; blue, dashed: the same solid without corners; grey: the classical
+    solid, closed form (line) and panels (dots).
+
+    Seen: pressures that become infinite at the ends; the red ones have two steep ends on each side, one
+    outside the punch and one inside, which the others have not.
+    """
     from microblock.view import plots
 
     loads = grouped(records, "load")
     drawing, axes = plots.figure(
-        -(-len(loads) // 2), min(2, len(loads)), height=2.1, sharex=True, squeeze=False
+        -(-len(loads) // 2), min(2, len(loads)), height=1.7, sharex=True, sharey=True, squeeze=False
     )
     x = np.linspace(-1, 1, 2001)[1:-1]
-    for number, (axis, (load, nodes)) in enumerate(zip(axes.flat, loads.items())):
+    titles = []
+    for axis, (load, nodes) in zip(axes.flat, loads.items()):
         laws = grouped(nodes, "law")
         exact = reference(load)[0](x) / (loaded(load)[1] / 2)
-        axis.plot(x, exact, color="0.5", linewidth=0.8, label="classical closed form")
-        axis.plot(
-            column(laws["classical"], "x"),
-            column(laws["classical"], "pressure"),
-            ".",
-            color="0.5",
-            markersize=3,
-            label="classical, panels",
-        )
+        axis.plot(x, exact, color="0.5", linewidth=0.8)
+        classical = laws["classical"]
+        axis.plot(column(classical, "x"), column(classical, "pressure"), ".", color="0.5", markersize=2)
         for law, colour, style in zip(("unilateral", "microblock"), plots.COLOURS, ("--", "-")):
-            three_ways.draw_zones(axis, laws[law], "pressure", color=colour, linestyle=style, label=law)
-        title = "flat" if load == FLAT else rf"tilted, $P/P_\mathrm{{full}} = {load:g}$"
-        axis.set(xlabel="$x_1/b$", ylabel=r"$2 b\,p/P$", ylim=(0, 4), title=f"({chr(97 + number)})  {title}")
+            three_ways.draw_zones(axis, laws[law], "pressure", color=colour, linestyle=style)
+        titles.append("flat" if load == FLAT else rf"tilted, $P/P_\mathrm{{full}} = {load:g}$")
+        axis.set(xlabel="$x_1/b$", ylabel=r"$2 b\,p/P$", ylim=(0, 4))
         axis.label_outer()
     for axis in axes.flat[len(loads) :]:
         axis.set_visible(False)
-    plots.legend_of_all(drawing, axes[0, 0])
+    plots.letter(axes.flat[: len(loads)], *titles)
     return drawing
 
 

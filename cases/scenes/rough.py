@@ -152,15 +152,23 @@ def rows(parameters, answer):
 
 
 def figure(records):
-    """Rough obstacle and rough psi0(x): pressure (a) and micromoment (b) around the largest pressure, one
-    corner's zones torn from the other's."""
+    """On a rough obstacle, rough blocks carry the load on many small zones, each mostly on one corner.
+
+    A self-affine obstacle on a half-plane whose blocks are rotated by a psi0(x) that is as rough: pressure
+    (a) and micromoment (b) around the largest pressure, of a problem of some ten thousand cells in contact
+    that is solved without a matrix. A micromoment as large as the pressure says that one corner carries all
+    of it.
+
+    Seen: narrow peaks of pressure between gaps, with peaks of the micromoment of either sign below them.
+    """
     from microblock.view import plots
 
-    drawing, axes = plots.figure(1, 2)
+    drawing, axes = plots.figure(2, 1, height=1.5, sharex=True)
     for axis, name in zip(axes, ("pressure", "micromoment")):
         axis.plot(column(records, "x"), column(records, name), linewidth=0.8)
-    axes[0].set(xlabel="$x_1$ over the period", ylabel=r"$p/(E^* h'_\mathrm{rms})$", title="(a)")
-    axes[1].set(xlabel="$x_1$ over the period", ylabel=r"$M/(E^* h'_\mathrm{rms}\,\ell)$", title="(b)")
+    axes[0].set_ylabel(r"$p/(E^* h'_\mathrm{rms})$")
+    axes[1].set(xlabel="$x_1$ over the period", ylabel=r"$M/(E^* h'_\mathrm{rms}\,\ell)$")
+    plots.letter(axes)
     return drawing
 
 

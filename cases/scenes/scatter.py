@@ -204,36 +204,49 @@ def rows(parameters, answer):
 
 
 def figure(records):
-    """Rough psi0 under a cylinder: hardness (a), real and full contact (b) of each seed (dots), with means
-    and standard deviations, over the roughness of psi0 (none: drawn at half the smallest).
+    """Unevenly rotated blocks lose full contact first; hardness changes once psi0 is a tenth of the
+    obstacle's slope.
+
+    A cylinder on blocks rotated by a rough psi0(x), several seeds at each root mean square (over a_Hz/R, the
+    slope of the cylinder at the edge of the contact; 0: aligned). Small dots: seeds; marks with bars: mean
+    and standard deviation. (a) Hardness by the length in contact (real) and by the outermost edges
+    (apparent); (b) length on one corner or both, and on both.
+
+    Seen: flat curves up to 0.1; then the real hardness rises with a growing scatter, the length on both
+    corners falls to nothing, and the apparent hardness stays.
     """
     from microblock.view import plots
 
-    drawing, axes = plots.figure(1, 2)
+    drawing, axes = plots.figure(2, 1, height=1.9, sharex=True)
     shown = (
-        (axes[0], (("hardness_real", "real hardness"), ("hardness_apparent", "apparent hardness"))),
-        (axes[1], (("contact", "one corner or both"), ("full_contact", "both corners"))),
+        (axes[0], (("hardness_real", "real", (-8, 4)), ("hardness_apparent", "apparent", (-4, -11)))),
+        (axes[1], (("contact", "one corner or both", (-8, -6)), ("full_contact", "both corners", (-10, -6)))),
     )
     groups = grouped(records, "amplitude")
     smallest = min((amplitude for amplitude in groups if amplitude > 0), default=1.0)
     for axis, named in shown:
-        for (name, label), colour, marker, shift in zip(named, plots.COLOURS, plots.MARKERS, (0.96, 1.04)):
+        for (name, words, beside), colour, marker, shift in zip(
+            named, plots.COLOURS, plots.MARKERS, (0.96, 1.04)
+        ):
             places = [shift * (amplitude or smallest / 2) for amplitude in groups]
             for place, own in zip(places, groups.values()):
                 axis.plot([place] * len(own), column(own, name), ".", color=colour, markersize=2, alpha=0.5)
             means, spread = (
                 [found(column(own, name)) for own in groups.values()] for found in (np.mean, np.std)
             )
-            axis.errorbar(places, means, spread, color=colour, marker=marker, capsize=2, label=label)
+            axis.errorbar(places, means, spread, color=colour, marker=marker, capsize=2)
+            at = -1 - min(2 if name == "full_contact" else 1, len(means) - 1)
+            plots.label(axis, places[at], means[at], words, colour, beside)
         axis.set(xscale="log")
-        axis.set_xticks(
-            [amplitude or smallest / 2 for amplitude in groups], [f"{amplitude:g}" for amplitude in groups]
-        )
-        axis.minorticks_off()
-        axis.set(xlabel=r"rms of $\psi_0 R/a_\mathrm{Hz}$")
-        plots.legend_below(axis)
-    axes[0].set(ylabel=r"hardness over $P/(2 a_\mathrm{Hz})$", title="(a)")
-    axes[1].set(ylabel=r"contact length over $a_\mathrm{Hz}$", title="(b)", ylim=(0, None))
+        axis.margins(y=0.12)
+    axes[1].set_xticks(
+        [amplitude or smallest / 2 for amplitude in groups], [f"{amplitude:g}" for amplitude in groups]
+    )
+    axes[1].minorticks_off()
+    axes[0].set(ylabel=r"hardness over $P/(2 a_\mathrm{Hz})$")
+    axes[1].set(xlabel=r"rms of $\psi_0 R/a_\mathrm{Hz}$", ylabel=r"length over $a_\mathrm{Hz}$")
+    axes[1].set_ylim(0, None)
+    plots.letter(axes)
     return drawing
 
 

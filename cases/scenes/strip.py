@@ -396,7 +396,7 @@ def figure(records):
     from microblock.view import plots
 
     given = {entry.name: records[0][entry.name] for entry in fields(Parameters)}
-    drawing, axes = plots.figure(1, 2)
+    drawing, axes = plots.figure(2, 1, height=1.9)
     for axis, name, symbol in zip(axes, ("psi", "u1"), (r"$\psi$ (rad)", "$u_1/H$")):
         axis.plot(
             column(records, "x2"),

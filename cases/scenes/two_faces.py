@@ -341,27 +341,28 @@ def rows(parameters, answer):
 
 
 def figure(records):
-    """Strip whose faces are rotated differently: rotation of the blocks (a) and micromoments (b) over the
-    approach, psi over the depth (c). Markers: computed, lines: closed form; a kink where the second corner of
-    a face closes.
+    """A strip whose faces are rotated differently has two breaks, one for each face that comes to lie flat.
+
+    Blocks are rotated by 1 degree at the upper and by -0.5 degrees at the lower face. Microrotation (a) and
+    micromoment (b) at both faces over the approach of the planes, and the microrotation over the depth at the
+    last state (c). Marks: computed; lines: closed form.
+
+    Seen: in (a) and (b) two curves of opposite sign, each straight up to its break and constant beyond, the
+    lower face first; in (c) an odd curve that is steep at both faces.
     """
     from microblock.view import plots
 
     given = Parameters(**{name: records[0][name] for name in Parameters.__dataclass_fields__})
     kinds = grouped(records, "kind")
-    drawing, axes = plots.figure(1, 3, width=2.33, height=2.4)
+    drawing, axes = plots.figure(3, 1, height=1.5)
     _draw_path(axes[:2], kinds["path"], given)
-    axes[2].plot(
-        column(kinds["profile"], "psi"),
-        column(kinds["profile"], "x2"),
-        "o",
-        color=plots.COLOURS[2],
-        markersize=3,
-        markerfacecolor="none",
-    )
+    colour = plots.COLOURS[2]
     x2 = np.linspace(-1, 1, 301)
-    axes[2].plot(reference(given).psi(x2), x2, color=plots.COLOURS[2], zorder=1)
-    axes[2].set(xlabel=r"$\psi$ (rad)", ylabel="$x_2/H$", title=rf"(c)  $\delta/H = {given.delta_over_H:g}$")
+    axes[2].plot(x2, reference(given).psi(x2), color=colour)
+    found = column(kinds["profile"], "x2"), column(kinds["profile"], "psi")
+    axes[2].plot(*found, "o", color=colour, markersize=3, markerfacecolor="none")
+    axes[2].set(ylabel=r"$\psi$ (rad)", xlabel="$x_2/H$")
+    plots.letter(axes, "", "", rf"$\delta/H = {given.delta_over_H:g}$")
     return drawing
 
 
@@ -373,15 +374,17 @@ def _draw_path(axes, rows, given):
     for number, (face, psi0) in enumerate(zip(FACES, (given.upper_deg, given.lower_deg))):
         style = dict(color=plots.COLOURS[number], markerfacecolor="none")
         label = rf"{face} face, $\psi_0 = {psi0:g}^\circ$"
-        axes[0].plot(
-            column(rows, "delta"), column(rows, f"psi_{face}"), plots.MARKERS[number], **style, label=label
-        )
+        axes[0].plot(column(rows, "delta"), column(rows, f"psi_{face}"), plots.MARKERS[number], **style)
         axes[0].plot(deltas, [one.surface[number] for one in exact], **style, zorder=1)
         axes[1].plot(column(rows, "delta"), column(rows, f"M_{face}"), plots.MARKERS[number], **style)
         axes[1].plot(deltas, [one.micromoments[number] for one in exact], **style, zorder=1)
-    axes[0].set(xlabel=r"$\delta/H$", ylabel=r"$\psi$ at the face (rad)", title="(a)")
-    axes[1].set(xlabel=r"$\delta/H$", ylabel=r"$M/(\mu H)$", title="(b)")
-    plots.legend_below(axes[0], 1)
+        place = len(deltas) // 3
+        value = exact[place].surface[number]
+        plots.label(axes[0], deltas[place], value, label, style["color"], (10, -8 if value > 0 else 8))
+    axes[0].set(ylabel=r"$\psi$ (rad)")
+    axes[1].set(xlabel=r"$\delta/H$", ylabel=r"$M/(\mu H)$")
+    axes[0].sharex(axes[1])
+    axes[0].tick_params(labelbottom=False)
 
 
 FIGURES = {"two_faces": (rows, figure)}

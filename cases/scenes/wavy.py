@@ -23,12 +23,11 @@ import microblock as mb
 from microblock.data.records import column, grouped
 from microblock.halfplane.kernels import symbol
 
-from ..common.case import profiles
+from ..common.case import of_kinds, profiles
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned
 
 RTOL = 1e-3
-APART = 0.08  # of the diagonal of a panel: markers on a curve
 CLASSICAL_BETA = 1e-10  # coupling of the classical limit: results differ from it by as much
 AMPLITUDE = 1 / math.pi  # with E* = 1 and the wavelength 1 the unit of pressure is 1
 DRAWN = 1024  # cells of a state that the records keep
@@ -262,83 +261,73 @@ def rows(parameters, answer):
     return found
 
 
-def figure(records):
-    """Wave pressed flat: pressure (a) and micromoment (b) over one period at mean pressures over that of the
-    classical full closure, up to beyond it; broken lines: classical limit."""
-    from microblock.view import plots
-
-    drawing, axes = plots.figure(1, 2)
-    laws = grouped(records, "law")
-    for law, chosen in laws.items():
-        axes[0].set_prop_cycle(None)
-        axes[1].set_prop_cycle(None)
-        for number, (load, nodes) in enumerate(grouped(chosen, "load").items()):
-            look = {"marker": plots.MARKERS[number % len(plots.MARKERS)], "markevery": APART, "markersize": 3}
-            classical = law == "classical"
-            axes[0].plot(
-                column(nodes, "x"),
-                column(nodes, "pressure"),
-                "--" if classical else "-",
-                **({"linewidth": 0.8} if classical else look),
-                label=None if classical else rf"$\bar p = {load:.3g}$",
-            )
-            if not classical:
-                axes[1].plot(column(nodes, "x"), column(nodes, "micromoment"), **look)
-    axes[0].plot([], [], "--", color="0.4", linewidth=0.8, label="classical")
-    axes[0].set(xlabel=r"$x_1/\lambda$", ylabel=r"$p\lambda/(\pi E^*\Delta)$", title="(a)")
-    axes[1].set(xlabel=r"$x_1/\lambda$", ylabel=r"$M/(\bar p_\mathrm{closure}\,\ell)$", title="(b)")
-    plots.legend_of_all(drawing, axes[0])
-    return drawing
-
-
-def path_rows(parameters, answer):
+def path_rows(answer):
     """A row a state of the path."""
     return [{**row, "law": row["contact"], "full_closure": answer["full_closure"]} for row in answer["path"]]
 
 
-def draw_path(records):
-    """Wave pressed flat, from first touch to full closure: contact (a) and approach (b) over the mean
-    pressure, classical markers on Westergaard's closed form; microblocks close at the vertical line.
+def all_rows(parameters, answer):
+    """Those of the states and those of the path."""
+    return of_kinds(state=rows(parameters, answer), path=path_rows(answer))
+
+
+def figure(records):
+    """Microblocks under a wave close later than a classical solid: at 1.33 times its mean pressure.
+
+    A rigid cosine pressed flat on a half-plane. Pressure (a) and micromoment (b) over one period for mean
+    pressures up to beyond full closure (from dark to light, over that of the classical closure); dashed:
+    classical. (c) Length in contact over the mean pressure, from first touch on: squares on the grey line,
+    classical on Westergaard's closed form; blue, microblocks on one corner or both, dotted on both, which
+    reach all of the surface at the vertical line, known in closed form.
+
+    Seen: arches of pressure that grow to the full width; micromoments that change sign in the middle; in (c)
+    two curves that rise alike to 1, and a dotted one far below that reaches 1 last.
     """
-    from microblock.model.closed_forms import Wavy  # for verification only
     from microblock.view import plots
 
-    drawing, axes = plots.figure(1, 2)
-    laws = grouped(records, "law")
-    exact = [Wavy(1.0, 1.0, load) for load in np.geomspace(PATH_FIRST, PATH_LAST, 400)]
-    axes[0].plot(
-        column_of(exact, "mean"), [2 * one.half_width for one in exact], color="0.5", label="Westergaard"
-    )
-    axes[1].plot(column_of(exact, "mean"), column_of(exact, "approach_over_amplitude"), color="0.5")
-    for (law, own), colour, marker in zip(laws.items(), plots.COLOURS, plots.MARKERS):
-        style = dict(
-            color=colour,
-            marker=marker,
-            linestyle="none" if law == "classical" else "-",
-            markerfacecolor="none",
-        )
-        axes[0].plot(column(own, "load"), column(own, "contact_fraction"), **style, label=law)
-        axes[1].plot(column(own, "load"), column(own, "approach"), **style)
-        if law == "microblock":
-            axes[0].plot(
-                column(own, "load"),
-                column(own, "full_contact_fraction"),
-                ":",
-                color=colour,
-                label="microblock, both corners",
-            )
-    axes[0].axvline(
-        records[0]["full_closure"], color="0.7", linewidth=0.8, label="both corners everywhere, closed form"
-    )
-    axes[0].set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"contact over $\lambda$", title="(a)")
-    axes[1].set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"approach over $\Delta$", title="(b)")
-    plots.legend_of_all(drawing, axes[0], columns=3)
+    kinds = grouped(records, "kind")
+    drawing, axes = plots.figure(3 if "path" in kinds else 2, 1, height=1.7)
+    laws = grouped(kinds["state"], "law")
+    for law, chosen in laws.items():
+        loads = grouped(chosen, "load")
+        colours = plots.shades(len(loads))
+        for colour, nodes in zip(colours, loads.values()):
+            x, style = column(nodes, "x"), "--" if law == "classical" else "-"
+            thin = {"linewidth": 0.7} if law == "classical" else {}
+            axes[0].plot(x, column(nodes, "pressure"), style, color=colour, **thin)
+            if law != "classical":
+                axes[1].plot(x, column(nodes, "micromoment"), color=colour)
+    first, *others = loads
+    plots.key(drawing, [rf"$\bar p = {first:.3g}$", *(f"{load:.3g}" for load in others)], colours)
+    axes[0].set(ylabel=r"$p\lambda/(\pi E^*\Delta)$")
+    axes[0].sharex(axes[1])
+    axes[0].tick_params(labelbottom=False)
+    axes[1].set(xlabel=r"$x_1/\lambda$", ylabel=r"$M/(\bar p_\mathrm{closure}\,\ell)$")
+    if "path" in kinds:
+        _draw_path(axes[2], kinds["path"])
+    plots.letter(axes)
     return drawing
 
 
-def column_of(objects, name):
-    """One attribute of many."""
-    return [getattr(one, name) for one in objects]
+def _draw_path(axis, records):
+    """Length in contact over the mean pressure."""
+    from microblock.model.closed_forms import Wavy  # for verification only
+    from microblock.view import plots
+
+    exact = [Wavy(1.0, 1.0, load) for load in np.geomspace(PATH_FIRST, PATH_LAST, 400)]
+    axis.plot([one.mean for one in exact], [2 * one.half_width for one in exact], color="0.5")
+    for (law, own), colour, marker in zip(grouped(records, "law").items(), plots.COLOURS, plots.MARKERS):
+        loads = column(own, "load")
+        line = "none" if law == "classical" else "-"
+        look = {"color": colour, "marker": marker, "linestyle": line, "markerfacecolor": "none"}
+        axis.plot(loads, column(own, "contact_fraction"), **look)
+        if law == "microblock":
+            full = column(own, "full_contact_fraction")
+            axis.plot(loads, full, ":", color=colour)
+            at = len(own) // 2
+            plots.label(axis, loads[at], full[at], "both corners", colour, (4, -5))
+    axis.axvline(records[0]["full_closure"], color="0.7", linewidth=0.8)
+    axis.set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"contact over $\lambda$")
 
 
-FIGURES = {"wavy": (rows, figure), "wavy_path": (path_rows, draw_path)}
+FIGURES = {"wavy": (all_rows, figure)}

@@ -174,51 +174,50 @@ def rows(parameters, answer):
 
 
 def figure(records):
-    """Blunt wedge on microblocks: edges of the contact over the load (a), between the limits of light and
-    heavy loads, two zones for each of which one corner acts alone and the classical wedge; pressure at three
-    loads (b), dotted the classical ones.
+    """A blunt wedge touches blocks in two zones, one for each corner, which meet at a load of 3.8 E* slope
+    ell.
+
+    (a) Edges of the contact over the load, in blocks: dots outer, squares inner edge. Light loads follow the
+    dashed lines, on which each corner meets the wedge alone, heavy ones the classical wedge (grey); between
+    them, at the vertical line, the zones meet. (b) Pressure at three loads; dotted: classical.
+
+    Seen: in (a) an outer edge that stays at one half and then rises along the grey line, and an inner edge
+    that falls to zero; in (b) pairs of peaks half a block beside the middle, where the classical ones are
+    single.
     """
     from microblock.view import plots
 
     given = Parameters(**{name: records[0][name] for name in ("nu", "beta")})
     laws = grouped(records, "law")
-    drawing, axes = plots.figure(1, 2, height=3.0)
+    drawing, axes = plots.figure(2, 1, height=2.2)
     firsts = [own[0] for own in grouped(laws["microblock"], "load").values()]
-    loads = np.array(column(firsts, "load"))
-    axes[0].loglog(loads, column(firsts, "half_width"), "o", color=plots.COLOURS[0], label="outer edge")
+    loads, outer = (np.array(column(firsts, name)) for name in ("load", "half_width"))
+    axes[0].loglog(loads, outer, "o", color=plots.COLOURS[0])
     open_ = [row for row in firsts if row["inner_half_width"] > 0]
-    axes[0].loglog(
-        column(open_, "load"),
-        column(open_, "inner_half_width"),
-        "s",
-        color=plots.COLOURS[1],
-        label="inner edge",
-    )
+    axes[0].loglog(column(open_, "load"), column(open_, "inner_half_width"), "s", color=plots.COLOURS[1])
     fine = np.geomspace(loads[0], loads[-1], 201)
-    axes[0].loglog(fine, fine, color="0.5", linewidth=0.8, label="classical wedge")
+    axes[0].loglog(fine, fine, color="0.5", linewidth=0.8)
     alone = fine[light(given, fine) < 0.5]
-    for sign, style in ((1, "--"), (-1, ":")):
-        axes[0].loglog(
-            alone,
-            0.5 + sign * light(given, alone),
-            style,
-            color="k",
-            linewidth=0.8,
-            label=f"corner alone, its {'outer' if sign > 0 else 'inner'} edge",
-        )
-    axes[0].axvline(records[0]["coalescence"], color="0.7", linewidth=0.8, label="zones merge")
-    axes[0].set(xlabel=r"$P/(E^* s\,\ell)$", ylabel=r"edges over $\ell$", ylim=(0.02, None), title="(a)")
+    for sign in (1, -1):
+        axes[0].loglog(alone, 0.5 + sign * light(given, alone), "--", color="k", linewidth=0.8)
+    axes[0].axvline(records[0]["coalescence"], color="0.7", linewidth=0.8)
+    plots.label(axes[0], records[0]["coalescence"], 0.04, "zones meet", "0.35", (4, 0))
+    plots.label(axes[0], loads[0], outer[0], "outer edge", plots.COLOURS[0], (0, 9), ha="left")
+    plots.label(axes[0], loads[0], outer[0], "inner edge", plots.COLOURS[1], (0, -11), ha="left")
+    plots.label(axes[0], fine[30], fine[30], "classical wedge", "0.35", (5, -3))
+    axes[0].set(xlabel=r"$P/(E^* s\,\ell)$", ylabel=r"edges over $\ell$", ylim=(0.02, None))
     chosen = dict.fromkeys(min(loads, key=lambda one: abs(math.log(one / drawn))) for drawn in DRAWN)
-    for load, colour, style in zip(chosen, plots.COLOURS, plots.LINES):
+    colours = plots.shades(len(chosen))
+    for load, colour in zip(chosen, colours):
         own = [row for row in laws["microblock"] if row["load"] == load]
-        three_ways.draw_zones(
-            axes[1], own, "pressure", color=colour, linestyle=style, label=rf"$P/(E^* s\,\ell) = {load:g}$"
-        )
+        three_ways.draw_zones(axes[1], own, "pressure", color=colour)
         x = np.linspace(-load, load, 400)
         axes[1].plot(x, reference(load)(x) / SLOPE, ":", color=colour, linewidth=0.9)
-    axes[1].set(xlabel=r"$x_1/\ell$", ylabel=r"$p/(E^* s)$", ylim=(0, 3), title="(b)  dotted: classical")
-    plots.legend_below(axes[0])
-    plots.legend_below(axes[1], 1)
+    axes[1].set(xlabel=r"$x_1/\ell$", ylabel=r"$p/(E^* s)$", ylim=(0, 3))
+    for place, (load, colour) in enumerate(zip(chosen, colours)):
+        words = rf"$P/(E^* s\,\ell) = {load:g}$"
+        axes[1].text(1.1, 2.7 - 0.35 * place, words, color=plots.legible(colour), fontsize=plots.SMALLEST)
+    plots.letter(axes)
     return drawing
 
 

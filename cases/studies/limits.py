@@ -84,7 +84,7 @@ def result(parameters, quiet=True):
 
 
 def run(parameters, out=None, quiet=False):
-    """Run, print a table, write and draw the records into the folder `out`."""
+    """Run, print a table, write the records into the folder `out` and draw charts whose maps are there."""
     answer = result(parameters, quiet)
     if not quiet:
         show(answer)
@@ -96,10 +96,10 @@ def run(parameters, out=None, quiet=False):
         records = kept(
             out / "limits.csv", [{**row, "command": command("limits", parameters)} for row in answer["runs"]]
         )
-        for name, mine in grouped(records, "map").items():
-            plots.draw(
-                lambda rows, drawn=MAPS[name]: limits_figures.chart(drawn, rows), mine, out, f"limits_{name}"
-            )
+        there = {row["map"] for row in records}
+        for name, (maps, drawing) in limits_figures.DRAWINGS.items():
+            if there.issuperset(maps):
+                plots.draw(drawing, records, out, f"limits_{name}")
     return answer
 
 

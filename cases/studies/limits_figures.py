@@ -1,182 +1,311 @@
-"""Charts of the study `limits`, from its records: a row a panel, what became of each run, its error, its
-iterations.
+"""Charts of the study `limits`, from its records: how methods keep their promises, and maps on which a
+boundary is seen.
 """
 
-import textwrap
+from dataclasses import dataclass
 
 import numpy as np
-from matplotlib import cm, colors
-from matplotlib.ticker import LogFormatterMathtext, LogLocator, MaxNLocator, NullLocator, StrMethodFormatter
+from matplotlib import cm, colormaps, colors
+from matplotlib.lines import Line2D
+from matplotlib.ticker import LogLocator
 
+from microblock.data.records import grouped
 from microblock.view import plots
 
-from .limits_maps import ANSWERED, KINDS
+from .limits_maps import ANSWERED
 
-BLUE, RED, GREEN, PINK, ORANGE, SKY, BLACK = plots.COLOURS
-STYLES = dict(
-    zip(
-        KINDS,
-        (
-            ("o", SKY),
-            ("s", GREEN),
-            ("^", ORANGE),
-            ("X", RED),
-            ("P", BLACK),
-            ("D", PINK),
-            ("v", BLACK),
-            ("*", BLACK),
-        ),
-    )
-)
-COLUMNS = ("error", "iterations", "oscillation", "wrong_sign")
-ROOM = 0.04  # of an axis, beyond its ends
-ACROSS, WIDTH, HEIGHT = 3, 2.33, 1.7  # panels in a row, and the size of one: two columns of a page
-ABOVE = 0.9  # inches for the question, bars and the legend
-LETTERS = 34  # of a question, over a panel
-SIZE = 10  # of a mark
-TICKS = 4  # of a bar or an axis
-SHADES = "cividis"
-# ticks where there is less than a decade
-NICE = np.outer(10.0 ** np.arange(-6, 6), (1, 1.2, 1.5, 2, 3, 4, 5, 7)).ravel()
+BLUE, RED, GREEN, _, ORANGE, SKY, BLACK = plots.COLOURS
+SHADES = colors.ListedColormap([colormaps[plots.SHADES](one) for one in np.linspace(0, 0.9, 128)])
+LINE = ("line_beta_small", "line_beta_large", "line_turned", "line_wedge", "line_touching")
+FITTED = ("fitted_beta_large", "fitted_beta_small", "turned")
+STATES = ("states_random", "states_degenerate")
+LAGRANGIAN = ("lagrangian_strip", "lagrangian_squares")
+RATIOS = 1e-5, 1e3  # on the axis of the profile: what is smaller stands at its left end
+SIZE = 12  # of a mark, points squared
+ROUNDING = 1e-16  # where an error of exactly nothing is drawn
 
 
-def chart(drawn, rows):
-    """The records of one map, a panel of the map a row (a column where it has more measures than a page has
-    room for).
+@dataclass(frozen=True)
+class Curve:
+    """A method of the profile: the maps that ask it to keep a promise, without some values of `method`.
+
+    at : share of runs at which its name stands; beside : shift of the name in points, right and up
     """
-    name, values = drawn.panels
-    columns = {
-        column: norm
-        for column in COLUMNS
-        if (norm := _norm([row[column] for row in rows if _shaded(row, column)]))
-    }
-    upright = 1 + len(columns) > ACROSS
-    shape = (1 + len(columns), len(values)) if upright else (len(values), 1 + len(columns))
-    drawing, axes = plots.figure(*shape, height=HEIGHT, width=WIDTH, squeeze=False)
-    drawing.set_size_inches(shape[1] * WIDTH, shape[0] * HEIGHT + ABOVE)
-    panels = axes.T if upright else axes
-    for line, value in zip(panels, values):
-        mine = [row for row in rows if not name or row[name] == value]
-        _kinds(line[0], drawn, mine)
-        for axis, (column, norm) in zip(line[1:], columns.items()):
-            _shades(axis, drawn, [row for row in mine if _shaded(row, column)], column, norm)
-        line[0].set_title(f"{name} {value}".strip(), fontsize=8, loc="left")
-    for axis in axes.flat:
-        _frame(axis, *drawn.axes[:2])
-        axis.label_outer()
-    for line, (column, norm) in zip(panels.T[1:], columns.items()):
-        _bar(
-            drawing, list(line), norm, drawn.error if column == "error" else column.replace("_", " "), upright
-        )
-    drawing.suptitle(textwrap.fill(drawn.question, LETTERS * shape[1]), fontsize=9)
-    handles = {
-        text: handle for axis in panels[:, 0] for handle, text in zip(*axis.get_legend_handles_labels())
-    }
-    drawing.legend(
-        handles.values(),
-        handles,
-        loc="outside lower center",
-        ncols=4,
-        title="what became of each run",
-        title_fontsize=7,
-    )
+
+    name: str
+    maps: tuple
+    colour: str
+    line: str
+    at: float
+    beside: tuple
+    without: tuple = ()
+
+    def ratios(self, rows):
+        """Error over promise of its runs, ascending; infinite where a run gave no answer."""
+        own = [row for row in rows if row["map"] in self.maps and row["method"] not in self.without]
+        return np.sort([row["error"] / row["promise"] if answered(row) else np.inf for row in own])
+
+
+CURVES = (
+    Curve("panels", LINE, BLUE, "-", 0.5, (-4, 3)),
+    Curve("panels where\ntwo zones touch", ("line_coalescence",), BLUE, ":", 0.49, (14, -11)),
+    Curve("cells", ("cells_asked",), SKY, "--", 0.3, (-4, 3)),
+    # uniform squares of the same map are promised nothing
+    Curve("fitted\nelements", FITTED, GREEN, "-", 0.8, (28, 0), ("equal squares",)),
+    Curve("a user's mesh,\nrefined", ("body_asked",), RED, "-.", 0.2, (26, -3)),
+    # the plain active set is there to fail
+    Curve("contact states", STATES, ORANGE, "--", 0.9, (5, -8), ("plain",)),
+    Curve("augmented Lagrangian", LAGRANGIAN, BLACK, ":", 0.84, (5, -10)),
+)
+
+
+def answered(row):
+    """Whether a run gave a state."""
+    return row["kind"] in ANSWERED
+
+
+def of_maps(rows, *names):
+    """The records of these maps."""
+    return [row for row in rows if row["map"] in names]
+
+
+def profile(records):
+    """All but three answers keep their promised error; where a method cannot, it says so and gives none.
+
+    A curve is the share of a method's runs whose true error is below a multiple of the promised one. Left of
+    the line at 1 the promise holds; what a curve lacks to 1 at its right end raised an error instead. Runs
+    are seeded; a fifth of them lie next to a degenerate end of a parameter, such as nu = 1/2, no coupling, or
+    blocks rotated by 20 degrees. Promised are the rtol asked for, for contact states a residual of 1e-10, for
+    the augmented Lagrangian one of 1e-6.
+
+    Seen: seven rising curves, all left of the line at 1, most of them at a tenth of it or less; panels where
+    two zones touch end at one half, the others at 1.
+    """
+    drawing, axis = plots.figure(height=3.0)
+    axis.axvline(1, color="0.5", linewidth=0.8)
+    plots.label(axis, 1, 1.04, "promised error", "0.35", (0, 0))
+    for curve in CURVES:
+        ratios = curve.ratios(records)
+        found = np.maximum(ratios[np.isfinite(ratios)], RATIOS[0])
+        if len(found):
+            shares = np.append(np.arange(len(found) + 1), len(found)) / len(ratios)
+            axis.step(
+                [RATIOS[0], *found, RATIOS[1]], shares, curve.line, where="post", color=curve.colour, zorder=3
+            )
+            place = np.searchsorted(shares, min(curve.at, shares[-1]))
+            name_at = [RATIOS[0], *found, RATIOS[1]][place]
+            plots.label(axis, name_at, curve.at, curve.name, curve.colour, curve.beside, zorder=4)
+    axis.set(xscale="log", xlim=RATIOS, ylim=(0, 1.08))
+    axis.set(xlabel="true error over promised error", ylabel="share of runs")
+    axis.xaxis.set_major_locator(LogLocator(numticks=9))
+    axis.minorticks_off()
     return drawing
 
 
-def _shaded(row, column):
-    return row[column] is not None and row["kind"] in ANSWERED and row[column] > 0
+def coalescence(records):
+    """Next to the load at which two zones touch, panels give some four digits and refuse more.
+
+    A cylinder whose alpha is off alpha_mid by the abscissa: larger, so that there are two zones (a), or
+    smaller, one zone (b). Ordinate and colour are the rtol that was asked for. Dots are answers, all within
+    their promise; crosses raised NotConverged, which says to ask for less.
+
+    Seen: crosses fill the lower right, where the distance and the rtol are small; the border falls from 1e-4
+    next to alpha_mid to 1e-8 at a distance of one per cent.
+    """
+    rows = of_maps(records, "line_coalescence")
+    drawing, axes = plots.figure(2, 1, height=1.8, sharex=True)
+    norm = _decades(row["rtol"] for row in rows)
+    for axis, side in zip(axes, ("apart", "joined")):
+        _marks(axis, [row for row in rows if row["side"] == side], "distance", "rtol", "rtol", norm)
+        axis.set(xscale="log", yscale="log", xlim=(0.2, 5e-13), ylim=(5e-10, 2e-2), ylabel="rtol asked for")
+        axis.minorticks_off()
+    axes[1].set_xlabel(r"$|\alpha/\alpha_\mathrm{mid} - 1|$")
+    plots.letter(axes, "two zones", "one zone")
+    _legend(drawing, {"o": "answer within its rtol", "x": "raised an error"})
+    return drawing
 
 
-def _norm(values):
-    """Shades of these values, logarithmic over more than a decade; None without values."""
-    if not values:
-        return None
-    kind = colors.LogNorm if max(values) > 10 * min(values) else colors.Normalize
-    return kind(min(values), max(values))
+def cells(records):
+    """Cells under a cylinder keep the tolerance that they are asked for, whatever the size of the blocks.
+
+    True error over the rtol asked for, against panels, over alpha from 0.001 to 3; the line at 1 is the
+    promise, the colour the rtol. Errors stay below 0.27 of it. In one run with the thinnest layers the panels
+    that verify raised an error (cross, at 1).
+
+    Seen: a cloud of dots between 0.001 and 0.3 without a trend along alpha, and one cross at its left end.
+    """
+    axis_words = {"xlabel": r"$\alpha = \ell/a_\mathrm{Hz}$"}
+    return _kept(of_maps(records, "cells_asked"), "alpha", **axis_words)
 
 
-def _places(drawn, rows):
-    """Where the runs lie in the chart: two arrays."""
-    return [np.array([axis.place(row[axis.name]) for row in rows], float) for axis in drawn.axes[:2]]
+def touching(records):
+    """Next to the load at which the second corner touches, two of 49 answers on the load path exceed their
+    tolerance.
+
+    Blocks rotated by psi0 under a cylinder, at loads beside the event of the load path. True error over the
+    rtol asked for, over the distance from that load; the line at 1 is the promise, the colour the rtol. Both
+    runs beyond it asked for less than 1e-5; one run raised an error (cross, at 1).
+
+    Seen: dots between 0.0002 and 0.2 at all distances, two above the line at distances near 1e-6.
+    """
+    words = {"xlabel": r"$|P/P_\mathrm{touch} - 1|$", "xlim": (0.2, 5e-10)}
+    return _kept(of_maps(records, "line_touching"), "distance", **words)
 
 
-def _kinds(axis, drawn, rows):
-    for kind in KINDS:
-        mine = [row for row in rows if row["kind"] == kind]
-        if mine:
-            marker, colour = STYLES[kind]
-            axis.scatter(
-                *_places(drawn, mine),
-                s=SIZE,
-                marker=marker,
-                color=colour,
-                edgecolors="0.3",
-                linewidths=0.2,
-                label=kind,
-            )
+def _kept(rows, across, **words):
+    """Error over promise, over a column of records, in shades of the rtol."""
+    drawing, axis = plots.figure(height=2.9)
+    norm = _decades(row["rtol"] for row in rows)
+    axis.axhline(1, color="0.5", linewidth=0.8)
+    shown = [{**row, "ratio": row["error"] / row["promise"] if answered(row) else 1.0} for row in rows]
+    _marks(axis, shown, across, "ratio", "rtol", norm)
+    axis.set(xscale="log", yscale="log", ylabel="true error over rtol", **words)
+    axis.minorticks_off()
+    _bar(drawing, axis, norm, "rtol asked for")
+    return drawing
 
 
-def _shades(axis, drawn, rows, column, norm):
-    axis.scatter(
-        *_places(drawn, rows),
-        c=[row[column] for row in rows],
-        s=SIZE,
-        norm=norm,
-        cmap=SHADES,
-        edgecolors="0.3",
-        linewidths=0.2,
-    )
+def layer_fit(records):
+    """A fit determines the length of the layer where blocks are small against the contact and the place lies
+    inside it.
+
+    Each run fits (51) to the microrotation below the surface at x1. Dots: the length is determined, the
+    colour is its distance from the length of the micropolar mode, relative. Crosses: it is not, and the error
+    says why (two exponentials that cannot be told apart, a length that moves with the depths used). Dashed:
+    the edge of Hertz's contact.
+
+    Seen: dots at the lower left, for alpha below 0.1 and x1 below a_Hz; crosses everywhere else.
+    """
+    rows = of_maps(records, "layer_fit")
+    drawing, axis = plots.figure(height=3.1)
+    norm = _decades(row["error"] for row in rows if answered(row))
+    axis.axhline(1, color="0.5", linewidth=0.8, linestyle="--")
+    _marks(axis, rows, "alpha", "x1", "error", norm)
+    axis.set(xscale="log", yscale="log", xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$")
+    axis.set(ylabel=r"$x_1/a_\mathrm{Hz}$")
+    axis.minorticks_off()
+    _bar(drawing, axis, norm, r"$|L_\mathrm{bl}/L_\mathrm{mode} - 1|$ where it is determined")
+    return drawing
 
 
-def _bar(drawing, axes, norm, label, upright):
-    """One bar for all panels of a measure: below them, or right of them."""
-    bar = drawing.colorbar(
-        cm.ScalarMappable(norm, SHADES),
-        ax=axes,
-        label=label,
-        location="right" if upright else "top",
-        **({"aspect": 15, "pad": 0.02} if upright else {"aspect": 20, "pad": 0.01}),
-    )
-    bar.ax.tick_params(labelsize=7)
-    if isinstance(norm, colors.LogNorm):
-        decades = np.log10(norm.vmax / norm.vmin)
-        few = LogLocator(subs=(1, 3) if decades > 1.3 else (1, 2, 5))
-        bar.locator = LogLocator(numticks=TICKS) if decades > 2 else few
-        bar.formatter = LogFormatterMathtext() if decades > 2 else StrMethodFormatter("{x:g}")
-    else:
-        bar.locator, bar.formatter = (
-            MaxNLocator(TICKS - 1, integer=label == "iterations"),
-            StrMethodFormatter("{x:g}"),
-        )
-    bar.minorlocator = NullLocator()
-    bar.update_ticks()
+def penalty(records):
+    """The augmented Lagrangian gives one state over twelve decades of rho; the penalty wants its rho found
+    anew for each mesh.
+
+    Errors over the parameter rho, over the stiffness lambda + 2 mu and H or a_Hz. (a) Strip, both against the
+    closed form; the penalty on 2 to 512 bilinear elements (lighter: more), the augmented Lagrangian on order
+    8. (b) Cylinder on squares of side 0.2 to 0.4 a_Hz: the penalty against the half-plane, so that the error
+    of the mesh is in it; the augmented Lagrangian against the condensed body, which solves the same discrete
+    problem. Crosses raised an error: rho too soft for a contact of this size, or too stiff for the matrix.
+
+    Seen: black dots stay below 1e-9 at every rho; coloured dots fall with rho in the strip and spread by
+    mesh, and under the cylinder stay at one tenth between crosses at either end.
+    """
+    drawing, axes = plots.figure(2, 1, height=1.95, sharex=True)
+    for axis, kind, mesh in zip(axes, ("strip", "squares"), ("elements", "spacing")):
+        rows = of_maps(records, f"penalty_{kind}")
+        norm = _decades(row[mesh] for row in rows) if mesh == "elements" else colors.Normalize(0.15, 0.45)
+        shown = [{**row, "error": row["error"] if answered(row) else 3.0} for row in rows]
+        _marks(axis, shown, "rho", "error", mesh, norm)
+        exact = of_maps(records, f"lagrangian_{kind}")
+        values = [max(row["error"], ROUNDING) for row in exact]
+        axis.plot([row["rho"] for row in exact], values, ".", color=BLACK, markersize=3)
+        axis.set(xscale="log", yscale="log", ylim=(1e-17, 30), ylabel="relative error")
+        axis.minorticks_off()
+    plots.label(axes[0], 1e-6, 1e-11, "augmented Lagrangian", BLACK, (2, 0))
+    plots.label(axes[0], 1e-5, 1e-1, "penalty", BLUE, (2, 0))
+    axes[1].set_xlabel(r"$\rho H/(\lambda + 2\mu)$,  $\rho a_\mathrm{Hz}/(\lambda + 2\mu)$")
+    plots.letter(axes, "strip", "cylinder")
+    return drawing
 
 
-def _frame(axis, across, up):
-    for one, name in ((across, "x"), (up, "y")):
-        side = getattr(axis, f"{name}axis")
-        side.set_label_text(one.label)
-        if one.choices:
-            side.set_ticks(range(len(one.choices)), one.choices)
-            side.set_tick_params(rotation=90 if one is across else 0)
-            ends = -0.5, len(one.choices) - 0.5
-        else:
-            ends = _scaled(axis, side, name, one)
-        axis.set(**{f"{name}lim": ends})  # degenerate ends lie where the axis goes
+SOLVERS = {"bulk": "no contact", "condensed": "condensed", "al": "augmented Lagrangian", "penalty": "penalty"}
+SUPPORTS = {
+    "all": "all fixed",
+    "psi free": r"$\psi$ free",
+    "u1 free": "$u_1$ free",
+    "u2 free": "$u_2$ free",
+    "rotation free": "only $u_1$ fixed",
+    "none": "none fixed",
+}
 
 
-def _scaled(axis, side, name, one):
-    """Scale and ticks of an axis of numbers; its ends, with room for the marks."""
-    if one.scale == "linear":
-        side.set_major_locator(MaxNLocator(TICKS, integer=one.high - one.low > TICKS))
-        room = ROOM * (one.high - one.low)
-        return one.low - room, one.high + room
-    axis.set(**{f"{name}scale": "log"})
-    if 0.1 < one.low / one.high < 10:  # no decade to mark
-        ticks = NICE[(0.99 * min(one.low, one.high) < NICE) & (1.01 * max(one.low, one.high) > NICE)]
-        side.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
-    else:
-        side.set_major_locator(LogLocator(numticks=4))  # labels of twelve decades overlap else
-    side.set_minor_locator(NullLocator())
-    room = (one.high / one.low) ** ROOM
-    return one.low / room, one.high * room
+def supports(records):
+    """A body without enough supports gives no wrong answer: it raises an error, or the contact supports it.
+
+    A block under a cylinder, with more or fewer displacements fixed at its bottom (rows), by four solvers and
+    for coupling numbers beta from none to almost couple stresses. Dots: the state passes the balance of
+    energy and work; crosses: an error says that the matrix is singular, and what to fix.
+
+    Seen: dots in the lowest two rows, and in some of the third where beta is large; crosses above.
+    """
+    rows = of_maps(records, "supports")
+    betas, kinds = sorted({row["beta"] for row in rows}), list(SUPPORTS)
+    drawing, axes = plots.figure(2, 2, height=1.7, sharex=True, sharey=True)
+    for axis, (solver, own) in zip(axes.flat, grouped(rows, "solver").items()):
+        places = [
+            {**row, "x": betas.index(row["beta"]), "y": kinds.index(row["supports"])}
+            for row in sorted(own, key=answered)
+        ]
+        _marks(axis, places, "x", "y")
+        axis.set_title(SOLVERS[solver])
+        axis.set_yticks(range(len(kinds)), SUPPORTS.values())
+        axis.set_xticks(range(len(betas)), [_beta(beta) for beta in betas], rotation=90)
+        axis.set(xlim=(-0.6, len(betas) - 0.4), ylim=(-0.6, len(kinds) - 0.4))
+    for axis in axes[-1]:
+        axis.set_xlabel(r"coupling number $\beta$")
+    _legend(drawing, {"o": "right state", "x": "raised an error"})
+    return drawing
+
+
+def _beta(value):
+    """A coupling number as a tick says it: the last one is 2 less a millionth."""
+    return f"{value:g}" if value in (0, 1) else "~2" if value > 1 else f"$10^{{{np.log10(value):.0f}}}$"
+
+
+def _marks(axis, rows, across, up, shade=None, norm=None):
+    """Runs in shades of a column: dots for answers, crosses for errors, squares for answers beyond their
+    promise.
+    """
+    for marker, kinds in (("o", ("delivered", "other method")), ("s", ("missed",)), ("x", None)):
+        own = [row for row in rows if (row["kind"] in kinds if kinds else not answered(row))]
+        if not own:
+            continue
+        shaded = shade and all(row[shade] is not None for row in own)
+        look = {"c": [row[shade] for row in own], "norm": norm, "cmap": SHADES} if shaded else {}
+        if not shaded:
+            look = {"color": RED if marker == "x" else BLUE}
+        x, y = ([row[name] for row in own] for name in (across, up))
+        axis.scatter(x, y, s=SIZE, marker=marker, linewidths=0.9 if marker == "x" else 0.3, **look)
+
+
+def _legend(drawing, marks):
+    """What marks mean, below all panels."""
+    handles = [
+        Line2D([], [], linestyle="none", marker=marker, color="0.3", label=text)
+        for marker, text in marks.items()
+    ]
+    drawing.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+
+
+def _decades(values):
+    """Logarithmic shades from a whole decade to another; one decade where nothing is to be shaded."""
+    logs = np.log10([value for value in values if value] or [0.5])
+    return colors.LogNorm(10 ** np.floor(logs.min()), 10 ** np.floor(logs.max() + 1))
+
+
+def _bar(drawing, axis, norm, text):
+    bar = drawing.colorbar(cm.ScalarMappable(norm, SHADES), ax=axis, label=text, location="top", aspect=30)
+    bar.ax.minorticks_off()
+
+
+# {name: (maps that it shows, drawing of the records)}
+DRAWINGS = {
+    "profile": (tuple(dict.fromkeys(name for curve in CURVES for name in curve.maps)), profile),
+    "coalescence": (("line_coalescence",), coalescence),
+    "cells": (("cells_asked",), cells),
+    "touching": (("line_touching",), touching),
+    "layer_fit": (("layer_fit",), layer_fit),
+    "penalty": (("penalty_strip", "penalty_squares", *LAGRANGIAN), penalty),
+    "supports": (("supports",), supports),
+}

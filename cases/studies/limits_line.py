@@ -141,18 +141,18 @@ def touching(distance, psi0, alpha, sign, side, rtol):
     return outcome(path.problem, load, rtol)
 
 
-ALPHA = Axis("alpha", r"$\alpha = \ell/a_\mathrm{Hz}$", 0.01, 2.0)
+ALPHA = Axis("alpha", "alpha", 0.01, 2.0)
 RTOL = Axis("rtol", "rtol", 1e-2, 1e-6)
-PSI0 = Axis("psi0", r"$|\psi_0|$", 1e-6, np.radians(20), degenerate="both")
+PSI0 = Axis("psi0", "|psi0|", 1e-6, np.radians(20), degenerate="both")
 SIGN, SIDE = (Axis(name, name, choices=(1, -1)) for name in ("sign", "side"))
-NU_TO_HALF = Axis("nu", r"$1/2 - \nu$", 0.5, 1e-4, "gap", "high", 0.5)
+NU_TO_HALF = Axis("nu", "1/2 - nu", 0.5, 1e-4, "gap", "high", 0.5)
 CONTACTS = "microblock", "unilateral"
 MAPS = (
     Map(
         "line_beta_small",
         "Does the contact line hold what it promises as the coupling vanishes?",
         materials,
-        (Axis("beta", r"$\beta$", 1.0, 1e-4, degenerate="high"), NU_TO_HALF, ALPHA, RTOL),
+        (Axis("beta", "beta", 1.0, 1e-4, degenerate="high"), NU_TO_HALF, ALPHA, RTOL),
         ("contact", CONTACTS),
         0.5,
     ),
@@ -160,7 +160,7 @@ MAPS = (
         "line_beta_large",
         "Does the contact line hold what it promises towards couple stresses?",
         materials,
-        (Axis("beta", r"$2 - \beta$", 1.0, 1e-3, "gap", "high", 2.0), NU_TO_HALF, ALPHA, RTOL),
+        (Axis("beta", "2 - beta", 1.0, 1e-3, "gap", "high", 2.0), NU_TO_HALF, ALPHA, RTOL),
         ("contact", CONTACTS),
         0.5,
     ),
@@ -177,7 +177,7 @@ MAPS = (
         wedges,
         (
             Axis("slope", "slope of the flanks", 1e-4, 1.0, degenerate="low"),
-            Axis("width", r"half-width$/\ell$", 0.05, 50.0, degenerate="both"),
+            Axis("width", "half-width/ell", 0.05, 50.0, degenerate="both"),
             Axis("turn", "", 1e-3, 1.0),
             RTOL,
             Axis("contact", "", choices=CONTACTS),
@@ -189,7 +189,7 @@ MAPS = (
         "Does the promise hold where two zones of partial contact touch?",
         coalescing,
         (
-            Axis("distance", r"$|\alpha/\alpha_\mathrm{mid} - 1|$", 1e-1, 1e-12, degenerate="high"),
+            Axis("distance", "|alpha/alpha_mid - 1|", 1e-1, 1e-12, degenerate="high"),
             Axis("rtol", "rtol", 1e-2, 1e-9),
         ),
         ("side", ("apart", "joined")),
@@ -200,8 +200,8 @@ MAPS = (
         "Does the promise hold where the second corner begins to touch?",
         touching,
         (
-            Axis("distance", r"$|P/P_\mathrm{touch} - 1|$", 1e-1, 1e-9, degenerate="high"),
-            Axis("psi0", r"$|\psi_0|$", 1e-4, 0.3),
+            Axis("distance", "|P/P_touch - 1|", 1e-1, 1e-9, degenerate="high"),
+            Axis("psi0", "|psi0|", 1e-4, 0.3),
             Axis("alpha", "", 0.1, 2.0),
             RTOL,
             SIGN,

@@ -39,11 +39,11 @@ SQUARES = tuple(number**2 for number in (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31)
 class Axis:
     """A parameter between two ends; `degenerate` tells which ends are: "low", "high", "both" or "".
 
+    label : what the table of failures calls it; empty: its name
     scale : "linear"; "log"; or "gap", where `low` and `high` are distances below the value `limit`, from far
     to near on a
         logarithmic axis, which is how nu -> 1/2 and beta -> 2 are looked at
-    choices : the values of an axis of names or orders, drawn at their places in this list; `low` and `high`
-    are 0 and 1
+    choices : the values of an axis of names or orders; `low` and `high` are 0 and 1
     whole : whether the parameter is an integer
     """
 
@@ -58,7 +58,7 @@ class Axis:
     whole: bool = False
 
     def drawn(self, share):
-        """What the chart's axis shows at a share in [0, 1] of the axis."""
+        """The parameter, or its distance from `limit`, at a share in [0, 1] of the axis."""
         if self.scale == "linear":
             return self.low + share * (self.high - self.low)
         return self.low * (self.high / self.low) ** share
@@ -71,9 +71,7 @@ class Axis:
         return round(value) if self.whole else value
 
     def place(self, value):
-        """What the chart's axis shows for a value of the parameter."""
-        if self.choices:
-            return self.choices.index(value)
+        """What `label` says: a value of the parameter, or its distance from `limit`."""
         return self.limit - value if self.scale == "gap" else value
 
     def brink(self, share, end):
@@ -92,9 +90,7 @@ def choice(name, label, *choices, degenerate=""):
 
 @dataclass(frozen=True)
 class Map:
-    """A question to a method: `panels` {name of a parameter: its values} are told apart, the first two axes
-    are drawn.
-    """
+    """A question to a method: `panels` (name of a parameter, its values) are sampled apart."""
 
     name: str
     question: str
@@ -102,7 +98,7 @@ class Map:
     axes: tuple
     panels: tuple = ("", ("",))  # the parameter that tells panels apart, and its values
     share: float = 1.0  # of the study's runs, over those of other maps
-    error: str = "error"  # what `error` is, for the chart
+    error: str = "error"  # what `error` is
 
     def __post_init__(self):
         names = [axis.name for axis in self.axes] + [self.panels[0]]

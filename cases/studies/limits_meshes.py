@@ -31,11 +31,11 @@ SAMPLES = 2001  # of the interpolated pressure
 BOUNDED = 18.0  # size of the ground over a_Hz where Newton's method solves for all of it
 FAR = 100.0  # size of a user's block of ground over a_Hz: its truncation error is some 1e-4
 
-BETA_LARGE = Axis("beta", r"$2 - \beta$", 1.0, 1e-3, "gap", "high", 2.0)
-BETA_SMALL = Axis("beta", r"$\beta$", 1.0, 1e-4, degenerate="high")
-NU = Axis("nu", r"$1/2 - \nu$", 0.5, 1e-4, "gap", "high", 0.5)
-ALPHA = Axis("alpha", r"$\alpha$", 0.05, 1.0)
-SPACING = Axis("spacing", r"spacing of nodes$/a_\mathrm{Hz}$", 0.3, 0.15)
+BETA_LARGE = Axis("beta", "2 - beta", 1.0, 1e-3, "gap", "high", 2.0)
+BETA_SMALL = Axis("beta", "beta", 1.0, 1e-4, degenerate="high")
+NU = Axis("nu", "1/2 - nu", 0.5, 1e-4, "gap", "high", 0.5)
+ALPHA = Axis("alpha", "alpha", 0.05, 1.0)
+SPACING = Axis("spacing", "spacing of nodes/a_Hz", 0.3, 0.15)
 
 
 def _closed_form(ell, psi0, nu, beta, delta):
@@ -198,8 +198,8 @@ def fitted(contact, nu, beta, alpha, rtol):
 
 ORDER = choice("order", "order", 1, 2, 3, 4, 5, 6)
 ELEMENTS = Axis("elements", "elements", 1, 64, whole=True)
-ELL_OVER_H = Axis("ell_over_h", r"$\ell/h$", 0.01, 100.0, degenerate="low")
-ANY_BETA, ANY_NU = Axis("beta", r"$\beta$", 0.05, 1.9, "linear"), Axis("nu", r"$\nu$", 0.0, 0.45, "linear")
+ELL_OVER_H = Axis("ell_over_h", "ell/h", 0.01, 100.0, degenerate="low")
+ANY_BETA, ANY_NU = Axis("beta", "beta", 0.05, 1.9, "linear"), Axis("nu", "nu", 0.0, 0.45, "linear")
 SHAPES = "quadrilaterals", "triangles"
 LAWS = ("contact", ("microblock", "unilateral"))
 MAPS = (
@@ -256,7 +256,7 @@ MAPS = (
         "Do finite elements follow blocks that are rotated far?",
         rotated,
         (
-            Axis("psi0_deg", r"$\psi_0$ (degrees)", 0.0, 20.0, "linear", "both"),
+            Axis("psi0_deg", "psi0 in degrees", 0.0, 20.0, "linear", "both"),
             ALPHA,
             ANY_NU,
             choice("reading", "reading", "gap", "lever"),

@@ -127,10 +127,10 @@ BY_SOLVER = {
     "al": partial(_newton, method="al"),
     "penalty": partial(_newton, method="penalty"),
 }
-RHO = Axis("rho", r"$\rho a_\mathrm{Hz}/(\lambda + 2\mu)$", 1e-6, 1e6, degenerate="both")
+RHO = Axis("rho", "rho a_Hz/(lambda + 2 mu)", 1e-6, 1e6, degenerate="both")
 PENALTIES = Axis("rho", RHO.label, 1e-2, 1e10, degenerate="both")
-SQUARES = Axis("spacing", r"$h/a_\mathrm{Hz}$", 0.4, 0.2)
-IN_STRIP = {"rho": r"$\rho H/(\lambda + 2\mu)$"}
+SQUARES = Axis("spacing", "h/a_Hz", 0.4, 0.2)
+IN_STRIP = {"rho": "rho H/(lambda + 2 mu)"}
 MAPS = (
     Map(
         "penalty_strip",
@@ -153,7 +153,7 @@ MAPS = (
         (
             replace(RHO, label=IN_STRIP["rho"]),
             Axis("elements", "elements", 8, 32, whole=True),
-            Axis("ell_over_H", r"$\ell/H$", 0.1, 10.0),
+            Axis("ell_over_H", "ell/H", 0.1, 10.0),
         ),
         share=0.3,
     ),
@@ -170,10 +170,10 @@ MAPS = (
         supported,
         (
             choice("supports", "supports", *SUPPORTS, degenerate="high"),
-            choice("beta", r"$\beta$", 0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1.999999, degenerate="low"),
+            choice("beta", "beta", 0.0, 1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1.999999, degenerate="low"),
             choice("order", "order", 1, 2, 3, 4),
-            Axis("nu", r"$\nu$", 0.0, 0.49, "linear"),
-            Axis("ell", r"$\ell$", 0.01, 1.0),
+            Axis("nu", "nu", 0.0, 0.49, "linear"),
+            Axis("ell", "ell", 0.01, 1.0),
         ),
         ("solver", tuple(BY_SOLVER)),
         0.5,

@@ -191,14 +191,14 @@ SEED = Axis("seed", "", 0, 2**31, "linear")
 SIZE = Axis("size", "corners", 2, 300)
 STARTS = Axis("start", "", choices=("nothing", "near", "absurd", "random"))
 CONTACTS = Axis("contact", "", choices=("microblock", "unilateral"))
-THIN_TO_THICK = Axis("alpha", r"$\alpha$", 1e-3, 2.0, degenerate="both")
+THIN_TO_THICK = Axis("alpha", "alpha", 1e-3, 2.0, degenerate="both")
 MAPS = (
     Map(
         "states_random",
         "What does a plain active set do that block pivoting and the path do not?",
         random_states,
         (
-            Axis("condition", r"$\log_{10}$ of the condition number", 0.0, 14.0, "linear", "high"),
+            Axis("condition", "log10 of the condition number", 0.0, 14.0, "linear", "high"),
             SIZE,
             Axis("load", "load", 1.0, 1e4),
             STARTS,
@@ -227,7 +227,7 @@ MAPS = (
         "Does the grid keep the tolerance it is asked for?",
         cells_asked,
         (
-            Axis("alpha", r"$\alpha$", 1e-3, 3.0, degenerate="both"),
+            Axis("alpha", "alpha", 1e-3, 3.0, degenerate="both"),
             Axis("rtol", "rtol", 1e-1, 1e-3),
             Axis("psi0", "", 1e-5, 0.3),
         ),
@@ -237,7 +237,7 @@ MAPS = (
         "body_asked",
         "Does refinement of a user's mesh keep the tolerance it is asked for?",
         asked_of_mesh,
-        (Axis("rtol", "rtol", 3e-1, 5e-3), Axis("alpha", r"$\alpha$", 0.05, 1.0), CONTACTS),
+        (Axis("rtol", "rtol", 3e-1, 5e-3), Axis("alpha", "alpha", 0.05, 1.0), CONTACTS),
         share=0.2,
     ),
     Map(
@@ -246,10 +246,10 @@ MAPS = (
         layer,
         (
             THIN_TO_THICK,
-            Axis("x1", r"$x_1/a_\mathrm{Hz}$", 1e-3, 10.0, degenerate="both"),
+            Axis("x1", "x1/a_Hz", 1e-3, 10.0, degenerate="both"),
             Axis("beta", "", 0.1, 1.9, "linear"),
         ),
         share=0.3,
-        error=r"$|L_\mathrm{bl}/L_\mathrm{mode} - 1|$",
+        error="|L_bl/L_mode - 1|",
     ),
 )

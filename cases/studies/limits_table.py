@@ -128,8 +128,9 @@ class Row:
 
 
 def table_limits():
-    """Limits and symmetries on the contact line: what must hold, and how well it does (panels of order
-    14).
+    """Hertz's contact, symmetries and the balance of energy come out of the contact line as they must.
+
+    What must hold, and how well it does, by panels of order 14 on a half-plane.
     """
     found = []
     for name, law in (("microblock", mb.Microblock()), ("unilateral", mb.Unilateral())):

@@ -198,7 +198,7 @@ def figure(axes, names, rows):
     from microblock.view import plots
 
     columns = min(len(names), 3)
-    width = min(plots.COLUMN, 2 * plots.COLUMN / columns)
+    width = min(columns, 2) * plots.COLUMN
     drawing, panels = plots.figure(-(-len(names) // columns), columns, height=2.2, width=width, squeeze=False)
     first, *others = axes
     done = [

@@ -4,32 +4,42 @@ import io
 from textwrap import fill
 
 import matplotlib
+import numpy as np
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 from matplotlib.rcsetup import cycler
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 SCREEN_DPI = 110  # of what notebooks show
-COLUMN = 3.5  # inches, one column of a journal page
+COLUMN = 3.54  # inches, 9 cm: one column of a journal page, or a telephone
+SMALLEST = 7  # points, of letters at that width
 # Okabe and Ito's palette (2008), ordered for contrast on white
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 LINES = ("-", "--", "-.", ":")
+SHADES = "viridis"  # of sequences: as light as they come also in grey
+LIGHTEST = 0.8  # of it, where a line still stands out from white
+CONTRAST = 4.5  # of letters with white, what the guidelines for accessible pages ask for
 CAPTION = 8  # points
 LETTERS = 16  # of a caption in an inch; 17.5 were measured
 BELOW = 5.5  # of a legend under a panel, in its letters: room for ticks and label
 STYLE = {
     "font.size": 8,
-    "axes.labelsize": 9,
-    "legend.fontsize": 7,
-    "xtick.labelsize": 8,
-    "ytick.labelsize": 8,
+    "axes.labelsize": 8,
+    "axes.titlesize": 8,
+    "legend.fontsize": SMALLEST,
+    "legend.title_fontsize": SMALLEST,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
     "lines.linewidth": 1.2,
     "lines.markersize": 4,
     "axes.linewidth": 0.6,
     "legend.frameon": False,
     "axes.prop_cycle": cycler(color=COLOURS),
-    "savefig.dpi": 200,
-    "mathtext.fontset": "stix",
+    "savefig.dpi": 250,
+    "mathtext.fontset": "dejavusans",
     "axes.spines.top": False,
     "axes.spines.right": False,
 }
@@ -61,32 +71,111 @@ class Drawing(Figure):
 
 
 def figure(rows=1, columns=1, height=2.6, width=COLUMN, **grid):
-    """An empty figure: (Figure, Axes or array of Axes); sizes in inches a panel, `grid` as for subplots."""
-    drawing = Drawing(figsize=(width * columns, height * rows), layout="constrained")
+    """An empty figure: (Figure, Axes or array of Axes); inches of all its width and of the height of a panel,
+    `grid` as for subplots.
+    """
+    drawing = Drawing(figsize=(width, height * rows), layout="constrained")
     return drawing, drawing.subplots(rows, columns, **grid)
+
+
+def letter(axes, *titles):
+    """Titles "(a) ..." of panels, at their left."""
+    for axis, name, title in zip(np.ravel(axes), "abcdefghijkl", titles or [""] * np.size(axes)):
+        axis.set_title(f"({name})  {title}".strip(), loc="left")
+
+
+def shades(count):
+    """Colours of a sequence, such as loads, from dark to light."""
+    return [matplotlib.colormaps[SHADES](LIGHTEST * place) for place in np.linspace(0, 1, count)]
+
+
+def legible(colour):
+    """A colour for letters on white: that of a curve, darker where it is too light for letters."""
+    rgb = np.array(to_rgb(colour))
+    while _contrast(rgb) < CONTRAST:
+        rgb = 0.95 * rgb
+    return tuple(rgb)
+
+
+def _contrast(rgb):
+    """Contrast with white, as the Web Content Accessibility Guidelines define it."""
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    return 1.05 / (linear @ (0.2126, 0.7152, 0.0722) + 0.05)
+
+
+def label(axis, x, y, text, colour="k", shift=(4, 0), **words):
+    """Words beside a point, in the colour of its curve; a white edge keeps them legible across lines.
+
+    shift : (right, up) in points
+    """
+    side = {"ha": "left" if shift[0] > 0 else "right" if shift[0] < 0 else "center", "va": "center"}
+    return axis.annotate(
+        text,
+        (x, y),
+        shift,
+        textcoords="offset points",
+        color=legible(colour),
+        path_effects=[withStroke(linewidth=2, foreground="white")],
+        **{"fontsize": SMALLEST, **side, **words},
+    )
+
+
+def key(drawing, words, colours, **style):
+    """One line above all panels that says which colour is what, in the order of the sequence."""
+    handles = [Line2D([], [], color=colour, label=text, **style) for text, colour in zip(words, colours)]
+    drawing.legend(
+        handles=handles,
+        loc="outside upper center",
+        ncols=len(handles),
+        handlelength=0.9,
+        handletextpad=0.3,
+        columnspacing=0.8,
+    )
+
+
+def label_ends(axis, ends, gap=0.085):
+    """Words right of an axis at the heights where its curves end: `ends` [(y, text, colour)].
+
+    Limits that are set must stand. Words keep a distance of `gap`, a share of its height.
+    """
+    axis.get_ylim()  # brings limits that follow the data up to date
+    heights = [axis.transLimits.transform(axis.transScale.transform((1, y)))[1] for y, *_ in ends]
+    for place, (_, text, colour) in zip(_apart(heights, gap), ends):
+        axis.annotate(
+            text,
+            (1, place),
+            (3, 0),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            fontsize=SMALLEST,
+            va="center",
+            color=legible(colour),
+        )
+
+
+def _apart(places, gap):
+    """Places (n,) moved as little as keeps them `gap` apart in their order: means of blocks that touch."""
+    order = np.argsort(places, kind="stable")
+    blocks = []  # [sum of what each place would be without the gaps below it, how many]
+    for rank, number in enumerate(order):
+        blocks.append([places[number] - rank * gap, 1])
+        while len(blocks) > 1 and blocks[-2][0] / blocks[-2][1] > blocks[-1][0] / blocks[-1][1]:
+            last = blocks.pop()
+            blocks[-1] = [blocks[-1][0] + last[0], blocks[-1][1] + last[1]]
+    moved = np.concatenate([np.full(count, total / count) for total, count in blocks]) if blocks else []
+    found = np.empty(len(places))
+    found[order] = moved + gap * np.arange(len(places))
+    return found
 
 
 def legend_below(axis, columns=2, title=None):
     """A legend under the panel and its label, where it cannot cover data."""
-    axis.legend(
-        loc="upper center",
-        bbox_to_anchor=(0.5, 0),
-        borderaxespad=BELOW,
-        ncols=columns,
-        title=title,
-        title_fontsize=7,
-    )
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=BELOW, ncols=columns, title=title)
 
 
 def legend_of_all(drawing, axis, columns=4, title=None):
     """One legend below all panels for what `axis` shows."""
-    drawing.legend(
-        *axis.get_legend_handles_labels(),
-        loc="outside lower center",
-        ncols=columns,
-        title=title,
-        title_fontsize=7,
-    )
+    drawing.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=columns, title=title)
 
 
 def plain_log(side):

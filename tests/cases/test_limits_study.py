@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cases.__main__ import main
-from cases.studies import limits, limits_pool
+from cases.studies import facts, limits, limits_figures, limits_pool, limits_where
 from cases.studies.limits_maps import Axis, Map, Outcome, attempt, choice
 from microblock.data.records import read_records
 from microblock.errors import NotConverged
@@ -40,7 +40,7 @@ TWO = Map(
     "?",
     answers,
     (
-        Axis("nu", "", 0.5, 1e-4, "gap", "high", 0.5),
+        Axis("nu", "1/2 - nu", 0.5, 1e-4, "gap", "high", 0.5),
         Axis("alpha", "", 0.01, 1.0, "log", "both"),
         Axis("tilt", "", 0.0, 20.0, "linear"),
     ),
@@ -82,7 +82,6 @@ def test_axes_of_names_and_whole_numbers():
         "condensed",
         "condensed",
     ]
-    assert one.place("penalty") == 1
     elements = Axis("elements", "", 1, 64, whole=True)
     assert [elements.value(share) for share in (0, 0.5, 1)] == [1, 8, 64] and isinstance(
         elements.value(0.3), int
@@ -135,7 +134,7 @@ def test_quick_study(tmp_path, capsys):
     assert {row["map"] for row in rows} == set(limits.MAPS)
     assert {path.name for path in (tmp_path / "o").iterdir()} == {
         "limits.csv",
-        *(f"limits_{name}.{kind}" for name in limits.MAPS for kind in ("png", "pdf")),
+        *(f"limits_{name}.{kind}" for name in limits_figures.DRAWINGS for kind in ("png", "pdf")),
     }
     assert len(read_records(tmp_path / "o" / "limits.csv")) == len(rows)
 
@@ -155,3 +154,57 @@ def test_a_parameter_must_not_hide_a_column_of_the_records():
 def test_an_axis_of_choices_gives_equal_shares():
     axis = Axis("law", "", choices=("a", "b", "c"))
     assert [axis.value(share) for share in (0.0, 0.3, 0.34, 0.7, 1.0)] == ["a", "a", "b", "c", "c"]
+
+
+def run_of(kind="delivered", error=1e-3, promise=1e-2, **parameters):
+    return {"map": "two", "kind": kind, "error": error, "promise": promise, "method": None, **parameters}
+
+
+def test_a_run_fails_that_gives_nothing_exceeds_its_promise_or_is_of_no_use():
+    assert not limits_where.fails(run_of()) and not limits_where.fails(run_of("other method"))
+    assert limits_where.fails(run_of("missed")) and limits_where.fails(run_of("typed error", None, None))
+    # where nothing is promised 10 % is too far; within a promise it is what was asked for
+    assert limits_where.fails(run_of(error=0.2, promise=None)) and not limits_where.fails(run_of(error=0.2))
+
+
+def test_the_condition_under_which_runs_fail_is_found():
+    def rows(bad):
+        shares = np.linspace(0, 1, 40)
+        found = [{axis.name: axis.value(share) for axis in TWO.axes} for share in shares]
+        for number, row in enumerate(found):  # a parameter that has nothing to do with it
+            row["law"] = "ab"[number % 2]
+        return [run_of("typed error" if bad(row) else "delivered", **row) for row in found]
+
+    # all three axes rise together: the first one that is named tells as much as the others
+    assert (
+        limits_where.where(TWO, rows(lambda row: row["nu"] > 0.49))
+        == "1/2 - nu < 0.011: 22 of 22; rest 0 of 18"
+    )
+    other = limits_where.where(TWO, rows(lambda row: row["law"] == "b"))
+    assert other == "law = b: 20 of 20; rest 0 of 20"
+    both = limits_where.where(TWO, rows(lambda row: row["nu"] > 0.49 or row["law"] == "b"))
+    # the run next to the bound is one of "b": it fails as well, and the bound is beyond it
+    assert both == "1/2 - nu < 0.014: 23 of 23; else law = b: 8 of 8; rest 0 of 9"
+
+
+def test_a_curve_of_the_profile_is_of_all_runs_that_were_promised_something():
+    curve = limits_figures.Curve("a", ("two",), "k", "-", 0.5, (0, 0), ("plain",))
+    rows = [
+        run_of(),
+        run_of("missed", 2e-2),
+        run_of("typed error", None, None),
+        {**run_of("missed", 1.0), "map": "three"},
+        {**run_of("missed", 1.0), "method": "plain"},
+    ]
+    assert curve.ratios(rows).tolist() == [0.1, 2.0, np.inf]
+
+
+def test_what_the_captions_of_the_profile_say_is_in_the_records():
+    records = facts.records("cases/data/limits.csv")
+    assert sum(row["kind"] == "missed" for row in records) == 3
+    (touching,) = ([row for row in records if row["map"] == "line_touching"],)
+    assert len(touching) == 49 and sum(row["kind"] == "missed" for row in touching) == 2
+    apart = next(curve for curve in limits_figures.CURVES if "two zones" in curve.name).ratios(records)
+    assert np.isfinite(apart).mean() == pytest.approx(0.5, abs=0.02)  # "one half", said in words
+    told = {row["what"] for row in limits_where.table(records)}
+    assert told == {what for what, _ in limits_where.ADVICE.values()}  # no advice is left over, none missing

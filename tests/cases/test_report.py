@@ -7,6 +7,7 @@ import threading
 import time
 
 import pytest
+from conftest import smallest_letters
 from matplotlib.figure import Figure
 
 from cases.__main__ import main
@@ -56,7 +57,7 @@ def test_report_writes_what_it_shows(made):
     page = (made / "index.html").read_text()
     for path in ("figures/fig5.png", "figures/fig5.pdf", "data/fig5.csv", "data/strip_table.csv"):
         assert (made / path).stat().st_size > 0
-    assert 'src="figures/fig5.png"' in page and "delta_fc" in page and "http" not in page
+    assert 'src="figures/fig5.png"' in page and "δ<sub>fc</sub>" in page and "http" not in page
 
 
 def test_rows_carry_parameters_and_versions_and_can_be_repeated(made, tmp_path):
@@ -116,6 +117,7 @@ def small(monkeypatch, tmp_path):
     monkeypatch.setattr(report, "DERIVED", {"derived": derive})
     monkeypatch.setattr(report, "TIMINGS", {"one"})
     monkeypatch.setattr(report, "KNOWN", ("one", "two", "three", "derived"))
+    monkeypatch.setattr(report, "SECTIONS", {"All": ("What there is.", report.KNOWN)})
     return log, near
 
 
@@ -234,10 +236,12 @@ def test_the_page_shows_what_holds_with_command_time_estimate_and_records(small,
     assert 'id="two"' not in (tmp_path / "index.html").read_text()  # it no longer holds
 
 
-def test_every_item_has_a_place_on_the_page_and_what_is_named_exists():
-    # and none among "Others"
-    assert {report.section(name) for name in report.KNOWN} == {*report.SECTIONS, "Tables"}
-    assert {*report.TIMINGS, *report.LONG} <= {*report.KNOWN}
+def test_every_item_has_one_place_on_the_page_and_what_is_named_exists():
+    placed = [name for _, names in report.SECTIONS.values() for name in names]
+    # the statements of the paper stand in the box of findings, pages of cases above it
+    assert sorted(placed) == sorted({*report.FIGURES, *report.TABLES})
+    assert {*report.KNOWN} == {*placed, *report.DERIVED, *report.PAGES}
+    assert {*report.TIMINGS, *report.LONG, *report.LABELS} <= {*report.KNOWN}
 
 
 @pytest.mark.parametrize("workers", [0, 65])
@@ -249,8 +253,10 @@ def test_numbers_of_processes_have_bounds(workers):
 @pytest.mark.slow
 def test_every_figure_and_table_can_be_made(tmp_path):
     assert main(["report", "--out", str(tmp_path)]) == 0
-    for name in report.FIGURES:
+    for name, (_, drawing) in report.FIGURES.items():
         assert (tmp_path / "figures" / f"{name}.png").stat().st_size > 10_000  # an empty frame has less
+        # 7 points at a width of 9 cm
+        assert smallest_letters(drawing, read_records(tmp_path / "data" / f"{name}.csv")) >= 7, name
     derived = read_records(tmp_path / "data" / "paper_and_here.csv")
     assert len(derived) > 100 and all(
         (row["value"] is None) <= (row["verdict"] == "not determined here") for row in derived
@@ -258,7 +264,8 @@ def test_every_figure_and_table_can_be_made(tmp_path):
     verdicts = {row["the_paper"]: row["verdict"] for row in derived}
     assert verdicts["alpha_mid = 0.8874"] == verdicts["so the real hardness is not monotonic"] == "differs"
     assert (
-        verdicts["L_bl < L_sol"] == "agrees" and "alpha_mid = 0.8874" in (tmp_path / "index.html").read_text()
+        verdicts["L_bl < L_sol"] == "agrees"
+        and "α<sub>mid</sub> = 0.8874" in (tmp_path / "index.html").read_text()
     )
 
 

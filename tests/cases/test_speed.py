@@ -10,7 +10,6 @@ from cases.common.three_ways import seen
 from cases.studies import judged_line, speed, speed_figures, speed_growth
 from cases.studies.speed_methods import (
     AL_RHO,
-    LINES,
     METHODS,
     PAPER_DOMAIN,
     PAPER_SCENE,
@@ -79,16 +78,13 @@ def test_psi_in_the_layers_is_verified_by_modes():
     assert len(others) == len(SCENES) - 2 and all(other.floor_psi is None for other in others)
 
 
-def test_every_curve_has_a_style_and_every_mesh_its_shape_and_rule():
-    assert {method.name for method in METHODS} <= set(speed_figures.STYLES)
-    lines = {method.name: speed_figures.STYLES[method.name] for method in METHODS if method.kinds == LINES}
-    assert len(set(lines.values())) == len(lines)  # told apart by more than colour
-    for plate in (speed_figures.ELEMENTS, speed_figures.OTHERS):
-        looks = [
-            (*speed_figures.STYLES[name][1:], speed_figures.look(name)["markerfacecolor"] == "none")
-            for name in plate
-        ]
-        assert len(set(looks)) == len(plate)
+def test_every_curve_has_a_look_and_every_mesh_its_shape_and_rule():
+    looks = speed_figures.LOOKS
+    assert set(looks) <= {method.name for method in METHODS}
+    names = (speed_figures.CLASSICAL_NAMES, speed_figures.LAW_NAMES, speed_figures.COST_NAMES)
+    assert set(looks) == {name for drawn in names for name in drawn}
+    for drawn in names:  # told apart by more than colour
+        assert len({(looks[name].marker, looks[name].line) for name in drawn}) == len(drawn)
     for method in METHODS:
         if method.run is uniform:
             for setting in method.settings + method.dear:
@@ -106,10 +102,20 @@ def test_recorded_rho_is_the_default_of_the_mesh():
     assert newton.rho == pytest.approx(AL_RHO, rel=1e-12)
 
 
-def test_plates_without_runs_say_so():
-    for plate in speed_figures.PLATES.values():
-        assert plate([]) is not None
-    assert [text.get_text() for text in speed_figures.elements([]).axes[0].texts] == ["no such runs"]
+def test_runs_that_another_one_beats_in_both_are_not_drawn():
+    rows = [
+        {"error": error, "setup": 0.0, "solve": seconds}
+        for error, seconds in ((1e-3, 5.0), (1e-2, 1.0), (2e-2, 2.0), (1e-1, 0.5), (None, 0.1))
+    ]
+    assert speed_figures.best(rows) == [(1e-3, 5.0), (1e-2, 1.0), (1e-1, 0.5)]
+
+
+def test_charts_of_the_two_problems_have_the_same_axes():
+    for drawing in (*speed_figures.PLATES.values(), *speed_figures.COST_PLATES.values()):
+        axis = drawing([]).axes[0]  # nothing was run
+        assert axis.get_ylim() == speed_figures.SECONDS
+    for drawing in speed_figures.PLATES.values():
+        assert drawing([]).axes[0].get_xlim() == speed_figures.ERRORS
 
 
 def test_what_is_asked_for_is_obtained_above_the_floor():
@@ -144,7 +150,7 @@ def test_failed_runs_are_recorded_and_drawn_as_failed():
     real = speed.measure(SCENE, NAMED["half-plane"], {"rtol": 1e-15}, 1)
     assert real["failure"].startswith("NotConverged") and real["spent"] > 0
     good = speed.measure(SCENE, NAMED["cells"], {"nodes": 128}, 1)
-    drawing = speed_figures.seconds([good, real])
+    drawing = speed_figures.law([good, real])
     assert [line.get_marker() for line in drawing.axes[0].lines].count("x") == 1
 
 

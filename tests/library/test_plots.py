@@ -1,0 +1,62 @@
+"""The style of figures: what is read at 9 cm, and words beside curves."""
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from microblock.view import plots
+
+
+def test_figures_are_one_column_wide_whatever_their_panels():
+    for rows, columns in ((1, 1), (2, 1), (3, 2)):
+        drawing, _ = plots.figure(rows, columns, height=1.5)
+        assert drawing.get_size_inches() == pytest.approx([9 / 2.54, 1.5 * rows], abs=0.01)  # 3.54 inches
+
+
+def test_letters_are_no_smaller_than_seven_points(tmp_path):
+    def drawing(_):
+        found, axis = plots.figure(height=4)
+        axis.plot([1, 2], [1, 2], label="curve")
+        axis.set(xlabel="$x_1$", ylabel="$p$", title="title")
+        plots.legend_below(axis, title="title of the legend")
+        plots.label(axis, 1, 1, "beside")
+        plots.label_ends(axis, [(2, "at the end", "k")])
+        sizes.extend(text.get_fontsize() for text in found.findobj(Text))
+        return found
+
+    sizes = []
+    plots.draw(drawing, None, tmp_path, "a")
+    assert min(sizes) >= plots.SMALLEST == 7
+
+
+@pytest.mark.parametrize("colour", [*plots.COLOURS, *plots.shades(7)])
+def test_words_in_the_colour_of_a_curve_have_contrast_with_white(colour):
+    rgb = np.array(plots.legible(colour))
+    assert plots._contrast(rgb) >= 4.5  # level AA for text
+    assert plots._contrast(np.array([0.0, 0, 0])) == pytest.approx(21)  # the largest there is, by definition
+
+
+def test_shades_run_from_dark_to_light():
+    light = [np.dot(colour[:3], (0.2126, 0.7152, 0.0722)) for colour in plots.shades(6)]
+    assert light == sorted(light) and len(set(light)) == 6
+
+
+@pytest.mark.parametrize(
+    "places, expected",
+    [
+        ([0.1, 0.9, 0.5], [0.1, 0.9, 0.5]),
+        ([0.5, 0.5], [0.45, 0.55]),  # moved alike, in the order in which they come
+        ([0.5, 0.52, 0.48], [0.5, 0.6, 0.4]),
+        ([0.0, 0.05, 0.12, 0.9], [-0.043333, 0.056667, 0.156667, 0.9]),  # mean of three, kept
+        ([], []),
+    ],
+)
+def test_words_at_the_ends_of_curves_keep_apart_and_move_little(places, expected):
+    assert plots._apart(np.array(places, float), 0.1) == pytest.approx(expected, abs=1e-5)
+
+
+def test_words_at_ends_stand_at_the_heights_of_logarithmic_axes():
+    _, axis = plots.figure()
+    axis.set(yscale="log", ylim=(1e-4, 1))
+    plots.label_ends(axis, [(1e-2, "middle", "k"), (1e-4, "bottom", "k")])
+    assert [text.xy for text in axis.texts] == [(1, pytest.approx(0.5)), (1, pytest.approx(0))]
