@@ -26,7 +26,7 @@ from PIL import Image
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
-from microblock.view.plots import COLOURS  # that the colour-blind can tell apart
+from microblock.view.plots import COLOURS
 
 FOLDER = "gallery"
 DPI = 130  # of a picture: some 700 pixels for the width of a page
@@ -42,13 +42,17 @@ def code(page):
     return found and found[1]
 
 
+def style():
+    """Colours that the colour-blind can tell apart, and no window."""
+    return matplotlib.rc_context({"backend": "Agg", "axes.prop_cycle": cycler(color=COLOURS)})
+
+
 def run(example):
     """The figure that an example ends with."""
     import matplotlib.pyplot as plt
 
     names = {}
-    colours = {"backend": "Agg", "axes.prop_cycle": cycler(color=COLOURS)}
-    with matplotlib.rc_context(colours), contextlib.redirect_stdout(io.StringIO()):
+    with style(), contextlib.redirect_stdout(io.StringIO()):
         exec(compile(example, "example", "exec"), names)
     plt.close("all")  # which leaves the figure itself as it is
     return names["figure"]
@@ -80,7 +84,8 @@ def make_pictures(app):
 def _draw(example, picture):
     """Write the picture of an example, after its thumbnail."""
     whole = io.BytesIO()
-    run(example).savefig(whole, format="png", dpi=DPI)
+    with style():
+        run(example).savefig(whole, format="png", dpi=DPI)
     with Image.open(whole) as drawn:
         # of a tall picture its lower part, where the blocks are
         top = max(drawn.height - drawn.width * THUMBNAIL[1] // THUMBNAIL[0], 0)

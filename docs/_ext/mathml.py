@@ -33,6 +33,7 @@ CHARACTERS = (
     *range(0x27E6, 0x27F0),
     *range(0x1D400, 0x1D800),
 )
+NONE = 'lspace="0" rspace="0"'
 THIN = '<mspace width="0.1667em"/>'
 # a function after a factor, and a function whose argument has no parentheses
 BEFORE_FUNCTION = re.compile(r"(</(?:mi|mn|msub|msup|mfrac|msqrt|mrow)>)(\s*<mi>(?:\w{3,5})</mi>)")
@@ -42,9 +43,9 @@ standard.getLogger("fontTools").setLevel(standard.WARNING)
 
 
 def mathml(latex, block=False):
-    """MathML of LaTeX, with the spaces of LaTeX around functions and none around a slash."""
+    """MathML of LaTeX, with the spaces of LaTeX: around functions, none around a slash and inside bars."""
     text = tex2mathml(latex.strip(), as_block=block)
-    text = text.replace('<mo stretchy="false">/</mo>', '<mo stretchy="false" lspace="0" rspace="0">/</mo>')
+    text = re.sub(r'<mo stretchy="false">([/|])</mo>', rf'<mo stretchy="false" {NONE}>\1</mo>', text)
     text = BEFORE_FUNCTION.sub(rf"\1{THIN}\2", text)
     return AFTER_FUNCTION.sub(rf"\1{THIN}", text)
 
