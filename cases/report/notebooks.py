@@ -1,4 +1,4 @@
-"""The notebooks of docs/notebooks, executed in fresh kernels: pages with all outputs, and times.
+"""The notebooks of docs/tutorials, executed in fresh kernels: pages with all outputs, and times.
 
 Look at    DIR/NAME.html, a page a notebook, which opens without a kernel (its sliders do not move there).
 Model      nbclient and a kernel that finds this checkout first; extra `notebook`.
@@ -20,7 +20,7 @@ from ..common.options import Checked, command, names
 from ..common.records import kept, print_table, returned
 
 ROOT = Path(__file__).parents[2]
-NOTEBOOKS = {path.stem: path for path in sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))}
+NOTEBOOKS = {path.stem: path for path in sorted((ROOT / "docs" / "tutorials").glob("*.ipynb"))}
 PATIENCE = 300  # seconds for a cell
 
 
@@ -77,7 +77,7 @@ def _packages(*names):
 def result(parameters, out=None, quiet=True):
     """The case's object: a row for each notebook."""
     if not NOTEBOOKS:
-        raise NotConverged("the notebooks are not here: they are in docs/notebooks of a checkout")
+        raise NotConverged("the notebooks are not here: they are in docs/tutorials of a checkout")
     start, rows = time.perf_counter(), []
     for name in tqdm(parameters.only or NOTEBOOKS, disable=quiet, unit="notebook"):
         book, kernel, cells = execute(NOTEBOOKS[name])

@@ -6,7 +6,7 @@ Geometry   a layer of thickness h, bonded to a rigid base (u = psi = 0) or slidi
 Equations  equilibrium (14)-(17), microblock and unilateral law.
 Model      condensed body, its mesh refined by recovery until the estimate holds (`Contact(Body(...),
            ...).solve(load, rtol)`).
-Reference  thick layers: the half-plane on its contact line; thin ones: `ThinLayer` of docs/theory.md.
+Reference  thick layers: the half-plane on its contact line; thin ones: `ThinLayer` of docs/theory/model.md.
 Look at    differences fall like (a/h)^2 to the half-plane, and like (h/a)^(3/2) (cylinder: its edges) and h/a
            (punch: its ends) to the Winkler foundation; energy of the fields, work of the corners and work of
            the load are one.

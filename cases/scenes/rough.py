@@ -3,7 +3,7 @@
 Geometry   half-plane x2 < 0; a self-affine profile of one period (seeded phases) pressed down by a mean
            pressure; blocks of side ell, rotated by a psi0(x) that is as rough as the profile.
 Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
-Model      one period of uniform cells, products by FFT, no mesh (docs/theory.md, "Large problems").
+Model      one period of uniform cells, products by FFT, no mesh (docs/theory/halfplane.md, "Large problems").
 Reference  four times as many cells.
 Look at    ten thousand cells in contact, dozens of zones, some 150 products; psi0 tears the zones of the
            corners apart.

@@ -8,8 +8,8 @@ Equations  (10)-(18) in the strip, the corner gaps (21), (22) and conditions (26
 Model      the depth alone, a 1D mesh of the whole thickness, condensed to how much the strip is squeezed and
            how its faces rotate under a pressure and two micromoments. The pressure is the path's parameter;
            which second corners are closed is tried.
-Reference  closed form `TwoFacedStrip`: (44)-(49) for two faces (docs/theory.md, "Two faces"); not used in the
-           computation.
+Reference  closed form `TwoFacedStrip`: (44)-(49) for two faces (docs/theory/model.md, "Two faces"); not used
+           in the computation.
 Look at    two kinks, one for each face whose second corner closes; beside a face rotated the other way a
            block rotates back less.
 Units      lengths over H, stresses over mu.

@@ -3,7 +3,7 @@
 Geometry   half-plane x2 < 0; a rigid cosine of the given wavelength pressed down by a mean pressure; blocks
            of side ell.
 Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
-Model      one period of uniform cells, products by FFT, no mesh (docs/theory.md, "Large problems").
+Model      one period of uniform cells, products by FFT, no mesh (docs/theory/halfplane.md, "Large problems").
 Reference  Westergaard's closed form for the classical limit; for microblocks the mean pressure of full
            closure.
 Look at    microblocks close later and carry a micromoment; the classical contact of the same load beside

@@ -82,7 +82,7 @@ def light(parameters, load):
     its own.
 
     Over distances far below ell a corner acts on its own gap like a classical half-plane of the compliance
-    c_u + c_phi (docs/theory.md, "Where the corners meet") instead of c = 2/E*.
+    c_u + c_phi (docs/theory/halfplane.md, "Where the corners meet") instead of c = 2/E*.
     """
     return load / 4 * sum(short_waves(three_ways.solid_of(parameters, "microblock")))
 

@@ -71,7 +71,7 @@ def page(records):
         "",
         "## What each sentence rests on",
         "",
-        "| | study | number | runs | value |",
+        "| sentence | study | number | runs | value |",
         "|---|---|---|---|---|",
     ]
     lines += [

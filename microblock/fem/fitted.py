@@ -10,7 +10,7 @@ discretisation   difference of pressure and micromoment between the last two ref
 for itself
 edges            what moving the edges by the next step would change: p by K1 delta/(2 sqrt r) beside an edge
 truncation       TRUNCATION (outer edge/far)^2: the image of the load bends the surface like 1/far^2
-(docs/theory.md)
+(docs/theory/finite_elements.md)
 obstacle         what nodes miss of the height between them, and of overlaps that are worth less than changing
 the zones
 

@@ -19,9 +19,9 @@ class FittedPath(LoadPath):
     """The load path of a block.
 
     Events are those of two meshes of equal elements, node by node, without steps to choose. Where zones meet
-    on the axis the load misses its limit by h^(2 s) (docs/theory.md): it is extrapolated with that, and the
-    correction is the error; for all other events, which converge faster, it bounds the error. Events that one
-    mesh alone sees are left out.
+    on the axis the load misses its limit by h^(2 s) (docs/theory/halfplane.md): it is extrapolated with that,
+    and the correction is the error; for all other events, which converge faster, it bounds the error. Events
+    that one mesh alone sees are left out.
     """
 
     @bounded

@@ -3,8 +3,8 @@ elements.
 
 The inner edge is prescribed and the load left free: on one mesh the coefficients of the pressure at the edges
 are affine in the load, and the load is right where K0 of the inner edge vanishes. With the edge at the
-distance b from the axis it misses coalescence by b^(2 s), where p ~ x^s there (docs/theory.md): two
-Richardson steps, from the side of a gap and of an overlap.
+distance b from the axis it misses coalescence by b^(2 s), where p ~ x^s there (docs/theory/halfplane.md):
+two Richardson steps, from the side of a gap and of an overlap.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """The homogeneous half-plane x2 < 0 without a mesh: its surface response in Fourier space and on the line.
 
 Classical displacement with psi equal to its rotation, and one micropolar mode exp(s x2), solve the field
-equations (docs/theory.md, "Half-plane"). At the surface, for loads exp(i k x1), k > 0, with s^2 = k^2 +
+equations (docs/theory/halfplane.md). At the surface, for loads exp(i k x1), k > 0, with s^2 = k^2 +
 1/L^2, L the layer length, c = (1 - nu)/mu and D = 1 + gamma' ell^2 (1 - nu) k^2 (s - k)/s,
 
     displacement u = -u2: u   = U p + i V m,       U = c/(k D)
@@ -84,7 +84,7 @@ def coalescence_exponent(solid: Cosserat) -> float:
     """Returns s of p ~ x^s at the axis when two zones of partial contact touch there.
 
     ``cos(pi s) = (c_u - c_phi)/(c_u + c_phi)`` with the limits of k U and k W for k -> infinity
-    (docs/theory.md).
+    (docs/theory/halfplane.md, "Where the corners meet").
     """
     displacement, rotation = short_waves(solid)
     return float(np.arccos((displacement - rotation) / (displacement + rotation)) / np.pi)

@@ -139,7 +139,7 @@ def log_sizes(problem, zones, kink):
     """{corner: K} of ``p ~ K log(1/|x - kink|)`` of the corners in contact there.
 
     A jump J in the slope of a corner's initial gap needs ``pi J`` from the logarithms through the limits of k
-    U and k W for k -> infinity (docs/theory.md, "Contact line").
+    U and k W for k -> infinity (docs/theory/halfplane.md, "Contact line").
     """
     whole = (
         {**zones, 1: [(-right, -left) for left, right in zones[0]]}

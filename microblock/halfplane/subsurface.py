@@ -2,7 +2,7 @@
 
 A classical displacement whose rotation is R exp(|k| x2) and which psi follows, and the micropolar mode
 theta = Theta exp(s x2), s^2 = k^2 + 1/L^2, with u = (g/2)(-theta,2, theta,1), g = gamma' ell^2, solve the
-field equations (docs/theory.md, "Half-plane"). For loads exp(i k x1), k > 0, c = (1 - nu)/mu, G = g mu and D
+field equations (docs/theory/halfplane.md). For loads exp(i k x1), k > 0, c = (1 - nu)/mu, G = g mu and D
 as in `kernels`,
 
     Theta = (M/G + i k c p)/(s D),    R = -i c p + c G k (s - k) Theta,    psi = R exp(k x2) + Theta exp(s

@@ -146,8 +146,8 @@ class Strip(_Layered):
 
 @dataclass(frozen=True)
 class TwoFacedStrip(_Layered):
-    """The strip between rigid planes with blocks rotated differently on its two faces (docs/theory.md, "Two
-    faces").
+    """The strip between rigid planes with blocks rotated differently on its two faces (docs/theory/model.md,
+    "Two faces").
 
     Lengths are over half the thickness H, stresses over mu; the strip occupies -1 <= x2 <= 1. Equal rotations
     give `Strip`. With `upper` and `lower` the faces, C = gamma' ell^2 k coth(2 k), S = gamma' ell^2 k/sinh(2
@@ -430,7 +430,8 @@ class Wavy:
 
 @dataclass(frozen=True)
 class ThinLayer:
-    """Winkler foundation: an elastic layer on a rigid base, thin against contact and block (docs/theory.md).
+    """Winkler foundation: an elastic layer on a rigid base, thin against contact and block
+    (docs/theory/model.md).
 
     Parameters
     ----------

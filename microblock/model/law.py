@@ -99,7 +99,7 @@ class Microblock(Law):
     psi0 : float or callable
         Initial rotation of the blocks (radians, counterclockwise), or a function of x1.
     psi0_in : "gaps and levers" or "levers"
-        Where psi0 acts: in both, or in the levers alone (docs/theory.md, "Fig. 9").
+        Where psi0 acts: in both, or in the levers alone (docs/paper.md, "Initial rotation of Fig. 9").
 
     Raises
     ------

@@ -44,7 +44,7 @@ def solid_of(nu, beta, curvature, ell=0.37, E=3.0):
 
 
 def stiffness(solid):
-    """c = (1 - nu)/mu and the high-wavenumber limits c_u, c_psi of k U and of k W, docs/theory.md."""
+    """c = (1 - nu)/mu and the high-wavenumber limits c_u, c_phi of k U and of k W (docs/theory)."""
     c = (1 - solid.nu) / solid.mu
     return c, c / (1 + (1 - solid.nu) * solid.beta), c / (4 * solid.curvature * (1 - solid.nu))
 

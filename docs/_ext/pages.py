@@ -1,0 +1,43 @@
+"""What themes and notebooks leave to be done on a page.
+
+For readers without a mouse or without sight: what scrolls is reached by the keyboard, and the landmarks of a
+page have names. For all: sliders need a kernel, so that a page has neither their state nor their scripts.
+"""
+
+from pathlib import Path
+
+NAMED = {
+    '<div class="table-wrapper colwidths-auto docutils container">': (
+        '<div class="table-wrapper colwidths-auto docutils container" tabindex="0">'
+    ),
+    '<div class="table-wrapper colwidths-given docutils container">': (
+        '<div class="table-wrapper colwidths-given docutils container" tabindex="0">'
+    ),
+    "<pre>": '<pre tabindex="0">',
+    '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="All pages">',
+    '<aside class="toc-drawer">': '<aside class="toc-drawer" aria-label="On this page">',
+}
+
+
+def names(app, failure):
+    """Rewrite the pages; a page that is rewritten already stays as it is."""
+    if failure or app.builder.format != "html":
+        return
+    for page in Path(app.outdir).rglob("*.html"):
+        text = page.read_text()
+        named = text
+        for before, after in NAMED.items():
+            named = named.replace(before, after)
+        if named != text:
+            page.write_text(named)
+
+
+def without_sliders(app, name, template, context, doctree):
+    """Drop what myst-nb would add to the page of a notebook with sliders."""
+    getattr(app.env, "nb_metadata", {}).get(name, {}).pop("js_files", None)
+
+
+def setup(app):
+    app.connect("html-page-context", without_sliders, priority=400)  # before myst-nb's
+    app.connect("build-finished", names)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

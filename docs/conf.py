@@ -1,0 +1,64 @@
+"""The documentation: `python -m sphinx -W --keep-going docs out/site`.
+
+Everything that a page needs is put beside it: no page asks the network for anything.
+"""
+
+import hashlib
+import os
+import sys
+from pathlib import Path
+
+for library in ("OPENBLAS", "OMP"):  # before numpy: kernels and examples compute the same digits each time
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+DOCS = Path(__file__).parent
+sys.path[:0] = [str(DOCS / "_ext"), str(DOCS.parent)]  # the checkout comes before an installed copy
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (str(DOCS.parent), os.environ.get("PYTHONPATH"))))
+
+import microblock  # noqa: E402
+
+project = "microblock"
+author = "the microblock developers"
+copyright = author
+release = version = microblock.__version__
+extensions = ["sphinx.ext.autodoc", "numpydoc", "myst_nb", "gallery", "mathml", "pages"]
+exclude_patterns = ["description.md"]  # the text for the package index
+
+html_theme = "furo"
+html_title = f"microblock {release}"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_math_renderer = "mathml"
+html_copy_source = False
+html_show_sourcelink = False
+html_theme_options = {"navigation_with_keys": True}
+
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+default_role = "code"  # single backquotes are code in our docstrings
+
+# notebooks run when the pages are built; their outputs are kept until a file of the program changes
+FILES = sorted(path for part in ("microblock", "cases") for path in (DOCS.parent / part).rglob("*.py"))
+DIGEST = hashlib.sha256(b"".join(path.read_bytes() for path in FILES)).hexdigest()[:16]
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(DOCS.parent / "out" / "notebooks" / DIGEST)
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_merge_streams = True
+nb_output_stderr = "remove-warn"
+gallery_digest = DIGEST
+
+# a word of a type, such as nodes, may be the name of several attributes
+suppress_warnings = ["ref.python"]
+autodoc_default_options = {
+    "members": True,
+    "inherited-members": "BaseException, Exception, ValueError, RuntimeError, ImportError",
+}
+autodoc_typehints = "none"
+numpydoc_show_class_members = False  # autodoc lists them
+
+
+def setup(app):
+    """Keep what is no page beside the pages, so that their folder is what is published, and nothing else."""
+    if app.doctreedir == app.outdir / ".doctrees":
+        app.doctreedir = app.outdir.with_name("doctrees")
