@@ -67,19 +67,24 @@ class Contact(Shown):
             raise BadArgument(
                 "body", self.body, "must be a HalfPlane, a Block or a Body (mb.HalfPlane(solid)?)"
             )
-        obstacles.check(self.obstacle)
         laws.check(self.law)
+        on_line = not hasattr(self.body, "check")  # a body with a surface checks obstacles over it
+        if on_line:
+            obstacles.check(self.obstacle)
+        else:
+            self.body.check(self.obstacle, self.law)
         if self.method is not None and not isinstance(self.method, tuple(self.body.methods)):
             allowed = " or ".join(f"{one.__name__}()" for one in self.body.methods)
             raise BadArgument("method", self.method, f"must be {allowed} on a {type(self.body).__name__}")
-        require_even(self.law, self.obstacle, self.body.solid.ell)
+        if on_line:
+            require_even(self.law, self.obstacle, self.body.solid.ell)
         self.solver  # which checks what it is given
 
     @cached_property
     def solver(self) -> Solver:
         """The Solver that the method stands for."""
         options = self.body.methods[0]() if self.method is None else self.method
-        solver = options.solver
+        solver = getattr(self.body, "solvers", {}).get(type(options), options.solver)
         if isinstance(solver, str):
             module, _, name = solver.rpartition(".")
             solver = getattr(import_module(f"{__package__}.{module}"), name)
@@ -138,8 +143,8 @@ class Contact(Shown):
         True
         """
         self._check(load, approach, rtol, initial)
-        start = None if initial is None else initial.solution
-        return State(self.solver.solve(load, approach, rtol, start, progress))
+        start = None if initial is None else getattr(initial, "solution", initial)
+        return self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
 
     @staticmethod
     def _check(load: float | None, approach: float | None, rtol: float | None, initial: State | None) -> None:
