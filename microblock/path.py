@@ -151,7 +151,7 @@ class ZonePath(LoadPath):
     def _is_small(self, state: PanelSolution) -> bool:
         zones = state.zones_by_name
         narrow = all(right - left < START * state.problem.solid.ell for left, right in zones["contact"])
-        return narrow and not zones["full"]
+        return narrow and not zones["full"] and all(event.load == 0 for event in self._births(state))
 
     @cached_property
     @bounded

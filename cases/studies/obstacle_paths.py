@@ -3,8 +3,8 @@ beside those of cells.
 
 Events tell how many zones of each kind there are at any load. Cells are solved on either side of each event
 and at random loads; what they count has two bounds: zones that carry much, with what hardly parts them
-closed, and all of them. A gap between two zones of the path's own state that is narrower than what cells see
-counts on neither side.
+closed, and all of them. A gap between two zones of the path's own state, or a zone, that is narrower than
+what cells see counts on neither side.
 """
 
 import time
@@ -24,7 +24,7 @@ RANDOM = 3  # random loads between a tenth of the last one and the last
 APART = 1e-3  # of the load: cells do not tell states apart that are nearer to an event
 TIMES = 4  # LIMIT, for the events of a path
 STEPS = {"born": 1, "split": 1, "vanished": -1, "merged": -1}
-NARROW = 0.05  # of the narrower of two zones: what parts them is not told from nothing
+NARROW = 0.05  # of the narrower of two zones, or of ell: what is as narrow is not told from nothing
 
 
 def count(events, zone, load):
@@ -44,10 +44,12 @@ def bounds(cells, zone):
 
 
 def seen(zones, cells):
-    """Intervals without the gaps between them that cells do not tell from nothing."""
+    """Intervals without those, and without the gaps between them, that cells do not tell from nothing."""
     joined = []
     for a, b in zones:
         size = np.interp((a + b) / 2, cells.x, cells.weights)
+        if b - a <= max(3 * size, NARROW * cells.setting.ell):
+            continue
         if joined and a - joined[-1][1] <= max(NARROW * min(b - a, joined[-1][1] - joined[-1][0]), 3 * size):
             joined[-1] = joined[-1][0], b
         else:

@@ -98,3 +98,19 @@ def test_a_rough_state_says_so():
         1.0
     )
     assert state.error_estimate > 0.1 and any("error estimate" in words for words in state.warnings)
+
+
+def test_a_path_that_ends_among_many_small_zones_begins_at_first_touch():
+    """Each zone is small against a block, but most are not there at first touch."""
+
+    def height(x):
+        return x**2 / 20 + 2e-4 * np.cos(2 * np.pi * x / 0.1 + 0.3)
+
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=1.0)
+    path = mb.Contact(mb.HalfPlane(solid), height, mb.Unilateral()).path(0.3)
+    late = [event for event in path.events if event.load > 0]
+    assert len(late) > 1 and all(event.load_error < 1e-3 * event.load for event in late)
+    # the number of zones of a state at the end is that of the events
+    assert len(path.at(0.3).zones["contact"]) == 1 + sum(
+        {"born": 1, "merged": -1}[event.kind] for event in late
+    )
