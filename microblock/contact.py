@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .errors import BadArgument, require_finite, require_kind, require_positive, require_tolerance
 from .model import law as laws
@@ -68,15 +68,15 @@ class Contact(Shown):
                 "body", self.body, "must be a HalfPlane, a Block or a Body (mb.HalfPlane(solid)?)"
             )
         laws.check(self.law)
-        on_line = not hasattr(self.body, "check")  # a body with a surface checks obstacles over it
-        if on_line:
+        check = getattr(self.body, "check", None)  # a body with a surface looks at obstacles over it
+        if check is None:
             obstacles.check(self.obstacle)
         else:
-            self.body.check(self.obstacle, self.law)
+            check(self.obstacle, self.law)
         if self.method is not None and not isinstance(self.method, tuple(self.body.methods)):
             allowed = " or ".join(f"{one.__name__}()" for one in self.body.methods)
             raise BadArgument("method", self.method, f"must be {allowed} on a {type(self.body).__name__}")
-        if on_line:
+        if check is None:
             require_even(self.law, self.obstacle, self.body.solid.ell)
         self.solver  # which checks what it is given
 
@@ -84,11 +84,12 @@ class Contact(Shown):
     def solver(self) -> Solver:
         """The Solver that the method stands for."""
         options = self.body.methods[0]() if self.method is None else self.method
-        solver = getattr(self.body, "solvers", {}).get(type(options), options.solver)
+        solver: Any = getattr(self.body, "solvers", {}).get(type(options), options.solver)
         if isinstance(solver, str):
             module, _, name = solver.rpartition(".")
             solver = getattr(import_module(f"{__package__}.{module}"), name)
-        return solver(self, options)
+        made: Solver = solver(self, options)
+        return made
 
     @property
     def solid(self) -> Cosserat:
@@ -143,7 +144,7 @@ class Contact(Shown):
         True
         """
         self._check(load, approach, rtol, initial)
-        start = None if initial is None else getattr(initial, "solution", initial)
+        start: Any = getattr(initial, "solution", initial)
         return self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
 
     @staticmethod

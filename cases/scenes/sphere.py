@@ -1,4 +1,4 @@
-"""Rigid sphere pressed on a Cosserat half-space with microblocks: nano-indentation, in three dimensions.
+"""Rigid sphere pressed on a half-space with microblocks: nano-indentation in three dimensions.
 
 Geometry   half-space x3 < 0; a rigid sphere of radius R; blocks are cubes of side ell, with sides along x1
            and x2, and touch with four corners. The paper leaves this out: its law is one of the plane.
@@ -34,7 +34,7 @@ SHOWN = (
     "approach",
     "error_estimate",
 )
-KEPT = 256  # cells a side of which the records of the picture are made, at most
+KEPT = 128  # cells a side of which the records of the picture are made, at most
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,9 @@ def show(answer):
 def rows(parameters, answer):
     """Records of the picture at the last load: cells with their pressure, moment and closed corners."""
     parameters = parameters.resolved()
-    last = replace(parameters, loads=parameters.loads[-1:], cells=min(KEPT, 128), rtol=None)
+    last = replace(
+        parameters, loads=parameters.loads[-1:], cells=min(KEPT, parameters.cells or KEPT), rtol=None
+    )
     (state,) = solve(last)
     p, a, ell = parameters.p_Hz, parameters.a_Hz, parameters.alpha * parameters.a_Hz
     x1, x2 = np.meshgrid(state.x1 / a, state.x2 / a, indexing="ij")

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.fft import irfft2, next_fast_len, rfft2
 
 from ..model.material import Cosserat
-from ..model.types import Array
+from ..model.types import AnyArray as Array
 from .kernels import kernels
 from .symbol import at_rest, symbol
 

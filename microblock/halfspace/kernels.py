@@ -23,7 +23,7 @@ from ..errors import BadArgument
 from ..halfplane.kernels import RATES, symbol_of_roots
 from ..model.material import Cosserat
 from ..model.quadrature import gauss_rule
-from ..model.types import Array
+from ..model.types import AnyArray as Array
 from .symbol import along, require_stable, spread_rate
 
 NEAREST, FARTHEST = 1e-7, 1e6  # r/ell between which the kernels are tabulated

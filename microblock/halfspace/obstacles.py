@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, require_choice, require_positive
-from ..model.types import Array
+from ..model.types import AnyArray as Array
 
 FACES = ("round", "square")
 

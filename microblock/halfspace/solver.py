@@ -21,7 +21,8 @@ from tqdm.auto import tqdm
 from ..corners import projected_gradients
 from ..errors import BadArgument, NotConverged
 from ..model.solver import Solver
-from ..model.types import Array, ContactLike, Interval
+from ..model.types import AnyArray as Array
+from ..model.types import ContactLike, Interval
 from .cells import Flexibility, flexibility
 from .kernels import kernels
 from .obstacles import heights
@@ -38,7 +39,7 @@ SPARE = 0.08  # of the contact's size, free on either side
 LOOKED = 96  # places along either axis, and as many radii and directions, at which gaps outside are looked at
 FARTHEST = 1e3  # times the window, to which gaps are looked at
 OVERLAP = 1e-6  # of the approach: a gap that is more negative is a contact
-SLOWEST, FASTEST = 1.6, 4.0  # ratio of successive changes from grid to grid that the estimate takes
+SLOWEST, FASTEST = 1.6, 2.5  # ratio of successive changes from grid to grid that the estimate takes
 DISTANCES = np.geomspace(1e-4, 1e5, 121)  # of ell, at which an obstacle is looked at
 
 
@@ -106,7 +107,8 @@ class SurfaceSolver(Solver):
             else [FIRST * 2**i for i in range(int(np.log2(MOST / FIRST)) + 1)]
         )
         goal = self.usual_rtol if rtol is None else rtol
-        state, before, changes = None, None, []
+        state: Any = None
+        before, changes = None, list[float]()
         with tqdm(total=len(sizes), unit=" grids", disable=not progress) as bar:
             for count in sizes:
                 last = count == sizes[-1]
@@ -122,8 +124,8 @@ class SurfaceSolver(Solver):
         if nodes is not None:
             return state
         raise NotConverged(
-            f"error {state.error_estimate:.1e} instead of {goal:g} on {MOST} x {MOST} cells: ask for a larger "
-            "rtol, or fix Cells(nodes=...)",
+            f"error {state.error_estimate:.1e} instead of {goal:g} on {MOST} x {MOST} cells: ask for a "
+            "larger rtol, or fix Cells(nodes=...)",
             reached=state.error_estimate,
         )
 
@@ -203,11 +205,12 @@ class SurfaceSolver(Solver):
         if self.options.window is not None:
             left, right = self.options.window
             return right - left, ((left + right) / 2,) * 2
+        middle: Any
         side, middle = self._first_window(load, approach)
         for _ in range(TRIES):
             grid = Grid(WINDOW_CELLS, side / WINDOW_CELLS, middle)
             state = self._solved(grid, load, approach, COARSE_RESIDUAL / WINDOW_CELLS, None)
-            box = _box(state, grid)
+            box: Any = _box(state, grid)
             outside = self._touching_outside(state, side, middle)
             if outside is not None:
                 box = tuple((min(a, c), max(b, d)) for (a, b), (c, d) in zip(box, outside))
@@ -218,7 +221,7 @@ class SurfaceSolver(Solver):
             )
             if outside is None and not reaches and size >= 0.6 * side:
                 return side, middle
-            middle = tuple((a + b) / 2 for a, b in box)  # type: ignore[assignment]
+            middle = tuple((a + b) / 2 for a, b in box)
             wider = WIDENED * max(size, side) if reaches and outside is None else 0.0
             side = max(wider, size * (1 + 2 * SPARE) + 2 * (RIM + 1) * size / WINDOW_CELLS)
             if not reaches and outside is None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..model.summary import Row, Shown, Summary, number
-from ..model.types import Array, ContactLike
+from ..model.types import AnyArray as Array
+from ..model.types import ContactLike
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -106,7 +107,7 @@ class SurfaceState(Shown):
     @property
     def energy(self) -> float:
         """Elastic energy: half the work of the corner forces from the unloaded state on."""
-        solver = self.problem.solver
+        solver: Any = self.problem.solver
         gaps = solver.initial_gaps(self.x1, self.x2)
         lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
         forces = np.array(list(self.pressures.values())) * self.width**2

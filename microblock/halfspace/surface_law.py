@@ -16,7 +16,8 @@ import numpy as np
 
 from ..errors import BadArgument
 from ..model.law import ACTS_IN, Microblock
-from ..model.types import Array, LawLike
+from ..model.types import AnyArray as Array
+from ..model.types import LawLike
 from .obstacles import heights
 
 CORNERS = {"--": (-1, -1), "-+": (-1, 1), "+-": (1, -1), "++": (1, 1)}

@@ -25,7 +25,7 @@ import numpy as np
 from ..errors import BadArgument
 from ..halfplane import kernels
 from ..model.material import Cosserat
-from ..model.types import Array
+from ..model.types import AnyArray as Array
 
 
 def symbol(solid: Cosserat, k: Array) -> tuple[Array, Array, Array, Array]:
