@@ -67,12 +67,12 @@ class Contact(Shown):
             raise BadArgument(
                 "body", self.body, "must be a HalfPlane, a Block or a Body (mb.HalfPlane(solid)?)"
             )
-        laws.check(self.law)
         check = getattr(self.body, "check", None)  # a body with a surface looks at obstacles over it
         if check is None:
             obstacles.check(self.obstacle)
         else:
-            check(self.obstacle, self.law)
+            check(self.obstacle)
+        laws.check(self.law)
         if self.method is not None and not isinstance(self.method, tuple(self.body.methods)):
             allowed = " or ".join(f"{one.__name__}()" for one in self.body.methods)
             raise BadArgument("method", self.method, f"must be {allowed} on a {type(self.body).__name__}")
