@@ -8,6 +8,11 @@ from .errors import MissingExtra as MissingExtra
 from .errors import NotConverged as NotConverged
 from .fem.body import Body as Body
 from .halfplane.kernels import HalfPlane as HalfPlane
+from .halfspace.half_space import HalfSpace as HalfSpace
+from .halfspace.obstacles import Cone as Cone
+from .halfspace.obstacles import Ellipsoid as Ellipsoid
+from .halfspace.obstacles import FlatPunch as FlatPunch
+from .halfspace.obstacles import Sphere as Sphere
 from .model.bodies import Block as Block
 from .model.events import Event as Event
 from .model.events import LoadPath as LoadPath

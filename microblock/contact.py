@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .errors import BadArgument, require_finite, require_kind, require_positive, require_tolerance
 from .model import law as laws
@@ -67,23 +67,29 @@ class Contact(Shown):
             raise BadArgument(
                 "body", self.body, "must be a HalfPlane, a Block or a Body (mb.HalfPlane(solid)?)"
             )
-        obstacles.check(self.obstacle)
+        check = getattr(self.body, "check", None)  # a body with a surface looks at obstacles over it
+        if check is None:
+            obstacles.check(self.obstacle)
+        else:
+            check(self.obstacle)
         laws.check(self.law)
         if self.method is not None and not isinstance(self.method, tuple(self.body.methods)):
             allowed = " or ".join(f"{one.__name__}()" for one in self.body.methods)
             raise BadArgument("method", self.method, f"must be {allowed} on a {type(self.body).__name__}")
-        require_even(self.law, self.obstacle, self.body.solid.ell)
+        if check is None:
+            require_even(self.law, self.obstacle, self.body.solid.ell)
         self.solver  # which checks what it is given
 
     @cached_property
     def solver(self) -> Solver:
         """The Solver that the method stands for."""
         options = self.body.methods[0]() if self.method is None else self.method
-        solver = options.solver
+        solver: Any = getattr(self.body, "solvers", {}).get(type(options), options.solver)
         if isinstance(solver, str):
             module, _, name = solver.rpartition(".")
             solver = getattr(import_module(f"{__package__}.{module}"), name)
-        return solver(self, options)
+        made: Solver = solver(self, options)
+        return made
 
     @property
     def solid(self) -> Cosserat:
@@ -138,8 +144,8 @@ class Contact(Shown):
         True
         """
         self._check(load, approach, rtol, initial)
-        start = None if initial is None else initial.solution
-        return State(self.solver.solve(load, approach, rtol, start, progress))
+        start: Any = getattr(initial, "solution", initial)
+        return self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
 
     @staticmethod
     def _check(load: float | None, approach: float | None, rtol: float | None, initial: State | None) -> None:

@@ -51,10 +51,10 @@ def symbol(solid, k):
         raise BadArgument("k", k, "wavenumbers must be positive")
     rate = 1 / solid.layer_length
     s = np.hypot(k, rate)
-    return _symbol(solid, k, s, rate / (s + k) * rate)
+    return symbol_of_roots(solid, k, s, rate / (s + k) * rate)
 
 
-def _symbol(solid, k, s, s_minus_k):
+def symbol_of_roots(solid, k, s, s_minus_k):
     """The formulas above; `s_minus_k` is given, so that nothing cancels."""
     c, g = (1 - solid.nu) / solid.mu, solid.curvature * solid.ell**2
     D = 1 + g * (1 - solid.nu) * k * (k / s) * s_minus_k
@@ -310,7 +310,7 @@ def _laplace(solid, x):
     n).
     """
     k, s, s_minus_k, t, dt = _turned_wavenumbers(solid)
-    U, V, W = _symbol(solid, k, s, s_minus_k)
+    U, V, W = symbol_of_roots(solid, k, s, s_minus_k)
     c = (1 - solid.nu) / solid.mu
     weights = (
         np.array(

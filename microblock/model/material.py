@@ -34,6 +34,8 @@ class Cosserat(Shown):
     curvature : float
         ``gamma'`` of (12), ``m = gamma' ell^2 mu grad psi`` (dimensionless). The printed (18) has 1, but the
         paper's own closed form needs 2 (docs/paper.md, "Curvature coefficient").
+    alpha_prime, beta_prime : float
+        ``alpha'`` and ``beta'`` of (12) (dimensionless). They act in three dimensions alone.
 
     Raises
     ------
@@ -54,6 +56,8 @@ class Cosserat(Shown):
     ell: float
     eta: float
     curvature: float
+    alpha_prime: float = 0.0
+    beta_prime: float = 0.0
 
     def __init__(
         self,
@@ -65,8 +69,12 @@ class Cosserat(Shown):
         eta: float | None = None,
         mu_c: float | None = None,
         curvature: float = 2.0,
+        alpha_prime: float = 0.0,
+        beta_prime: float = 0.0,
     ) -> None:
-        require_finite(E=E, nu=nu, ell=ell, curvature=curvature)
+        require_finite(
+            E=E, nu=nu, ell=ell, curvature=curvature, alpha_prime=alpha_prime, beta_prime=beta_prime
+        )
         if not E > 0:
             raise Inadmissible("E", E, "must be positive")
         if not -1 < nu < 0.5:
@@ -75,9 +83,12 @@ class Cosserat(Shown):
             raise BadArgument("ell", ell, "must be positive")
         if not curvature > 0:
             raise Inadmissible("curvature", curvature, "gamma' must be positive, (13)")
+        if not alpha_prime + beta_prime + curvature > 0:
+            raise Inadmissible("alpha_prime", alpha_prime, "alpha' + beta' + gamma' must be positive, (13)")
         require_positive(E=E, ell=ell, curvature=curvature)  # sizes that can be computed with
         mu = E / (2 * (1 + nu))
         moduli = dict(E=E, nu=nu, ell=ell, eta=_coupling_ratio(mu, beta, eta, mu_c), curvature=curvature)
+        moduli |= dict(alpha_prime=alpha_prime, beta_prime=beta_prime)
         for name, value in moduli.items():
             object.__setattr__(self, name, float(value))
 

@@ -9,6 +9,7 @@ from ..errors import BadArgument
 from .events import LoadPath
 from .obstacles import check_lowest
 from .problem import symmetric
+from .state import State
 from .types import BodyLike, ContactLike, LawLike, ObstacleLike
 
 if TYPE_CHECKING:
@@ -128,6 +129,10 @@ class Solver:
             If the accuracy is out of reach or no zones are found.
         """
         raise NotImplementedError
+
+    def state(self, solution: Solution) -> State:
+        """Returns the state that a user has of a solution."""
+        return State(solution)
 
     def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
         """Returns the LoadPath up to the load `last`; raises BadArgument where the method cannot follow

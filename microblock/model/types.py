@@ -5,7 +5,7 @@ to offer.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .summary import Summary
 
 Array: TypeAlias = NDArray[np.float64]
+AnyArray: TypeAlias = NDArray[Any]  # also complex
 Flags: TypeAlias = NDArray[np.bool_]
 Integers: TypeAlias = NDArray[np.intp]
 Function: TypeAlias = Callable[[Array], Array]  # of abscissae, array (n,)

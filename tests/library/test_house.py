@@ -20,16 +20,18 @@ MAY_IMPORT = {  # a room, and the rooms below it that it may use
     "model": set(),
     "corners": {"model"},
     "halfplane": {"model", "corners"},
+    "halfspace": {"model", "corners", "halfplane"},  # its part in a plane is the half-plane's
     # the first zones of fitted meshes are those of a half-plane
     "fem": {"model", "corners", "halfplane"},
     "path": {"model", "halfplane"},
-    "contact": {"model", "halfplane", "fem", "path"},
-    "view": {"model", "corners", "halfplane", "fem", "path", "contact"},
-    "data": {"model", "corners", "halfplane", "fem", "path", "contact", "__init__"},
+    "contact": {"model", "halfplane", "halfspace", "fem", "path"},
+    "view": {"model", "corners", "halfplane", "halfspace", "fem", "path", "contact"},
+    "data": {"model", "corners", "halfplane", "halfspace", "fem", "path", "contact", "__init__"},
 }
 WHEN_CALLED = {  # rooms above that are loaded by a call alone: what draws, and what needs NGSolve
     "model": {"view"},
     "halfplane": {"view"},
+    "halfspace": {"view"},
     "fem": {"view"},
 }
 

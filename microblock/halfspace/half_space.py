@@ -1,0 +1,79 @@
+"""The homogeneous half-space x3 < 0 as a body."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+
+from ..errors import require_kind, require_positive
+from ..model.material import Cosserat
+from ..model.methods import Cells
+from ..model.summary import Row, Shown, Summary
+from .obstacles import heights
+from .symbol import require_stable
+
+
+class HalfSpace(Shown):
+    """The half-space x3 < 0 of one solid, with or without loads that repeat along x1 and x2.
+
+    Obstacles are those of `microblock.halfspace.obstacles`, or any ``height(x1, x2)`` of two arrays.
+    Approaches count from the surface far away, on a period from its mean. A state is a
+    `microblock.halfspace.state.SurfaceState`.
+
+    Parameters
+    ----------
+    solid : Cosserat
+        Its ``alpha'`` and ``beta'`` act where blocks turn about the direction in which fields change.
+    period : float, optional
+        Length after which obstacle and loads repeat along x1 and along x2.
+
+    Raises
+    ------
+    BadArgument
+        If the solid is no Cosserat, or lets the surface of a half-space turn by itself, or the period is not
+        positive.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> problem = mb.Contact(mb.HalfSpace(solid), mb.Sphere(R=10), mb.Microblock(), mb.Cells(nodes=64))
+    >>> state = problem.solve(load=1.0)
+    >>> round(state.radius, 2), round(state.approach, 4)      # Hertz has 0.409 and 0.0167 for ell -> 0
+    (0.42, 0.0139)
+    """
+
+    solvers: ClassVar[dict[type, str]] = {Cells: "halfspace.solver.SurfaceSolver"}
+    methods = (Cells,)
+
+    def __init__(self, solid: Cosserat, period: float | None = None) -> None:
+        require_kind(Cosserat, "a Cosserat", solid=solid)
+        require_stable(solid)
+        if period is not None:
+            require_positive(period=period)
+        self.solid, self.period = solid, period
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, HalfSpace):
+            return NotImplemented
+        return (self.solid, self.period) == (other.solid, other.period)
+
+    def __hash__(self) -> int:
+        return hash((self.solid, self.period))
+
+    def of(self, solid: Cosserat) -> HalfSpace:
+        """Returns the same half-space of another solid."""
+        return HalfSpace(solid, self.period)
+
+    def check(self, obstacle: object) -> None:
+        """Raises BadArgument unless the obstacle has heights over a surface."""
+        heights(obstacle, np.zeros(2), np.zeros(2))
+
+    def summary(self) -> Summary:
+        """Returns period and moduli, for a notebook."""
+        moduli = self.solid.summary()
+        rows = (
+            moduli.rows if self.period is None else (Row("period", "", self.period, "length"), *moduli.rows)
+        )
+        return replace(moduli, title="HalfSpace", rows=rows)

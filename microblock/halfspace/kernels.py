@@ -1,0 +1,171 @@
+"""The response of the half-space to a unit force and a unit moment on its surface, without images.
+
+With r the distance and e its direction from the load, and phi and m as in `microblock.halfspace.symbol`, now
+vectors in the surface along k for the plane part,
+
+    u = u(r) p - v(r) e.m,     phi = v(r) e p + [w0(r) + w2(r) (2 e e - 1)] m,
+
+are the Hankel transforms of U, V, (W + W_par)/2 and (W - W_par)/2 with J0, J1, J0 and -J2. On k = i t the
+Bessel functions become K0, K1 and K2, which decay: what is left are integrals over t > 0 of the imaginary
+parts (of V: the real part). They are tabulated once in log r, over c/ell with c = (1 - nu)/mu; r u(r) runs
+from one constant to another.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+from scipy.special import kv
+
+from ..errors import BadArgument
+from ..halfplane.kernels import RATES, symbol_of_roots
+from ..model.material import Cosserat
+from ..model.quadrature import gauss_rule
+from ..model.types import AnyArray as Array
+from .symbol import along, require_stable, spread_rate
+
+NEAREST, FARTHEST = 1e-7, 1e6  # r/ell between which the kernels are tabulated
+PER_DECADE = 32  # points of the table, between which a spline of order 7 is good to 1e-11
+ORDER = 7
+GAUSS = 16  # points on a piece of the integrals over t
+PIECE = 0.4  # its width in log t
+GRADED = 40  # halvings of a piece towards a branch point
+KERNELS = 4
+
+
+class Kernels:
+    """u, v, w0 and w2 over c/ell at r/ell, for ell = 1 and given nu, beta, gamma', alpha', beta'.
+
+    Raises
+    ------
+    BadArgument
+        If beta is too small or the layer too thin for the quadrature, or the surface is unstable.
+    """
+
+    def __init__(
+        self, nu: float, beta: float, curvature: float, alpha_prime: float, beta_prime: float
+    ) -> None:
+        solid = Cosserat(
+            E=2 * (1 + nu),
+            nu=nu,
+            ell=1.0,
+            beta=beta,
+            curvature=curvature,
+            alpha_prime=alpha_prime,
+            beta_prime=beta_prime,
+        )
+        if not RATES[0] <= 1 / solid.layer_length <= RATES[1]:
+            raise BadArgument("beta", beta, "must hold the rotation of a half-space: take a larger one")
+        require_stable(solid)
+        self._r = np.geomspace(NEAREST, FARTHEST, int(PER_DECADE * np.log10(FARTHEST / NEAREST)) + 1)
+        values = _integrals(solid, self._r) * self._r
+        self._spline = make_interp_spline(np.log(self._r), values.T, k=ORDER)
+
+    def __call__(self, r: Array) -> Array:
+        """Returns the kernels at r/ell, array (KERNELS, ...)."""
+        r = np.asarray(r, float)
+        values: Array = np.moveaxis(self._spline(np.log(np.clip(r, NEAREST, FARTHEST))), -1, 0) / r
+        return values
+
+    def cells(self, count: int, width: float) -> Array:
+        """Returns responses averaged over square cells at the distances (i, j) = 0, 1, ... cells.
+
+        Parameters
+        ----------
+        count : int
+            Number of distances along each axis.
+        width : float
+            Side of a cell over ell.
+
+        Returns
+        -------
+        array (6, count, count)
+            u, v1, v2 and the components 11, 12, 22 of the tensor, over c/ell.
+        """
+        found = np.empty((6, count, count))
+        for near, far, order in ((0, 3, 24), (3, 12, 8), (12, 48, 4), (48, count, 2)):
+            i, j = np.indices((count, count))
+            keep = (np.maximum(i, j) >= near) & (np.maximum(i, j) < far)
+            i, j = i[keep], j[keep]
+            points, gauss = gauss_rule(order)
+            x, y = ((points - 0.5) * width)[:, None], ((points - 0.5) * width)[None, :]
+            for block in np.array_split(np.arange(len(i)), 1 + len(i) * order**2 // 2**20):
+                values = self.components(i[block, None, None] * width + x, j[block, None, None] * width + y)
+                found[:, i[block], j[block]] = np.einsum("cnab,a,b->cn", values, gauss, gauss)
+        found[:, 0, 0] = self._own(width)
+        return found
+
+    def components(self, x: Array, y: Array) -> Array:
+        """Returns u, v1, v2 and the components 11, 12, 22 of the tensor at (x, y)/ell: array (6, ...)."""
+        x, y = np.broadcast_arrays(x, y)
+        r = np.hypot(x, y)
+        u, v, w0, w2 = self(r)
+        c, s = x / r, y / r
+        return np.array(
+            (u, v * c, v * s, w0 + w2 * (2 * c * c - 1), 2 * w2 * c * s, w0 + w2 * (2 * s * s - 1))
+        )
+
+    def _own(self, width: float) -> Array:
+        """Returns the averages over the loaded cell at its centre: by the symmetry of the square the odd ones
+        and the tensor's w2 vanish.
+        """
+        rays, turns = gauss_rule(32)
+        angle = rays * np.pi / 4
+        reach = width / 2 / np.cos(angle)
+        radii, lengths = gauss_rule(32)
+        r = reach[:, None] * radii**2  # a logarithm of r, in r u, is flattened
+        u, _, w0, _ = (self(r) * r * (2 * reach[:, None] * radii * lengths)).sum(axis=-1)
+        u, w = (8 * (one @ turns) * np.pi / 4 / width**2 for one in (u, w0))
+        return np.array((u, 0.0, 0.0, w, 0.0, w))
+
+
+@lru_cache(maxsize=16)
+def kernels(nu: float, beta: float, curvature: float, alpha_prime: float, beta_prime: float) -> Kernels:
+    """Returns the tables of a material, made once."""
+    return Kernels(nu, beta, curvature, alpha_prime, beta_prime)
+
+
+def _integrals(solid: Cosserat, r: Array) -> Array:
+    """Returns the kernels at r by Gauss quadrature over t, array (KERNELS, n)."""
+    t, dt = _points(solid)
+    k = 1j * t
+    rate = 1 / solid.layer_length**2
+    s, s1 = (np.sqrt(each - t**2 + 0j) for each in (rate, spread_rate(solid)))
+    U, V, W = symbol_of_roots(solid, k, s, rate / (s + k))
+    other = along(solid, k, s, s1)
+    c = (1 - solid.nu) / solid.mu
+    weights = (
+        np.array((-U.imag, V.real, -(W + other).imag / 2, -(W - other).imag / 2)) * t * dt / (np.pi**2 * c)
+    )
+    found = np.empty((KERNELS, len(r)))
+    for block in np.array_split(np.arange(len(r)), 1 + len(r) // 64):
+        tr = np.outer(t, r[block])
+        zero, one = kv(0, tr), kv(1, tr)
+        two = zero + 2 * one / tr
+        for number, bessel in enumerate((zero, one, zero, two)):
+            found[number, block] = weights[number] @ bessel
+    return found
+
+
+def _points(solid: Cosserat) -> tuple[Array, Array]:
+    """Returns Gauss points and weights in t > 0, graded towards the branch points and the root of D."""
+    rates = np.sqrt([1 / solid.layer_length**2, spread_rate(solid)])
+    low, high = 1e-3 / FARTHEST, 40 / NEAREST
+    logs = [np.linspace(np.log(low), np.log(high), int(np.log(high / low) / PIECE) + 1)]
+    halvings = PIECE * 0.5 ** np.arange(GRADED)
+    b = max(0.25, 2 * solid.beta * (1 - solid.nu))  # see `microblock.halfplane.kernels`
+    pole = -0.5j * np.log((b - 1 + np.sqrt(1 - 4 * b + 0j)) / (b + 2))
+    for place in (*np.log(rates), np.log(rates[0] * abs(np.sin(pole.real)) + low)):
+        logs.append(np.concatenate((place - halvings, [place], place + halvings)))
+    edges = np.unique(np.concatenate(logs))
+    edges = edges[np.concatenate(([True], np.diff(edges) > 1e-12))]
+    points, gauss = gauss_rule(GAUSS)
+    widths = np.diff(edges)
+    t = np.exp((edges[:-1, None] + widths[:, None] * points).ravel())
+    first, first_weights = low * points, low * gauss  # from 0 to where the pieces begin
+    return (
+        np.concatenate((first, t)),
+        np.concatenate((first_weights, (widths[:, None] * gauss).ravel() * t)),
+    )

@@ -1,0 +1,178 @@
+"""A contact state of a half-space, on square cells of its surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..model.summary import Row, Shown, Summary, number
+from ..model.types import AnyArray as Array
+from ..model.types import ContactLike
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class SurfaceState(Shown):
+    """A contact state of a half-space.
+
+    Where all four corners of a block are closed their forces are not unique: four forces act on three degrees
+    of freedom. `pressure` and `micromoment`, their resultants, are; `pressures` are one such choice.
+
+    Attributes
+    ----------
+    problem : Contact
+    load : float
+        Force; on a period, that of one period.
+    approach : float
+        Approach of the obstacle from the surface far away, on a period from its mean (length).
+    x1, x2 : arrays (n,)
+        Centres of the cells along either axis (length).
+    width : float
+        Side of a cell (length).
+    pressures : dict of arrays (n, n)
+        Of the corners "--", "-+", "+-", "++" (signs of x1 and x2 from the block's middle), or {"C": ...}.
+    psi : array (2, n, n)
+        Microrotations about x1 and x2 (radians).
+    displacement : array (n, n)
+        Normal displacement into the body (length).
+    micromoment : array (2, n, n)
+        M1 and M2 of the corners' forces, or the reaction to psi = 0 (stress x length).
+    error_estimate : float or None
+        Relative L2 error of pressure and micromoment, as means over the cells of the grid before; None where
+        there is no such grid.
+    residual : float
+        Largest relative residual of the contact conditions.
+    iterations : int
+        Products with the flexibility on the last grid.
+    warnings : tuple of str
+    """
+
+    problem: ContactLike
+    load: float
+    approach: float
+    x1: Array
+    x2: Array
+    width: float
+    pressures: dict[str, Array]
+    psi: Array
+    displacement: Array
+    micromoment: Array
+    residual: float
+    iterations: int
+    error_estimate: float | None = None
+    warnings: tuple[str, ...] = ()
+
+    method = "cells"
+
+    @cached_property
+    def pressure(self) -> Array:
+        """Total pressure, array (n, n) (stress)."""
+        return np.sum(list(self.pressures.values()), axis=0)
+
+    @property
+    def weights(self) -> Array:
+        """Areas of the cells, array (n, n): the sum of weights times pressure is the load."""
+        return np.full(self.pressure.shape, self.width**2)
+
+    @property
+    def unknowns(self) -> int:
+        """Corner forces."""
+        return self.pressure.size * len(self.pressures)
+
+    @cached_property
+    def closed(self) -> Array:
+        """Number of closed corners at each cell, array (n, n)."""
+        return np.sum([own > 0 for own in self.pressures.values()], axis=0)
+
+    @property
+    def contact_area(self) -> float:
+        """Area on which a corner touches (length^2)."""
+        return float(np.count_nonzero(self.closed) * self.width**2)
+
+    @property
+    def radius(self) -> float:
+        """Radius of the circle with the contact's area (length)."""
+        return float(np.sqrt(self.contact_area / np.pi))
+
+    @property
+    def hardness(self) -> float:
+        """Load over the area of contact (stress)."""
+        return self.load / self.contact_area
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy: half the work of the corner forces from the unloaded state on."""
+        solver: Any = self.problem.solver
+        gaps = solver.initial_gaps(self.x1, self.x2)
+        lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
+        forces = np.array(list(self.pressures.values())) * self.width**2
+        return float(np.sum(forces * lowered) / 2)
+
+    def along(self, direction: str) -> dict[str, Array]:
+        """Returns the state along a line through the middle of the cells.
+
+        Parameters
+        ----------
+        direction : "x1" or "diagonal"
+
+        Returns
+        -------
+        dict of arrays (n,)
+            "x1" (abscissae), "pressure", "m1", "m2", "psi1", "psi2".
+
+        Notes
+        -----
+        With an even number of cells the axis runs between two rows, of which the mean is taken.
+        """
+        n = len(self.x1)
+        if direction == "diagonal":
+            pick = np.arange(n), np.arange(n)
+            fields = [one[..., pick[0], pick[1]] for one in (self.pressure, self.micromoment, self.psi)]
+        else:
+            rows = [n // 2] if n % 2 else [n // 2 - 1, n // 2]
+            fields = [one[..., rows].mean(axis=-1) for one in (self.pressure, self.micromoment, self.psi)]
+        pressure, moment, psi = fields
+        return {
+            "x1": self.x1,
+            "pressure": pressure,
+            "m1": moment[0],
+            "m2": moment[1],
+            "psi1": psi[0],
+            "psi2": psi[1],
+        }
+
+    def plot(self, path: str | None = None) -> Figure:
+        """Returns a figure of the pressure, of the number of closed corners, and of both along x1.
+
+        Parameters
+        ----------
+        path : str, optional
+            File to write the figure to.
+        """
+        from ..view.surface_figure import draw
+
+        figure = draw(self)
+        if path is not None:
+            figure.savefig(path)
+        return figure
+
+    def summary(self) -> Summary:
+        """Returns load, approach, contact, pressure and error, for a notebook."""
+        rows = (
+            Row("load", "P", self.load, "force"),
+            Row("approach", "d", self.approach, "length"),
+            Row("radius of the contact's area", "a", self.radius, "length"),
+            Row("largest pressure", "p", float(self.pressure.max()), "stress"),
+            Row("largest micromoment", "|M|", float(np.hypot(*self.micromoment).max()), "stress x length"),
+            Row("error estimate", "", self.error_estimate, "relative"),
+            Row("largest relative residual", "", self.residual),
+            Row("unknowns", "", self.unknowns),
+        )
+        words = f"load {number(self.load)}, radius {number(self.radius)}"
+        words += f", error estimate {number(self.error_estimate)}"
+        return Summary("Contact state of a half-space", words, rows)
