@@ -3,7 +3,8 @@
 Each problem of `obstacle_sample` is asked for at each rtol and verified by `obstacle_cells`; where their
 error is not below what is to be verified there are finer cells once. A run is
 
-ok        error below the larger of rtol and estimate, to the own error of the cells, and no zone missed;
+ok        error below the larger of rtol and estimate, to DOUBT of the own error of the cells, and no zone
+          missed;
 wrong     the same not so, without a word: an error above, or a zone that carries load and is not there, or
           the other way round;
 refused   raised `NotConverged`, with its message;
@@ -32,6 +33,7 @@ from .obstacle_sample import CARRIES, JUDGE_LIMIT, LIMIT, TWICE, Draw
 
 OUTCOMES = "ok", "wrong", "refused", "crashed", "slow", "unjudged"
 FINER = 1.5  # times as many cells, where the first ones do not decide
+DOUBT = 1.25  # times the cells' own error, which is an estimate as well: a state is not wrong within
 SURE = 5.0  # times the cells' own error: farther off is wrong under finer cells too
 PATIENCE = 20  # seconds for the reference line
 WALL = 3  # seconds on the clock for one of the processor, before a process counts as stuck
@@ -170,7 +172,7 @@ class Judge:
         if not self.finer and near and (limit >= CARRIES or off > self.own):
             self._again()
             off = error(state, self.cells)
-        wrong = off > limit + self.own
+        wrong = off > limit + DOUBT * self.own
         words = unlike(state, self.cells, rtol)
         return {
             "outcome": "wrong" if wrong or words else "ok",
