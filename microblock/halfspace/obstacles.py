@@ -62,7 +62,7 @@ class Ellipsoid:
 
     Examples
     --------
-    >>> float(mb.Ellipsoid(R1=10.0, R2=5.0).height(np.array([1.0]), np.array([1.0]))[0])
+    >>> round(float(mb.Ellipsoid(R1=10.0, R2=5.0).height(np.array([1.0]), np.array([1.0]))[0]), 12)
     0.15
     """
 
