@@ -131,6 +131,39 @@ def test_fields_of_bodies_are_drawn_below_as_well(block, quantity):
         cells.plot_below(quantity)
 
 
+def filled(drawing):
+    """(x1, x2) of all corners of the triangles of a picture of a field, and the ends of its colours."""
+    contours = next(each for each in drawing.axes[0].collections if getattr(each, "filled", False))
+    corners = np.concatenate([path.vertices for path in contours.get_paths() if len(path.vertices)])
+    return corners, contours.levels[[0, -1]]
+
+
+def test_a_field_is_drawn_in_all_of_a_body_on_a_mesh(block):
+    state = on_mesh(block, mb.Microblock()).solve(load=0.05)
+    corners, (low, high) = filled(state.plot_body("psi"))
+    # the unit block is [-1, 1] x [-1, 0]; its corners are nodes
+    assert corners.min(axis=0) == pytest.approx([-1, -1]) and corners.max(axis=0) == pytest.approx([1, 0])
+    largest = np.degrees(np.abs(state.psi).max())
+    # round numbers around the values, of which 0.4 % may lie beyond
+    assert 0.5 * largest < high == -low < 2 * largest
+    with pytest.raises(mb.BadArgument, match="field.*psi, s22"):
+        state.plot_body("pressure")
+    with pytest.raises(mb.BadArgument, match="panels.*has no mesh"):
+        problem().solve(load=LOAD).plot_body()
+
+
+def test_fields_below_fill_their_box_where_elements_are_larger_than_it(block):
+    state = on_mesh(block, mb.Microblock()).solve(load=0.05)
+    box = (0.01, 0.07), 0.07  # between points, which are 1/12 apart: a quarter of an element
+    x1, x2, triangles, _, _ = state.solution.fields_below(box)
+    first, *others = np.column_stack((x1, x2))[triangles].swapaxes(0, 1)
+    sides = np.stack([other - first for other in others], axis=-1)
+    for place in np.array(np.meshgrid(np.linspace(*box[0], 7), np.linspace(-box[1], 0, 7))).reshape(2, -1).T:
+        # a point is in a triangle if its shares of the two sides are positive, 1 together; up to rounding
+        shares = np.linalg.solve(sides, (place - first)[..., None])[..., 0]
+        assert ((shares > -1e-9).all(axis=1) & (shares.sum(axis=1) < 1 + 1e-9)).any(), place
+
+
 def test_pictures_do_not_magnify_rounding_nor_name_corners_that_a_law_has_not():
     state = problem(mb.Unilateral(), obstacle=mb.Punch(0.3)).solve(load=LOAD)
     figure = StateFigure(mb.Unilateral().corners).update(state)
