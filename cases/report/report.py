@@ -22,7 +22,7 @@ from microblock.errors import NotConverged
 from ..common.catalog import PROGRAM
 from ..common.options import Checked, names, option
 from ..paper import figures_fe, figures_hertz, figures_layers, figures_strip, statements
-from ..studies import limits_table
+from ..studies import limits_table, sliders
 from . import figures_scenes, figures_studies, page
 from .items import File, Task, together
 
@@ -36,6 +36,7 @@ MODULES = (
     figures_scenes,
     figures_studies,
     limits_table,
+    sliders,
 )
 FIGURES = {name: figure for module in MODULES for name, figure in getattr(module, "FIGURES", {}).items()}
 TABLES = {name: table for module in MODULES for name, table in getattr(module, "TABLES", {}).items()}

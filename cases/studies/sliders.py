@@ -26,9 +26,12 @@ import numpy as np
 from tqdm import tqdm
 
 import microblock as mb
+from microblock.data.provenance import content
+from microblock.data.records import read_records
 from microblock.view.explorer import Explorer
 from microblock.view.widgets import LABELS, RANGE, STEP_PSI0, STEPS
 
+from ..common.catalog import DATA, PROGRAM
 from ..common.options import Checked, command, names, option
 from ..common.records import kept, print_table, returned
 from . import sliders_browser as browser
@@ -157,9 +160,10 @@ def result(parameters, out=None, quiet=True):
             for width in parameters.widths:
                 picture = out and out / f"sliders_{name}_{width}.png"
                 found, rates = in_browser(lab, width, parameters.presses, picture)
+                rates["all"] = float(np.median(list(rates.values())))
                 for row in summaries(found, width=width, **busy):
                     if row["by"] == "drag":
-                        row["pictures_per_second"] = rates.get(row["slider"])
+                        row["pictures_per_second"] = rates[row["slider"]]
                     rows.append(row)
     return returned(parameters, start, rows=[{name: row.get(name) for name in COLUMNS} for row in rows])
 
@@ -174,3 +178,28 @@ def run(parameters, out=None, quiet=False):
         line = command("sliders", parameters)
         kept(out / "sliders.csv", [{"command": line, **row} for row in answer["rows"]])
     return answer
+
+
+def table_of(path):
+    """The table of the records in a file, whose content is a part of it."""
+    now = content(path)
+
+    def table():
+        """Sliders in JupyterLab and headless Chromium: milliseconds from a key, or a move of a drag, to the
+        painted picture, all sliders of a problem together; before that, of the same steps without a browser,
+        the state alone and the state with its picture. A drag that does not wait shows so many pictures a
+        second. What else ran on the machine is in it: on an idle one the load average is below 1.
+        """
+        if now is None:
+            raise mb.NotConverged(f"no records of sliders in {DATA}: {PROGRAM} sliders --out {DATA}")
+        names = [name for name in COLUMNS if name != "slider"]
+        return [
+            {name: row[name] for name in names} | {"command": row["command"]}
+            for row in read_records(path)
+            if row["slider"] == "all"
+        ]
+
+    return table
+
+
+TABLES = {"sliders": table_of(DATA / "sliders.csv")}

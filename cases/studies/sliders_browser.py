@@ -83,7 +83,8 @@ class Lab:
         book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(each) for each in self.cells])
         # without a name JupyterLab asks which kernel is meant
         book.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3", "language": "python"}
-        nbformat.write(book, self.folder / NOTEBOOK)
+        (self.folder / "notebooks").mkdir()
+        nbformat.write(book, self.folder / "notebooks" / NOTEBOOK)
         quiet = self.folder / "settings" / NEWS
         quiet.parent.mkdir(parents=True)
         quiet.write_text(json.dumps({"fetchNews": "false", "checkForUpdates": False}))
@@ -109,7 +110,7 @@ class Lab:
             "--ip=127.0.0.1",
             f"--port={port}",
             "--IdentityProvider.token=",
-            f"--ServerApp.root_dir={self.folder}",
+            f"--ServerApp.root_dir={self.folder / 'notebooks'}",
             "--LabApp.expose_app_in_browser=True",
         ]
         log = stack.enter_context(open(self.folder / "log", "w"))
