@@ -1,8 +1,8 @@
-"""Fields below the contact of a body on a mesh: at the points of a picture, and for NGSolve's webgui."""
+"""Fields of a body on a mesh at the points of a picture."""
 
 import numpy as np
 
-from ..errors import BadArgument, require_choice
+from ..errors import BadArgument
 
 CUTS = 4  # of each side of an element
 
@@ -34,28 +34,9 @@ class BelowOnMesh:
             )
         return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
 
-    def webgui(self, quantity="psi"):
-        """A field in the body by NGSolve's webgui, in a notebook: one of those of `plot_below`."""
-        import ngsolve as ng
-        from ngsolve.webgui import Draw
-
-        from ..view.below import QUANTITIES, values
-
-        require_choice(QUANTITIES, field=quantity)
-        stress = self.fields.stress
-        function = values(
-            self.fields.psi,
-            [[stress[i, j] for j in range(2)] for i in range(2)],
-            quantity,
-            degrees=lambda psi: psi * 180 / np.pi,
-            absolute=lambda value: ng.IfPos(value, value, -value),
-            root=ng.sqrt,
-        )
-        return Draw(function, self.fields.body.mesh, quantity)
-
     def fields_below(self, box):
-        """What `draw_below` asks for, at points of all elements within the box, each cut into small
-        triangles.
+        """What `draw_below` and `draw_body` ask for, at points of all elements within the box, each cut into
+        small triangles.
         """
         import ngsolve as ng
 
@@ -94,7 +75,8 @@ def _cut_to(box, x1, x2, triangles, psi, stress, mirrored):
         triangles = np.concatenate((triangles, triangles + len(x1)))
         x1, x2, psi = np.concatenate((x1, -x1)), np.tile(x2, 2), np.concatenate((psi, -psi))
         stress = np.concatenate((stress, odd * stress))
-    inside = (x1 >= left) & (x1 <= right) & (x2 >= -depth)
-    triangles = triangles[inside[triangles].any(axis=1)]
+    across, up = x1[triangles], x2[triangles]  # of large ones the box may hold no corner
+    reach = (across.max(axis=1) >= left) & (across.min(axis=1) <= right) & (up.max(axis=1) >= -depth)
+    triangles = triangles[reach]
     used, triangles = np.unique(triangles, return_inverse=True)
     return x1[used], x2[used], triangles.reshape(-1, 3), psi[used], np.moveaxis(stress[used], 0, -1)

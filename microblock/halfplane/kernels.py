@@ -391,6 +391,12 @@ def gap_kernel(problem, distance, target, source):
     return c * (U + target * source * W + (target - source) * V)
 
 
+def both_gap_kernels(problem, distance, target, source):
+    """`gap_kernel` of the levers 0 and 1, whatever the target: array (2, ...), the table is read once."""
+    levers = np.array((0.0, 1.0)).reshape(2, *[1] * np.ndim(distance))
+    return gap_kernel(problem, distance, levers, source)
+
+
 def clamping_kernel(problem, distance, target, source):
     """M that holds psi = 0 under a unit force (dimensionless); the levers play no part."""
     table = kernels(problem.solid.nu, problem.solid.beta, problem.solid.curvature)

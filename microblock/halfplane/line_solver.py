@@ -198,8 +198,11 @@ class LineSolver:
             parts = replace(fine.estimate, discretisation=panel_solution.difference(coarse, fine))
             if last and parts.total <= rtol:
                 looked = self._amended(fine, edges, conditions)
-                parts = replace(looked.estimate, discretisation=panel_solution.difference(coarse, looked))
-                fine = looked
+                # of zones that hold the same pressures come back, and their distance is known
+                distance = (
+                    parts.discretisation if looked.q is fine.q else panel_solution.difference(coarse, looked)
+                )
+                parts, fine = replace(looked.estimate, discretisation=distance), looked
             states[fine.panels.order] = replace(fine, estimate=parts)
             return parts.total
 

@@ -15,7 +15,7 @@ from ..model.state import ErrorParts, LineSolution, surface
 from ..model.types import CornerZones
 from ..model.zones import distance, zone_edges
 from ..threads import bounded
-from .kernels import clamping_kernel, gap_kernel
+from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import Panels, log_response, response
 
 LOOKOUTS = 12  # points on either side of an edge at which gaps are looked at, clustered towards it
@@ -140,6 +140,8 @@ class PanelSolution(LineSolution):
         inside = [(left <= x) & (x <= right) for left, right in self.zones[corner]]
         known = ~np.any(inside, axis=0) if len(own) else x == x
         for slack, number in product((0.0, JOINT), own):
+            if known.all():
+                break
             e, h = self.panels.e[number], self.panels.h[number]
             along = (x - e) / h
             here = (along >= -slack) & (along <= 1 + slack) & ~known
@@ -207,13 +209,17 @@ class PanelSolution(LineSolution):
         """Microrotation of the surface at x, array (n,)."""
         if self.problem.law.clamps_rotation:
             return np.zeros_like(x)
-        return self._rotation(x, self.displacement_at(x, np.zeros_like(x)))
+        return self.displacement_and_rotation(x)[1]
 
-    def _rotation(self, x, displacement):
-        """The same from the normal displacement there."""
+    def displacement_and_rotation(self, x):
+        """-u.n and the microrotation of the surface at x, arrays (n,)."""
+        none, one = np.zeros_like(x), np.ones_like(x)
         if self.problem.law.clamps_rotation:
-            return np.zeros_like(x)
-        return 2 / self.problem.solid.ell * (self.displacement_at(x, np.ones_like(x)) - displacement)
+            return self.displacement_at(x, none), none
+        without, with_lever = response(self.problem, self.panels, x, none, both_gap_kernels) @ self.q
+        without = without + log_response(self.problem, self.panels, x, none, gap_kernel)
+        with_lever = with_lever + log_response(self.problem, self.panels, x, one, gap_kernel)
+        return without, 2 / self.problem.solid.ell * (with_lever - without)
 
     def _response(self, x, lever, kernel):
         where = self.problem, self.panels, x, lever, kernel
@@ -269,7 +275,7 @@ class PanelSolution(LineSolution):
         if self.problem.law.clamps_rotation:
             values[-1, : len(outside)] = self.reaction(outside)
         values = values[:, first]
-        displacement = self.displacement_at(x, np.zeros_like(x))
+        displacement, psi = self.displacement_and_rotation(x)
         points, normals = np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1))
         return surface(
             self.problem,
@@ -278,7 +284,7 @@ class PanelSolution(LineSolution):
             normals,
             pressures=values[:-1],
             micromoment=values[-1],
-            psi=self._rotation(x, displacement),
+            psi=psi,
             displacement=displacement,
         )
 

@@ -189,13 +189,14 @@ def _short_enough(problem, anchor, length, root):
 
 
 def response(problem, panels, x, lever, kernel):
-    """Integrals of a kernel of the line against q: array (n, m). `lever` 0 gives the normal displacement, 1
-    adds the rotation.
+    """Integrals of a kernel of the line against q: array (n, m), or (values, n, m) of a kernel with several.
+
+    `lever` 0 gives the normal displacement, 1 adds the rotation.
     """
     if not problem.mirror:
         return _block(problem, panels, x, lever, kernel)
     both = _block(problem, panels.with_mirror(), x, lever, kernel)
-    return both[:, : both.shape[1] // 2] + both[:, both.shape[1] // 2 :]
+    return both[..., : both.shape[-1] // 2] + both[..., both.shape[-1] // 2 :]
 
 
 def log_response(problem, panels, x, lever, kernel):
@@ -252,12 +253,13 @@ def _block(problem, panels, x, target, kernel):
     row, near = np.nonzero(distance < NEAR * np.abs(panels.h))
     columns = near[:, None] * panels.order + np.arange(panels.order)
     if len(row):
-        matrix[row[:, None], columns] = _near_rows(problem, panels, x[row], target[row], near, kernel)
+        matrix[..., row[:, None], columns] = _near_rows(problem, panels, x[row], target[row], near, kernel)
     return matrix
 
 
 def _near_rows(problem, panels, x, target, panel, kernel):
-    """Integrals of the kernel against the basis of a near panel: array (pairs, order).
+    """Integrals of the kernel against the basis of a near panel: array (pairs, order), of several values
+    (values, pairs, order).
 
     The panel is cut at the parameter v0 nearest to the target, and ``v = v0 -+ length sigma^CLUSTER``
     flattens the logarithm on either side. Few values of v0 occur: the ends, and the Gauss points of panels
@@ -279,10 +281,13 @@ def _near_rows(problem, panels, x, target, panel, kernel):
         x - panels.x(panel, v0) - panels.h[panel] * sides * mean_slope(v0, v0 + sides, panels.root[panel])
     )
     lever = problem.lever(panels.corner[panel], panels.x(panel, v0 + sides))
-    values, found, done = kernel(problem, difference, target, lever), np.empty((len(cut), panels.order)), 0
+    values, done = kernel(problem, difference, target, lever), 0
+    several = values.shape[:-1]
+    found = np.empty((*several, len(cut), panels.order))
     for rule, group in zip(rules, groups):
         size = len(group) * len(rule.sides)
-        found[group] = values[done : done + size].reshape(len(group), -1) @ rule.basis
+        own = values[..., done : done + size].reshape(*several, len(group), len(rule.sides))
+        found[..., group, :] = own @ rule.basis
         done += size
     return found
 

@@ -732,23 +732,30 @@ class State(Shown):
 
         return _saved(draw_below(self, field), path)
 
-    def webgui(self, field: str = "psi") -> object:
-        """Returns a field in a body on a mesh as a picture of NGSolve's webgui, for a notebook.
+    def plot_body(self, field: str = "psi", path: Target = None) -> Figure:
+        """Returns a picture of a field in all of a body on a mesh.
 
         Parameters
         ----------
         field : str
             As of `plot_below`.
+        path : str or Path, optional
+            File to which the figure is written.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
 
         Raises
         ------
         BadArgument
             If the body has no mesh, or the field is unknown.
         """
-        if not hasattr(self.solution, "webgui"):
+        if not hasattr(self.solution, "reaction_on"):
             raise BadArgument("method", self.method, "has no mesh to show; use plot_below")
-        picture: object = self.solution.webgui(field)
-        return picture
+        from ..view.below import draw_body
+
+        return _saved(draw_body(self, field), path)
 
 
 def _abscissae(x: ArrayLike) -> Array:

@@ -1,4 +1,4 @@
-"""Pictures of the fields below the surface by matplotlib, and of bodies on meshes by NGSolve's webgui."""
+"""Pictures of the fields below the surface, and in all of a body on a mesh."""
 
 import matplotlib
 import numpy as np
@@ -21,6 +21,8 @@ FIRST = 0.02  # of the depth: the uppermost row
 SEQUENTIAL, DIVERGING = "cividis", "RdBu_r"  # distinguished by the colour-blind
 LEVELS = 20  # at most
 ROUNDING = 1e-9
+RARE = 2e-3  # of the points of a body, on either side, that lie beyond the ends of the colours
+HEIGHTS = 1.5, 6.0  # inches, of the picture of a body
 
 
 def draw_below(state, quantity="psi"):
@@ -36,28 +38,40 @@ def draw_below(state, quantity="psi"):
     middle, half = (contact[-1][1] + contact[0][0]) / 2, (contact[-1][1] - contact[0][0]) / 2
     box = (middle - WIDE * half, middle + WIDE * half), DEEP * half
     x1, x2, triangles, psi, stress = state.solution.fields_below(box)
+    deep = x2 <= -FIRST * box[1] * (1 - ROUNDING)  # nearer to the surface a stress may have no bound
+    ends = box[0], (max(x2.min(), -box[1]), max(0.03 * box[1], x2.max()))
+    field = values(psi, stress, quantity)
     with matplotlib.rc_context(plots.STYLE):
         drawing, axis = plots.figure(height=2.9, width=5.2)
-        deep = x2 <= -FIRST * box[1] * (1 - ROUNDING)  # nearer to the surface a stress may have no bound
-        drawn = _contours(
-            axis,
-            Triangulation(x1, x2, triangles),
-            values(psi, stress, quantity),
-            quantity in ("psi", "skew"),
-            deep,
-        )
         for left, right in contact:
             axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
-        axis.set(
-            xlabel="$x_1$ (length)",
-            ylabel="$x_2$ (length)",
-            aspect="equal",
-            xlim=box[0],
-            ylim=(max(x2.min(), -box[1]), max(0.03 * box[1], x2.max())),
-        )
         drawing.captioned(f"{state.caption}\ncontact in black")
-        drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75, ticks=MaxNLocator(6))
+        _filled(drawing, axis, Triangulation(x1, x2, triangles), field, quantity, deep, ends)
     return drawing
+
+
+def draw_body(state, quantity="psi"):
+    """A Figure of one of QUANTITIES in all of a body on a mesh."""
+    require_choice(QUANTITIES, field=quantity)
+    x1, x2, triangles, psi, stress = state.solution.fields_below(((-np.inf, np.inf), np.inf))
+    field = values(psi, stress, quantity)
+    # next to edges of the contact and corners of the body a stress may have no bound
+    low, high = np.quantile(field, (RARE, 1 - RARE))
+    width, height = np.ptp(x1), np.ptp(x2)
+    with matplotlib.rc_context(plots.STYLE):
+        drawing, axis = plots.figure(height=float(np.clip(4.2 * height / width + 0.9, *HEIGHTS)), width=5.2)
+        drawing.captioned(state.caption)
+        ends = (x1.min(), x1.max()), (x2.min(), x2.max())
+        shown = (field >= low) & (field <= high)
+        _filled(drawing, axis, Triangulation(x1, x2, triangles), field, quantity, shown, ends)
+    return drawing
+
+
+def _filled(drawing, axis, triangulation, field, quantity, shown, ends):
+    """Fill a panel with contours of a quantity, and say which by a bar of its colours."""
+    drawn = _contours(axis, triangulation, field, quantity in ("psi", "skew"), shown)
+    axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=ends[0], ylim=ends[1])
+    drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75, ticks=MaxNLocator(6))
 
 
 def _contours(axis, triangulation, values, signed, shown):
@@ -103,11 +117,9 @@ def half_plane_grid(box):
     )
 
 
-def values(psi, stress, quantity, degrees=np.degrees, absolute=np.abs, root=np.sqrt):
-    """The quantity from psi and stress, of numbers or of NGSolve's functions."""
+def values(psi, stress, quantity):
+    """The quantity from psi (n,) and stress (2, 2, n)."""
     (s11, s12), (s21, s22) = stress
     if quantity == "shear":  # over all planes through a point: of the symmetric and the skew part
-        return root(((s11 - s22) / 2) ** 2 + ((s12 + s21) / 2) ** 2) + absolute(s12 - s21) / 2
-    return {"psi": lambda: degrees(psi), "s22": lambda: -s22, "s11": lambda: -s11, "skew": lambda: s12 - s21}[
-        quantity
-    ]()
+        return np.sqrt(((s11 - s22) / 2) ** 2 + ((s12 + s21) / 2) ** 2) + np.abs(s12 - s21) / 2
+    return {"psi": np.degrees(psi), "s22": -s22, "s11": -s11, "skew": s12 - s21}[quantity]

@@ -26,7 +26,7 @@ from ..model.state import State
 from ..model.summary import Row, Shown, Summary, number
 from ..threads import bounded
 from .frames import Frames
-from .state_figure import StateFigure
+from .state_figure import SCREEN, StateFigure
 
 LAWS = {"microblock": Microblock, "unilateral": Unilateral, "microclamped": Microclamped}
 
@@ -84,7 +84,7 @@ class Explorer(Shown):
         require_positive(load=load)
         if rtol is not None:
             require_tolerance(rtol)
-        self._before, self._drawn, self._rtol = None, {}, rtol
+        self._before, self._drawn, self._rtol, self._compared = None, {}, rtol, False
         self.reference = reference_length(problem, load)
         names = {law: name for name, law in LAWS.items()}
         if type(problem.law) not in names:
@@ -195,9 +195,27 @@ class Explorer(Shown):
         """Show the state in the figure; a law with other corners has another, kept as well."""
         corners = self.state.law.corners
         if corners not in self._drawn:
-            self._drawn[corners] = Frames(StateFigure(corners))
+            self._drawn[corners] = Frames(StateFigure(corners, SCREEN))
         self.frames = self._drawn[corners]
-        self.frames.figure.update(self.state)
+        if self.figure.compared != self._compared:
+            self.figure.compare(self._compared)
+            self.frames.renew()
+        self.figure.update(self.state)
+
+    def compare(self, shown):
+        """Show the pressure of Hertz beside that of the state, or no longer.
+
+        Raises
+        ------
+        BadArgument
+            If the obstacle is no cylinder.
+        """
+        if shown and self.choice.radius is None:
+            raise BadArgument(
+                "obstacle", self.problem.obstacle, "must be a cylinder to be compared with Hertz"
+            )
+        self._compared = bool(shown)
+        self.show()
 
     def summary(self):
         shown = [(entry.name, getattr(self.choice, entry.name)) for entry in fields(Choice)]

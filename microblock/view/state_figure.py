@@ -4,29 +4,84 @@ blocks.
 
 import math
 from collections import defaultdict
+from dataclasses import dataclass, field
 
 import matplotlib
 import numpy as np
 from matplotlib.collections import PolyCollection
 
+from ..model.closed_forms import hertz
 from . import blocks, plots
 
-SIZE = 7.0, 7.4  # inches, two columns of a page
-# of the picture of blocks, over its width: all of it, and above the surface
-BLOCKS_HEIGHT, ABOVE = 0.33, 0.1
+
+@dataclass(frozen=True)
+class Format:
+    """Size of a StateFigure (inches) and its panels.
+
+    Attributes
+    ----------
+    size : (width, height)
+    above, height : float, of the picture of blocks, over its width: above the surface, and all of it
+    ticks : int, intervals on an axis, at most
+    places : {panel: (left, bottom, width, height)} (inches), or None where matplotlib lays them out
+    zones_under : panel with whose x1 the zones go, or None
+    beside : {panel: from its left side to the label of its vertical axis (inches)}; others follow the numbers
+    labels : {panel: label of the vertical axis}, the others' are those of `LABELS`
+    """
+
+    size: tuple
+    above: float
+    height: float
+    ticks: int
+    places: dict | None = None
+    zones_under: str | None = None
+    beside: dict = field(default_factory=dict)
+    labels: dict = field(default_factory=dict)
+
+
+LABELS = {
+    "pressure": "pressure $p$ (stress)",
+    "micromoment": r"$M/\ell$ (stress)",
+    "gap": "{gap} $g$ (length)",
+    "turn": "rotation {turn} (degrees)",
+}
+PAGE = Format((7.0, 7.4), above=0.1, height=0.33, ticks=5)  # two columns of a page
+# beside sliders: all of it is in view on 1366 x 768 pixels
+SCREEN = Format(
+    (6.5, 5.5),
+    above=0.07,
+    height=0.275,
+    ticks=4,
+    places={
+        "pressure": (0.9, 4.31, 2.38, 0.95),
+        "micromoment": (4.03, 4.31, 2.38, 0.95),
+        "gap": (0.9, 3.13, 2.38, 0.95),
+        "turn": (4.03, 3.13, 2.38, 0.95),
+        "zones": (0.9, 2.67, 2.38, 0.38),
+        "blocks": (0.25, 0.4, 6.0, 1.65),
+    },
+    zones_under="pressure",
+    beside={"pressure": 0.54, "gap": 0.54, "micromoment": 0.41, "turn": 0.41},
+    labels={
+        "pressure": "pressure\n$p$ (stress)",
+        "gap": "{gap}\n$g$ (length)",
+        "turn": "rotation\n{turn} (deg.)",
+    },
+)
 # of an axis, below which it ends elsewhere; and what more it then has than needed
 LEAST_USE, ROOM = 0.25, 1.7
+LITTLE_ROOM = 1.2  # the same beyond the ends of a surface, where there is nothing to see
 # ends of axes, times a power of ten
 STEPS = np.array((1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0))
 CORNER_COLOURS = {"A": plots.COLOURS[0], "B": plots.COLOURS[1], "C": plots.COLOURS[6]}
 CORNER_LINES = {"A": "-", "B": "--", "C": "-"}  # distinguished without colours
 PEAK = 4.0  # of the mean pressure, beyond which it is cut off; a cylinder has 1.3
 SMALL = 6  # letters that say so, points
-TICKS = 5  # intervals on an axis, at most
 GAP_SHOWN = 0.5  # of the half-width of the contact, beyond it, in which gaps set the end of their axis
 OUT_OF_CONTACT = "0.85"
 NEAR = 1e-6  # of ell, to which the edge of a zone is at an end of the obstacle
 MOST_TOLD = 3  # places that are listed
+HERTZ_POINTS = 101  # of its ellipse
 CLOSED = 1e-6  # of the range of displacements: gaps that are rounding
 
 
@@ -39,27 +94,13 @@ class StateFigure:
     """Pressures, micromoment, corner gaps, rotation, zones and blocks of a state; `update` shows another one
     of the same law.
 
-    `drawing` is the figure.
+    `drawing` is the figure, `format` one of PAGE and SCREEN.
     """
 
-    def __init__(self, corners):
+    def __init__(self, corners, format=PAGE):
         with matplotlib.rc_context(plots.STYLE):
-            self.drawing = plots.Drawing(figsize=SIZE, layout="constrained")
-            grid = self.drawing.add_gridspec(
-                4, 2, height_ratios=(2, 2, 0.2 + 0.2 * (len(corners) + (len(corners) == 2)), 2.7)
-            )
-            self.axes = {}
-            for name, row, column, above in (
-                ("pressure", 0, 0, None),
-                ("micromoment", 0, 1, None),
-                ("gap", 1, 0, "pressure"),
-                ("turn", 1, 1, "micromoment"),
-            ):
-                self.axes[name] = self.drawing.add_subplot(grid[row, column], sharex=self.axes.get(above))
-            self.axes["zones"], self.axes["blocks"] = (
-                self.drawing.add_subplot(grid[row, :]) for row in (2, 3)
-            )
-            self.corners = corners
+            self.drawing, self.axes = _panels(format, len(corners))
+            self.corners, self._format = corners, format
             self._lines = {name: self._curve(name) for name in ("micromoment", "turn")}
             self._own = {
                 (kind, corner): self._curve(kind, corner)
@@ -69,9 +110,12 @@ class StateFigure:
             self._total = []  # the sum of both corners; of one it would be the same
             if len(corners) == 2:
                 self._total = self.axes["pressure"].plot([], [], color="0.45", linewidth=0.8, label="$p$")
+            self._hertz = self.axes["pressure"].plot([], [], ":", color=plots.COLOURS[2], label="Hertz")[0]
+            self._hertz.set_visible(False)
             self._bars = self._zone_bars()
-            self.blocks = BlocksPanel(self.axes["blocks"], corners)
+            self.blocks = BlocksPanel(self.axes["blocks"], corners, format)
             self._ends, self._frames = defaultdict(End), {"blocks": Window(), "curves": Window()}
+            self._shown = {"blocks": Window(), "curves": Window()}
             self._cut = {
                 name: self.axes[name].text(
                     1, 1.02, "", transform=self.axes[name].transAxes, ha="right", fontsize=SMALL
@@ -107,33 +151,50 @@ class StateFigure:
         return bars
 
     def _label(self):
-        gap = "corner gap" if len(self.corners) == 2 else "gap"
-        labels = {
-            "pressure": "pressure $p$ (stress)",
-            "micromoment": r"$M/\ell$ (stress)",
-            "gap": f"{gap} $g$ (length)",
-            "turn": f"rotation {_turn(self.corners)} (degrees)",
-        }
-        for name, text in labels.items():
-            self.axes[name].set(ylabel=text)
-            self.axes[name].locator_params(nbins=TICKS)  # labels are what takes time to draw
-            if name in ("gap", "turn"):
+        words = {"gap": "corner gap" if len(self.corners) == 2 else "gap", "turn": _turn(self.corners)}
+        below = self._format.zones_under
+        for name, text in (LABELS | self._format.labels).items():
+            self.axes[name].set(ylabel=text.format(**words))
+            if name in self._format.beside:
+                width = self._format.places[name][2]
+                self.axes[name].yaxis.set_label_coords(-self._format.beside[name] / width, 0.5)
+            self.axes[name].locator_params(nbins=self._format.ticks)  # labels are what takes time to draw
+            if name == "turn" or (name == "gap" and not below):
                 self.axes[name].set_xlabel("$x_1$ (length)")
             else:
                 self.axes[name].tick_params(labelbottom=False)
             self.axes[name].axhline(0, color=OUT_OF_CONTACT, linewidth=0.6, zorder=0)
         self.axes["zones"].set_xlabel("$x_1$ (length)")
-        if len(self.corners) == 2:
-            for name in ("pressure", "gap"):
-                self.axes[name].legend(
-                    loc="lower left",
-                    bbox_to_anchor=(0, 1),
-                    ncols=3,
-                    borderaxespad=0.1,
-                    handlelength=1.6,
-                    columnspacing=1.0,
-                    handletextpad=0.4,
-                )
+        for name in ("pressure", "gap"):
+            self._explain(name)
+
+    def _explain(self, name):
+        """The legend of the lines of a panel, above it, where there are several."""
+        lines = [line for line in self.axes[name].lines if line.get_visible() and line.get_label()[0] != "_"]
+        if len(lines) < 2:
+            lines = []
+        self.axes[name].legend(
+            handles=lines,
+            loc="lower left",
+            bbox_to_anchor=(0, 1),
+            ncols=4,
+            borderaxespad=0.3,
+            borderpad=0.0,
+            handlelength=1.2,
+            columnspacing=0.6,
+            handletextpad=0.3,
+        )
+
+    @property
+    def compared(self):
+        """Whether the pressure of Hertz is shown beside that of the state."""
+        return self._hertz.get_visible()
+
+    def compare(self, shown):
+        """Show the pressure of Hertz, of a cylinder under the same load, or no longer; `update` draws it."""
+        self._hertz.set_visible(shown)
+        with matplotlib.rc_context(plots.STYLE):
+            self._explain("pressure")
 
     def update(self, state, window=None):
         """Show a state; `window` (left, right) of x1, or the contact and its surroundings."""
@@ -147,10 +208,33 @@ class StateFigure:
         near, wide = self._frames["blocks"].value, window or self._frames["curves"].value
         surface = state.surface((min(wide[0], near[0]), max(wide[1], near[1])))
         self._draw(surface, zones)
-        self._limit(surface, zones["contact"], (max(wide[0], surface.x[0]), min(wide[1], surface.x[-1])))
+        if self.compared:
+            self._draw_hertz(state)
+        # a surface on a mesh may end sooner, and elsewhere in each state
+        ends = max(wide[0], surface.x[0]), min(wide[1], surface.x[-1])
+        self._limit(surface, zones["contact"], self._kept("curves", wide, ends))
         self._tell_cuts(surface, unbounded(state))
-        self.blocks.update(blocks.blocks(surface, zones["contact"], blocks.within(near, surface)))
+        near = self._kept("blocks", near, blocks.within(near, surface))
+        self.blocks.update(blocks.blocks(surface, zones["contact"], near))
         return self
+
+    def _kept(self, name, whole, ends):
+        """(left, right) of a panel: the whole where the surface has it, else a frame around its ends that
+        stays while they fit.
+        """
+        frame = self._shown[name]
+        if ends == whole:
+            frame.value = whole
+        elif self._renewed or not frame.fits(ends):
+            frame.renew(ends, LITTLE_ROOM)
+            frame.value = max(frame.value[0], whole[0]), min(frame.value[1], whole[1])
+        return frame.value
+
+    def _draw_hertz(self, state):
+        """The ellipse of a classical half-plane of the same E*, under the same load."""
+        half = math.sqrt(4 * state.load * state.obstacle.R / (math.pi * state.solid.E_star))
+        x = half * np.sin(np.linspace(-math.pi / 2, math.pi / 2, HERTZ_POINTS))
+        self._hertz.set_data(x, hertz(x, state.load, half))
 
     def _draw(self, surface, zones):
         x = surface.x
@@ -174,7 +258,7 @@ class StateFigure:
         """Ends of all axes: kept while they fit, so that the eye has something to hold on to."""
         shown = (surface.x >= window[0]) & (surface.x <= window[1])
         for name in ("pressure", "micromoment", "gap", "turn", "zones"):
-            self.axes[name].set_xlim(*window)
+            _limited(self.axes[name], "x", window)
         gaps, turn = surface.gaps[:, shown], np.degrees(surface.rotation[shown])
         gaps = gaps[np.isfinite(gaps) & (gaps > CLOSED * np.ptp(surface.displacement))]
         pressure = surface.pressures.sum(axis=0)
@@ -184,8 +268,10 @@ class StateFigure:
             * np.trapezoid(pressure, surface.x)
             / max(sum(right - left for left, right in contact), 1e-300)
         )
-        for name, values in (("pressure", np.minimum(pressure[shown], most)), ("gap", gaps)):
-            self.axes[name].set_ylim(0, self._ends[name].holding(values.max(initial=0.0), self._renewed))
+        least = self._hertz.get_ydata().max(initial=0.0) if self.compared else 0.0
+        for name, values, low in (("pressure", np.minimum(pressure[shown], most), least), ("gap", gaps, 0.0)):
+            end = self._ends[name].holding(values.max(initial=low), self._renewed)
+            _limited(self.axes[name], "y", (0.0, end))
         for name, values in (
             ("micromoment", np.clip(surface.micromoment[shown] / surface.ell, -most, most)),
             ("turn", turn),
@@ -195,7 +281,7 @@ class StateFigure:
                 side.holding(max(size / 10, (sign * values).max(initial=0.0)), self._renewed)
                 for sign, side in ((-1, self._ends[name, "low"]), (1, self._ends[name, "high"]))
             )
-            self.axes[name].set_ylim(-low, high)
+            _limited(self.axes[name], "y", (-low, high))
 
     def _tell_cuts(self, surface, places):
         """Say where an axis ends below the curve, and why."""
@@ -217,16 +303,52 @@ class StateFigure:
             *self._own.values(),
             *self._bars.values(),
             *self._total,
-            *self._cut.values(),
+            self._hertz,
+            *(text for text in self._cut.values() if text.get_text()),
         ]
-        return [(line.axes, line) for line in lines] + self.blocks.moving
+        return [(line.axes, line) for line in lines if line.get_visible()] + self.blocks.moving
+
+    @property
+    def still(self):
+        """{panel: (ends of its axes, words)}: what it has to be drawn anew for, beside `moving`."""
+        ends = {name: (*axis.get_xlim(), *axis.get_ylim()) for name, axis in self.axes.items()}
+        words = {"blocks": self.blocks.title}
+        # heights of the blocks have no labels
+        return {name: (ends[name][: 2 if name == "blocks" else 4], words.get(name, "")) for name in ends}
+
+
+def _panels(format, corners):
+    """(drawing, {name: axes}) without content."""
+    drawing = plots.Drawing(figsize=format.size, layout=None if format.places else "constrained")
+    if format.places:
+        wide, high = format.size
+        places = {
+            name: (left / wide, bottom / high, width / wide, height / high)
+            for name, (left, bottom, width, height) in format.places.items()
+        }
+        add = drawing.add_axes
+    else:
+        grid = drawing.add_gridspec(4, 2, height_ratios=(2, 2, 0.2 + 0.2 * (corners + (corners == 2)), 2.7))
+        places = {
+            "pressure": grid[0, 0],
+            "micromoment": grid[0, 1],
+            "gap": grid[1, 0],
+            "turn": grid[1, 1],
+            "zones": grid[2, :],
+            "blocks": grid[3, :],
+        }
+        add = drawing.add_subplot
+    above, axes = {"gap": "pressure", "turn": "micromoment", "zones": format.zones_under}, {}
+    for name, place in places.items():
+        axes[name] = add(place, sharex=axes.get(above.get(name)))
+    return drawing, axes
 
 
 class BlocksPanel:
     """Blocks, surface and obstacle on an Axes."""
 
-    def __init__(self, axis, corners):
-        self.axis, self.corners = axis, corners
+    def __init__(self, axis, corners, format=PAGE):
+        self.axis, self.corners, self._format = axis, corners, format
         self._squares = axis.add_collection(
             PolyCollection([], facecolor="#FBE3D0", edgecolor=plots.COLOURS[1], linewidth=0.8)
         )
@@ -264,15 +386,16 @@ class BlocksPanel:
         left, right = shown.window
         width = right - left
         top = np.nanmax(shown.surface[:, 1], initial=shown.squares[..., 1].max(initial=-math.inf))
-        down = np.array((0.0, top))
+        down, above = np.array((0.0, top)), self._format.above
         self._squares.set_verts(shown.squares - down)
         self._surface.set_data(*(shown.surface - down).T)
-        self._obstacle.set_verts([_under(piece - down, ABOVE * width) for piece in _pieces(shown.obstacle)])
+        self._obstacle.set_verts([_under(piece - down, above * width) for piece in _pieces(shown.obstacle)])
         for vertex, (name, dots) in enumerate(zip("AB", self._corners)):
             if name in self.corners:
                 touching = shown.closed[:, self.corners.index(name)]
                 dots.set_data(*(shown.squares[touching, vertex] - down).T)
-        self.axis.set(xlim=(left, right), ylim=((ABOVE - BLOCKS_HEIGHT) * width, ABOVE * width))
+        _limited(self.axis, "x", (left, right))
+        _limited(self.axis, "y", ((above - self._format.height) * width, above * width))
         touches = "" if len(self.corners) == 2 else "; their middle touches"
         self._title.set_text(
             f"blocks rotated by {_turn(self.corners)}{touches}; heights and angles "
@@ -281,8 +404,12 @@ class BlocksPanel:
         return self
 
     @property
+    def title(self):
+        return self._title.get_text()
+
+    @property
     def moving(self):
-        artists = self._obstacle, self._squares, self._surface, *self._corners[::-1], self._title
+        artists = self._obstacle, self._squares, self._surface, *self._corners[::-1]
         return [(self.axis, artist) for artist in artists]
 
 
@@ -291,7 +418,7 @@ class BlocksFigure:
 
     def __init__(self, corners):
         with matplotlib.rc_context(plots.STYLE):
-            self.drawing, axis = plots.figure(width=SIZE[0], height=3.2)
+            self.drawing, axis = plots.figure(width=PAGE.size[0], height=3.2)
             self.panel = BlocksPanel(axis, corners)
 
     def update(self, state, window=None):
@@ -329,8 +456,8 @@ class Window:
             left <= needed[0] and needed[1] <= right and needed[1] - needed[0] >= LEAST_USE * (right - left)
         )
 
-    def renew(self, needed):
-        more = 0.0 if self.value is None else (ROOM - 1) * (needed[1] - needed[0]) / 2
+    def renew(self, needed, room=ROOM):
+        more = 0.0 if self.value is None else (room - 1) * (needed[1] - needed[0]) / 2
         self.value = needed[0] - more, needed[1] + more
 
 
@@ -354,6 +481,12 @@ def unbounded(state):
             if left - margin <= point + shift <= right + margin
         }
     )
+
+
+def _limited(axis, side, ends):
+    """Give the x or y axis of a panel its ends; the same ones again would cost a millisecond each."""
+    if tuple(getattr(axis, f"get_{side}lim")()) != tuple(ends):
+        getattr(axis, f"set_{side}lim")(*ends)
 
 
 def _listed(places):

@@ -384,4 +384,6 @@ def test_initial_states_of_any_kind_do_no_harm(kind):
         )
         assert again.half_width == pytest.approx(state.half_width, rel=rtol or 1e-9)
         if initial in strangers:
-            assert again.pressure == pytest.approx(state.pressure, abs=1e-8 * top)  # residual of cells
+            assert again.pressure == pytest.approx(
+                state.pressure, abs=1e-7 * top
+            )  # residual of cells, some ten times

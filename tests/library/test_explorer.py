@@ -1,8 +1,10 @@
 """States, problems and pictures as an interactive session sees them; no times here."""
 
+import asyncio
 import builtins
 import dataclasses
 import io
+from base64 import b64decode
 
 import ngsolve as ng
 import numpy as np
@@ -13,7 +15,7 @@ from microblock.fem import condensation
 from microblock.halfplane import contact_line
 from microblock.halfplane.panel_solver import PanelSolver
 from microblock.model.summary import Row, Summary, html, intervals, number
-from microblock.view import blocks, widgets
+from microblock.view import blocks, frames, widgets
 from microblock.view.explorer import Choice, Explorer
 from microblock.view.state_figure import StateFigure
 
@@ -129,6 +131,39 @@ def test_fields_of_bodies_are_drawn_below_as_well(block, quantity):
     cells = problem(method=mb.Cells(nodes=256, window=(-1.5, 1.5))).solve(load=LOAD)
     with pytest.raises(mb.BadArgument, match="cells.*has no fields"):
         cells.plot_below(quantity)
+
+
+def filled(drawing):
+    """(x1, x2) of all corners of the triangles of a picture of a field, and the ends of its colours."""
+    contours = next(each for each in drawing.axes[0].collections if getattr(each, "filled", False))
+    corners = np.concatenate([path.vertices for path in contours.get_paths() if len(path.vertices)])
+    return corners, contours.levels[[0, -1]]
+
+
+def test_a_field_is_drawn_in_all_of_a_body_on_a_mesh(block):
+    state = on_mesh(block, mb.Microblock()).solve(load=0.05)
+    corners, (low, high) = filled(state.plot_body("psi"))
+    # the unit block is [-1, 1] x [-1, 0]; its corners are nodes
+    assert corners.min(axis=0) == pytest.approx([-1, -1]) and corners.max(axis=0) == pytest.approx([1, 0])
+    largest = np.degrees(np.abs(state.psi).max())
+    # round numbers around the values, of which 0.4 % may lie beyond
+    assert 0.5 * largest < high == -low < 2 * largest
+    with pytest.raises(mb.BadArgument, match="field.*psi, s22"):
+        state.plot_body("pressure")
+    with pytest.raises(mb.BadArgument, match="panels.*has no mesh"):
+        problem().solve(load=LOAD).plot_body()
+
+
+def test_fields_below_fill_their_box_where_elements_are_larger_than_it(block):
+    state = on_mesh(block, mb.Microblock()).solve(load=0.05)
+    box = (0.01, 0.07), 0.07  # between points, which are 1/12 apart: a quarter of an element
+    x1, x2, triangles, _, _ = state.solution.fields_below(box)
+    first, *others = np.column_stack((x1, x2))[triangles].swapaxes(0, 1)
+    sides = np.stack([other - first for other in others], axis=-1)
+    for place in np.array(np.meshgrid(np.linspace(*box[0], 7), np.linspace(-box[1], 0, 7))).reshape(2, -1).T:
+        # a point is in a triangle if its shares of the two sides are positive, 1 together; up to rounding
+        shares = np.linalg.solve(sides, (place - first)[..., None])[..., 0]
+        assert ((shares > -1e-9).all(axis=1) & (shares.sum(axis=1) < 1 + 1e-9)).any(), place
 
 
 def test_pictures_do_not_magnify_rounding_nor_name_corners_that_a_law_has_not():
@@ -341,9 +376,89 @@ def test_frames_are_what_drawing_everything_gives():
         assert (np.abs(kept - whole).max(axis=2) > 60).mean() < 3e-3, changes
 
 
+def panel_of(start, load=LOAD):
+    return widgets.Panel(Explorer(start, load), pytest.importorskip("ipywidgets"))
+
+
+def pixels(png):
+    from PIL import Image
+
+    return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
+
+
+def test_a_picture_is_written_as_it_was_drawn():
+    drawn = np.random.default_rng(1).integers(0, 256, (7, 5, 3), np.uint8)
+    assert (pixels(frames.png(drawn)) == drawn).all()
+
+
+def test_panels_are_drawn_anew_only_where_their_axes_change(monkeypatch):
+    drawn, draw = [], frames.Frames._draw_panels
+    monkeypatch.setattr(
+        frames.Frames, "_draw_panels", lambda self, names: drawn.append(names) or draw(self, names)
+    )
+    # the mesh below a block ends elsewhere in each state
+    for start in (problem(mb.Microblock(0.01)), fitted(mb.Microblock(), 6.0)):
+        session = Explorer(start, LOAD, rtol=1e-2)
+        session.png()
+        for step in range(6):
+            session.update(load=LOAD * 1.01**step)
+            session.png()
+        # the first axes fit the first state closely: once they get room, all together, which lasts for 20 %
+        assert sum(len(names) for names in drawn) <= len(session.figure.axes), drawn
+        drawn.clear()
+
+
+def test_hertz_is_shown_beside_a_cylinder_and_nothing_else():
+    session = Explorer(problem(), LOAD)
+    without, unchanged = session.png(), session.state
+    session.compare(True)
+    assert session.state is unchanged and (pixels(session.png()) != pixels(without)).any()
+    for changes in ({}, {"load": 1.3}, {"law": "unilateral"}):
+        session.update(**changes)
+        x, p = session.figure._hertz.get_data()
+        half = np.sqrt(4 * session.state.load * R / (np.pi * solid().E_star))
+        assert session.figure.compared and x[[0, -1]] == pytest.approx([-half, half])
+        assert p.max() == pytest.approx(2 * session.state.load / (np.pi * half)) == pytest.approx(p[50])
+        assert session.figure.axes["pressure"].get_ylim()[1] >= p.max()
+        word = session.figure.axes["pressure"].get_legend().get_texts()[-1]
+        picture, box = pixels(session.png()), word.get_window_extent()
+        left, low, right, high = (round(float(end)) for end in box.extents)
+        assert word.get_text() == "Hertz"
+        assert picture[len(picture) - high : len(picture) - low, left:right].min() < 100
+    session.compare(False)
+    session.update(law="microblock", load=LOAD)
+    assert not session.figure.compared
+    with pytest.raises(mb.BadArgument, match="cylinder"):
+        Explorer(problem(obstacle=mb.Wedge(0.02)), LOAD).compare(True)
+
+
+@pytest.mark.parametrize("law", [mb.Microblock(0.01), mb.Unilateral()])
+@pytest.mark.parametrize("obstacle", [mb.Cylinder(R), mb.Punch(0.3)])
+def test_what_is_written_in_the_figure_beside_sliders_is_whole_and_apart(law, obstacle):
+    session = Explorer(problem(law, obstacle=obstacle), LOAD)
+    if session.choice.radius:
+        session.compare(True)
+    session.png()
+    canvas, drawing = session.frames.canvas, session.figure.drawing
+    canvas.draw()
+    boxes = {}
+    for name, axis in session.figure.axes.items():
+        texts = [axis.xaxis.label, axis.yaxis.label, *axis.texts]
+        texts += [axis.get_legend()] if axis.get_legend() and axis.get_legend().get_texts() else []
+        for place, text in enumerate(texts):
+            if getattr(text, "get_text", lambda: "legend")() and text.get_visible():
+                boxes[name, place] = text.get_window_extent()
+    for name, box in boxes.items():
+        assert drawing.bbox.x0 <= box.x0 and box.x1 <= drawing.bbox.x1, name
+        assert drawing.bbox.y0 <= box.y0 and box.y1 <= drawing.bbox.y1, name
+    names = list(boxes)
+    for place, name in enumerate(names):
+        for other in names[:place]:
+            assert not boxes[name].overlaps(boxes[other]), (name, other)
+
+
 def test_sliders_move_the_session():
-    ipywidgets = pytest.importorskip("ipywidgets")
-    panel = widgets.Panel(Explorer(problem(), LOAD), ipywidgets)
+    panel = panel_of(problem())
     picture, table = panel.picture.value, panel.table.value
     panel.controls["load"].value = 1.3
     assert panel.explorer.state.load == pytest.approx(1.3)
@@ -352,20 +467,126 @@ def test_sliders_move_the_session():
     assert panel.explorer.choice.psi0 == pytest.approx(np.pi / 180)
     panel.controls["law"].value = "unilateral"
     assert panel.explorer.state.law == mb.Unilateral()
-    panel.button.click()
-    assert bytes(panel.below.value).startswith(b"\x89PNG") and panel.below.layout.display == ""
-    assert isinstance(mb.explore(problem(), LOAD), ipywidgets.Box)
+    picture = panel.picture.value
+    panel.hertz.value = True
+    assert panel.explorer.figure.compared and panel.picture.value != picture
+    panel.hertz.value = False
+    assert panel.picture.value == picture
 
 
-def test_sliders_of_slow_problems_wait_until_they_are_let_go(block):
-    ipywidgets = pytest.importorskip("ipywidgets")
-    for kind, (start, load) in others(block, mb.Microblock()).items():
-        session = Explorer(start, load)
-        session.seconds = 0.01
-        panel = widgets.Panel(session, ipywidgets)
-        assert panel.controls["load"].continuous_update and (panel.below in panel.aside) == (kind == "body")
-        session.seconds = 1.0
-        assert not widgets.Panel(session, ipywidgets).controls["load"].continuous_update
+def test_the_field_below_follows_as_long_as_it_is_shown():
+    panel = panel_of(problem())
+    assert panel.below.layout.display == "none"
+    panel.beneath.value = True
+    first = panel.below.value
+    assert bytes(first).startswith(b"\x89PNG") and panel.below.layout.display == ""
+    # without a running loop there is nothing to wait for
+    panel.controls["load"].value = 1.3
+    second = panel.below.value
+    panel.quantity.value = "shear"
+    assert len({bytes(each) for each in (first, second, panel.below.value)}) == 3
+    panel.beneath.value = False
+    panel.controls["load"].value = 1.2
+    assert panel.below.layout.display == "none"
+
+
+def test_the_field_below_waits_until_a_slider_rests(monkeypatch):
+    monkeypatch.setattr(widgets, "REST", 0.5)
+    panel, drawn = panel_of(problem()), []
+    panel.beneath.value = True
+    monkeypatch.setattr(panel, "_draw_below", lambda: drawn.append(panel.explorer.state.load))
+
+    async def moved():
+        for load in (1.1, 1.2, 1.3):
+            panel.controls["load"].value = load
+            await asyncio.sleep(0)
+        while not drawn:
+            await asyncio.sleep(0.1)
+
+    asyncio.run(asyncio.wait_for(moved(), 60))
+    assert drawn == pytest.approx([1.3])
+
+
+def test_only_what_can_be_shown_is_offered(block):
+    def panel(start, load):
+        found = panel_of(start, load)
+        queue, known = [found.box], []
+        while queue:
+            known.append(queue.pop())
+            queue += getattr(known[-1], "children", ())
+        return {each.description for each in known if getattr(each, "description", "")}
+
+    common = {"load P", "ψ₀ (°)", "α = ℓ/a", "law"}
+    assert panel(problem(), LOAD) == common | {"radius R", "Hertz", "field below"}
+    assert panel(problem(obstacle=mb.Wedge(0.02)), LOAD) == common | {"field below"}
+    kinds = others(block, mb.Microblock())
+    assert panel(*kinds["body"]) == common | {"radius R", "Hertz", "field below"}
+    assert panel(*kinds["cells"]) == common | {"radius R", "Hertz"}
+    assert panel(*kinds["periodic"]) == common
+
+
+def test_a_slider_is_followed_while_its_last_pictures_come_soon():
+    quick, slow = 0.5 * widgets.SLOW, 2 * widgets.SLOW
+    pace = widgets.Pace(True)
+    # the first one sets up what the others use, and says nothing
+    assert pace.took(slow) and pace.took(quick)
+    # one of three may be slow: its axes are drawn anew
+    assert pace.took(quick) and pace.took(slow) and not pace.took(slow)
+    assert not pace.took(quick) and pace.took(quick)
+
+
+def test_each_slider_waits_or_follows_by_its_own_pictures(monkeypatch):
+    panel = panel_of(problem())
+    assert all(panel.controls[name].continuous_update for name in ("load", "psi0", "radius", "alpha"))
+    now, solve = [0.0], panel.explorer.solve
+
+    def timed(**changes):
+        now[0] += 2 * widgets.SLOW if "alpha" in changes else 0.5 * widgets.SLOW
+        return solve(**changes)
+
+    monkeypatch.setattr(widgets.time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(panel.explorer, "solve", timed)
+    for factor in (1.01, 1.02):
+        for name, start in (("load", LOAD), ("alpha", 0.25)):
+            panel.controls[name].value = factor * start
+    follows = {name: panel.controls[name].continuous_update for name in ("load", "psi0", "radius", "alpha")}
+    assert follows == {"load": True, "psi0": True, "radius": True, "alpha": False}
+
+
+def test_sliders_of_very_slow_problems_begin_by_waiting():
+    session = Explorer(problem(), LOAD)
+    session.seconds = 1.1 * widgets.TOO_SLOW
+    panel = widgets.Panel(session, pytest.importorskip("ipywidgets"))
+    assert not panel.controls["load"].continuous_update
+
+
+def test_a_browser_that_only_rounds_moves_nothing():
+    panel = panel_of(problem(mb.Microblock(0.01)))
+    state = panel.explorer.state
+    panel.controls["load"].value *= 1 + 1e-12
+    panel.controls["psi0"].value += 1e-9
+    assert panel.explorer.state is state
+    # values of sliders are whole steps from their lower end: the browser would send the nearest of them
+    for psi0 in (0.01, -0.07, 0.0):
+        slider = panel_of(problem(mb.Microblock(psi0))).controls["psi0"]
+        steps = np.array((slider.value - slider.min, slider.max - slider.value)) / slider.step
+        assert steps == pytest.approx(np.rint(steps), abs=1e-6)
+        assert slider.min <= min(-3.0, slider.value) and slider.max >= max(3.0, slider.value)
+
+
+def test_a_still_picture_lies_beside_the_sliders(monkeypatch):
+    shown = []
+    monkeypatch.setattr("IPython.display.display", lambda bundle, raw: shown.append(bundle))
+    panel = panel_of(problem())
+    panel.controls["load"].value = 1.3
+    panel.box._ipython_display_()
+    live, still = shown
+    assert "application/vnd.jupyter.widget-view+json" in live and "image/png" not in live
+    assert b64decode(still["image/png"]) == panel.picture.value
+    # it hides itself where the element of the sliders is
+    own = next(name for name in panel.box._dom_classes if name.endswith(panel.box.model_id))
+    assert f"body:has(.{own})" in still["text/html"] and still["image/png"] in still["text/html"]
+    assert isinstance(mb.explore(problem(), LOAD), type(panel.box).__mro__[1])
 
 
 def test_a_state_that_is_not_found_is_told_and_the_picture_stays(monkeypatch):

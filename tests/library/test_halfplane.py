@@ -146,7 +146,8 @@ def symbol_of_the_modes(solid, k):
 
 @pytest.mark.parametrize("solid", SOLIDS)
 def test_modes_satisfy_every_field_equation(solid):
-    with localcontext(prec=DIGITS):
+    with localcontext() as context:
+        context.prec = DIGITS
         for k in DECADES:
             for mode in modes(solid_of(*solid), Decimal(k)):
                 assert mode.rate > 0  # so that it dies out downwards
@@ -159,7 +160,8 @@ def test_modes_satisfy_every_field_equation(solid):
 @pytest.mark.parametrize("solid", SOLIDS)
 def test_symbol_is_that_of_the_modes(solid):
     solid = solid_of(*solid)
-    with localcontext(prec=DIGITS):
+    with localcontext() as context:
+        context.prec = DIGITS
         exact = [symbol_of_the_modes(solid, Decimal(k)) for k in DECADES / solid.ell]
         for _, V, reciprocal, _ in exact:
             # hermitian; the modes are parallel to 1e-20 at worst
@@ -178,7 +180,8 @@ def test_symbol_is_positive_definite(solid):
 
 def test_without_coupling_the_modes_still_give_the_symbol():
     solid = solid_of(0.3, 0.0, 2.0)
-    with localcontext(prec=DIGITS):
+    with localcontext() as context:
+        context.prec = DIGITS
         U, V, _, W = (float(value) for value in symbol_of_the_modes(solid, Decimal(5)))
     c, c_u, c_psi = stiffness(solid)
     assert pytest.approx((c / 5, 0, c_psi / 5), rel=1e-15) == (U, V, W)
