@@ -81,61 +81,56 @@ function column(patch, alpha, psi0) {
   return COLUMNS[patch.columns_are](clip((psi0 - low) / (high - low), 0, 1)) * (patch.columns - 1);
 }
 
+/* The state in a patch, by cubics along rows and columns. */
 function within(patch, alpha, psi0) {
-  const row = ROWS[patch.rows_are](alpha), place = column(patch, alpha, psi0);
-  const columns = Array.from({length: patch.columns}, (_, j) => j);
-  let nodes;
-  for (const count of [4, 2]) {
-    nodes = [];
-    for (const [i, one] of neighbours(patch.rows, row, count))
-      for (const [j, other] of neighbours(columns, place, count))
-        nodes.push([one * other, patch.states[i][j]]);
-    if (alike(nodes)) break;
-  }
-  return blended(nodes, alpha, psi0);
+  const row = ROWS[patch.rows_are](alpha), where = column(patch, alpha, psi0);
+  const columns = Array.from({length: patch.columns}, (_, j) => j), nodes = [];
+  for (const [i, one] of neighbours(patch.rows, row, 4))
+    for (const [j, other] of neighbours(columns, where, 4)) nodes.push([one * other, patch.states[i][j]]);
+  return mean(nodes);
 }
 
-function alike(nodes) {
-  return new Set(nodes.map(([, state]) => String(state.closed))).size === 1;
+/* The weighted mean of states [[weight, state], ...] with zones alike; edges stay in order. */
+function mean(nodes) {
+  const {edges: {length}, closed, values: pieces} = nodes[0][1];
+  const edges = Array.from({length}, (_, i) => sum(nodes.map(([weight, state]) => weight * state.edges[i])));
+  for (let i = 1; i < length; i++) edges[i] = Math.max(edges[i], edges[i - 1]);
+  const values = pieces.map((pair, piece) => pair.map((_, k) => {
+    const found = new Float64Array(NODES);
+    for (const [weight, state] of nodes)
+      for (let i = 0; i < NODES; i++) found[i] += weight * state.values[piece][k][i];
+    return found;
+  }));
+  return {edges, closed, values};
 }
 
-/* The weighted mean of states [[weight, state], ...]; where zones differ, a corner is closed where the mean of its
+/* The weighted mean of states [[weight, state, psi0], ...] with other zones: a corner is closed where the mean of its
    pressures is larger than that of its gaps. */
-function blended(nodes, alpha, psi0) {
-  if (alike(nodes)) {
-    const first = nodes[0][1];
-    const mean = part => first.edges.map((_, i) => sum(nodes.map(([weight, state]) => weight * part(state)[i])));
-    const edges = mean(state => state.edges);
-    for (let i = 1; i < edges.length; i++) edges[i] = Math.max(edges[i], edges[i - 1]);
-    const values = first.values.map((pair, piece) => pair.map((_, k) => {
-      const found = new Float64Array(NODES);
-      for (const [weight, state] of nodes)
-        for (let i = 0; i < NODES; i++) found[i] += weight * state.values[piece][k][i];
-      return found;
-    }));
-    return {edges, closed: first.closed, values};
-  }
-  const sizes = x => {
+function blended(nodes, alpha) {
+  const psi0 = sum(nodes.map(([weight, , own]) => weight * own));
+  const means = x => {
     const found = [0, 0, 0, 0];
-    for (const [weight, state] of nodes) fields(state, x, alpha, psi0).forEach((one, k) => { found[k] += weight * one; });
+    for (const [weight, state, own] of nodes)
+      fields(state, x, alpha, own).forEach((one, k) => { found[k] += weight * one; });
     return found;
   };
   const closing = corner => x => {
-    const [one, other, psi, gap] = sizes(x), half = alpha * (psi0 + psi - x) / 2;
+    const [one, other, psi, gap] = means(x), half = alpha * (psi0 + psi - x) / 2;
     return corner === A ? one - gap - half : other - gap + half;
   };
-  const marks = [...new Set(nodes.flatMap(([, state]) => state.edges))].sort((one, other) => one - other);
-  const wide = [marks[0] - alpha, ...marks, marks.at(-1) + alpha], x = [];
+  const ascending = list => [...new Set(list)].sort((one, other) => one - other);
+  const marks = ascending(nodes.flatMap(([, state]) => state.edges)), x = [];
+  const wide = [marks[0] - alpha, ...marks, marks.at(-1) + alpha];
   for (let i = 0; i + 1 < wide.length; i++)
     for (let part = 0; part < data.parts; part++) x.push(wide[i] + (wide[i + 1] - wide[i]) * part / data.parts);
   x.push(wide.at(-1));
   const zones = {[A]: positive(closing(A), x), [B]: positive(closing(B), x)};
-  const edges = [...new Set(Object.values(zones).flat(2))].sort((one, other) => one - other);
-  const bounds = [-data.far, ...edges, data.far], closed = [], values = [];
+  const edges = ascending(Object.values(zones).flat(2)), bounds = [-data.far, ...edges, data.far];
+  const closed = [], values = [];
   for (let i = 0; i + 1 < bounds.length; i++) {
     const middle = (bounds[i] + bounds[i + 1]) / 2;
     const code = sum([A, B].filter(corner => zones[corner].some(([left, right]) => left < middle && middle < right)));
-    const found = SHARE.map(share => sizes(bounds[i] + (bounds[i + 1] - bounds[i]) * share));
+    const found = SHARE.map(share => means(bounds[i] + (bounds[i + 1] - bounds[i]) * share));
     const chosen = {0: [3, 2], [A]: [0, 2], [B]: [1, 2], [BOTH]: [0, 1]}[code];
     closed.push(code);
     values.push(chosen.map(k => Float64Array.from(found, one => one[k])));
@@ -194,7 +189,7 @@ function stateAt(alpha, psi0, law) {
   const [patch, after, share] = place(alpha, psi0);
   if (!after) return within(patch, alpha, psi0);
   const high = ends(patch, alpha)[1], low = ends(after, alpha)[0];
-  return blended([[1 - share, within(patch, alpha, high)], [share, within(after, alpha, low)]], alpha, psi0);
+  return blended([[1 - share, within(patch, alpha, high), high], [share, within(after, alpha, low), low]], alpha);
 }
 
 /* The largest error in the middle of the cell and of those around it, with something for elsewhere. */

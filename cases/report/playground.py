@@ -141,6 +141,16 @@ def percent(number):
     return f"{100 * number:.2g} %"
 
 
+def fitting(page):
+    """The page; NotConverged where it is too large to be handed on."""
+    size = len(page.encode())
+    if size > LARGEST:
+        raise NotConverged(
+            f"the page would have {size} bytes, more than {LARGEST}: take a smaller --fineness"
+        )
+    return page
+
+
 def made(parameters, quiet=True):
     """(the case's object, the page as text)."""
     start = time.perf_counter()
@@ -184,7 +194,7 @@ def made(parameters, quiet=True):
         a_Hz_over_R=SLOPE,
         states=states,
         states_computed=work.done,
-        bytes=size,
+        bytes=len(page.encode()),
         error_median=median,
         error_max=largest,
         hertz_difference=difference,

@@ -108,17 +108,14 @@ class Patch:
         return COLUMNS[self.columns_are][1](share) * (self.columns - 1)
 
     def at(self, alpha, psi0):
-        """The state: by cubics where zones of all nodes are alike, else by straight lines, else blended."""
-        column = self.column(alpha, psi0)
-        for count in (4, 2):
-            nodes = [
+        """The state, by cubics along rows and columns."""
+        return mean(
+            [
                 (one * other, self.states[i][j])
-                for i, one in neighbours(self.rows, self.row(alpha), count)
-                for j, other in neighbours(np.arange(self.columns), column, count)
+                for i, one in neighbours(self.rows, self.row(alpha), 4)
+                for j, other in neighbours(np.arange(self.columns), self.column(alpha, psi0), 4)
             ]
-            if alike(nodes):
-                break
-        return blended(nodes, alpha, psi0)
+        )
 
     def cell(self, alpha, psi0):
         """Numbers of the cell along rows and columns; beyond the rows that of the nearest."""
@@ -140,46 +137,46 @@ def interpolated(rows, row, values):
     return float(sum(weight * values[number] for number, weight in neighbours(rows, row, 4)))
 
 
-def alike(nodes):
-    """Whether zones of states [(weight, Sampled)] follow each other alike."""
-    return len({state.closed for _, state in nodes}) == 1
+def mean(nodes):
+    """The weighted mean of states [(weight, Sampled)] with zones alike; edges stay in order."""
+    edges = sum(weight * state.edges for weight, state in nodes)
+    values = sum(weight * state.values for weight, state in nodes)
+    return Sampled(np.maximum.accumulate(edges), nodes[0][1].closed, values)
 
 
-def blended(nodes, alpha, psi0):
-    """The weighted mean of states [(weight, Sampled)]. Where their zones differ, a corner is closed where the
-    mean of its pressures is larger than that of its gaps (over p_Hz and a_Hz^2/R).
+def blended(nodes, alpha):
+    """The weighted mean of states [(weight, Sampled, psi0)] of one alpha with other zones: a corner is closed
+    where the mean of its pressures is larger than that of its gaps (over p_Hz and a_Hz^2/R).
     """
-    if alike(nodes):
-        edges = sum(weight * state.edges for weight, state in nodes)
-        values = sum(weight * state.values for weight, state in nodes)
-        return Sampled(np.maximum.accumulate(edges), nodes[0][1].closed, values)
-    edges = np.unique(np.concatenate([state.edges for _, state in nodes]))
+
+    def means(x):
+        """Means of `fields` at x."""
+        return sum(weight * fields(state, x, alpha, psi0) for weight, state, psi0 in nodes)
+
+    def closing(corner):
+        """Pressure less gap of a corner, as a function of x."""
+        psi0 = sum(weight * own for weight, _, own in nodes)
+
+        def function(x):
+            one, other, psi, gap = means(x)
+            half = alpha * (psi0 + psi - x) / 2
+            return one - gap - half if corner == A else other - gap + half
+
+        return function
+
+    edges = np.unique(np.concatenate([state.edges for _, state, _ in nodes]))
     x = np.concatenate(([edges[0] - alpha], edges, [edges[-1] + alpha]))
     x = np.interp(np.arange((len(x) - 1) * PARTS + 1) / PARTS, np.arange(len(x)), x)
-    zones = {
-        code: _positive(lambda x, number=code - A: _closing(nodes, x, alpha, psi0)[number], x)
-        for code in (A, B)
-    }
-    found = np.unique([edge for own in zones.values() for interval in own for edge in interval])
-    ends, closed, values = np.concatenate(([-FAR], found, [FAR])), [], []
+    zones = {corner: _positive(closing(corner), x) for corner in (A, B)}
+    edges = np.unique([edge for own in zones.values() for interval in own for edge in interval])
+    ends, closed, values = np.concatenate(([-FAR], edges, [FAR])), [], []
     for left, right in zip(ends, ends[1:]):
         middle = (left + right) / 2
         code = sum(one for one, own in zones.items() if any(a < middle < b for a, b in own))
-        one, other, psi, gap = _fields(nodes, left + (right - left) * SHARE, alpha, psi0)
+        one, other, psi, gap = means(left + (right - left) * SHARE)
         closed.append(code)
         values.append({0: (gap, psi), A: (one, psi), B: (other, psi), BOTH: (one, other)}[code])
-    return Sampled(found, tuple(closed), np.array(values))
-
-
-def _fields(nodes, x, alpha, psi0):
-    return sum(weight * fields(state, x, alpha, psi0) for weight, state in nodes)
-
-
-def _closing(nodes, x, alpha, psi0):
-    """Pressure less gap of A and of B at x."""
-    one, other, psi, gap = _fields(nodes, x, alpha, psi0)
-    half = alpha * (psi0 + psi - x) / 2
-    return one - gap - half, other - gap + half
+    return Sampled(edges, tuple(closed), np.array(values))
 
 
 def _positive(function, x):
@@ -229,10 +226,10 @@ class Map:
         if after is None:
             return patch.at(alpha, psi0)
         high, low = patch.ends(alpha)[1], after.ends(alpha)[0]
-        return blended([(1 - share, patch.at(alpha, high)), (share, after.at(alpha, low))], alpha, psi0)
+        return blended([(1 - share, patch.at(alpha, high), high), (share, after.at(alpha, low), low)], alpha)
 
     def error(self, alpha, psi0=0.0, law="microblock"):
-        """The error as the page shows it: SAFETY times the largest in the middle of the cell and those around."""
+        """The error that the page shows: SAFETY times the largest amid the cell and those around it."""
         patch, after, _ = (self.unilateral, None, 0) if law == "unilateral" else self.place(alpha, abs(psi0))
         i, j = patch.cell(alpha, abs(psi0))
         if after is not None:

@@ -25,7 +25,8 @@ MEETING = np.array(
     + [(0.5320, 0.4883), (0.6498, 0.4149), (0.7549, 0.2890), (TIP, 0.0)]
 )
 SETTLED, STEPS = 2e-4, 10  # of psi0, to which the curve of meeting is followed, and states that this may take
-STEP = 0.26  # between rows, and by how much less where edges cross
+STEP = 0.26  # between rows
+LONGEST = 0.5  # between those of a curve that bounds patches
 # what of psi0, or of the way between two curves, is left to strips
 BEFORE_PARTING, BEFORE_MEETING, BEFORE_BIRTH, BETWEEN = 0.015, 0.004, 0.002, 0.03
 ROUNDING = 1e-9  # of alpha, from its logarithm and back
@@ -158,16 +159,30 @@ class Curves:
         return met + min(BETWEEN * (self.born(alpha) - met), 2 * BEFORE_MEETING * met)
 
 
-# patches: name, columns, alpha between which, distance of rows, lower and upper curve, columns
+# patches: name, columns, alpha between which, how many times closer rows are, lower and upper curve, columns
 REGIONS = (
-    ("full", "even", 0.0, PARTED, STEP, Curves.nothing, Curves.before_parting, 8),
-    ("full", "even", PARTED, FINE, STEP / 2, Curves.nothing, Curves.nearly, 6),
-    ("full", "upper", PARTED, FINE, STEP / 4, Curves.nearly, Curves.before_meeting, 12),
-    ("full", "upper", FINE, TIP, STEP / 2, Curves.nothing, Curves.before_meeting, 11),
-    ("inside", "both", 0.0, INSIDE, STEP, Curves.parted, Curves.before_birth, 8),
-    ("apart", "both", APART, TIP, STEP / 2, Curves.apart, Curves.before_birth, 8),
-    ("apart", "upper", TIP, math.inf, STEP, Curves.nothing, Curves.before_birth, 9),
+    ("full", "even", 0.0, PARTED, 1, Curves.nothing, Curves.before_parting, 8),
+    ("full", "even", PARTED, FINE, 2, Curves.nothing, Curves.nearly, 6),
+    ("full", "upper", PARTED, FINE, 4, Curves.nearly, Curves.before_meeting, 12),
+    ("full", "upper", FINE, TIP, 2, Curves.nothing, Curves.before_meeting, 11),
+    ("inside", "both", 0.0, INSIDE, 1, Curves.parted, Curves.before_birth, 8),
+    ("apart", "both", APART, TIP, 2, Curves.apart, Curves.before_birth, 8),
+    ("apart", "upper", TIP, math.inf, 1, Curves.nothing, Curves.before_birth, 9),
 )
+
+
+def require_alike(patch):
+    """NotConverged where zones of a patch's states differ, so that none lie between them."""
+    usual = patch.states[0][0].closed
+    for row, states in zip(patch.rows, patch.states):
+        for column, state in enumerate(states):
+            if state.closed != usual:
+                alpha = patch.alpha(row)
+                psi0 = patch.psi0(alpha, column / (patch.columns - 1))
+                raise NotConverged(
+                    f"zones at alpha = {alpha:g}, psi0 = {psi0:g} are not those of the other states called "
+                    f"{patch.name!r}: take another --fineness"
+                )
 
 
 @dataclass(frozen=True)
@@ -185,45 +200,49 @@ class Survey:
     fineness: float
     mapped: object
 
+    @property
+    def step(self):
+        return STEP / self.fineness
+
     def map(self):
         """The Map, without errors."""
         alone_patches = [self.alone(low, high) for low, high in pairwise((self.span[0], LEVEL, self.span[1]))]
         births = tuple(Curve("even", one.rows, one.lower, one.span) for one in alone_patches)
         curves = Curves(
             births,
-            self.curve(parting, self.span[0], PARTED, STEP, "where A parts"),
-            self.curve(meeting, PARTED, TIP, STEP / 2, "where A and B meet"),
+            self.curve(parting, self.span[0], PARTED, 1, "where A parts"),
+            self.curve(meeting, PARTED, TIP, 2, "where A and B meet"),
         )
         return Map([*alone_patches, *self.regions(curves)], self.unilateral())
 
-    def rows(self, rows_are, low, high, step=STEP):
-        """Rows between two values of alpha, four or more; not at TIP itself."""
+    def rows(self, rows_are, low, high, step):
+        """Rows between two values of alpha, so far apart or less, three or more; not at TIP itself."""
         row = ROWS[rows_are][0]
         first = NEXT_TO if low == TIP else row(low)
         last = -NEXT_TO if high == TIP else row(high)
-        return np.linspace(first, last, max(4, math.ceil((last - first) * self.fineness / step) + 1))
+        return np.linspace(first, last, max(3, math.ceil((last - first) / step) + 1))
 
     def alone(self, low, high):
         """The patch in which B alone touches."""
-        rows = self.rows("even", low, high)
+        rows = self.rows("even", low, high, min(self.step, LONGEST) / 2)
         found = self.mapped(alone, [(math.exp(row),) for row in rows], "B alone")
         born, states = np.array([psi0 for _, psi0 in found]), [[state] for state, _ in found]
         return Patch("B alone", "even", "even", (low, high), rows, born, born, 1, states)
 
-    def curve(self, function, low, high, step, words):
-        """A function of alpha as a Curve."""
-        rows = self.rows("crowded", low, high, step)
+    def curve(self, function, low, high, closer, words):
+        """A function of alpha as a Curve; a patch that it bounds must not reach beyond what it means."""
+        rows = self.rows("crowded", low, high, min(self.step, LONGEST) / closer)
         values = self.mapped(function, [(uncrowded(row),) for row in rows], words)
         return Curve("crowded", rows, np.array(values), (low, high))
 
     def regions(self, curves):
         """The patches of REGIONS."""
         patches = []
-        for name, columns_are, low, high, step, *bounds, columns in REGIONS:
+        for name, columns_are, low, high, closer, *bounds, columns in REGIONS:
             span = max(low, self.span[0]), min(high, self.span[1])
-            rows = self.rows("crowded", *span, step)
+            rows = self.rows("crowded", *span, self.step / closer)
             lower, upper = (np.array([bound(curves, uncrowded(row)) for row in rows]) for bound in bounds)
-            columns = max(4, round(columns * self.fineness))
+            columns = max(3, round(columns * self.fineness))
             patches.append(Patch(name, "crowded", columns_are, span, rows, lower, upper, columns))
         places = [
             (uncrowded(row), patch.psi0(uncrowded(row), column / (patch.columns - 1)))
@@ -234,11 +253,12 @@ class Survey:
         found = iter(self.mapped(node, places, "states"))
         for patch in patches:
             patch.states = [[next(found) for _ in range(patch.columns)] for _ in patch.rows]
+            require_alike(patch)
         return patches
 
     def unilateral(self):
         """The patch of the unilateral law."""
-        rows = self.rows("even", *self.span)
+        rows = self.rows("even", *self.span, self.step / 2)
         states = self.mapped(node, [(math.exp(row), 0.0, "unilateral") for row in rows], "unilateral")
         zero = np.zeros(len(rows))
         states = [[state] for state in states]
