@@ -1,4 +1,4 @@
-"""A page that is alive without server, network or Python: a cylinder on rotated microblocks under sliders.
+"""A page that is alive without server, network or Python: a cylinder on rotated microblocks.
 
     python -m cases playground --out DIR
 

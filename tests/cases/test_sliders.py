@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from cases.__main__ import main
-from cases.report import notebooks, report
+from cases.report import notebooks
 from cases.studies import sliders
 from cases.studies import sliders_browser as browser
 from microblock.data.records import read_records
@@ -216,13 +216,6 @@ def test_the_case_keeps_what_it_measures(monkeypatch, tmp_path, capsys):
     assert "milliseconds elapsed" in capsys.readouterr().out
     shown = sliders.table_of(tmp_path / "sliders.csv")()
     assert {row["by"] for row in shown} == {"state", "picture", "key", "drag"} and "slider" not in shown[0]
-
-
-def test_the_report_has_a_table_of_the_kept_records():
-    assert report.TABLES["sliders"] is sliders.TABLES["sliders"]
-    rows = report.TABLES["sliders"]()
-    assert {row["problem"] for row in rows} == set(sliders.PROBLEMS)
-    assert {row["width"] for row in rows} == {None, *sliders.Parameters().widths}
 
 
 def test_without_records_the_table_says_how_to_make_them(tmp_path):
