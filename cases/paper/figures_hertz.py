@@ -222,7 +222,7 @@ def fig11_draw(rows):
     dotted line; in (b) two curves that fall to 1.
     """
     drawing, (axis, nominal) = plots.figure(2, 1, height=2.3, sharex=True)
-    inset = axis.inset_axes((0.55, 0.1, 0.43, 0.34))
+    inset = axis.inset_axes((0.55, 0.15, 0.43, 0.32))
     curves = (
         ("microblock", "hardness_apparent", "-", "o", (1.35, (6, -12))),
         ("microblock", "hardness_real", "--", "s", None),
@@ -247,7 +247,7 @@ def fig11_draw(rows):
     plots.label(inset, 0.92, 0.815, "real", plots.COLOURS[1], (0, 7))
     inset.set(xlim=(0.78, 1.35), ylim=(0.72, 0.87))
     inset.tick_params(labelsize=7)
-    axis.set(xscale="log", ylabel=r"$H/H_{\mathrm{Hz}}$", ylim=(0.68, 1.32))
+    axis.set(xscale="log", ylabel=r"$H/H_{\mathrm{Hz}}$", ylim=(0.62, 1.32))
     for number, marker, contact, x, shift in (
         (0, "o-", "microblock", 4 / 3, (4, 4)),
         (2, "^-", "unilateral", 2, (-5, -8)),

@@ -10,6 +10,7 @@ from conftest import smallest_letters
 
 from cases.common.catalog import headlines
 from cases.report import findings, page, report
+from cases.report.symbols import symbols
 from microblock.data.records import read_records
 from microblock.view import plots
 
@@ -175,7 +176,7 @@ def test_tables_have_short_rows():
     ],
 )
 def test_quantities_are_set_as_in_print(text, shown):
-    assert page.symbols(text) == shown
+    assert symbols(text) == shown
 
 
 def test_the_size_of_a_figure_is_that_of_its_file(tmp_path):
