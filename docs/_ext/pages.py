@@ -23,7 +23,7 @@ def names(app, failure):
     """Rewrite the pages; a page that is rewritten already stays as it is."""
     if failure or app.builder.format != "html":
         return
-    for page in Path(app.outdir).rglob("*.html"):
+    for page in set(Path(app.outdir).rglob("*.html")) - set(Path(app.outdir, "playground").glob("*")):
         text = page.read_text()
         named = text
         for before, after in NAMED.items():

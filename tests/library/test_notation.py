@@ -2,6 +2,7 @@
 
 import re
 import unicodedata
+from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -45,6 +46,7 @@ def _letters(node):
             yield letter
 
 
+@cache
 def table():
     """Rows of the table of notation: the letters of the first column of each."""
     rows = re.findall(r"^\| (\$.*?) \|", NOTATION.read_text(), re.M)
