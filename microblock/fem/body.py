@@ -517,9 +517,9 @@ class Fields:
         return Reaction(total[:2], float(moment + total[2]))
 
     def energy(self):
-        """Elastic energy (in 1D: per area)."""
+        """Elastic energy of the whole body (in 1D: per area)."""
         order = 2 * max(self.body.order, self.body.order_psi) + CURVED
-        return ng.Integrate(self.body.energy(*self), self.body.mesh, order=order)
+        return (1 + self.mirrored) * ng.Integrate(self.body.energy(*self), self.body.mesh, order=order)
 
 
 def solve_linear(matrix, freedofs, rhs, what):

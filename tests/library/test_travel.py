@@ -75,3 +75,11 @@ def test_windows_of_pictures_are_checked(window):
 def test_true_is_no_order():
     with pytest.raises(BadArgument, match="order"):
         mb.Body(body().mesh, SOLID, order=True, fixed="bottom")
+
+
+@pytest.mark.parametrize("name", ["fitted", "condensed"])
+def test_energy_of_the_fields_is_that_of_the_state(name):
+    """Also where half of a symmetric body is computed."""
+    state = PROBLEMS[name]().solve(load=1.0)
+    # half the work of the corners, beside an integral of the fields: both of the same discrete state
+    assert state.fields.energy() == pytest.approx(state.energy, rel=1e-9)
