@@ -313,7 +313,7 @@ function inWords(state, law) {
   if (apart > 1 && both) return `${apart} zones apart; both corners are closed in a part of one.`;
   if (apart > 1) return `${apart} zones apart: on the left B touches, on the right A.`;
   const parts = widths(state), share = Math.round(100 * parts[BOTH] / sum(parts.slice(1)));
-  return `One zone; both corners are closed in ${share || "less than 1"} % of it.`;
+  return `One zone; both corners are closed in ${share || "less than 1"}\u00a0% of it.`;
 }
 
 function tell() {
@@ -330,7 +330,7 @@ function tell() {
     "closed": unilateral ? "\u2013" : `${share(A)}, ${share(BOTH)}, ${share(B)} %`,
     "zones-a": unilateral ? "\u2013" : listed(zonesOf(state, A), scale),
     "zones-b": unilateral ? "\u2013" : listed(zonesOf(state, B), scale),
-    "error": `${upwards(100 * error)} %`,
+    "error": `${upwards(100 * error)}\u00a0%`,
     "command": command(),
     "load-value": digits(choice.load, 3),
     "alpha-value": digits(choice.alpha, 3),

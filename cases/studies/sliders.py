@@ -185,10 +185,12 @@ def table_of(path):
     now = content(path)
 
     def table():
-        """Sliders in JupyterLab and headless Chromium: milliseconds from a key, or a move of a drag, to the
-        painted picture, all sliders of a problem together; before that, of the same steps without a browser,
-        the state alone and the state with its picture. A drag that does not wait shows so many pictures a
-        second. What else ran on the machine is in it: on an idle one the load average is below 1.
+        """From a key, or a move of a drag, to the painted picture in JupyterLab and headless Chromium.
+
+        Milliseconds of all sliders of a problem together; beside them those of the same steps without a
+        browser, of the state alone and of the state with its picture. A drag that does not wait shows so many
+        pictures a second. What else ran on the machine is in the times: on an idle one the load average is
+        below 1.
         """
         if now is None:
             raise mb.NotConverged(f"no records of sliders in {DATA}: {PROGRAM} sliders --out {DATA}")

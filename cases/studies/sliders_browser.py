@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 import urllib.request
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -75,8 +75,13 @@ class Lab:
             self._stack = stack.pop_all()
         return self
 
-    def __exit__(self, *failure):
-        return self._stack.__exit__(*failure)
+    def __exit__(self, kind, failure, trace):
+        (playwright,) = needed("playwright.sync_api")
+        broken = isinstance(failure, playwright.Error)
+        with suppress(playwright.Error) if broken else nullcontext():  # what is broken need not close
+            self._stack.__exit__(kind, failure, trace)
+        if broken:
+            raise NotConverged(f"the browser stopped: {failure}; try again") from failure
 
     def _write(self):
         (nbformat,) = needed("nbformat")
