@@ -4,6 +4,7 @@
 """
 
 import configparser
+import html
 import math
 import re
 import shutil
@@ -23,14 +24,14 @@ from microblock.errors import NotConverged
 
 ROOT = Path(__file__).parents[2]
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-COARSE = playground.Parameters(fineness=0.2, checks=8)
+COARSE = playground.Parameters(fineness=0.25, checks=8)
 SAMPLED = 4e-4  # what 24 nodes on a piece, and two bytes a number, leave at worst, next to TIP
 PLACES = [(0.25, 0.1), (1.0, 0.2), (0.05, 0.3), (0.5, 0.7)]  # full, apart, inside, one corner
 
 
 @pytest.fixture(scope="module")
 def made():
-    """(answer, page) of a coarse table: a fifth of the usual fineness along rows and columns."""
+    """(answer, page) of a coarse table: a quarter of the usual fineness along rows and columns."""
     return playground.made(COARSE)
 
 
@@ -107,7 +108,7 @@ def test_packing_loses_half_a_step_of_two_bytes():
 def test_the_errors_that_are_shown_hold(made, found):
     answer, _ = made
     assert len(answer["checks"]) == COARSE.checks
-    # in cells five times as wide as usual, where the middle says less of the rest
+    # in cells four times as wide as usual, where the middle says less of the rest
     assert sum(one["error"] > one["error_shown"] for one in answer["checks"]) == answer["checks_above"] <= 1
     for one in answer["checks"][:3]:
         own = playground.deviation(found.at(one["alpha"], one["psi0"]), one["alpha"], one["psi0"])
@@ -263,7 +264,8 @@ def shown(page, folder, state, *options):
         text=True,
         timeout=120,
     )
-    return dict(re.findall(r'id="([\w-]+)"[^>]*>([^<]*)<', ran.stdout))
+    found = re.findall(r'id="([\w-]+)"[^>]*>([^<]*)<', ran.stdout)
+    return {name: html.unescape(text) for name, text in found}
 
 
 @pytest.mark.browser
