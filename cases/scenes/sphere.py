@@ -182,46 +182,27 @@ def figure(records):
     """Pressure, number of closed corners and the length of the moment under a sphere, from above; beside them
     the pressure along the axis and on the diagonal, and Hertz's.
     """
-    from matplotlib.colors import BoundaryNorm, ListedColormap
-
     from microblock.data.records import column
     from microblock.view import plots
-    from microblock.view.surface_figure import CLOSED
+    from microblock.view.surface_figure import closed_map, colour_map
 
     n = int(np.sqrt(len(records)))
     grid = {
         name: np.reshape(column(records, name), (n, n))
         for name in ("x1", "x2", "pressure", "m1", "m2", "closed")
     }
-    corners = max(1, int(grid["closed"].max()))
-    drawing, axes = plots.figure(2, 2, height=2.7, width=2.9)
-    edge = grid["x1"][0, 0] * n / (n - 1)
-    kept = {"extent": (edge, -edge, edge, -edge), "origin": "lower", "interpolation": "nearest"}
-    colours = ListedColormap([CLOSED[0], *CLOSED[-corners:]])
-    maps = (
-        (axes[0, 0], grid["pressure"], {"cmap": "cividis"}, r"$p/p_{\mathrm{Hz}}$", None),
-        (
-            axes[0, 1],
-            grid["closed"],
-            {"cmap": colours, "norm": BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)},
-            "closed corners",
-            range(corners + 1),
-        ),
-        (
-            axes[1, 0],
-            np.hypot(grid["m1"], grid["m2"]),
-            {"cmap": "cividis"},
-            r"$|M|/(p_{\mathrm{Hz}}\ell)$",
-            None,
-        ),
-    )
-    for axis, values, look, label, ticks in maps:
-        shown = axis.imshow(values.T, **kept, **look)
-        drawing.colorbar(shown, ax=axis, label=label, ticks=ticks, shrink=0.85)
-        axis.set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", ylabel=r"$x_2/a_{\mathrm{Hz}}$", aspect="equal")
+    drawing, axes = plots.figure(2, 2, height=2.5, width=6.0)
+    edge = -grid["x1"][0, 0] * n / (n - 1)
+    box = (-edge, edge, -edge, edge)
+    colour_map(axes[0, 0], grid["pressure"], box, r"pressure $p/p_{\mathrm{Hz}}$")
+    closed_map(axes[0, 1], grid["closed"], box, max(1, int(grid["closed"].max())))
+    moment = np.hypot(grid["m1"], grid["m2"])
+    colour_map(axes[1, 0], moment, box, r"micromoment $|M|/(p_{\mathrm{Hz}}\ell)$")
+    for axis in (axes[0, 0], axes[0, 1], axes[1, 0]):
+        axis.set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", ylabel=r"$x_2/a_{\mathrm{Hz}}$")
     x, middle = grid["x1"][:, 0], [n // 2 - 1, n // 2]
-    axes[1, 1].plot(x, grid["pressure"][:, middle].mean(axis=1), label="along $x_1$")
-    axes[1, 1].plot(np.sqrt(2) * x, np.diagonal(grid["pressure"]), "--", label="on the diagonal")
+    axes[1, 1].plot(x, grid["pressure"][:, middle].mean(axis=1), label="axis")
+    axes[1, 1].plot(np.sqrt(2) * x, np.diagonal(grid["pressure"]), "--", label="diagonal")
     load = records[0]["load"]
     axes[1, 1].plot(
         x,
@@ -230,8 +211,10 @@ def figure(records):
         color="0.4",
         label="Hertz",
     )
-    axes[1, 1].set(xlabel=r"$r/a_{\mathrm{Hz}}$", ylabel=r"$p/p_{\mathrm{Hz}}$", xlim=(edge, -edge))
-    plots.legend_below(axes[1, 1], columns=3)
+    axes[1, 1].set(xlabel=r"$r/a_{\mathrm{Hz}}$", xlim=(-edge, edge))
+    axes[1, 1].set_title(r"pressure $p/p_{\mathrm{Hz}}$")
+    axes[1, 1].set_box_aspect(1)
+    axes[1, 1].legend(loc="lower center", frameon=False, handlelength=1.2)
     return drawing
 
 

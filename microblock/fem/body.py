@@ -422,7 +422,9 @@ class Fields:
 
     def __reduce__(self):
         """A copy, or what comes out of a file, has its values on a body made anew."""
-        values = [part.vec.FV().NumPy().copy() for part in self]
+        values = [
+            part.vec.FV().NumPy()[dofs] for part, dofs in zip(self, _dofs_by_element(self.body), strict=True)
+        ]
         return _fields_anew, (self.body, values, self.forces, self.mirrored)
 
     def unfolded(self):
@@ -564,10 +566,18 @@ def _made_anew(mesh, solid, order, order_psi, fixed, prescribed, periodic, conta
 
 
 def _fields_anew(body, values, forces, mirrored):
-    """The Fields of these values of the unknowns of each component, arrays."""
+    """The Fields of these values of the unknowns of each component, element by element."""
     state = ng.GridFunction(body.space)
-    for part, own in zip(state.components, values):
-        part.vec.FV().NumPy()[:] = own
+    for part, dofs, own in zip(state.components, _dofs_by_element(body), values, strict=True):
+        part.vec.FV().NumPy()[dofs] = own
     fields = Fields(body, state.components, forces)
     fields.mirrored = mirrored
     return fields
+
+
+def _dofs_by_element(body):
+    """Numbers of the unknowns of each component, element by element: a copy of a mesh keeps the order of its
+    elements but not that of its edges, of which those of the coarser meshes are forgotten."""
+    return [
+        np.concatenate([space.GetDofNrs(element) for element in space.Elements()]) for space in body.spaces
+    ]

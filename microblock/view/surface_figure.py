@@ -10,24 +10,17 @@ CLOSED = ("#FFFFFF", "#C6DBEF", "#6BAED6", "#3182BD", "#08306B")  # none to four
 
 def draw(state):
     """The figure of a SurfaceState."""
-    figure, axes = plots.figure(1, 3, height=2.8, width=2.9)
+    figure, axes = plots.figure(1, 3, height=2.4, width=7.2)
     half = state.width / 2
     box = (state.x1[0] - half, state.x1[-1] + half, state.x2[0] - half, state.x2[-1] + half)
-    kept = {"extent": box, "origin": "lower", "interpolation": "nearest"}
-    shown = axes[0].imshow(state.pressure.T, cmap="cividis", **kept)
-    figure.colorbar(shown, ax=axes[0], label="pressure $p$", shrink=0.8)
-    corners = len(state.pressures)
-    colours = ListedColormap([CLOSED[0], *CLOSED[-corners:]])
-    shown = axes[1].imshow(
-        state.closed.T, cmap=colours, norm=BoundaryNorm(np.arange(-0.5, corners + 1), colours.N), **kept
-    )
-    figure.colorbar(shown, ax=axes[1], label="closed corners", ticks=range(corners + 1), shrink=0.8)
+    colour_map(axes[0], state.pressure, box, "$p$")
+    closed_map(axes[1], state.closed, box, len(state.pressures))
     for axis in axes[:2]:
-        axis.set(xlabel="$x_1$", ylabel="$x_2$", aspect="equal")
-    for number, (direction, label) in enumerate((("x1", "along $x_1$"), ("diagonal", "on the diagonal"))):
+        axis.set(xlabel="$x_1$", ylabel="$x_2$")
+    for number, (direction, label) in enumerate((("x1", "$p$ along $x_1$"), ("diagonal", "$p$, diagonal"))):
         cut = state.along(direction)
         along = cut["x1"] * (np.sqrt(2) if direction == "diagonal" else 1)
-        axes[2].plot(along, cut["pressure"], color=plots.COLOURS[number], label=f"$p$ {label}")
+        axes[2].plot(along, cut["pressure"], color=plots.COLOURS[number], label=label)
     cut = state.along("x1")
     axes[2].plot(
         cut["x1"],
@@ -36,6 +29,24 @@ def draw(state):
         color=plots.COLOURS[0],
         label=r"$M_2/\ell$ along $x_1$",
     )
-    axes[2].set(xlabel="distance from the middle", ylabel="stress")
-    plots.legend_below(axes[2], columns=1)
+    axes[2].set(xlabel="distance", ylabel="stress", xlim=box[:2])
+    axes[2].set_box_aspect(1)
+    figure.legend(handles=axes[2].get_legend_handles_labels()[0], loc="outside lower right", ncols=3)
     return figure
+
+
+def colour_map(axis, values, box, label, **look):
+    """Values of cells from above, (n1, n2), with a bar of colours as high as the panel."""
+    look = {"cmap": "cividis"} | look
+    shown = axis.imshow(values.T, extent=box, origin="lower", interpolation="nearest", aspect="equal", **look)
+    axis.set_title(label)
+    return axis.figure.colorbar(shown, ax=axis, shrink=0.9, pad=0.02)
+
+
+def closed_map(axis, closed, box, corners):
+    """The number of closed corners of cells from above, of as many as the law has."""
+    colours = ListedColormap([CLOSED[0], *CLOSED[-corners:]])
+    edges = BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)
+    bar = colour_map(axis, closed, box, "closed corners", cmap=colours, norm=edges)
+    bar.set_ticks(range(corners + 1))
+    bar.minorticks_off()
