@@ -52,13 +52,14 @@ ACCEPTED = 1e-11  # relative residual at which a state counts as solved
 # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the others for
 # compliances computed less well
 REGULARISATION = (1e-12, 1e-10, 1e-8)
-# change of the forces from one refinement to the next, over their sum: where rigid corners cannot take an
+# change of the load from one refinement to the next, relative: where rigid corners cannot take an
 # approach the forces grow by as much again each time, and no gap beside H f would show it
 SETTLED = 1e-2
 REFINEMENTS = 30  # solves of the proximal point method; 2 or 3 do unless H is nearly singular
 PATIENCE = 5  # block exchanges without progress before single ones; 3 to 10 in the literature
 PIVOTS = 500  # at a load, before its path is followed instead, which is faster by then
 SYMMETRY = 1e-8  # of the largest entry: a compliance off by more was put together wrongly
+SINGULAR = "closed corners have a flexibility that is singular to rounding: are two of them one?"
 TIE = 1e-11  # of the load: events closer than that are one, as the tableau drifts by less
 REFRESH = 200  # rank-one updates before the tableau is made anew
 
@@ -150,18 +151,21 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
     """
     if (load is None) == (approach is None):
         raise BadArgument("load", load, "give either load or approach")
-    problem = _problem(H, g0, c, free=load is not None)
-    closed = _start(start, problem)
     if approach is not None:
         require_finite(approach=approach)
-        return _state(problem, closed, approach=approach)
-    load = _loads([load], "load")[0]
-    try:
-        return _state(problem, closed, load=load)
-    except NotConverged as failure:
-        if not failure.iterations:  # not the pivots
-            raise
-    return replace(path(H, g0, [load], c=c).states[0], followed=True)
+    else:
+        load = _loads([load], "load")[0]
+    singular = None
+    for problem in _problems(H, g0, c, free=load is not None):
+        try:
+            return _state(problem, _start(start, problem), load, approach)
+        except np.linalg.LinAlgError as failure:
+            singular = failure  # more of D, then
+        except NotConverged as failure:
+            if load is None or not failure.iterations:  # not the pivots
+                raise
+            return replace(path(H, g0, [load], c=c).states[0], followed=True)
+    raise NotConverged(SINGULAR) from singular
 
 
 @bounded
@@ -175,7 +179,19 @@ def path(H, g0, loads, *, c=None):
     load.
     """
     loads = _loads(loads, "loads")
-    problem = _problem(H, g0, c, free=True)
+    singular = None
+    for problem in _problems(H, g0, c, free=True):
+        try:
+            return _follow(problem, loads)
+        except NotConverged as failure:
+            singular = failure
+            if not isinstance(failure.__cause__, np.linalg.LinAlgError):
+                raise  # and with more of D otherwise
+    raise singular
+
+
+def _follow(problem, loads):
+    """The Path of one problem."""
     pieces = []
     try:
         for piece in _pieces(problem, loads[-1]):
@@ -194,12 +210,16 @@ def path(H, g0, loads, *, c=None):
             CornerEvent(load, approach, int(problem.touch[i]), "closes" if closed[i] else "opens")
             for i in np.flatnonzero(closed != before)
         ]
-        states += [_state(problem, closed, load=asked) for asked in loads if load <= asked < end]
+        try:
+            states += [_state(problem, closed, load=asked) for asked in loads if load <= asked < end]
+        except np.linalg.LinAlgError as failure:
+            raise NotConverged(SINGULAR, reached=load) from failure
         before = closed
     return Path(states, events)
 
 
-def _problem(H, g0, c, free):
+def _problems(H, g0, c, free):
+    """The _Problem, with more and more of D."""
     H, g0 = np.array(H, float), np.array(g0, float)
     if g0.ndim != 1 or np.any(np.isnan(g0) | (g0 == -np.inf)) or not np.any(np.isfinite(g0)):
         raise BadArgument("g0", g0, "must be one-dimensional, finite or inf, somewhere finite")
@@ -216,22 +236,18 @@ def _problem(H, g0, c, free):
     H = (H + H.T) / 2
     rows[rows == 0] = rows.max() or 1.0
     nearest = int(np.argmin(g0))
+    found = False
     # where a row is nothing beside the others, its own size does not stand against their rounding
     for scale, level in product((rows, np.full_like(rows, rows.max())), REGULARISATION):
         regular = H + np.diag(level * scale)
         reduced = {nearest: _without(regular, nearest)} if free else {}
         if _is_positive(reduced[nearest] if free else regular):
-            return _Problem(H, g0, c, touch, level, level * scale, regular, reduced)
-    raise BadArgument(
-        "H",
-        H,
-        "must be positive semidefinite "
-        + (
-            "on vectors with c.f = 0"
-            if free
-            else "where the approach is given; give the load, or add a rigid level tau c c^T"
-        ),
-    )
+            found = True
+            yield _Problem(H, g0, c, touch, level, level * scale, regular, reduced)
+    if not found:
+        allowed = "where the approach is given; give the load, or add a rigid level tau c c^T"
+        allowed = "on vectors with c.f = 0" if free else allowed
+        raise BadArgument("H", H, f"must be positive semidefinite {allowed}")
 
 
 def _is_positive(H):
@@ -284,7 +300,7 @@ def _state(problem, closed, load=None, approach=None):
         forces = np.maximum(forces, 0)  # rounding
         d = approach if load is None else forces @ (g0 + H @ forces) / forces.sum()  # so that f.g = 0
         residual = _kkt(H, g0, forces, closed, d, load)
-        if load is None and np.abs(forces - before).sum() > SETTLED * forces.sum():
+        if load is None and abs(forces.sum() - before.sum()) > SETTLED * forces.sum():
             residual = max(residual, np.nextafter(ACCEPTED, 1))
         gain = best is None or residual < best[0] / 2
         if best is None or residual < best[0]:
@@ -382,11 +398,8 @@ def _pivoting(K, q, closed, steps, patience=PATIENCE, budget=None):
 def _complementary(K, q, closed):
     """z of the set, w = 0 where closed and z = 0 where open, and where z or w is negative beyond rounding."""
     z, columns = np.zeros(len(q)), K[:, closed]
-    try:
-        with released(columns.shape[1]):
-            z[closed] = np.linalg.solve(columns[closed], -q[closed])
-    except np.linalg.LinAlgError as failure:
-        raise NotConverged(f"singular flexibility of {closed.sum()} closed corners") from failure
+    with released(columns.shape[1]):
+        z[closed] = np.linalg.solve(columns[closed], -q[closed])
     if not np.all(np.isfinite(z)):
         raise NotConverged(f"forces of {closed.sum()} closed corners overflow; scale the flexibility")
     w = q + columns @ z[closed]

@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from microblock.corners.active_set import _kkt, _pivoting, _problem, path, solve
+from microblock.corners.active_set import _kkt, _pivoting, _problems, path, solve
 from microblock.errors import BadArgument, MicroblockError, NotConverged
 
 PROBLEMS = 10_000
@@ -123,7 +123,7 @@ def test_plain_active_set_cycles():
         _, H, g0, c, level = problem(seed)
         if "approach" in level:
             continue
-        [(r, K)] = _problem(H, g0, c, free=True).reduced.items()
+        [(r, K)] = next(_problems(H, g0, c, free=True)).reduced.items()
         q = np.delete(g0 - g0[r] + level["load"] * (H[:, r] - H[r, r]), r)
         nothing = np.zeros(len(q), bool)
         with_safeguard, _ = _pivoting(K, q, nothing, Counter())

@@ -77,9 +77,9 @@ def test_slope_discontinuities_and_edges_give_a_state_or_say_why_not(solid, law,
         is_a_state(state, load * solid.E)
 
 
-# a flexibility of 1e-300 overflows when it is inverted: nothing, or within a dozen decades
+# nothing, or within a dozen decades as products: a flexibility of 1e-16 of another one is lost in rounding
 entries = strategies.floats(-1, 1, allow_subnormal=False).map(
-    lambda entry: entry if abs(entry) > 1e-12 else 0.0
+    lambda entry: entry if abs(entry) > 1e-6 else 0.0
 )
 
 
@@ -116,7 +116,10 @@ def test_active_set_gives_a_state_or_says_why_not(problem, given_level, by_load)
     sunk, level = H[np.ix_(touch, touch)], weights[touch] * state.approach
     left = gaps[touch] - level + sunk @ state.forces[touch]
     terms = (np.abs(gaps[touch]) + np.abs(level) + np.abs(sunk) @ state.forces[touch]).max()
-    # solved to 1e-11 of each corner's own terms, over weights of four decades
+    # solved to 1e-11 of each corner's own terms, over weights of four decades; where rigid corners take all
+    # of the load, to rounding of what the others would sink under it
+    shares = sunk / np.outer(weights[touch], weights[touch])
+    terms = max(terms, 1e-4 * np.abs(shares).max() * weights.max() * (given_level if by_load else 0.0))
     assert left.min() >= -1e-9 * terms
     if by_load:
         assert weights @ state.forces == pytest.approx(given_level, rel=1e-9)
