@@ -126,9 +126,20 @@ class LineSolver:
         return states
 
     def _fit(self, zones, order, edges, **steps):
-        """The state with its edges fitted; edges of the two corners that run into each other are
-        exchanged.
+        """The state with its edges fitted; edges of the two corners that run into each other are exchanged,
+        and zones of one corner joined that nothing keeps apart.
         """
+        state = self._with_edges_exchanged(zones, order, edges, **steps)
+        whole = topology.healed(state.zones, edges)
+        if whole == state.zones:
+            return state
+        try:
+            other = contact_line.fit(self.problem, self.load, whole, order=order, tolerance=edges, **steps)
+        except NotConverged:
+            return state
+        return other if survey(other).worth <= max(edges, survey(state).worth) else state
+
+    def _with_edges_exchanged(self, zones, order, edges, **steps):
         good = None
         for _ in range(CROSSINGS):
             try:

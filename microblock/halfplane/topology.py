@@ -142,6 +142,23 @@ def alike(zones, others, tolerance):
     return bool(np.abs(first - second).max() <= tolerance * np.ptp(first))
 
 
+def healed(zones, tolerance):
+    """Zones with those of one corner joined that are apart by less than a tolerance times the width of all:
+    a single panel in tension may open such a gap, and nothing closes it.
+    """
+    edges = np.array(zone_edges(zones))
+    least = tolerance * np.ptp(edges)
+    found = {}
+    for corner, intervals in zones.items():
+        own = []
+        for left, right in intervals:
+            if own and left - own[-1][1] < least:
+                left = own.pop()[0]
+            own.append((left, right))
+        found[corner] = tuple(own)
+    return found
+
+
 def crossed(problem, zones, edges):
     """Zones with two neighbouring edges that have met exchanged: apart by a share of the way to the next
     edge, on the other side.

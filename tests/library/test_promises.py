@@ -114,3 +114,12 @@ def test_a_path_that_ends_among_many_small_zones_begins_at_first_touch():
     assert len(path.at(0.3).zones["contact"]) == 1 + sum(
         {"born": 1, "merged": -1}[event.kind] for event in late
     )
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-4])
+def test_no_gap_is_left_in_a_zone_where_nothing_keeps_it_open(rtol):
+    """A panel in tension opens one on the way; fitted, it is 1e-7 wide and holds the same pressures."""
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.0476545)
+    state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(10.0), mb.Microblock(0.0121587)).solve(1.0, rtol=rtol)
+    assert [len(state.zones[name]) for name in ("A", "B", "full")] == [1, 1, 1]
+    assert state.residual < 1e-3  # as elsewhere
