@@ -1,10 +1,9 @@
 """A body condensed to the nodes of a contact boundary: its compliance, and the fields of any contact state.
 
 The bulk is assembled once; the interiors of the elements are eliminated while that is done. What is left is
-factorised with the unknowns of the contact boundary last, in a fill-reducing order for the others: of K = L
-U, L = U^T/diag U, the trailing block of U is, row by row over the root of its diagonal, the Cholesky factor
-of the Schur complement S, with no solve at all. With R the values of u.n and psi at the Gauss-Lobatto points
-of the contact facets the compliance is ``R S^-1 R^T``.
+factorised with the unknowns of the contact boundary last, in a fill-reducing order for the others: the
+trailing block of the Cholesky factor is that of the Schur complement S, with no solve at all. With R the
+values of u.n and psi at the Gauss-Lobatto points of the contact facets the compliance is ``R S^-1 R^T``.
 """
 
 from functools import cached_property
@@ -12,20 +11,18 @@ from functools import cached_property
 import ngsolve as ng
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.sparse import csc_matrix, csr_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse import csr_matrix
 
 from .. import cost
 from ..corners.compliance import Compliance
 from ..errors import BadArgument, NotConverged, require_kind
 from ..model.quadrature import lagrange
 from ..threads import bounded, released
+from . import factors
 from .body import CURVED, Body, Fields
 from .facets import lobatto, outward_sides
 
 FLAT = 1e-12  # n1 below which a displacement along x1 does not enter the gaps
-# no pivoting: K is positive definite
-SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
 # of a diagonal entry, below which what is left of it is rounding: 1e-12 and less without supports, 1e-6 for
 # beta = 2 - 1e-6 and nu = 0.4999 with them
 CANCELLED = 1e-11
@@ -222,26 +219,17 @@ class Condensed(ContactNodes):
         used[onto.indices] = True
         inner, contact = np.flatnonzero(free & ~used), np.flatnonzero(free & used)
         try:
-            first = splu(csc_matrix(bulk[inner][:, inner]), permc_spec="MMD_AT_PLUS_A", **SYMMETRIC)
-            self._order = np.concatenate((inner[np.argsort(first.perm_c)], contact))
-            self._factors = splu(
-                csc_matrix(bulk[self._order][:, self._order]), permc_spec="NATURAL", **SYMMETRIC
-            )
-            straight = np.arange(len(self._order))
-            if np.any(self._factors.perm_r != straight) or np.any(self._factors.perm_c != straight):
-                raise RuntimeError("the factorisation pivots")
-            upper = self._factors.U[len(inner) :, len(inner) :].toarray()
+            self._factors = factors.usual()(bulk, inner, contact)
         except MemoryError as failure:
             raise NotConverged(
                 f"no memory to factorise {self.unknowns} unknowns: take longer elements, a lower order "
                 "or a larger rtol"
             ) from failure
-        except RuntimeError as failure:
+        except factors.Singular as failure:
             raise NotConverged(f"no factorisation of the bulk: {failure}; {HELD}") from failure
-        if not np.all(self._factors.U.diagonal() > CANCELLED * bulk.diagonal()[self._order]):
+        if not self._factors.least > CANCELLED:
             raise NotConverged(f"singular matrix of the bulk; {HELD}")
-        self._cholesky = upper / np.sqrt(np.diag(upper))[:, None]
-        self._rows = onto[:, contact].toarray()
+        self._rows = onto[:, self._factors.contact].toarray()
         self._bulk = bulk
 
     def _onto(self):
@@ -258,8 +246,8 @@ class Condensed(ContactNodes):
         return csr_matrix((data, (row, column)), shape=(2 * n, self.body.space.ndof))
 
     def _matrix(self):
-        with released(len(self._cholesky)):
-            half = solve_triangular(self._cholesky, self._rows.T, trans="T")
+        with released(len(self._factors.block)):
+            half = solve_triangular(self._factors.block, self._rows.T, lower=True)
             return half.T @ half
 
     @bounded
@@ -268,11 +256,12 @@ class Condensed(ContactNodes):
         state = ng.GridFunction(self.body.space)
         right = self._onto().T @ np.concatenate((forces, moments))
         vector = state.vec.FV().NumPy()
-        vector[self._order] = self._factors.solve(right[self._order])
-        left = (right - self._bulk @ vector)[self._order]
+        free = np.array(list(self.body.space.FreeDofs(True)))
+        vector[:] = self._factors.solve(right)
+        left = np.where(free, right - self._bulk @ vector, 0.0)
         if not np.linalg.norm(left) <= UNSOLVED * np.linalg.norm(right):
             raise NotConverged(f"singular matrix of the bulk; {HELD}")
-        vector[self._order] += self._factors.solve(left)  # one step of refinement
+        vector += self._factors.solve(left)  # one step of refinement
         forces = self._bulk @ vector - right  # of the supports; inside the elements nothing acts
         state.vec.data += self.form.harmonic_extension * state.vec
         return Fields(self.body, state.components, forces)
