@@ -35,6 +35,7 @@ class Factors(ABC):
     block : array (m, m)
         Lower triangular, the Cholesky factor of their Schur complement.
     least : float, the smallest square of a diagonal entry of L over that of the matrix
+    entries : int, of L and L^T
 
     Raises
     ------
@@ -47,6 +48,7 @@ class Factors(ABC):
     contact: np.ndarray
     block: np.ndarray
     least: float
+    entries: int
 
     @abstractmethod
     def __init__(self, matrix, inner, contact): ...
@@ -71,6 +73,7 @@ class SuperLU(Factors):
                 raise Singular("the factorisation pivots")
         except RuntimeError as failure:
             raise Singular(str(failure)) from failure
+        self.entries = self._factors.L.nnz + self._factors.U.nnz
         upper = self._factors.U[len(inner) :, len(inner) :].toarray()
         self.least = float((self._factors.U.diagonal() / own.diagonal()).min())
         if not self.least > 0:
@@ -104,7 +107,8 @@ class Cholmod(Factors):
         self.contact = self._free[place[last]]
         diagonal = np.array(cholmod.diag(self._factors)).ravel()
         self.least = float((diagonal**2 / matrix.diagonal()[self._free[place]]).min())
-        columns = cholmod.getfactor(self._factors)[:, _dense(last)]
+        factor = cholmod.getfactor(self._factors)
+        self.entries, columns = 2 * len(factor), factor[:, _dense(last)]
         self._factors = None  # cvxopt gives L away, and is left with the pattern of a slower kind
         block = csc_matrix(tuple(np.array(part).ravel() for part in columns.CCS)[::-1], columns.size)
         self.block = block[last].toarray()
