@@ -108,7 +108,7 @@ def test_a_factorisation_without_memory_says_so(body, monkeypatch):
     def none(*arguments, **options):
         raise MemoryError
 
-    monkeypatch.setattr(condensation, "splu", none)
+    monkeypatch.setattr(condensation.factors, "usual", lambda: none)
     with pytest.raises(mb.NotConverged, match="no memory to factorise"):
         Condensed(body)
 
