@@ -167,8 +167,11 @@ class SurfaceSolver(Solver):
         first = None if start is None else _spread(start, grid) * area
         found = projected_gradients.solve(H, g0, load=load, approach=approach, start=first, rtol=residual)
         surface = H.surface(found.forces)
-        pressures = found.forces / area
-        psi, moment = self._turned(H, found.forces, surface, area)
+        closed = found.gaps <= 2 * max(found.kkt, residual) * np.ptp(surface[0])
+        forces = self.surface_law.of_least_norm(found.forces, closed)
+        pressures = forces / area
+        touching = (forces > 0) | (closed.all(axis=0) & (len(forces) > 1))
+        psi, moment = self._turned(H, forces, surface, area)
         return SurfaceState(
             self.contact,
             found.load,
@@ -180,6 +183,7 @@ class SurfaceSolver(Solver):
             psi,
             surface[0],
             moment,
+            touching.sum(axis=0),
             found.kkt,
             found.products,
         )

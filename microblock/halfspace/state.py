@@ -21,7 +21,7 @@ class SurfaceState(Shown):
     """A contact state of a half-space.
 
     Where all four corners of a block are closed their forces are not unique: four forces act on three degrees
-    of freedom. `pressure` and `micromoment`, their resultants, are; `pressures` are one such choice.
+    of freedom. `pressure` and `micromoment`, their resultants, are; `pressures` are those of least norm.
 
     Attributes
     ----------
@@ -42,6 +42,8 @@ class SurfaceState(Shown):
         Normal displacement into the body (length).
     micromoment : array (2, n, n)
         M1 and M2 of the corners' forces, or the reaction to psi = 0 (stress x length).
+    closed : array (n, n) of int
+        Number of closed corners at each cell: those with a force, and all four where no gap is open.
     error_estimate : float or None
         Relative L2 error of pressure and micromoment, as means over the cells of the grid before; None where
         there is no such grid.
@@ -62,6 +64,7 @@ class SurfaceState(Shown):
     psi: Array
     displacement: Array
     micromoment: Array
+    closed: Array
     residual: float
     iterations: int
     error_estimate: float | None = None
@@ -83,11 +86,6 @@ class SurfaceState(Shown):
     def unknowns(self) -> int:
         """Corner forces."""
         return self.pressure.size * len(self.pressures)
-
-    @cached_property
-    def closed(self) -> Array:
-        """Number of closed corners at each cell, array (n, n)."""
-        return np.sum([own > 0 for own in self.pressures.values()], axis=0)
 
     @property
     def contact_area(self) -> float:

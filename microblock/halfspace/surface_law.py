@@ -21,6 +21,7 @@ from ..model.types import LawLike
 from .obstacles import heights
 
 CORNERS = {"--": (-1, -1), "-+": (-1, 1), "+-": (1, -1), "++": (1, 1)}
+NONE = np.array((1.0, -1.0, -1.0, 1.0))  # forces on them that have neither a resultant nor a moment
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,29 @@ class SurfaceLaw:
                 for a, b in self.offsets
             ]
         )
+
+    def of_least_norm(self, forces: Array, closed: Array) -> Array:
+        """Returns the forces of least norm with the same resultants, array (corners, ...).
+
+        Only blocks with all four corners closed have a choice: the forces 1, -1, -1, 1 on them have no
+        resultant. None becomes negative.
+
+        Parameters
+        ----------
+        forces : array (corners, ...)
+        closed : boolean array (corners, ...)
+            Whether the gap is closed, with or without a force.
+        """
+        if len(forces) != len(NONE):
+            return forces
+        free = closed.all(axis=0)
+        signs = NONE.reshape(-1, *[1] * free.ndim)
+        least = (
+            np.where(signs > 0, forces, np.inf).min(axis=0),
+            np.where(signs < 0, forces, np.inf).min(axis=0),
+        )
+        share = np.clip(-(signs * forces).sum(axis=0) / len(NONE), -least[0], least[1])
+        return np.maximum(forces + np.where(free, share, 0.0) * signs, 0.0)
 
 
 def on_surface(law: LawLike) -> SurfaceLaw:

@@ -10,6 +10,7 @@ from microblock.halfplane.kernels import kernels as on_line
 from microblock.halfplane.kernels import symbol as plane_symbol
 from microblock.halfspace.kernels import kernels
 from microblock.halfspace.solver import _means
+from microblock.halfspace.surface_law import on_surface
 from microblock.halfspace.symbol import along, symbol
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
@@ -278,3 +279,30 @@ def test_a_state_shows_itself(tmp_path):
     state.plot(tmp_path / "sphere.png")
     assert (tmp_path / "sphere.png").stat().st_size > 10_000
     assert 0 < state.hardness < 10 and state.unknowns == 4 * 32**2
+
+
+def test_forces_that_are_not_unique_have_the_least_norm():
+    """The state is symmetric as the problem is, although forces of blocks on four corners are not unique."""
+    state = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(R), mb.Microblock(), mb.Cells(nodes=48)).solve(load=1.0)
+    assert np.any(state.closed == 4)
+    for same in (state.closed[::-1], state.closed[:, ::-1], state.closed.T):
+        # cells at an edge may fall on either side by rounding
+        assert np.count_nonzero(same != state.closed) <= 4
+    forces = np.array(list(state.pressures.values()))
+    inside = (forces > 0).all(axis=0)
+    alternating = forces[0] - forces[1] - forces[2] + forces[3]
+    assert np.abs(alternating[inside]).max() < 1e-12 * forces.max()
+
+
+def test_forces_of_least_norm_keep_their_resultants():
+    law = on_surface(mb.Microblock(0.1))
+    forces = np.random.default_rng(0).exponential(size=(4, 50))
+    closed = np.random.default_rng(1).random((4, 50)) < 0.8
+    least = law.of_least_norm(forces, closed)
+    rows = np.column_stack((np.ones(4), law.levers))
+    assert rows.T @ least == pytest.approx(rows.T @ forces, abs=1e-12)
+    assert np.all(least >= 0) and np.all(
+        np.linalg.norm(least, axis=0) <= np.linalg.norm(forces, axis=0) + 1e-12
+    )
+    some = ~closed.all(axis=0)
+    assert np.array_equal(least[:, some], forces[:, some]) and some.any() and not some.all()
