@@ -9,7 +9,15 @@ from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .errors import BadArgument, require_finite, require_kind, require_positive, require_tolerance
+from .errors import (
+    NOT_YET,
+    BadArgument,
+    plain,
+    require_finite,
+    require_kind,
+    require_positive,
+    require_tolerance,
+)
 from .model import law as laws
 from .model import obstacles
 from .model.events import LoadPath
@@ -143,9 +151,13 @@ class Contact(Shown):
         >>> problem.solve(load=1.1, initial=state).half_width > state.half_width
         True
         """
+        load, approach, rtol = plain(load), plain(approach), plain(rtol)
         self._check(load, approach, rtol, initial)
         start: Any = getattr(initial, "solution", initial)
-        return self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
+        state = self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
+        if approach is not None and not state.load > 0:
+            raise BadArgument("approach", approach, NOT_YET)
+        return state
 
     @staticmethod
     def _check(load: float | None, approach: float | None, rtol: float | None, initial: State | None) -> None:
@@ -188,6 +200,7 @@ class Contact(Shown):
         >>> path.at(0.25).load
         0.25
         """
+        load, rtol = plain(load), plain(rtol)
         self._check(load, None, rtol, None)
         if self.solver.has_fitted_zones:
             from .path import ZonePath  # here: a single state does without

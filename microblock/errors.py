@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection, Iterable
+from dataclasses import fields
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -14,6 +17,8 @@ MANY = 6  # entries of a sequence from which its first FEW are shown
 FEW = 3
 NUMBERS = int, float, np.integer, np.floating
 MOST = 2**62  # whole number where no other limit stands: what arrays are counted by
+NOT_YET = "must be larger: the obstacle touches no node or cell of the body yet"  # of an approach
+BOUNDED = "a flat or low one presses a Body, whose surface ends, or with period= a surface that repeats"
 # of lengths, stresses and loads: products of a few of them stay within 1e+-300
 SMALLEST, LARGEST = 1e-50, 1e50
 
@@ -149,6 +154,20 @@ def _finite(name: str, value: object) -> Number:
     return value
 
 
+def plain(value: Any) -> Any:
+    """Returns a number of numpy, or an array of no dimension, as Python's: products of narrow integers would
+    overflow. Anything else is returned as it is.
+    """
+    scalar = isinstance(value, np.generic) or (isinstance(value, np.ndarray) and not value.ndim)
+    return value.item() if scalar else value
+
+
+def make_plain(one: Any) -> None:
+    """Replaces numbers of numpy by Python's in the fields of a dataclass, frozen or not."""
+    for field in fields(one):
+        object.__setattr__(one, field.name, plain(getattr(one, field.name)))
+
+
 def require_finite(**arguments: object) -> None:
     """Raises BadArgument for the first argument that is no finite real number, or larger than products of it
     can be.
@@ -202,6 +221,18 @@ def require_whole(least: int, most: int | None = None, **arguments: object) -> N
                 "must be a whole number"
                 + (f", at least {least}" if most is None else f" between {least} and {most}"),
             )
+
+
+def require_place(path: str | os.PathLike[str], name: str = "path") -> None:
+    """Raises BadArgument unless a file can have this path: in a folder that exists, and no folder itself."""
+    try:
+        where = Path(path)
+    except TypeError as failure:
+        raise BadArgument(name, path, "must name a file") from failure
+    if where.is_dir():
+        raise BadArgument(name, str(path), "must name a file, and is a folder")
+    if not where.parent.is_dir():
+        raise BadArgument(name, str(path), f"must lie in a folder that exists, and {where.parent} does not")
 
 
 def require_choice(known: Collection[str], **arguments: object) -> None:

@@ -18,6 +18,8 @@ class Compliance:
     matrix : array (2 n, 2 n), symmetric
         (u.n at all nodes, psi at all nodes) from (normal forces along n, moments), per thickness.
     ell : length of a microblock
+    apart : boolean array (n - 1,), optional
+        Whether the surface is interrupted between a node and the next, as by a groove.
 
     Examples
     --------
@@ -32,6 +34,7 @@ class Compliance:
     weights: np.ndarray
     matrix: np.ndarray
     ell: float
+    apart: np.ndarray | None = None
 
     def __post_init__(self):
         count = len(self.weights)

@@ -19,7 +19,8 @@ from . import active_set
 class AtNodes(Solution):
     """Base of solutions at nodes along a surface: what is between the nodes follows from what is there.
 
-    A solution has `points`, `normals`, `displacement` and `psi` at the nodes, in the order of x1.
+    A solution has `points`, `normals`, `displacement` and `psi` at the nodes, in the order of x1, and
+    `apart`: None, or whether the surface is interrupted between a node and the next.
     """
 
     @property
@@ -40,7 +41,11 @@ class AtNodes(Solution):
 
     def reaches(self, x):
         """Whether places x lie on the contact boundary, boolean array (n,)."""
-        return (x >= self.x[0]) & (x <= self.x[-1])
+        inside = (x >= self.x[0]) & (x <= self.x[-1])
+        if self.apart is None:
+            return inside
+        before = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, len(self.apart) - 1)
+        return inside & ~(self.apart[before] & (x > self.x[before]) & (x < self.x[before + 1]))
 
     def pressure(self, corner, x):
         """Pressure of a corner (its number) at x1 = x, array (n,)."""
@@ -56,7 +61,10 @@ class AtNodes(Solution):
         """
         if not np.all(self.reaches(x)):
             raise BadArgument(
-                "x", x, f"must lie on the contact boundary, from {self.x[0]:g} to {self.x[-1]:g}"
+                "x",
+                x,
+                f"must lie on the contact boundary, from {self.x[0]:g} to {self.x[-1]:g}"
+                + ("" if self.apart is None or not self.apart.any() else " without its interruptions"),
             )
         x2, n1, n2, displacement, psi = (
             self.interpolated(values, x)
@@ -111,6 +119,10 @@ class NodalSolution(AtNodes):
         return self.compliance.normals
 
     @property
+    def apart(self):
+        return self.compliance.apart
+
+    @property
     def weights(self):
         """Lengths of the surface, curved or not: pressures act along -n; the load is ``weights @ (p*n2)``."""
         return self.compliance.weights
@@ -151,7 +163,7 @@ class NodalSolution(AtNodes):
         """{"A", "B", "full", "contact": [(left, right), ...]} of x1; a node stands for half the way to its
         neighbours.
         """
-        return zones_of(self.x, self.closed, self.law)
+        return zones_of(self.x, self.closed, self.law, self.apart)
 
     @cached_property
     def energy(self):
@@ -211,7 +223,15 @@ class NodalSolver(Solver):
     @cached_property
     def system(self):
         """(flexibility, initial gaps, shares in the load) of the law's corners."""
-        return self.compliance.corner_system(self.law, self.obstacle)
+        found = self.compliance.corner_system(self.law, self.obstacle)
+        if not np.isfinite(found[1]).any():
+            raise BadArgument(
+                "obstacle",
+                self.obstacle,
+                "faces no node of the contact boundary: it has to be above it, and the boundary's outward "
+                "normal has to point up, along x2",
+            )
+        return found
 
     def together(self, closed):
         """Closed corners, array (corners, nodes): where psi is constrained one of them stands for all."""
@@ -240,18 +260,21 @@ class NodalPath(LoadPath):
         """Zones that are born, merge, split or vanish, ascending in load.
 
         Zones are those of the nodes, so `load_error` is what these leave open: the way back to the nodal
-        event before; x, also that of first touch, is good to the distance of two nodes.
+        event before, and what an edge that is known to the distance of two nodes is worth, of a load that
+        grows like the square of the contact's width. x, also that of first touch, is good to that distance.
         """
         solver, law = self.problem.solver, self.problem.law
         x = solver.compliance.points[:, 0]
         closed = np.zeros(len(law.corners) * len(x), bool)
-        before, previous, found = zones_of(x, closed.reshape(-1, len(x)), law), 0.0, []
+        apart = solver.compliance.apart
+        before, previous, found = zones_of(x, closed.reshape(-1, len(x)), law, apart), 0.0, []
         for load, changes in groupby(self.nodal_events, key=lambda event: event.load):
             for change in changes:
                 closed[change.corner] = change.kind == "closes"
-            after = zones_of(x, solver.together(closed), law)
+            after = zones_of(x, solver.together(closed), law, apart)
+            error = load - previous + load * _unseen(x, apart, after["contact"])
             found += [
-                Event(load, load - previous, kind, zone, place)
+                Event(load, error, kind, zone, place)
                 for zone, intervals in after.items()
                 for kind, place in zone_changes(before[zone], intervals)
             ]
@@ -259,11 +282,27 @@ class NodalPath(LoadPath):
         return found
 
 
-def zones_of(x, closed, law, end=None):
-    """{name: intervals} of closed nodes; the last one stands for the surface up to `end`, or up to itself."""
-    borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:] if end is None else (end,)))
-    own = []
-    for flags in closed.copy():
-        flags[1:-1] |= flags[:-2] & flags[2:]  # one node may close after its neighbours
-        own.append([(float(borders[first]), float(borders[last + 1])) for first, last in runs(flags)])
+def _unseen(x, apart, contact):
+    """The largest distance of two nodes in and beside the contact over its half-width, at most 1."""
+    if not contact:
+        return 0.0
+    left, right = contact[0][0], contact[-1][1]
+    beside = (x[1:] >= left) & (x[:-1] <= right) & (True if apart is None else ~apart)
+    return min(1.0, float(np.diff(x)[beside].max(initial=0.0)) / max((right - left) / 2, 1e-300))
+
+
+def zones_of(x, closed, law, apart=None, end=None):
+    """{name: intervals} of closed nodes; the last one stands for the surface up to `end`, or up to itself.
+
+    A zone ends where the surface is interrupted (`apart`).
+    """
+    pieces = np.split(np.arange(len(x)), [] if apart is None else np.flatnonzero(apart) + 1)
+    own = [[] for _ in closed]
+    for piece in pieces:
+        here = x[piece]
+        last = here[-1:] if end is None else (end,)
+        borders = np.concatenate((here[:1], (here[1:] + here[:-1]) / 2, last))
+        for found, flags in zip(own, closed[:, piece]):
+            flags[1:-1] |= flags[:-2] & flags[2:]  # one node may close after its neighbours
+            found += [(float(borders[first]), float(borders[after + 1])) for first, after in runs(flags)]
     return contact_zones(dict(enumerate(own)), law.corners)

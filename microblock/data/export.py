@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, MissingExtra
+from ..errors import BadArgument, MissingExtra, require_kind, require_place
+from ..halfspace.state import SurfaceState
 from ..model.events import LoadPath
 from ..model.state import State
 from ..model.zones import zone_edges
@@ -51,7 +52,37 @@ def profile(state: State) -> dict[str, np.ndarray]:
     }
 
 
-def to_csv(what: State | LoadPath | Sequence[Mapping[str, object]], path: str | os.PathLike) -> None:
+def cells(state: SurfaceState) -> dict[str, np.ndarray]:
+    """Return what a state of a half-space has on its cells.
+
+    Parameters
+    ----------
+    state : SurfaceState
+
+    Returns
+    -------
+    dict of arrays (n, n)
+        Values at the centres of the cells: "x1", "x2", "weight" (the area of a cell), "pressure" of all
+        corners together, "m1", "m2" (micromoment), "psi1", "psi2", "displacement" and "closed".
+    """
+    x1, x2 = np.meshgrid(state.x1, state.x2, indexing="ij")
+    return {
+        "x1": x1,
+        "x2": x2,
+        "weight": state.weights,
+        "pressure": state.pressure,
+        "m1": state.micromoment[0],
+        "m2": state.micromoment[1],
+        "psi1": state.psi[0],
+        "psi2": state.psi[1],
+        "displacement": state.displacement,
+        "closed": state.closed,
+    }
+
+
+def to_csv(
+    what: State | SurfaceState | LoadPath | Sequence[Mapping[str, object]], path: str | os.PathLike
+) -> None:
     """Write a state, the events of a load path, or the rows of a study as CSV, with the versions in each row.
 
     `microblock.data.records.read_records` reads it back: numbers digit by digit, None as None, anything else
@@ -60,16 +91,16 @@ def to_csv(what: State | LoadPath | Sequence[Mapping[str, object]], path: str | 
     Parameters
     ----------
     what : state, load path, or list of dict
-        Of a state the table has its `profile`, a row a node, with load, approach and error estimate. Of a
-        load path it has a row an event, with load, load_error, kind, zone and x. Of dicts with the same keys,
-        as `sweep` returns them, it has a row a dict.
+        Of a state the table has its `profile`, a row a node, with load, approach and error estimate; of one
+        of a half-space its `cells`, a row a cell. Of a load path: a row an event, with load, load_error,
+        kind, zone and x. Of dicts with the same keys, as `sweep` returns them, it has a row a dict.
     path : str or path
         Where to write it, with its ending.
 
     Raises
     ------
     BadArgument
-        If `what` is anything else; then no file is written.
+        If `what` is anything else, or no file can be there; then no file is written.
 
     Examples
     --------
@@ -81,8 +112,11 @@ def to_csv(what: State | LoadPath | Sequence[Mapping[str, object]], path: str | 
     >>> round(sum(row["weight"]*row["pressure"] for row in rows), 9)
     1.0
     """
+    require_place(path)
     if isinstance(what, State):
-        rows = _nodes(what)
+        rows = _nodes(what, profile(what))
+    elif isinstance(what, SurfaceState):
+        rows = _nodes(what, cells(what))
     elif isinstance(what, LoadPath):
         rows = [asdict(event) for event in what.events]
     else:
@@ -90,8 +124,8 @@ def to_csv(what: State | LoadPath | Sequence[Mapping[str, object]], path: str | 
     write_records(path, rows)
 
 
-def _nodes(state):
-    columns = {name: np.asarray(values, float).tolist() for name, values in profile(state).items()}
+def _nodes(state, columns):
+    columns = {name: np.asarray(values, float).ravel().tolist() for name, values in columns.items()}
     common = {"load": float(state.load), "approach": state.approach, "error_estimate": state.error_estimate}
     return [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())]
 
@@ -113,7 +147,10 @@ def _same_columns(rows):
 
 
 def to_vtk(
-    state: State, path: str | os.PathLike, x1: ArrayLike | None = None, x2: ArrayLike | None = None
+    state: State | SurfaceState,
+    path: str | os.PathLike,
+    x1: ArrayLike | None = None,
+    x2: ArrayLike | None = None,
 ) -> list[Path]:
     """Write a state as VTK files: the contact surface, and the fields below it where the state has them.
 
@@ -125,9 +162,10 @@ def to_vtk(
     Parameters
     ----------
     state : State
-        A state of any method.
+        A state of any method; one of a half-space has the surface alone, with its `cells`.
     path : str or path
-        The beginning of the files' names, to which "_surface.vtu" and "_body.vtu" are added.
+        The beginning of the files' names, to which "_surface.vtu" and "_body.vtu" are added; an ending ".vtu"
+        of its own is left out.
     x1, x2 : array_like, optional
         The grid of a half-plane, ascending, with x2 <= 0. By default it is 1.5 times as wide and as deep as
         the contact, and finer towards the surface.
@@ -154,6 +192,9 @@ def to_vtk(
     >>> meshio.read(body).point_data["stress"].shape
     (20, 4)
     """
+    require_kind((State, SurfaceState), "a state", state=state)
+    require_place(path if Path(path).suffix else f"{path}.vtu")
+    path = str(path).removesuffix(".vtu")
     surface, body = (Path(f"{path}_{part}.vtu") for part in ("surface", "body"))
     if state.method != "panels" and (x1 is not None or x2 is not None):
         raise BadArgument(
@@ -161,6 +202,9 @@ def to_vtk(
             (x1, x2),
             "belong to a state on the contact line of a half-plane; others have their own nodes",
         )
+    if isinstance(state, SurfaceState):
+        _write_cells(state, surface)
+        return [surface]
     _write_surface(state, surface)
     if state.method == "panels":
         _write_grid(state, body, *_grid(state, x1, x2))
@@ -169,6 +213,20 @@ def to_vtk(
     else:
         return [surface]
     return [surface, body]
+
+
+def _write_cells(state, path):
+    """The surface of a half-space: values at the centres of its cells, quadrilaterals between them."""
+    data = {name: values.ravel() for name, values in cells(state).items()}
+    numbers = np.arange(state.pressure.size).reshape(state.pressure.shape)
+    points = np.column_stack((data.pop("x1"), data.pop("x2"), np.zeros(numbers.size)))
+    _write(path, points, [("quad", _quadrilaterals(numbers))], data)
+
+
+def _quadrilaterals(numbers):
+    """Those between the points of a grid that have these numbers."""
+    corners = (numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1])
+    return np.column_stack([one.ravel() for one in corners])
 
 
 def _write_surface(state, path):
@@ -194,14 +252,13 @@ def _write_grid(state, path, x1, x2):
     across, down = (part.ravel() for part in np.meshgrid(x1, x2))
     found, zero = state.fields(across, down), np.zeros_like(across)
     numbers = np.arange(across.size).reshape(len(x2), len(x1))
-    corners = (numbers[:-1, :-1], numbers[:-1, 1:], numbers[1:, 1:], numbers[1:, :-1])
     data = {
         "u": np.column_stack((*found.u, zero)),
         "psi": found.psi,
         "stress": found.stress.reshape(4, -1).T,
         "couple_stress": found.couple_stress.T,
     }
-    quads = np.column_stack([one.ravel() for one in corners])
+    quads = _quadrilaterals(numbers)
     _write(path, np.column_stack((across, down, zero)), [("quad", quads)], data)
 
 

@@ -10,12 +10,14 @@ import numpy as np
 from .. import cost
 from ..errors import BadArgument, NotConverged, require_kind, require_whole
 from ..model.fields import PointFields
+from ..model.fields import points as at_points
 from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
 from .meshes import require_sound
 
+USUAL_CONTACT = "contact"  # the name of the contact boundary
 FIELDS = ("u1", "u2", "psi")
 CURVED = 4  # more integration orders for the energy, for elements with curved sides
 SINGULAR = 1e-8  # relative residual of a direct solve beyond which the matrix counts as singular
@@ -104,7 +106,7 @@ class Body(Shown):
         fixed=(),
         prescribed=None,
         periodic=False,
-        contact="contact",
+        contact=USUAL_CONTACT,
     ):
         require_sound(mesh)
         require_kind(Cosserat, "a Cosserat", solid=solid)
@@ -121,6 +123,8 @@ class Body(Shown):
         self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
         self.space = self.spaces[0] * self.spaces[1] * self.spaces[2]
         self._require_periodic_values()
+        if contact != USUAL_CONTACT:
+            self.boundary(contact, "contact")
         self.derived: dict = {}  # what costs a factorisation, kept as long as the body by who makes it
 
     def __reduce__(self):
@@ -238,21 +242,23 @@ class Body(Shown):
                 self.boundary(pattern)
         return {name: "|".join(named) for name, named in patterns.items()}
 
-    def boundary(self, pattern):
+    def boundary(self, pattern, argument="boundary"):
         """The region of the boundaries that a pattern names; BadArgument if there are none, also for one of
-        its names.
+        its names, with the name of the argument that it was.
         """
         names = sorted(set(self.mesh.GetBoundaries()))
         if not isinstance(pattern, str):
-            raise BadArgument("boundary", pattern, f"must be a name or pattern of {', '.join(names)}")
+            raise BadArgument(argument, pattern, f"must be a name or pattern of {', '.join(names)}")
         try:
             region = self.mesh.Boundaries(pattern)
         except RuntimeError as failure:
-            raise BadArgument("boundary", pattern, f"is no regular expression: {failure}") from failure
+            raise BadArgument(argument, pattern, f"is no regular expression: {failure}") from failure
         missing = [name for name in pattern.split("|") if name.isidentifier() and name not in names]
         if missing or not any(region.Mask()):
             which = "" if missing in ([], [pattern]) else f"{', '.join(missing)} "
-            raise BadArgument("boundary", pattern, f"{which}is none of {', '.join(names)}")
+            raise BadArgument(
+                argument, pattern, f"{which}is none of the mesh's boundaries, {', '.join(names)}"
+            )
         return region
 
     def held_on(self, boundary):
@@ -264,6 +270,7 @@ class Body(Shown):
         """The region of a contact boundary; BadArgument where supports hold u2 on a part of it, which cannot
         be pressed.
         """
+        region = self.boundary(boundary, "contact" if boundary == self.contact else "boundary")
         if "u2" in self.held_on(boundary):
             raise BadArgument(
                 "boundary",
@@ -271,7 +278,7 @@ class Body(Shown):
                 f"is constrained in u2 by the supports on {self.fixed['u2']}: "
                 "an obstacle cannot press what cannot move; constrain other boundaries, or psi alone",
             )
-        return self.boundary(boundary)
+        return region
 
     def prescribe(self, components):
         """Set the prescribed values in the grid functions of u1, u2, psi."""
@@ -441,7 +448,7 @@ class Fields:
         BadArgument
             For a point outside of the body.
         """
-        x1, x2 = (np.array(part, float) for part in np.broadcast_arrays(np.atleast_1d(x1), np.atleast_1d(x2)))
+        x1, x2, shape = at_points(x1, x2)
         sign = np.where(self.mirrored & (x1 < 0), -1.0, 1.0)
         try:
             points = self.body.mesh(sign * x1, x2)
@@ -451,7 +458,7 @@ class Fields:
         except Exception as failure:  # NGSolve's own; it does not say which point
             raise BadArgument("x1, x2", (x1, x2), f"must lie in the body ({failure})") from failure
         odd = np.stack((np.ones_like(sign), sign, sign, np.ones_like(sign)))
-        return PointFields(
+        found = PointFields(
             x1,
             x2,
             sign * psi.ravel(),
@@ -459,6 +466,7 @@ class Fields:
             (odd * stress.reshape(-1, 4).T).reshape(2, 2, -1),
             np.stack((np.ones_like(sign), sign)) * couple.reshape(-1, 2).T,
         )
+        return found.shaped(shape)
 
     def __iter__(self):
         return iter((self.u1, self.u2, self.psi))

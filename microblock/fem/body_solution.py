@@ -16,6 +16,7 @@ from ..model.zones import distance, distance_to_ends
 from . import between, meshes
 from .mesh_fields import BelowOnMesh
 
+DEEP = 0.1  # of the body's depth, by which an obstacle moves in small strain
 MISSED = 0.03  # of the pressure: what nodes miss of the obstacle, from which on a state says so
 
 
@@ -53,7 +54,15 @@ class BodySolution(BelowOnMesh, NodalSolution):
         All of it on a mesh that was prescribed alone: an estimate speaks for itself.
         """
         coarse = [] if self.error_estimate is not None else self._unresolved() + self._missed
-        return self.few_nodes("ask for rtol=") + coarse
+        return self._far_inside() + self.few_nodes("ask for rtol=") + coarse
+
+    def _far_inside(self):
+        """What is wrong, in a list of sentences, where the obstacle has moved too far into the body."""
+        moved = self.approach - self.gaps.min()
+        depth = np.ptp([vertex.point[1] for vertex in self.nodes.body.mesh.vertices])
+        if moved < DEEP * depth:
+            return []
+        return [f"the obstacle presses {moved:.2g} deep into a body {depth:.2g} deep: beyond small strain"]
 
     @cached_property
     def _missed(self):

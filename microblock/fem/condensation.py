@@ -20,7 +20,7 @@ from ..model.quadrature import lagrange
 from ..threads import bounded, released
 from . import factors
 from .body import CURVED, Body, Fields
-from .facets import lobatto, outward_sides
+from .facets import interruptions, lobatto, outward_sides
 
 FLAT = 1e-12  # n1 below which a displacement along x1 does not enter the gaps
 # of a diagonal entry, below which what is left of it is rounding: 1e-12 and less without supports, 1e-6 for
@@ -46,6 +46,7 @@ class ContactNodes:
     points, normals : arrays (n, 2)
     weights : array (n,), lengths
     facets : list of arrays, the nodes of each facet from one of its ends to the other
+    apart : boolean array (n - 1,), whether the boundary is interrupted between a node and the next
     """
 
     def __init__(self, body, boundary="contact"):
@@ -88,6 +89,7 @@ class ContactNodes:
         self.facets = [places[members] for members in self.facets]
         self.points, self.weights, normals = (np.array([nodes[i][part] for i in order]) for part in range(3))
         self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
+        self.apart = interruptions(mesh, self.region, self.points[:, 0])
         self._values = _rows([rows[i] for i in order], space.ndof)
 
     def values(self, field):
@@ -165,7 +167,9 @@ class Condensed(ContactNodes):
         self._require_room()
         self._assemble()
         self._factorise()
-        self.compliance = Compliance(self.points, self.normals, self.weights, self._matrix(), body.solid.ell)
+        self.compliance = Compliance(
+            self.points, self.normals, self.weights, self._matrix(), body.solid.ell, self.apart
+        )
 
     def _require_room(self):
         """NotConverged where factors and compliance need more memory than is there."""

@@ -18,6 +18,7 @@ from scipy.special import roots_jacobi
 from ..errors import BadArgument, require_choice, require_kind
 from ..model.law import check as check_law
 from ..model.methods import RULES
+from ..model.zones import joined
 from .body import FIELDS, Body
 
 SAME_GAP = 1e-12  # of ell: two corner gaps that differ by less are one function
@@ -291,6 +292,15 @@ class ContactFacets:
         if mask.all():
             return term
         return ng.IfPos(self.interpolate(mask.astype(float)) - 0.5, term, otherwise)
+
+
+def interruptions(mesh, region, x):
+    """Whether no facet of a boundary lies between a node and the next; x ascends."""
+    spans = [sorted(mesh[vertex].point[0] for vertex in facet.vertices) for facet in region.Elements()]
+    left, right = np.array(joined(map(tuple, spans))).T
+    middle = (x[1:] + x[:-1]) / 2
+    place = np.searchsorted(left, middle, side="right") - 1
+    return (np.diff(x) > 0) & ((place < 0) | (middle > right[place]))
 
 
 def outward_sides(mesh, region):

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import brentq
 
-from ..errors import BadArgument, NotConverged, require_finite
+from ..errors import BOUNDED, BadArgument, NotConverged, require_finite
 from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.solver import Solver
@@ -151,7 +151,9 @@ class GroundSolver(Solver):
             if 1.3 * self.solid.E_star * rise >= load:
                 return 1.2 * width + self.solid.ell
             width *= 1.3
-        raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
+        raise BadArgument(
+            "obstacle", self.obstacle, f"does not rise enough to carry the load {load:g}: {BOUNDED}"
+        )
 
     def runs(self, x, closed, pressures):
         """{corner: intervals} of closed nodes, their ends where p^2, continued linearly, vanishes."""

@@ -10,7 +10,7 @@ from ..corners.nodal import AtNodes, zones_of
 from ..errors import BadArgument
 from ..model.solver import Solver
 from .condensation import with_psi_constrained
-from .facets import ContactFacets
+from .facets import ContactFacets, interruptions
 from .mesh_fields import BelowOnMesh
 from .newton import MonolithicNewton, NodalState
 from .newton_path import load_path
@@ -64,6 +64,13 @@ class NewtonSolution(BelowOnMesh, AtNodes):
     def points(self):
         return self._facets.points[self._order]
 
+    @cached_property
+    def apart(self):
+        """Whether the boundary is interrupted between a node and the next; None in one dimension."""
+        if not self.has_edges:
+            return None
+        return interruptions(self._facets.body.mesh, self._facets.region, self.x)
+
     @property
     def normals(self):
         return self._facets.normals[self._order]
@@ -104,7 +111,7 @@ class NewtonSolution(BelowOnMesh, AtNodes):
         """Zones of the nodes, within a period of a body that repeats, per unit length of a 1D one."""
         closed = np.array([self.nodal.closed[corner] for corner in self._facets.corners])[:, self._order]
         end = None if self.has_edges else self.x[0] + self.weights.sum()
-        return zones_of(self.x, closed, self.law, end)
+        return zones_of(self.x, closed, self.law, self.apart, end)
 
     @cached_property
     def energy(self):

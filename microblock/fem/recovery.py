@@ -122,7 +122,7 @@ def _edges(state):
     """
     x = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(state.nodes.points, axis=0).T))))
     for closed, p, gaps in zip(state.closed, state.pressures, state.gaps):
-        for i in np.flatnonzero(closed[:-1] != closed[1:]):
+        for i in np.flatnonzero((closed[:-1] != closed[1:]) & ~state.nodes.apart):
             last, outside = (i, i + 1) if closed[i] else (i + 1, i)
             before = 2 * last - outside
             # an end of the obstacle, or of the boundary

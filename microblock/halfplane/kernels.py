@@ -24,7 +24,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from ..corners.compliance import Compliance
-from ..errors import BadArgument, require_kind, require_positive
+from ..errors import BadArgument, plain, require_kind, require_positive
 from ..model.material import Cosserat
 from ..model.methods import Cells, Panels
 from ..model.quadrature import gauss_rule
@@ -192,6 +192,7 @@ class HalfPlane(Shown):
 
     def __init__(self, solid: Cosserat, period: float | None = None) -> None:
         require_kind(Cosserat, "a Cosserat", solid=solid)
+        period = plain(period)
         if period is not None:
             require_positive(period=period)
         self.solid, self.period = solid, period

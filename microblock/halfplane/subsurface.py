@@ -25,7 +25,7 @@ from math import factorial
 import numpy as np
 
 from ..errors import BadArgument
-from ..model.fields import PointFields
+from ..model.fields import PointFields, points
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import zone_edges
 from ..threads import bounded
@@ -81,7 +81,7 @@ def fields(state, x1, x2, accuracy=ACCURACY):
     Parameters
     ----------
     state : PanelSolution
-    x1, x2 : arrays (n,) or numbers; x2 <= 0. Points that share x1 share the work.
+    x1, x2 : arrays or numbers; x2 <= 0. Points that share x1 share the work.
     accuracy : Gauss points on a piece of the path of integration; 10 leaves about 1e-8 of the largest values
 
     Raises
@@ -89,7 +89,7 @@ def fields(state, x1, x2, accuracy=ACCURACY):
     BadArgument
         If a point is no number or above the surface.
     """
-    x1, x2 = (np.array(part, float) for part in np.broadcast_arrays(np.atleast_1d(x1), np.atleast_1d(x2)))
+    x1, x2, shape = points(x1, x2)
     if not np.all(np.isfinite(x1)):
         raise BadArgument("x1", x1, "must be finite")
     if not np.all((x2 <= 0) & np.isfinite(x2)):
@@ -101,7 +101,8 @@ def fields(state, x1, x2, accuracy=ACCURACY):
         values[:, here] = _vertical(state, place, depth[here], accuracy)
     psi, theta, slope, u1, u2, s11, s12, s21, s22, m1, m2 = values
     stress = np.array(((s11, s12), (s21, s22)))
-    return Fields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2)), theta, slope)
+    found = Fields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2)), theta, slope)
+    return found.shaped(shape)
 
 
 @bounded

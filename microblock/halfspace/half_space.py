@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..errors import require_kind, require_positive
+from ..errors import plain, require_kind, require_positive
 from ..model.material import Cosserat
 from ..model.methods import Cells
 from ..model.summary import Row, Shown, Summary
@@ -50,6 +50,7 @@ class HalfSpace(Shown):
     def __init__(self, solid: Cosserat, period: float | None = None) -> None:
         require_kind(Cosserat, "a Cosserat", solid=solid)
         require_stable(solid)
+        period = plain(period)
         if period is not None:
             require_positive(period=period)
         self.solid, self.period = solid, period

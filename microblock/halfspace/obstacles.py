@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, require_choice, require_positive
+from ..errors import BadArgument, make_plain, require_choice, require_positive
 from ..model.types import AnyArray as Array
 
 FACES = ("round", "square")
@@ -39,6 +39,7 @@ class Sphere:
     R: float
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_positive(R=self.R)
 
     def height(self, x1: Array, x2: Array) -> Array:
@@ -70,6 +71,7 @@ class Ellipsoid:
     R2: float
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_positive(R1=self.R1, R2=self.R2)
 
     def height(self, x1: Array, x2: Array) -> Array:
@@ -100,6 +102,7 @@ class Cone:
     slope: float
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_positive(slope=self.slope)
 
     def height(self, x1: Array, x2: Array) -> Array:
@@ -133,6 +136,7 @@ class FlatPunch:
     face: str = "round"
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_positive(half_width=self.half_width)
         require_choice(FACES, face=self.face)
 
@@ -154,7 +158,7 @@ def heights(obstacle: object, x1: Array, x2: Array) -> Array:
     if not callable(height):
         raise BadArgument("obstacle", obstacle, "must have a height(x1, x2), or be such a function")
     try:
-        values: ArrayLike = height(x1, x2)
+        values: ArrayLike = height(np.array(x1), np.array(x2))  # a user's function may write into them
         found = np.broadcast_to(np.asarray(values, float), np.shape(x1))
     except BadArgument:
         raise

@@ -19,7 +19,7 @@ import numpy as np
 from tqdm.auto import tqdm
 
 from ..corners import projected_gradients
-from ..errors import BadArgument, NotConverged
+from ..errors import BOUNDED, NOT_YET, BadArgument, NotConverged
 from ..model.solver import Solver
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Interval
@@ -166,6 +166,8 @@ class SurfaceSolver(Solver):
         H, area = self._flexibility(grid), grid.width**2
         first = None if start is None else _spread(start, grid) * area
         found = projected_gradients.solve(H, g0, load=load, approach=approach, start=first, rtol=residual)
+        if not found.load > 0:
+            raise BadArgument("approach", approach, NOT_YET)
         surface = H.surface(found.forces)
         closed = found.gaps <= 2 * max(found.kkt, residual) * np.ptp(surface[0])
         forces = self.surface_law.of_least_norm(found.forces, closed)
@@ -257,7 +259,9 @@ class SurfaceSolver(Solver):
         elif not np.all(there):  # a flat face: all of it
             reach = r[-1]
         else:
-            raise NotConverged(f"the obstacle does not rise enough to carry the load {load}")
+            raise BadArgument(
+                "obstacle", self.obstacle, f"does not rise enough to carry the load {load:g}: {BOUNDED}"
+            )
         if not np.isfinite(h).all():
             reach = min(reach, r[-1] * 1.05)
         return 3 * reach + 2 * ell, (float(middle[0]), float(middle[1]))

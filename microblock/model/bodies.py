@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ..errors import require_kind, require_positive
+from ..errors import make_plain, require_kind, require_positive
 from .material import Cosserat
 from .methods import Fitted, Uniform
 from .summary import Row, Shown, Summary
@@ -43,6 +43,7 @@ class Block(Shown):
     methods = (Fitted, Uniform)
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_kind(Cosserat, "a Cosserat", solid=self.solid)
         if not (isinstance(self.size, float) and self.size == math.inf):
             require_positive(size=self.size)

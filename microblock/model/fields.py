@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ..errors import BadArgument
 from .types import Array
 
 
 @dataclass(frozen=True, eq=False)
 class PointFields:
-    """Fields at points, arrays over the points last.
+    """Fields at points, arrays over the points last: (n,), or the shape in which the points were given.
 
     Attributes
     ----------
@@ -34,9 +36,32 @@ class PointFields:
     stress: Array
     couple_stress: Array
 
+    def shaped(self, shape: tuple[int, ...]) -> PointFields:
+        """Returns the fields with the points in another shape."""
+        if shape == self.x1.shape:
+            return self
+        own = {each.name: getattr(self, each.name) for each in fields(self)}
+        return replace(self, **{name: np.reshape(own[name], (*own[name].shape[:-1], *shape)) for name in own})
+
     @property
     def shear(self) -> Array:
         """Largest shear stress over all planes through each point: of the symmetric and the skew part."""
         (s11, s12), (s21, s22) = self.stress
         found: Array = np.hypot((s11 - s22) / 2, (s12 + s21) / 2) + np.abs(s12 - s21) / 2
         return found
+
+
+def points(x1: ArrayLike, x2: ArrayLike) -> tuple[Array, Array, tuple[int, ...]]:
+    """Returns x1 and x2 of points, arrays (n,), and the shape in which they were given.
+
+    Raises
+    ------
+    BadArgument
+        If they are no numbers, or do not go together.
+    """
+    try:
+        both = np.broadcast_arrays(np.atleast_1d(np.asarray(x1, float)), np.asarray(x2, float))
+    except (TypeError, ValueError) as failure:
+        raise BadArgument("x1, x2", (x1, x2), "must be numbers or arrays that broadcast") from failure
+    flat = [np.array(part, float).ravel() for part in both]
+    return flat[0], flat[1], both[0].shape

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import BadArgument, MicroblockError, require_choice, require_finite
+from ..errors import BadArgument, MicroblockError, make_plain, require_choice, require_finite
 from . import obstacles
 from .types import Array, Function, ObstacleLike
 
@@ -119,6 +119,7 @@ class Microblock(Law):
     corners = ("A", "B")
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_choice(ACTS_IN, psi0_in=self.psi0_in)
         if not callable(self.psi0):
             require_finite(psi0=self.psi0)
@@ -147,8 +148,10 @@ class Microblock(Law):
         """
         if not callable(self.psi0) and abs(self.psi0) < 1:
             return np.full(np.shape(x), float(self.psi0))
+        if not np.size(x):
+            return np.zeros(np.shape(x))
         try:
-            values = self.psi0(x) if callable(self.psi0) else self.psi0
+            values = self.psi0(np.array(x)) if callable(self.psi0) else self.psi0
             psi0 = np.broadcast_to(obstacles.real(values), np.shape(x))
         except MicroblockError:
             raise

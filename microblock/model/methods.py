@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from ..errors import (
     BadArgument,
+    make_plain,
     require_choice,
     require_finite,
     require_kind,
@@ -58,6 +59,7 @@ class Panels:
     solver = "halfplane.panel_solver.PanelSolver"
 
     def __post_init__(self) -> None:
+        make_plain(self)
         if self.order is not None:
             require_whole(*PANEL_ORDERS, order=self.order)
 
@@ -97,6 +99,7 @@ class Cells:
     solver = "halfplane.cell_solver.CellSolver"
 
     def __post_init__(self) -> None:
+        make_plain(self)
         if self.nodes is not None:
             require_whole(32, MOST_CELLS, nodes=self.nodes)
         if self.window is not None:
@@ -144,6 +147,7 @@ class Fitted:
     solver = "fem.fitted.FittedSolver"
 
     def __post_init__(self) -> None:
+        make_plain(self)
         if self.order is not None:
             require_whole(1, ELEMENT_ORDER, order=self.order)
         if self.spacing is not None:
@@ -188,6 +192,7 @@ class Newton:
     solver = "fem.newton_solver.NewtonSolver"
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_choice(KINDS, kind=self.kind)
         if self.rho is not None:
             require_positive(rho=self.rho)
@@ -237,6 +242,7 @@ class Uniform:
     solver = "fem.uniform.UniformSolver"
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_positive(h=self.h)
         require_whole(1, ELEMENT_ORDER, order=self.order)
         if self.reach is not None:

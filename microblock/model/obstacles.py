@@ -21,7 +21,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import BadArgument, MicroblockError, require_finite, require_positive, require_whole
+from ..errors import BadArgument, MicroblockError, make_plain, require_finite, require_positive, require_whole
 from .types import Array, Interval, ObstacleLike
 
 SCALES = np.geomspace(1e-3, 1e5, 65)  # of ell, at which an obstacle of a half-plane is sampled
@@ -56,6 +56,7 @@ class Plane:
     formulas = True
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_finite(level=self.level)
 
     def height(self, x: ArrayLike) -> Array:
@@ -89,6 +90,7 @@ class Cylinder:
     formulas = True
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_positive(R=self.R)
 
     def height(self, x: ArrayLike) -> Array:
@@ -129,6 +131,7 @@ class Wedge:
     formulas = True
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_positive(slope=self.slope)
 
     def height(self, x: ArrayLike) -> Array:
@@ -171,6 +174,7 @@ class Obstacle:
     jumps: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
+        make_plain(self)
         if not callable(self.height):
             raise BadArgument("height", self.height, "must be a function of an array of x1")
         kinks = () if self.kinks is None else _tuple(self.kinks)
@@ -245,6 +249,7 @@ class Punch:
     formulas = True
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_positive(half_width=self.half_width)
         require_finite(tilt=self.tilt)
 
@@ -304,6 +309,7 @@ class Samples:
     formulas = True
 
     def __post_init__(self) -> None:
+        make_plain(self)
         if callable(self.x):
             raise BadArgument(
                 "x", self.x, "must be numbers; a function height(x) serves as obstacle as it is"
@@ -365,6 +371,7 @@ class Wave:
         return self.wavelength
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_positive(amplitude=self.amplitude, wavelength=self.wavelength)
 
     def height(self, x: ArrayLike) -> Array:
@@ -409,6 +416,7 @@ class Rough:
     seed: int = 1
 
     def __post_init__(self) -> None:
+        make_plain(self)
         require_positive(period=self.period, slope=self.slope)
         require_finite(hurst=self.hurst)
         if not 0 <= self.hurst <= 1:
@@ -497,16 +505,19 @@ def returned(obstacle: ObstacleLike, x: Array) -> Array:
     height = getattr(obstacle, "height", obstacle)
     if not callable(height):
         raise BadArgument("obstacle", obstacle, "must have a method height(x), or be a callable height(x)")
+    if not np.size(x):
+        return np.zeros(np.shape(x))
     try:
         with np.errstate(all="ignore"):  # `heights` raises an error where it is no number
-            return real(height(x))
+            return real(height(np.array(x)))  # a copy: a user's function may write into it
     except MicroblockError:
         raise
     except (TypeError, ValueError) as failure:
         raise BadArgument(
             "obstacle",
             obstacle,
-            f"its height(x) must take an array of x ({failure}); np.vectorize makes it one that does",
+            f"its height(x) must take an array of x ({failure}); "
+            "np.vectorize(height, otypes=[float]) makes it one that does",
         ) from failure
     except Exception as failure:  # whatever the user's function does
         raise BadArgument("obstacle", obstacle, f"its height(x) failed: {failure!r}") from failure

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypedDict, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, NotConverged
+from ..errors import BOUNDED, BadArgument
 from .obstacles import Obstacle, heights
 from .proxy import Proxy, TooRough, proxy
 from .types import AngledLaw, Array, Function, Interval, LawLike, ObstacleLike
@@ -140,7 +140,7 @@ def picture(problem: Problem, load: float, bound: float = BOUND) -> Picture:
     BadArgument
         If no picture can be made of the obstacle or of psi0, which are noise or have too many features; or if
         the obstacle stays so low far away that a half-plane touches it without bounds.
-    NotConverged
+    BadArgument
         If the obstacle does not rise enough to carry the load.
     """
     obstacle, ell = problem.obstacle, problem.solid.ell
@@ -210,7 +210,9 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
     rise = 2 * load / (np.pi * problem.solid.E_star)
     enough = np.flatnonzero(rises >= rise)
     if not len(enough):
-        raise NotConverged(f"the obstacle does not rise enough to carry the load {load:g}")
+        raise BadArgument(
+            "obstacle", problem.obstacle, f"does not rise enough to carry the load {load:g}: {BOUNDED}"
+        )
     n = enough[0]
     return float(np.interp(rise, rises[n - 1 : n + 1], half[n - 1 : n + 1]) if n else half[0]), rise
 

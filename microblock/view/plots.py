@@ -1,6 +1,8 @@
 """One figure style: sizes for print, colours that the colour-blind can tell apart."""
 
 import io
+import os
+from pathlib import Path
 from textwrap import fill
 
 import matplotlib
@@ -11,6 +13,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from matplotlib.rcsetup import cycler
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
+
+from ..errors import require_place
 
 SCREEN_DPI = 110  # of what notebooks show
 COLUMN = 3.54  # inches, 9 cm: one column of a journal page, or a telephone
@@ -61,6 +65,12 @@ class Drawing(Figure):
             super().draw(renderer)
 
     def savefig(self, fname, **settings):
+        """Save as matplotlib does; without an ending that is one of its formats ".png" is added."""
+        if isinstance(fname, str | os.PathLike):
+            require_place(fname)
+            path = Path(fname)
+            known = path.suffix[1:].lower() in self.canvas.get_supported_filetypes()
+            fname = path if known or "format" in settings else path.with_name(f"{path.name}.png")
         with matplotlib.rc_context(STYLE):
             super().savefig(fname, **settings)
 
