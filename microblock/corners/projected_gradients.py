@@ -110,8 +110,8 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
             return problem.report(forces, slope, kkt, step + 1)
     raise NotConverged(
         f"relative residual {best:.1e} instead of {rtol:g} after {OUTER_STEPS} outer steps and "
-        f"{problem.count['products']} products on {forces.size} corners; ask for a larger residual, or start "
-        "from a nearby state",
+        f"{problem.count['products']} products on {forces.size} corners; take Cells(residual=...) larger, "
+        "an `initial` state, or, where blocks are much smaller than a cell, the unilateral law",
         reached=best,
         iterations=OUTER_STEPS,
     )

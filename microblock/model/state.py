@@ -363,32 +363,32 @@ class State(Shown):
     @property
     def x(self) -> Array:
         """Points of the contact surface, array (n,)."""
-        return self.solution.x
+        return _to_read(self.solution.x)
 
     @property
     def weights(self) -> Array:
         """Lengths that the points stand for, array (n,)."""
-        return self.solution.weights
+        return _to_read(self.solution.weights)
 
     @property
     def psi(self) -> Array:
         """Microrotation at `x`, array (n,)."""
-        return self.solution.psi
+        return _to_read(self.solution.psi)
 
     @property
     def micromoment(self) -> Array:
         """Micromoment (29) at `x`, array (n,)."""
-        return self.solution.micromoment
+        return _to_read(self.solution.micromoment)
 
     @cached_property
     def pressures(self) -> dict[str, Array]:
         """Pressures of the corners at `x`, arrays (n,)."""
-        return dict(zip(self.law.corners, self.solution.pressures))
+        return dict(zip(self.law.corners, map(_to_read, self.solution.pressures)))
 
     @cached_property
     def pressure(self) -> Array:
         """Total pressure at `x`, array (n,)."""
-        return np.asarray(self.solution.pressures.sum(axis=0))
+        return _to_read(self.solution.pressures.sum(axis=0))
 
     @cached_property
     def zones(self) -> Zones:
@@ -781,6 +781,13 @@ def _saved(drawing: Figure, path: Target) -> Figure:
     if path is not None:
         drawing.savefig(path)
     return drawing
+
+
+def _to_read(values: ArrayLike) -> Array:
+    """Returns an array that cannot be written to: states that begin from this one share its values."""
+    found = np.asarray(values).view()
+    found.flags.writeable = False
+    return found
 
 
 def scales(obstacle: ObstacleLike, solid: Cosserat, load: float) -> tuple[Row, ...]:

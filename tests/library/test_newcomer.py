@@ -176,3 +176,17 @@ def test_an_obstacle_that_begins_inside_the_body_warns():
     body = mb.Body(rectangle(-1, 3, 2, 2, 0.2), SOLID, fixed="bottom")
     state = mb.Contact(body, mb.Cylinder(10.0), LAW).solve(approach=0.02)
     assert any("deep into a body" in words for words in state.warnings)
+
+
+def test_values_of_a_state_are_to_read():
+    state = mb.Contact(mb.HalfPlane(SOLID), mb.Cylinder(10.0), LAW).solve(load=1.0)
+    for values in (
+        state.x,
+        state.weights,
+        state.pressure,
+        state.pressures["A"],
+        state.psi,
+        state.micromoment,
+    ):
+        with pytest.raises(ValueError, match="read-only"):
+            values[:] = 7.0

@@ -64,11 +64,6 @@ def test_edges_are_plain_numbers():
     assert repr(contact_zones({0: np.array([(0.0, 1.0)]), 1: ()}, "AB")["A"]) == "[(0.0, 1.0)]"
 
 
-def test_nothing_in_contact_has_no_width():
-    state = line(method=mb.Cells(nodes=64, window=(-1, 1))).solve(approach=-1.0)
-    assert state.half_width == 0.0 and state.zones["contact"] == []
-
-
 @pytest.mark.parametrize(
     "obstacle, law, places",
     [
