@@ -120,9 +120,14 @@ def label(axis, x, y, text, colour="k", shift=(4, 0), **words):
     )
 
 
-def key(drawing, words, colours, **style):
-    """One line above all panels that says which colour is what, in the order of the sequence."""
-    handles = [Line2D([], [], color=colour, label=text, **style) for text, colour in zip(words, colours)]
+def key(drawing, words, colours, markers=None, **style):
+    """One line above all panels that says which colour is what, in the order of the sequence; with `markers`
+    also which mark.
+    """
+    looks = zip(words, colours, markers or [None] * len(words))
+    handles = [
+        Line2D([], [], color=colour, label=text, marker=marker, **style) for text, colour, marker in looks
+    ]
     drawing.legend(
         handles=handles,
         loc="outside upper center",
