@@ -65,12 +65,13 @@ def fig7_draw(rows):
 
     The paper's Fig. 7: half of the mesh, x1 > 0, at the largest load for alpha = 0.25, asked for 1e-4 on the
     square of 18 a_Hz; all elements have order 8. (a) All of it, (b) the contact, (c) and (d) what the orange
-    frames show: vertices sit on the end of full contact (T) and on the outer edge (O), whose marks stand above
-    the surface, and layers of elements shrink by 0.15 towards both. As in the paper the mesh is finest under the contact and its nodes are moved
-    to the edges; unlike there the elements are triangles of high order instead of bilinear squares.
+    frames show: vertices sit on the end of full contact and on the outer edge, to which the arrows T and O
+    point, and layers of elements shrink by 0.15 towards both. As in the paper the mesh is finest under the
+    contact and its nodes are moved to the edges; unlike there the elements are triangles of high order
+    instead of bilinear squares.
 
     Seen: triangles that become smaller from the far corner to the contact, and smaller still towards two
-    points of the surface that are marked from above.
+    points of the surface, to which arrows point from above.
     """
     corners = [
         [(row[f"x1_{i}"], row[f"x2_{i}"]) for i in range(4) if row[f"x1_{i}"] is not None] for row in rows

@@ -102,9 +102,10 @@ def fig8_draw(rows):
     """Two zones of contact grow and meet at 9 % of the load; not at 7 % as in the paper.
 
     The paper's Fig. 8: pressure (a) and micromoment (b) under a cylinder on aligned blocks of alpha = 0.25,
-    at seven loads (over the largest one, from dark to light), by the half-plane (lines) and by fitted finite elements (marks). As in the paper there are two separate zones at first, later full contact
-    in the middle, with breaks of the slope at its edges. Not as in the paper, they meet at 0.08979: by
-    scaling this is (alpha/alpha_mid)^2, with alpha_mid = 0.83431 instead of 0.8874.
+    at seven loads (over the largest one, from dark to light), by the half-plane (lines) and by fitted finite
+    elements (marks). As in the paper there are two separate zones at first, later full contact in the middle,
+    with breaks of the slope at its edges. Not as in the paper, they meet at 0.08979: by scaling this is
+    (alpha/alpha_mid)^2, with alpha_mid = 0.83431 instead of 0.8874.
 
     Seen: nested arches; at 0.02 and 0.05 two of them beside a gap in the middle, from 0.1 on one with a dent
     there or a peak; below, S-shaped curves of the micromoment, negative on the left and positive on the

@@ -96,7 +96,7 @@ def fig4_draw(rows):
     """
     drawing, axes = plots.figure(2, 1, height=1.9, sharex=True)
     lines = grouped(rows, "ell_over_H")
-    for number, (colour, (ratio, nodes)) in enumerate(zip(plots.shades(len(lines)), lines.items())):
+    for number, (colour, nodes) in enumerate(zip(plots.shades(len(lines)), lines.values())):
         strip_exact, fine = exact(nodes[0]), np.linspace(0, 1, 301)
         psi0, delta = np.radians(nodes[0]["psi0_deg"]), nodes[0]["delta_over_H"]
         for axis, name, scale, length in (
@@ -168,8 +168,8 @@ def fig6_draw(rows):
 
     The paper's Fig. 6: the strip of ell/H = 0.5 is compressed by delta; at delta_fc the second corner of each
     block closes. (a) Micromoment, over its value there and over the largest that the traction can carry; (b)
-    surface values of microrotation and displacements over the size of those at delta_fc. Lines: closed form, marks: 20
-    bilinear elements per half-thickness.
+    surface values of microrotation and displacements over the size of those at delta_fc. Lines: closed form,
+    marks: 20 bilinear elements per half-thickness.
 
     Seen: curves with a break at one: proportional before, constant beyond, but for the normal displacement,
     which falls with the slope -1 before and -1.2 beyond, and the micromoment over the traction, which is

@@ -36,7 +36,7 @@ PATH_LAST = 1.05  # of the path, over the mean pressure of full closure
 PATH_FIRST = 1e-3
 # what is said of the curves of the path, beside the first mark from PATH_NAMED on: points right and up
 PATH_NAMED = 0.5
-PATH_NAMES = {"microblock": ("one corner or both", (-6, 7)), "classical": ("classical", (6, -7))}
+PATH_NAMES = {"microblock": ("one corner or both", (-6, 7)), "classical": ("classical", (6, -4))}
 LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 
 

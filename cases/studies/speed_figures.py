@@ -53,7 +53,7 @@ CLASSICAL_NAMES = {
     "AL, order 1": (-12, 11),
 }
 LAW_NAMES = {
-    "half-plane": (0, -9),
+    "half-plane": (0, -15),
     "cells": (5, -3),
     "fitted fe": (5, 0),
     "condensed, order 4": (4, 7),
@@ -63,7 +63,7 @@ ERRORS, SECONDS = (3, 3e-11), (4e-4, 400)  # of the axes: errors fall to the rig
 FAINT = 0.35  # opacity of the other problems
 # names in (a) and in (b): beside which mark they stand, points right and up
 COST_NAMES = {
-    "half-plane": ((-1, (6, 0)), (-1, (6, 0))),
+    "half-plane": ((-1, (6, 0)), (-1, (6, -5))),
     "cells": ((-2, (7, -4)), (-2, (7, -4))),
     "AL, order 1": ((-1, (-5, 6)), (-1, (-5, 8))),
     "condensed, order 1": ((-1, (-5, 6)), (-1, (-6, 6))),
@@ -156,7 +156,7 @@ def law(records):
 
 def _broken(name):
     """A name in two lines, where there is little room beside its curve."""
-    return name.replace(", ", ",\n").replace(" on the ", "\non the ")
+    return name.replace(", ", ",\n").replace("the contact", "the\ncontact")
 
 
 def cost(records):
