@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from matplotlib.font_manager import FontProperties
+from matplotlib.mathtext import MathTextParser
 from matplotlib.text import Text
 
 from microblock.view import plots
@@ -27,6 +29,19 @@ def test_letters_are_no_smaller_than_seven_points(tmp_path):
     sizes = []
     plots.draw(drawing, None, tmp_path, "a")
     assert min(sizes) >= plots.SMALLEST == 7
+
+
+def test_indices_and_exponents_are_read_at_nine_centimetres():
+    """Those of ticks have 6.5 points, and figures that are not ours keep theirs."""
+
+    def smallest(words, size):
+        glyphs = MathTextParser("path").parse(words, 72, FontProperties(size=size)).glyphs
+        return min(glyph[1] for glyph in glyphs)
+
+    with plots.styled():
+        assert smallest("$10^{-7}$", plots.STYLE["xtick.labelsize"]) >= 6.5
+        assert smallest(r"$a_\mathrm{mid}$", plots.SMALLEST) >= 6
+    assert smallest("$10^{-8}$", 10) == pytest.approx(7)
 
 
 @pytest.mark.parametrize("colour", [*plots.COLOURS, *plots.shades(7)])
