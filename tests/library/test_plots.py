@@ -75,3 +75,11 @@ def test_words_at_ends_stand_at_the_heights_of_logarithmic_axes():
     axis.set(yscale="log", ylim=(1e-4, 1))
     plots.label_ends(axis, [(1e-2, "middle", "k"), (1e-4, "bottom", "k")])
     assert [text.xy for text in axis.texts] == [(1, pytest.approx(0.5)), (1, pytest.approx(0))]
+
+
+def test_a_key_has_the_marks_of_the_curves():
+    drawing, _ = plots.figure()
+    plots.key(drawing, ["one", "two"], plots.shades(2), plots.MARKERS)
+    plots.key(drawing, ["line"], plots.shades(1))
+    marks, plain = ([handle.get_marker() for handle in one.legend_handles] for one in drawing.legends)
+    assert marks == ["o", "s"] and plain in (["None"], [None])

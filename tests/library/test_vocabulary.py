@@ -157,6 +157,19 @@ def test_pictures_drawn_for_themselves_say_what_they_show(tmp_path):
     assert labels == ["A (left)", "B (right)", "both closed"]
 
 
+def test_numbers_beside_the_colours_keep_apart():
+    """Those beyond the colours would be drawn at their end, on the number that belongs there."""
+    state = body().solve(load=0.5)
+    for quantity in ("s22", "s11", "psi"):
+        drawing = state.plot_below(quantity)
+        drawing.draw_without_rendering()
+        bar = drawing.axes[-1]
+        places = np.sort([label.get_window_extent().y0 for label in bar.get_yticklabels()])
+        assert len(places) >= 3 and np.diff(places).min() > 8, quantity  # pixels: a letter is as high
+        low, high = bar.get_ylim()
+        assert all(low - 1e-9 <= tick <= high + 1e-9 for tick in bar.get_yticks()), quantity
+
+
 def test_captions_stay_within_their_figures():
     x = np.linspace(-1, 1, 5)
     state = line(mb.Obstacle.from_samples(x, x**2 / 20), LEVERS).solve(load=0.1234, rtol=1e-2)
