@@ -78,9 +78,11 @@ def _whole(x, y):
     return max(left), min(right)
 
 
-def draw_body(axis, rows):
+def draw_body(axis, rows, length, pressure):
     """The deformed body with -sigma_22 in shades; displacements magnified, the largest to a tenth of the
-    height.
+    height. Returns how often.
+
+    length, pressure : names of their units in the records
     """
     x, y, u1, u2, stress = (np.array(column(rows, name)) for name in ("x", "y", "u1", "u2", "s22"))
     magnified = SHOWN * np.ptp(y) / max(np.hypot(u1, u2).max(), 1e-300)
@@ -97,7 +99,8 @@ def draw_body(axis, rows):
         rasterized=True,
     )
     bar = axis.figure.colorbar(
-        colours, ax=axis, label=r"$-\sigma_{22}$ (stress)", location="bottom", aspect=30
+        colours, ax=axis, label=rf"$-\sigma_{{22}}/{pressure}$", location="bottom", aspect=30
     )
     bar.ax.locator_params(nbins=5)
-    axis.set(aspect="equal", xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", xlim=_whole(x, y))
+    axis.set(aspect="equal", xlabel=f"$x_1/{length}$", ylabel=f"$x_2/{length}$", xlim=_whole(x, y))
+    return magnified

@@ -64,13 +64,14 @@ def fig7_draw(rows):
     """The fitted mesh has nodes at both edges of the contact, and 9 000 unknowns where the paper has 130 000.
 
     The paper's Fig. 7: half of the mesh, x1 > 0, at the largest load for alpha = 0.25, asked for 1e-4 on the
-    square of 18 a_Hz; all elements have order 8. (a) All of it, (b) the contact, (c) and (d) what the red
-    frames show: vertices sit on the end of full contact (T) and on the outer edge (O), and layers of elements
-    shrink by 0.15 towards both. As in the paper the mesh is finest under the contact and its nodes are moved
-    to the edges; unlike there the elements are triangles of high order instead of bilinear squares.
+    square of 18 a_Hz; all elements have order 8. (a) All of it, (b) the contact, (c) and (d) what the orange
+    frames show: vertices sit on the end of full contact and on the outer edge, to which the arrows T and O
+    point, and layers of elements shrink by 0.15 towards both. As in the paper the mesh is finest under the
+    contact and its nodes are moved to the edges; unlike there the elements are triangles of high order
+    instead of bilinear squares.
 
     Seen: triangles that become smaller from the far corner to the contact, and smaller still towards two
-    marked points of the surface.
+    points of the surface, to which arrows point from above.
     """
     corners = [
         [(row[f"x1_{i}"], row[f"x2_{i}"]) for i in range(4) if row[f"x1_{i}"] is not None] for row in rows
@@ -98,8 +99,10 @@ def fig7_draw(rows):
         axis.locator_params(nbins=3)
         for mark, x in marks.items():
             if left < x < right and name != "a":
-                axis.plot([x], [0], "v", color=plots.COLOURS[1], markersize=4, clip_on=False, zorder=5)
-                axis.annotate(mark, (x, 0), (0, 5), textcoords="offset points", ha="center", fontsize=7)
+                # above the axis, whose innermost vertex and layers are what is to be seen
+                words = {"ha": "center", "va": "bottom", "fontsize": 7, "color": plots.COLOURS[1]}
+                arrow = {"arrowstyle": "-|>", "color": plots.COLOURS[1], "shrinkA": 0, "shrinkB": 1}
+                axis.annotate(mark, (x, 0), (0, 8), textcoords="offset points", arrowprops=arrow, **words)
     for mark, x in zip("cd", marks.values()):
         axes[0, 1].add_patch(
             Rectangle(
@@ -147,8 +150,8 @@ def coalescence_draw(rows):
     alpha_mid, from which on the contact is split, as bilinear squares of side h on the domain of 18 a_Hz see
     it (the node on the axis closes). The abscissa is scaled as h^(2 s) with the derived s = 0.3206, so that
     the way to the limit becomes a straight line. At h = a_Hz/50 the squares give 0.8867, 0.0007 from the
-    paper's number. Fitted elements with the inner edge prescribed, 0.834313 +- 8e-6, and the half-plane,
-    0.8343132323 +- 3e-10, are one point here; the inset shows their difference with error bars.
+    paper's number. Fitted elements with the inner edge prescribed, 0.834313 +- 1.5e-5, and the half-plane,
+    0.8343132323 +- 1e-10, are one point here; the inset shows their difference with error bars.
 
     Seen: dots that rise from the limit at h = 0 along a dashed line, with the paper's value, an open square,
     among them.

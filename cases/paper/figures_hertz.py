@@ -92,30 +92,29 @@ def draw_models(axis, rows, name, colour):
     axis.plot(x[marked(x)], values[marked(x)], "o", color=colour, **MARKER)
 
 
-def label_peaks(axis, groups, text):
-    """The load of each curve above its largest pressure, right of the middle where it has two."""
-    for colour, (load, rows) in zip(plots.shades(len(groups)), groups.items()):
-        nodes = [row for row in rows if row["model"] == "halfplane" and row["x"] >= 0]
-        top = max(nodes, key=lambda row: row["pressure"])
-        plots.label(axis, top["x"], top["pressure"], text.format(load), colour, (0, 4))
+def load_key(drawing, loads):
+    """Which colour is which load, over the largest one."""
+    first, *others = (f"{load:g}" for load in loads)
+    plots.key(drawing, [rf"$P/P_\mathrm{{max}} = {first}$", *others], plots.shades(len(loads)))
 
 
 def fig8_draw(rows):
     """Two zones of contact grow and meet at 9 % of the load; not at 7 % as in the paper.
 
     The paper's Fig. 8: pressure (a) and micromoment (b) under a cylinder on aligned blocks of alpha = 0.25,
-    at seven loads (numbers: over the largest load; from dark to light), by the half-plane (lines) and by
-    fitted finite elements (marks). As in the paper there are two separate zones at first, later full contact
-    in the middle, with breaks of the slope at its edges. Not as in the paper, they meet at 0.08979: by
-    scaling this is (alpha/alpha_mid)^2, with alpha_mid = 0.83431 instead of 0.8874.
+    at seven loads (over the largest one, from dark to light), by the half-plane (lines) and by fitted finite
+    elements (marks). As in the paper there are two separate zones at first, later full contact in the middle,
+    with breaks of the slope at its edges. Not as in the paper, they meet at 0.08979: by scaling this is
+    (alpha/alpha_mid)^2, with alpha_mid = 0.83431 instead of 0.8874.
 
-    Seen: nested arches, the smallest ones in two halves that touch the middle; below, curves of the
-    micromoment, negative on the left and positive on the right, with a straight part between.
+    Seen: nested arches; at 0.02 and 0.05 two of them beside a gap in the middle, from 0.1 on one with a dent
+    there or a peak; below, S-shaped curves of the micromoment, negative on the left and positive on the
+    right.
     """
     drawing, axes = plots.figure(2, 1, height=2.4, sharex=True, height_ratios=(1.4, 1))
     groups = grouped(rows, "load")
     draw_profiles(axes, groups)
-    label_peaks(axes[0], groups, "{:g}")
+    load_key(drawing, groups)
     axes[0].set_ylim(0, 1.1)
     axes[1].set_xlabel(r"$x_1/a_{\mathrm{Hz}}$")
     plots.letter(axes)
@@ -134,26 +133,28 @@ def fig9_draw(rows):
     """The paper's figure for blocks rotated by 5 degrees is one of half a degree, or of blocks whose gaps are
     not rotated.
 
-    The paper's Fig. 9: pressure (left) and micromoment (right) at three loads (numbers, over the largest
-    one), alpha = 0.25, by the half-plane (lines) and fitted finite elements (marks). Top: psi0 = 5 degrees in
-    gaps and levers, where corner A never touches. Middle: the same in the levers only, where the asymmetry is
-    weak. Bottom: half a degree in gaps and levers, which has what the paper describes: zones of full and
+    The paper's Fig. 9: pressure (left) and micromoment (right) at three loads (over the largest one),
+    alpha = 0.25, by the half-plane (lines) and fitted finite elements (marks). (a), (b): psi0 = 5 degrees in
+    gaps and levers, where corner A never touches. (c), (d): the same in the levers only, where the asymmetry
+    is weak. (e), (f): half a degree in gaps and levers, which has what the paper describes: zones of full and
     partial contact, pressures higher for x1 < 0, transitions shifted to the right.
 
     Seen: smooth arches in the top row, nearly symmetric ones with two breaks in the middle row, and in the
     bottom row arches with a shoulder on the right.
     """
     drawing, axes = plots.figure(3, 2, height=1.5, sharex=True)
+    titles = []
     for pair, (reading, degrees) in zip(axes, ROTATED):
         chosen = [row for row in rows if (row["psi0_reading"], row["psi0_deg"]) == (reading, degrees)]
         groups = grouped(chosen, "load")
         draw_profiles(pair, groups)
-        label_peaks(pair[0], groups, "{:g}")
         pair[0].set(ylim=(0, 1.2), yticks=(0, 0.5, 1))
         pair[1].locator_params(axis="y", nbins=4)
-        pair[0].set_title(
-            rf"$\psi_0 = {degrees:g}^\circ$, " rf"{'gaps and levers' if reading == 'gap' else 'levers only'}"
-        )
+        what = "gaps and levers" if reading == "gap" else "levers only"
+        # the panel at the right is of the same blocks
+        titles += [rf"$\psi_0 = {degrees:g}^\circ$, {what}", ""]
+    load_key(drawing, ROTATED_LOADS)
+    plots.letter(axes, *titles)
     for axis in axes[-1]:
         axis.set_xlabel(r"$x_1/a_{\mathrm{Hz}}$")
     return drawing
@@ -210,10 +211,11 @@ def fig11_draw(rows):
     """The real hardness of microblocks falls with alpha also beyond alpha_mid, only more slowly than the
     apparent one.
 
-    The paper's Fig. 11: hardness over 1/alpha by the half-plane (lines) and finite elements (marks). (a)
-    Force over the width of the contact, of all of it (apparent) or of its zones (real), over that of Hertz;
-    the dotted line is alpha_mid, left of which the contact has two zones, also in the inset. (b) Nominal
-    hardness, force over approach, on the square of 18 a_Hz, over its value for alpha -> 0. As in the paper:
+    The paper's Fig. 11: hardness over 1/alpha. (a) Force over the width of the contact, of all of it
+    (apparent) or of its zones (real), over that of Hertz, by the half-plane (lines) and finite elements
+    (marks); the dotted line is alpha_mid, left of which the contact has two zones, also in the inset. (b)
+    Nominal hardness, force over approach, on the square of 18 a_Hz, over its value for alpha -> 0, by finite
+    elements alone, whose marks the lines join. As in the paper:
     opposite size effects of the two laws, hardness 1 for small alpha, nominal hardness that rises with alpha
     for both laws, more for microblocks (1.099 and 1.065 at alpha = 1.25). Not as in the paper: alpha_mid is
     0.83431 (0.8874 there), and the real hardness does not rise beyond it.

@@ -5,7 +5,7 @@ import numpy as np
 from microblock.data.records import column, grouped
 from microblock.view import plots
 
-from ..common.case import records
+from ..common.case import of_kinds, records
 from ..common.options import command
 from ..scenes import layers
 
@@ -13,8 +13,9 @@ ALPHA, POSITIONS = 0.05, (0.1, 0.3, 0.5, 0.7)  # of Fig. 12a
 FITTED, PAIR = (0.01, 0.05, 0.1), (0.3, 0.6)  # of Fig. 12b
 BESIDE = {"alphas": (0.01, 0.05), "positions": (0.3, 0.6)}  # of the table with finite elements
 PAPER_UNKNOWNS = 3e6
-APART = 0.1  # of the diagonal of a panel: markers on a curve
+APART = 0.07  # of the diagonal of a panel: markers on a curve
 LINES = tuple(round(0.025 * step, 3) for step in range(2, 40))
+MODES = tuple(round(0.0025 * step, 4) for step in range(20, 396))  # of lines without a fit
 
 
 def profile_rows(panel, alpha, positions):
@@ -50,7 +51,7 @@ def fig12_draw(rows):
     The paper's Fig. 12. (a) Microrotation psi over the depth at four positions x1 (from dark to light), alpha
     = 0.05: microblocks (full) are rotated by x1/R at the surface, the unilateral law (dotted) leaves them
     free. (b) The difference of the two laws for three alpha at x1 = 0.3 a_Hz (full) and 0.6 a_Hz (dotted),
-    and the sum of two exponentials (51) fitted to it from the surface to 2 a_Hz (dashed, black). As in the
+    and the sum of two exponentials (51) fitted to it from the surface to 2 a_Hz (black dots). As in the
     paper (51) describes the difference, to 0.2 % in L2. Unlike in the paper, where A_sol and L_sol depend
     weakly on alpha, here A_sol/A_bl is negative and falls with alpha (at x1 = 0.3 a_Hz from 5 % for 0.1 to
     0.03 % for 0.01), and L_sol depends on the depths used: what is left below the layer is small and decays
@@ -59,7 +60,7 @@ def fig12_draw(rows):
     Seen: in (a) four pairs of curves that are one below a depth of 0.2 and part towards the surface; in (b)
     steep rises towards the surface, the steeper the smaller alpha.
     """
-    drawing, axes = plots.figure(2, 1, height=2.3)
+    drawing, axes = plots.figure(2, 1, height=2.3, sharex=True)
     lines = grouped([row for row in rows if row["panel"] == "a"], "x1")
     ends = []
     for colour, (x1, nodes) in zip(plots.shades(len(lines)), lines.items()):
@@ -72,8 +73,8 @@ def fig12_draw(rows):
     for colour, (alpha, nodes) in zip(plots.shades(len(lines)), lines.items()):
         for style, (x1, line) in zip(("-", ":"), grouped(nodes, "x1").items()):
             difference = np.subtract(column(line, "psi_microblock"), column(line, "psi_unilateral"))
-            axes[1].plot(column(line, "x2"), difference, style, color=colour, linewidth=1.8)
-            axes[1].plot(column(line, "x2"), column(line, "fit"), "k--", linewidth=0.7)
+            axes[1].plot(column(line, "x2"), difference, style, color=colour, linewidth=1.2)
+            axes[1].plot(column(line, "x2"), column(line, "fit"), "k.", markersize=3, markevery=APART)
             ends.append((difference[0], rf"$\alpha = {alpha:g}$, {x1:g}", colour))
     axes[1].set(xlim=(-0.5, 0.005), ylim=(-0.002, 0.085), ylabel=r"$\Delta\psi R/a_{\mathrm{Hz}}$")
     plots.label_ends(axes[1], ends)
@@ -83,7 +84,9 @@ def fig12_draw(rows):
 
 
 def fig13_records():
-    return records(layers, "layers", layers.Parameters(positions=LINES))
+    parameters = layers.Parameters(positions=LINES)
+    modes = [row for alpha in parameters.alphas for row in layers.mode_lengths(alpha, MODES)]
+    return of_kinds(layer=records(layers, "layers", parameters), mode=modes)
 
 
 def fig13_draw(rows):
@@ -93,16 +96,18 @@ def fig13_draw(rows):
     The paper's Fig. 13: length of the layer over the position for four alpha. Marks: L_bl of the fit (51)
     with bars for two deviations of the fit and the change with its depths (no mark where the fit is not
     determined). Lines, without a fit: the micropolar mode's share of the difference over its derivative at
-    the surface, which drops where full contact ends. As in the paper, L_bl/ell is close to 1 there: within
-    0.5 % for alpha = 0.01 and 1.5 % for 0.02 up to x1 = 0.8 a_Hz, within 4.5 % for 0.05 up to 0.7; for 0.1 it
-    is 1.05 to 1.14 up to 0.6. Unlike in the paper, alpha = 0.01 is no exception beyond 0.7: it stays closest
-    to 1 (1.013 at 0.9, 1.05 at 0.95), and the larger alpha leave 1 first, near the edge of full contact.
+    the surface, a quotient that grows beyond the panel next to the end of full contact, where the line is
+    interrupted. As in the paper, L_bl/ell is close to 1 under full contact: within 0.5 % for alpha = 0.01 and
+    1.5 % for 0.02 up to x1 = 0.8 a_Hz, within 4.5 % for 0.05 up to 0.7; for 0.1 it is 1.05 to 1.14 up to 0.6.
+    Unlike in the paper, alpha = 0.01 is no exception beyond 0.7: it stays closest to 1 (1.013 at 0.9, 1.05 at
+    0.95), and the larger alpha leave 1 first, near the edge of full contact.
 
-    Seen: marks and lines at 1 for small alpha, somewhat above for the lightest; each line falls steeply where
-    full contact ends, the larger alpha first.
+    Seen: marks and lines at 1 for small alpha, somewhat above for the lightest; each line rises steeply next
+    to the end of full contact, the larger alpha first, and beyond it is an arch below 0.9.
     """
     drawing, axis = plots.figure(height=3.2)
-    layers.draw_lengths(axis, rows, every=2)
+    kinds = grouped(rows, "kind")
+    layers.draw_lengths(axis, kinds["layer"], 2, kinds["mode"])
     axis.set(ylim=(0.6, 1.3), xlim=(0, 1))
     return drawing
 

@@ -50,11 +50,12 @@ def fig3_draw(rows):
     """Between two rigid planes the blocks are rotated back at the surface, within a layer of a few ell.
 
     The paper's Fig. 3: upper half of the compressed strip for four thicknesses H, lengths in units of ell.
-    Blue: the horizontal displacement u1, 25 times too large, off the dashed initial lines. Red: microblocks
-    rotated by psi0 + psi, 30 times too much, so that their corners pass the plane.
+    Blue: the horizontal displacement u1, 25 times too large, off the dashed initial lines. Orange:
+    microblocks rotated by psi0 + psi, 30 times too much, so that their corners pass the plane.
 
-    Seen: four panels; squares are tilted at depth and nearly aligned at the plane at the top; in the thinnest
-    strip, at the right, all are nearly aligned.
+    Seen: four panels; squares are tilted by some 30 degrees at depth in the thick strips at the left and by
+    less towards the plane at the top, where a few degrees are left; in the thinnest strip, at the right, all
+    are tilted by 5 to 15 degrees.
     """
     drawing, axes = plots.figure(1, len(RATIOS), height=1.9, sharey=True)
     for axis, (ratio, nodes) in zip(axes, grouped(rows, "ell_over_H").items()):
@@ -88,19 +89,19 @@ def fig4_draw(rows):
 
     The paper's Fig. 4: microrotation (a) and horizontal displacement (b) over the depth for four thicknesses.
     Lines: closed form (46); open marks: 20 bilinear elements per half-thickness, every second node; dashed:
-    tangents at the surface, whose feet mark the lengths of the layers.
+    tangents at the surface, whose feet at the zero of the ordinate mark the lengths of the layers.
 
     Seen: curves that rise towards the surface, the more steeply the thinner the blocks; the marks lie on them
     within two per cent.
     """
     drawing, axes = plots.figure(2, 1, height=1.9, sharex=True)
     lines = grouped(rows, "ell_over_H")
-    ends = [[], []]
-    for number, (colour, (ratio, nodes)) in enumerate(zip(plots.shades(len(lines)), lines.items())):
+    for number, (colour, nodes) in enumerate(zip(plots.shades(len(lines)), lines.values())):
         strip_exact, fine = exact(nodes[0]), np.linspace(0, 1, 301)
         psi0, delta = np.radians(nodes[0]["psi0_deg"]), nodes[0]["delta_over_H"]
-        for panel, (axis, name, scale, length) in enumerate(
-            ((axes[0], "psi", -psi0, strip_exact.L_psi), (axes[1], "u1", delta, strip_exact.L_u))
+        for axis, name, scale, length in (
+            (axes[0], "psi", -psi0, strip_exact.L_psi),
+            (axes[1], "u1", delta, strip_exact.L_u),
         ):
             axis.plot(fine, getattr(strip_exact, name)(fine) / scale, color=colour)
             axis.plot(
@@ -113,11 +114,11 @@ def fig4_draw(rows):
             )
             surface = getattr(strip_exact, name)(1.0) / scale
             axis.plot([1 - length, 1], [0, surface], "--", color=colour, linewidth=0.7)
-            ends[panel].append((surface, rf"$\ell/H = {ratio:g}$", colour))
     axes[0].set(ylabel=r"$-\psi/\psi_0$", ylim=(-0.05, 1))
     axes[1].set(xlabel="$x_2/H$", ylabel=r"$u_1/\delta$", xlim=(0, 1.02))
-    for axis, names in zip(axes, ends):
-        plots.label_ends(axis, names)
+    first, *others = (f"{ratio:g}" for ratio in lines)
+    words = [rf"$\ell/H = {first}$", *others]
+    plots.key(drawing, words, plots.shades(len(lines)), plots.MARKERS, markerfacecolor="none")
     plots.letter(axes)
     return drawing
 
@@ -167,11 +168,12 @@ def fig6_draw(rows):
 
     The paper's Fig. 6: the strip of ell/H = 0.5 is compressed by delta; at delta_fc the second corner of each
     block closes. (a) Micromoment, over its value there and over the largest that the traction can carry; (b)
-    surface values of microrotation and displacements over those at delta_fc. Lines: closed form, marks: 20
-    bilinear elements per half-thickness.
+    surface values of microrotation and displacements over the size of those at delta_fc. Lines: closed form,
+    marks: 20 bilinear elements per half-thickness.
 
     Seen: curves with a break at one: proportional before, constant beyond, but for the normal displacement,
-    which goes on in a straight line, and the micromoment over the traction, which falls.
+    which falls with the slope -1 before and -1.2 beyond, and the micromoment over the traction, which is
+    constant before and falls beyond.
     """
     drawing, axes = plots.figure(2, 1, height=1.8, sharex=True)
     lever = rows[0]["ell_over_H"] / 2 * (1 - np.radians(rows[0]["psi0_deg"]))
@@ -211,7 +213,7 @@ def fig6_draw(rows):
         )
         ends[id(axis)].append((form[-1], label, colour))
     axes[0].set(ylim=(0, 1.1), ylabel="micromoment")
-    axes[1].set(xlabel=r"$\delta/\delta_{fc}$", ylabel=r"over the value at $\delta_{fc}$", xlim=(0, 2.05))
+    axes[1].set(xlabel=r"$\delta/\delta_{fc}$", ylabel=r"over $|$value at $\delta_{fc}|$", xlim=(0, 2.05))
     for axis in axes:
         plots.label_ends(axis, ends[id(axis)], gap=0.12)
     plots.letter(axes)
@@ -262,7 +264,8 @@ def convergence_draw(rows):
         colour = plots.COLOURS[number]
         axes[1].loglog(column(runs, "rtol"), obtained, plots.MARKERS[number], color=colour)
         last = runs[0]
-        plots.label(axes[1], last["rtol"], obtained[0], rf"$\ell/H = {ratio:g}$", colour, (6, 0))
+        # the last two marks are so near that their names would touch
+        plots.label(axes[1], last["rtol"], obtained[0], rf"$\ell/H = {ratio:g}$", colour, (6, 4 - 9 * number))
     limits = np.array([1e-11, 1e-2])
     axes[1].loglog(limits, limits, "k:")
     plots.label(axes[1], 1e-6, 1e-6, "as asked for", "k", (-3, 5))

@@ -157,12 +157,13 @@ def figure(records):
     """In the classical limit cells converge as the pressure is smooth; panels, which know the edges, need
     twenty nodes.
 
-    Relative L2 error of the pressure against the closed forms of Hertz's cylinder, the flat punch and the
-    wedge, over the nodes of uniform cells (full marks, lines) and of panels fitted to the edges (open marks,
-    at the left). The orders are 1, 1/2 and 1/4: a square root at the edge, a logarithm, an infinite pressure.
+    Relative L2 error of the pressure against the closed forms of Hertz's cylinder, the wedge and the flat
+    punch, over the nodes of uniform cells (full marks, lines) and of panels fitted to the edges (open marks,
+    at the left). The orders of the cells are 1 for the cylinder, whose pressure has a square root at its
+    edges, 1/2 for the wedge, with a logarithm in the middle, and 1/4 for the punch, infinite at its ends.
 
-    Seen: three falling lines at the right, the steepest for the cylinder, and three single marks at the lower
-    left, below all lines.
+    Seen: three falling lines at the right, from top to bottom the steeper ones: punch, wedge, cylinder; and
+    three single marks at the lower left, below all lines.
     """
     from microblock.view import plots
 

@@ -184,20 +184,23 @@ NAMES = {"cylinder": (4, -8), "punch": (4, 6)}
 def figure(records):
     """An elastic layer is a Winkler foundation where it is thin, and a half-plane where it is thick.
 
-    (a) Layer of thickness a_Hz, bonded to a rigid base, under a cylinder: the middle of the deformed body
-    (displacements magnified), vertical stress in shades. The mesh is a user's and was refined until the
-    estimated error was below the rtol. (b) Difference of the pressure to both limits over the thickness,
-    under a cylinder and a tilted punch; full: microblocks, dotted: unilateral; dashed: the orders 3/2 and 1
-    towards the foundation, -2 towards the half-plane.
+    (a) Layer of thickness a_Hz, bonded to a rigid base, under a cylinder with the force 1.77 p_Hz a_Hz: the
+    middle of the deformed body (displacements magnified as the title says), vertical stress in shades. The
+    mesh is a user's and was refined until the estimated error was below the rtol. (b) Difference of the
+    pressure to both limits over the thickness, under a cylinder and a tilted punch; full: microblocks,
+    dotted: unilateral; dashed: slopes of the orders 3/2 and 1 that are expected towards the foundation, -2
+    towards the half-plane, which two thicknesses on either side do not measure.
 
-    Seen: a slab that is most compressed in the middle of its dented top; below, curves that rise for thin
-    layers and fall for thick ones along the dashed lines.
+    Seen: a slab that is most compressed in the middle of its dented top; below, two thin layers at the left,
+    from which the lines rise, and two thick ones at the right, to which they fall, about as steeply as the
+    dashed lines.
     """
     from microblock.view import plots
 
     kinds = grouped(records, "kind")
     drawing, (body, axis) = plots.figure(2, 1, height=2.1)
-    draw_body(body, kinds["body"])
+    # both are 1 in the units of the records
+    magnified = draw_body(body, kinds["body"], r"a_\mathrm{Hz}", r"p_\mathrm{Hz}")
     body.set_xlim(-CUT, CUT)
     for colour, marker, (obstacle, own) in zip(
         plots.COLOURS, plots.MARKERS, grouped(kinds["layer"], "obstacle").items()
@@ -216,7 +219,7 @@ def figure(records):
     axis.set(xlabel=r"$h/a_\mathrm{Hz}$", ylabel="difference to the limit", xlim=(0.03, 150))
     plots.label(axis, 0.45, 0.03, "Winkler\nfoundation", "0.35", (2, 0))
     plots.label(axis, 6, 0.01, "half-plane", "0.35", (-2, 0))
-    plots.letter((body, axis))
+    plots.letter((body, axis), rf"displacements $\times$ {magnified:.2g}", "")
     return drawing
 
 

@@ -18,7 +18,7 @@ import netgen.occ as occ
 from tqdm import tqdm
 
 import microblock as mb
-from microblock.data.records import grouped
+from microblock.data.records import column, grouped
 
 from ..common.bodies import balances, draw_body, mesh_of, points_of
 from ..common.case import of_kinds
@@ -29,6 +29,7 @@ OBSTACLES = {"cylinder": mb.Cylinder(5.0), "punch": mb.Punch(0.5, tilt=0.005)}
 LAWS = {"microblock": mb.Microblock(), "unilateral": mb.Unilateral()}
 REACH = 1.2  # half-width of the contact boundary
 SPACING = 0.25  # of its elements at first
+ROOM = 0.6  # of the fewest unknowns: where the abscissa of the figure begins
 PICTURE = "cylinder", "microblock"
 
 
@@ -144,19 +145,20 @@ def rows(parameters, answer):
 def figure(records):
     """On a mesh of one's own, refinement reaches the error that is asked for, and the estimate bounds it.
 
-    A block with a round hole, bottom fixed, on a mesh that does not follow the contact. (a) Deformed under a
-    cylinder (displacements magnified), vertical stress in shades: the contact leans away from the hole.
-    (b) Difference of the pressure to the finest state (full marks) and estimated error (open marks, dashed)
-    over the unknowns of the refined meshes, under a cylinder and a tilted punch, microblocks and unilateral.
+    A block of 4 L by 2 L with a round hole, bottom fixed, on a mesh that does not follow the contact. (a)
+    Deformed by a cylinder under the force 0.05 E L (displacements magnified as the title says), vertical
+    stress in shades: the contact leans away from the hole. (b) Difference of the pressure to the finest state
+    (full marks) and estimated error (open marks, dashed) over the unknowns of the refined meshes, under a
+    cylinder and a tilted punch, microblocks and unilateral; dotted: the rtol that were asked for.
 
     Seen: dark stress between the dented top and the left side of the hole; below, four pairs of falling
-    lines, the open marks above the full ones.
+    lines, the open marks above the full ones, and each open mark below the dotted line of its rtol.
     """
     from microblock.view import plots
 
     kinds = grouped(records, "kind")
     drawing, (body, axis) = plots.figure(2, 1, height=2.3)
-    draw_body(body, kinds["body"])
+    magnified = draw_body(body, kinds["body"], "L", "E")
     problems = [
         (obstacle, law, rows)
         for obstacle, own in grouped(kinds["state"], "obstacle").items()
@@ -171,10 +173,15 @@ def figure(records):
         # the first of the problems starts at the left end, where there is no room for its name
         place, shift = (-1, (0, -13)) if colour == plots.COLOURS[0] else (0, (0, 12))
         plots.label(axis, unknowns[place], estimates[place], f"{obstacle},\n{law}", colour, shift)
+    least = min(column(kinds["state"], "unknowns"))
+    for rtol in dict.fromkeys(column(kinds["state"], "rtol")):
+        axis.axhline(rtol, color="0.6", linewidth=0.7, linestyle=":", zorder=0)
+        plots.label(axis, ROOM * least, rtol, f"rtol {rtol:g}", "0.35", (2, 5))
     plots.plain_log(axis.xaxis)
     low, high = axis.get_ylim()
     axis.set(xlabel="unknowns", ylabel="relative $L_2$ difference", ylim=(0.6 * low, 3 * high))
-    plots.letter((body, axis))
+    axis.set_xlim(ROOM * least, None)
+    plots.letter((body, axis), rf"displacements $\times$ {magnified:.2g}", "")
     return drawing
 
 

@@ -325,9 +325,26 @@ def figure(found):
     return drawing
 
 
-def draw_lengths(axis, found, every=1):
+def mode_lengths(alpha, positions, nu=0.3, beta=1.0):
+    """Rows of the micropolar mode's length without a fit, which would take longer, and of where full contact
+    ends, over a_Hz.
+    """
+    corners = solve(alpha, nu, beta)[0].zones
+    full_to = min(corners[corner][-1][1] for corner in "AB")
+    lengths = profiles(alpha, positions, nu, beta, x2=[0.0])[3] / alpha
+    return [
+        {"alpha": alpha, "x1": x1, "mode_length_over_ell": float(length), "full_contact_to": float(full_to)}
+        for x1, length in zip(positions, lengths)
+        if np.isfinite(length)
+    ]
+
+
+def draw_lengths(axis, found, every=1, modes=()):
     """L_bl/ell with its error bars (marks) and the length of the micropolar mode (lines), alphas from dark to
     light; of fits only each `every`.
+
+    modes : rows of `mode_lengths`, whose lines are interrupted where full contact ends, and where the mode
+        does not decay; without them the lines join what was found beside the fits
     """
     from microblock.view import plots
 
@@ -336,7 +353,15 @@ def draw_lengths(axis, found, every=1):
     for number, (alpha, colour) in enumerate(zip(alphas, colours)):
         lines = [row for row in found if row["alpha"] == alpha]
         fitted = [row for row in lines[::every] if row["L_bl_over_ell"] is not None]
-        axis.plot(column(lines, "x1"), column(lines, "mode_length_over_ell"), color=colour)
+        own = [row for row in modes if row["alpha"] == alpha]
+        branches = [
+            own[: (end := len([row for row in own if row["x1"] < row["full_contact_to"]]))],
+            own[end:],
+        ]
+        for branch in branches if own else [lines]:
+            lengths = [row["mode_length_over_ell"] for row in branch]
+            decays = [length if length and length > 0 else np.nan for length in lengths]
+            axis.plot(column(branch, "x1"), decays, color=colour)
         axis.errorbar(
             column(fitted, "x1"),
             column(fitted, "L_bl_over_ell"),
@@ -349,7 +374,8 @@ def draw_lengths(axis, found, every=1):
         )
     axis.axhline(1 / np.sqrt(found[0]["beta"]), color="k", linewidth=0.5, zorder=0)
     axis.set(xlabel=r"$x_1/a_{\mathrm{Hz}}$", ylabel=r"$L_{\mathrm{bl}}/\ell$")
-    plots.key(axis.figure, [rf"$\alpha = {alpha:g}$" for alpha in alphas], colours)
+    words = [rf"$\alpha = {alpha:g}$" for alpha in alphas]
+    plots.key(axis.figure, words, colours, plots.MARKERS, markerfacecolor="none")
 
 
 FIGURES = {"layers": (rows, figure)}

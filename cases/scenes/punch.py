@@ -140,12 +140,13 @@ def rows(parameters, answer):
 def figure(records):
     """Under a punch each corner of the blocks has its own ends, half a block beside those of the punch.
 
-    Pressure under a flat and a tilted rigid punch at three loads, over that from which on a classical punch
-    lies on all its width. Red: microblocks; blue, dashed: the same solid without corners; grey: the classical
-    solid, closed form (line) and panels (dots).
+    Pressure under a rigid punch of half-width b: flat (a) and tilted (b-d), at three loads over P_full, from
+    which on a classical tilted punch lies on all its width. Orange: microblocks; blue, dashed: the same solid
+    without corners; grey: the classical solid, closed form (line) and panels (dots).
 
-    Seen: pressures that become infinite at the ends; the red ones have two steep ends on each side, one
-    outside the punch and one inside, which the others have not.
+    Seen: pressures that become infinite at the ends of the punch that touch, on both sides in (a) and (d), on
+    the left in (b) and (c); there the orange ones have two steep ends each, one outside the punch and one
+    inside, where the others have one; towards an end that does not touch all fall to zero.
     """
     from microblock.view import plots
 

@@ -24,6 +24,7 @@ from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_entries, returned
 
 DRAWN = 2000  # cells around the largest pressure that the records keep
+BESIDE = 0.05  # of what touches among them: what the figure shows on either side of it
 
 
 @dataclass(frozen=True)
@@ -156,18 +157,24 @@ def figure(records):
 
     A self-affine obstacle on a half-plane whose blocks are rotated by a psi0(x) that is as rough: pressure
     (a) and micromoment (b) around the largest pressure, of a problem of some ten thousand cells in contact
-    that is solved without a matrix. A micromoment as large as the pressure says that one corner carries all
-    of it.
+    that is solved without a matrix. The micromoment is over that of the unit of pressure on one corner alone,
+    ell/2 from the middle: where it is as large as the pressure, one corner carries all of it (to 3 %, by
+    which rotated blocks change the lever).
 
-    Seen: narrow peaks of pressure between gaps, with peaks of the micromoment of either sign below them.
+    Seen: narrow peaks of pressure between gaps, with peaks of the micromoment of either sign below them,
+    most of them as high.
     """
     from microblock.view import plots
 
     drawing, axes = plots.figure(2, 1, height=1.5, sharex=True)
     for axis, name in zip(axes, ("pressure", "micromoment")):
-        axis.plot(column(records, "x"), column(records, name), linewidth=0.8)
+        scale = 2 if name == "micromoment" else 1
+        axis.plot(column(records, "x"), scale * np.array(column(records, name)), linewidth=0.8)
+    touching = [row["x"] for row in records if row["pressure"] > 0]
+    margin = BESIDE * (touching[-1] - touching[0])
+    axes[0].set_xlim(touching[0] - margin, touching[-1] + margin)
     axes[0].set_ylabel(r"$p/(E^* h'_\mathrm{rms})$")
-    axes[1].set(xlabel="$x_1$ over the period", ylabel=r"$M/(E^* h'_\mathrm{rms}\,\ell)$")
+    axes[1].set(xlabel="$x_1$ over the period", ylabel=r"$2M/(E^* h'_\mathrm{rms}\,\ell)$")
     plots.letter(axes)
     return drawing
 

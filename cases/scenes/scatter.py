@@ -204,7 +204,7 @@ def rows(parameters, answer):
 
 
 def figure(records):
-    """Unevenly rotated blocks lose full contact first; hardness changes once psi0 is a tenth of the
+    """Unevenly rotated blocks lose full contact first; hardness changes once psi0 is a fifth of the
     obstacle's slope.
 
     A cylinder on blocks rotated by a rough psi0(x), several seeds at each root mean square (over a_Hz/R, the
@@ -212,14 +212,15 @@ def figure(records):
     and standard deviation. (a) Hardness by the length in contact (real) and by the outermost edges
     (apparent); (b) length on one corner or both, and on both.
 
-    Seen: flat curves up to 0.1; then the real hardness rises with a growing scatter, the length on both
-    corners falls to nothing, and the apparent hardness stays.
+    Seen: in (a) flat curves up to 0.1, then the real hardness rises with a growing scatter and the apparent
+    hardness stays; in (b) the length on both corners falls from 0.05 on to nothing, that on one or both from
+    0.2 on.
     """
     from microblock.view import plots
 
     drawing, axes = plots.figure(2, 1, height=1.9, sharex=True)
     shown = (
-        (axes[0], (("hardness_real", "real", (-8, 4)), ("hardness_apparent", "apparent", (-4, -11)))),
+        (axes[0], (("hardness_real", "real", (-8, 4)), ("hardness_apparent", "apparent", (-4, -9)))),
         (axes[1], (("contact", "one corner or both", (-8, -6)), ("full_contact", "both corners", (-10, -6)))),
     )
     groups = grouped(records, "amplitude")
@@ -238,7 +239,7 @@ def figure(records):
             at = -1 - min(2 if name == "full_contact" else 1, len(means) - 1)
             plots.label(axis, places[at], means[at], words, colour, beside)
         axis.set(xscale="log")
-        axis.margins(y=0.12)
+        axis.margins(y=0.22)  # room for names below the lowest curve
     axes[1].set_xticks(
         [amplitude or smallest / 2 for amplitude in groups], [f"{amplitude:g}" for amplitude in groups]
     )

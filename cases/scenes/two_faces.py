@@ -344,11 +344,14 @@ def figure(records):
     """A strip whose faces are rotated differently has two breaks, one for each face that comes to lie flat.
 
     Blocks are rotated by 1 degree at the upper and by -0.5 degrees at the lower face. Microrotation (a) and
-    micromoment (b) at both faces over the approach of the planes, and the microrotation over the depth at the
-    last state (c). Marks: computed; lines: closed form.
+    micromoment (b) at both faces over the approach delta of the planes, and the microrotation over the depth
+    (c) at the dotted line of (a) and (b), where the lower face lies flat and the upper one does not. Marks:
+    computed; lines: closed form.
 
-    Seen: in (a) and (b) two curves of opposite sign, each straight up to its break and constant beyond, the
-    lower face first; in (c) an odd curve that is steep at both faces.
+    Seen: in (a) and (b) two curves of opposite sign that rise and fall up to a break, the lower face's first;
+    beyond it the microrotation is constant, the micromoment of the lower face still rises a little until the
+    upper face has its break too, and from there on all are constant. In (c) a curve that falls through the
+    depth, steepest at the faces, most of all at the upper one.
     """
     from microblock.view import plots
 
@@ -356,12 +359,14 @@ def figure(records):
     kinds = grouped(records, "kind")
     drawing, axes = plots.figure(3, 1, height=1.5)
     _draw_path(axes[:2], kinds["path"], given)
+    for axis in axes[:2]:
+        axis.axvline(given.delta_over_H, color="0.5", linewidth=0.8, linestyle=":", zorder=0)
     colour = plots.COLOURS[2]
     x2 = np.linspace(-1, 1, 301)
     axes[2].plot(x2, reference(given).psi(x2), color=colour)
     found = column(kinds["profile"], "x2"), column(kinds["profile"], "psi")
     axes[2].plot(*found, "o", color=colour, markersize=3, markerfacecolor="none")
-    axes[2].set(ylabel=r"$\psi$ (rad)", xlabel="$x_2/H$")
+    axes[2].set(ylabel=r"$\psi$ (rad)", xlabel="$x_2/H$", xticks=(-1, -0.5, 0, 0.5, 1))
     plots.letter(axes, "", "", rf"$\delta/H = {given.delta_over_H:g}$")
     return drawing
 
@@ -378,10 +383,12 @@ def _draw_path(axes, rows, given):
         axes[0].plot(deltas, [one.surface[number] for one in exact], **style, zorder=1)
         axes[1].plot(column(rows, "delta"), column(rows, f"M_{face}"), plots.MARKERS[number], **style)
         axes[1].plot(deltas, [one.micromoments[number] for one in exact], **style, zorder=1)
-        place = len(deltas) // 3
-        value = exact[place].surface[number]
-        plots.label(axes[0], deltas[place], value, label, style["color"], (10, -8 if value > 0 else 8))
+        # right of the line that shows where (c) is
+        place = int(np.searchsorted(deltas, min(given.delta_over_H, deltas[-1])))
+        value = exact[-1].surface[number]
+        plots.label(axes[0], deltas[place], value, label, style["color"], (5, -9 if value > 0 else 12))
     axes[0].set(ylabel=r"$\psi$ (rad)")
+    axes[1].locator_params(axis="x", nbins=5)
     axes[1].set(xlabel=r"$\delta/H$", ylabel=r"$M/(\mu H)$")
     axes[0].sharex(axes[1])
     axes[0].tick_params(labelbottom=False)

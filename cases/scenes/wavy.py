@@ -34,6 +34,9 @@ DRAWN = 1024  # cells of a state that the records keep
 SAMPLES = 16  # to a cell, for L2 errors
 PATH_LAST = 1.05  # of the path, over the mean pressure of full closure
 PATH_FIRST = 1e-3
+# what is said of the curves of the path, beside the first mark from PATH_NAMED on: points right and up
+PATH_NAMED = 0.5
+PATH_NAMES = {"microblock": ("one corner or both", (-6, 7)), "classical": ("classical", (6, -4))}
 LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 
 
@@ -274,14 +277,16 @@ def all_rows(parameters, answer):
 def figure(records):
     """Microblocks under a wave close later than a classical solid: at 1.33 times its mean pressure.
 
-    A rigid cosine pressed flat on a half-plane. Pressure (a) and micromoment (b) over one period for mean
-    pressures up to beyond full closure (from dark to light, over that of the classical closure); dashed:
-    classical. (c) Length in contact over the mean pressure, from first touch on: squares on the grey line,
-    classical on Westergaard's closed form; blue, microblocks on one corner or both, dotted on both, which
-    reach all of the surface at the vertical line, known in closed form.
+    A rigid cosine of the wavelength lambda and the amplitude Delta pressed flat on a half-plane of E* = E/(1
+    - nu^2). Pressure (a) and micromoment (b) over one period for mean pressures up to beyond full closure
+    (from dark to light), over that of the classical closure, pi E* Delta/lambda; dashed: classical. (c)
+    Length in contact over the mean pressure, from first touch on: squares on the grey line, classical on
+    Westergaard's closed form; blue circles, microblocks on one corner or both; dotted, on both corners, which
+    reach all of the surface at the vertical line, known in closed form and a point of the dotted line.
 
     Seen: arches of pressure that grow to the full width; micromoments that change sign in the middle; in (c)
-    two curves that rise alike to 1, and a dotted one far below that reaches 1 last.
+    two curves that rise alike to 1 near 1 and 1.1, and a dotted one far below that reaches 1 last, where it
+    meets the vertical line.
     """
     from microblock.view import plots
 
@@ -322,11 +327,15 @@ def _draw_path(axis, records):
         look = {"color": colour, "marker": marker, "linestyle": line, "markerfacecolor": "none"}
         axis.plot(loads, column(own, "contact_fraction"), **look)
         if law == "microblock":
-            full = column(own, "full_contact_fraction")
-            axis.plot(loads, full, ":", color=colour)
-            at = len(own) // 2
-            plots.label(axis, loads[at], full[at], "both corners", colour, (4, -5))
+            # full closure is between two loads of the path
+            full = [*zip(loads, column(own, "full_contact_fraction")), (records[0]["full_closure"], 1.0)]
+            axis.plot(*zip(*sorted(full)), ":", color=colour)
+            plots.label(axis, *full[len(own) // 2], "both corners", colour, (4, -5))
+        words, beside = PATH_NAMES.get(law, (law, (-6, 7)))
+        at = int(np.searchsorted(loads, PATH_NAMED))
+        plots.label(axis, loads[at], own[at]["contact_fraction"], words, colour, beside)
     axis.axvline(records[0]["full_closure"], color="0.7", linewidth=0.8)
+    plots.label(axis, records[0]["full_closure"], 0.06, "full closure", "0.35", (-3, 0))
     axis.set(xlabel=r"$\bar p\lambda/(\pi E^*\Delta)$", ylabel=r"contact over $\lambda$")
 
 

@@ -32,6 +32,7 @@ from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned
 
 SLOPE = 0.01  # drops out: the problem is linear in slope and load together
+NEAREST = 1e-4  # of the load: how near to the middle the classical pressure is drawn
 OTHER = 3.0  # times as much slope, load and ell: the scaling law's check
 DRAWN = (0.1, 1.0, 4.0)  # loads of the pressures in the figure: the nearest ones
 
@@ -177,9 +178,10 @@ def figure(records):
     """A blunt wedge touches blocks in two zones, one for each corner, which meet at a load of 3.8 E* slope
     ell.
 
-    (a) Edges of the contact over the load, in blocks: dots outer, squares inner edge. Light loads follow the
-    dashed lines, on which each corner meets the wedge alone, heavy ones the classical wedge (grey); between
-    them, at the vertical line, the zones meet. (b) Pressure at three loads; dotted: classical.
+    (a) Edges of the contact over the load, in blocks: dots outer, squares inner edge; s is the slope of the
+    wedge. Light loads follow the dashed lines, on which each corner meets the wedge alone, heavy ones the
+    classical wedge (grey); between them, at the vertical line, the zones meet. (b) Pressure at three loads;
+    dotted: classical. All pressures are infinite at their peaks, like a logarithm, near which the lines end.
 
     Seen: in (a) an outer edge that stays at one half and then rises along the grey line, and an inner edge
     that falls to zero; in (b) pairs of peaks half a block beside the middle, where the classical ones are
@@ -211,7 +213,8 @@ def figure(records):
     for load, colour in zip(chosen, colours):
         own = [row for row in laws["microblock"] if row["load"] == load]
         three_ways.draw_zones(axes[1], own, "pressure", color=colour)
-        x = np.linspace(-load, load, 400)
+        beside = np.geomspace(load, load * NEAREST, 400)  # of the middle, where the pressure is infinite
+        x = np.concatenate((-beside, beside[::-1]))
         axes[1].plot(x, reference(load)(x) / SLOPE, ":", color=colour, linewidth=0.9)
     axes[1].set(xlabel=r"$x_1/\ell$", ylabel=r"$p/(E^* s)$", ylim=(0, 3))
     for place, (load, colour) in enumerate(zip(chosen, colours)):

@@ -29,7 +29,8 @@ ROUNDING = 1e-16  # where an error of exactly nothing is drawn
 class Curve:
     """A method of the profile: the maps that ask it to keep a promise, without some values of `method`.
 
-    at : share of runs at which its name stands; beside : shift of the name in points, right and up
+    at : share of runs at which its name stands; beside : shift of the name in points, right and up; led :
+    whether a thin line leads from it to the curve
     """
 
     name: str
@@ -39,6 +40,7 @@ class Curve:
     at: float
     beside: tuple
     without: tuple = ()
+    led: bool = False
 
     def ratios(self, rows):
         """Error over promise of its runs, ascending; infinite where a run gave no answer."""
@@ -51,11 +53,11 @@ CURVES = (
     Curve("panels where\ntwo zones touch", ("line_coalescence",), BLUE, ":", 0.49, (14, -11)),
     Curve("cells", ("cells_asked",), SKY, "--", 0.3, (-4, 3)),
     # uniform squares of the same map are promised nothing
-    Curve("fitted\nelements", FITTED, GREEN, "-", 0.8, (28, 0), ("equal squares",)),
-    Curve("a user's mesh,\nrefined", ("body_asked",), RED, "-.", 0.2, (26, -3)),
+    Curve("fitted\nelements", FITTED, GREEN, "-", 0.9, (45, -22), ("equal squares",), led=True),
+    Curve("a user's mesh,\nrefined", ("body_asked",), RED, "-.", 0.3, (40, -12), led=True),
     # the plain active set is there to fail
-    Curve("contact states", STATES, ORANGE, "--", 0.9, (5, -8), ("plain",)),
-    Curve("augmented Lagrangian", LAGRANGIAN, BLACK, ":", 0.84, (5, -10)),
+    Curve("contact states", STATES, ORANGE, "--", 0.97, (2, 13), ("plain",)),
+    Curve("augmented Lagrangian", LAGRANGIAN, BLACK, ":", 0.84, (5, -8)),
 )
 
 
@@ -79,7 +81,7 @@ def profile(records):
     the augmented Lagrangian one of 1e-6.
 
     Seen: seven rising curves, all left of the line at 1, most of them at a tenth of it or less; panels where
-    two zones touch end at one half, the others at 1.
+    two zones touch end at one half, panels and cells at 0.99, the others at 1.
     """
     drawing, axis = plots.figure(height=3.0)
     axis.axvline(1, color="0.5", linewidth=0.8)
@@ -94,7 +96,9 @@ def profile(records):
             )
             place = np.searchsorted(shares, min(curve.at, shares[-1]))
             name_at = [RATIOS[0], *found, RATIOS[1]][place]
-            plots.label(axis, name_at, curve.at, curve.name, curve.colour, curve.beside, zorder=4)
+            lead = {"arrowstyle": "-", "color": curve.colour, "linewidth": 0.6, "shrinkA": 0, "shrinkB": 0}
+            words = {"arrowprops": lead} if curve.led else {}
+            plots.label(axis, name_at, curve.at, curve.name, curve.colour, curve.beside, zorder=4, **words)
     axis.set(xscale="log", xlim=RATIOS, ylim=(0, 1.08))
     axis.set(xlabel="true error over promised error", ylabel="share of runs")
     axis.xaxis.set_major_locator(LogLocator(numticks=9))
@@ -143,10 +147,12 @@ def touching(records):
     tolerance.
 
     Blocks rotated by psi0 under a cylinder, at loads beside the event of the load path. True error over the
-    rtol asked for, over the distance from that load; the line at 1 is the promise, the colour the rtol. Both
-    runs beyond it asked for less than 1e-5; one run raised an error (cross, at 1).
+    rtol asked for, over the distance from that load; the line at 1 is the promise, the colour the rtol.
+    Squares are the two answers beyond it; both asked for less than 1e-5. One run raised an error (cross, at
+    1).
 
-    Seen: dots between 0.0002 and 0.2 at all distances, two above the line at distances near 1e-6.
+    Seen: dots between 0.0002 and 0.2 at all distances, two squares above the line at distances near 1e-6, and
+    a cross on it near 5e-9.
     """
     words = {"xlabel": r"$|P/P_\mathrm{touch} - 1|$", "xlim": (0.2, 5e-10)}
     return _kept(of_maps(records, "line_touching"), "distance", **words)
@@ -174,7 +180,8 @@ def layer_fit(records):
     says why (two exponentials that cannot be told apart, a length that moves with the depths used). Dashed:
     the edge of Hertz's contact.
 
-    Seen: dots at the lower left, for alpha below 0.1 and x1 below a_Hz; crosses everywhere else.
+    Seen: dots at the lower left, nearly all for alpha below 0.1 and x1 below a_Hz, one at alpha = 0.15 next
+    to the axis; crosses elsewhere, and one among the dots at the smallest alpha.
     """
     rows = of_maps(records, "layer_fit")
     drawing, axis = plots.figure(height=3.1)
@@ -192,21 +199,30 @@ def penalty(records):
     """The augmented Lagrangian gives one state over twelve decades of rho; the penalty wants its rho found
     anew for each mesh.
 
-    Errors over the parameter rho, over the stiffness lambda + 2 mu and H or a_Hz. (a) Strip, both against the
-    closed form; the penalty on 2 to 512 bilinear elements (lighter: more), the augmented Lagrangian on order
-    8. (b) Cylinder on squares of side 0.2 to 0.4 a_Hz: the penalty against the half-plane, so that the error
-    of the mesh is in it; the augmented Lagrangian against the condensed body, which solves the same discrete
-    problem. Crosses raised an error: rho too soft for a contact of this size, or too stiff for the matrix.
+    Errors over the parameter rho, over the stiffness lambda + 2 mu and H or a_Hz; the lighter the finer the
+    mesh. (a) Strip, both against the closed form; the penalty on 2 to 512 bilinear elements, the augmented
+    Lagrangian on order 8. (b) Cylinder on squares of side 0.4 to 0.2 a_Hz: the penalty against the
+    half-plane, so that the error of the mesh is in it; the augmented Lagrangian against the condensed body,
+    which solves the same discrete problem. Crosses raised an error: rho too soft for a contact of this size,
+    or too stiff for the matrix.
 
     Seen: black dots stay below 1e-9 at every rho; coloured dots fall with rho in the strip and spread by
     mesh, and under the cylinder stay at one tenth between crosses at either end.
     """
     drawing, axes = plots.figure(2, 1, height=1.95, sharex=True)
-    for axis, kind, mesh in zip(axes, ("strip", "squares"), ("elements", "spacing")):
+    for axis, kind in zip(axes, ("strip", "squares")):
         rows = of_maps(records, f"penalty_{kind}")
-        norm = _decades(row[mesh] for row in rows) if mesh == "elements" else colors.Normalize(0.15, 0.45)
-        shown = [{**row, "error": row["error"] if answered(row) else 3.0} for row in rows]
-        _marks(axis, shown, "rho", "error", mesh, norm)
+        shown = [
+            {
+                **row,
+                "error": row["error"] if answered(row) else 3.0,
+                "fineness": row["elements"] if kind == "strip" else 1 / row["spacing"],
+            }
+            for row in rows
+        ]
+        fineness = [row["fineness"] for row in shown]
+        norm = _decades(fineness) if kind == "strip" else colors.Normalize(min(fineness), max(fineness))
+        _marks(axis, shown, "rho", "error", "fineness", norm)
         exact = of_maps(records, f"lagrangian_{kind}")
         values = [max(row["error"], ROUNDING) for row in exact]
         axis.plot([row["rho"] for row in exact], values, ".", color=BLACK, markersize=3)
@@ -235,9 +251,12 @@ def supports(records):
 
     A block under a cylinder, with more or fewer displacements fixed at its bottom (rows), by four solvers and
     for coupling numbers beta from none to almost couple stresses. Dots: the state passes the balance of
-    energy and work; crosses: an error says that the matrix is singular, and what to fix.
+    energy and work; crosses: an error says that the matrix is singular, and what to fix; no mark: not among
+    the runs.
 
-    Seen: dots in the lowest two rows, and in some of the third where beta is large; crosses above.
+    Seen: dots in the lowest row; in the second too, but for crosses at beta = 0 without contact and with the
+    condensed body, and one of two runs at 1e-9; in the third row, with the augmented Lagrangian and the
+    penalty alone, dots where beta is large and one at 1e-15; crosses everywhere else.
     """
     rows = of_maps(records, "supports")
     betas, kinds = sorted({row["beta"] for row in rows}), list(SUPPORTS)

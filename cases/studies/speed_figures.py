@@ -10,7 +10,7 @@ from microblock.view import plots
 
 from .speed_growth import TOLD
 
-BLUE, RED, GREEN, _, ORANGE, SKY, BLACK = plots.COLOURS
+BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK = plots.COLOURS
 GREY = "0.45"
 
 
@@ -37,7 +37,7 @@ LOOKS = {
     "condensed, order 4": Look("uniform mesh of order 4", ORANGE, "X"),
     "AL, order 1": Look("uniform mesh, augmented Lagrangian", RED, "s"),
     "tamaas": Look("tamaas", BLACK, "*"),
-    "scikit-fem, order 1": Look("scikit-fem", BLACK, "<", ":"),
+    "scikit-fem, order 1": Look("scikit-fem", PURPLE, "<", ":"),
     "ContactBoundary, order 1": Look("NGSolve's ContactBoundary", GREY, "P", "--"),
 }
 CLASSICAL, LAW = "classical", "microblock-0.25"  # the problems of the two charts over the error
@@ -53,7 +53,7 @@ CLASSICAL_NAMES = {
     "AL, order 1": (-12, 11),
 }
 LAW_NAMES = {
-    "half-plane": (0, 9),
+    "half-plane": (0, -15),
     "cells": (5, -3),
     "fitted fe": (5, 0),
     "condensed, order 4": (4, 7),
@@ -61,12 +61,14 @@ LAW_NAMES = {
 }
 ERRORS, SECONDS = (3, 3e-11), (4e-4, 400)  # of the axes: errors fall to the right
 FAINT = 0.35  # opacity of the other problems
+# names in (a) and in (b): beside which mark they stand, points right and up
 COST_NAMES = {
-    "half-plane": (-18, -9),
-    "cells": (2, -20),
-    "AL, order 1": (-5, 6),
-    "condensed, order 1": (-5, 6),
+    "half-plane": ((-1, (6, 0)), (-1, (6, -5))),
+    "cells": ((-2, (7, -4)), (-2, (7, -4))),
+    "AL, order 1": ((-1, (-5, 6)), (-1, (-5, 8))),
+    "condensed, order 1": ((-1, (-5, 6)), (-1, (-6, 6))),
 }
+COST_SECONDS, COST_MEMORY = (1e-2, 1e3), (1, 4e4)  # of the axes
 SIZE, TIME = "unknowns", "processor time (s)"
 
 
@@ -126,8 +128,7 @@ def front(records):
     All programs can solve this problem: a cylinder on a half-plane without microblocks. Each curve shows what
     a method needs to reach a true error (of the pressure, relative, L2), which falls to the right: lower and
     further to the right is better. Processor time is that of setup and solving on one thread. Only runs that
-    no other run of the same method beats in both are shown; a cross at the left edge would be one without an
-    answer. Period and penalty parameter of the other
+    no other run of the same method beats in both are shown. Period and penalty parameter of the other
     programs are the best ones.
 
     Seen: seven curves; finite elements on uniform meshes stay at errors above 0.5 percent, panels reach ten
@@ -153,35 +154,37 @@ def law(records):
     return _over_errors(rows, LAW_NAMES, others)
 
 
-def cost(records):
-    """A million unknowns take 40 s and 0.9 GiB by cells, which need no matrix, and 141 s and 11 GiB by finite
-    elements.
+def _broken(name):
+    """A name in two lines, where there is little room beside its curve."""
+    return name.replace(", ", ",\n").replace("the contact", "the\ncontact")
 
-    Processor time (a) and memory (b) over the size of the problem, a cylinder at alpha = 0.25. Panels need
-    some hundred unknowns for ten digits. A cross stands at the time of the last run where the next, larger
-    one failed or was left out.
+
+def cost(records):
+    """Two million unknowns take 40 s and 0.9 GiB by cells, which need no matrix; one million 141 s and 11 GiB
+    by finite elements.
+
+    Processor time (a) and memory (b) over the size of the problem, a cylinder at alpha = 0.25; a cell has two
+    unknowns. Panels need some hundred unknowns for ten digits. Right of a cross at the end of a curve the
+    next, larger problem failed or was left out.
 
     Seen: straight lines on logarithmic axes with slopes a little above one; uniform cells are the lowest for
-    large problems.
+    large problems; a cross beside the last mark of the augmented Lagrangian.
     """
     drawing, axes = plots.figure(2, 1, height=2.1, sharex=True)
-    for method, shift in COST_NAMES.items():
+    for method, places in COST_NAMES.items():
         rows = [row for row in records if row["method"] == method]
         look, good = LOOKS[method], [row for row in rows if not row["failure"]]
-        for axis, value in zip(axes, ("seconds", "megabytes")):
+        for axis, value, (at, shift) in zip(axes, ("seconds", "megabytes"), places):
             told = [row for row in good if row[value] and row[value] >= TOLD[value]]
             if told:
                 axis.plot([row[SIZE] for row in told], [row[value] for row in told], **look.style)
-        if good:
-            side = {"ha": "left"} if method == "half-plane" else {"ha": "right"}
-            plots.label(axes[0], good[-1][SIZE], good[-1]["seconds"], look.name, look.colour, shift, **side)
+                plots.label(axis, told[at][SIZE], told[at][value], _broken(look.name), look.colour, shift)
         if good and len(good) < len(rows):
-            left = {"transform": axes[0].get_yaxis_transform(), "markersize": 6, "color": look.colour}
-            axes[0].plot([0.98], [good[-1]["seconds"]], "x", **left)
-    for axis, text in zip(axes, (TIME, "memory (MiB)")):
-        axis.set(xscale="log", yscale="log", ylabel=text)
+            # beside the last mark, so that it is seen whose it is
+            axes[0].plot(2 * good[-1][SIZE], good[-1]["seconds"], "x", markersize=6, color=look.colour)
+    for axis, text, ends in zip(axes, (TIME, "memory (MiB)"), (COST_SECONDS, COST_MEMORY)):
+        axis.set(xscale="log", yscale="log", ylabel=text, ylim=ends)
         axis.minorticks_off()
-    axes[0].set(ylim=SECONDS)
     axes[1].set(xlabel=SIZE)
     plots.letter(axes)
     return drawing

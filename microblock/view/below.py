@@ -1,6 +1,5 @@
 """Pictures of the fields below the surface, and in all of a body on a mesh."""
 
-import matplotlib
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import Triangulation
@@ -19,7 +18,7 @@ ACROSS, DOWN = 61, 25  # points of the picture, the latter denser towards the su
 WIDE, DEEP = 2.0, 2.0  # of the half-width of the contact
 FIRST = 0.02  # of the depth: the uppermost row
 SEQUENTIAL, DIVERGING = "cividis", "RdBu_r"  # distinguished by the colour-blind
-LEVELS = 20  # at most
+LEVELS, TICKS = 20, 6  # at most: colours, and numbers beside them
 ROUNDING = 1e-9
 RARE = 2e-3  # of the points of a body, on either side, that lie beyond the ends of the colours
 HEIGHTS = 1.5, 6.0  # inches, of the picture of a body
@@ -41,7 +40,7 @@ def draw_below(state, quantity="psi"):
     deep = x2 <= -FIRST * box[1] * (1 - ROUNDING)  # nearer to the surface a stress may have no bound
     ends = box[0], (max(x2.min(), -box[1]), max(0.03 * box[1], x2.max()))
     field = values(psi, stress, quantity)
-    with matplotlib.rc_context(plots.STYLE):
+    with plots.styled():
         drawing, axis = plots.figure(height=2.9, width=5.2)
         for left, right in contact:
             axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
@@ -58,7 +57,7 @@ def draw_body(state, quantity="psi"):
     # next to edges of the contact and corners of the body a stress may have no bound
     low, high = np.quantile(field, (RARE, 1 - RARE))
     width, height = np.ptp(x1), np.ptp(x2)
-    with matplotlib.rc_context(plots.STYLE):
+    with plots.styled():
         drawing, axis = plots.figure(height=float(np.clip(4.2 * height / width + 0.9, *HEIGHTS)), width=5.2)
         drawing.captioned(state.caption)
         ends = (x1.min(), x1.max()), (x2.min(), x2.max())
@@ -71,7 +70,11 @@ def _filled(drawing, axis, triangulation, field, quantity, shown, ends):
     """Fill a panel with contours of a quantity, and say which by a bar of its colours."""
     drawn = _contours(axis, triangulation, field, quantity in ("psi", "skew"), shown)
     axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=ends[0], ylim=ends[1])
-    drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75, ticks=MaxNLocator(6))
+    # those beyond the first and last colour would stand at its end, beside the one that belongs there
+    low, high = drawn.levels[0], drawn.levels[-1]
+    margin = ROUNDING * (high - low)
+    ticks = [one for one in MaxNLocator(TICKS).tick_values(low, high) if low - margin <= one <= high + margin]
+    drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75, ticks=ticks)
 
 
 def _contours(axis, triangulation, values, signed, shown):

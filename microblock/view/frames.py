@@ -4,7 +4,6 @@ import struct
 import zlib
 from contextlib import contextmanager
 
-import matplotlib
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
@@ -43,7 +42,7 @@ class Frames:
         self._still = None
 
     def _draw_all(self):
-        with matplotlib.rc_context(plots.STYLE), self._without_moving():
+        with plots.styled(), self._without_moving():
             self.canvas.draw()
             # laid out once; later the panels stay where they are
             self.figure.drawing.set_layout_engine("none")
@@ -61,7 +60,7 @@ class Frames:
             self._blank = {name: self.canvas.copy_from_bbox(box) for name, box in boxes.items()}
 
     def _draw_panels(self, names):
-        with matplotlib.rc_context(plots.STYLE), self._without_moving():
+        with plots.styled(), self._without_moving():
             for name in names:
                 self.canvas.restore_region(self._blank[name])
                 self.figure.axes[name].draw(self.canvas.get_renderer())

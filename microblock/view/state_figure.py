@@ -6,9 +6,10 @@ import math
 from collections import defaultdict
 from dataclasses import dataclass, field
 
-import matplotlib
 import numpy as np
 from matplotlib.collections import PolyCollection
+from matplotlib.legend_handler import HandlerTuple
+from matplotlib.patches import Patch
 
 from ..model.closed_forms import hertz
 from . import blocks, plots
@@ -45,7 +46,7 @@ LABELS = {
     "gap": "{gap} $g$ (length)",
     "turn": "rotation {turn} (degrees)",
 }
-PAGE = Format((7.0, 7.4), above=0.1, height=0.33, ticks=5)  # two columns of a page
+PAGE = Format((7.0, 7.4), above=0.1, height=0.33, ticks=5, zones_under="pressure")  # two columns of a page
 # beside sliders: all of it is in view on 1366 x 768 pixels
 SCREEN = Format(
     (6.5, 5.5),
@@ -74,6 +75,14 @@ LITTLE_ROOM = 1.2  # the same beyond the ends of a surface, where there is nothi
 # ends of axes, times a power of ten
 STEPS = np.array((1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0))
 CORNER_COLOURS = {"A": plots.COLOURS[0], "B": plots.COLOURS[1], "C": plots.COLOURS[6]}
+# fills of blocks by which of A and B are closed; the colours of the corners are for what is theirs alone
+BLOCK_FILLS = {
+    (False, False): "white",
+    (True, False): "#CFE4F3",
+    (False, True): "#FBDCC4",
+    (True, True): "#DCD0E8",
+}
+BLOCK_EDGE = "0.35"
 CORNER_LINES = {"A": "-", "B": "--", "C": "-"}  # distinguished without colours
 PEAK = 4.0  # of the mean pressure, beyond which it is cut off; a cylinder has 1.3
 SMALL = 6  # letters that say so, points
@@ -98,7 +107,7 @@ class StateFigure:
     """
 
     def __init__(self, corners, format=PAGE):
-        with matplotlib.rc_context(plots.STYLE):
+        with plots.styled():
             self.drawing, self.axes = _panels(format, len(corners))
             self.corners, self._format = corners, format
             self._lines = {name: self._curve(name) for name in ("micromoment", "turn")}
@@ -180,9 +189,9 @@ class StateFigure:
             ncols=4,
             borderaxespad=0.3,
             borderpad=0.0,
-            handlelength=1.2,
-            columnspacing=0.6,
-            handletextpad=0.3,
+            handlelength=1.1,
+            columnspacing=0.5,
+            handletextpad=0.25,
         )
 
     @property
@@ -193,7 +202,7 @@ class StateFigure:
     def compare(self, shown):
         """Show the pressure of Hertz, of a cylinder under the same load, or no longer; `update` draws it."""
         self._hertz.set_visible(shown)
-        with matplotlib.rc_context(plots.STYLE):
+        with plots.styled():
             self._explain("pressure")
 
     def update(self, state, window=None):
@@ -284,7 +293,7 @@ class StateFigure:
             _limited(self.axes[name], "y", (-low, high))
 
     def _tell_cuts(self, surface, places):
-        """Say where an axis ends below the curve, and why."""
+        """Say where an axis or a curve ends below what it should show, and why."""
         curves = {
             "pressure": surface.pressures.sum(axis=0),
             "micromoment": np.abs(surface.micromoment) / surface.ell,
@@ -293,7 +302,9 @@ class StateFigure:
             (left, right), ends = self.axes[name].get_xlim(), np.abs(self.axes[name].get_ylim())
             top = values[(surface.x >= left) & (surface.x <= right)].max(initial=0.0)
             why = f"unbounded at {_listed(places)}" if places else f"largest {top:.3g}"
-            self._cut[name].set_text(f"cut: {why}" if top > ends.max() else "")
+            # next to such a place a curve may also end below the end of its axis
+            told = f"cut: {why}" if top > ends.max() else why if places and top > 0 else ""
+            self._cut[name].set_text(told)
 
     @property
     def moving(self):
@@ -334,7 +345,7 @@ def _panels(format, corners):
             "micromoment": grid[0, 1],
             "gap": grid[1, 0],
             "turn": grid[1, 1],
-            "zones": grid[2, :],
+            "zones": grid[2, 0],
             "blocks": grid[3, :],
         }
         add = drawing.add_subplot
@@ -350,7 +361,7 @@ class BlocksPanel:
     def __init__(self, axis, corners, format=PAGE):
         self.axis, self.corners, self._format = axis, corners, format
         self._squares = axis.add_collection(
-            PolyCollection([], facecolor="#FBE3D0", edgecolor=plots.COLOURS[1], linewidth=0.8)
+            PolyCollection([], facecolor="white", edgecolor=BLOCK_EDGE, linewidth=0.8)
         )
         self._obstacle = axis.add_collection(
             PolyCollection([], facecolor="0.75", edgecolor="k", linewidth=0.8, zorder=0.5)
@@ -379,7 +390,27 @@ class BlocksPanel:
         axis.spines["left"].set_visible(False)
         self._title = axis.text(0, 1.02, "", transform=axis.transAxes)
         if len(corners) == 2:
-            axis.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, borderaxespad=0.1)
+            self._explain()
+
+    def _explain(self):
+        """The key to marks and fills, above the picture."""
+        fills = [
+            Patch(facecolor=BLOCK_FILLS[closed], edgecolor=BLOCK_EDGE, linewidth=0.8)
+            for closed in ((True, False), (False, True), (True, True))
+        ]
+        marks = [(fill, *dots) for fill, dots in zip(fills, [*([dots] for dots in self._corners), []])]
+        self.axis.legend(
+            marks,
+            ["A (left)", "B (right)", "both closed"],
+            handler_map={tuple: HandlerTuple(ndivide=1)},
+            loc="lower right",
+            bbox_to_anchor=(1, 1),
+            ncols=3,
+            borderaxespad=0.1,
+            columnspacing=0.8,
+            handlelength=1.4,
+            handletextpad=0.4,
+        )
 
     def update(self, shown):
         """Show other Blocks; heights from the uppermost point of the surface on."""
@@ -388,6 +419,7 @@ class BlocksPanel:
         top = np.nanmax(shown.surface[:, 1], initial=shown.squares[..., 1].max(initial=-math.inf))
         down, above = np.array((0.0, top)), self._format.above
         self._squares.set_verts(shown.squares - down)
+        self._squares.set_facecolor([BLOCK_FILLS[bool(a), bool(b)] for a, b in shown.closed])
         self._surface.set_data(*(shown.surface - down).T)
         self._obstacle.set_verts([_under(piece - down, above * width) for piece in _pieces(shown.obstacle)])
         for vertex, (name, dots) in enumerate(zip("AB", self._corners)):
@@ -417,7 +449,7 @@ class BlocksFigure:
     """The rotated blocks alone; as `StateFigure`."""
 
     def __init__(self, corners):
-        with matplotlib.rc_context(plots.STYLE):
+        with plots.styled():
             self.drawing, axis = plots.figure(width=PAGE.size[0], height=3.2)
             self.panel = BlocksPanel(axis, corners)
 

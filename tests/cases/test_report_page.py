@@ -4,13 +4,16 @@ out of reach without eyes or on a telephone.
 
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 from conftest import smallest_letters
 
 from cases.common.catalog import headlines
+from cases.paper import figures_fe
 from cases.report import findings, page, report
 from cases.report.symbols import symbols
+from cases.scenes import size_effect
 from microblock.data.records import read_records
 from microblock.view import plots
 
@@ -126,6 +129,14 @@ def test_findings_of_what_was_not_made_are_left_out():
 )
 def test_a_value_has_the_digits_that_its_error_leaves(value, error, told):
     assert findings.measured(value, error) == told
+
+
+def test_the_load_of_coalescence_is_one_number_wherever_it_is_told():
+    """In the box of findings, in the caption of its figure and in the page on the paper."""
+    value = findings.measured(*size_effect.coalescence_ratio(figures_fe.NU, figures_fe.BETA))
+    assert value == "0.8343132323 ± 1e-10"
+    assert value.replace("±", "+-") in report.told("coalescence")["caption"]
+    assert r"0.8343132323 \pm 10^{-10}" in (Path(__file__).parents[2] / "docs" / "paper.md").read_text()
 
 
 def test_the_box_comes_first_with_what_differs_and_the_rest_folded():

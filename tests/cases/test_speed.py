@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from cases.__main__ import main
+from cases.common.catalog import DATA
 from cases.common.three_ways import seen
-from cases.studies import judged_line, speed, speed_figures, speed_growth
+from cases.studies import facts, judged_line, speed, speed_figures, speed_growth
 from cases.studies.speed_methods import (
     AL_RHO,
     METHODS,
@@ -111,11 +112,21 @@ def test_runs_that_another_one_beats_in_both_are_not_drawn():
 
 
 def test_charts_of_the_two_problems_have_the_same_axes():
-    for drawing in (*speed_figures.PLATES.values(), *speed_figures.COST_PLATES.values()):
-        axis = drawing([]).axes[0]  # nothing was run
-        assert axis.get_ylim() == speed_figures.SECONDS
     for drawing in speed_figures.PLATES.values():
-        assert drawing([]).axes[0].get_xlim() == speed_figures.ERRORS
+        axis = drawing([]).axes[0]  # nothing was run
+        assert axis.get_ylim() == speed_figures.SECONDS and axis.get_xlim() == speed_figures.ERRORS
+
+
+def test_the_chart_over_sizes_shows_all_that_was_run():
+    """Its axes are its own, tighter than those over the errors; names and crosses stand beside marks."""
+    rows = facts.records(DATA / "speed_cost.csv")
+    (drawing,) = speed_figures.COST_PLATES.values()
+    for axis, value in zip(drawing(rows).axes, ("seconds", "megabytes")):
+        low, high = axis.get_ylim()
+        told = [row[value] for row in rows if row[value] and row[value] >= speed_growth.TOLD[value]]
+        assert low <= min(told) and max(told) <= high < 100 * max(told)
+    crosses = [line for line in drawing(rows).axes[0].lines if line.get_marker() == "x"]
+    assert crosses and all(line.get_transform() == line.axes.transData for line in crosses)
 
 
 def test_what_is_asked_for_is_obtained_above_the_floor():

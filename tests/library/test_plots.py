@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from matplotlib.font_manager import FontProperties
+from matplotlib.mathtext import MathTextParser
 from matplotlib.text import Text
 
 from microblock.view import plots
@@ -27,6 +29,19 @@ def test_letters_are_no_smaller_than_seven_points(tmp_path):
     sizes = []
     plots.draw(drawing, None, tmp_path, "a")
     assert min(sizes) >= plots.SMALLEST == 7
+
+
+def test_indices_and_exponents_are_read_at_nine_centimetres():
+    """Those of ticks have 6.5 points, and figures that are not ours keep theirs."""
+
+    def smallest(words, size):
+        glyphs = MathTextParser("path").parse(words, 72, FontProperties(size=size)).glyphs
+        return min(glyph[1] for glyph in glyphs)
+
+    with plots.styled():
+        assert smallest("$10^{-7}$", plots.STYLE["xtick.labelsize"]) >= 6.5
+        assert smallest(r"$a_\mathrm{mid}$", plots.SMALLEST) >= 6
+    assert smallest("$10^{-8}$", 10) == pytest.approx(7)
 
 
 @pytest.mark.parametrize("colour", [*plots.COLOURS, *plots.shades(7)])
@@ -60,3 +75,11 @@ def test_words_at_ends_stand_at_the_heights_of_logarithmic_axes():
     axis.set(yscale="log", ylim=(1e-4, 1))
     plots.label_ends(axis, [(1e-2, "middle", "k"), (1e-4, "bottom", "k")])
     assert [text.xy for text in axis.texts] == [(1, pytest.approx(0.5)), (1, pytest.approx(0))]
+
+
+def test_a_key_has_the_marks_of_the_curves():
+    drawing, _ = plots.figure()
+    plots.key(drawing, ["one", "two"], plots.shades(2), plots.MARKERS)
+    plots.key(drawing, ["line"], plots.shades(1))
+    marks, plain = ([handle.get_marker() for handle in one.legend_handles] for one in drawing.legends)
+    assert marks == ["o", "s"] and plain in (["None"], [None])

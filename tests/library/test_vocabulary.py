@@ -13,6 +13,7 @@ from microblock.fem.meshes import Ground
 from microblock.model import state as model_state
 from microblock.model.summary import call
 from microblock.model.zones import contact_zones, lowest
+from microblock.view.blocks import blocks, window
 from microblock.view.explorer import Explorer
 from microblock.view.state_figure import BlocksFigure, StateFigure, unbounded
 
@@ -148,7 +149,20 @@ def test_pictures_drawn_for_themselves_say_what_they_show(tmp_path):
     # frames are drawn again and again: its table says it
     assert texts(Explorer(line(), 1.0).figure.drawing) == []
     labels = [text.get_text() for text in BlocksFigure(("A", "B")).panel.axis.get_legend().get_texts()]
-    assert labels == ["A (left) closed", "B (right) closed"]
+    assert labels == ["A (left)", "B (right)", "both closed"]
+
+
+def test_numbers_beside_the_colours_keep_apart():
+    """Those beyond the colours would be drawn at their end, on the number that belongs there."""
+    state = body().solve(load=0.5)
+    for quantity in ("s22", "s11", "psi"):
+        drawing = state.plot_below(quantity)
+        drawing.draw_without_rendering()
+        bar = drawing.axes[-1]
+        places = np.sort([label.get_window_extent().y0 for label in bar.get_yticklabels()])
+        assert len(places) >= 3 and np.diff(places).min() > 8, quantity  # pixels: a letter is as high
+        low, high = bar.get_ylim()
+        assert all(low - 1e-9 <= tick <= high + 1e-9 for tick in bar.get_yticks()), quantity
 
 
 def test_captions_stay_within_their_figures():
@@ -169,6 +183,27 @@ def test_captions_are_short():
     half = mb.HalfPlane(SOLID, period=1.0)
     wave = mb.Contact(half, mb.Wave(0.01, 1.0), mb.Unilateral(), mb.Cells(nodes=128)).solve(load=0.5)
     assert wave.caption.startswith("Wave(amplitude=0.01, wavelength=1), Unilateral(), load 0.5, error ")
+
+
+def test_blocks_have_the_fill_of_what_touches():
+    """A alone, B alone, both and none are four fills, whatever the load."""
+    state = line(mb.Cylinder(R=10), mb.Microblock(0.002)).solve(load=2.0)
+    panel = StateFigure(("A", "B")).update(state).blocks
+    shown = blocks(state.surface(window(state.solid.ell, state.zones["contact"])), state.zones["contact"])
+    fills = [tuple(colour) for colour in panel._squares.get_facecolor()]
+    assert len(fills) == len(shown.closed)
+    found = {tuple(map(bool, closed)): fill for closed, fill in zip(shown.closed, fills)}
+    assert len(found) == len({*found.values()}) == 4
+    assert all(found[tuple(map(bool, closed))] == fill for closed, fill in zip(shown.closed, fills))
+
+
+def test_a_micromoment_without_a_bound_is_told_as_the_pressure_is():
+    """Also where the curve, which ends at its last point, fits the axis."""
+    rotated = StateFigure(("A", "B")).update(line(mb.Wedge(0.02), mb.Microblock()).solve(load=1.0))
+    assert rotated._cut["micromoment"].get_text().endswith("unbounded at ±0.0425")
+    plain = StateFigure(mb.Unilateral().corners)
+    plain.update(line(mb.Punch(0.5), mb.Unilateral()).solve(load=1.0))
+    assert plain._cut["micromoment"].get_text() == ""  # there is none
 
 
 def test_axes_that_are_cut_say_so_and_where():
