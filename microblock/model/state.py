@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ..errors import BadArgument, require_choice, require_pair
 from .obstacles import gap, returned
 from .summary import Row, Shown, Summary, call, intervals, number
-from .types import Array, ContactLike, CornerZones, Interval, LawLike, LineProblem, ObstacleLike, Zones
+from .types import Array, ContactLike, CornerZones, Flags, Interval, LawLike, LineProblem, ObstacleLike, Zones
 from .zones import contact_zones, half_widths
 
 if TYPE_CHECKING:
@@ -59,6 +59,8 @@ class Surface:
         Names of the corners.
     ell : float
         Side of a block (length).
+    apart : boolean array (n - 1,), optional
+        Whether the surface is interrupted between a point and the next.
     """
 
     points: Array
@@ -72,6 +74,7 @@ class Surface:
     obstacle: Array
     corners: tuple[str, ...]
     ell: float
+    apart: Flags | None = None
 
     @property
     def x(self) -> Array:
@@ -89,6 +92,7 @@ def surface(
     micromoment: Array,
     psi: Array,
     displacement: Array,
+    apart: Flags | None = None,
 ) -> Surface:
     """Returns the Surface of a state of a problem, from its fields at the points."""
     law, ell, x = problem.law, problem.ell, points[:, 0]
@@ -109,6 +113,7 @@ def surface(
         over,
         law.corners,
         ell,
+        apart,
     )
 
 
@@ -233,6 +238,7 @@ class Solution:
             micromoment=self.micromoment,
             psi=self.psi,
             displacement=self.displacement,
+            apart=getattr(self, "apart", None),
         )
 
     def remarks(self) -> list[str]:

@@ -5,7 +5,7 @@ Displacements along n, heights of the obstacle over the surface and angles are m
 corner touches the obstacle in the picture where its gap (21), (22) is closed.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ BEYOND = 6  # of them outside the contact, where it is too wide for all
 MARGIN = 0.3  # of the half-width of the contact, shown on either side, and a block and a half more
 SHOWN_TURN = 0.35  # largest magnified angle (radians)
 SHOWN_DEPTH = 0.12  # largest magnified difference of displacements, over the width of the picture
+ROUNDING = 1e-10  # of displacements, below which gaps and what else comes from them are nothing
 CLOSED = 1e-6  # of the range of the gaps: rounding in one that is closed
 
 
@@ -41,6 +42,27 @@ class Blocks:
     magnification: float
 
 
+def without_rounding(surface):
+    """A `Surface` without what rounding leaves of gaps, rotations and differences of displacements."""
+    size = ROUNDING * np.abs(surface.displacement).max(initial=0.0)
+    level = surface.displacement
+    return replace(
+        surface,
+        gaps=np.where(np.abs(surface.gaps) > size, surface.gaps, 0.0),
+        rotation=np.where(np.abs(surface.rotation) > size / surface.ell, surface.rotation, 0.0),
+        displacement=level if np.ptp(level) > size else np.full_like(level, level.mean()),
+    )
+
+
+def interrupted(surface, x, values):
+    """x and values (..., n) there, with a nan wherever the surface is interrupted: a line breaks there."""
+    if surface.apart is None or not surface.apart.any():
+        return x, values
+    ends = np.flatnonzero(surface.apart)
+    places = np.searchsorted(x, (surface.x[ends] + surface.x[ends + 1]) / 2)
+    return np.insert(x, places, np.nan), np.insert(values, places, np.nan, axis=-1)
+
+
 def blocks(surface, contact, frame=None):
     """The Blocks of a `Surface` with the contact zones [(left, right), ...].
 
@@ -51,7 +73,8 @@ def blocks(surface, contact, frame=None):
         raise BadArgument("window", frame, "must be (left, right), left < right")
     count = int(np.clip(np.floor((right - left) / surface.ell), 1, 4 * MOST))
     x = (left + right) / 2 + surface.ell * (np.arange(count) - (count - 1) / 2)
-    x = x[(x >= surface.x[0]) & (x <= surface.x[-1])]
+    surface = without_rounding(surface)
+    x = x[(x >= surface.x[0]) & (x <= surface.x[-1]) & ~_between(surface, x)]
     ends = np.clip((left, right), surface.x[0], surface.x[-1])
     inside = np.union1d(surface.x[(surface.x >= left) & (surface.x <= right)], (*ends, *x))
     rotation, displacement = (
@@ -64,10 +87,11 @@ def blocks(surface, contact, frame=None):
     squares = _squares(
         *_along(surface, x), magnification * rotation, magnification * displacement, surface.ell
     )
+    line = shown[0] - magnification * level[:, None] * shown[1]
     return Blocks(
         squares,
         _closed(surface, x),
-        shown[0] - magnification * level[:, None] * shown[1],
+        interrupted(surface, inside, line.T)[1].T,
         shown[0] + magnification * over[:, None] * shown[1],
         (left, right),
         magnification,
@@ -97,8 +121,18 @@ def _magnification(rotation, displacement, width):
         SHOWN_TURN / max(np.abs(rotation).max(initial=0.0), 1e-12),
         SHOWN_DEPTH * width / max(np.ptp(displacement), 1e-12 * width),
     )
+    if not rotation.any() and not np.ptp(displacement):
+        return 1.0
     decade = 10.0 ** np.floor(np.log10(max(most, 1.0)))
     return float(max(digit * decade for digit in (1, 2, 5) if digit * decade <= max(most, 1.0)))
+
+
+def _between(surface, x):
+    """Whether places x lie where the surface is interrupted."""
+    if surface.apart is None:
+        return np.zeros(len(x), bool)
+    before = np.clip(np.searchsorted(surface.x, x, side="right") - 1, 0, len(surface.apart) - 1)
+    return surface.apart[before] & (x > surface.x[before])
 
 
 def _along(surface, x):

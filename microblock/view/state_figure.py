@@ -215,7 +215,7 @@ class StateFigure:
             for name, frame in needed.items():
                 self._frames[name].renew(frame)
         near, wide = self._frames["blocks"].value, window or self._frames["curves"].value
-        surface = state.surface((min(wide[0], near[0]), max(wide[1], near[1])))
+        surface = blocks.without_rounding(state.surface((min(wide[0], near[0]), max(wide[1], near[1]))))
         self._draw(surface, zones)
         if self.compared:
             self._draw_hertz(state)
@@ -246,17 +246,19 @@ class StateFigure:
         self._hertz.set_data(x, hertz(x, state.load, half))
 
     def _draw(self, surface, zones):
-        x = surface.x
+        def draw(line, values):
+            line.set_data(*blocks.interrupted(surface, surface.x, values))
+
         for kind, rows in (
             ("pressure", surface.pressures),
             ("gap", np.where(np.isfinite(surface.gaps), surface.gaps, np.nan)),
         ):
             for corner, row in zip(self.corners, rows):
-                self._own[kind, corner].set_data(x, row)
+                draw(self._own[kind, corner], row)
         for total in self._total:
-            total.set_data(x, surface.pressures.sum(axis=0))
-        self._lines["micromoment"].set_data(x, surface.micromoment / surface.ell)
-        self._lines["turn"].set_data(x, np.degrees(surface.rotation))
+            draw(total, surface.pressures.sum(axis=0))
+        draw(self._lines["micromoment"], surface.micromoment / surface.ell)
+        draw(self._lines["turn"], np.degrees(surface.rotation))
         for number, (name, bar) in enumerate(self._bars.items()):
             bar.set_data(
                 [edge for a, b in zones[name] for edge in (a, b, math.nan)],

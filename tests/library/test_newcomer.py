@@ -8,6 +8,7 @@ import pytest
 import microblock as mb
 from microblock.data.records import read_records
 from microblock.errors import BadArgument
+from microblock.view import blocks
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 LAW = mb.Microblock()
@@ -190,3 +191,16 @@ def test_values_of_a_state_are_to_read():
     ):
         with pytest.raises(ValueError, match="read-only"):
             values[:] = 7.0
+
+
+def test_pictures_of_full_contact_show_no_rounding(block, posts):
+    """Gaps and rotations of 1e-17 are nothing: all corners are marked, nothing is magnified."""
+    state = mb.Contact(block, mb.Plane(), LAW).solve(load=1.0)
+    shown = blocks.blocks(state.surface(), state.zones["contact"])
+    assert shown.closed.all() and shown.magnification == 1.0
+    apart = mb.Contact(posts, mb.Plane(), LAW).solve(load=1.0)
+    shown = blocks.blocks(apart.surface(), apart.zones["contact"], (-1.0, 1.0))
+    middles = shown.squares[:, :2, 0].mean(axis=1)
+    assert len(middles) and np.all(np.abs(middles) >= 0.5) and np.isnan(shown.surface).any()
+    (line,) = {id(line): line for line in apart.plot().axes[1].lines if len(line.get_xdata()) > 5}.values()
+    assert np.isnan(line.get_ydata()).sum() == 1  # a line that breaks once
