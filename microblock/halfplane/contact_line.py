@@ -32,6 +32,9 @@ CREEPING, NEARER = 1e-2, 0.9
 SHORT_OF = 0.7  # of the way to a kink, that an edge moves in one step
 AT_KINK = 1e-3  # of the way to the next edge: nearer to a kink than that an edge gets past it
 UNTOLD = 1e-9  # of the width: two edges nearer than that which are drawn past each other have met
+# of the pressure: edges that are better but not as good as asked for may be at their rounding; the estimate
+# has it
+ROUNDED = 1e-7
 MERGED = 1e-4  # of the tolerance, times the width: edges this near that want to be nearer cross
 
 
@@ -143,7 +146,7 @@ def fit(problem, load, zones, *, order, tolerance, steps=EDGE_STEPS):
     NotConverged
         If an edge runs away, K1 turns negative or no progress is made: the topology is another one.
     """
-    best, idle, zones, earlier, good = np.inf, 0, _within_ends(problem, zones), None, None
+    best, idle, zones, earlier, good, closest = np.inf, 0, _within_ends(problem, zones), None, None, None
     for iteration in range(steps):
         if any(np.any(np.diff(np.ravel(intervals)) <= 0) for intervals in zones.values()):
             raise NotConverged(
@@ -156,12 +159,15 @@ def fit(problem, load, zones, *, order, tolerance, steps=EDGE_STEPS):
         if idle or (earlier and any(found[key][1] <= 0 for key in _edges(zones) if key in found)):
             found = _safer(zones, found, _mean_coefficients(panels, q), earlier)
         moved, error, meeting, crossing = _moved(problem, load, zones, found, tolerance)
-        if error <= tolerance:
+        if error <= max(tolerance, ROUNDED):
             estimate = Estimate(None, error, _share(panels, noise, q))
             state = PanelSolution(problem, load, zones, panels, q, float(approach), iteration + 1, estimate)
-            good = good or state
-            if not crossing:
-                return state
+            if error <= tolerance:
+                good = good or state
+                if not crossing:
+                    return state
+            elif closest is None or error < closest.estimate.edges:
+                closest = state
         idle, earlier = 0 if error < best / 2 else idle + 1, (zones, found)
         meeting = meeting or (_drawing_near(zones, moved) if idle == PATIENCE else None)
         if meeting:
@@ -177,8 +183,8 @@ def fit(problem, load, zones, *, order, tolerance, steps=EDGE_STEPS):
         if idle == PATIENCE:
             break
         zones, best = moved, min(error, best)
-    if good:
-        return good
+    if good or closest:
+        return good or closest
     raise NotConverged(
         f"edges of the zones still off by {error:.1e} of the pressure at load {load:g}",
         iterations=iteration + 1,

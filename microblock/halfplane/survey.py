@@ -263,7 +263,31 @@ def _pulled(state, size):
                 b = (x[last] + x[last + 1]) / 2 if last + 1 < len(x) else right
                 worth = np.sqrt(weights[first : last + 1] @ p[first : last + 1] ** 2) / size
                 found.append(Violation(corner, float(a), float(b), 0.0, float(worth)))
-    return found
+    return found + list(_pulled_at_valleys(state, size))
+
+
+def _pulled_at_valleys(state, size):
+    """The same nearer to slope discontinuities than the nodes: where the slope of the obstacle falls the
+    pressure has the logarithm of an infinite tension.
+
+    With ``p = A + K log(|h|/r)``, K < 0, it is negative up to ``r0 = |h| exp(A/K)``; in L2 that is worth
+    sqrt(2 r0) |K| on either side.
+    """
+    panels, v = state.panels, state.panels.points[0][0]
+    slopes = {}
+    for number in np.flatnonzero(panels.log_size < 0):
+        corner, h = int(panels.corner[number]), panels.h[number]
+        (here,) = state.pressure(corner, panels.x([number], np.array([v])))
+        smooth = here - panels.logarithm(number, v)
+        if here > 0:  # else the nodes show it
+            reach = abs(h) * np.exp(smooth / panels.log_size[number])
+            ends = slopes.setdefault((corner, float(panels.e[number])), {})
+            ends[np.sign(h)] = reach, 2 * reach * panels.log_size[number] ** 2
+    for (corner, kink), ends in slopes.items():
+        left, right = (ends.get(side, (0.0, 0.0))[0] for side in (-1, 1))
+        worth = np.sqrt(sum(square for _, square in ends.values())) / size
+        if left + right > 0:
+            yield Violation(corner, kink - left, kink + right, 0.0, float(worth))
 
 
 def _beyond(problem, picture, stretch, x, rise, noise):
