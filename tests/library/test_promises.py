@@ -123,3 +123,26 @@ def test_no_gap_is_left_in_a_zone_where_nothing_keeps_it_open(rtol):
     state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(10.0), mb.Microblock(0.0121587)).solve(1.0, rtol=rtol)
     assert [len(state.zones[name]) for name in ("A", "B", "full")] == [1, 1, 1]
     assert state.residual < 1e-3  # as elsewhere
+
+
+@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microclamped(), mb.Microblock(0.01)])
+@pytest.mark.parametrize("slope", [0.004, 0.002])
+def test_a_valley_within_a_zone_opens_it(law, slope):
+    """The pressure has the logarithm of an infinite tension there, however near: the gap may be 1e-9 wide,
+    and its tension be worth 1e-5 of the pressure; nodes do not see it.
+    """
+
+    def height(x):
+        return x**2 / 20 - slope * np.abs(x)
+
+    problem = mb.Contact(mb.HalfPlane(SOLID), height, law)
+    rough, fine = (problem.solve(1.0, rtol=rtol) for rtol in (1e-3, 1e-6))
+    assert max(len(zones) for zones in fine.zones.values()) >= 2
+    near = np.geomspace(1e-14, 1e-2, 200)
+    for middle in (0.0, *(sign * SOLID.ell / 2 for sign in (-1, 1))):  # where a corner stands at the valley
+        for corner in law.corners:
+            x = np.concatenate((middle - near, middle + near))
+            assert fine.pressure_at(x, corner).min() > -1e-6 * fine.pressure.max()
+    off = fine.weights @ (rough.pressure_at(fine.x) - fine.pressure) ** 2
+    size = fine.weights @ fine.pressure**2
+    assert np.sqrt(off / size) < max(rough.error_estimate, 1e-6)
