@@ -21,8 +21,8 @@ import microblock as mb
 from microblock.data.records import column, grouped
 from microblock.errors import require_finite
 
-from ..common.catalog import case
-from ..common.options import Checked, command, option
+from ..common.catalog import case, headlines
+from ..common.options import Checked, command, did_you_mean, option
 from ..common.records import keep, returned
 
 PANELS = 6  # of the chart, if nothing is chosen
@@ -55,9 +55,10 @@ class Parameters(Checked):
     retry: bool = option(False, "compute failed points again", bool)
 
     def relate(self):
-        if not self.over or any(len(words) < 2 for words in self.over):
+        short = next((" ".join(words) for words in self.over if len(words) < 2), None)
+        if not self.over or short is not None:
             raise mb.BadArgument(
-                "over", self.over or "(nothing)", "must name a parameter of the case and at least one value"
+                "over", short or "(nothing)", "must name a parameter of the case and at least one value"
             )
         varied = [words[0] for words in self.over]
         if len(set(varied)) < len(varied):
@@ -70,7 +71,10 @@ class Parameters(Checked):
         module = case(self.of)
         if not (hasattr(module, "Parameters") and hasattr(module, "result")) or self.of == "sweep":
             raise mb.BadArgument(
-                "case", self.of, "must be a case that returns numbers, such as strip, hertz, size_effect"
+                "case",
+                self.of,
+                "must be a case that returns numbers, such as strip, hertz, size_effect"
+                + did_you_mean(self.of.lower(), headlines()),
             )
         return module
 
