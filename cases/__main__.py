@@ -9,9 +9,9 @@ for library in ("OPENBLAS", "OMP"):
 import sys  # noqa: E402
 from argparse import RawDescriptionHelpFormatter  # noqa: E402
 from dataclasses import fields  # noqa: E402
-from importlib.metadata import version  # noqa: E402
 from pathlib import Path  # noqa: E402
 
+from microblock import __version__  # noqa: E402
 from microblock.data.records import check_writable, json_text, write_json  # noqa: E402
 from microblock.errors import BadArgument, MicroblockError  # noqa: E402
 
@@ -27,7 +27,7 @@ def parser(asked, module):
     names.
     """
     top = OneLineParser(prog=PROGRAM, description="Cases of the microblock contact model.")
-    top.add_argument("--version", action="version", version=f"microblock {version('microblock')}")
+    top.add_argument("--version", action="version", version=f"microblock {__version__}")
     commands = top.add_subparsers(dest="case", metavar="CASE", parser_class=OneLineParser)
     for name, (_, headline) in headlines().items():
         if name != asked:
