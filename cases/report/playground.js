@@ -87,7 +87,16 @@ function within(patch, alpha, psi0) {
   const columns = Array.from({length: patch.columns}, (_, j) => j), nodes = [];
   for (const [i, one] of neighbours(patch.rows, row, 4))
     for (const [j, other] of neighbours(columns, where, 4)) nodes.push([one * other, patch.states[i][j]]);
-  return mean(nodes);
+  const found = mean(nodes);
+  return patch.columns === 1 && patch !== map.unilateral ? turned(found, alpha, psi0) : found;
+}
+
+/* A state of psi0 = data.alone, in which B alone touches, as that of another psi0: the mean gap of the corners
+   grows with that of A, all else stays. */
+function turned(state, alpha, psi0) {
+  const more = alpha * (psi0 - data.alone) / 2, values = state.values.map(
+    ([one, other], piece) => state.closed[piece] ? [one, other] : [one.map(gap => gap + more), other]);
+  return {...state, values};
 }
 
 /* The weighted mean of states [[weight, state], ...] with zones alike; edges stay in order. */
