@@ -148,7 +148,7 @@ def summary(patch):
 
 
 def percent(number):
-    return f"{100 * number:.2g} %"
+    return f"{100 * number:.2g}\N{NO-BREAK SPACE}%"
 
 
 def fitting(page):
