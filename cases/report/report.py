@@ -14,6 +14,7 @@ import os
 import time
 from dataclasses import asdict, dataclass
 from functools import partial
+from pathlib import Path
 
 from tqdm import tqdm
 
@@ -31,6 +32,7 @@ from .items import File, Task, together
 from .sections import LABELS, SECTIONS
 
 OUT = "out"
+METHODS = Path(__file__).parents[2] / "docs" / "methods.md"
 # modules with FIGURES {name: (records, drawing)} or TABLES {name: records}, which are part of the report
 MODULES = (
     figures_strip,
@@ -120,9 +122,8 @@ def run(parameters, out, quiet=False):
         items = shown(made, records)
         found = findings.found({one["name"] for one in items}, records)
         introductions = {title: words for title, (words, _) in SECTIONS.items()}
-        write_text(
-            out / "index.html", page.page(items, found, introductions, summary, versions(), records.failed)
-        )
+        text = page.page(items, found, introductions, summary, versions(), records.failed, _beside(out))
+        write_text(out / "index.html", text)
     if records.failed:
         failures = "; ".join(f"{name} ({what})" for name, what in records.failed.items())
         raise NotConverged(
@@ -137,6 +138,14 @@ def run(parameters, out, quiet=False):
         "processor_seconds": _processor_seconds() - busy,
         "items": [one for one in items if one["name"] in made],
     }
+
+
+def _beside(out):
+    """Put the advice on methods beside the page, as text that browsers show; {its name: its address}."""
+    if not METHODS.exists():  # which is in the checkout, not in what is installed
+        return {}
+    write_text(out / "methods.txt", METHODS.read_text())
+    return {"docs/methods.md": "methods.txt"}
 
 
 def _processor_seconds():
