@@ -27,6 +27,8 @@ section { margin: 2rem 0 0; border-top: 1px solid var(--line); padding-top: 1rem
 dl { display: grid; gap: 0.2rem 1.5rem; margin: 0 0 1rem; }
 dt { font-weight: 600; margin-top: 0.5rem; }
 dd { margin: 0; }
+.advice h2 { display: block; margin: 1.5rem 0 0.5rem; }
+.advice p, .advice li { max-width: 50rem; margin: 0 0 0.4rem; }
 .contents ul { list-style: none; margin: 0.2rem 0 0.6rem; padding: 0; }
 .contents li { margin: 0.1rem 0; line-height: 1.35; }
 .contents li li { margin-left: 0.8rem; font-size: 0.88rem; }

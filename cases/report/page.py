@@ -84,6 +84,38 @@ def page(items, findings, introductions, summary, versions, failed=(), beside=No
 """
 
 
+def advice(head, sections, facts):
+    """The page of the advice on methods: {heading: sentences}, and rows of the numbers that they rest on."""
+    title, told = head.removeprefix("# ").split("\n\n")
+    lists = ""
+    for heading, sentences in sections.items():
+        entries = "".join(f"<li>{_with_code(one)}</li>" for one in sentences)
+        lists += f"<h2>{html.escape(heading)}</h2><ul>{entries}</ul>"
+    rows = [
+        {name: row[name] for name in ("sentence", "study", "selection", "runs", "value")} for row in facts
+    ]
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>microblock: methods</title>
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<style>{STYLE}</style></head><body>
+<main class="advice"><h1>{html.escape(title)}</h1>
+<p>{_with_code(told)}</p>
+{lists}
+<h2>What each sentence rests on</h2>
+{_table(rows, "numbers of the sentences", all_columns=True)}
+<p><a href="index.html">The report</a></p></main>
+</body></html>
+"""
+
+
+def _with_code(text):
+    """HTML of a text with code between backquotes."""
+    parts = text.split("`")
+    parts[::2] = map(symbols, parts[::2])
+    parts[1::2] = (f"<code>{html.escape(part)}</code>" for part in parts[1::2])
+    return "".join(parts)
+
+
 def size(path):
     """(width, height) of a PNG file in pixels, as its first chunk says."""
     with open(path, "rb") as picture:

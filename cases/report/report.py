@@ -14,7 +14,6 @@ import os
 import time
 from dataclasses import asdict, dataclass
 from functools import partial
-from pathlib import Path
 
 from tqdm import tqdm
 
@@ -26,13 +25,13 @@ from ..common.case import run as run_case
 from ..common.catalog import PROGRAM, case, headlines
 from ..common.options import Checked, command, names, option
 from ..paper import figures_fe, figures_hertz, figures_layers, figures_strip, statements
-from ..studies import limits_table
+from ..studies import limits_table, methods
+from ..studies.methods_text import HEAD
 from . import figures_scenes, figures_studies, findings, page
 from .items import File, Task, together
 from .sections import LABELS, SECTIONS
 
 OUT = "out"
-METHODS = Path(__file__).parents[2] / "docs" / "methods.md"
 # modules with FIGURES {name: (records, drawing)} or TABLES {name: records}, which are part of the report
 MODULES = (
     figures_strip,
@@ -141,11 +140,12 @@ def run(parameters, out, quiet=False):
 
 
 def _beside(out):
-    """Put the advice on methods beside the page, as text that browsers show; {its name: its address}."""
-    if not METHODS.exists():  # which is in the checkout, not in what is installed
-        return {}
-    write_text(out / "methods.txt", METHODS.read_text())
-    return {"docs/methods.md": "methods.txt"}
+    """Put the advice on methods beside the page; {its name: its address}."""
+    records, sections = methods.kept(), {}
+    for number, heading, claim in methods.numbered():
+        sections.setdefault(heading, []).append(f"{claim.told(records)} [{number}]")
+    write_text(out / "methods.html", page.advice(HEAD, sections, methods.facts(records)))
+    return {"docs/methods.md": "methods.html"}
 
 
 def _processor_seconds():

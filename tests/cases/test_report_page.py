@@ -178,8 +178,11 @@ def test_files_that_are_named_are_linked_where_they_are(tmp_path):
     introductions = {title: words for title, (words, _) in report.SECTIONS.items()}
     found = findings.Findings([], {}, [])
     text = page.page(section, found, introductions, "a run", {}, {}, report._beside(tmp_path))
-    assert '<a href="methods.txt">docs/methods.md</a>' in text
-    assert (tmp_path / "methods.txt").read_text() == (DOCS / "methods.md").read_text()
+    assert '<a href="methods.html">docs/methods.md</a>' in text
+    advice = (tmp_path / "methods.html").read_text()
+    Elements(advice)
+    assert advice.count("<li>") == (DOCS / "methods.md").read_text().count("\n- ") > 20
+    assert "α = 0.25" in advice and "<code>Panels</code>" in advice and "http" not in advice
 
 
 def test_rows_can_be_read_without_those_before():
