@@ -116,9 +116,10 @@ class StateFigure:
             self.blocks = BlocksPanel(self.axes["blocks"], corners, format)
             self._ends, self._frames = defaultdict(End), {"blocks": Window(), "curves": Window()}
             self._shown = {"blocks": Window(), "curves": Window()}
+            above = 1.02 if format.places else 1.13  # the key, which it meets where the panel is narrow
             self._cut = {
                 name: self.axes[name].text(
-                    1, 1.02, "", transform=self.axes[name].transAxes, ha="right", fontsize=SMALL
+                    1, above, "", transform=self.axes[name].transAxes, ha="right", fontsize=SMALL
                 )
                 for name in ("pressure", "micromoment")
             }
@@ -378,8 +379,12 @@ class BlocksPanel:
         axis.tick_params(axis="y", left=False, labelleft=False)
         axis.spines["left"].set_visible(False)
         self._title = axis.text(0, 1.02, "", transform=axis.transAxes)
+        # two lines where the figure may be made as narrow as a column
+        self._lines, columns = (" ", 2) if format.places else ("\n", 1)
         if len(corners) == 2:
-            axis.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, borderaxespad=0.1)
+            axis.legend(
+                loc="lower right", bbox_to_anchor=(1, 1), ncols=columns, borderaxespad=0.1, labelspacing=0.2
+            )
 
     def update(self, shown):
         """Show other Blocks; heights from the uppermost point of the surface on."""
@@ -398,7 +403,7 @@ class BlocksPanel:
         _limited(self.axis, "y", ((above - self._format.height) * width, above * width))
         touches = "" if len(self.corners) == 2 else "; their middle touches"
         self._title.set_text(
-            f"blocks rotated by {_turn(self.corners)}{touches}; heights and angles "
+            f"blocks rotated by {_turn(self.corners)}{touches};{self._lines}heights and angles "
             f"{shown.magnification:g} times"
         )
         return self
