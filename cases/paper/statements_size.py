@@ -250,8 +250,8 @@ STATEMENTS = (
         "alpha_mid",
         alpha_mid,
         printed(0.8874, 5e-5),
-        "limit of gap and overlap; nodal values on a uniform mesh approach it as slowly as b^(2 s), s "
-        "in the next row",
+        "limit of gap and overlap; nodal values on a uniform mesh of the spacing b approach it as slowly as "
+        "b^(2 s), where the pressure vanishes like x^s",
     ),
     Statement(
         "4.2, Fig. 10",
@@ -376,18 +376,18 @@ STATEMENTS = (
     Statement(
         "4.2, Fig. 11a",
         "the real hardness increases with alpha for alpha > alpha_mid",
-        "its value at 1.25 less that just beyond alpha_mid",
+        "real hardness over Hertz's at alpha = 1.25 less that just beyond alpha_mid",
         real_beyond,
         above(0),
-        "the contact proper, 2 (a - b), goes on growing",
+        "the length of the zones, 2 (a - b), goes on growing",
     ),
     Statement(
         "4.2, Fig. 11a",
-        "so the real hardness is not monotonic",
-        "largest step beyond alpha_mid",
+        "the real hardness is not monotonic, since it increases beyond alpha_mid",
+        "largest step of the real hardness over Hertz's, from one alpha to the next, beyond alpha_mid",
         real_step,
         above(0),
-        "a positive step would make it so",
+        "it falls at each step: with a positive one it would not be monotonic",
     ),
     Statement(
         "4.2, Fig. 11a inset (the text says Fig. 8a)",
@@ -423,7 +423,7 @@ STATEMENTS = (
     ),
     Statement(
         "4.2, Fig. 11b",
-        "on the paper's domain the effect is more pronounced for microblocks",
+        "on the paper's domain nominal hardness increases more for microblocks",
         "smallest H_nom of microblock less unilateral, alpha >= 0.5, over the classical value",
         nominal_excess(LARGE, np.min),
         above(0),
@@ -443,11 +443,11 @@ STATEMENTS = (
         "largest step of d R/a_Hz^2 at equal far field",
         stiffening("microblock"),
         below(0),
-        "as for the unilateral law",
+        "the smaller d the smaller a_nom; far from the contact all alphas are displaced alike",
     ),
     Statement(
         "4.2, Fig. 11b",
-        "the effect is more pronounced for microblocks",
+        "nominal hardness and stiffness increase more for microblocks than for the unilateral law",
         "largest d R/a_Hz^2 of microblock less unilateral, alpha >= 0.5",
         stiffer_blocks(LARGE, max),
         below(0),
@@ -455,11 +455,11 @@ STATEMENTS = (
     ),
     Statement(
         "4.2, Fig. 11b",
-        "the same for small alpha",
+        "nominal hardness and stiffness increase more for microblocks, for small alpha, too",
         "smallest d R/a_Hz^2 of microblock less unilateral, alpha <= 0.1",
         stiffer_blocks(SMALL, min),
         below(0),
-        "reversed, by little: a flat block lets the parabola come l^2/(8 R) deeper there",
+        "blocks are softer, by little: a flat block lets the parabola come ell^2/(8 R) deeper there",
     ),
     Statement(
         "4.2, Fig. 11b",

@@ -33,7 +33,7 @@ def observed(name, load=1.0, **changes):
 
 @lru_cache(maxsize=1)
 def meeting():
-    """Load over Pmax at which the two zones meet for alpha = 0.25, and its error."""
+    """Load over P_max at which the two zones meet for alpha = 0.25, and its error."""
     parameters = hertz.Parameters(alpha=0.25).resolved()
     load, error = parameters.problem.solver.coalescence()
     return load / parameters.P, error / parameters.P
@@ -214,10 +214,10 @@ def rotated_statements():
         yield Statement(
             place,
             "zones of separation, partial and full contact are preserved",
-            "width of the full zone at Pmax, over a_Hz",
+            "width of the full zone at P_max, over a_Hz",
             features(reading, degrees),
             above(0),
-            "corner A lags by l psi0, which the load cannot close"
+            "corner A lags by ell psi0, which the load cannot close"
             if (reading, degrees) == ("gap", 5.0)
             else because,
         )
@@ -232,7 +232,7 @@ def rotated_statements():
         yield Statement(
             place,
             "transitions between full and partial contact are shifted to the right",
-            "middle of the full zone at Pmax, over a_Hz",
+            "middle of the full zone at P_max, over a_Hz",
             shifted(reading, degrees),
             above(0),
             "there is no full contact" if (reading, degrees) == ("gap", 5.0) else because,
@@ -283,7 +283,7 @@ STATEMENTS = (
     Statement(
         "4.2",
         "alpha specifies the load: the higher the load the lower alpha",
-        "half-width at Pmax/4 for alpha = 0.25 against alpha = 0.5, relative",
+        "half-width at P_max/4 for alpha = 0.25 against alpha = 0.5, relative",
         alpha_as_load,
         below(1e-4),
         "a_Hz grows like the root of the load",
@@ -306,23 +306,23 @@ STATEMENTS = (
     ),
     Statement(
         "4.2, Fig. 8",
-        "they coalesce at P/Pmax about 0.07",
-        "load of coalescence",
+        "the two zones coalesce at P/P_max about 0.07",
+        "load of coalescence over P_max, alpha = 0.25",
         lambda records: meeting(),
         printed(0.07, 0.005),
         "limit from both sides of coalescence; the paper's is that of its finite elements",
     ),
     Statement(
         "4.2, Figs 8, 10",
-        "the same 0.07 beside the paper's alpha_mid = 0.8874",
-        "(alpha/alpha_mid)^2 of the paper's numbers",
+        "zones coalesce at P/P_max about 0.07 for alpha = 0.25, at P_max for alpha_mid = 0.8874",
+        "(alpha/alpha_mid)^2 of these numbers of the paper, a load over P_max",
         paper_scaling,
         printed(0.07, 0.005),
-        "by scaling they are one number",
+        "alpha falls like the root of the load: the load is one number, printed twice",
     ),
     Statement(
         "4.2, Fig. 8",
-        "then full contact in the middle between two zones of partial contact",
+        "after coalescence: full contact in the middle between two zones of partial contact",
         "share of loads 0.1 to 1 with that topology",
         zones_after,
         printed(1, 0),
@@ -338,15 +338,15 @@ STATEMENTS = (
     ),
     Statement(
         "4.2, Fig. 8a",
-        "the slope is discontinuous there",
-        "exponent of |p - p(c)| outside",
+        "the slope of the pressure is discontinuous where full contact ends",
+        "exponent of |p - p(c)| outside the full zone",
         exponent(1),
         printed(1, 0.1),
         "a finite slope on the outside, an infinite one on the inside",
     ),
     Statement(
         "4.2, Fig. 8b",
-        "the micromoment has the same kink",
+        "the micromoment has a kink where full contact ends, as the pressure has",
         "exponent of |M - M(c)| inside the full zone",
         exponent(-1, moment=True),
         below(1),
@@ -355,7 +355,7 @@ STATEMENTS = (
     Statement(
         "4.2, Fig. 8b",
         "M is coupled to the local pressure",
-        "largest ||M| - p l/2| in partial contact, over p_Hz l",
+        "largest ||M| - p ell/2| in partial contact, over p_Hz ell",
         coupling,
         below(1e-4),
         "(29) with one corner",
@@ -364,7 +364,7 @@ STATEMENTS = (
     Statement(
         "4.2, after Fig. 9",
         "qualitative features depend on the load",
-        "zones of contact at 0.05 Pmax less those at Pmax",
+        "zones of contact at 0.05 P_max less those at P_max",
         lambda records: (
             len(solved(0.05)[3]["zones"]["contact"]) - len(solved()[3]["zones"]["contact"]),
             0.0,

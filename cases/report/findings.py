@@ -12,6 +12,8 @@ from ..paper.statement import AGREES, DIFFERS, OPEN
 PAPER_ALPHA_MID = 0.8874
 SMALL_ALPHAS, INSIDE = 0.02, 0.7  # of the sentence on the layers: alpha, and x1 over a_Hz
 SHOWN = 10  # decimals of a value, at most
+TOGETHER = 5  # decimals, up to which an error is written as its value is
+SMALL = 1e-3  # below it value and error have a power of ten in common
 
 
 @dataclass(frozen=True)
@@ -42,13 +44,17 @@ def found(names, records):
 
 
 def measured(value, error):
-    """A number with its error bar, to the digits that the error leaves."""
+    """A number with its error bar, to the digits that the error leaves: "6.2 ± 0.3", "(1.12 ± 0.05)e-05"."""
     if not error:
         return f"{value:.4g}"
-    decimals = min(SHOWN, max(0, -math.floor(math.log10(error))))
-    if error >= abs(value) or decimals > SHOWN - 1 and abs(value) < 10.0**-SHOWN:
+    digit = math.floor(math.log10(error))
+    decimals = min(SHOWN, max(0, -digit))
+    if error >= abs(value):
         return f"{value:.1e} ± {error:.0e}"
-    return f"{value:.{decimals}f} ± {error:.0e}"
+    if abs(value) < SMALL:
+        power = math.floor(math.log10(abs(value)))
+        return f"({measured(value / 10.0**power, error / 10.0**power)})e{power:03d}"
+    return f"{value:.{decimals}f} ± {error:{f'.{decimals}f' if decimals <= TOGETHER else '.0e'}}"
 
 
 def alpha_mid(rows):

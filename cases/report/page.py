@@ -6,14 +6,20 @@ import struct
 
 from .findings import measured
 from .looks import SCRIPT, STYLE
+from .playground_page import PAPER
 from .symbols import symbols
 
 SHOWN = 4  # significant digits of a table on the page; the CSV has them all
 HIDDEN = ("command",)  # columns that are shown elsewhere
 ABOUT = """Contact of bodies with microstructure: at each point of the surface a rigid block of the
-material's length scale ell touches the obstacle with two corners. This page has what a paper on this
+material's length scale ell touches the obstacle with two corners. This page has what the paper on this
 contact law says and what comes out when it is computed to many digits, contact problems beyond the paper,
 and what the methods cost and where they fail. Figures are made to be read at a width of 9 cm."""
+REFERENCE = (  # as in docs/paper.md
+    "The paper: M. J. Lewandowski-Szewczyk and S. Stupkiewicz, <i>Int. J. Solids Struct.</i> (2020), "
+    f'<a href="{PAPER}">doi:{PAPER.removeprefix("https://doi.org/")}</a>.'
+)
+ROWS = 2, 3  # figures beside each other, on screens and on wide ones
 # what an outsider meets on the page
 WORDS = (
     (
@@ -35,7 +41,7 @@ WORDS = (
 )
 
 
-def page(items, findings, introductions, summary, versions, failed=()):
+def page(items, findings, introductions, summary, versions, failed=(), beside=None):
     """The page that shows all items.
 
     Parameters
@@ -46,6 +52,7 @@ def page(items, findings, introductions, summary, versions, failed=()):
     summary : a line on this run
     versions : {name: version}
     failed : {name: what went wrong}
+    beside : {name of a file in the introductions: its address}
     """
     software = ", ".join(f"{name} {version}" for name, version in versions.items())
     sections = {title: [one for one in items if one["section"] == title] for title in introductions}
@@ -58,6 +65,7 @@ def page(items, findings, introductions, summary, versions, failed=()):
 <style>{STYLE}</style></head><body>
 <header><h1>microblock: report</h1>
 <p>{symbols(ABOUT)}</p>
+<p>{REFERENCE}</p>
 {"".join(map(_link, items))}
 <details><summary>Symbols and words</summary>{_words_of_the_page()}</details>
 {wrong}</header>
@@ -65,7 +73,7 @@ def page(items, findings, introductions, summary, versions, failed=()):
 {_contents(sections, bool(findings.statements))}
 <main>
 {_box(findings, next((one for one in items if one["name"] == "paper_and_here"), None))}
-{"".join(_section(title, members, introductions.get(title, "")) for title, members in sections.items())}
+{"".join(_section(title, members, introductions[title], beside or {}) for title, members in sections.items())}
 <section id="seconds"><details><summary><h2>Seconds of each item</h2></summary>
 {_seconds(items)}
 </details></section>
@@ -74,6 +82,38 @@ def page(items, findings, introductions, summary, versions, failed=()):
 <script>{SCRIPT}</script>
 </body></html>
 """
+
+
+def advice(head, sections, facts):
+    """The page of the advice on methods: {heading: sentences}, and rows of the numbers that they rest on."""
+    title, told = head.removeprefix("# ").split("\n\n")
+    lists = ""
+    for heading, sentences in sections.items():
+        entries = "".join(f"<li>{_with_code(one)}</li>" for one in sentences)
+        lists += f"<h2>{html.escape(heading)}</h2><ul>{entries}</ul>"
+    rows = [
+        {name: row[name] for name in ("sentence", "study", "selection", "runs", "value")} for row in facts
+    ]
+    return f"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>microblock: methods</title>
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<style>{STYLE}</style></head><body>
+<main class="advice"><h1>{html.escape(title)}</h1>
+<p>{_with_code(told)}</p>
+{lists}
+<h2>What each sentence rests on</h2>
+{_table(rows, "numbers of the sentences", all_columns=True)}
+<p><a href="index.html">The report</a></p></main>
+</body></html>
+"""
+
+
+def _with_code(text):
+    """HTML of a text with code between backquotes."""
+    parts = text.split("`")
+    parts[::2] = map(symbols, parts[::2])
+    parts[1::2] = (f"<code>{html.escape(part)}</code>" for part in parts[1::2])
+    return "".join(parts)
 
 
 def size(path):
@@ -123,9 +163,9 @@ def _box(findings, compared):
         number = len(findings.statements)
         counts = ", ".join(f"{verdict}: {count}" for verdict, count in findings.counts.items())
         rows, name = _compared(findings.differing), "statements of the paper that differ"
-        differing = _table(rows, name, all_columns=True, whole=True) if rows else ""
+        differing = _table(rows, name, all_columns=True, kind="whole cards") if rows else ""
         verdicts = _compared(findings.statements, "verdict")
-        all_of_them = _table(verdicts, "all statements of the paper", all_columns=True)
+        all_of_them = _table(verdicts, "all statements of the paper", all_columns=True, kind="cards")
         made = _made(compared) if compared else ""
         told += (
             "<h3>What the paper says and what is so</h3>"
@@ -144,7 +184,7 @@ def _compared(rows, *more):
         {
             "place": row["where"],
             "the paper says": row["the_paper"],
-            "computed here": row["here"],
+            "computed here": "" if row["here"] == "-" else row["here"],
             "value": "" if row["value"] is None else measured(row["value"], row["error"]),
             **{name: row[name] for name in more},
             "because": row["because"],
@@ -153,9 +193,15 @@ def _compared(rows, *more):
     ]
 
 
-def _section(title, items, introduction):
-    shown = "\n".join(map(_item, items))
-    words = f"<p>{symbols(introduction)}</p>" if introduction else ""
+def _section(title, items, introduction, beside):
+    figures = [one["name"] for one in items if one["figure"]]
+    # of the last figure: in rows of how many it would stand by itself
+    lone = [f"lone-{row}" for row in ROWS if len(figures) % row == 1]
+    shown = "\n".join(_item(one, lone if one["name"] in figures[-1:] else []) for one in items)
+    told = symbols(introduction)
+    for name, address in beside.items():
+        told = told.replace(name, f'<a href="{address}">{name}</a>')
+    words = f"<p>{told}</p>" if introduction else ""
     return (
         f'<section id="{_anchor(title)}"><details class="fold" open>'
         f"<summary><h2>{html.escape(title)}</h2></summary>"
@@ -179,7 +225,7 @@ def _seconds(items):
     return _table(rows, "seconds of each item", all_columns=True) if rows else ""
 
 
-def _item(one):
+def _item(one, kinds):
     if one["figure"]:
         width, height = one["size"]
         content = (
@@ -189,7 +235,8 @@ def _item(one):
         )
     else:
         content = _table(one["table"], one["label"])
-    kind = "" if one["figure"] else ' class="table"'
+    kinds = kinds if one["figure"] else ["table"]
+    kind = f' class="{" ".join(kinds)}"' if kinds else ""
     reading = f'<p class="reading">{symbols(one["caption"])}</p>' if one["caption"] else ""
     head = f"<h3>{symbols(one['label'])}. {symbols(one['message'])}</h3>"
     foot = f"<figcaption>{reading}{_made(one)}</figcaption>"
@@ -210,8 +257,10 @@ def _made(one):
     )
 
 
-def _table(rows, name, all_columns=False, whole=False):
-    """A table in a box that scrolls, or `whole`; columns that are the same in all rows stand above it."""
+def _table(rows, name, all_columns=False, kind=""):
+    """A table in a box that scrolls, or a "whole" one; its rows may be "cards" where the screen is narrow.
+    Columns that are the same in all rows stand above it.
+    """
     names = [column for column in rows[0] if all_columns or column not in HIDDEN]
     same = {
         column: rows[0][column]
@@ -223,9 +272,11 @@ def _table(rows, name, all_columns=False, whole=False):
     told = f'<p class="soft">In all rows: {symbols(above)}.</p>' if above else ""
     names = [column for column in names if column not in same]
     head = "".join(f'<th scope="col">{symbols(_words(column))}</th>' for column in names)
-    body = "".join("<tr>" + "".join(map(_cell, (row[column] for column in names))) + "</tr>" for row in rows)
+    body = "".join(
+        "<tr>" + "".join(_cell(row[column], _words(column)) for column in names) + "</tr>" for row in rows
+    )
     return (
-        f'{told}<div class="box{" whole" * whole}" tabindex="0" role="region" '
+        f'{told}<div class="{" ".join(filter(None, ("box", kind)))}" tabindex="0" role="region" '
         f'aria-label="{html.escape(name)}"><table>'
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )
@@ -238,9 +289,9 @@ def _words(column):
     return kept + column[len(kept) :].replace("_", " ")
 
 
-def _cell(cell):
+def _cell(cell, column):
     kind = ' class="number"' if isinstance(cell, float | int) else ""
-    return f"<td{kind}>{symbols(_shown(cell))}</td>"
+    return f'<td{kind} data-column="{html.escape(column)}">{symbols(_shown(cell))}</td>'
 
 
 def _shown(cell):

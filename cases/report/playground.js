@@ -87,7 +87,16 @@ function within(patch, alpha, psi0) {
   const columns = Array.from({length: patch.columns}, (_, j) => j), nodes = [];
   for (const [i, one] of neighbours(patch.rows, row, 4))
     for (const [j, other] of neighbours(columns, where, 4)) nodes.push([one * other, patch.states[i][j]]);
-  return mean(nodes);
+  const found = mean(nodes);
+  return patch.columns === 1 && patch !== map.unilateral ? turned(found, alpha, psi0) : found;
+}
+
+/* A state of psi0 = data.alone, in which B alone touches, as that of another psi0: the mean gap of the corners
+   grows with that of A, all else stays. */
+function turned(state, alpha, psi0) {
+  const more = alpha * (psi0 - data.alone) / 2, values = state.values.map(
+    ([one, other], piece) => state.closed[piece] ? [one, other] : [one.map(gap => gap + more), other]);
+  return {...state, values};
 }
 
 /* The weighted mean of states [[weight, state], ...] with zones alike; edges stay in order. */
@@ -327,7 +336,7 @@ function tell() {
     "peak": digits(top * scale, 3),
     "peak-at": digits(where * scale, 2),
     "hardness": digits(2 / contact, 3),
-    "closed": unilateral ? "\u2013" : `${share(A)}, ${share(BOTH)}, ${share(B)} %`,
+    "closed": unilateral ? "\u2013" : `${share(A)}, ${share(BOTH)}, ${share(B)}\u00a0%`,
     "zones-a": unilateral ? "\u2013" : listed(zonesOf(state, A), scale),
     "zones-b": unilateral ? "\u2013" : listed(zonesOf(state, B), scale),
     "error": `${upwards(100 * error)}\u00a0%`,
@@ -373,7 +382,7 @@ function table() {
 const ENLARGED = 0.3;  // a slope of a_Hz/R is drawn as one of this
 const VIEW = 2.4;  // half of what is seen of the surface, over a_Hz at load 1
 const SMALL = 5;  // pixels, below which blocks are not drawn one by one
-const SIDE = 46, EDGE = 8;  // pixels left and right of the axes
+const SIDE = 46, MAP_SIDE = 54, EDGE = 8;  // pixels left and right of the axes, of those of the map
 let reading = null;  // abscissa that the pointer is at
 
 const colour = name => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
@@ -641,12 +650,13 @@ function crosshair(pen, X, height, scale = 1) {
 
 function drawMap() {
   const {pen, width, height} = canvasOf("map"), scale = shown.scale;
-  const X = alpha => SIDE + Math.log(alpha / RANGES.alpha[0]) / Math.log(RANGES.alpha[1] / RANGES.alpha[0]) * (width - SIDE - EDGE);
+  const wide = width - MAP_SIDE - EDGE;
+  const X = alpha => MAP_SIDE + Math.log(alpha / RANGES.alpha[0]) / Math.log(RANGES.alpha[1] / RANGES.alpha[0]) * wide;
   const Y = psi0 => 8 + (1 - psi0 / RANGES.psi0[1]) / 2 * (height - 40);
-  const step = (width - SIDE - EDGE) / COLUMN_COUNT;
+  const step = wide / COLUMN_COUNT;
   for (let i = 0; i < COLUMN_COUNT; i++) {
     const alpha = RANGES.alpha[0] * (RANGES.alpha[1] / RANGES.alpha[0]) ** ((i + 0.5) / COLUMN_COUNT);
-    const [left, right] = [i, i + 1].map(one => Math.round(SIDE + one * step));
+    const [left, right] = [i, i + 1].map(one => Math.round(MAP_SIDE + one * step));
     let low = 0;
     for (const [name, end] of areasAt(alpha / scale)) {
       const high = Math.min(end * scale, RANGES.psi0[1]);
@@ -663,19 +673,33 @@ function drawMap() {
   for (const alpha of [0.02, 0.05, 0.1, 0.2, 0.5, 1, 2]) pen.fillText(String(alpha), clip(X(alpha), 0, width - 10), height - 16);
   pen.textAlign = "right";
   pen.textBaseline = "middle";
-  for (const psi0 of [-0.8, -0.4, 0, 0.4, 0.8]) pen.fillText(digits(psi0, 1), SIDE - 5, Y(psi0));
+  for (const psi0 of [-0.8, -0.4, 0, 0.4, 0.8]) pen.fillText(digits(psi0, 1), MAP_SIDE - 5, Y(psi0));
   pen.textBaseline = "alphabetic";
   pen.fillStyle = colour("ink");
   pen.textAlign = "left";
   pen.font = "italic 14px system-ui, sans-serif";
-  pen.fillText("\u03b1", 4, height - 15);
-  pen.fillText("\u03c8\u2080", 4, height / 2 - 30);
+  pen.fillText("\u03b1", MAP_SIDE - 36, height - 15);
+  // psi0 R/a_Hz, upwards along the axis
+  pen.save();
+  pen.translate(15, Y(0) + 28);
+  pen.rotate(-Math.PI / 2);
+  let along = 0;
+  for (const [text, index] of [["\u03c8", "0"], ["\u2009R\u2009/\u2009a", "Hz"]]) {
+    pen.font = "italic 14px system-ui, sans-serif";
+    pen.fillText(text, along, 0);
+    along += pen.measureText(text).width;
+    pen.font = "10px system-ui, sans-serif";
+    pen.fillText(index, along, 3);
+    along += pen.measureText(index).width;
+  }
+  pen.restore();
+  pen.font = "13px system-ui, sans-serif";
   // the same blocks at all loads, and the point
   const loads = Array.from({length: 61}, (_, i) => RANGES.load[0] * (RANGES.load[1] / RANGES.load[0]) ** (i / 60));
   const spot = load => [X(choice.alpha * scale / Math.sqrt(load)), Y(choice.psi0 * scale / Math.sqrt(load))];
   pen.save();
   pen.beginPath();
-  pen.rect(SIDE, 8, width - SIDE - EDGE, height - 40);
+  pen.rect(MAP_SIDE, 8, wide, height - 40);
   pen.clip();
   stroke(pen, loads.map(spot), "ink", 1.2, []);
   pen.beginPath();
@@ -733,18 +757,32 @@ function show() {
 function read() {
   if (reading === null) return;
   const {scale, at, law} = shown, [one, other] = at(reading / scale);
-  const parts = [`x = ${digits(reading, 2)}`, `p = ${digits((one + other) * scale, 3)}`];
+  const parts = [["x", "", digits(reading, 2)], ["p", "", digits((one + other) * scale, 3)]];
   if (law !== "unilateral") {
-    parts.push(`p_A = ${digits(one * scale, 3)}`, `p_B = ${digits(other * scale, 3)}`);
-    parts.push(`M = ${digits((one - other) / 2 * scale, 3)}`);
+    parts.push(["p", "A", digits(one * scale, 3)], ["p", "B", digits(other * scale, 3)]);
+    parts.push(["M", "", digits((one - other) / 2 * scale, 3)]);
   }
-  $("read").textContent = parts.join(", ");
+  $("read").innerHTML = parts.map(([name, index, value]) =>
+    `<span><var>${name}</var>${index && `<sub>${index}</sub>`} = ${value}</span>`).join(", ");
 }
 
 function change(name, value) {
   stop();
   set(name, value);
   show();
+  remember();
+}
+
+/* The address names the state, once it has been the same for a moment. */
+let remembering = null;
+const MOMENT = 300;  // ms
+
+function remember() {
+  clearTimeout(remembering);
+  remembering = setTimeout(() => {
+    const state = Object.keys(RANGES).map(name => `${name}=${Number(choice[name].toPrecision(5))}`);
+    history.replaceState(null, "", `#${state.join("&")}&law=${choice.law}`);
+  }, MOMENT);
 }
 
 for (const name of Object.keys(RANGES)) {
@@ -769,6 +807,7 @@ $("reset").addEventListener("click", () => {
   $("follow").checked = START.follow;
   for (const radio of document.getElementsByName("law")) radio.checked = radio.value === START.law;
   show();
+  remember();
 });
 
 /* The load path, from the smallest load of the slider to the largest. */
@@ -788,6 +827,7 @@ $("press").addEventListener("click", () => {
     const share = Math.min((now - begin) / (1000 * SECONDS), 1);
     set("load", low * (high / low) ** share);
     show();
+    remember();
     if (share < 1) pressing = requestAnimationFrame(step); else stop();
   };
   $("press").textContent = "Stop";
@@ -819,7 +859,7 @@ const REST = $("read").textContent;
 function drag(event) {
   if (event.type === "pointermove" && !event.buttons) return;
   const box = $("map").getBoundingClientRect();
-  const along = clip((event.clientX - box.left - SIDE) / (box.width - SIDE - EDGE), 0, 1);
+  const along = clip((event.clientX - box.left - MAP_SIDE) / (box.width - MAP_SIDE - EDGE), 0, 1);
   const down = clip((event.clientY - box.top - 8) / (box.height - 40), 0, 1);
   $("map").setPointerCapture(event.pointerId);
   change("alpha", RANGES.alpha[0] * (RANGES.alpha[1] / RANGES.alpha[0]) ** along);

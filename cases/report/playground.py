@@ -16,7 +16,8 @@ Look at    DIR/playground.html. Zones part above alpha_mid = 0.834; psi0 opens o
            both are closed. The address can name a state: playground.html#load=2&alpha=0.5&psi0=0.2.
 Units      lengths over a_Hz, pressures over p_Hz, M over p_Hz ell, angles over a_Hz/R: on the page at load 1,
            in the answer at the state's own load. Errors are relative, in L2, of pressure and micromoment over
-           ell. hertz, with a_Hz/R = 0.034, differs by what psi0 adds to the levers (`hertz_difference`).
+           ell; `gap_error_max` is that of the mean gap of the corners, over a_Hz^2/R. hertz, with a_Hz/R =
+           0.034, differs by what psi0 adds to the levers (`hertz_difference`).
 """
 
 import math
@@ -37,7 +38,7 @@ from ..common.records import print_table, returned
 from ..scenes import hertz
 from .playground_map import SAFETY
 from .playground_page import packed, unpacked, written
-from .playground_states import BETA, NU, SLOPE, error, sampled, solve
+from .playground_states import BETA, NU, SLOPE, error, gap_error, sampled, solve
 from .playground_survey import ALONE, Survey, middles
 
 PAGE = "playground.html"
@@ -82,25 +83,34 @@ class Work:
 
 
 def judge(found, work):
-    """Give each patch of a Map the errors of its cells and strips."""
+    """Give each patch of a Map the errors of its cells and strips; the largest error of their mean gaps."""
     places = middles(found)
     arguments = []
     for patch, _, _, alpha, psi0 in places:
         law = "unilateral" if patch is found.unilateral else "microblock"
-        psi0 = ALONE if patch.columns == 1 else psi0
+        if patch.columns == 1:  # far from the curve where A is born, and from ALONE
+            psi0 = (psi0 + ALONE) / 2
         arguments.append((found.at(alpha, psi0, law), alpha, psi0, law))
     for patch in (*found.patches, found.unilateral):
         patch.errors, patch.strip = np.zeros(patch.cells), np.zeros(patch.cells[0])
-    for (patch, i, j, *_), own in zip(places, work(deviation, arguments, "errors of cells")):
+    errors = work(deviations, arguments, "errors of cells")
+    for (patch, i, j, *_), (own, _) in zip(places, errors):
         if j is None:
             patch.strip[i] = own
         else:
             patch.errors[i, j] = own
+    return max(gap for _, gap in errors)
 
 
-def deviation(given, alpha, psi0, law="microblock"):
-    """Error of a Sampled against the state itself."""
-    return error(given, solve(alpha, psi0, law), alpha, psi0, law)
+def deviations(given, alpha, psi0, law="microblock"):
+    """Errors of a Sampled against the state itself: of pressure and micromoment, and of the mean gap."""
+    state = solve(alpha, psi0, law)
+    return tuple(function(given, state, alpha, psi0, law) for function in (error, gap_error))
+
+
+def deviation(given, alpha, psi0):
+    """The first of the `deviations`, which the page shows."""
+    return deviations(given, alpha, psi0)[0]
 
 
 def checked(found, number, work):
@@ -138,7 +148,7 @@ def summary(patch):
 
 
 def percent(number):
-    return f"{100 * number:.2g} %"
+    return f"{100 * number:.2g}\N{NO-BREAK SPACE}%"
 
 
 def fitting(page):
@@ -157,7 +167,7 @@ def made(parameters, quiet=True):
     with Work(parameters.workers, quiet) as work:
         # as the page has it, with its numbers of two bytes
         found = unpacked(packed(Survey(SPAN, parameters.fineness, work).map()))
-        judge(found, work)
+        gap = judge(found, work)
         checks = checked(found, parameters.checks, work)
     difference = max(difference_of_hertz(*place) for place in ROTATED)
     patches = [summary(patch) for patch in (*found.patches, found.unilateral)]
@@ -172,6 +182,7 @@ def made(parameters, quiet=True):
         "computed": work.done,
         "median": percent(median),
         "largest": percent(largest),
+        "gap": f"{gap:.1g}",
         "difference": percent(difference),
         "safety": SAFETY,
         "checks": len(checks),
@@ -180,12 +191,7 @@ def made(parameters, quiet=True):
         "version": __version__,
         "command": command("playground", parameters),
     }
-    page = written(found, facts)
-    size = len(page.encode())
-    if size > LARGEST:
-        raise NotConverged(
-            f"the page would have {size} bytes, more than {LARGEST}: take a smaller --fineness"
-        )
+    page = fitting(written(found, facts))
     answer = returned(
         parameters,
         start,
@@ -197,6 +203,7 @@ def made(parameters, quiet=True):
         bytes=len(page.encode()),
         error_median=median,
         error_max=largest,
+        gap_error_max=gap,
         hertz_difference=difference,
         checks_above=above,
         patches=patches,

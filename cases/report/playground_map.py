@@ -25,6 +25,9 @@ PARTS = 8  # of the way between two edges, at which blended corners are looked a
 HALVED = 20  # times, an interval with an edge of a blended zone
 SAFETY = 1.5  # elsewhere in a cell the error may be larger than in the middle
 NARROW = 1e-3  # over a_Hz: a blended zone that is narrower is none
+ALONE = (
+    1.0  # psi0 at which B alone touches, whatever alpha; where psi0 changes no zone, states are those of it
+)
 
 
 def crowded(alpha):
@@ -61,7 +64,7 @@ class Patch:
     span : (first, last), alpha between which the patch is used
     rows : array (n,), ascending
     lower, upper : arrays (n,), psi0 at the first and at the last column of each row
-    columns : int; 1 where the state does not depend on psi0
+    columns : int; 1 where pressures and zones do not depend on psi0
     states : n lists of Sampled, one for each column
     errors : array (n - 1, columns - 1 or 1), of interpolated states in the middle of each cell
     strip : array (n - 1,), of blended states in the middle of the strip above, 0 where there is none
@@ -109,13 +112,14 @@ class Patch:
 
     def at(self, alpha, psi0):
         """The state, by cubics along rows and columns."""
-        return mean(
+        found = mean(
             [
                 (one * other, self.states[i][j])
                 for i, one in neighbours(self.rows, self.row(alpha), 4)
                 for j, other in neighbours(np.arange(self.columns), self.column(alpha, psi0), 4)
             ]
         )
+        return turned(found, alpha, psi0) if self.columns == 1 else found
 
     def cell(self, alpha, psi0):
         """Numbers of the cell along rows and columns; beyond the rows that of the nearest."""
@@ -142,6 +146,15 @@ def mean(nodes):
     edges = sum(weight * state.edges for weight, state in nodes)
     values = sum(weight * state.values for weight, state in nodes)
     return Sampled(np.maximum.accumulate(edges), nodes[0][1].closed, values)
+
+
+def turned(state, alpha, psi0):
+    """A state of psi0 = ALONE, in which B alone touches, as that of another psi0: all that is of B stays, the
+    gap of A grows by what psi0 adds over the side of a block, the mean gap by half of that.
+    """
+    values = state.values.copy()
+    values[np.equal(state.closed, 0), 0] += alpha * (psi0 - ALONE) / 2
+    return Sampled(state.edges, state.closed, values)
 
 
 def blended(nodes, alpha):
@@ -219,7 +232,7 @@ class Map:
     def at(self, alpha, psi0=0.0, law="microblock"):
         """The state at alpha and psi0 (over a_Hz/R)."""
         if law == "unilateral":
-            return self.unilateral.at(alpha, 0.0)
+            return self.unilateral.at(alpha, ALONE)  # as it is, whatever psi0
         if psi0 < 0:
             return self.at(alpha, -psi0).mirrored()
         patch, after, share = self.place(alpha, psi0)

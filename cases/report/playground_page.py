@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .playground_map import NARROW, PARTS, SAFETY, TIP, WIDTH, Map, Patch
+from .playground_map import ALONE, NARROW, PARTS, SAFETY, TIP, WIDTH, Map, Patch
 from .playground_states import BOTH, FAR, NODES, Sampled
 
 HERE = Path(__file__).parent
@@ -78,6 +78,7 @@ def packed(found):
         "width": WIDTH,
         "parts": PARTS,
         "narrow": NARROW,
+        "alone": ALONE,
         "safety": SAFETY,
         "pressure": PRESSURE,
         "angle": ANGLE,

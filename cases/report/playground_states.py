@@ -27,6 +27,7 @@ NODES = 24  # on each piece: what is left of the states is below 1e-4, see the t
 RTOL = 1e-5  # of the states: nothing beside the interpolation
 JOINED = 1e-5  # a zone with a gap that narrow is one: the page could not show it
 A, B, BOTH = 1, 2, 3  # which corners are closed: one bit each
+NEAR = np.linspace(-3, 3, 61)  # over a_Hz: where gaps are looked at
 SHARE = (1 - np.cos(np.linspace(0, math.pi, NODES))) / 2
 
 
@@ -171,3 +172,9 @@ def error(given, state, alpha, psi0, law="microblock"):
     p = fields(given, state.x, alpha, psi0, law)[: len(state.pressures)] - list(state.pressures.values())
     moment = (p[0] - p[-1]) / 2  # over ell: the levers are 1 and -1
     return distance(state.weights, p.sum(axis=0), moment, state.pressure)
+
+
+def gap_error(given, state, alpha, psi0, law="microblock"):
+    """The largest error of the mean gap of the corners, over a_Hz^2/R, near the contact."""
+    gaps = np.mean([state.gap_at(corner, NEAR) for corner in state.law.corners], axis=0) / SLOPE
+    return float(np.abs(fields(given, NEAR, alpha, psi0, law)[3] - gaps).max())

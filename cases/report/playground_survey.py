@@ -9,10 +9,9 @@ import numpy as np
 from microblock.errors import NotConverged
 from microblock.halfplane.kernels import coalescence_exponent
 
-from .playground_map import ROWS, TIP, Map, Patch, interpolated, uncrowded
+from .playground_map import ALONE, ROWS, TIP, Map, Patch, interpolated, uncrowded
 from .playground_states import SLOPE, joined, sampled, solve
 
-ALONE = 1.0  # psi0 at which B alone touches, whatever alpha
 LOOKED = 201  # points at which the gap of A and its pressure are looked at
 # alpha: below PARTED the zone of A parts inside that of B before it leaves it; at LEVEL A is born inside that
 # of B and beside it at once; up to INSIDE zones of A inside are a patch, from APART on those apart are: below

@@ -25,7 +25,8 @@ from ..common.case import run as run_case
 from ..common.catalog import PROGRAM, case, headlines
 from ..common.options import Checked, command, names, option
 from ..paper import figures_fe, figures_hertz, figures_layers, figures_strip, statements
-from ..studies import limits_table
+from ..studies import limits_table, methods
+from ..studies.methods_text import HEAD
 from . import figures_scenes, figures_studies, findings, page
 from .items import File, Task, together
 from .sections import LABELS, SECTIONS
@@ -120,9 +121,8 @@ def run(parameters, out, quiet=False):
         items = shown(made, records)
         found = findings.found({one["name"] for one in items}, records)
         introductions = {title: words for title, (words, _) in SECTIONS.items()}
-        write_text(
-            out / "index.html", page.page(items, found, introductions, summary, versions(), records.failed)
-        )
+        text = page.page(items, found, introductions, summary, versions(), records.failed, _beside(out))
+        write_text(out / "index.html", text)
     if records.failed:
         failures = "; ".join(f"{name} ({what})" for name, what in records.failed.items())
         raise NotConverged(
@@ -137,6 +137,15 @@ def run(parameters, out, quiet=False):
         "processor_seconds": _processor_seconds() - busy,
         "items": [one for one in items if one["name"] in made],
     }
+
+
+def _beside(out):
+    """Put the advice on methods beside the page; {its name: its address}."""
+    records, sections = methods.kept(), {}
+    for number, heading, claim in methods.numbered():
+        sections.setdefault(heading, []).append(f"{claim.told(records)} [{number}]")
+    write_text(out / "methods.html", page.advice(HEAD, sections, methods.facts(records)))
+    return {"docs/methods.md": "methods.html"}
 
 
 def _processor_seconds():

@@ -9,6 +9,7 @@ Look at    methods.md, and methods.csv: a row for each number, with its study, i
 Units      seconds are processor seconds; errors relative.
 """
 
+import re
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,20 @@ from ..common.records import returned
 from . import facts as numbers
 from .methods_text import HEAD, SECTIONS
 
+# quantities of the sentences, and their LaTeX, the longest first; numbers with a power of ten
+PRINTED = {
+    "(lambda + 2 mu)/a_Hz": r"(\lambda + 2\mu)/a_\mathrm{Hz}",
+    "(lambda + 2 mu)/H": r"(\lambda + 2\mu)/H",
+    "1/2 - nu": r"1/2 - \nu",
+    "2 - beta": r"2 - \beta",
+    "alpha_mid": r"\alpha_\mathrm{mid}",
+    "a_Hz": r"a_\mathrm{Hz}",
+    "x1": "x_1",
+    **{letter: rf"\{letter}" for letter in ("alpha", "beta", "ell", "nu", "psi", "rho")},
+}
+QUANTITY = re.compile(rf"(?<!\w)(?:{'|'.join(map(re.escape, PRINTED))})(?!\w)")
+POWER = re.compile(r"(?<![\w.])(\d[\d.]*)e([+-]?)0*(\d+)(?!\w)")
+PERCENT, SPACED = re.compile(r"(?<=\d) ?%"), "\N{NO-BREAK SPACE}%"
 STUDIES = ("speed", "speed_cost", "limits")
 
 
@@ -59,6 +74,27 @@ def facts(records):
     ]
 
 
+def printed(sentence):
+    """A sentence with its quantities in LaTeX; code stays as it is."""
+
+    def power(found):
+        factor, sign, exponent = found.groups()
+        times = "" if factor == "1" else rf"{factor} \cdot "
+        return f"${times}10^{{{sign.strip('+')}{exponent}}}$"
+
+    parts = sentence.split("`")
+    parts[::2] = [
+        QUANTITY.sub(lambda found: f"${PRINTED[found[0]]}$", POWER.sub(power, PERCENT.sub(SPACED, part)))
+        for part in parts[::2]
+    ]
+    return "`".join(parts)
+
+
+def kept(folder=DATA):
+    """{study: its records} of a folder."""
+    return {name: numbers.records(Path(folder) / f"{name}.csv") for name in STUDIES}
+
+
 def page(records):
     """The text of the page."""
     lines, last = [HEAD], None
@@ -66,7 +102,7 @@ def page(records):
         if heading != last:
             lines += ["", f"## {heading}", ""]
             last = heading
-        lines.append(f"- {claim.told(records)} [{number}]")
+        lines.append(f"- {printed(claim.told(records))} [{number}]")
     lines += [
         "",
         "## What each sentence rests on",
@@ -84,7 +120,7 @@ def page(records):
 def run(parameters, out=None, quiet=False):
     """Check each sentence on the records; print the page, or write it into the folder `out`."""
     start = time.perf_counter()
-    records = {name: numbers.records(Path(parameters.records) / f"{name}.csv") for name in STUDIES}
+    records = kept(parameters.records)
     text, rows = page(records), facts(records)
     if out:
         write_records(out / "methods.csv", rows)

@@ -19,18 +19,22 @@ import traceback
 from pathlib import Path
 
 import matplotlib
-from cycler import cycler
 from docutils import nodes
 from docutils.parsers.rst import directives
 from PIL import Image
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
 
-from microblock.view.plots import COLOURS
+from microblock.view.plots import COLUMN, STYLE
 
 FOLDER = "gallery"
-DPI = 130  # of a picture: some 700 pixels for the width of a page
+DPI = 220  # of a picture: as sharp as screens of telephones
+INCH = 150  # pixels of the page, on which there is room for them
+WIDTHS = {1: COLUMN, 2: 4.4, 3: 5.4}  # inches, by the number of panels beside each other
+HEIGHT = 2.4  # inches, of a figure that asks for none
 THUMBNAIL = 420, 315  # pixels, for half of that on the page
+# the panel that is the thumbnail of a tall picture; else the first one: here the shape of the obstacle
+PANELS = {"samples": -1, "wedge": -1}
 EXAMPLE = re.compile(r"^```\{example\}[^\n]*\n(.*?)^```", re.M | re.S)
 TITLE = re.compile(r"^# (.+)$", re.M)
 logger = logging.getLogger(__name__)
@@ -43,8 +47,8 @@ def code(page):
 
 
 def style():
-    """Colours that the colour-blind can tell apart, and no window."""
-    return matplotlib.rc_context({"backend": "Agg", "axes.prop_cycle": cycler(color=COLOURS)})
+    """The style of our figures, at the width of one column, and no window."""
+    return matplotlib.rc_context({**STYLE, "backend": "Agg", "figure.figsize": (COLUMN, HEIGHT)})
 
 
 def run(example):
@@ -74,22 +78,40 @@ def make_pictures(app):
         picture = kept / f"{page.stem}-{known}" / f"{page.stem}.png"
         try:
             if not picture.exists():
-                _draw(example, picture)
+                _draw(example, picture, PANELS.get(page.stem, 0))
         except Exception:  # whatever the example does
             logger.warning("the example failed: %s", traceback.format_exc(), location=str(page))
             continue
         app.env.pictures[page.stem] = picture
 
 
-def _draw(example, picture):
-    """Write the picture of an example, after its thumbnail."""
+def narrowed(figure):
+    """A figure as wide as its panels need to be read on a telephone: letters keep their size."""
+    width, height = figure.get_size_inches()
+    grids = [axis.get_subplotspec().get_gridspec() for axis in figure.axes if axis.get_subplotspec()]
+    least = WIDTHS[max(grid.ncols for grid in grids)]
+    if least < width:
+        figure.set_size_inches(least, height * (1 + least / width) / 2)
+    return figure
+
+
+def _draw(example, picture, panel):
+    """Write the picture of an example, after its thumbnail: of a tall picture one panel."""
     whole = io.BytesIO()
     with style():
-        run(example).savefig(whole, format="png", dpi=DPI)
+        figure = narrowed(run(example))
+        figure.savefig(whole, format="png", dpi=DPI)
+        box = figure.axes[panel].get_tightbbox().padded(0.05 * figure.dpi)
+    scale = DPI / figure.dpi
     with Image.open(whole) as drawn:
-        # of a tall picture its lower part, where the blocks are
-        top = max(drawn.height - drawn.width * THUMBNAIL[1] // THUMBNAIL[0], 0)
-        reduced = drawn.convert("RGB").crop((0, top, drawn.width, drawn.height))
+        reduced = drawn.convert("RGB")
+        if drawn.height * THUMBNAIL[0] > drawn.width * THUMBNAIL[1]:
+            left, right = max(box.x0 * scale, 0), min(box.x1 * scale, drawn.width)
+            top, bottom = (
+                max(drawn.height - box.y1 * scale, 0),
+                min(drawn.height - box.y0 * scale, drawn.height),
+            )
+            reduced = reduced.crop((round(left), round(top), round(right), round(bottom)))
     reduced.thumbnail(THUMBNAIL, Image.Resampling.LANCZOS)
     picture.parent.mkdir(exist_ok=True)
     reduced.save(small(picture), optimize=True)
@@ -185,7 +207,11 @@ class Playground(SphinxDirective):
 
 def _image(directive, picture, alt):
     source = Path(directive.env.doc2path(directive.env.docname)).parent
-    return nodes.image(uri=Path(os.path.relpath(picture, source)).as_posix(), alt=alt)
+    image = nodes.image(uri=Path(os.path.relpath(picture, source)).as_posix(), alt=alt)
+    if alt:  # not a thumbnail
+        with Image.open(picture) as drawn:
+            image["width"] = f"{round(drawn.width / DPI * INCH)}px"
+    return image
 
 
 def setup(app):

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -56,7 +56,7 @@ class Law:
         Returns
         -------
         dict of arrays (n,)
-            Dimensionless, by the name of the corner.
+            Dimensionless, by the name of the corner, in the order of `corners`.
         """
         raise NotImplementedError
 
@@ -247,3 +247,20 @@ def check(law: object) -> None:
             "must be a law, such as mb.Microblock() or mb.Unilateral(), or one of your own with "
             f"microblock.model.law.Law as its base: it has no {missing[0]}",
         )
+    if not isinstance(law, Microblock | Unilateral | Microclamped):
+        _check_corners(law)
+
+
+def _check_corners(law: Any) -> None:
+    """Raises BadArgument unless the gaps and levers of a user's law are those of its corners, in order."""
+    point, normal = np.zeros((1, 2)), np.array([[0.0, 1.0]])
+    for name, found in (
+        ("levers", law.levers(np.zeros(1))),
+        ("initial_gaps", law.initial_gaps(point, normal, 1.0, obstacles.Plane(level=1.0))),
+    ):
+        if list(found) != list(law.corners) or any(np.shape(each) != (1,) for each in found.values()):
+            raise BadArgument(
+                "law",
+                law,
+                f"{name} must return an array for each of its corners, in the order {', '.join(law.corners)}",
+            )

@@ -509,7 +509,9 @@ def returned(obstacle: ObstacleLike, x: Array) -> Array:
         return np.zeros(np.shape(x))
     try:
         with np.errstate(all="ignore"):  # `heights` raises an error where it is no number
-            return real(height(np.array(x)))  # a copy: a user's function may write into it
+            found = real(height(np.array(x)))  # a copy: a user's function may write into it
+        left, right = getattr(obstacle, "ends", None) or (-np.inf, np.inf)
+        return np.where((x < left) | (x > right), np.inf, found) if np.shape(found) == np.shape(x) else found
     except MicroblockError:
         raise
     except (TypeError, ValueError) as failure:

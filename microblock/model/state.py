@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, require_choice, require_pair
-from .obstacles import gap, returned
+from .obstacles import Cylinder, gap, returned
 from .summary import Row, Shown, Summary, call, intervals, number
 from .types import Array, ContactLike, CornerZones, Flags, Interval, LawLike, LineProblem, ObstacleLike, Zones
 from .zones import contact_zones, half_widths
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from .solver import Solver
 
 Target: TypeAlias = "str | PathLike[str] | None"  # of a figure
-ZONES = ("A", "B", "full", "contact")
 LARGE_ROTATION = math.radians(10)  # of a block: the small-angle form (41) misses 1.5 % there
 ROUGH = 0.1  # error estimate from which a state says that it is rough
 # slope of the surface: beyond small strain, and of a cylinder beyond its parabola
@@ -645,8 +644,10 @@ class State(Shown):
 
     def summary(self) -> Summary:
         """Returns what a notebook shows of the state."""
-        names = [name for name in ZONES if name == "contact" or len(self.law.corners) == 2]
-        named = {"A": "corner A closed", "B": "corner B closed", "full": "both closed", "contact": "contact"}
+        corners = self.law.corners if len(self.law.corners) > 1 else ()
+        named = {name: f"corner {name} closed" for name in corners}
+        named |= {"full": "both closed" if len(corners) == 2 else "all closed"} if corners else {}
+        named |= {"contact": "contact"}
         rows = [
             Row("method", "", self.method, f"{self.unknowns} unknowns"),
             Row("load", "P", self.load, "force per thickness"),
@@ -664,7 +665,7 @@ class State(Shown):
                 math.degrees(np.abs(self.rotation).max()),
                 "degrees",
             ),
-            *(Row(named[name], "", intervals(self.zones[name]), "x1, length") for name in names),
+            *(Row(named[name], "", intervals(self.zones[name]), "x1, length") for name in named),
             *scales(self.obstacle, self.solid, self.load),
             Row("error estimate", "", self.error_estimate, "relative, of p and M in L2"),
         ]
@@ -798,9 +799,9 @@ def _to_read(values: ArrayLike) -> Array:
 
 def scales(obstacle: ObstacleLike, solid: Cosserat, load: float) -> tuple[Row, ...]:
     """Returns rows with the scales of Hertz' contact, (50), where the obstacle is a cylinder; else ()."""
-    R: float | None = getattr(obstacle, "R", None)
-    if R is None:
+    if not isinstance(obstacle, Cylinder):
         return ()
+    R = obstacle.R
     a, p = math.sqrt(4 * load * R / (math.pi * solid.E_star)), math.sqrt(load * solid.E_star / (math.pi * R))
     return (
         Row("Hertz' half-width", "a<sub>Hz</sub>", a, "length"),

@@ -20,6 +20,7 @@ from ..errors import (
     require_tolerance,
 )
 from ..model.law import Microblock, Microclamped, Unilateral
+from ..model.obstacles import Cylinder
 from ..model.picture import classical
 from ..model.problem import Problem
 from ..model.state import State
@@ -93,7 +94,7 @@ class Explorer(Shown):
         self.choice = Choice(
             float(load),
             None if callable(psi0) else float(psi0),
-            _number(getattr(problem.obstacle, "R", None)),
+            _number(problem.obstacle.R if isinstance(problem.obstacle, Cylinder) else None),
             problem.solid.ell / self.reference,
             names[type(problem.law)],
         )
@@ -232,7 +233,7 @@ def reference_length(problem, load):
     guesses it elsewhere.
     """
     obstacle, solid = problem.obstacle, problem.solid
-    if hasattr(obstacle, "R"):
+    if isinstance(obstacle, Cylinder):
         return math.sqrt(4 * load * obstacle.R / (math.pi * solid.E_star))
     if getattr(obstacle, "ends", ()):
         return (obstacle.ends[-1] - obstacle.ends[0]) / 2

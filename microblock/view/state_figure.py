@@ -125,9 +125,10 @@ class StateFigure:
             self.blocks = BlocksPanel(self.axes["blocks"], corners, format)
             self._ends, self._frames = defaultdict(End), {"blocks": Window(), "curves": Window()}
             self._shown = {"blocks": Window(), "curves": Window()}
+            above = 1.02 if format.places else 1.13  # the key, which it meets where the panel is narrow
             self._cut = {
                 name: self.axes[name].text(
-                    1, 1.02, "", transform=self.axes[name].transAxes, ha="right", fontsize=SMALL
+                    1, above, "", transform=self.axes[name].transAxes, ha="right", fontsize=SMALL
                 )
                 for name in ("pressure", "micromoment")
             }
@@ -391,10 +392,12 @@ class BlocksPanel:
         axis.tick_params(axis="y", left=False, labelleft=False)
         axis.spines["left"].set_visible(False)
         self._title = axis.text(0, 1.02, "", transform=axis.transAxes)
+        # two lines where the figure may be made as narrow as a column
+        self._lines, columns = (" ", 3) if format.places else ("\n", 1)
         if len(corners) == 2:
-            self._explain()
+            self._explain(columns)
 
-    def _explain(self):
+    def _explain(self, columns):
         """The key to marks and fills, above the picture."""
         fills = [
             Patch(facecolor=BLOCK_FILLS[closed], edgecolor=BLOCK_EDGE, linewidth=0.8)
@@ -407,8 +410,9 @@ class BlocksPanel:
             handler_map={tuple: HandlerTuple(ndivide=1)},
             loc="lower right",
             bbox_to_anchor=(1, 1),
-            ncols=3,
+            ncols=columns,
             borderaxespad=0.1,
+            labelspacing=0.2,
             columnspacing=0.8,
             handlelength=1.4,
             handletextpad=0.4,
@@ -421,7 +425,7 @@ class BlocksPanel:
         top = np.nanmax(shown.surface[:, 1], initial=shown.squares[..., 1].max(initial=-math.inf))
         down, above = np.array((0.0, top)), self._format.above
         self._squares.set_verts(shown.squares - down)
-        self._squares.set_facecolor([BLOCK_FILLS[bool(a), bool(b)] for a, b in shown.closed])
+        self._squares.set_facecolor([_fill(closed) for closed in shown.closed])
         self._surface.set_data(*(shown.surface - down).T)
         self._obstacle.set_verts([_under(piece - down, above * width) for piece in _pieces(shown.obstacle)])
         for vertex, (name, dots) in enumerate(zip("AB", self._corners)):
@@ -432,7 +436,7 @@ class BlocksPanel:
         _limited(self.axis, "y", ((above - self._format.height) * width, above * width))
         touches = "" if len(self.corners) == 2 else "; their middle touches"
         self._title.set_text(
-            f"blocks rotated by {_turn(self.corners)}{touches}; heights and angles "
+            f"blocks rotated by {_turn(self.corners)}{touches};{self._lines}heights and angles "
             f"{shown.magnification:g} times"
         )
         return self
@@ -452,7 +456,7 @@ class BlocksFigure:
 
     def __init__(self, corners):
         with plots.styled():
-            self.drawing, axis = plots.figure(width=PAGE.size[0], height=3.2)
+            self.drawing, axis = plots.figure(width=PAGE.size[0], height=3.6)
             self.panel = BlocksPanel(axis, corners)
 
     def update(self, state, window=None):
@@ -515,6 +519,13 @@ def unbounded(state):
             if left - margin <= point + shift <= right + margin
         }
     )
+
+
+def _fill(closed):
+    """The colour of a block by its closed corners; of laws with others than two it tells all from some."""
+    if len(closed) != 2:
+        closed = closed.all(), closed.all()
+    return BLOCK_FILLS[tuple(map(bool, closed))]
 
 
 def _limited(axis, side, ends):

@@ -62,6 +62,16 @@ def test_methods_of_earlier_records_have_the_names_of_today(tmp_path):
     assert [row["method"] for row in facts.records(tmp_path / "a.csv")] == ["AL, order 1", "half-plane"]
 
 
+def test_quantities_of_the_page_are_printed():
+    told = methods.printed(
+        "alpha within 1e-4 of alpha_mid, 2 - beta < 5e-03, rho 1e8 (lambda + 2 mu)/a_Hz, `x1 = 1e-4`"
+    )
+    assert told == (
+        r"$\alpha$ within $10^{-4}$ of $\alpha_\mathrm{mid}$, $2 - \beta$ < $5 \cdot 10^{-3}$, "
+        r"$\rho$ $10^{8}$ $(\lambda + 2\mu)/a_\mathrm{Hz}$, `x1 = 1e-4`"
+    )
+
+
 def test_page_is_what_the_records_say(tmp_path):
     assert main(["methods", "--out", str(tmp_path)]) == 0
     assert (tmp_path / "methods.md").read_text() == Path("docs/methods.md").read_text()

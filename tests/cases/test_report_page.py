@@ -11,11 +11,14 @@ from conftest import smallest_letters
 
 from cases.common.catalog import headlines
 from cases.paper import figures_fe
+from cases.paper.statements import STATEMENTS
 from cases.report import findings, page, report
 from cases.report.symbols import symbols
 from cases.scenes import size_effect
 from microblock.data.records import read_records
 from microblock.view import plots
+
+DOCS = Path(__file__).parents[2] / "docs"
 
 
 class Elements(HTMLParser):
@@ -121,8 +124,9 @@ def test_findings_of_what_was_not_made_are_left_out():
     "value, error, told",
     [
         (0.8343132323162235, 1.2e-10, "0.8343132323 ± 1e-10"),
-        (6.2495, 0.27, "6.2 ± 3e-01"),
-        (-0.0231644, 1.8e-5, "-0.02316 ± 2e-05"),
+        (6.2495, 0.27, "6.2 ± 0.3"),
+        (-0.0231644, 1.8e-5, "-0.02316 ± 0.00002"),
+        (1.12e-5, 5.2e-7, "(1.12 ± 0.05)e-05"),
         (0.0794, 0.0, "0.0794"),
         (1e-12, 5e-12, "1.0e-12 ± 5e-12"),
     ],
@@ -144,7 +148,7 @@ def test_the_box_comes_first_with_what_differs_and_the_rest_folded():
     box = text[text.index('id="findings"') : text.index('id="section-the-strip"')]
     assert text.index("<main>") < text.index('id="findings"') < text.index("<figure")
     open_part, folded = box.split('<details id="paper_and_here">')
-    assert open_part.count("<td>4.2</td>") == 1 and folded.count("<td>4.2</td>") == 3
+    assert open_part.count(">4.2</td>") == 1 and folded.count(">4.2</td>") == 3
     assert "α<sub>mid</sub> = 0.8874" in open_part
 
 
@@ -159,7 +163,10 @@ def test_the_page_is_for_eyes_ears_and_telephones():
     assert picture["loading"] == "lazy" and picture["width"] == "885" and picture["height"] == "600"
     assert len(picture["alt"]) > 40 and "fig5" not in picture["alt"]
     assert ("meta", {"name": "viewport", "content": "width=device-width, initial-scale=1"}) in elements
-    assert "prefers-color-scheme: dark" in text and "http" not in text
+    # the paper is named; nothing is loaded from anywhere
+    assert "prefers-color-scheme: dark" in text and "Stupkiewicz" in text
+    assert set(re.findall(r"https?:[^\s\"'<)]+", text)) == {page.PAPER}
+    assert page.PAPER in (DOCS / "paper.md").read_text()
     links = {
         attributes["href"][1:] for tag, attributes in elements if attributes.get("href", "").startswith("#")
     }
@@ -167,6 +174,33 @@ def test_the_page_is_for_eyes_ears_and_telephones():
     # boxes that scroll are reached by keys, and have a name
     boxes = [attributes for _, attributes in elements if "box" in attributes.get("class", "").split()]
     assert boxes and all(one["tabindex"] == "0" and one["aria-label"] for one in boxes)
+
+
+def test_a_figure_that_would_be_alone_in_its_row_has_its_words_beside_it():
+    figures = [item(name) for name in ("fig3", "fig4", "fig5", "fig6", "strip_curvature")]
+    assert re.findall(r'id="(\w+)" class="(lone[^"]*)"', written(figures)) == [("strip_curvature", "lone-2")]
+    assert re.findall(r'id="(\w+)" class="(lone[^"]*)"', written(figures[:4])) == [("fig6", "lone-3")]
+    assert 'class="lone' not in written(figures[:2])
+
+
+def test_files_that_are_named_are_linked_where_they_are(tmp_path):
+    section = [item("limits_cells")]
+    introductions = {title: words for title, (words, _) in report.SECTIONS.items()}
+    found = findings.Findings([], {}, [])
+    text = page.page(section, found, introductions, "a run", {}, {}, report._beside(tmp_path))
+    assert '<a href="methods.html">docs/methods.md</a>' in text
+    advice = (tmp_path / "methods.html").read_text()
+    Elements(advice)
+    assert advice.count("<li>") == (DOCS / "methods.md").read_text().count("\n- ") > 20
+    assert "α = 0.25" in advice and "<code>Panels</code>" in advice and "http" not in advice
+
+
+def test_rows_can_be_read_without_those_before():
+    for one in STATEMENTS:
+        words = f"{one.says}; {one.here}; {one.because}"
+        assert not re.search(r"\bthe same\b(?! 20)|\bagain\b|next row|; its value\b", words), words
+        assert not re.match(r"(?:so|then|except|they)\b", words), words
+        assert not re.search(r"(?<![\w'])l(?![\w'])|Pmax", words)  # ell, P_max
 
 
 def test_tables_have_short_rows():
@@ -183,7 +217,14 @@ def test_tables_have_short_rows():
         ("u1_surface is 3 %", "u<sub>1, surface</sub> is 3\u00a0%"),
         ("9 000 unknowns, 40 s, 3 blocks", "9\u00a0000 unknowns, 40\u00a0s, 3 blocks"),
         ("h^(2 s), L_psi < 1", "h<sup>2\u00a0s</sup>, L<sub>ψ</sub> &lt; 1"),
-        ("alphabet, contact_nodes, 1e-9, rtol", "alphabet, contact_nodes, 1e-9, rtol"),
+        ("alphabet, contact_nodes, rtol", "alphabet, contact_nodes, rtol"),
+        ("1e-9, -2.5e-17", "10<sup>−9</sup>, −2.5\u202f·\u202f10<sup>−17</sup>"),
+        ("(1.12 ± 0.05)e-05", "(1.12\u00a0±\u00a00.05)\u202f·\u202f10<sup>−5</sup>"),
+        ("alpha -> 0, x1 <= 3, +- 2", "α → 0, x<sub>1</sub> ≤ 3,\u00a0±\u00a02"),
+        ("ell/sqrt(beta), (44)-(49), |a - 1|", "ℓ/√β, (44)–(49), |a − 1|"),
+        ("Delta psi, |Delta psi|", "Δψ, |Δψ|"),
+        ("m_2 = -psi(H), g0_B", "m<sub>2</sub> = −ψ(H), g<sub>0B</sub>"),
+        ("one-dimensional, half-plane", "one-dimensional, half-plane"),
     ],
 )
 def test_quantities_are_set_as_in_print(text, shown):

@@ -8,6 +8,7 @@ import pytest
 import microblock as mb
 from microblock.data.records import read_records
 from microblock.errors import BadArgument
+from microblock.model.law import Law
 from microblock.view import blocks
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
@@ -204,3 +205,55 @@ def test_pictures_of_full_contact_show_no_rounding(block, posts):
     assert len(middles) and np.all(np.abs(middles) >= 0.5) and np.isnan(shown.surface).any()
     (line,) = {id(line): line for line in apart.plot().axes[1].lines if len(line.get_xdata()) > 5}.values()
     assert np.isnan(line.get_ydata()).sum() == 1  # a line that breaks once
+
+
+class Reversed(Law):
+    """The law of microblocks, with its gaps in another order."""
+
+    corners, shifts = ("A", "B"), mb.Microblock().shifts
+
+    def levers(self, x):
+        return mb.Microblock().levers(x)
+
+    def initial_gaps(self, points, normals, ell, obstacle):
+        return dict(reversed(mb.Microblock().initial_gaps(points, normals, ell, obstacle).items()))
+
+
+class Heel(Reversed):
+    corners = ("heel", "toe")
+
+    def levers(self, x):
+        return dict(zip(self.corners, mb.Microblock().levers(x).values()))
+
+    def initial_gaps(self, points, normals, ell, obstacle):
+        return dict(zip(self.corners, mb.Microblock().initial_gaps(points, normals, ell, obstacle).values()))
+
+
+class Bounded:
+    """A parabola that ends, although its height goes on."""
+
+    ends = (-0.3, 0.3)
+    R = "no radius"
+
+    def height(self, x):
+        return x**2
+
+
+def test_a_law_with_corners_in_another_order_is_refused():
+    with pytest.raises(BadArgument, match="initial_gaps.*in the order A, B"):
+        mb.Contact(mb.HalfPlane(SOLID), mb.Cylinder(10.0), Reversed())
+
+
+def test_corners_of_other_names_are_shown(block):
+    state = mb.Contact(block, mb.Cylinder(10.0), Heel()).solve(load=0.5)
+    usual = mb.Contact(block, mb.Cylinder(10.0), LAW).solve(load=0.5)
+    assert state.zones["toe"] == usual.zones["B"] and "corner toe closed" in state._repr_html_()
+
+
+def test_an_obstacle_ends_where_it_says():
+    """Corners touch it up to its ends: contact points lie half a block further."""
+    state = mb.Contact(mb.HalfPlane(SOLID), Bounded(), LAW).solve(load=100.0)
+    half = 0.3 + SOLID.ell / 2
+    contact = state.zones["contact"]
+    assert (contact[0][0], contact[-1][1]) == pytest.approx((-half, half), rel=1e-9)
+    assert "Hertz" not in state._repr_html_()  # an attribute R makes no cylinder

@@ -1,5 +1,6 @@
 """The equations of the pages: every letter is in the table of notation, and none is there twice."""
 
+import importlib.util
 import re
 import unicodedata
 from functools import cache
@@ -8,7 +9,11 @@ from xml.etree import ElementTree
 
 import pytest
 
+pytest.importorskip("sphinx", reason="the pages need the extra `docs`")
 DOCS = Path(__file__).parents[2] / "docs"
+source = importlib.util.spec_from_file_location("mathml", DOCS / "_ext" / "mathml.py")
+mathml = importlib.util.module_from_spec(source)
+source.loader.exec_module(mathml)
 NOTATION = DOCS / "theory" / "notation.md"
 PAGES = [*sorted((DOCS / "theory").glob("*.md")), *sorted((DOCS / "gallery").glob("*.md")), DOCS / "paper.md"]
 # what is no quantity: a derivative and a difference, an integral's d, signs and numbers without a name
@@ -65,6 +70,17 @@ def test_every_letter_is_in_the_table(page):
     known = set().union(*table())
     unknown = {latex: letters(latex) - known for latex in equations(page) if letters(latex) - known}
     assert not unknown
+
+
+def test_an_index_is_one_element():
+    """No space is put into it, as before a function; an element with too many parts fails a build with -W."""
+    assert "mspace" in mathml.mathml(r"2 \sin x") and "mspace" not in mathml.mathml(r"\alpha_\mathrm{mid}")
+    index = ElementTree.fromstring(mathml.mathml(r"2 \alpha_\mathrm{mid}^2 \exp x"))
+    assert [len(part) for part in index.iter() if part.tag.endswith("msubsup")] == [3]
+    wrong = "<math><msub><mi>a</mi><mspace/><mi>b</mi></msub></math>"
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(ValueError, match="msub has 3 parts"):
+        patch.setattr(mathml, "tex2mathml", lambda *_, **__: wrong)
+        mathml.mathml("a_b")
 
 
 def test_letters_are_those_of_equations():
