@@ -4,15 +4,15 @@ A pass meshes the ground with vertices at the trial edges, condenses it to the c
 gaps of each corner on its zones. At a free edge ``p = K0/sqrt(r) + K1 sqrt(r)``; at the solution ``dK0_i/de_j
 = -delta_ij K1_i/2``, so moving the edges outwards by ``2 K0/K1`` is Newton's method, a mesh a step. The state
 returned is that of the contact-state solver on the last mesh. Mesh and orders are refined level by level
-until the estimate holds, which has three parts:
+until the estimate holds, which has four parts:
 
 discretisation   difference of pressure and micromoment between the last two refinement levels, each fitted
-for itself
+                 for itself
 edges            what moving the edges by the next step would change: p by K1 delta/(2 sqrt r) beside an edge
 truncation       TRUNCATION (outer edge/far)^2: the image of the load bends the surface like 1/far^2
-(docs/theory/finite_elements.md)
+                 (docs/theory/finite_elements.md)
 obstacle         what nodes miss of the height between them, and of overlaps that are worth less than changing
-the zones
+                 the zones
 
 The obstacle's `picture` says where it could touch. Where that is one lowest place with nothing narrow beside
 it, a first mesh without knowledge of the zones shows them; else the graded cells of a half-plane do, on all
