@@ -55,7 +55,7 @@ class Parameters(Checked):
     retry: bool = option(False, "compute failed points again", bool)
 
     def relate(self):
-        short = next((" ".join(words) for words in self.over if len(words) < 2), None)
+        short = next((" ".join(words) for words in self.over or () if len(words) < 2), None)
         if not self.over or short is not None:
             raise mb.BadArgument(
                 "over", short or "(nothing)", "must name a parameter of the case and at least one value"

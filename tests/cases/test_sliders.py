@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
 from cases.__main__ import main
 from cases.report import notebooks
@@ -19,6 +20,7 @@ from cases.studies import sliders
 from cases.studies import sliders_browser as browser
 from microblock.data.records import read_records
 from microblock.errors import MissingExtra, NotConverged
+from microblock.view.state_figure import BLOCK_FILLS
 from microblock.view.widgets import LABELS
 
 # of all parts of the sliders that have to be whole: their words do not go beyond their boxes, nor these
@@ -156,9 +158,10 @@ def test_a_still_picture_survives_nbconvert(executed, with_state):
     still = executed.cells[-1].outputs[-1].data["image/png"]
     assert f'src="data:image/png;base64,{still.strip()}"' in exported(executed, with_state)
     picture = np.asarray(images.open(io.BytesIO(b64decode(still))).convert("RGB"))
-    # lines and letters on white, and the blocks' own colour
+    # lines and letters on white, and the colour of blocks of which both corners are closed
+    colour = 255 * np.array(to_rgb(BLOCK_FILLS[True, True]))
     assert picture.shape == (528, 624, 3) and (picture.min(axis=2) < 200).mean() > 0.01
-    assert (np.abs(picture.astype(int) - (251, 227, 208)).max(axis=2) <= 3).sum() > 2000
+    assert (np.abs(picture.astype(int) - colour).max(axis=2) <= 3).sum() > 2000
 
 
 @pytest.mark.browser

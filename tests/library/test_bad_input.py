@@ -223,7 +223,7 @@ def test_values_are_shown_on_a_short_line(value, words):
 
 def test_a_tolerance_out_of_reach_is_answered_with_the_one_that_is_not():
     problem = mb.Contact(GROUND, CYLINDER, LAW)
-    words = "rtol = 1e-15 was not reached .* smallest error estimate was"
+    words = "rtol = 1e-15 was not reached.* smallest error estimate was"
     with pytest.raises(mb.NotConverged, match=words) as caught:
         problem.solve(load=1.0, rtol=1e-15)
     reached = caught.value.reached
