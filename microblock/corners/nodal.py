@@ -11,7 +11,7 @@ from ..model.events import Event, LoadPath, require_on_path
 from ..model.problem import Problem
 from ..model.solver import Solver
 from ..model.state import Solution
-from ..model.zones import contact_zones, runs, zone_changes
+from ..model.zones import contact_zones, interrupted, runs, zone_changes
 from ..threads import bounded
 from . import active_set
 
@@ -19,8 +19,7 @@ from . import active_set
 class AtNodes(Solution):
     """Base of solutions at nodes along a surface: what is between the nodes follows from what is there.
 
-    A solution has `points`, `normals`, `displacement` and `psi` at the nodes, in the order of x1, and
-    `apart`: None, or whether the surface is interrupted between a node and the next.
+    A solution has `points`, `normals`, `displacement` and `psi` at the nodes, in the order of x1.
     """
 
     @property
@@ -41,11 +40,7 @@ class AtNodes(Solution):
 
     def reaches(self, x):
         """Whether places x lie on the contact boundary, boolean array (n,)."""
-        inside = (x >= self.x[0]) & (x <= self.x[-1])
-        if self.apart is None:
-            return inside
-        before = np.clip(np.searchsorted(self.x, x, side="right") - 1, 0, len(self.apart) - 1)
-        return inside & ~(self.apart[before] & (x > self.x[before]) & (x < self.x[before + 1]))
+        return (x >= self.x[0]) & (x <= self.x[-1]) & ~interrupted(self.x, self.apart, x)
 
     def pressure(self, corner, x):
         """Pressure of a corner (its number) at x1 = x, array (n,)."""

@@ -129,19 +129,22 @@ class Body(Shown):
 
     def __reduce__(self):
         """A copy, or what comes out of a file, is made anew: NGSolve loses orders of single elements."""
-        order = self.order if self.element_orders is None else self.element_orders
-        order_psi = self.order_psi if self.element_orders is None else None
-        own = (
-            self.mesh,
-            self.solid,
-            order,
-            order_psi,
-            self.fixed,
-            self.prescribed,
-            self.periodic,
-            self.contact,
-        )
-        return _made_anew, own
+        return _made_anew, (self._made_of,)
+
+    @property
+    def _made_of(self):
+        """Its arguments by name."""
+        graded = self.element_orders is not None
+        return {
+            "mesh": self.mesh,
+            "solid": self.solid,
+            "order": self.element_orders if graded else self.order,
+            "order_psi": None if graded else self.order_psi,
+            "fixed": self.fixed,
+            "prescribed": self.prescribed,
+            "periodic": self.periodic,
+            "contact": self.contact,
+        }
 
     def summary(self):
         """Elements, orders, unknowns, supports and moduli, for a notebook."""
@@ -173,10 +176,8 @@ class Body(Shown):
             raise BadArgument(
                 "order", "one for each element", "belongs to one mesh: give one order for all elements"
             )
-        _, _, order, order_psi, own_fixed, *others = self.__reduce__()[1]
-        return _made_anew(
-            mesh, solid or self.solid, order, order_psi, own_fixed if fixed is None else fixed, *others
-        )
+        other = {"mesh": mesh, "solid": solid or self.solid, "fixed": self.fixed if fixed is None else fixed}
+        return _made_anew(self._made_of | other)
 
     def of(self, solid):
         """The same body of another solid; the same one is not condensed again."""
@@ -559,18 +560,9 @@ def solve_linear(matrix, freedofs, rhs, what):
     return solution
 
 
-def _made_anew(mesh, solid, order, order_psi, fixed, prescribed, periodic, contact):
-    """The Body of these arguments."""
-    return Body(
-        mesh,
-        solid,
-        order,
-        order_psi=order_psi,
-        fixed=fixed,
-        prescribed=prescribed,
-        periodic=periodic,
-        contact=contact,
-    )
+def _made_anew(arguments):
+    """The Body of these arguments, by name."""
+    return Body(**arguments)
 
 
 def _fields_anew(body, values, forces, mirrored):

@@ -16,7 +16,6 @@ on x/ell, nu, beta and gamma' alone, and are tabulated once in log x.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -24,11 +23,11 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from ..corners.compliance import Compliance
-from ..errors import BadArgument, plain, require_kind, require_positive
+from ..errors import BadArgument
+from ..model.bodies import Unbounded
 from ..model.material import Cosserat
 from ..model.methods import Cells, Panels
 from ..model.quadrature import gauss_rule
-from ..model.summary import Row, Shown, Summary
 from ..model.types import Array
 from ..threads import bounded
 
@@ -160,7 +159,7 @@ def _parting():
     return (np.linalg.inv(np.vander(fine, increasing=True)) @ values).reshape(-1, POINTS)
 
 
-class HalfPlane(Shown):
+class HalfPlane(Unbounded):
     """The half-plane x2 < 0 of one solid, with or without loads that repeat.
 
     The rigid-body constant of its normal displacement is arbitrary; on a period the mean displacement of the
@@ -190,39 +189,10 @@ class HalfPlane(Shown):
     0.05
     """
 
-    def __init__(self, solid: Cosserat, period: float | None = None) -> None:
-        require_kind(Cosserat, "a Cosserat", solid=solid)
-        period = plain(period)
-        if period is not None:
-            require_positive(period=period)
-        self.solid, self.period = solid, period
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, HalfPlane):
-            return NotImplemented
-        return (self.solid, self.period) == (other.solid, other.period)
-
-    def __hash__(self) -> int:
-        return hash((self.solid, self.period))
-
     @property
     def methods(self) -> tuple[type[Panels | Cells], ...]:
         """The methods that solve on it, the usual one first."""
         return (Panels, Cells) if self.period is None else (Cells,)
-
-    def of(self, solid: Cosserat) -> HalfPlane:
-        """Returns the same half-plane of another solid; kernels depend on nu, beta and gamma' alone and are
-        kept.
-        """
-        return HalfPlane(solid, self.period)
-
-    def summary(self) -> Summary:
-        """Returns period and moduli, for a notebook."""
-        moduli = self.solid.summary()
-        rows = (
-            moduli.rows if self.period is None else (Row("period", "", self.period, "length"), *moduli.rows)
-        )
-        return replace(moduli, title="HalfPlane", rows=rows)
 
     def compliance(self, x: ArrayLike, clamped: bool = False) -> Compliance:
         """Returns the compliance of equal cells of constant pressure and micromoment.

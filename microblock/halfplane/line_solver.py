@@ -137,7 +137,8 @@ class LineSolver:
             other = contact_line.fit(self.problem, self.load, whole, order=order, tolerance=edges, **steps)
         except NotConverged:
             return state
-        return other if survey(other).worth <= max(edges, survey(state).worth) else state
+        worth = survey(other).worth
+        return other if worth <= edges or worth <= survey(state).worth else state
 
     def _with_edges_exchanged(self, zones, order, edges, **steps):
         good = None

@@ -276,12 +276,10 @@ def _pulled_at_valleys(state, size):
     panels, v = state.panels, state.panels.points[0][0]
     slopes = {}
     for number in np.flatnonzero(panels.log_size < 0):
-        corner, h = int(panels.corner[number]), panels.h[number]
-        (here,) = state.pressure(corner, panels.x([number], np.array([v])))
-        smooth = here - panels.logarithm(number, v)
-        if here > 0:  # else the nodes show it
+        h, smooth = panels.h[number], state.q[number * panels.order] / panels.slope(number, v)
+        if smooth + panels.logarithm(number, v) > 0:  # else the nodes show it
             reach = abs(h) * np.exp(smooth / panels.log_size[number])
-            ends = slopes.setdefault((corner, float(panels.e[number])), {})
+            ends = slopes.setdefault((int(panels.corner[number]), float(panels.e[number])), {})
             ends[np.sign(h)] = reach, 2 * reach * panels.log_size[number] ** 2
     for (corner, kink), ends in slopes.items():
         left, right = (ends.get(side, (0.0, 0.0))[0] for side in (-1, 1))

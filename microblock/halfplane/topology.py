@@ -146,17 +146,8 @@ def healed(zones, tolerance):
     """Zones with those of one corner joined that are apart by less than a tolerance times the width of all:
     a single panel in tension may open such a gap, and nothing closes it.
     """
-    edges = np.array(zone_edges(zones))
-    least = tolerance * np.ptp(edges)
-    found = {}
-    for corner, intervals in zones.items():
-        own = []
-        for left, right in intervals:
-            if own and left - own[-1][1] < least:
-                left = own.pop()[0]
-            own.append((left, right))
-        found[corner] = tuple(own)
-    return found
+    least = tolerance * np.ptp(zone_edges(zones))
+    return {corner: tuple(joined(intervals, least)) for corner, intervals in zones.items()}
 
 
 def crossed(problem, zones, edges):

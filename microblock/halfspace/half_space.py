@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
-from ..errors import plain, require_kind, require_positive
+from ..model.bodies import Unbounded
 from ..model.material import Cosserat
 from ..model.methods import Cells
-from ..model.summary import Row, Shown, Summary
 from .obstacles import heights
 from .symbol import require_stable
 
 
-class HalfSpace(Shown):
+class HalfSpace(Unbounded):
     """The half-space x3 < 0 of one solid, with or without loads that repeat along x1 and x2.
 
     Obstacles are those of `microblock.halfspace.obstacles`, or any ``height(x1, x2)`` of two arrays.
@@ -48,33 +46,9 @@ class HalfSpace(Shown):
     methods = (Cells,)
 
     def __init__(self, solid: Cosserat, period: float | None = None) -> None:
-        require_kind(Cosserat, "a Cosserat", solid=solid)
+        super().__init__(solid, period)
         require_stable(solid)
-        period = plain(period)
-        if period is not None:
-            require_positive(period=period)
-        self.solid, self.period = solid, period
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, HalfSpace):
-            return NotImplemented
-        return (self.solid, self.period) == (other.solid, other.period)
-
-    def __hash__(self) -> int:
-        return hash((self.solid, self.period))
-
-    def of(self, solid: Cosserat) -> HalfSpace:
-        """Returns the same half-space of another solid."""
-        return HalfSpace(solid, self.period)
 
     def check(self, obstacle: object) -> None:
         """Raises BadArgument unless the obstacle has heights over a surface."""
         heights(obstacle, np.zeros(2), np.zeros(2))
-
-    def summary(self) -> Summary:
-        """Returns period and moduli, for a notebook."""
-        moduli = self.solid.summary()
-        rows = (
-            moduli.rows if self.period is None else (Row("period", "", self.period, "length"), *moduli.rows)
-        )
-        return replace(moduli, title="HalfSpace", rows=rows)

@@ -1,14 +1,48 @@
-"""Bodies that are given by a solid and a size alone."""
+"""Bodies that are given by a solid and a size, or a period, alone."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
-from ..errors import make_plain, require_kind, require_positive
+from ..errors import make_plain, plain, require_kind, require_positive
 from .material import Cosserat
 from .methods import Fitted, Uniform
 from .summary import Row, Shown, Summary
+
+AnyUnbounded = TypeVar("AnyUnbounded", bound="Unbounded")
+
+
+class Unbounded(Shown):
+    """Base of bodies without an end, of a solid and a period where they repeat (else None)."""
+
+    def __init__(self, solid: Cosserat, period: float | None = None) -> None:
+        require_kind(Cosserat, "a Cosserat", solid=solid)
+        period = plain(period)
+        if period is not None:
+            require_positive(period=period)
+        self.solid, self.period = solid, period
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, type(self)):
+            return NotImplemented
+        return (self.solid, self.period) == (other.solid, other.period)
+
+    def __hash__(self) -> int:
+        return hash((self.solid, self.period))
+
+    def of(self: AnyUnbounded, solid: Cosserat) -> AnyUnbounded:
+        """Returns the same body of another solid."""
+        return type(self)(solid, self.period)
+
+    def summary(self) -> Summary:
+        """Returns period and moduli, for a notebook."""
+        moduli = self.solid.summary()
+        rows = (
+            moduli.rows if self.period is None else (Row("period", "", self.period, "length"), *moduli.rows)
+        )
+        return replace(moduli, title=type(self).__name__, rows=rows)
 
 
 @dataclass(frozen=True, repr=False)

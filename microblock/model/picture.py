@@ -139,9 +139,8 @@ def picture(problem: Problem, load: float, bound: float = BOUND) -> Picture:
     ------
     BadArgument
         If no picture can be made of the obstacle or of psi0, which are noise or have too many features; or if
-        the obstacle stays so low far away that a half-plane touches it without bounds.
-    BadArgument
-        If the obstacle does not rise enough to carry the load.
+        the obstacle stays so low far away that a half-plane touches it without bounds, or does not rise
+        enough to carry the load.
     """
     obstacle, ell = problem.obstacle, problem.solid.ell
     known: bool = getattr(obstacle, "formulas", False)

@@ -150,6 +150,8 @@ class Solution:
         Sentences on how the solution was computed, such as a fallback that was taken.
     has_edges : bool
         Whether the contact ends somewhere: not on a body that repeats, or one of the depth alone.
+    apart : boolean array (n - 1,) or None
+        Whether the surface is interrupted between a point and the next; None where it nowhere is.
     zones_by_name : dict
         {"A": [(left, right), ...], "B": ..., "full": ..., "contact": ...}, intervals of x1, ascending.
     x, weights : arrays (n,)
@@ -168,6 +170,7 @@ class Solution:
     estimate: ErrorParts | None = None
     notes: tuple[str, ...] = ()
     has_edges: bool = True
+    apart: Flags | None = None
 
     if TYPE_CHECKING:  # each may be an attribute, a field or a property
 
@@ -237,7 +240,7 @@ class Solution:
             micromoment=self.micromoment,
             psi=self.psi,
             displacement=self.displacement,
-            apart=getattr(self, "apart", None),
+            apart=self.apart,
         )
 
     def remarks(self) -> list[str]:

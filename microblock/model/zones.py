@@ -68,11 +68,13 @@ def relative_error(values: Array, reference: Array, weights: Array, scale: float
     return 0.0 if error <= NEGLIGIBLE * scale else None
 
 
-def joined(intervals: Iterable[Interval]) -> list[Interval]:
-    """Returns the union of intervals [(left, right), ...], ascending and disjoint."""
+def joined(intervals: Iterable[Interval], slack: float = 0.0) -> list[Interval]:
+    """Returns the union of intervals [(left, right), ...], ascending and disjoint; those are joined as well
+    that are apart by no more than `slack`.
+    """
     found: list[Interval] = []
     for left, right in sorted(intervals):
-        if found and left <= found[-1][1]:
+        if found and left <= found[-1][1] + slack:
             found[-1] = (found[-1][0], max(found[-1][1], right))
         else:
             found.append((left, right))
@@ -83,6 +85,17 @@ def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interv
     """Returns the intersection of two lists of intervals."""
     pairs = [(max(a[0], b[0]), min(a[1], b[1])) for a in first for b in second]
     return sorted(pair for pair in pairs if pair[0] < pair[1])
+
+
+def interrupted(nodes: Array, apart: Flags | None, x: Array) -> Flags:
+    """Returns which places x lie between two nodes (ascending) at which the surface ends and begins again.
+
+    `apart` says so of each node and the next, (n - 1,); None stands for a surface without interruptions.
+    """
+    if apart is None:
+        return np.zeros(np.shape(x), bool)
+    before = np.clip(np.searchsorted(nodes, x, side="right") - 1, 0, len(apart) - 1)
+    return np.asarray(apart[before] & (x > nodes[before]) & (x < nodes[before + 1]))
 
 
 def contact_zones(zones: CornerZones, corners: Sequence[str]) -> Zones:

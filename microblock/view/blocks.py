@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import BadArgument
+from ..model import zones
 
 MOST = 25  # blocks in a picture, side by side
 LEAST = 10  # of them that would fit: the picture is flat
@@ -74,7 +75,7 @@ def blocks(surface, contact, frame=None):
     count = int(np.clip(np.floor((right - left) / surface.ell), 1, 4 * MOST))
     x = (left + right) / 2 + surface.ell * (np.arange(count) - (count - 1) / 2)
     surface = without_rounding(surface)
-    x = x[(x >= surface.x[0]) & (x <= surface.x[-1]) & ~_between(surface, x)]
+    x = x[(x >= surface.x[0]) & (x <= surface.x[-1]) & ~zones.interrupted(surface.x, surface.apart, x)]
     ends = np.clip((left, right), surface.x[0], surface.x[-1])
     inside = np.union1d(surface.x[(surface.x >= left) & (surface.x <= right)], (*ends, *x))
     rotation, displacement = (
@@ -125,14 +126,6 @@ def _magnification(rotation, displacement, width):
         return 1.0
     decade = 10.0 ** np.floor(np.log10(max(most, 1.0)))
     return float(max(digit * decade for digit in (1, 2, 5) if digit * decade <= max(most, 1.0)))
-
-
-def _between(surface, x):
-    """Whether places x lie where the surface is interrupted."""
-    if surface.apart is None:
-        return np.zeros(len(x), bool)
-    before = np.clip(np.searchsorted(surface.x, x, side="right") - 1, 0, len(surface.apart) - 1)
-    return surface.apart[before] & (x > surface.x[before])
 
 
 def _along(surface, x):
