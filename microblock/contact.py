@@ -73,7 +73,9 @@ class Contact(Shown):
     def __post_init__(self) -> None:
         if not hasattr(self.body, "methods") or isinstance(self.body, type):
             raise BadArgument(
-                "body", self.body, "must be a HalfPlane, a Block or a Body (mb.HalfPlane(solid)?)"
+                "body",
+                self.body,
+                "must be a HalfPlane, a HalfSpace, a Block or a Body (mb.HalfPlane(solid)?)",
             )
         check = getattr(self.body, "check", None)  # a body with a surface looks at obstacles over it
         if check is None:

@@ -113,7 +113,7 @@ def _surface(state, averaged):
         )
     for facet, square in zip(facets, of_body(state)):
         found[:, above[facet.edges[0].nr]] += square
-    return found[np.argmax(found.sum(axis=1))] / size
+    return found[np.argmax(found.sum(axis=1))] / max(size, 1e-300)  # nothing may touch yet
 
 
 def _edges(state):

@@ -141,7 +141,8 @@ class Solver:
         raise BadArgument(
             "method",
             type(self.options).__name__,
-            "cannot follow events: Panels(), Fitted() and Condensed() can; solve the loads one by one",
+            "cannot follow events; in the plane Panels(), Fitted() and Condensed() can. Solve the loads one "
+            "by one",
         )
 
     def follow(self, load: float, rtol: float | None, initial: Solution | None) -> Solution:
