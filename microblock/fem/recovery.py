@@ -1,19 +1,18 @@
 """Refinement of a user's mesh by recovery, for bodies whose zones nobody knows beforehand.
 
 Gradients of a finite element state jump from element to element; averaged in the nodes (Zienkiewicz and Zhu,
-Int. J. Numer.
-Methods Eng. 24 (1987) 337) they are nearer to the true ones, so that the difference stands for the error:
+Int. J. Numer. Methods Eng. 24 (1987) 337) they are nearer to the true ones, so that the difference stands for
+the error:
 
 energy    that of the difference of gradients over the energy of the state: a relative error of energy and
-approach
+          approach
 surface   difference of the averaged traction and couple -(n.sigma n), m.n from the nodal p and M, max over
-the two of the
-          L2 norm on the contact boundary over that of p
+          the two of the L2 norm on the contact boundary over that of p
 
 Both miss what an edge between two nodes is off by, for the nodal forces follow it: its root mean square
 anywhere between them, a spacing over sqrt(12), is added to `surface` as a shift of ``p = K sqrt(r)``, and so
 is what the obstacle does between the nodes (`between`). The larger one is the estimate. The elements that
-make up a SHARE of either are cut; triangles stay local.
+make up a SHARE of either are cut, deeper at singular points of the surface; triangles stay local.
 """
 
 import math
@@ -28,7 +27,11 @@ from ..model.quadrature import lagrange
 from .between import of_body
 from .facets import lobatto, outward_sides
 
-SHARE = 0.7  # of a part of the estimate, whose elements are cut
+SHARE = 0.8  # of a part of the estimate, whose elements are cut
+# times more, elements are cut at singular points of the surface that need it: one a pass would take three
+# times as many passes, for as many unknowns
+DEEPER = 3
+AT = 0.05  # of an element, which is at a point that lies no farther outside
 PASSES = 40  # of refinement
 MOST = 300_000  # unknowns
 
@@ -176,7 +179,7 @@ def refine_until(solver, load, approach, rtol, progress=False):
                 return replace(found, recovered=parts.total)
             if found.unknowns > MOST:
                 break
-            solver = solver.on(cut(found.nodes.body.mesh, marked(parts, rtol), found.nodes.body.order))
+            solver = solver.on(_finer(found, marked(parts, rtol)))
     raise NotConverged(
         f"rtol = {rtol:g} was not reached at {where} with {found.unknowns} unknowns, the smallest error "
         f"estimate was {best:.1e}; ask for that, or raise the order",
@@ -194,6 +197,51 @@ def marked(found, rtol):
             count = np.searchsorted(np.cumsum(added[order]), SHARE * added.sum()) + 1
             chosen[order[:count]] = True
     return chosen
+
+
+def _finer(state, chosen):
+    """The mesh of a state with the chosen elements cut, those at singular points among them DEEPER times
+    more.
+    """
+    mesh, order = state.nodes.body.mesh, state.nodes.body.order
+    points = [point for point in singular(state) if np.any(_at(mesh, point) & chosen)]
+    finer = cut(mesh, chosen, order)
+    for _ in range(DEEPER if points else 0):
+        finer = cut(finer, np.any([_at(finer, point) for point in points], axis=0), order)
+    return finer
+
+
+def singular(state):
+    """Points of the contact boundary under which fields are singular, array (k, 2): at ends and slope
+    discontinuities of the obstacle, and between the last closed node of a zone and the next.
+    """
+    nodes, problem = state.nodes, state.problem
+    x = [place for ends in problem.ends.values() for place in ends]
+    x += [place for place, jumps in problem.kinks.items() if any(jumps.values())]
+    between = (state.x[1:] + state.x[:-1]) / 2
+    for closed in state.closed:
+        x += list(between[(closed[:-1] != closed[1:]) & ~nodes.apart])
+    x = np.array([place for place in x if state.x[0] < place < state.x[-1]])
+    return np.column_stack((x, np.interp(x, state.x, nodes.points[:, 1])))
+
+
+def _at(mesh, point):
+    """Whether a point lies in each of the triangles of a mesh, or hardly outside; other elements are not at
+    it: boolean array (elements,).
+    """
+    places = np.array([vertex.point for vertex in mesh.vertices])
+    own = [[vertex.nr for vertex in element.vertices] for element in mesh.Elements()]
+    triangles = np.array([len(each) == 3 for each in own])
+    a, b, c = places[np.array([each[:3] for each in own])].transpose(1, 2, 0)
+    whole = _twice_the_area(a, b, c)
+    p = np.array(point)[:, None]
+    shares = np.array((_twice_the_area(p, b, c), _twice_the_area(a, p, c), _twice_the_area(a, b, p))) / whole
+    return triangles & (shares.min(axis=0) >= -AT)
+
+
+def _twice_the_area(a, b, c):
+    """Of triangles with these corners, arrays (2, n), with the sign of their orientation."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def cut(mesh, chosen, order):
