@@ -102,8 +102,10 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     slope, alpha, best = problem.slope(forces), 1 / problem.unit, np.inf
     for step in range(OUTER_STEPS):
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
+        forces = problem.settled(forces)
         trial, ahead = _face_step(problem, forces, slope, rtol)
         forces, slope = _projected_search(problem, forces, slope, trial, ahead)
+        forces = problem.settled(forces)
         kkt = problem.residual(forces, slope)[0]
         best = min(best, kkt)
         if kkt <= rtol:
@@ -126,6 +128,7 @@ class _Problem:
     touch: np.ndarray  # boolean, like the initial gaps
     load: float | None
     approach: float | None
+    all_gaps: np.ndarray  # initial gaps, of all
     unit: float  # range of the normal displacement under a unit force on one corner
     count: Counter
 
@@ -145,11 +148,22 @@ class _Problem:
         self.count["products"] += 1
         return self.kept(self.H @ self.spread(forces))
 
-    def precondition(self, values, face):
-        """Of the corners numbered `face` alone, like the values."""
+    def preconditioner(self, face):
+        """Of the corners numbered `face` alone, from values on them to values on them."""
         whole = np.zeros(len(self.g0))
-        whole[face] = values
-        return self.kept(self.H.precondition(self.spread(whole)))[face]
+        whole[face] = 1
+        on_face = getattr(self.H, "on_face", lambda _: self.H.precondition)(self.spread(whole) > 0)
+
+        def precondition(values):
+            whole[face] = values
+            return self.kept(on_face(self.spread(whole)))[face]
+
+        return precondition
+
+    def settled(self, forces):
+        """Forces with the same H f and the least q, where H has such as do nothing."""
+        settle = getattr(self.H, "settled", None)
+        return forces if settle is None else self.kept(settle(self.spread(forces), self.all_gaps))
 
     def slope(self, forces):
         """grad q: the gaps, up to the approach if that is free."""
@@ -229,6 +243,7 @@ def _problem(flexibility, g0, load, approach):
         touch,
         load,
         approach,
+        g0,
         float(np.ptp(flexibility @ one)),
         Counter(products=1),
     )
@@ -269,7 +284,8 @@ def _rise(problem, forces, change, slope, ahead):
 def _face_step(problem, forces, slope, rtol):
     """2: forces and slope of the minimum on the face of the corners with force, nearly."""
     face, free = np.flatnonzero(forces > 0), problem.load is not None
-    ones = problem.precondition(np.ones(len(face)), face) if free else 0.0
+    precondition = problem.preconditioner(face)
+    ones = precondition(np.ones(len(face))) if free else 0.0
     enough = max(
         INNER * np.abs(_on_face(slope, face, free)).max(), rtol * problem.residual(forces, slope)[1] / 4
     )
@@ -278,7 +294,7 @@ def _face_step(problem, forces, slope, rtol):
         residual = _on_face(slope, face, free)
         if np.abs(residual).max() <= enough:
             break
-        z = problem.precondition(residual, face)
+        z = precondition(residual)
         if free:
             z -= ones * (z.sum() / ones.sum())
         product = residual @ z

@@ -299,7 +299,7 @@ def test_forces_of_least_norm_keep_their_resultants():
     forces = np.random.default_rng(0).exponential(size=(4, 50))
     closed = np.random.default_rng(1).random((4, 50)) < 0.8
     least = law.of_least_norm(forces, closed)
-    rows = np.column_stack((np.ones(4), law.levers))
+    rows = np.column_stack((np.ones(4), law.tilt(np.zeros(1), np.zeros(1)).T - law.offsets))
     assert rows.T @ least == pytest.approx(rows.T @ forces, abs=1e-12)
     assert np.all(least >= 0) and np.all(
         np.linalg.norm(least, axis=0) <= np.linalg.norm(forces, axis=0) + 1e-12
