@@ -45,7 +45,9 @@ class Parameters(Checked):
 
 
 def solve(parameters, alpha, contact):
-    """The measures on the finest grid, and their errors: the larger of its change and half of that before."""
+    """The measures on the finest grid, and their errors: the larger of its change and half of that before; of the
+    radius no less than a quarter of a cell, as cells cut the rim into steps.
+    """
     found = []
     for parts in (4, 2, 1):
         chosen = replace(parameters.sphere(alpha, contact), cells=parameters.cells // parts)
@@ -57,6 +59,9 @@ def solve(parameters, alpha, contact):
         f"{name}_error": max(abs(fine[name] - middle[name]), abs(middle[name] - coarse[name]) / 2)
         for name in MEASURES
     }
+    steps = state.width / chosen.a_Hz / 4
+    errors["radius_error"] = max(errors["radius_error"], steps)
+    errors["hardness_error"] = max(errors["hardness_error"], 2 * fine["hardness"] * steps / fine["radius"])
     return {"contact": contact, "alpha": alpha, **fine, **errors}
 
 

@@ -44,6 +44,7 @@ from ..threads import bounded
 SHARE = 0.1
 # of the residual on the face at which conjugate gradients stop: a better one on the wrong face is of no use
 INNER = 0.5
+FINAL = 1e-3  # the same, where the face is that of the step before
 INNER_STEPS = 60
 OUTER_STEPS = 300  # 5 to 40 are met
 SEARCH = 1, 1 / 4, 1 / 16  # parts of the way to the minimum on the face
@@ -99,11 +100,13 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     if load == 0 or (load is None and approach <= g0.min()):
         return _unloaded(g0, g0.min() if load == 0 else approach)
     forces = problem.project(problem.first(start))
-    slope, alpha, best = problem.slope(forces), 1 / problem.unit, np.inf
+    slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
     for step in range(OUTER_STEPS):
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
         forces = problem.settled(forces)
-        trial, ahead = _face_step(problem, forces, slope, rtol)
+        face, before = forces > 0, face
+        inner = FINAL if np.array_equal(face, before) else INNER
+        trial, ahead = _face_step(problem, forces, slope, rtol, inner)
         forces, slope = _projected_search(problem, forces, slope, trial, ahead)
         forces = problem.settled(forces)
         kkt = problem.residual(forces, slope)[0]
@@ -281,13 +284,13 @@ def _rise(problem, forces, change, slope, ahead):
     return change @ middle, ROUNDING * problem.residual(forces, ahead)[1] * np.abs(change).sum()
 
 
-def _face_step(problem, forces, slope, rtol):
+def _face_step(problem, forces, slope, rtol, inner):
     """2: forces and slope of the minimum on the face of the corners with force, nearly."""
     face, free = np.flatnonzero(forces > 0), problem.load is not None
     precondition = problem.preconditioner(face)
     ones = precondition(np.ones(len(face))) if free else 0.0
     enough = max(
-        INNER * np.abs(_on_face(slope, face, free)).max(), rtol * problem.residual(forces, slope)[1] / 4
+        inner * np.abs(_on_face(slope, face, free)).max(), rtol * problem.residual(forces, slope)[1] / 4
     )
     forces, direction, before = forces.copy(), np.zeros(len(forces)), np.inf
     for _ in range(INNER_STEPS):

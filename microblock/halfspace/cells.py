@@ -21,15 +21,16 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from scipy.fft import irfft2, next_fast_len, rfft2
+from scipy.fft import fft, ifft, irfft, next_fast_len, rfft, rfft2
 
+from ..halfplane.kernels import short_waves
 from ..model.material import Cosserat
 from ..model.types import AnyArray as Array
+from ..threads import workers
 from .kernels import kernels
 from .surface_law import NONE
 from .symbol import at_rest, symbol
 
-DELTA = 0.3
 SAME = 1e-12
 Six: TypeAlias = Sequence[Array]  # u, v1, v2 and the components 11, 12, 22 of the tensor
 
@@ -54,12 +55,20 @@ class Waves:
 
     def __call__(self, values: Array) -> Array:
         """Returns the responses to fields on cells, arrays (k, n1, n2)."""
-        waves = rfft2(values, self.length, workers=1)
-        waves[self.even[1] :] *= 1j
-        found = np.array([sum(part * wave for part, wave in zip(row, waves)) for row in self.spectrum])
-        found[self.even[0] :] *= -1j
         n1, n2 = values.shape[-2:]
-        return irfft2(found, self.length, workers=1)[..., :n1, :n2]
+        threads = {"workers": workers(values[0].size), "overwrite_x": True}
+        waves = rfft(values, self.length[1], **threads)  # then along x1: rows beyond the cells are 0
+        waves = fft(waves, self.length[0], axis=-2, **threads)
+        waves[self.even[1] :] *= 1j
+        found = np.empty((len(self.spectrum), *waves.shape[1:]), complex)
+        for own, row in zip(found, self.spectrum):
+            np.multiply(row[0], waves[0], out=own)
+            for part, wave in zip(row[1:], waves[1:]):
+                own += part * wave
+        found[self.even[0] :] *= -1j
+        found = ifft(found, axis=-2, **threads)[:, :n1]
+        answer: Array = irfft(found, self.length[1], **threads)[..., :n2]
+        return answer
 
 
 @dataclass(frozen=True)
@@ -76,6 +85,8 @@ class Flexibility:
         Of one corner: from p to phi, or to the m that holds psi = 0.
     tilt : array (2, n1, n2)
         t; without components (0, n1, n2) for one corner.
+    soft : float
+        Rotation over displacement under short waves, W over U.
     """
 
     offsets: Array
@@ -83,6 +94,7 @@ class Flexibility:
     inverse: Waves
     aside: Waves | None
     tilt: Array
+    soft: float = 1.0
 
     def __matmul__(self, forces: Array) -> Array:
         """Returns gaps from forces, arrays (corners, n1, n2)."""
@@ -135,7 +147,7 @@ class Flexibility:
         return precondition
 
     def _back(self, there: Array) -> Array:
-        D = np.diag((1.0, DELTA, DELTA))
+        D = np.diag((1.0, self.soft, self.soft))
         E = self._rows * there[:, None]
         return D @ E.T @ np.linalg.pinv(E @ D @ E.T)
 
@@ -169,21 +181,23 @@ def flexibility(
 ) -> Flexibility:
     """Returns the Flexibility of corners on cells of this width (length), as many as there are tilts."""
     count = tilt.shape[-1]
-    length = count if periodic else next_fast_len(2 * count, real=True)
+    length, near = (count if periodic else next_fast_len(parts * count, real=True) for parts in (2, 1))
     size = (length, length)
     if periodic:
         whole = _smooth(solid, length, width)
         for part, rest in zip(whole, (0.0, 0.0, 0.0, at_rest(solid), 0.0, at_rest(solid))):
             part[0, 0] = rest / width**2
+        whole = _held(whole) if clamped else whole
     else:
-        whole = _embedded(solid, count, length, width)
+        whole = _embedded(solid, count, length, width, clamped)
     if len(offsets) == 1:
-        alone, beside = _one_corner(whole, clamped)
-        back = 1 / _one_corner(_smooth(solid, length, width), clamped)[0]
-        aside = Waves(size, [[one] for one in beside], even=(0, 1))
-        return Flexibility(offsets, Waves(size, [[alone]]), Waves(size, [[back]]), aside, tilt)
-    response, inverse = (Waves(size, _symmetric(six)) for six in (whole, _smooth(solid, length, width, True)))
-    return Flexibility(offsets, response, inverse, None, tilt)
+        smooth = _smooth(solid, near, width)
+        back = Waves((near, near), [[1 / (_held(smooth) if clamped else smooth)[0]]])
+        aside = Waves(size, [[one] for one in whole[1:3]], even=(0, 1))
+        return Flexibility(offsets, Waves(size, [whole[:1]]), back, aside, tilt)
+    displaced, rotated = short_waves(solid)
+    inverse = Waves((near, near), _symmetric(_smooth(solid, near, width, True)))
+    return Flexibility(offsets, Waves(size, _symmetric(whole)), inverse, None, tilt, rotated / displaced)
 
 
 def _symmetric(six: Six) -> list[list[Array]]:
@@ -216,12 +230,13 @@ def _smooth(solid: Cosserat, length: int, width: float, inverse: bool = False) -
     return [U, V * odd1, V * odd2, other + apart * c**2, apart * odd1 * odd2, other + apart * s**2]
 
 
-def _embedded(solid: Cosserat, count: int, length: int, width: float) -> list[Array]:
-    """Returns R of the cells' responses without images in a period of the length."""
+def _embedded(solid: Cosserat, count: int, length: int, width: float, clamped: bool) -> list[Array]:
+    """Returns R of the cells' responses without images in a period of the length, of `_held` where psi = 0."""
     table = kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
-    values = table.cells(count, width / solid.ell) * (1 - solid.nu) / solid.mu / solid.ell
     found = []
-    for number, quarter in enumerate(values):
+    for number, quarter in enumerate(table.cells(count, width / solid.ell, clamped)):
+        moment = clamped and number > 0
+        quarter *= (width / solid.ell) ** 2 if moment else (1 - solid.nu) / solid.mu / solid.ell
         odd1, odd2 = number in (1, 4), number in (2, 4)  # along x1: v1 and the component 12; along x2
         column = np.zeros((length, length))
         column[:count, :count] = quarter
@@ -232,11 +247,9 @@ def _embedded(solid: Cosserat, count: int, length: int, width: float) -> list[Ar
     return found
 
 
-def _one_corner(six: Six, clamped: bool) -> tuple[Array, tuple[Array, Array]]:
-    """Returns u from p, and what p does besides: phi, or the m that takes the rotation away."""
+def _held(six: Six) -> list[Array]:
+    """Returns u, m1 and m2 from p where psi = 0, m taking the rotation away."""
     u, v1, v2, w11, w12, w22 = six
-    if not clamped:
-        return u, (v1, v2)
     determinant = w11 * w22 - w12**2
     m1, m2 = (w12 * v2 - w22 * v1) / determinant, (w12 * v1 - w11 * v2) / determinant
-    return u + v1 * m1 + v2 * m2, (m1, m2)
+    return [u + v1 * m1 + v2 * m2, m1, m2]

@@ -326,12 +326,13 @@ class SurfaceSolver(Solver):
         """Returns the normal displacement at places outside, under the forces of the cells as points."""
         solid = self.solid
         table = kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
+        kernel = 4 if self.surface_law.clamped else 0
         i, j = np.nonzero(state.pressure)
         force = state.pressure[i, j] * state.width**2 * (1 - solid.nu) / solid.mu / solid.ell
         found = np.zeros(len(x1))
         for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(i) // 2**21):
             r = np.hypot(x1[block, None] - state.x1[i], x2[block, None] - state.x2[j])
-            found[block] = table(r / solid.ell)[0] @ force
+            found[block] = table(r / solid.ell)[kernel] @ force
         return found
 
 

@@ -80,14 +80,17 @@ def test_a_line_of_loads_is_a_load_of_the_half_plane(moduli):
     x2 = x[:, None] * np.sinh(11 * points)
     lengths = x[:, None] * np.cosh(11 * points) * 11 * weights
     r = np.hypot(x[:, None], x2)
-    u, v, w0, w2 = table(r)
-    U, V, W = on_line(0.2, solid.beta, solid.curvature)(x)
+    u, v, w0, w2, held, reaction = table(r)
+    U, V, W, clamped, opposite = on_line(0.2, solid.beta, solid.curvature)(x, range(5))
     # what lies beyond x2 = 3e4 x is left out: 2e-7 of V
     assert np.sum(v * x[:, None] / r * lengths, axis=1) == pytest.approx(V, rel=1e-6)
     across = w0 + w2 * (2 * (x[:, None] / r) ** 2 - 1)
     assert np.sum(across * lengths, axis=1) == pytest.approx(W, rel=1e-6)
-    apart = np.sum((u - 1 / (2 * np.pi * r)) * lengths, axis=1) - U - np.log(x) / np.pi
-    assert np.ptp(apart) < 1e-6  # equal up to the arbitrary level of the line
+    # where psi = 0; what is left out of the moment is that of V
+    assert np.sum(reaction * x[:, None] / r * lengths, axis=1) == pytest.approx(-opposite, rel=1e-6)
+    for kernel, own in ((u, U), (held, clamped)):
+        apart = np.sum((kernel - 1 / (2 * np.pi * r)) * lengths, axis=1) - own - np.log(x) / np.pi
+        assert np.ptp(apart) < 1e-6  # equal up to the arbitrary level of the line
 
 
 @pytest.mark.parametrize("psi0, across", [(0.0, False), (0.02, False), (0.0, True)])  # psi0 is about x2 alone
@@ -120,6 +123,18 @@ def test_microclamped_on_a_period_is_that_of_the_half_plane():
     assert surface.pressure[:, 5] == pytest.approx(line.pressure, abs=1e-8 * line.pressure.max())
     assert -surface.micromoment[1][:, 5] == pytest.approx(line.micromoment, abs=1e-8 * line.pressure.max())
     assert not surface.psi.any()
+
+
+def test_microclamped_without_images_is_that_of_a_long_period():
+    """psi = 0 on the whole surface, also beyond the cells."""
+    law, cells = mb.Microclamped(), mb.Cells(nodes=64, window=(-0.6, 0.6))
+    alone = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(R), law, cells).solve(load=1.0)
+    period = mb.Contact(mb.HalfSpace(SOLID, 4.8), mb.Sphere(R), law, mb.Cells(nodes=256)).solve(load=1.0)
+    middle = slice(96, 160)
+    # images bend the surface by some (2 pi a/4.8)^3/10 of its curvature: 1e-2
+    assert period.pressure[middle, middle] == pytest.approx(alone.pressure, abs=0.03 * alone.pressure.max())
+    most = np.abs(alone.micromoment).max()
+    assert period.micromoment[:, middle, middle] == pytest.approx(alone.micromoment, abs=0.03 * most)
 
 
 def test_hertz_where_blocks_are_small():
