@@ -8,8 +8,8 @@ Reference  the classical half-space: beta -> 0 under the unilateral law, and the
            A/A0 = kappa p0/(E* h'), kappa = sqrt(8/pi) = 1.6 (Persson) to sqrt(2 pi) = 2.5 (Bush, Gibson and
            Thomas); the program tamaas on the same cells.
 Look at    the fraction that touches over the mean pressure p0, for the three laws and the classical limit.
-Units      lengths over the period, pressures over E* times the root mean square slope h'; ell over the shortest
-           wave is alpha.
+Units      lengths over the period, pressures over E* times the root mean square slope h'; ell over the
+           shortest wave is alpha.
 """
 
 import math
@@ -146,7 +146,9 @@ def figure(records):
     for law in LAWS:
         chosen = [row for row in records if row["law"] == law]
         load, contact = np.array(column(chosen, "load")), np.array(column(chosen, "contact"))
-        style = {"color": "0.4", "linestyle": "--"} if law == "classical" else {"marker": "o", "markersize": 3}
+        style = (
+            {"color": "0.4", "linestyle": "--"} if law == "classical" else {"marker": "o", "markersize": 3}
+        )
         (line,) = axes[0].plot(load, contact, label=law, **style)
         axes[1].plot(load, contact / load, **style)
         if law == "microblock":

@@ -3,8 +3,8 @@
 Geometry   the sphere on the half-space of `sphere`, at fixed load.
 Equations  those of `sphere`, for the three laws.
 Model      square cells of the surface on three grids (docs/theory/halfspace.md).
-Reference  alpha -> 0: Hertz. alpha -> infinity: Hertz again, stiffer by 1 + (1 - nu) beta, for one corner; for
-           microblocks four contacts of a quarter of the load each, one for each corner.
+Reference  alpha -> 0: Hertz. alpha -> infinity: Hertz again, stiffer by 1 + (1 - nu) beta, for one corner;
+           for microblocks four contacts of a quarter of the load each, one for each corner.
 Look at    hardness falling with the size of the block under microblocks, rising under the unilateral law.
 Units      those of `sphere`; hardness, the load over the area of contact, over P/(pi a_Hz^2).
 """
@@ -45,15 +45,17 @@ class Parameters(Checked):
 
 
 def solve(parameters, alpha, contact):
-    """The measures on the finest grid, and their errors: the larger of its change and half of that before; of the
-    radius no less than a quarter of a cell, as cells cut the rim into steps.
+    """The measures on the finest grid, and their errors: the larger of its change and half of that before; of
+    the radius no less than a quarter of a cell, as cells cut the rim into steps.
     """
     found = []
     for parts in (4, 2, 1):
         chosen = replace(parameters.sphere(alpha, contact), cells=parameters.cells // parts)
         (state,) = sphere.solve(chosen)
         seen = sphere.observe(chosen, state)
-        found.append({"radius": seen["radius"], "approach": seen["approach"], "hardness": seen["radius"] ** -2})
+        found.append(
+            {"radius": seen["radius"], "approach": seen["approach"], "hardness": seen["radius"] ** -2}
+        )
     coarse, middle, fine = found
     errors = {
         f"{name}_error": max(abs(fine[name] - middle[name]), abs(middle[name] - coarse[name]) / 2)
@@ -68,8 +70,8 @@ def solve(parameters, alpha, contact):
 def reference(parameters, contact):
     """Radius, approach and hardness for alpha -> infinity.
 
-    Short waves see the compliance 2/(k E*) over 1 + (1 - nu) beta; a block on one corner, whose rotation gives
-    way as well, has 1/(2 gamma' mu k) more. Hertz: a^3 ~ P/E*, d ~ a^2.
+    Short waves see the compliance 2/(k E*) over 1 + (1 - nu) beta; a block on one corner, whose rotation
+    gives way as well, has 1/(2 gamma' mu k) more. Hertz: a^3 ~ P/E*, d ~ a^2.
     """
     solid = parameters.sphere(1.0, contact).solid()
     softer = 1 / (1 + (1 - solid.nu) * solid.beta)
@@ -85,9 +87,7 @@ def result(parameters, quiet=True):
     """The case's object: a row for each law and alpha, and the other end."""
     start = time.perf_counter()
     places = [(contact, alpha) for contact in sphere.LAWS for alpha in parameters.alphas]
-    rows = [
-        solve(parameters, alpha, contact) for contact, alpha in tqdm(places, disable=quiet, unit="state")
-    ]
+    rows = [solve(parameters, alpha, contact) for contact, alpha in tqdm(places, disable=quiet, unit="state")]
     ends = {contact: reference(parameters, contact) for contact in sphere.LAWS}
     return returned(parameters, start, states=rows, ends=ends)
 
@@ -113,8 +113,8 @@ def rows(parameters, answer):
 def figure(records):
     """Under microblocks a small sphere finds a softer solid than a large one; without corners a harder one.
 
-    Radius (a), approach (b) and hardness (c) of a sphere at a fixed load over the size of the blocks, each over
-    Hertz's; bars are errors by three grids. Short lines at the right are the ends for large blocks.
+    Radius (a), approach (b) and hardness (c) of a sphere at a fixed load over the size of the blocks, each
+    over Hertz's; bars are errors by three grids. Short lines at the right are the ends for large blocks.
 
     Seen: curves that leave 1 as blocks grow; in (c) that of microblocks falls, the others rise.
     """

@@ -1,13 +1,13 @@
 """The half-space on n x n equal cells, matrix-free: corner forces to corner gaps by FFT.
 
-With u the normal displacement into the body, phi and m as in `microblock.halfspace.symbol`, (a, b) the signs of a
-corner and t the tilt of the blocks (`microblock.halfspace.surface_law`), p and m the sums of the forces on a
-cell and of their levers,
+With u the normal displacement into the body, phi and m as in `microblock.halfspace.symbol`, (a, b) the signs
+of a corner and t the tilt of the blocks (`microblock.halfspace.surface_law`), p and m the sums of the forces
+on a cell and of their levers,
 
     p = sum f_c,   q = -sum (a, b) f_c,   m = q + t p,      gap_c = u + t.phi - (a, b).phi
 
-is the flexibility H of (a) in `microblock.corners.active_set`; t may differ from cell to cell. Four corners act
-in three degrees of freedom: H has a null space, forces up and down in turn.
+is the flexibility H of (a) in `microblock.corners.active_set`; t may differ from cell to cell. Four corners
+act in three degrees of freedom: H has a null space, forces up and down in turn.
 
 In Fourier space (u, phi) = C (p, m) with C = D R D^H, D = diag(1, -i, -i) and R real and symmetric. Of R six
 arrays are kept, and of its inverse, which is the preconditioner; where there are no images, R is that of the
@@ -128,13 +128,15 @@ class Flexibility:
         """Returns the preconditioner of the corners that are there, boolean (corners, n1, n2), alone.
 
         Of E = (1, -a, -b) with the rows of the corners that a block has there, C^-1 acts between
-        B = D E^T (E D E^T)^+ and its transpose: with all of them it is the inverse, with some of them it is so
-        for short waves, where C is like D.
+        B = D E^T (E D E^T)^+ and its transpose: with all of them it is the inverse, with some of them it is
+        so for short waves, where C is like D.
         """
         if len(self.offsets) == 1:
             return self.inverse
         kinds = np.tensordot(2 ** np.arange(len(there)), there, 1)
-        backs = [self._back(np.array([kind >> number & 1 for number in range(len(there))])) for kind in range(16)]
+        backs = [
+            self._back(np.array([kind >> number & 1 for number in range(len(there))])) for kind in range(16)
+        ]
         back = np.moveaxis(np.array(backs)[kinds], (2, 3), (0, 1))  # (3, corners, n1, n2)
 
         def precondition(gaps: Array) -> Array:
@@ -155,8 +157,8 @@ class Flexibility:
         """Returns forces with the same resultants and the least work on the initial gaps.
 
         The forces 1, -1, -1, 1 of a block do nothing but that work. It is g0-- - g0-+ - g0+- + g0++ for each,
-        which no displacement changes: where it is positive, "--" or "++" is open; where it is 0 all four may be
-        closed, and the forces of least norm are taken.
+        which no displacement changes: where it is positive, "--" or "++" is open; where it is 0 all four may
+        be closed, and the forces of least norm are taken.
         """
         if len(forces) != len(NONE):
             return forces
@@ -231,7 +233,9 @@ def _smooth(solid: Cosserat, length: int, width: float, inverse: bool = False) -
 
 
 def _embedded(solid: Cosserat, count: int, length: int, width: float, clamped: bool) -> list[Array]:
-    """Returns R of the cells' responses without images in a period of the length, of `_held` where psi = 0."""
+    """Returns R of the cells' responses without images in a period of the length; the three of `_held` where
+    psi = 0.
+    """
     table = kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
     found = []
     for number, quarter in enumerate(table.cells(count, width / solid.ell, clamped)):

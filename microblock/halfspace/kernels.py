@@ -6,10 +6,10 @@ vectors in the surface along k for the plane part,
     u = u(r) p - v(r) e.m,     phi = v(r) e p + [w0(r) + w2(r) (2 e e - 1)] m,
 
 are the Hankel transforms of U, V, (W + W_par)/2 and (W - W_par)/2 with J0, J1, J0 and -J2. Where psi = 0 on
-the whole surface, u from p is that of U - V^2/W with J0, and m = -V/W e p with J1 holds the rotation. On k = i t
-the Bessel functions become K0, K1 and K2, which decay: what is left are integrals over t > 0 of the imaginary
-parts (of V and V/W: the real part). They are tabulated once in log r, over c/ell with c = (1 - nu)/mu (that of
-V/W over 1/ell^2); r u(r) runs from one constant to another.
+the whole surface, u from p is that of U - V^2/W with J0, and m = -V/W e p with J1 holds the rotation. On k =
+i t the Bessel functions become K0, K1 and K2, which decay: what is left are integrals over t > 0 of the
+imaginary parts (of V and V/W: the real part). They are tabulated once in log r, over c/ell with c = (1 -
+nu)/mu (that of V/W over 1/ell^2); r u(r) runs from one constant to another.
 """
 
 from __future__ import annotations
@@ -37,7 +37,8 @@ KERNELS = 6
 
 
 class Kernels:
-    """u, v, w0 and w2, and u and m where psi = 0, at r/ell, for ell = 1 and given nu, beta, gamma', alpha', beta'.
+    """u, v, w0 and w2, and u and m where psi = 0, at r/ell, for ell = 1 and given nu, beta, gamma', alpha',
+    beta'.
 
     Raises
     ------
@@ -120,8 +121,8 @@ class Kernels:
         return np.array((u, m * x / r, m * y / r))
 
     def _own(self, width: float) -> Array:
-        """Returns the averages of u, w0 and u where psi = 0 over the loaded cell at its centre: by the symmetry
-        of the square the odd ones and the tensor's w2 vanish.
+        """Returns the averages of u, w0 and u where psi = 0 over the loaded cell at its centre: by the
+        symmetry of the square the odd ones and the tensor's w2 vanish.
         """
         rays, turns = gauss_rule(32)
         angle = rays * np.pi / 4

@@ -183,12 +183,7 @@ class SurfaceSolver(Solver):
         return replace(self._kept[own], tilt=tilt)
 
     def _solved(
-        self,
-        grid: Grid,
-        load: float | None,
-        approach: float | None,
-        residual: float,
-        start: Array | None,
+        self, grid: Grid, load: float | None, approach: float | None, residual: float, start: Array | None
     ) -> SurfaceState:
         """Returns the state on a grid, begun from pressures of the corners, array (corners, n, n)."""
         x1, x2 = grid.axes

@@ -1,14 +1,14 @@
 """A contact law on a surface: which corners a block has there, where they are and how it is tilted.
 
 A block is a cube with sides along x1 and x2, but for its initial rotation psi0 = (psi0_1, psi0_2) about them.
-Its corner (a, b), a, b = -1, 1, lies at ``(ell/2) (a S1 + b S2)`` from the contact point, S_i = e_i + psi0 x e_i;
-with t = (-psi0_2, psi0_1) that is ``(ell/2) (a, b)`` along the surface and ``(ell/2) (a, b).t`` above it.
-With phi1 = -(ell/2) psi2, phi2 = (ell/2) psi1 its gap is
+Its corner (a, b), a, b = -1, 1, lies at ``(ell/2) (a S1 + b S2)`` from the contact point, S_i = e_i + psi0 x
+e_i; with t = (-psi0_2, psi0_1) that is ``(ell/2) (a, b)`` along the surface and ``(ell/2) (a, b).t`` above
+it. With phi1 = -(ell/2) psi2, phi2 = (ell/2) psi1 its gap is
 
     g = h - (ell/2) (a, b).t + u + lever.phi,     lever = t - (a, b),
 
-u the normal displacement into the body. On a cylinder along x2 this is the law (20)-(29), with a = -1 for A, and
-psi0 of the plane is -psi0_2.
+u the normal displacement into the body. On a cylinder along x2 this is the law (20)-(29), with a = -1 for A,
+and psi0 of the plane is -psi0_2.
 """
 
 from __future__ import annotations
@@ -110,7 +110,9 @@ def on_surface(law: LawLike) -> SurfaceLaw:
             "psi0", law.psi0, "must be a number, or a pair of numbers or functions of (x1, x2) on a HalfSpace"
         )
     psi0 = law.psi0 if isinstance(law.psi0, tuple) else (0.0, -law.psi0)
-    return SurfaceLaw(tuple(CORNERS), np.array(list(CORNERS.values()), float), psi0, law.psi0_in == ACTS_IN[0])
+    return SurfaceLaw(
+        tuple(CORNERS), np.array(list(CORNERS.values()), float), psi0, law.psi0_in == ACTS_IN[0]
+    )
 
 
 def _angle(psi0: Tilt, x1: Array, x2: Array) -> Array:

@@ -98,8 +98,8 @@ class Microblock(Law):
     ----------
     psi0 : float, callable or pair
         Initial rotation of the blocks (radians, counterclockwise), or a function of x1. On a `HalfSpace` a
-        number is the rotation about -e2, as in the plane of x1 and x3; a pair ``(psi0_1, psi0_2)`` holds those
-        about x1 and x2, each a number or a function of (x1, x2).
+        number is the rotation about -e2, as in the plane of x1 and x3; a pair ``(psi0_1, psi0_2)`` holds
+        those about x1 and x2, each a number or a function of (x1, x2).
     psi0_in : "gaps and levers" or "levers"
         Where psi0 acts: in both, or in the levers alone (docs/paper.md, "Initial rotation of Fig. 9").
 

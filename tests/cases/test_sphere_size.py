@@ -19,8 +19,8 @@ class Radial:
     """A sphere on a half-space by the Hankel transform, without cells: p = sum c_n (1 - (r/a)^2)^(n + 1/2).
 
     Each term has closed forms of its transform, and of its displacement under a response C/k. What is left of
-    U(k) beside C/k for short waves falls like k^-3 and is integrated by Gauss points. There is no term that is
-    infinite at the rim, so that the approach belongs to the radius.
+    U(k) beside C/k for short waves falls like k^-3 and is integrated by Gauss points. There is no term that
+    is infinite at the rim, so that the approach belongs to the radius.
     """
 
     def __init__(self, solid, hold):
@@ -35,7 +35,9 @@ class Radial:
         self.size = 2**mu * gamma(mu + 1)
         self.transforms = self.size[:, None] * np.array([jv(m + 1, self.k) / self.k ** (m + 1) for m in mu])
         own = np.sqrt(np.pi) / (2 ** (mu + 1) * gamma(mu + 1.5))
-        self.closed = np.array([hyp2f1(0.5, -m - 0.5, 1, self.rho**2) for m in mu]) * (self.size * own)[:, None]
+        self.closed = (
+            np.array([hyp2f1(0.5, -m - 0.5, 1, self.rho**2) for m in mu]) * (self.size * own)[:, None]
+        )
 
     def response(self, k):
         U, V, W = symbol(self.solid, k)
@@ -107,7 +109,9 @@ def test_ends_of_all_laws():
     parameters = sphere_size.Parameters()
     for contact in sphere.LAWS:
         small = sphere_size.solve(parameters, 1e-3, contact)
-        assert small["radius"] == pytest.approx(1, rel=1e-2) and small["approach"] == pytest.approx(1, rel=5e-3)
+        assert small["radius"] == pytest.approx(1, rel=1e-2) and small["approach"] == pytest.approx(
+            1, rel=5e-3
+        )
     end = sphere_size.reference(parameters, "microblock")
     distances = [
         abs(sphere_size.solve(parameters, alpha, "microblock")["approach"] / end["approach"] - 1)

@@ -12,6 +12,7 @@ from microblock.halfspace.kernels import kernels
 from microblock.halfspace.solver import _means
 from microblock.halfspace.surface_law import on_surface
 from microblock.halfspace.symbol import along, symbol
+from tests import half_space_scenes
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 OTHERS = {
@@ -321,3 +322,10 @@ def test_forces_of_least_norm_keep_their_resultants():
     )
     some = ~closed.all(axis=0)
     assert np.array_equal(least[:, some], forces[:, some]) and some.any() and not some.all()
+
+
+@pytest.mark.parametrize("seed", [5, 9, 34])
+def test_the_estimate_holds_in_seeded_problems(seed):
+    """Of 60 of them, `python -m tests.half_space_scenes 60`, the error is at most 0.8 of the estimate."""
+    _, cells, estimate, error = half_space_scenes.measured(seed)
+    assert cells >= 128 and error <= estimate <= half_space_scenes.RTOL

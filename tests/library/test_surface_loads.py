@@ -1,4 +1,5 @@
-"""Half-spaces from load to load: `initial` saves products, full closure comes where the closed form has it."""
+"""Half-spaces from load to load: `initial` saves products, full closure comes where the closed form has
+it."""
 
 import numpy as np
 import pytest
@@ -19,9 +20,9 @@ def waves(x1, x2):
 def closing(law):
     """Mean pressure that closes all corners under `waves`, of a period 1.
 
-    Closed, each wave is one of the half-plane: p1 cos and, with corners, moments m1 sin. Forces of four corners
-    with the sum p and the moments m1, m2 are all positive if |m1| and |m2| are below p; worst is
-    p1 (cos - 1) + m1 |sin|.
+    Closed, each wave is one of the half-plane: p1 cos and, with corners, moments m1 sin. Forces of four
+    corners with the sum p and the moments m1, m2 are all positive if |m1| and |m2| are below p; worst is p1
+    (cos - 1) + m1 |sin|.
     """
     U, V, W = symbol(SOLID, np.array([K]))[:, 0]
     if len(law.corners) == 1:
@@ -38,7 +39,9 @@ def test_waves_close_at_the_load_of_the_closed_form(law):
     state, areas = None, []
     for load in last * np.array((0.3, 0.6, 0.9, 0.99, 1.003)):
         state = problem.solve(load=load, initial=state)
-        areas.append(state.contact_area if state.problem.law.corners == ("C",) else np.mean(state.closed >= 3))
+        areas.append(
+            state.contact_area if state.problem.law.corners == ("C",) else np.mean(state.closed >= 3)
+        )
     assert np.all(np.diff(areas) > 0)
     # cells see the wave at 64 places: within (pi/64)^2 of the load
     assert areas[-1] == 1 > areas[-2] > 0.9
@@ -48,10 +51,10 @@ def test_waves_close_at_the_load_of_the_closed_form(law):
 def test_a_similar_state_saves_products(law):
     solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.02)
     rough = mb.RoughSurface(1.0, 0.1, waves=(1, 8), seed=2)
-    problem = mb.Contact(mb.HalfSpace(solid, 1.0), rough, law, mb.Cells(nodes=64))
+    problem = mb.Contact(mb.HalfSpace(solid, 1.0), rough, law, mb.Cells(nodes=128))
     before = problem.solve(load=1.0)
-    alone, after = problem.solve(load=1.03), problem.solve(load=1.03, initial=before)
-    assert after.iterations < 0.9 * alone.iterations
+    alone, after = problem.solve(load=1.1), problem.solve(load=1.1, initial=before)
+    assert after.iterations < 0.9 * alone.iterations  # seen: 0.8 of some 36 and 59
     # the residual of both, which relates to pressures as waves of two cells do
     assert after.pressure == pytest.approx(alone.pressure, abs=1e-5 * alone.pressure.max())
     assert after.approach == pytest.approx(alone.approach, rel=1e-7)
@@ -67,7 +70,9 @@ def test_windows_of_two_loads_differ():
 
 
 def test_spread_keeps_the_load():
-    state = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Unilateral(), mb.Cells(nodes=32)).solve(load=1.0)
+    state = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Unilateral(), mb.Cells(nodes=32)).solve(
+        load=1.0
+    )
     for count in (16, 32, 50, 64):
         grid = Grid(count, 2.0 / count, (0.1, -0.2))
         assert _spread(state, grid).sum() * grid.width**2 == pytest.approx(1.0, rel=1e-12)

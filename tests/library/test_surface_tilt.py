@@ -1,5 +1,5 @@
-"""Initial rotations on a half-space: numbers, pairs, functions of the place; against the plane, by symmetry, and
-by vectors of each corner.
+"""Initial rotations on a half-space: numbers, pairs, functions of the place; against the plane, by symmetry,
+and by vectors of each corner.
 """
 
 import numpy as np
@@ -47,12 +47,18 @@ def test_a_function_of_one_direction_is_that_of_the_half_plane(where, across):
     assert surface.approach == pytest.approx(line.approach, rel=1e-9)
     # and psi0 is seen: without it the pressure is another
     without = pressed(0.0, lambda x1, x2: height(x2 if across else x1))
-    assert np.abs(without.pressure - surface.pressure).max() > 0.05 * surface.pressure.max() or where == "levers"
+    assert (
+        np.abs(without.pressure - surface.pressure).max() > 0.05 * surface.pressure.max() or where == "levers"
+    )
 
 
 def test_a_function_that_is_constant_is_the_number():
     number = pressed(0.02)
-    for psi0 in ((0.0, -0.02), (lambda x1, x2: 0 * x1, lambda x1, x2: -0.02 + 0 * x2), (0, lambda x1, x2: -0.02)):
+    for psi0 in (
+        (0.0, -0.02),
+        (lambda x1, x2: 0 * x1, lambda x1, x2: -0.02 + 0 * x2),
+        (0, lambda x1, x2: -0.02),
+    ):
         assert pressed(psi0).pressure == pytest.approx(number.pressure, rel=1e-12)
 
 
@@ -70,21 +76,23 @@ def functions(sign=(1, 1), swapped=False):
 
 
 def test_a_mirror_turns_rotations():
-    """Rotations are axial: the mirror x1 <-> x2 takes (psi1, psi2) to -(psi2, psi1), that of x1 to (psi1, -psi2)."""
+    """Rotations are axial: the mirror x1 <-> x2 takes (psi1, psi2) to -(psi2, psi1), that of x1 to
+    (psi1, -psi2).
+    """
     state = pressed(functions())
     most = state.pressure.max()
     swapped = pressed(functions((-1, -1), swapped=True), lambda x1, x2: both_ways(x2, x1))
+    moments = -swapped.micromoment[::-1].transpose(0, 2, 1)
     # the residual: forces differ by rounding only
-    assert swapped.pressure.T == pytest.approx(state.pressure, abs=1e-8 * most)
-    assert -swapped.micromoment[::-1].transpose(0, 2, 1) == pytest.approx(state.micromoment, abs=1e-8 * most)
+    assert pytest.approx(state.pressure, abs=1e-8 * most) == swapped.pressure.T
+    assert moments == pytest.approx(state.micromoment, abs=1e-8 * most)
     first, second = functions()
     mirrored = pressed(
         (lambda x1, x2: first(-x1, x2), lambda x1, x2: -second(-x1, x2)), lambda x1, x2: both_ways(-x1, x2)
     )
+    signs = np.array((1, -1))[:, None, None]
     assert mirrored.pressure[::-1] == pytest.approx(state.pressure, abs=1e-8 * most)
-    assert mirrored.micromoment[:, ::-1] == pytest.approx(
-        state.micromoment * np.array((1, -1))[:, None, None], abs=1e-8 * most
-    )
+    assert mirrored.micromoment[:, ::-1] == pytest.approx(state.micromoment * signs, abs=1e-8 * most)
 
 
 @pytest.mark.parametrize("where", ["gaps and levers", "levers"])
@@ -93,7 +101,9 @@ def test_gaps_and_moments_by_vectors(where):
     state = pressed(functions(), where=where)
     x1, x2 = np.meshgrid(state.x1, state.x2, indexing="ij")
     zero, one = np.zeros_like(x1), np.ones_like(x1)
-    e1, e2, e3 = (np.stack(each, axis=-1) for each in ((one, zero, zero), (zero, one, zero), (zero, zero, one)))
+    e1, e2, e3 = (
+        np.stack(each, axis=-1) for each in ((one, zero, zero), (zero, one, zero), (zero, zero, one))
+    )
     psi0 = np.stack((*tilts(x1, x2), zero), axis=-1)
     psi = np.stack((*state.psi, zero), axis=-1)
     N, S1, S2 = (e + np.cross(psi0, e) for e in (e3, e1, e2))
@@ -112,12 +122,15 @@ def test_gaps_and_moments_by_vectors(where):
 
 def test_sphere_on_rotated_blocks_leans_as_they_do():
     solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-    problem = mb.Contact(mb.HalfSpace(solid), mb.Sphere(10.0), mb.Microblock((0.0, -0.01)), mb.Cells(nodes=32))
+    problem = mb.Contact(
+        mb.HalfSpace(solid), mb.Sphere(10.0), mb.Microblock((0.0, -0.01)), mb.Cells(nodes=32)
+    )
     about2 = problem.solve(load=1.0)
     about1 = problem.with_(law=mb.Microblock((0.01, 0.0))).solve(load=1.0)
     # windows are found alike
-    assert about1.pressure.T == pytest.approx(about2.pressure, abs=1e-6 * about2.pressure.max())
-    # the right corners are raised: their force on the left of the block's middle reaches the sphere's lowest point
+    turned = about1.pressure.T
+    assert turned == pytest.approx(about2.pressure, abs=1e-6 * about2.pressure.max())
+    # right corners are raised: blocks on the left of the lowest place press with them
     assert np.sum(about2.pressure * about2.x1[:, None]) * about2.width**2 < -0.01  # P = 1, a = 0.44
 
 
