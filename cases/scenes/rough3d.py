@@ -43,7 +43,7 @@ class Parameters(Checked):
     loads: tuple = option(
         LOADS, "mean pressures over E* times the slope", above=0, nargs="+", metavar="LOAD", order="ascending"
     )
-    cells: int = option(128, "cells a side", int, at_least=32, at_most=2048)
+    cells: int = option(256, "cells a side", int, at_least=32, at_most=2048)
     seed: int = option(1, "seed of the phases", int, at_least=0)
     hurst: float = option(0.8, "exponent of the surface, 0 to 1", at_least=0, at_most=1)
     longest: int = option(2, "longest waves, in waves to the period", int, at_least=1)
@@ -130,15 +130,16 @@ def rows(parameters, answer):
 
 
 def figure(records):
-    """Blocks that are as large as the waves touch a rough surface on more of it, up to full closure.
+    """On blocks of half of the shortest wave a rough surface touches more than classically, with one corner
+    less.
 
     (a) The fraction of a self-affine surface that touches, over the mean pressure. Of the blocks those count
-    that touch with a corner; dotted, those that touch with three or more. (b) The same over the pressure:
-    the slope kappa, which in the classical limit tends to a number, beside the band between Persson (lower)
-    and Bush, Gibson and Thomas (upper).
+    that touch with a corner; dotted, those that touch with three or four. (b) The same over the pressure:
+    kappa, which in the classical limit tends to a number where the pressure is small, beside the band between
+    Persson (lower) and Bush, Gibson and Thomas (upper); contacts of a few cells, at the left, are too wide.
 
-    Seen: four rising curves, that of microblocks highest; on the right they fall from left to right, the
-    classical one from within the grey band.
+    Seen: four curves that rise and lie close together, that of microblocks highest; on the right they fall,
+    the classical one from the upper rim of the grey band.
     """
     from microblock.view import plots
 
@@ -152,7 +153,8 @@ def figure(records):
         (line,) = axes[0].plot(load, contact, label=law, **style)
         axes[1].plot(load, contact / load, **style)
         if law == "microblock":
-            axes[0].plot(load, column(chosen, "full"), ":", color=line.get_color())
+            full = [value or np.nan for value in column(chosen, "full")]  # none on the logarithmic axis
+            axes[0].plot(load, full, ":", color=line.get_color())
     axes[1].axhspan(*BAND, color="0.9", zorder=0)
     axes[0].set(xscale="log", yscale="log", ylabel="fraction that touches $A/A_0$")
     axes[1].set(xscale="log", ylabel=r"$\kappa = (A/A_0)\, E^* h'/p_0$")

@@ -132,7 +132,7 @@ def figure(records):
             axis.plot((1.15 * alpha[-1], 1.8 * alpha[-1]), (end, end), color=bars[0].get_color())
     for axis, name in zip(axes, MEASURES):
         axis.set(xscale="log", xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$", ylabel=WORDS[name])
-    axes[0].legend(frameon=False)
+    axes[1].legend(frameon=False, loc="lower left")
     plots.letter(axes)
     return drawing
 
