@@ -171,7 +171,7 @@ class Contact(Shown):
         if rtol is not None:
             require_tolerance(rtol)
         if initial is not None:
-            require_kind(self.solver.states, f"a {self.solver.states.__name__}", initial=initial)
+            require_kind(self.solver.state_class, f"a {self.solver.state_class.__name__}", initial=initial)
 
     def path(self, load: float, *, rtol: float | None = None, progress: bool = False) -> LoadPath:
         """Returns the load path from first touch to a load: its `events`, and states `at` any load.

@@ -9,12 +9,14 @@ Conditions (a) of `microblock.corners.active_set` with c = 1 are those of the mi
 or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
 
 1. gradient projection: f' = proj(f - alpha grad q), alpha halved until q falls by SHARE |f' - f|^2/alpha; it
-   begins with
-   the |f' - f|^2/(f' - f).H (f' - f) of the step before (Barzilai and Borwein, IMA J. Numer. Anal. 8 (1988)
-   141);
+   begins with the |f' - f|^2/(f' - f).H (f' - f) of the step before (Barzilai and Borwein, IMA J. Numer.
+   Anal. 8 (1988) 141);
 2. conjugate gradients for (c) on the face {f'_i > 0} without the signs, zero-sum by a constraint
-preconditioner; 3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else
-f' itself.
+   preconditioner: coarsely while faces change, to FINAL on a face that stays;
+3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else f' itself.
+
+Where H has forces that do nothing, `settled` of the flexibility brings them, after 1 and 3, to where q is
+least.
 
 It is the scheme GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box; 2
 takes and gives back all corners at once, as the primal-dual active set does, and 1 and 3 keep it from
@@ -22,14 +24,13 @@ cycling.
 
 Proven, in exact arithmetic, for H positive definite on zero-sum vectors (with d given: on all): alpha stays
 above 1/(2 |H|), as every alpha <= 2 (1 - SHARE)/|H| passes the test of 1 (descent lemma) and it begins above
-1/|H|. Steps 2
-and 3 do not raise q. A step of gradient projection with such alpha lowers q - q* by a fixed factor below 1
-(Luo and Tseng, Ann. Oper. Res. 46 (1993) 157), so q and with it f converge linearly to the only minimum,
-whatever happens in between; the free approach, the multiplier of sum f = P, is part of it. If no corner has f
-= g = 0 the face of 1 is in the end that of the solution (Calamai and More, Math. Program. 39 (1987) 93),
-where conjugate gradients end in finitely many steps. Not proven: the number of steps, and that it does not
-grow with n, which
-the preconditioner and a start from a coarser grid see to in practice.
+1/|H|. Steps 2 and 3 do not raise q, nor does `settled`. A step of gradient projection with such alpha lowers
+q - q* by a fixed factor below 1 (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157), so q and with it f converge
+linearly to the only minimum, whatever happens in between; the free approach, the multiplier of sum f = P, is
+part of it. If no corner has f = g = 0 the face of 1 is in the end that of the solution (Calamai and More,
+Math. Program. 39 (1987) 93), where conjugate gradients end in finitely many steps. Not proven: the number of
+steps, and that it does not grow with n, which the preconditioner and a start from a coarser grid see to in
+practice.
 """
 
 from collections import Counter
@@ -83,7 +84,9 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
 
     Parameters
     ----------
-    flexibility : object with ``@`` and ``precondition``, both of arrays like g0
+    flexibility : object with ``@`` and ``precondition``, both of arrays like g0. It may have
+        ``on_face(there)``, which returns the preconditioner of corners that are there alone, and
+        ``settled(forces, g0)``, which returns forces with the same gaps and the least q
     g0 : array (corners, n), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
     start : array like g0, forces to begin with; scaled to the load

@@ -68,7 +68,7 @@ class SurfaceSolver(Solver):
 
     usual_rtol = 1e-2
     most_corners = None
-    states = SurfaceState
+    state_class = SurfaceState
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         super().__init__(contact, options)
@@ -304,31 +304,40 @@ class SurfaceSolver(Solver):
         x2 = middle[1] + np.concatenate((np.tile(square, LOOKED), np.outer(r, np.sin(turns)).ravel()))
         out = np.maximum(np.abs(x1 - middle[0]), np.abs(x2 - middle[1])) > side / 2
         x1, x2 = x1[out], x2[out]
-        gaps = (
-            self.surface_law.initial_gaps(self.obstacle, self.solid.ell, x1, x2).min(axis=0) - state.approach
-        )
-        low = gaps < 0
+        gaps = self.surface_law.initial_gaps(self.obstacle, self.solid.ell, x1, x2) - state.approach
+        low = gaps.min(axis=0) < 0
         if not low.any():
             return None
-        x1, x2, gaps = x1[low], x2[low], gaps[low]
-        gaps += self._lowered(state, x1, x2)
-        low = gaps < -OVERLAP * abs(state.approach)
+        x1, x2, gaps = x1[low], x2[low], gaps[:, low]
+        u, phi = self._surface_at(state, x1, x2)
+        gaps += u - np.tensordot(self.surface_law.offsets, phi, 1)
+        gaps += (self.surface_law.tilt(x1, x2) * phi[: len(self.surface_law.psi0)]).sum(axis=0)
+        low = gaps.min(axis=0) < -OVERLAP * abs(state.approach)
         if not low.any():
             return None
         return (float(x1[low].min()), float(x1[low].max())), (float(x2[low].min()), float(x2[low].max()))
 
-    def _lowered(self, state: SurfaceState, x1: Array, x2: Array) -> Array:
-        """Returns the normal displacement at places outside, under the forces of the cells as points."""
-        solid = self.solid
+    def _surface_at(self, state: SurfaceState, x1: Array, x2: Array) -> tuple[Array, Array]:
+        """Returns u, array (n,), and the phi that corners see, array (2, n), at places outside, under the
+        forces of the cells as points.
+        """
+        solid, corners = self.solid, len(self.surface_law.psi0) > 0
         table = kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
-        kernel = 4 if self.surface_law.clamped else 0
         i, j = np.nonzero(state.pressure)
-        force = state.pressure[i, j] * state.width**2 * (1 - solid.nu) / solid.mu / solid.ell
-        found = np.zeros(len(x1))
-        for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(i) // 2**21):
-            r = np.hypot(x1[block, None] - state.x1[i], x2[block, None] - state.x2[j])
-            found[block] = table(r / solid.ell)[kernel] @ force
-        return found
+        scale = state.width**2 * (1 - solid.nu) / solid.mu / solid.ell
+        p = scale * state.pressure[i, j]
+        M1, M2 = state.micromoment[:, i, j]
+        m1, m2 = -2 / solid.ell * scale * M2, 2 / solid.ell * scale * M1
+        u, phi = np.zeros(len(x1)), np.zeros((2, len(x1)))
+        for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(i) // 2**20):
+            away = (x1[block, None] - state.x1[i]) / solid.ell, (x2[block, None] - state.x2[j]) / solid.ell
+            if not corners:
+                u[block] = (table.clamped if self.surface_law.clamped else table.components)(*away)[0] @ p
+                continue
+            own, v1, v2, w11, w12, w22 = table.components(*away)
+            u[block] = own @ p - v1 @ m1 - v2 @ m2
+            phi[:, block] = v1 @ p + w11 @ m1 + w12 @ m2, v2 @ p + w12 @ m1 + w22 @ m2
+        return u, phi
 
 
 def _halvings(nodes: int) -> list[int]:

@@ -41,7 +41,7 @@ class Solver:
         Relative error that is asked for where the user names none.
     most_corners : int or None
         Corners that a law may have; None for any number.
-    states : class
+    state_class : class
         Of the states that it returns, and takes as `initial`.
     """
 
@@ -49,7 +49,7 @@ class Solver:
     has_fitted_zones = False
     usual_rtol: float | None = None
     most_corners: int | None = 2
-    states: type = State
+    state_class: type = State
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         self.contact, self.options = contact, options

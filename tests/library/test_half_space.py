@@ -241,6 +241,22 @@ def test_every_contact_is_found_wherever_it_is():
     assert far.radius == pytest.approx(near.radius, rel=2e-2) and far.x2.mean() == pytest.approx(-40, abs=0.1)
 
 
+@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock((0.01, 0.02)), mb.Microclamped()], ids=str)
+def test_the_surface_outside_of_a_window_is_that_of_the_state(law):
+    """What is looked at for contacts elsewhere: displacement and rotation, forces as points."""
+    cells = mb.Cells(nodes=64, window=(-1.0, 1.0))
+    state = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(R), law, cells).solve(load=1.0)
+    x1, x2 = np.array([state.x1[[1, 50, 60]], state.x2[[20, 2, 60]]])
+    u, phi = state.problem.solver._surface_at(state, x1, x2)
+    places = [1, 50, 60], [20, 2, 60]
+    # cells of 0.03 at a distance of 0.5: their second moments are 3e-4 of it
+    assert u == pytest.approx(state.displacement[places], rel=1e-3)
+    if isinstance(law, mb.Microblock):
+        psi1, psi2 = (one[places] for one in state.psi)
+        half = SOLID.ell / 2
+        assert phi == pytest.approx(np.array((-half * psi2, half * psi1)), abs=2e-3 * np.abs(phi).max())
+
+
 def test_flat_punches_have_the_classical_stiffness():
     solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=1e-3)
     problem = mb.Contact(mb.HalfSpace(solid), mb.FlatPunch(0.5), mb.Unilateral(), mb.Cells(nodes=128))
