@@ -31,7 +31,8 @@ from .kernels import kernels
 from .surface_law import NONE
 from .symbol import at_rest, symbol
 
-SAME = 1e-12
+SAME = 1e-12  # of the initial gaps: less than that is rounding of them
+SLAB = 32  # rows of wavenumbers that are multiplied at once
 Six: TypeAlias = Sequence[Array]  # u, v1, v2 and the components 11, 12, 22 of the tensor
 
 
@@ -59,13 +60,16 @@ class Waves:
         threads = {"workers": workers(values[0].size), "overwrite_x": True}
         waves = rfft(values, self.length[1], **threads)  # then along x1: rows beyond the cells are 0
         waves = fft(waves, self.length[0], axis=-2, **threads)
-        waves[self.even[1] :] *= 1j
         found = np.empty((len(self.spectrum), *waves.shape[1:]), complex)
-        for own, row in zip(found, self.spectrum):
-            np.multiply(row[0], waves[0], out=own)
-            for part, wave in zip(row[1:], waves[1:]):
-                own += part * wave
-        found[self.even[0] :] *= -1j
+        for first in range(0, len(waves[0]), SLAB):  # which stays in the processor's cache
+            slab = slice(first, first + SLAB)
+            wave = waves[:, slab]
+            wave[self.even[1] :] *= 1j
+            for own, row in zip(found[:, slab], self.spectrum):
+                np.multiply(row[0][slab], wave[0], out=own)
+                for part, other in zip(row[1:], wave[1:]):
+                    own += part[slab] * other
+            found[self.even[0] :, slab] *= -1j
         found = ifft(found, axis=-2, **threads)[:, :n1]
         answer: Array = irfft(found, self.length[1], **threads)[..., :n2]
         return answer

@@ -18,9 +18,12 @@ def column(parameters, law, name="contact"):
 
 def test_classical_limit_is_that_of_tamaas():
     pytest.importorskip("tamaas", reason="another program, of the extra `bench`")
-    found = column(FEW, "classical")
-    # the same cells and symbol; a cell or two at an edge may fall on either side of the residuals
-    assert found == pytest.approx([rough3d.reference(FEW, load) for load in FEW.loads], abs=2 / 64**2)
+    for load, state in zip(FEW.loads, rough3d.solve(FEW, "classical")):
+        other = rough3d.reference(FEW, load)
+        # the same cells and symbol: residuals of both, 1e-9, seen to leave 1e-8 of the pressure
+        assert state.pressure == pytest.approx(other, abs=1e-6 * other.max())
+        # a cell or two at an edge may fall on either side of them
+        assert np.mean(state.closed > 0) == pytest.approx(np.mean(other > 0), abs=2 / 64**2)
 
 
 def test_small_loads_touch_in_proportion():

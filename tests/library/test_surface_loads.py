@@ -61,6 +61,27 @@ def test_a_similar_state_saves_products(law):
     assert after.error_estimate == pytest.approx(alone.error_estimate, rel=1e-3)
 
 
+def test_products_hardly_grow_with_cells():
+    """Forces that do nothing are settled, and each face has its preconditioner; else 100 to 190 are seen."""
+    problem = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Microblock())
+    few, many = (
+        problem.with_(method=mb.Cells(nodes=nodes, window=(-0.55, 0.55))).solve(load=1.0).iterations
+        for nodes in (64, 256)
+    )
+    assert few < 30 and many < 1.7 * few  # seen: 19 and 28
+
+
+def test_corners_beyond_a_period_meet_the_image_of_the_obstacle():
+    """A height that goes on beyond its period, pressed until all of it touches, and the same that repeats."""
+    height = mb.Ellipsoid(10.0, 8.0).height
+    problem = mb.Contact(mb.HalfSpace(SOLID, 1.0), height, mb.Microblock(), mb.Cells(nodes=32))
+    folded = problem.with_(obstacle=lambda x1, x2: height((x1 + 0.5) % 1 - 0.5, (x2 + 0.5) % 1 - 0.5))
+    pressures = [one.solve(load=4.0).pressure for one in (problem, folded)]
+    assert pressures[0][0].max() > 0
+    # rounding of places
+    assert pressures[0] == pytest.approx(pressures[1], abs=1e-9 * pressures[0].max())
+
+
 def test_windows_of_two_loads_differ():
     problem = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Microblock(), mb.Cells(nodes=64))
     before = problem.solve(load=1.0)
