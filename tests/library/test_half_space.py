@@ -345,3 +345,17 @@ def test_the_estimate_holds_in_seeded_problems(seed):
     """Of 60 of them, `python -m tests.half_space_scenes 60`, the error is at most 0.8 of the estimate."""
     _, cells, estimate, error = half_space_scenes.measured(seed)
     assert cells >= 128 and error <= estimate <= half_space_scenes.RTOL
+
+
+def test_a_loaded_cell_lowers_its_own_centre():
+    """Free, and where psi = 0, by midpoints: 1/r is integrated by cells of the width h up to h."""
+    table = kernels(0.3, 1.0, 2.0, 0.0, 0.0)
+    x = (np.arange(400) + 0.5) / 400 - 0.5
+    for width in (0.3, 1.0, 3.0):
+        places = np.meshgrid(width * x, width * x)
+        free, held = (table.components(*places)[0].mean(), table.clamped(*places)[0].mean())
+        assert table.cells(2, width)[0, 0, 0] == pytest.approx(free, rel=3e-3)
+        assert (
+            table.cells(2, width, clamped=True)[0, 0, 0] == pytest.approx(held, rel=3e-3)
+            and held < 0.99 * free
+        )
