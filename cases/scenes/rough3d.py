@@ -130,8 +130,8 @@ def rows(parameters, answer):
 
 
 def figure(records):
-    """On blocks of half of the shortest wave a rough surface touches more than classically, with one corner
-    less.
+    """More of a rough surface touches where blocks have half the size of its shortest waves; less does where
+    they have no corners.
 
     (a) The fraction of a self-affine surface that touches, over the mean pressure. Of the blocks those count
     that touch with a corner; dotted, those that touch with three or four. (b) The same over the pressure:

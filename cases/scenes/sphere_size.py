@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 from tqdm import tqdm
 
+import microblock as mb
 from microblock.data.records import column
 
 from ..common.options import Checked, coupling, option, poisson
@@ -35,9 +36,7 @@ class Parameters(Checked):
 
     def relate(self):
         if self.cells % 4:
-            from microblock import BadArgument
-
-            raise BadArgument("cells", self.cells, "must be a multiple of 4")
+            raise mb.BadArgument("cells", self.cells, "must be a multiple of 4")
 
     def sphere(self, alpha, contact):
         """The parameters of `sphere` at one alpha."""

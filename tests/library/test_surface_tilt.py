@@ -7,6 +7,7 @@ import pytest
 
 import microblock as mb
 from microblock.errors import BadArgument
+from microblock.halfspace.cells import flexibility
 
 PERIOD = 3.0
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.2, alpha_prime=0.3, beta_prime=-0.2)
@@ -118,6 +119,54 @@ def test_gaps_and_moments_by_vectors(where):
         moment += np.cross(r, -force[..., None] * e3)
     # r lies on x_O + ..., whose part along N turns it as much as the law's levers say; rounding
     assert moment[..., :2].transpose(2, 0, 1) == pytest.approx(state.micromoment, abs=1e-12)
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+def test_products_are_symmetric_and_their_preconditioners_positive(periodic):
+    """Also where levers differ from cell to cell, on all corners and on some of them."""
+    n, draw = 6, np.random.default_rng(3)
+    offsets = np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)], float)
+    H = flexibility(SOLID, offsets, draw.uniform(-0.3, 0.3, (2, n, n)), 0.1, periodic, clamped=False)
+    unit = np.eye(4 * n * n).reshape(-1, 4, n, n)
+    matrix = np.array([(H @ one).ravel() for one in unit])
+    sizes = np.linalg.eigvalsh(matrix)
+    assert (
+        matrix == pytest.approx(matrix.T, abs=1e-14 * sizes[-1]) and sizes[0] > -1e-14 * sizes[-1]
+    )  # rounding
+    there = draw.random((4, n, n)) < 0.6
+    inside = there.ravel()
+    inverse = np.array([H.on_face(there)(one).ravel()[inside] for one in unit[inside]])
+    sizes = np.linalg.eigvalsh(inverse)
+    assert inverse == pytest.approx(inverse.T, abs=1e-13 * sizes[-1]) and sizes[0] > -1e-13 * sizes[-1]
+
+
+def test_with_three_corners_the_preconditioner_is_the_inverse():
+    """On a period, but for means and for the shortest wave of an even number of cells."""
+    three = np.ones((4, 7, 7), bool)
+    three[1] = False
+    tilt = np.full((2, 7, 7), 0.2) * np.array((1, -0.5))[:, None, None]
+    H = flexibility(
+        SOLID, np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)], float), tilt, 0.1, True, clamped=False
+    )
+    forces = np.where(three, np.random.default_rng(5).normal(size=(4, 7, 7)), 0.0)
+    forces[three[:, 0, 0]] -= forces[three[:, 0, 0]].mean(axis=(1, 2), keepdims=True)
+    assert H.on_face(three)(np.where(three, H @ forces, 0.0)) == pytest.approx(forces, abs=1e-12)
+
+
+def test_forces_that_do_nothing_are_settled():
+    draw = np.random.default_rng(4)
+    forces, g0 = draw.random((4, 5, 5)), draw.normal(size=(4, 5, 5))
+    g0[3, 0, 0], g0[:, 1, 1] = np.inf, 0.2
+    offsets = np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)], float)
+    H = flexibility(SOLID, offsets, np.zeros((2, 5, 5)), 0.1, True, clamped=False)
+    found = H.settled(forces, g0)
+    assert H.resultants(found) == pytest.approx(H.resultants(forces), abs=1e-14) and found.min() >= 0
+    known = np.isfinite(g0).all(axis=0)
+    assert np.all((g0 * found).sum(axis=0)[known] <= (g0 * forces).sum(axis=0)[known] + 1e-14)
+    assert np.array_equal(found[:, 0, 0], forces[:, 0, 0])  # there one cannot touch
+    settled = known.copy()
+    settled[1, 1] = False  # no work there: of least norm
+    assert np.all(found.min(axis=0)[settled] < 1e-15) and found[:, 1, 1].min() > 0
 
 
 def test_sphere_on_rotated_blocks_leans_as_they_do():
