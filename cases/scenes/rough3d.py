@@ -134,32 +134,28 @@ def figure(records):
     they have no corners.
 
     (a) The fraction of a self-affine surface that touches, over the mean pressure. Of the blocks those count
-    that touch with a corner; dotted, those that touch with three or four. (b) The same over the pressure:
-    kappa, which in the classical limit tends to a number where the pressure is small, beside the band between
-    Persson (lower) and Bush, Gibson and Thomas (upper); contacts of a few cells, at the left, are too wide.
+    that touch with a corner. (b) The same over the pressure: kappa, which in the classical limit tends to a
+    number where the pressure is small, beside the band between Persson (lower) and Bush, Gibson and Thomas
+    (upper); contacts of a few cells, at the left, are too wide.
 
     Seen: four curves that rise and lie close together, that of microblocks highest; on the right they fall,
     the classical one from the upper rim of the grey band.
     """
     from microblock.view import plots
 
-    drawing, axes = plots.figure(1, 2, height=2.3, width=6.0)
+    drawing, axes = plots.figure(2, 1, height=1.8, sharex=True)
     for law in LAWS:
         chosen = [row for row in records if row["law"] == law]
         load, contact = np.array(column(chosen, "load")), np.array(column(chosen, "contact"))
         style = (
             {"color": "0.4", "linestyle": "--"} if law == "classical" else {"marker": "o", "markersize": 3}
         )
-        (line,) = axes[0].plot(load, contact, label=law, **style)
+        axes[0].plot(load, contact, label=law, **style)
         axes[1].plot(load, contact / load, **style)
-        if law == "microblock":
-            full = [value or np.nan for value in column(chosen, "full")]  # none on the logarithmic axis
-            axes[0].plot(load, full, ":", color=line.get_color())
     axes[1].axhspan(*BAND, color="0.9", zorder=0)
     axes[0].set(xscale="log", yscale="log", ylabel="fraction that touches $A/A_0$")
     axes[1].set(xscale="log", ylabel=r"$\kappa = (A/A_0)\, E^* h'/p_0$")
-    for axis in axes:
-        axis.set_xlabel("mean pressure $p_0/(E^* h')$")
+    axes[1].set_xlabel("mean pressure $p_0/(E^* h')$")
     axes[0].legend(frameon=False)
     plots.letter(axes)
     return drawing

@@ -119,7 +119,7 @@ def figure(records):
     """
     from microblock.view import plots
 
-    drawing, axes = plots.figure(1, 3, height=2.2, width=7.0)
+    drawing, axes = plots.figure(3, 1, height=1.5, sharex=True)
     for contact in sphere.LAWS:
         chosen = [row for row in records if row["contact"] == contact]
         alpha = column(chosen, "alpha")
@@ -130,7 +130,8 @@ def figure(records):
             end = chosen[0][f"{name}_end"]
             axis.plot((1.15 * alpha[-1], 1.8 * alpha[-1]), (end, end), color=bars[0].get_color())
     for axis, name in zip(axes, MEASURES):
-        axis.set(xscale="log", xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$", ylabel=WORDS[name])
+        axis.set(xscale="log", ylabel=WORDS[name])
+    axes[-1].set_xlabel(r"$\alpha = \ell/a_\mathrm{Hz}$")
     axes[1].legend(frameon=False, loc="lower left")
     plots.letter(axes)
     return drawing
