@@ -8,6 +8,8 @@ have one thread; what was there before is given back when it is left, by an exce
 `released` gives it to matrices that are large enough to gain by it. NGSolve's own tasks (``with
 ngsolve.TaskManager()``) are no such threads, and stay as they are.
 
+Fourier transforms of scipy have threads of their own; `workers` says how many.
+
 BLAS has one number of threads for the whole process, so that entries of all Python threads are counted
 together; OpenMP, and a BLAS built on it, has one for each of them.
 """
