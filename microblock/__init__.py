@@ -30,6 +30,7 @@ _HOME = {
     "Ellipsoid": "halfspace.obstacles",
     "Cone": "halfspace.obstacles",
     "FlatPunch": "halfspace.obstacles",
+    "RoughSurface": "halfspace.obstacles",
     "Microblock": "model.law",
     "Unilateral": "model.law",
     "Microclamped": "model.law",

@@ -69,4 +69,6 @@ LABELS = {
     "two_faces": "a strip with two faces",
     "coating": "an elastic layer",
     "hole": "a block with a hole",
+    "sphere_size": "a sphere, over the size of blocks",
+    "rough3d": "a rough surface",
 }
