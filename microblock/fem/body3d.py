@@ -99,14 +99,18 @@ class Body3D(Shown):
         self.mesh, self.solid, self.order, self.contact = mesh, solid, int(order), contact
         self.fixed = self._patterns(fixed)
         self.space = self._vectors("u") * self._vectors("psi")
-        self.width = self.space.ndof // len(FIELDS)  # unknowns of one field: numbers of field i begin at i width
+        self.width = self.space.ndof // len(
+            FIELDS
+        )  # unknowns of one field: numbers of field i begin at i width
         if contact != USUAL_CONTACT:
             self.boundary(contact, "contact")
         self.derived: dict = {}  # what costs a factorisation, kept as long as the body by who makes it
 
     def _vectors(self, name):
         """The H1 space of a vector with its supports."""
-        constrained = {f"dirichlet{part}": self.fixed.get(f"{name}{i}", "") for i, part in enumerate(PARTS, 1)}
+        constrained = {
+            f"dirichlet{part}": self.fixed.get(f"{name}{i}", "") for i, part in enumerate(PARTS, 1)
+        }
         return ng.VectorH1(self.mesh, order=self.order, **constrained)
 
     def __reduce__(self):
@@ -271,15 +275,18 @@ class Fields3D:
     def reaction(self, boundary):
         """The Reaction3D of the supports on a boundary, from nodal forces: together they balance the loads.
 
+        What an unknown exerts that lies on two supported boundaries is part of the reaction of each: name
+        them together, "bottom|left", for their sum.
+
         Raises
         ------
         BadArgument
             For a boundary on which nothing is supported.
         """
-        body = self.body
-        fixed = ~np.array(body.space.FreeDofs()) & np.array(body.space.GetDofs(body.boundary(boundary)))
-        if not fixed.any():
+        body, region = self.body, self.body.boundary(boundary)
+        if not any(any(body.boundary(pattern).Mask() & region.Mask()) for pattern in body.fixed.values()):
             raise BadArgument("boundary", boundary, "is supported in no field")
+        fixed = ~np.array(body.space.FreeDofs()) & np.array(body.space.GetDofs(region))
         exerted = np.where(fixed, self.forces, 0.0)
         work = np.array([exerted @ motion for motion in rigid_motions(body)])
         return Reaction3D(work[:3], work[3:])

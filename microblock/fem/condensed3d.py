@@ -1,9 +1,9 @@
 """A body in three dimensions condensed to its contact nodes, and products with its flexibility.
 
-As in the plane (`microblock.fem.condensation`) the bulk is assembled once and factorised with the unknowns of
-the contact boundary last. The trailing block L of the Cholesky factor is that of their Schur complement,
-``S = L L^T``. With R the values of (u, phi1, phi2) at the nodes the surface answers nodal loads (F, m1, m2) by
-``R S^-1 R^T``, two triangular solves, and nodal loads follow from a surface by ``R^-T S R^-1``, which is what
+As in the plane (`microblock.fem.condensation`) the bulk is assembled once and factorised with the unknowns
+of the contact boundary last. The trailing block L of the Cholesky factor is that of their Schur complement,
+``S = L L^T``. With R the values of (u, phi1, phi2) at the nodes the surface answers nodal loads (F, m1, m2)
+by ``R S^-1 R^T``, two triangular solves, and nodal loads follow from a surface by ``R^-T S R^-1``, which is what
 conjugate gradients are preconditioned with. The compliance itself is never formed.
 """
 
@@ -86,12 +86,12 @@ class Condensed3D(ContactNodes3D):
 
     def _require_room(self):
         """NotConverged where factors need more memory than is there."""
-        mesh, space = self.body.mesh, self.body.space
+        space = self.body.space
         self.unknowns, rows = space.FreeDofs().NumSet(), space.FreeDofs(True).NumSet()
         needed = of_factors(rows, 6 * 27 * self.body.order**2) + 8 * 3 * (3 * len(self.weights)) ** 2
         cost.require_room(
             needed,
-            f"a body of {self.unknowns} unknowns in {mesh.ne} elements with {len(self.weights)} contact nodes",
+            f"a body of {self.unknowns} unknowns with {len(self.weights)} contact nodes",
             "take longer elements, a smaller contact boundary, or Newton(...), which iterates",
         )
 

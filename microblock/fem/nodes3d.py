@@ -75,7 +75,7 @@ class ContactNodes3D:
         return type(self), (self.body,)
 
     def _require_upwards(self):
-        """BadArgument unless all facets are horizontal, above their elements, and of a kind that has a rule."""
+        """BadArgument unless all facets are horizontal, above their elements, and have a rule."""
         mesh, contact = self.body.mesh, self.body.contact
         kinds = {facet.type for facet in self.region.Elements()}
         if kinds != {ng.ET.QUAD} and self.body.order > 1:
@@ -166,23 +166,21 @@ class ContactNodes3D:
         return bmat([[empty if part is None else part for part in row] for row in parts], format="csr")
 
     @cached_property
-    def rim(self):
-        """Whether the surface goes on beside a node at a vertex, as no contact: boolean array (n,)."""
-        mesh, beside = self.body.mesh, set()
-        inside = self.region.Mask()
+    def beyond(self):
+        """Numbers of the vertices of what faces upwards, or downwards, and is no contact: array (k,)."""
+        mesh, inside, found = self.body.mesh, self.region.Mask(), set()
         for facet in mesh.Elements(ng.BND):
             if not inside[facet.index]:
                 a, b, c = (np.array(mesh[vertex].point) for vertex in facet.vertices[:3])
                 across = np.cross(b - a, c - a)
                 if abs(across[2]) > STEEP * np.linalg.norm(across):
-                    beside |= {vertex.nr for vertex in facet.vertices}
-        # the first unknowns are those of the vertices, and each is 1 at its own
-        here = np.diff(self.values.indptr) == 1
-        return here & np.isin(self.values.indices[self.values.indptr[:-1]], list(beside))
+                    found |= {vertex.nr for vertex in facet.vertices}
+        own = {vertex.nr for facet in self.region.Elements() for vertex in facet.vertices}
+        return np.array(sorted(found - own), int)
 
     @cached_property
     def between(self):
-        """Places between the nodes, array (k, 3), and what values there are of those at nodes, sparse (k, n)."""
+        """(Places between the nodes, array (k, 3), values there from those at the nodes, sparse (k, n))."""
         places, rows, columns, values = [], [], [], []
         inner = np.polynomial.legendre.leggauss(self.body.order)[0] / 2 + 0.5
         along = lagrange(lobatto(self.body.order)[0], inner)
@@ -191,7 +189,11 @@ class ContactNodes3D:
             if members.ndim == 1:
                 shares = [((1 / 3, 1 / 3), np.full(3, 1 / 3))]
             else:
-                shares = [((s, t), np.outer(a, b).ravel()) for s, a in zip(inner, along) for t, b in zip(inner, along)]
+                shares = [
+                    ((s, t), np.outer(a, b).ravel())
+                    for s, a in zip(inner, along)
+                    for t, b in zip(inner, along)
+                ]
             for place, share in shares:
                 rows.append(np.full(members.size, len(places)))
                 columns.append(members.ravel())
@@ -208,8 +210,10 @@ class ContactNodes3D:
             if members.ndim == 1:
                 found.append(members[None])
                 continue
-            a, b, c, d = (part.ravel() for part in (members[:-1, :-1], members[1:, :-1], members[1:, 1:],
-                                                    members[:-1, 1:]))
+            a, b, c, d = (
+                part.ravel()
+                for part in (members[:-1, :-1], members[1:, :-1], members[1:, 1:], members[:-1, 1:])
+            )
             found += [np.column_stack((a, b, c)), np.column_stack((a, c, d))]
         return np.concatenate(found)
 

@@ -25,10 +25,8 @@ class Solver3D(Solver):
     def __init__(self, contact, options):
         super().__init__(contact, options)
         self.surface_law = on_surface(self.law)
-        nodes = self.nodes
-        if not self.surface_law.clamped and len(self.surface_law.names) > 1:
-            self._require_turning(nodes)
-        self.initial_gaps = self._initial_gaps(nodes)
+        x1, x2, x3 = self.nodes.points.T
+        self.initial_gaps = self.surface_law.initial_gaps(self.obstacle, self.solid.ell, x1, x2) - x3
 
     @property
     def nodes(self):
@@ -43,7 +41,9 @@ class Solver3D(Solver):
         """Returns the State3D; parameters and errors are those of `Solver.solve`."""
         if rtol is not None:
             raise BadArgument(
-                "rtol", rtol, "cannot be asked of a Body3D: it has no error estimate; compare with a finer mesh"
+                "rtol",
+                rtol,
+                "cannot be asked of a Body3D: it has no error estimate; compare with a finer mesh",
             )
         nodes, law = self.nodes, self.surface_law
         H = nodes.flexibility(law.levers, law.clamped)
@@ -61,16 +61,23 @@ class Solver3D(Solver):
         if law.clamped:
             loads[1:] = nodes.held_moments(loads[0])
         state = State3D(
-            self.contact, found.load, found.approach, nodes, dict(zip(law.names, forces / nodes.weights)),
-            surface, loads, ((forces > 0) | (closed.all(axis=0) & (len(forces) > 1))).sum(axis=0), found.kkt,
+            self.contact,
+            found.load,
+            found.approach,
+            nodes,
+            dict(zip(law.names, forces / nodes.weights)),
+            surface,
+            loads,
+            ((forces > 0) | (closed.all(axis=0) & (len(forces) > 1))).sum(axis=0),
+            found.kkt,
             found.products,
         )
         self._require_clear(state, H.gaps(surface), size)
         return state
 
     def of_least_norm(self, forces, closed):
-        """The forces of least norm with the same resultants, arrays (corners, n): those of a block that all
-        corners hold, and on a plane of symmetry, where a rotation is 0, those of its two halves.
+        """The forces of least norm with the same resultants, arrays (corners, n): of a block that all corners
+        hold, and where supports hold a rotation, as on a plane of symmetry, of corners that are equally near.
         """
         if len(forces) == 1:
             return forces
@@ -80,25 +87,13 @@ class Solver3D(Solver):
             forces = np.where(both & ~self.nodes.free[field], mean, pairs).reshape(forces.shape)
         return self.surface_law.of_least_norm(forces, closed)
 
-    def _initial_gaps(self, nodes):
-        x1, x2, x3 = nodes.points.T
-        return self.surface_law.initial_gaps(self.obstacle, self.solid.ell, x1, x2) - x3
-
-    def _require_turning(self, nodes):
-        """BadArgument where supports hold a rotation of the blocks everywhere."""
-        for name in ("psi1", "psi2"):
-            if not nodes.free[name].any():
-                raise BadArgument(
-                    "law", self.law, f"turns blocks, and supports hold {name} on all of the contact boundary: "
-                    "take Unilateral() or Microclamped()",
-                )
-
     def _require_clear(self, state, added, size):
         """BadArgument where the obstacle lies in nodes whose displacement supports hold."""
         held = ~self.nodes.free["u3"]
         gaps = (self.initial_gaps + added)[:, held] - state.approach
         if gaps.size and gaps.min() < -TOUCHING * size:
             raise BadArgument(
-                "obstacle", self.obstacle,
+                "obstacle",
+                self.obstacle,
                 f"reaches the rim of the contact boundary, where supports hold u3, by {-gaps.min():.3g}",
             )

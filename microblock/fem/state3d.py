@@ -11,7 +11,7 @@ import numpy as np
 from ..model.summary import Row, Shown, Summary, number
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
-from .body3d import Fields3D
+from .body3d import FIELDS, Fields3D
 from .meshes import longest_element
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 FEWEST = 25  # nodes in contact, below which a state says that they are few
 BETWEEN = 0.05  # of the range of the displacement, penetration between nodes from which on a state says so
+BESIDE = 1e-3  # the same at vertices beside the contact boundary
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -127,9 +128,7 @@ class State3D(Shown):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What the state has no estimate for, in words."""
-        return tuple(
-            words for words in (self._few(), self._long(), self._rim(), self._between()) if words
-        )
+        return tuple(words for words in (self._few(), self._long(), self._beyond(), self._between()) if words)
 
     def _few(self) -> str:
         count = np.count_nonzero(self.closed)
@@ -149,25 +148,39 @@ class State3D(Shown):
             f"{longest:.2g}, do not resolve the layer at the surface: take shorter ones or a higher order"
         )
 
-    def _rim(self) -> str:
-        """Whether the contact reaches nodes beside which a part of the surface that is no contact faces up."""
-        if not np.any(self.closed[self.nodes.rim] > 0):
+    def _beyond(self) -> str:
+        """Whether the obstacle reaches into the surface beside the contact boundary."""
+        body, numbers = self.nodes.body, self.nodes.beyond
+        places = np.array([body.mesh.vertices[int(number)].point for number in numbers]).reshape(-1, 3)
+        low = self._gaps(places, np.zeros((3, len(numbers)))).min(axis=0, initial=np.inf) < 0
+        if not low.any():
             return ""
-        return "the contact reaches the end of its boundary, beside which the surface goes on: name more of it"
+        # an unknown of a vertex is the value there
+        values = self.fields.state.vec.FV().NumPy().reshape(len(FIELDS), -1)[:, numbers[low]]
+        u3, psi1, psi2 = (values[FIELDS.index(name)] for name in ("u3", "psi1", "psi2"))
+        half = self.problem.solid.ell / 2
+        inside = -self._gaps(places[low], np.array((-u3, -half * psi2, half * psi1))).min()
+        if inside <= BESIDE * np.ptp(self.displacement):
+            return ""
+        return (
+            f"beside the contact boundary the obstacle reaches {inside:.2g} into the surface: name all that "
+            "it may touch"
+        )
 
     def _between(self) -> str:
         """Whether the obstacle reaches into the surface between the nodes."""
-        solver = self.problem.solver
         places, values = self.nodes.between
-        surface = np.array([values @ part for part in self.surface])
-        gaps = solver.surface_law.initial_gaps(  # type: ignore[attr-defined]
-            solver.obstacle, self.problem.solid.ell, *places[:, :2].T
-        )
-        levers = solver.surface_law.levers  # type: ignore[attr-defined]
-        inside = -(gaps - places[:, 2] - self.approach + surface[0] + levers @ surface[1:]).min()
+        inside = -self._gaps(places, np.array([values @ part for part in self.surface])).min()
         if inside <= BETWEEN * np.ptp(self.displacement):
             return ""
         return f"between nodes the obstacle reaches {inside:.2g} into the surface: take a finer mesh"
+
+    def _gaps(self, places: Array, surface: Array) -> Array:
+        """Gaps of all corners at places, array (k, 3), with this (u, phi1, phi2), array (3, k)."""
+        law = self.problem.solver.surface_law  # type: ignore[attr-defined]
+        gaps = law.initial_gaps(self.problem.obstacle, self.problem.solid.ell, *places[:, :2].T)
+        found: Array = gaps - places[:, 2] - self.approach + surface[0] + law.levers @ surface[1:]
+        return found
 
     def plot(self, path: str | None = None) -> Figure:
         """Returns a figure of the pressure, of the number of closed corners, and of the micromoment.
