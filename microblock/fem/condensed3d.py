@@ -3,8 +3,8 @@
 As in the plane (`microblock.fem.condensation`) the bulk is assembled once and factorised with the unknowns
 of the contact boundary last. The trailing block L of the Cholesky factor is that of their Schur complement,
 ``S = L L^T``. With R the values of (u, phi1, phi2) at the nodes the surface answers nodal loads (F, m1, m2)
-by ``R S^-1 R^T``, two triangular solves, and nodal loads follow from a surface by ``R^-T S R^-1``, which is what
-conjugate gradients are preconditioned with. The compliance itself is never formed.
+by ``R S^-1 R^T``, two triangular solves, and nodal loads follow from a surface by ``R^-T S R^-1``, which is
+what conjugate gradients are preconditioned with. The compliance itself is never formed.
 """
 
 from dataclasses import dataclass

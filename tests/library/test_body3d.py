@@ -357,7 +357,7 @@ def test_states_say_what_they_cannot_estimate():
 
     assert state(0.6, 0.06).warnings == ()
     assert "nodes in contact" in " ".join(state(0.6, 0.2).warnings)
-    assert "beside the contact boundary" in " ".join(state(0.3, 0.06).warnings)
+    assert "beside the contact boundary" in " ".join(state(0.24, 0.06).warnings)
     assert "resolve the layer" in " ".join(state(0.6, 0.06, ell=0.02).warnings)
 
 
