@@ -252,6 +252,11 @@ class Fields3D:
         self.body, self.state, self.forces = body, state, forces
         self.u, self.psi = state.components
 
+    def __reduce__(self):
+        """A copy, or what comes out of a file, has its values on a body made anew."""
+        values = self.state.vec.FV().NumPy()[_by_element(self.body)]
+        return _fields_anew, (self.body, values, self.forces[_by_element(self.body)])
+
     @property
     def gamma(self):
         """Relative deformation (1), 3x3."""
@@ -308,3 +313,15 @@ def rigid_motions(body):
 def _made_anew(arguments):
     """The Body3D of these arguments, by name."""
     return Body3D(**arguments)
+
+
+def _fields_anew(body, values, forces):
+    """The Fields3D of these values and forces of the unknowns, element by element."""
+    state, numbers, exerted = ng.GridFunction(body.space), _by_element(body), np.zeros(body.space.ndof)
+    state.vec.FV().NumPy()[numbers], exerted[numbers] = values, forces
+    return Fields3D(body, state, exerted)
+
+
+def _by_element(body):
+    """Numbers of the unknowns element by element: a copy of a mesh keeps the order of its elements."""
+    return np.concatenate([body.space.GetDofNrs(element) for element in body.space.Elements()])

@@ -10,6 +10,7 @@ from functools import cached_property
 import ngsolve as ng
 import numpy as np
 from scipy.sparse import bmat, csr_matrix
+from scipy.sparse.linalg import splu
 
 from ..errors import BadArgument, require_kind
 from ..model.quadrature import lagrange
@@ -61,7 +62,7 @@ class ContactNodes3D:
         self.body, self.region = body, body.boundary(body.contact, "contact")
         self._require_upwards()
         self._number_nodes()
-        self.free = {name: self._free(name) for name in SHARED}
+        self.free = {name: self.is_free(name, body) for name in SHARED}
         if not self.free["u3"].any():
             raise BadArgument(
                 "contact",
@@ -149,10 +150,9 @@ class ContactNodes3D:
                 )
         return points
 
-    def _free(self, field):
-        """Whether a field is free at the nodes, boolean array (n,)."""
-        width = self.body.width
-        free = np.array(self.body.space.FreeDofs())[FIELDS.index(field) * width :][:width]
+    def is_free(self, field, body):
+        """Whether no support of a body on this mesh holds a field at the nodes, boolean array (n,)."""
+        free = np.array(body.space.FreeDofs())[np.array(body.unknowns_of(field))]
         return abs(self.values) @ free > 0
 
     @cached_property
@@ -164,6 +164,14 @@ class ContactNodes3D:
             parts[row][FIELDS.index(name)] = factor * self.values
         empty = csr_matrix(self.values.shape)
         return bmat([[empty if part is None else part for part in row] for row in parts], format="csr")
+
+    def moments_of(self, exerted):
+        """Nodal moments (m1, m2), array (2, n), in the measure of phi, of what supports that hold psi1 and
+        psi2 on the contact boundary exert in each unknown of the body, array (unknowns,)."""
+        used = np.unique(self.values.indices)
+        nodal = splu(self.values[:, used].T.tocsc())
+        m1, m2 = (nodal.solve(exerted[np.array(self.body.unknowns_of(name))[used]]) for name in SHARED[1:])
+        return np.array((-m2, m1)) * 2 / self.body.solid.ell
 
     @cached_property
     def beyond(self):

@@ -39,12 +39,7 @@ class Solver3D(Solver):
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         """Returns the State3D; parameters and errors are those of `Solver.solve`."""
-        if rtol is not None:
-            raise BadArgument(
-                "rtol",
-                rtol,
-                "cannot be asked of a Body3D: it has no error estimate; compare with a finer mesh",
-            )
+        self.require_no_rtol(rtol)
         nodes, law = self.nodes, self.surface_law
         H = nodes.flexibility(law.levers, law.clamped)
         g0 = np.where(nodes.free["u3"], self.initial_gaps, np.inf)
@@ -72,8 +67,18 @@ class Solver3D(Solver):
             found.kkt,
             found.products,
         )
-        self._require_clear(state, H.gaps(surface), size)
+        self.require_clear(state, H.gaps(surface))
         return state
+
+    @staticmethod
+    def require_no_rtol(rtol):
+        """BadArgument for an accuracy that nothing here can promise."""
+        if rtol is not None:
+            raise BadArgument(
+                "rtol",
+                rtol,
+                "cannot be asked of a Body3D: it has no error estimate; compare with a finer mesh",
+            )
 
     def of_least_norm(self, forces, closed):
         """The forces of least norm with the same resultants, arrays (corners, n): of a block that all corners
@@ -87,11 +92,11 @@ class Solver3D(Solver):
             forces = np.where(both & ~self.nodes.free[field], mean, pairs).reshape(forces.shape)
         return self.surface_law.of_least_norm(forces, closed)
 
-    def _require_clear(self, state, added, size):
+    def require_clear(self, state, added):
         """BadArgument where the obstacle lies in nodes whose displacement supports hold."""
         held = ~self.nodes.free["u3"]
         gaps = (self.initial_gaps + added)[:, held] - state.approach
-        if gaps.size and gaps.min() < -TOUCHING * size:
+        if gaps.size and gaps.min() < -TOUCHING * np.ptp(state.displacement):
             raise BadArgument(
                 "obstacle",
                 self.obstacle,

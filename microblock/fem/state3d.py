@@ -52,6 +52,9 @@ class State3D(Shown):
         Largest relative residual of the contact conditions.
     iterations : int
         Products with the flexibility, or steps of Newton's method.
+    method : "condensed" or "newton"
+    found : Fields3D or None
+        The fields, where the method has them.
     """
 
     problem: ContactLike
@@ -65,7 +68,9 @@ class State3D(Shown):
     residual: float
     iterations: int
 
-    method = "condensed"
+    method: str = "condensed"
+    found: Fields3D | None = None
+
     error_estimate = None
 
     @property
@@ -123,7 +128,7 @@ class State3D(Shown):
     @cached_property
     def fields(self) -> Fields3D:
         """Displacement, microrotation and stresses in the body, and the reactions of its supports."""
-        return self.nodes.fields(self.loads)
+        return self.nodes.fields(self.loads) if self.found is None else self.found
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

@@ -173,13 +173,14 @@ def _named_box():
 
 @pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("law", LAWS, ids=str)
-def test_uniform_compression(law, order):
+@pytest.mark.parametrize("method", [mb.Condensed(), mb.Newton()], ids=str)
+def test_uniform_compression(law, order, method):
     """The patch test: all nodes press alike, and of the four corners each with a quarter."""
     body = box(order=order, fixed=sliding(), height=2.0)
-    state = mb.Contact(body, lambda x1, x2: 0 * x1, law).solve(approach=0.01)
+    state = mb.Contact(body, lambda x1, x2: 0 * x1, law, method).solve(approach=0.01)
     exact = (SOLID.lam + 2 * SOLID.mu) * 0.01 / 2.0
     for own in state.pressures.values():
-        assert own == pytest.approx(exact / len(state.pressures), rel=1e-8)  # the residual of the conditions
+        assert own == pytest.approx(exact / len(state.pressures), rel=1e-7)  # the residual of the conditions
     assert state.load == pytest.approx(exact, rel=1e-8)
     assert not state.closed.min() < len(state.pressures)
     assert np.abs(state.micromoment).max() < 1e-8 * exact * SOLID.ell
@@ -290,6 +291,45 @@ def test_a_quarter_is_a_part_of_the_whole(law):
         # the residual of the conditions, and corners that are not unique
         assert found.pressures[name] == pytest.approx(own[here], abs=1e-6 * size)
     assert found.micromoment == pytest.approx(wanted.micromoment[:, here], abs=1e-6 * size * SOLID.ell)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("law", [*LAWS, mb.Microblock(0.02)], ids=str)
+def test_newton_finds_the_condensed_state(law, order):
+    """Conjugate gradients on all unknowns, and Cholesky factors with those of the surface alone."""
+    body = box(8 // order, order=order)
+
+    def height(x1, x2):
+        return ((x1 - 0.4) ** 2 + (x2 - 0.55) ** 2) / 20
+
+    wanted = mb.Contact(body, height, law).solve(load=0.25)
+    problem = mb.Contact(body, height, law, mb.Newton())
+    size = wanted.pressure.max()
+    for found in (problem.solve(load=0.25), problem.solve(approach=wanted.approach)):
+        # the residual of the gaps, 1e-9, in the pressures that nodes beside each other exchange
+        assert found.approach == pytest.approx(wanted.approach, rel=1e-7)
+        assert found.load == pytest.approx(0.25, rel=1e-6)
+        assert found.pressure == pytest.approx(wanted.pressure, abs=1e-6 * size)
+        assert found.micromoment == pytest.approx(wanted.micromoment, abs=1e-6 * size * SOLID.ell)
+        assert found.fields.energy() == pytest.approx(wanted.fields.energy(), rel=1e-6)
+        assert found.fields.reaction("bottom").force[2] == pytest.approx(0.25, rel=1e-6)
+
+
+def test_the_error_of_the_penalty_falls_like_one_over_rho():
+    body = quarter(hertz(1.0)[0], 0.4, far=4.0)
+    exact = mb.Contact(body, mb.Sphere(R), mb.Microblock()).solve(load=0.25)
+    off = [
+        mb.Contact(body, mb.Sphere(R), mb.Microblock(), mb.Newton("penalty", rho)).solve(load=0.25).approach
+        - exact.approach
+        for rho in (1e5, 1e6)
+    ]
+    assert 0 < off[1] < off[0] and off[0] / off[1] == pytest.approx(10, rel=0.1)  # the next order in 1/rho
+
+
+def test_conjugate_gradients_that_stop_are_an_error(monkeypatch):
+    monkeypatch.setattr("microblock.fem.newton3d.LINEAR_STEPS", 3)
+    with pytest.raises(mb.NotConverged, match="conjugate gradients"):
+        mb.Contact(box(), mb.Sphere(R), mb.Unilateral(), mb.Newton()).solve(load=1.0)
 
 
 @pytest.mark.parametrize("alpha", [0.25, 1.0])
