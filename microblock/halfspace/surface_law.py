@@ -90,9 +90,9 @@ def on_surface(law: LawLike) -> SurfaceLaw:
     if len(law.corners) == 1:
         return SurfaceLaw(("C",), np.zeros((1, 2)), np.zeros((1, 2)), clamped=law.clamps_rotation)
     if not isinstance(law, Microblock):
-        raise BadArgument("law", law, "must be Microblock, Unilateral or Microclamped on a HalfSpace")
+        raise BadArgument("law", law, "must be Microblock, Unilateral or Microclamped over a surface")
     if callable(law.psi0):
-        raise BadArgument("psi0", law.psi0, "must be a number on a HalfSpace")
+        raise BadArgument("psi0", law.psi0, "must be a number over a surface")
     offsets = np.array(list(CORNERS.values()), float)
     levers = -offsets + np.array((law.psi0, 0.0))
     tilt = float(law.psi0) if law.psi0_in == ACTS_IN[0] else 0.0
