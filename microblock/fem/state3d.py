@@ -128,7 +128,10 @@ class State3D(Shown):
     @cached_property
     def fields(self) -> Fields3D:
         """Displacement, microrotation and stresses in the body, and the reactions of its supports."""
-        return self.nodes.fields(self.loads) if self.found is None else self.found
+        if self.found is not None:
+            return self.found
+        fields: Fields3D = self.nodes.fields(self.loads)  # type: ignore[attr-defined]
+        return fields
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
