@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import BadArgument, NotConverged, require_kind, require_whole
 from ..halfspace.obstacles import heights
+from ..halfspace.symbol import require_stable
 from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
@@ -73,8 +74,8 @@ class Body3D(Shown):
     Raises
     ------
     BadArgument
-        If an argument is out of range, a boundary is unknown, or the mesh has elements without volume or of
-        the other orientation.
+        If an argument is out of range, a boundary is unknown, the mesh has elements without volume or of the
+        other orientation, or the solid lets short waves of a free surface turn by themselves.
 
     Examples
     --------
@@ -94,6 +95,8 @@ class Body3D(Shown):
     def __init__(self, mesh, solid: Cosserat, order=1, *, fixed=(), contact=USUAL_CONTACT):
         require_sound(mesh, dims=(3,))
         require_kind(Cosserat, "a Cosserat", solid=solid)
+        if solid.beta > 0:  # else psi has nothing to do with u
+            require_stable(solid)
         require_kind(str, "the name of a boundary", contact=contact)
         require_whole(1, order=order)
         self.mesh, self.solid, self.order, self.contact = mesh, solid, int(order), contact

@@ -105,28 +105,24 @@ class ContactNodes3D:
     def _number_nodes(self):
         """Nodes, weights, facets and the values of one field at the nodes."""
         mesh, space = self.body.mesh, ng.H1(self.body.mesh, order=self.body.order)
-        xi, along = lobatto(self.body.order)
+        xi = lobatto(self.body.order)[0]
+        places = {ng.ET.QUAD: [(s, t) for s in xi for t in xi], ng.ET.TRIG: [(1, 0), (0, 1), (0, 0)]}
         numbers, points, weights, rows, self.facets = {}, [], [], [], []
         for facet in self.region.Elements():
-            if facet.type == ng.ET.QUAD:
-                members = [((s, t), a * b) for s, a in zip(xi, along) for t, b in zip(xi, along)]
-                shape = len(xi), len(xi)
-            else:
-                members, shape = [(place, 1 / 6) for place in ((1, 0), (0, 1), (0, 0))], (3,)
             element, dofs, own = space.GetFE(facet), np.array(space.GetDofNrs(facet)), []
             transformation = mesh.GetTrafo(facet)  # a mapped point does not keep it alive
-            for place, weight in members:
+            for place, weight in zip(places[facet.type], self._areas(facet.type, transformation)):
                 values = np.array(element.CalcShape(*map(float, place)))
-                mapped, used = transformation(*map(float, place)), np.abs(values) > 1e-14
+                used = np.abs(values) > 1e-14
                 key = tuple(sorted(zip(dofs[used].tolist(), np.round(values[used], DIGITS).tolist())))
                 if key not in numbers:
                     numbers[key] = len(points)
-                    points.append(np.array(mapped.point))
+                    points.append(np.array(transformation(*map(float, place)).point))
                     weights.append(0.0)
                     rows.append((dofs[used], values[used]))
-                weights[numbers[key]] += weight * mapped.measure
+                weights[numbers[key]] += weight
                 own.append(numbers[key])
-            self.facets.append(np.reshape(own, shape))
+            self.facets.append(np.reshape(own, (len(xi),) * 2 if facet.type == ng.ET.QUAD else 3))
         order = np.lexsort(np.round(np.array(points), 12).T)  # rows of x1 one after the other
         place = np.argsort(order)
         self.facets = [place[members] for members in self.facets]
@@ -135,6 +131,17 @@ class ContactNodes3D:
         counts = np.repeat(np.arange(len(order)), [len(rows[i][0]) for i in order])
         columns, values = (np.concatenate([rows[i][part] for i in order]) for part in (0, 1))
         self.values = csr_matrix((values, (counts, columns)), shape=(len(order), space.ndof))
+
+    def _areas(self, kind, transformation):
+        """Integrals of the nodal polynomials over a facet: the Gauss-Lobatto weights, but for order 1 on a
+        quadrilateral that is no parallelogram, where those would fail the patch test."""
+        if kind == ng.ET.TRIG:
+            return np.full(3, transformation(1 / 3, 1 / 3).measure / 6)
+        points, weights = np.polynomial.legendre.leggauss(self.body.order + 1)
+        points, weights = points / 2 + 0.5, weights / 2
+        shares = weights[:, None] * lagrange(lobatto(self.body.order)[0], points)
+        measures = np.array([[transformation(s, t).measure for t in points] for s in points])
+        return (shares.T @ measures @ shares).ravel()
 
     def _snapped(self, points):
         """Points whose coordinates are those of the mesh's vertices where they differ by rounding: whether a
