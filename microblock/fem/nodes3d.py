@@ -21,6 +21,7 @@ UPWARDS = 1e-9  # distance of the normal from e3, within which a facet is horizo
 SAME_PLACE = 1e-12  # of the body's size: a node that is so near to a vertex's coordinate has it
 DIGITS = 9  # of the shape functions' values by which nodes of neighbouring facets are known as one
 STEEP = 0.5  # component of the normal along e3, from which on a facet beside the contact can be touched
+BETWEEN = 3  # places along a facet, more than its order, at which states look for penetration
 SHARED = ("u3", "psi1", "psi2")  # the fields that the corners of blocks see
 
 
@@ -123,7 +124,8 @@ class ContactNodes3D:
                 weights[numbers[key]] += weight
                 own.append(numbers[key])
             self.facets.append(np.reshape(own, (len(xi),) * 2 if facet.type == ng.ET.QUAD else 3))
-        order = np.lexsort(np.round(np.array(points), 12).T)  # rows of x1 one after the other
+        size = np.ptp(points, axis=0).max()
+        order = np.lexsort(np.round(np.array(points) / size, DIGITS).T)  # rows of x1 one after the other
         place = np.argsort(order)
         self.facets = [place[members] for members in self.facets]
         self.points = self._snapped(np.array(points)[order])
@@ -197,7 +199,7 @@ class ContactNodes3D:
     def between(self):
         """(Places between the nodes, array (k, 3), values there from those at the nodes, sparse (k, n))."""
         places, rows, columns, values = [], [], [], []
-        inner = np.polynomial.legendre.leggauss(self.body.order)[0] / 2 + 0.5
+        inner = np.polynomial.legendre.leggauss(self.body.order + BETWEEN)[0] / 2 + 0.5
         along = lagrange(lobatto(self.body.order)[0], inner)
         for facet, members in zip(self.region.Elements(), self.facets):
             transformation = self.body.mesh.GetTrafo(facet)

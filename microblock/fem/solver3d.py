@@ -80,6 +80,12 @@ class Solver3D(Solver):
                 "cannot be asked of a Body3D: it has no error estimate; compare with a finer mesh",
             )
 
+    def path(self, last, rtol, progress=False):
+        """Raises BadArgument: there is none."""
+        raise BadArgument(
+            "body", self.body, "has no load path in three dimensions: solve the loads one by one"
+        )
+
     def of_least_norm(self, forces, closed):
         """The forces of least norm with the same resultants, arrays (corners, n): of a block that all corners
         hold, and where supports hold a rotation, as on a plane of symmetry, of corners that are equally near.
