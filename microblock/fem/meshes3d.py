@@ -60,7 +60,7 @@ def block(x1, x2, x3, reach=math.inf):
     """A rectangular block of hexahedra with vertices at given coordinates.
 
     Boundaries are "left" and "right" across x1, "front" and "back" across x2, "bottom", and on top "contact",
-    as far as facets have their middle within |x1|, |x2| < `reach`, else "top".
+    where facets have their middle in the square of the half-width `reach` about the origin, else "top".
 
     Parameters
     ----------

@@ -64,9 +64,7 @@ class NewtonSolver3D(Solver3D):
         """Returns the State3D; parameters and errors are those of `Solver.solve`."""
         self.require_no_rtol(rtol)
         nodes, w = self.nodes, self.nodes.weights
-        g0 = np.where(nodes.free["u3"], self.initial_gaps, np.inf)
-        if not np.any(np.isfinite(g0)):
-            raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
+        g0 = self.reachable_gaps()
         if load is None and approach <= g0.min():
             raise BadArgument("approach", approach, NOT_YET)
         rho = self.options.rho or self._usual_rho(nodes)

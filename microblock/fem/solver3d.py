@@ -42,10 +42,9 @@ class Solver3D(Solver):
         self.require_no_rtol(rtol)
         nodes, law = self.nodes, self.surface_law
         H = nodes.flexibility(law.levers, law.clamped)
-        g0 = np.where(nodes.free["u3"], self.initial_gaps, np.inf)
-        if not np.any(np.isfinite(g0)):
-            raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
-        found = projected_gradients.solve(H, g0, load=load, approach=approach, rtol=RESIDUAL)
+        found = projected_gradients.solve(
+            H, self.reachable_gaps(), load=load, approach=approach, rtol=RESIDUAL
+        )
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
         surface = H.surface(H.loads(found.forces))
@@ -69,6 +68,13 @@ class Solver3D(Solver):
         )
         self.require_clear(state, H.gaps(surface))
         return state
+
+    def reachable_gaps(self):
+        """Initial gaps, array (corners, n); inf where no obstacle is above, or supports hold the node."""
+        gaps = np.where(self.nodes.free["u3"], self.initial_gaps, np.inf)
+        if not np.any(np.isfinite(gaps)):
+            raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
+        return gaps
 
     @staticmethod
     def require_no_rtol(rtol):
