@@ -4,7 +4,7 @@ Geometry   block |x1|, |x2| < size, -size < x3 < 0, its bottom constrained, its 
            a square or round flat face. A quarter is modelled, with two planes of symmetry.
 Equations  (10)-(17) in three dimensions, gaps of four corners, conditions (26) on each.
 Model      hexahedra, smaller below the punch, condensed to their contact nodes; two sizes of the block. The
-           rim of the face lies halfway between two rows of nodes, so that the areas of nodes end with it.
+           rim of the face lies between two rows of nodes, where the areas of the last ones end.
 Reference  the half-space on square cells, which shares neither mesh nor kernel with it, and for small blocks
            the classical punch.
 Look at    corners of blocks beside the face that still stand below it; pressure and micromoment beside those
@@ -57,8 +57,8 @@ class Parameters(Checked):
 
     @property
     def step(self):
-        """Length of a facet below the punch."""
-        return 1 / (self.facets + 0.5)
+        """Length of a facet below the punch, whose rim is where the area of the last node ends."""
+        return 1 / (self.facets + 1 / (self.order * (self.order + 1)))
 
     def block(self, size):
         """A quarter of the block."""
