@@ -31,6 +31,7 @@ _HOME = {
     "Ellipsoid": "halfspace.obstacles",
     "Cone": "halfspace.obstacles",
     "FlatPunch": "halfspace.obstacles",
+    "RoughSurface": "halfspace.obstacles",
     "Microblock": "model.law",
     "Unilateral": "model.law",
     "Microclamped": "model.law",
@@ -60,4 +61,4 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})

@@ -13,6 +13,7 @@ from .halfspace.half_space import HalfSpace as HalfSpace
 from .halfspace.obstacles import Cone as Cone
 from .halfspace.obstacles import Ellipsoid as Ellipsoid
 from .halfspace.obstacles import FlatPunch as FlatPunch
+from .halfspace.obstacles import RoughSurface as RoughSurface
 from .halfspace.obstacles import Sphere as Sphere
 from .model.bodies import Block as Block
 from .model.events import Event as Event

@@ -73,7 +73,9 @@ class Contact(Shown):
     def __post_init__(self) -> None:
         if not hasattr(self.body, "methods") or isinstance(self.body, type):
             raise BadArgument(
-                "body", self.body, "must be a HalfPlane, a Block or a Body (mb.HalfPlane(solid)?)"
+                "body",
+                self.body,
+                "must be a HalfPlane, a HalfSpace, a Block or a Body (mb.HalfPlane(solid)?)",
             )
         check = getattr(self.body, "check", None)  # a body with a surface looks at obstacles over it
         if check is None:
@@ -159,8 +161,9 @@ class Contact(Shown):
             raise BadArgument("approach", approach, NOT_YET)
         return state
 
-    @staticmethod
-    def _check(load: float | None, approach: float | None, rtol: float | None, initial: State | None) -> None:
+    def _check(
+        self, load: float | None, approach: float | None, rtol: float | None, initial: State | None
+    ) -> None:
         if (load is None) == (approach is None):
             raise BadArgument("load", load, "give either load or approach")
         if load is not None:
@@ -170,7 +173,7 @@ class Contact(Shown):
         if rtol is not None:
             require_tolerance(rtol)
         if initial is not None:
-            require_kind(State, "a State", initial=initial)
+            require_kind(self.solver.state_class, f"a {self.solver.state_class.__name__}", initial=initial)
 
     def path(self, load: float, *, rtol: float | None = None, progress: bool = False) -> LoadPath:
         """Returns the load path from first touch to a load: its `events`, and states `at` any load.

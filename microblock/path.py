@@ -25,8 +25,8 @@ from .halfplane.kernels import coalescence_exponent
 from .model.events import Event, LoadPath, require_on_path
 from .model.problem import Problem
 from .model.state import State
-from .model.types import Array, ContactLike, Integers, Interval
-from .model.zones import lowest, zone_changes
+from .model.types import Array, ContactLike, Integers, Interval, Zones
+from .model.zones import contact_zones, lowest, without, zone_changes
 from .threads import bounded
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ UNSEEN = 1e-3  # of the load: a zone that is born and merges within is not seen
 START = 0.2  # of ell: the contact is that narrow where the scan begins
 LEAST = 1e-9  # of the last load, if it never is
 SAME = 1e-9  # of the width: gaps that differ by less are equally small
+VALLEY = 1e-12  # of the width: of a gap at a valley of the obstacle that is not resolved
 STILL = 1e-4  # of the width: between two loads of the scan no edge moves more, as under a flat punch
 FOLLOWED = 1e-2  # of the last load: if no smaller state is found below it, the path begins there
 SKIPPED = 2  # loads of the scan, at most, at which no state is found before it goes on
@@ -59,6 +60,7 @@ PARTING = {("full", "vanished"), ("contact", "split")}
 DISTINCT = 5e-3
 # of the way from there to the farther state beside it: least error of its load; seen: a hundredth
 LEFT = 5e-4
+UNDONE = {"born": "vanished", "vanished": "born", "merged": "split", "split": "merged"}
 INTERPOLATED = 5  # states from which its load is interpolated
 NAMES = ("A", "B", "full", "contact")
 # of the load: steps are halved down to it where a gap is concave, so that a zone may be born and merge there
@@ -149,7 +151,7 @@ class ZonePath(LoadPath):
         return self._scan[0].load
 
     def _is_small(self, state: PanelSolution) -> bool:
-        zones = state.zones_by_name
+        zones = _zones(state)
         narrow = all(right - left < START * state.problem.solid.ell for left, right in zones["contact"])
         return narrow and not zones["full"] and all(event.load == 0 for event in self._births(state))
 
@@ -160,7 +162,8 @@ class ZonePath(LoadPath):
         found = self._births(self._scan[0])
         for low, high in zip(self._scan, self._scan[1:]):
             found += self._between(low, high)
-        return sorted(found, key=lambda event: (event.load, NAMES.index(event.zone)))
+        found = sorted(found, key=lambda event: (event.load, NAMES.index(event.zone)))
+        return _without_returns(found, TWINS * _width(self._scan[-1]))
 
     def _births(self, first: PanelSolution) -> list[Event]:
         """Returns events up to the first load of the scan: at first touch for the nearest corners, else
@@ -174,7 +177,7 @@ class ZonePath(LoadPath):
             for corner, own in lows.items()
         }
         own_corners: dict[str, list[int]] = {"A": [0], "B": [1], "full": [], "contact": list(lows)}
-        for name, intervals in first.zones_by_name.items():
+        for name, intervals in _zones(first).items():
             for left, right in intervals:
                 early = [
                     x
@@ -308,7 +311,7 @@ class ZonePath(LoadPath):
             side, number = [state for state in reversed(visited) if state.load <= low.load], change.low
         else:
             side, number = [state for state in visited if state.load >= high.load], change.high
-        alike = list(takewhile(lambda state: len(state.zones_by_name[change.zone]) == number, side[:3]))
+        alike = list(takewhile(lambda state: len(_zones(state)[change.zone]) == number, side[:3]))
         side = alike[::-1]  # towards the event
         sizes = [(state.load, self._size(state, change)) for state in side]
         guesses = [_zero(pair) for pair in zip(sizes, sizes[1:])]
@@ -324,7 +327,7 @@ class ZonePath(LoadPath):
         """Returns the width of a zone that is born or vanishes, or of the gap next to x, to the power that is
         linear.
         """
-        intervals = state.zones_by_name[change.zone]
+        intervals = _zones(state)[change.zone]
         own = [interval for zones in state.all_zones.values() for interval in zones]
         if change.kind in ("merged", "split"):
             intervals = [(a[1], b[0]) for a, b in zip(intervals, intervals[1:])]
@@ -362,8 +365,24 @@ def _load(state: PanelSolution) -> float:
     return state.load
 
 
+def _zones(state: PanelSolution) -> Zones:
+    """Returns the zones by name, open at valleys of the obstacle."""
+    return contact_zones(_open_at_valleys(state), state.problem.law.corners)
+
+
+def _open_at_valleys(state: PanelSolution) -> dict[int, Sequence[Interval]]:
+    """Returns the zones of all corners by number. Under a valley of the obstacle the pressure is never
+    positive: with the load the gap only gets too narrow to matter.
+    """
+    found, half = dict(state.all_zones), VALLEY * _width(state) / 2
+    for place, jumps in state.problem.kinks.items():
+        for corner in [each for each, jump in jumps.items() if jump < 0 and each in found]:
+            found[corner] = tuple(without(found[corner], place - half, place + half))
+    return found
+
+
 def _changes(low: PanelSolution, high: PanelSolution) -> list[Change]:
-    before, after = low.zones_by_name, high.zones_by_name
+    before, after = _zones(low), _zones(high)
     return [
         Change(name, kind, x, len(before[name]), len(after[name]))
         for name in NAMES
@@ -398,7 +417,7 @@ def _concave(low: PanelSolution, high: PanelSolution) -> bool:
 
 def _sides(visited: Sequence[PanelSolution], change: Change) -> tuple[PanelSolution, PanelSolution]:
     """Returns the neighbouring states between which a change happens, seen from where it is measured."""
-    numbers, last = [len(state.zones_by_name[change.zone]) for state in visited], len(visited) - 2
+    numbers, last = [len(_zones(state)[change.zone]) for state in visited], len(visited) - 2
     if change.measured_low:
         last = next((i for i, number in enumerate(numbers[1:]) if number != change.low), last)
     else:
@@ -452,13 +471,38 @@ def _crossing_once(found: list[Event]) -> list[Event]:
     ]
 
 
+def _without_returns(events: Iterable[Event], near: float) -> list[Event]:
+    """Returns events, ascending, without pairs that undo each other within their errors: next to a load at
+    which a zone hardly begins or ends, one state may have it and the next may not.
+
+    The event that is left beside such a pair gets an error that reaches it.
+    """
+    kept: list[Event] = []
+    for event in events:
+        alike = [
+            i
+            for i, other in enumerate(kept)
+            if other.zone == event.zone
+            and abs(other.x - event.x) <= near
+            and event.load - other.load <= other.load_error + event.load_error
+        ]
+        undone = next((i for i in alike[::-1] if kept[i].kind == UNDONE[event.kind]), None)
+        if undone is None:
+            kept.append(event)
+            continue
+        del kept[undone]
+        for i in (i for i in alike if i < undone):
+            kept[i] = replace(kept[i], load_error=max(kept[i].load_error, event.load - kept[i].load))
+    return kept
+
+
 def _lowest_of_zones(state: PanelSolution) -> dict[int, dict[Interval, tuple[float, float | None]]]:
     """Returns {corner number: {interval: (least initial gap of the corner there, its x or None)}} of all
     zones.
     """
     problem: Problem = state.problem
     found: dict[int, dict[Interval, tuple[float, float | None]]] = {}
-    for corner, intervals in state.all_zones.items():
+    for corner, intervals in _open_at_valleys(state).items():
 
         def gap(x: Array, corner: int = corner) -> Array:
             return problem.initial_gap(np.full(len(x), corner), x)

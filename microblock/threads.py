@@ -8,6 +8,8 @@ have one thread; what was there before is given back when it is left, by an exce
 `released` gives it to matrices that are large enough to gain by it. NGSolve's own tasks (``with
 ngsolve.TaskManager()``) are no such threads, and stay as they are.
 
+Fourier transforms of scipy have threads of their own; `workers` says how many.
+
 BLAS has one number of threads for the whole process, so that entries of all Python threads are counted
 together; OpenMP, and a BLAS built on it, has one for each of them.
 """
@@ -28,6 +30,7 @@ T = TypeVar("T")
 
 # rows of a dense matrix from which threads gain: 1.4 to 2 on two idle cores at 2400, up to 1600 they lose
 LARGE = 2000
+MANY = 2**16  # values of a Fourier transform from which threads gain
 
 _lock = threading.Lock()
 _libraries: dict[str, list[Any]] = {"blas": [], "openmp": []}  # all that were ever seen, in this order
@@ -119,3 +122,12 @@ def released(rows: int) -> Iterator[None]:
         yield
     finally:
         _change(large=-1)
+
+
+def workers(values: int) -> int:
+    """Returns how many threads a Fourier transform of so many values takes: those that BLAS had outside, if
+    they are many values.
+    """
+    if values < MANY:
+        return 1
+    return max((number for hold in _holds for number in hold.before), default=1)

@@ -1,8 +1,9 @@
 """Numbers of the library that a change of its shape must not change: tests/frozen.csv holds them, a row each.
 
 `python -m tests.frozen` computes them anew and says how well they agree; with `--write` it writes the file,
-in which rows that were there before keep tolerance and reason. Problems are plain data (`frozen_problems`).
-Only `frozen_library` knows the names of the library: it follows when names change, problems and file stay.
+in which rows that were there before keep tolerance and reason, and their value if it agrees. Problems are
+plain data (`frozen_problems`). Only `frozen_library` knows the names of the library: it follows when names
+change, problems and file stay.
 
 A tolerance is relative; of a value 0 it is absolute. It is larger than 1e-12 where another order of sums
 (another processor's BLAS, moduli that differ in their last digit) was seen to move the value; the reason says
@@ -172,14 +173,15 @@ def compared():
     """A Row for each of the file and for what is new."""
     known, now = frozen_rows(), {name: written(value) for name, value in values()}
     return [
-        Row(
-            name,
-            known[name]["value"] if name in known else "missing in the file",
-            now.get(name, "no longer computed"),
-            float(known[name]["tolerance"]) if name in known else 0.0,
-        )
+        _row(name, known, now.get(name, "no longer computed"))
+        if name in known
+        else Row(name, "missing in the file", now[name], 0.0)
         for name in known | now
     ]
+
+
+def _row(name, known, now):
+    return Row(name, known[name]["value"], now, float(known[name]["tolerance"]))
 
 
 def write():
@@ -195,8 +197,9 @@ def write():
             "reason": "",
             **known.get(name, {}),
             "name": name,
-            "value": text,
         }
+        if "value" not in rows[name] or not _row(name, rows, text).agrees:
+            rows[name]["value"] = text
     with FILE.open("w", newline="") as file:
         table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         table.writeheader()

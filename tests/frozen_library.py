@@ -193,12 +193,10 @@ def _at(state, problem, x):
     pressures = np.zeros(len(closed))
     for number, corner in enumerate(law.corners):
         if closed[number]:
-            pressures[number] = (
-                nodal(state.pressures[corner]) if cells else state.pressure_at(place, corner)[0]
-            )
+            pressures[number] = nodal(state.pressures[corner]) if cells else state.pressure_at(x, corner)
             found[f"pressure {corner}"] = pressures[number]
         else:
-            gap = state.gap_at(corner, place)[0] if panels else nodal(state.surface().gaps[number])
+            gap = state.gap_at(corner, x) if panels else nodal(state.surface().gaps[number])
             found[f"gap {corner}"] = gap
     if any(closed) and len(law.corners) == 2:
         levers = np.array([lever[0] for lever in law.levers(place).values()])
@@ -212,7 +210,7 @@ def _at(state, problem, x):
 
 def _below(state, x1, x2):
     """Fields at a point below the surface."""
-    own = state.fields(x1, x2)
+    own = state.fields([x1], [x2])
     psi, stress, couple = own.psi[0], own.stress[:, :, 0], own.couple_stress[:, 0]
     return {
         "psi": psi,

@@ -5,7 +5,19 @@ Each case says in its header what to look at, and is a command with all options.
 """
 
 from ..common.case import figure_of
-from ..scenes import classical, coating, hole, punch, rough, scatter, two_faces, wavy, wedge
+from ..scenes import (
+    classical,
+    coating,
+    hole,
+    punch,
+    rough,
+    rough3d,
+    scatter,
+    sphere_size,
+    two_faces,
+    wavy,
+    wedge,
+)
 
 FIGURES = {
     "classical": figure_of(classical, "classical", nodes=(1000, 3000, 10000, 30000)),
@@ -17,4 +29,6 @@ FIGURES = {
     "two_faces": figure_of(two_faces, "two_faces"),
     "coating": figure_of(coating, "coating", thicknesses=(0.1, 0.4, 4.0, 16.0), rtol=1e-2),
     "hole": figure_of(hole, "hole", rtols=(0.1, 0.03, 0.01)),
+    "sphere_size": figure_of(sphere_size, "sphere_size", alphas=(0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0)),
+    "rough3d": figure_of(rough3d, "rough3d", cells=128),
 }

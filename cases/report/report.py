@@ -25,7 +25,7 @@ from ..common.case import run as run_case
 from ..common.catalog import PROGRAM, case, headlines
 from ..common.options import Checked, command, names, option
 from ..paper import figures_fe, figures_hertz, figures_layers, figures_strip, statements
-from ..studies import limits_table, methods
+from ..studies import limits_table, methods, sliders
 from ..studies.methods_text import HEAD
 from . import figures_scenes, figures_studies, findings, page
 from .items import File, Task, together
@@ -41,6 +41,7 @@ MODULES = (
     figures_scenes,
     figures_studies,
     limits_table,
+    sliders,
 )
 FIGURES = {name: figure for module in MODULES for name, figure in getattr(module, "FIGURES", {}).items()}
 TABLES = {name: table for module in MODULES for name, table in getattr(module, "TABLES", {}).items()}

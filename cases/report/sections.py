@@ -32,6 +32,11 @@ SECTIONS = {
         "against a reference of another kind. Which method for which problem: docs/methods.md.",
         ("limits_profile", *(f"limits_{name}" for name in figures_studies.MAPS), "limits_where"),
     ),
+    "Methods: sliders": (
+        "From a key, or a move of the mouse, to the painted picture of mb.explore, in JupyterLab and "
+        "headless Chromium on this machine, from records that were measured while nothing else ran.",
+        ("sliders",),
+    ),
 }
 # what items are called whose names do not say enough
 LABELS = {
@@ -54,6 +59,7 @@ LABELS = {
     "limits_layer_fit": "the fit of the layer",
     "limits_penalty": "penalty and augmented Lagrangian",
     "limits_supports": "supports of a body",
+    "sliders": "sliders of mb.explore",
     "classical": "the classical limit of obstacles",
     "punch": "a punch",
     "wedge": "a wedge",
@@ -63,4 +69,6 @@ LABELS = {
     "two_faces": "a strip with two faces",
     "coating": "an elastic layer",
     "hole": "a block with a hole",
+    "sphere_size": "a sphere, over the size of blocks",
+    "rough3d": "a rough surface",
 }

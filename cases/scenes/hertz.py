@@ -213,7 +213,7 @@ def observe(parameters, state, estimate):
     top, where = (None, []) if infinite else largest(state.pressure_at, samples(state))
     load = state.load / parameters.P
     moment = None if infinite and len(state.pressures) == 2 else _micromoment_max(state) / (p * ell)
-    centre = float(state.pressure_at(0.0)[0]) / p
+    centre = float(state.pressure_at(0.0)) / p
     if infinite and len(state.pressures) == 1 and parameters.obstacle == "wedge":
         centre = None
     return {

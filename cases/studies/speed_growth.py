@@ -118,7 +118,7 @@ def of_condensed(prepared):
 def of_newton(prepared):
     """Its matrix is not definite."""
     newton = prepared[-1]
-    return lambda: newton.form.mat.Inverse(newton.free, "umfpack")
+    return lambda: newton.matrix.Inverse(newton.free, "umfpack")
 
 
 def of_cells(prepared):

@@ -15,6 +15,8 @@ from ..model.zones import contact_zones, interrupted, runs, zone_changes
 from ..threads import bounded
 from . import active_set
 
+CROSSED = 1.7  # times (h/a)^s of the load at which edges of the two corners cross: 0.6 to 1.6 were seen
+
 
 class AtNodes(Solution):
     """Base of solutions at nodes along a surface: what is between the nodes follows from what is there.
@@ -178,6 +180,9 @@ class NodalSolver(Solver):
 
     solution = NodalSolution
     most_corners = None
+    # power of the nodes' distance with which loads converge at which edges of two corners cross; of most
+    # solids it is 0.5 to 0.8
+    crossing = 0.5
 
     @cached_property
     def compliance(self):
@@ -255,8 +260,9 @@ class NodalPath(LoadPath):
         """Zones that are born, merge, split or vanish, ascending in load.
 
         Zones are those of the nodes, so `load_error` is what these leave open: the way back to the nodal
-        event before, and what an edge that is known to the distance of two nodes is worth, of a load that
-        grows like the square of the contact's width. x, also that of first touch, is good to that distance.
+        event before, and what an edge that is known to the distance h of two nodes is worth, of a load that
+        grows like the square of the contact's width a: h/a, and where edges of the two corners cross
+        CROSSED (h/a)^s, s the solver's `crossing`. x, also that of first touch, is good to that distance.
         """
         solver, law = self.problem.solver, self.problem.law
         x = solver.compliance.points[:, 0]
@@ -267,12 +273,14 @@ class NodalPath(LoadPath):
             for change in changes:
                 closed[change.corner] = change.kind == "closes"
             after = zones_of(x, solver.together(closed), law, apart)
-            error = load - previous + load * _unseen(x, apart, after["contact"])
-            found += [
-                Event(load, error, kind, zone, place)
-                for zone, intervals in after.items()
-                for kind, place in zone_changes(before[zone], intervals)
-            ]
+            unseen = _unseen(x, apart, after["contact"])
+            for zone, intervals in after.items():
+                crossing = len(law.corners) > 1 and zone in ("full", "contact")
+                share = min(1.0, CROSSED * unseen**solver.crossing) if crossing else unseen
+                found += [
+                    Event(load, load - previous + load * share, kind, zone, place)
+                    for kind, place in zone_changes(before[zone], intervals)
+                ]
             before, previous = after, load
         return found
 

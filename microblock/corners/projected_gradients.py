@@ -9,12 +9,14 @@ Conditions (a) of `microblock.corners.active_set` with c = 1 are those of the mi
 or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
 
 1. gradient projection: f' = proj(f - alpha grad q), alpha halved until q falls by SHARE |f' - f|^2/alpha; it
-   begins with
-   the |f' - f|^2/(f' - f).H (f' - f) of the step before (Barzilai and Borwein, IMA J. Numer. Anal. 8 (1988)
-   141);
+   begins with the |f' - f|^2/(f' - f).H (f' - f) of the step before (Barzilai and Borwein, IMA J. Numer.
+   Anal. 8 (1988) 141);
 2. conjugate gradients for (c) on the face {f'_i > 0} without the signs, zero-sum by a constraint
-preconditioner; 3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else
-f' itself.
+   preconditioner: coarsely while faces change, to FINAL on a face that stays;
+3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else f' itself.
+
+Where H has forces that do nothing, `settled` of the flexibility brings them, after 1 and 3, to where q is
+least.
 
 It is the scheme GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box; 2
 takes and gives back all corners at once, as the primal-dual active set does, and 1 and 3 keep it from
@@ -22,14 +24,13 @@ cycling.
 
 Proven, in exact arithmetic, for H positive definite on zero-sum vectors (with d given: on all): alpha stays
 above 1/(2 |H|), as every alpha <= 2 (1 - SHARE)/|H| passes the test of 1 (descent lemma) and it begins above
-1/|H|. Steps 2
-and 3 do not raise q. A step of gradient projection with such alpha lowers q - q* by a fixed factor below 1
-(Luo and Tseng, Ann. Oper. Res. 46 (1993) 157), so q and with it f converge linearly to the only minimum,
-whatever happens in between; the free approach, the multiplier of sum f = P, is part of it. If no corner has f
-= g = 0 the face of 1 is in the end that of the solution (Calamai and More, Math. Program. 39 (1987) 93),
-where conjugate gradients end in finitely many steps. Not proven: the number of steps, and that it does not
-grow with n, which
-the preconditioner and a start from a coarser grid see to in practice.
+1/|H|. Steps 2 and 3 do not raise q, nor does `settled`. A step of gradient projection with such alpha lowers
+q - q* by a fixed factor below 1 (Luo and Tseng, Ann. Oper. Res. 46 (1993) 157), so q and with it f converge
+linearly to the only minimum, whatever happens in between; the free approach, the multiplier of sum f = P, is
+part of it. If no corner has f = g = 0 the face of 1 is in the end that of the solution (Calamai and More,
+Math. Program. 39 (1987) 93), where conjugate gradients end in finitely many steps. Not proven: the number of
+steps, and that it does not grow with n, which the preconditioner and a start from a coarser grid see to in
+practice.
 """
 
 from collections import Counter
@@ -44,6 +45,7 @@ from ..threads import bounded
 SHARE = 0.1
 # of the residual on the face at which conjugate gradients stop: a better one on the wrong face is of no use
 INNER = 0.5
+FINAL = 1e-3  # the same, where the face is that of the step before
 INNER_STEPS = 60
 OUTER_STEPS = 300  # 5 to 40 are met
 SEARCH = 1, 1 / 4, 1 / 16  # parts of the way to the minimum on the face
@@ -82,7 +84,9 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
 
     Parameters
     ----------
-    flexibility : object with ``@`` and ``precondition``, both of arrays like g0
+    flexibility : object with ``@`` and ``precondition``, both of arrays like g0. It may have
+        ``on_face(there)``, which returns the preconditioner of corners that are there alone, and
+        ``settled(forces, g0)``, which returns forces with the same gaps and the least q
     g0 : array (corners, n), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
     start : array like g0, forces to begin with; scaled to the load
@@ -99,11 +103,15 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     if load == 0 or (load is None and approach <= g0.min()):
         return _unloaded(g0, g0.min() if load == 0 else approach)
     forces = problem.project(problem.first(start))
-    slope, alpha, best = problem.slope(forces), 1 / problem.unit, np.inf
+    slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
     for step in range(OUTER_STEPS):
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
-        trial, ahead = _face_step(problem, forces, slope, rtol)
+        forces = problem.settled(forces)
+        face, before = forces > 0, face
+        inner = FINAL if np.array_equal(face, before) else INNER
+        trial, ahead = _face_step(problem, forces, slope, rtol, inner)
         forces, slope = _projected_search(problem, forces, slope, trial, ahead)
+        forces = problem.settled(forces)
         kkt = problem.residual(forces, slope)[0]
         best = min(best, kkt)
         if kkt <= rtol:
@@ -126,6 +134,7 @@ class _Problem:
     touch: np.ndarray  # boolean, like the initial gaps
     load: float | None
     approach: float | None
+    all_gaps: np.ndarray  # initial gaps, of all
     unit: float  # range of the normal displacement under a unit force on one corner
     count: Counter
 
@@ -145,11 +154,22 @@ class _Problem:
         self.count["products"] += 1
         return self.kept(self.H @ self.spread(forces))
 
-    def precondition(self, values, face):
-        """Of the corners numbered `face` alone, like the values."""
+    def preconditioner(self, face):
+        """Of the corners numbered `face` alone, from values on them to values on them."""
         whole = np.zeros(len(self.g0))
-        whole[face] = values
-        return self.kept(self.H.precondition(self.spread(whole)))[face]
+        whole[face] = 1
+        on_face = getattr(self.H, "on_face", lambda _: self.H.precondition)(self.spread(whole) > 0)
+
+        def precondition(values):
+            whole[face] = values
+            return self.kept(on_face(self.spread(whole)))[face]
+
+        return precondition
+
+    def settled(self, forces):
+        """Forces with the same H f and the least q, where H has such as do nothing."""
+        settle = getattr(self.H, "settled", None)
+        return forces if settle is None else self.kept(settle(self.spread(forces), self.all_gaps))
 
     def slope(self, forces):
         """grad q: the gaps, up to the approach if that is free."""
@@ -229,6 +249,7 @@ def _problem(flexibility, g0, load, approach):
         touch,
         load,
         approach,
+        g0,
         float(np.ptp(flexibility @ one)),
         Counter(products=1),
     )
@@ -266,19 +287,20 @@ def _rise(problem, forces, change, slope, ahead):
     return change @ middle, ROUNDING * problem.residual(forces, ahead)[1] * np.abs(change).sum()
 
 
-def _face_step(problem, forces, slope, rtol):
+def _face_step(problem, forces, slope, rtol, inner):
     """2: forces and slope of the minimum on the face of the corners with force, nearly."""
     face, free = np.flatnonzero(forces > 0), problem.load is not None
-    ones = problem.precondition(np.ones(len(face)), face) if free else 0.0
+    precondition = problem.preconditioner(face)
+    ones = precondition(np.ones(len(face))) if free else 0.0
     enough = max(
-        INNER * np.abs(_on_face(slope, face, free)).max(), rtol * problem.residual(forces, slope)[1] / 4
+        inner * np.abs(_on_face(slope, face, free)).max(), rtol * problem.residual(forces, slope)[1] / 4
     )
     forces, direction, before = forces.copy(), np.zeros(len(forces)), np.inf
     for _ in range(INNER_STEPS):
         residual = _on_face(slope, face, free)
         if np.abs(residual).max() <= enough:
             break
-        z = problem.precondition(residual, face)
+        z = precondition(residual)
         if free:
             z -= ones * (z.sum() / ones.sum())
         product = residual @ z

@@ -4,18 +4,24 @@ them.
 A pressure closes gaps at nodes, so that it follows not the obstacle but its polynomial through the nodes of
 each facet. What that misses by d between nodes that are w apart, and an overlap of depth d on a width w, are
 worth ``E* d/sqrt(w)`` in L2 of the pressure, as overlaps in front of panels are (`survey`).
+
+Where the slope of the obstacle falls, the pressure of a corner that is closed there falls to -inf with the
+logarithm of the distance, nearer to that place than the nodes: there the zone has to open.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..halfplane.panels import log_sizes
 from ..model import picture
 from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
 from ..model.zones import joined, runs
 
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
+AWAY = 0.4  # of the way from a valley to the next singular place: up to there its logarithm is read
+CLOSE = 0.02  # of that: nearer to the valley nodes do not follow the logarithm
 LOOKED_AT = 40  # places on each facet, from which that is seen
 
 
@@ -137,6 +143,43 @@ def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi):
                     Overlap(corner, left, right, depth, float(stiffness * depth / np.sqrt(right - left)))
                 )
     return found
+
+
+def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
+    """[Overlap] of no depth about slope discontinuities at which a corner is closed in tension.
+
+    With ``p = A + B r + K log(1/r)``, K < 0 (`log_sizes`), it is negative up to about ``r0 = exp(A/K)``; in
+    L2 that is worth sqrt(2 r0) |K| on either side. Opened, the zone ends at about 2 r0.
+
+    Parameters
+    ----------
+    problem : Problem
+    zones : {corner number: intervals} of the whole line, on which gaps are closed
+    x, pressures : arrays (nodes,), (corners, nodes) of the computed part
+    edges : list of float
+        All places at which pressures of the computed part are singular.
+    reach : float
+        Farthest distance at which A and B are read (length).
+    """
+    whole, found = replace(problem, mirror=False), []
+    for place in problem.kinks:
+        for corner, K in log_sizes(whole, zones, place).items():
+            if K >= 0 or not x[0] <= place <= x[-1]:
+                continue
+            way = min([reach, *(AWAY * abs(edge - place) for edge in edges if edge != place)])
+            sides = [_pulled(pressures[corner], (x - place) * sign, way, K) for sign in (-1, 1)]
+            r0, square = max(sides), 2 * sum(sides) * K**2
+            found.append(Overlap(corner, place - 2 * r0, place + 2 * r0, 0.0, float(np.sqrt(square))))
+    return found
+
+
+def _pulled(p, r, reach, K):
+    """Distance from a valley up to which the pressure is negative on one side, 0 where there are no nodes."""
+    here = (r > CLOSE * reach) & (r < reach)
+    if not here.any():
+        return 0.0
+    smooth, line = p[here] + K * np.log(r[here]), np.vander(r[here], min(2, here.sum()), increasing=True)
+    return float(min(reach, np.exp(np.linalg.lstsq(line, smooth, rcond=None)[0][0] / K)))
 
 
 def of_body(state):

@@ -6,6 +6,7 @@ an rtol the mesh is refined first, where `recovery.estimate` asks for it.
 """
 
 from ..corners.nodal import NodalPath, NodalSolver
+from ..halfplane.kernels import coalescence_exponent
 from .body_solution import BodySolution
 from .condensation import condensed, require_pressed
 from .recovery import refine_until
@@ -34,6 +35,11 @@ class BodySolver(NodalSolver):
             self.contact if rtol is None else refine_until(self, last, None, rtol, progress).solver.contact
         )
         return NodalPath(contact, last, None)
+
+    @property
+    def crossing(self):
+        """That of the surface of the body's solid."""
+        return 2 * coalescence_exponent(self.solid)
 
     @property
     def nodes(self):

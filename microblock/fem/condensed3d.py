@@ -112,13 +112,14 @@ class Condensed3D(ContactNodes3D):
         state.vec.data += self.form.harmonic_extension * state.vec
         return Fields3D(self.body, state, forces)
 
-    def flexibility(self, levers, clamped=False):
-        """H of corners with these levers, array (corners, 2), as a product; if `clamped` phi = 0."""
-        count, factor, rows = len(self.weights), self.factor, self.rows
+    def flexibility(self, directions, clamped=False):
+        """H of corners with these (1, lever) at the nodes, array (corners, 3, n), as a product; if `clamped`
+        phi = 0."""
+        factor, rows = self.factor, self.rows
         if clamped:
             pressed = self._lowering()
             factor, rows = _without_rotation(factor, pressed), rows[:, pressed]
-        return Flexibility3D(levers, count, factor, rows.tocsr())
+        return Flexibility3D(directions, factor, rows.tocsr())
 
     def _lowering(self):
         """Numbers of the contact unknowns of u3."""
@@ -142,49 +143,44 @@ class Flexibility3D:
 
     Attributes
     ----------
-    levers : array (corners, 2)
-    count : int, nodes
+    directions : array (corners, 3, n)
+        (1, lever) of each corner at the nodes.
     factor, rows : as of `Condensed3D`
     """
 
-    levers: np.ndarray
-    count: int
+    directions: np.ndarray
     factor: np.ndarray
     rows: csr_matrix
 
     def __post_init__(self):
         there = np.diff(self.rows.indptr) > 0  # not where supports hold a field
-        object.__setattr__(self, "_there", there)
-        object.__setattr__(self, "_inverse", splu(self.rows[there].tocsc()))
+        back = np.linalg.pinv(np.moveaxis(self.directions, -1, 0))  # (n, 3, corners)
+        for name, value in (("_there", there), ("_inverse", splu(self.rows[there].tocsc())), ("_back", back)):
+            object.__setattr__(self, name, value)
 
     def __matmul__(self, forces):
         """Gaps from forces, arrays (corners, n)."""
         return self.gaps(self.surface(self.loads(forces)))
 
-    @property
-    def directions(self):
-        """(1, lever) of each corner, array (corners, 3)."""
-        return np.hstack((np.ones((len(self.levers), 1)), self.levers))
-
     def loads(self, forces):
         """(F, m1, m2) at the nodes of corner forces, array (3, n)."""
-        return self.directions.T @ forces
+        return np.einsum("cin,cn->in", self.directions, forces)
 
     def gaps(self, surface):
         """What (u, phi1, phi2), array (3, n), add to the gap of each corner."""
-        return self.directions @ surface
+        return np.einsum("cin,in->cn", self.directions, surface)
 
     def surface(self, loads):
         """(u, phi1, phi2) at the nodes under nodal loads, arrays (3, n)."""
-        return (self.rows @ _solved(self.factor, self.rows.T @ loads.ravel())).reshape(3, self.count)
+        return (self.rows @ _solved(self.factor, self.rows.T @ loads.ravel())).reshape(3, -1)
 
     def precondition(self, gaps):
         """Forces of least norm that leave about these gaps."""
-        back, loads = np.linalg.pinv(self.directions), np.zeros(3 * self.count)
-        wanted = (back @ gaps).ravel()[self._there]
+        loads = np.zeros(self.rows.shape[0])
+        wanted = np.einsum("nic,cn->in", self._back, gaps).ravel()[self._there]
         held = self.factor @ (self.factor.T @ self._inverse.solve(wanted))
         loads[self._there] = self._inverse.solve(held, trans="T")
-        return back.T @ loads.reshape(3, self.count)
+        return np.einsum("nic,in->cn", self._back, loads.reshape(3, -1))
 
 
 def of_factors(rows, entries):

@@ -93,7 +93,7 @@ class Cholmod(Factors):
         from cvxopt import amd, cholmod
 
         self._free, count = np.concatenate((inner, contact)), len(inner)
-        self._own = _sparse(tril(matrix[self._free][:, self._free]).tocoo())
+        self._own = _sparse(tril(matrix[self._free][:, self._free], format="csc").tocoo())
         order = np.array(amd.order(self._own[:count, :count], "L")).ravel() if count else np.arange(0)
         self._order = np.concatenate((order, np.arange(count, len(self._free))))
         try:

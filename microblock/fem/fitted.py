@@ -34,7 +34,7 @@ from ..halfplane.graded_cells import of_corners, trial_zones
 from ..halfplane.line_solver import LooksTooNear
 from ..model import picture
 from ..model.problem import Problem
-from ..model.zones import joined, runs, zone_edges
+from ..model.zones import joined, runs, without, zone_edges
 from . import between
 from .fitted_mesh import MEETING, MeshFitter, _FittedMesh
 from .fitted_path import FittedPath
@@ -401,7 +401,8 @@ class FittedSolver(MeshFitter):
         truncation = TRUNCATION * (outer / trial.ground.far) ** 2 if self.domain == math.inf else 0.0
         estimate = Estimate(None, trial.edge_error, truncation)
         state = surface_solution(self, trial.body, load, found, trial.zones, passes, estimate)
-        square = sum(each.worth**2 for each in self._overlaps(state, trial))
+        wrong = self._overlaps(state, trial) + self._pulled(state, trial)
+        square = sum(each.worth**2 for each in wrong)
         if not getattr(self.obstacle, "formulas", False) and self.picture is not None:
             square += between.missed(*self._nodes(trial), self._sites(trial, trial.ground.reach)).sum()
         return replace(state, estimate=replace(state.estimate, obstacle=math.sqrt(square) / _size(state)))
@@ -423,9 +424,14 @@ class FittedSolver(MeshFitter):
         """Overlaps between open nodes, but for those next to edges, which go with them."""
         tips, hidden = self._hidden(trial)
         sites = [x[~_beside(x, tips, hidden)] for x in self._sites(trial, trial.ground.reach)]
-        return between.overlaps(
-            *self._nodes(trial), sites, approach=state.approach, raised=state._raised, psi=state.computed_psi
-        )
+        known = {"approach": state.approach, "raised": state._raised, "psi": state.computed_psi}
+        return between.overlaps(*self._nodes(trial), sites, **known)
+
+    def _pulled(self, state, trial):
+        """Places at which the zones of a pass put a corner in tension that has to be open."""
+        p, tips = trial.pressures(self.share(state.load)), [*trial.tips, *zone_edges(trial.zones)]
+        reach = topology.PARTIAL * self.solid.layer_length
+        return between.pulled_at_valleys(self.problem, state.all_zones, trial.x, p, tips, reach)
 
     def _hidden(self, trial):
         """Tips of the mesh, and how far from each of them a wrong set is no other topology: arrays."""
@@ -492,17 +498,22 @@ class FittedSolver(MeshFitter):
             far |= (x > 0) & (x < inner) & (np.count_nonzero(wrong[:, (x > 0) & (x < inner)]) >= SHOWN)
         overlaps = self._overlaps(state, trial) if state.estimate.obstacle > tolerance else []
         overlaps = [each for each in overlaps if each.worth > tolerance * _size(state)]
-        if not np.any(wrong & far) and not overlaps:
+        valleys = self._pulled(state, trial) if state.estimate.obstacle > tolerance else []
+        valleys = [each for each in valleys if each.worth > tolerance * _size(state)]
+        if not np.any(wrong & far) and not overlaps and not valleys:
             return None
         zones = (
             self.runs(x, closed, state.forces / state.body.weights) if np.any(wrong & far) else trial.moved
         )
-        return {
-            corner: tuple(
-                joined([*own, *((each.left, each.right) for each in overlaps if each.corner == corner)])
-            )
-            for corner, own in zones.items()
-        }
+        found = {}
+        for corner, own in zones.items():
+            added = [(each.left, each.right) for each in overlaps if each.corner == corner]
+            opened = joined([*own, *added])
+            for each in valleys:
+                if each.corner == corner:
+                    opened = without(opened, each.left, each.right)
+            found[corner] = tuple(opened)
+        return found
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ method; it has converged when the set of closed corners stays the same *and* the
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import ngsolve as ng
 import numpy as np
@@ -188,11 +189,12 @@ class MonolithicNewton:
         self._loaded = loads != Loads()
         if self.control == "load":
             contact -= self.facets.integral(self._load / self.facets.weights.sum() * approach)
-        self._bulk = ng.BilinearForm(self.space)
-        self._bulk += ng.Variation(potential)
-        self.form = ng.BilinearForm(self.space)
-        self.form += ng.Variation(potential)
-        self.form += ng.Variation(contact)
+        self._contact = ng.BilinearForm(self.space)
+        self._contact += ng.Variation(contact)
+        # of no worth: it makes the places of all that the contact couples
+        places = self.facets.integral(ng.Parameter(0.0) * approach**2)
+        self._bulk = _LinearForm(self.space, potential + places)
+        self._inverse = None
         self.free = ng.BitArray(self.space.FreeDofs())
         self.free[self._approach] = self.control == "load"
         self._free_fields = np.array([self.free[i] for i in range(self._ranges[2].stop)])
@@ -201,6 +203,11 @@ class MonolithicNewton:
     def unknowns(self):
         """Number of free unknowns, multipliers and approach included."""
         return sum(self.free)
+
+    @property
+    def matrix(self):
+        """The tangent that was factorised last."""
+        return self._bulk.matrix
 
     @bounded
     def solve(self, level, start=None):
@@ -256,7 +263,7 @@ class MonolithicNewton:
             elif iteration - last >= STALLED:
                 break
             step = factor.inverse * now.residual
-            if not self._solves(step.Evaluate(), now.residual):
+            if not self._solves(factor, step.Evaluate(), now.residual):
                 raise self._failure(
                     level,
                     iteration,
@@ -332,8 +339,9 @@ class MonolithicNewton:
             corner: np.where(closed[corner], value, 0.0) if self.facets.nodal else own[corner]
             for corner, value in augmented.items()
         }
-        residual = unknowns.vec.CreateVector()
-        self.form.Apply(unknowns.vec, residual)
+        internal, residual = self._bulk.internal(unknowns.vec), unknowns.vec.CreateVector()
+        self._contact.Apply(unknowns.vec, residual)
+        residual.FV().NumPy()[:] += internal
         unbalanced = residual.FV().NumPy()[: len(self._free_fields)][self._free_fields]
         parts = [_ratio(unbalanced, self._force(unknowns))]
         if self.method == "al":
@@ -379,29 +387,31 @@ class MonolithicNewton:
         return max(RESIDUAL, min(WORST, ROUNDING * terms.max() / max(self._force(unknowns), 1e-300)))
 
     def _factorise(self, unknowns, active, level):
-        self.form.AssembleLinearization(unknowns.vec)
-        values, columns, starts = self.form.mat.CSR()
-        shape = (self.space.ndof, self.space.ndof)
+        self._contact.AssembleLinearization(unknowns.vec)
+        matrix = self._bulk.with_added(self._contact.mat)
         cost.require_room(
-            cost.of_factors(self.space.ndof, len(values)),
+            cost.of_factors(self.space.ndof, matrix.nze),
             f"factors of {self.unknowns} unknowns",
             "take longer elements or a lower order, or condense the body to its contact nodes: Condensed()",
         )
-        magnitudes = csr_matrix((np.abs(values), np.array(columns), np.array(starts)), shape=shape)
         try:
-            inverse = self.form.mat.Inverse(self.free, "umfpack")
+            if self._inverse is None:
+                self._inverse = matrix.Inverse(self.free, "umfpack")
+            else:
+                self._inverse.Update()  # in the order that was found first
         except Exception as failure:
+            self._inverse = None
             raise NotConverged(
                 f"no factorisation at {self.control} {level:g}: {failure}; "
                 "is the body supported, and is something in contact?"
             ) from failure
-        return _Factor(active, inverse, magnitudes[: len(self._free_fields)])
+        return _Factor(active, matrix, self._inverse, abs(_as_csr(matrix))[: len(self._free_fields)])
 
-    def _solves(self, step, residual):
+    def _solves(self, factor, step, residual):
         """Whether a step of the direct solver satisfies its equations: UMFPACK does not report every
         singular matrix.
         """
-        left, right = (self.form.mat * step - residual).Evaluate(), residual.Copy()
+        left, right = (factor.matrix * step - residual).Evaluate(), residual.Copy()
         for vector in (left, right):
             ng.Projector(self.free, True).Project(vector)
         return left.Norm() <= UNSOLVED * right.Norm()
@@ -418,9 +428,7 @@ class MonolithicNewton:
 
     def _force(self, unknowns):
         """Largest internal nodal force, reactions included: the scale of equilibrium."""
-        internal = unknowns.vec.CreateVector()
-        self._bulk.Apply(unknowns.vec, internal)
-        return np.abs(internal.FV().NumPy()[: len(self._free_fields)]).max()
+        return np.abs(self._bulk.internal(unknowns.vec)[: len(self._free_fields)]).max()
 
     def _length(self, unknowns):
         """Largest length in the gaps: the scale of the corner gaps."""
@@ -476,8 +484,65 @@ class _Iterate:
 @dataclass(frozen=True)
 class _Factor:
     active: bytes
+    matrix: object
     inverse: object
     magnitudes: object
+
+
+class _LinearForm:
+    """The first variation ``K x - f`` of a quadratic functional, of which K is assembled once, and K with
+    what another form adds to it.
+    """
+
+    def __init__(self, space, functional):
+        self._form = ng.BilinearForm(space)
+        self._form += ng.Variation(functional)
+        self._kept = None
+
+    @cached_property
+    def _assembled(self):
+        """K, its values, and -f."""
+        zero, minus_f = ng.GridFunction(self._form.space).vec, ng.GridFunction(self._form.space).vec
+        self._form.Apply(zero, minus_f)
+        self._form.AssembleLinearization(zero)
+        return _as_csr(self._form.mat), minus_f.FV().NumPy().copy()
+
+    @property
+    def matrix(self):
+        """The NGSolve matrix of K, or what `with_added` has made of it."""
+        return self._form.mat
+
+    def internal(self, vector):
+        """K x - f, array."""
+        matrix, minus_f = self._assembled
+        return matrix @ vector.FV().NumPy() + minus_f
+
+    def with_added(self, other):
+        """The NGSolve matrix K + `other`, whose entries have places in K; the one before is no more."""
+        matrix, _ = self._assembled
+        values = self._form.mat.AsVector().FV().NumPy()
+        values[:] = matrix.data
+        values[self._places(other)] += other.AsVector().FV().NumPy()
+        return self._form.mat
+
+    def _places(self, other):
+        """Numbers of the values of K that belong to those of a matrix, the same pattern at each call."""
+        if self._kept is None:
+            matrix, _ = self._assembled
+            self._kept = np.searchsorted(_keys(matrix), _keys(_as_csr(other)))
+        return self._kept
+
+
+def _as_csr(matrix):
+    """A copy of an NGSolve matrix."""
+    values, columns, starts = (np.array(part) for part in matrix.CSR())
+    return csr_matrix((values, columns, starts), shape=(matrix.height, matrix.width))
+
+
+def _keys(matrix):
+    """One number for the place of each entry of a CSR matrix, ascending."""
+    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
+    return rows * matrix.shape[1] + matrix.indices
 
 
 def default_rho(body, method):

@@ -94,8 +94,7 @@ class NewtonSolver3D(Solver3D):
 
     def _newton(self, g0, rho, multipliers, load, approach, unknowns, linear):
         """(unknowns and approach, gaps, steps) for these multipliers."""
-        nodes, levers = self.nodes, self.surface_law.levers
-        directions = np.hstack((np.ones((len(levers), 1)), levers))
+        nodes, directions = self.nodes, self.directions(self.nodes.points)
         if unknowns is None:
             closed = (
                 g0 <= g0.min() + 1e-9 * np.ptp(g0[np.isfinite(g0)]) if load is not None else g0 < approach
@@ -109,10 +108,16 @@ class NewtonSolver3D(Solver3D):
             own = np.where(closed, nodes.weights, 0.0)
             force = own * np.where(closed, multipliers + rho * np.where(closed, g0, 0.0), 0.0)
             unknowns = self.system.solve(
-                rho * own, directions, -directions.T @ force, load, force.sum(), unknowns, linear
+                rho * own,
+                directions,
+                -np.einsum("cin,cn->in", directions, force),
+                load,
+                force.sum(),
+                unknowns,
+                linear,
             )
             surface = (nodes.onto @ unknowns[:-1]).reshape(3, -1)
-            gaps = g0 - unknowns[-1] + directions @ surface
+            gaps = g0 - unknowns[-1] + np.einsum("cin,in->cn", directions, surface)
             before, wanted = closed, multipliers + rho * gaps
             closed = wanted <= 0
             # whether a corner without force counts as closed is a matter of rounding
@@ -133,7 +138,7 @@ class NewtonSolver3D(Solver3D):
         """The state of these unknowns and corner forces."""
         nodes, law = self.nodes, self.surface_law
         forces = self.of_least_norm(forces, (forces > 0) | (gaps <= 0))
-        loads = np.hstack((np.ones((len(law.levers), 1)), law.levers)).T @ forces
+        loads = np.einsum("cin,cn->in", self.directions(nodes.points), forces)
         state = ng.GridFunction(nodes.body.space)
         state.vec.FV().NumPy()[:] = unknowns[:-1]
         exerted = self.system.product(unknowns[:-1]) - nodes.onto.T @ loads.ravel()
@@ -214,7 +219,7 @@ class Systems:
         Parameters
         ----------
         springs : array (corners, n), stiffness of each
-        directions : array (corners, 3)
+        directions : array (corners, 3, n)
         force : array (3, n), nodal loads
         load : float, or None where the last of `start` is the approach
         more : float, what is added to the load
@@ -222,12 +227,12 @@ class Systems:
         linear : float, relative residual
         """
         onto, n = self.nodes.onto, len(self.nodes.weights)
-        blocks = np.einsum("ci,cn,cj->ijn", directions, springs, directions)
+        blocks = np.einsum("cin,cn,cjn->ijn", directions, springs, directions)
         place = np.arange(n)
         rows, columns = np.meshgrid(np.arange(3), np.arange(3), indexing="ij")
         entries = (rows.ravel()[:, None] * n + place, columns.ravel()[:, None] * n + place)
         stiff = csr_matrix((blocks.reshape(9, n).ravel(), tuple(one.ravel() for one in entries)))
-        across = onto.T @ (directions.T @ springs).ravel()
+        across = onto.T @ np.einsum("cin,cn->in", directions, springs).ravel()
         free, whole = self._free.copy(), springs.sum()
         right = np.append(onto.T @ force.ravel(), 0.0)
         if load is None:

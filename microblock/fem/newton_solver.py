@@ -106,11 +106,15 @@ class NewtonSolution(BelowOnMesh, AtNodes):
     def has_edges(self):
         return self.solver.body.mesh.dim == 2 and not self.solver.body.periodic
 
+    @property
+    def period(self):
+        return None if self.has_edges else self.weights.sum()
+
     @cached_property
     def zones_by_name(self):
         """Zones of the nodes, within a period of a body that repeats, per unit length of a 1D one."""
         closed = np.array([self.nodal.closed[corner] for corner in self._facets.corners])[:, self._order]
-        end = None if self.has_edges else self.x[0] + self.weights.sum()
+        end = None if self.has_edges else self.x[0] + self.period
         return zones_of(self.x, closed, self.law, self.apart, end)
 
     @cached_property
@@ -125,7 +129,7 @@ class NewtonSolution(BelowOnMesh, AtNodes):
     def interpolated(self, values, x):
         if self.has_edges:
             return super().interpolated(values, x)
-        return np.interp(x, self.x, values, period=self.weights.sum())
+        return np.interp(x, self.x, values, period=self.period)
 
     def reaches(self, x):
         return super().reaches(x) if self.has_edges else np.isfinite(x)

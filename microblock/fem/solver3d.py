@@ -41,7 +41,7 @@ class Solver3D(Solver):
         """Returns the State3D; parameters and errors are those of `Solver.solve`."""
         self.require_no_rtol(rtol)
         nodes, law = self.nodes, self.surface_law
-        H = nodes.flexibility(law.levers, law.clamped)
+        H = nodes.flexibility(self.directions(nodes.points), law.clamped)
         found = projected_gradients.solve(
             H, self.reachable_gaps(), load=load, approach=approach, rtol=RESIDUAL
         )
@@ -85,6 +85,14 @@ class Solver3D(Solver):
                 rtol,
                 "cannot be asked of a Body3D: it has no error estimate; compare with a finer mesh",
             )
+
+    def directions(self, points):
+        """(1, lever) of each corner at points, array (corners, 3, n)."""
+        law, (x1, x2, _) = self.surface_law, points.T
+        levers = np.repeat(-law.offsets[:, :, None], len(x1), axis=2)
+        if law.psi0:
+            levers = levers + law.tilt(x1, x2)
+        return np.concatenate((np.ones((len(levers), 1, len(x1))), levers), axis=1)
 
     def path(self, last, rtol, progress=False):
         """Raises BadArgument: there is none."""

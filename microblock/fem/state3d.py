@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -185,9 +185,10 @@ class State3D(Shown):
 
     def _gaps(self, places: Array, surface: Array) -> Array:
         """Gaps of all corners at places, array (k, 3), with this (u, phi1, phi2), array (3, k)."""
-        law = self.problem.solver.surface_law  # type: ignore[attr-defined]
-        gaps = law.initial_gaps(self.problem.obstacle, self.problem.solid.ell, *places[:, :2].T)
-        found: Array = gaps - places[:, 2] - self.approach + surface[0] + law.levers @ surface[1:]
+        solver: Any = self.problem.solver
+        gaps = solver.surface_law.initial_gaps(self.problem.obstacle, solver.solid.ell, *places[:, :2].T)
+        added = np.einsum("cin,in->cn", solver.directions(places), surface)
+        found: Array = gaps - places[:, 2] - self.approach + added
         return found
 
     def plot(self, path: str | None = None) -> Figure:

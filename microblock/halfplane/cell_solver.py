@@ -76,6 +76,10 @@ class CellSolution(Solution):
         return self.pressures.size
 
     @property
+    def period(self):
+        return self.solver.body.period
+
+    @property
     def all_zones(self):
         """{corner number: array (k, 2) of the intervals of cells with pressure}; 0 is A (left), 1 is B
         (right).
@@ -98,8 +102,7 @@ class CellSolution(Solution):
 
     def pressure(self, corner, x):
         """Pressure of a corner at x, array (n,): that of the cell in which x lies."""
-        period = self.solver.body.period
-        x = _folded(x, period)
+        x = _folded(x, self.period)
         number = np.floor((x - self.x[0]) / self.weights[0] + 0.5)
         inside = (number >= 0) & (number < len(self.x))
         return np.where(inside, self.pressures[corner][np.clip(number, 0, len(self.x) - 1).astype(int)], 0.0)
@@ -112,7 +115,7 @@ class CellSolution(Solution):
         BadArgument
             For x beyond the cells.
         """
-        period, half = self.solver.body.period, self.weights[0] / 2
+        period, half = self.period, self.weights[0] / 2
         if period is None and not np.all((x >= self.x[0] - half) & (x <= self.x[-1] + half)):
             raise BadArgument(
                 "x", x, f"must lie within the cells, from {self.x[0] - half:g} to {self.x[-1] + half:g}"

@@ -62,7 +62,7 @@ def _gaps_between(problem):
 def _stretches(problem):
     """Low stretches of the contact point, for all corners together."""
     shifts = [problem.shift(corner) for corner in range(len(problem.law.corners))]
-    return joined((left + min(shifts), right + max(shifts)) for left, right in problem.picture.stretches)
+    return joined((left + each, right + each) for left, right in problem.picture.stretches for each in shifts)
 
 
 def _first_cells(problem):

@@ -1,48 +1,78 @@
 """The half-space on n x n equal cells, matrix-free: corner forces to corner gaps by FFT.
 
-With u the normal displacement into the body and phi as in `microblock.halfspace.symbol`, p and m the sums of
-the forces on a cell and of their levers,
+With u the normal displacement into the body, phi and m as in `microblock.halfspace.symbol`, (a, b) the signs
+of a corner and t the tilt of the blocks (`microblock.halfspace.surface_law`), p and m the sums of the forces
+on a cell and of their levers,
 
-    p = sum f_c,   m = sum lever_c f_c,   gap_c = u + lever_c.phi
+    p = sum f_c,   q = -sum (a, b) f_c,   m = q + t p,      gap_c = u + t.phi - (a, b).phi
 
-is the flexibility H of (a) in `microblock.corners.active_set`. The levers of the four corners are constant,
-(-+1, -+1) but for psi0, and act in three degrees of freedom: H has a null space, forces up and down in turn.
+is the flexibility H of (a) in `microblock.corners.active_set`; t may differ from cell to cell. Four corners
+act in three degrees of freedom: H has a null space, forces up and down in turn.
+
+In Fourier space (u, phi) = C (p, m) with C = D R D^H, D = diag(1, -i, -i) and R real and symmetric. Of R six
+arrays are kept, and of its inverse, which is the preconditioner; where there are no images, R is that of the
+cells' responses in a doubled period.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
-from scipy.fft import irfft2, next_fast_len, rfft2
+from scipy.fft import fft, ifft, irfft, next_fast_len, rfft, rfft2
 
+from ..halfplane.kernels import short_waves
 from ..model.material import Cosserat
 from ..model.types import AnyArray as Array
+from ..threads import workers
 from .kernels import kernels
+from .surface_law import NONE
 from .symbol import at_rest, symbol
+
+SAME = 1e-12  # of the initial gaps: less than that is rounding of them
+SLAB = 32  # rows of wavenumbers that are multiplied at once
+Six: TypeAlias = Sequence[Array]  # u, v1, v2 and the components 11, 12, 22 of the tensor
 
 
 @dataclass(frozen=True)
 class Waves:
-    """The surface response in Fourier space, of forces on cells; or an approximate inverse of it.
+    """Responses in Fourier space to fields on cells.
 
     Attributes
     ----------
     length : (int, int)
         Cells of the transforms.
-    spectrum : array (3, 3, length, length//2 + 1)
-        From (p, m1, m2) to (u, phi1, phi2), complex.
+    spectrum : rows of arrays (length, length//2 + 1)
+        R, or a part of it.
+    even : (int, int)
+        Number of its first rows, and columns, that belong to p and u: the others turn by -i and i.
     """
 
     length: tuple[int, int]
-    spectrum: Array
+    spectrum: Sequence[Sequence[Array]]
+    even: tuple[int, int] = (1, 1)
 
     def __call__(self, values: Array) -> Array:
-        """Returns the responses to fields on cells, arrays (k, n1, n2) with k the rows that are there."""
-        waves = rfft2(values, self.length, workers=1)
-        found = [sum(row[j] * waves[j] for j in range(len(row))) for row in self.spectrum]
+        """Returns the responses to fields on cells, arrays (k, n1, n2)."""
         n1, n2 = values.shape[-2:]
-        return irfft2(np.array(found), self.length, workers=1)[..., :n1, :n2]
+        threads = {"workers": workers(values[0].size), "overwrite_x": True}
+        waves = rfft(values, self.length[1], **threads)  # then along x1: rows beyond the cells are 0
+        waves = fft(waves, self.length[0], axis=-2, **threads)
+        found = np.empty((len(self.spectrum), *waves.shape[1:]), complex)
+        for first in range(0, len(waves[0]), SLAB):  # which stays in the processor's cache
+            slab = slice(first, first + SLAB)
+            wave = waves[:, slab]
+            wave[self.even[1] :] *= 1j
+            for own, row in zip(found[:, slab], self.spectrum):
+                np.multiply(row[0][slab], wave[0], out=own)
+                for part, other in zip(row[1:], wave[1:]):
+                    own += part[slab] * other
+            found[self.even[0] :, slab] *= -1j
+        found = ifft(found, axis=-2, **threads)[:, :n1]
+        answer: Array = irfft(found, self.length[1], **threads)[..., :n2]
+        return answer
 
 
 @dataclass(frozen=True)
@@ -51,17 +81,24 @@ class Flexibility:
 
     Attributes
     ----------
-    levers : array (corners, 2)
+    offsets : array (corners, 2)
+        Signs (a, b); 0 for one corner.
     response, inverse : Waves
         Of (u, phi1, phi2), or of u alone for one corner.
     aside : Waves or None
         Of one corner: from p to phi, or to the m that holds psi = 0.
+    tilt : array (2, n1, n2)
+        t; without components (0, n1, n2) for one corner.
+    soft : float
+        Rotation over displacement under short waves, W over U.
     """
 
-    levers: Array
+    offsets: Array
     response: Waves
     inverse: Waves
-    aside: Waves | None = None
+    aside: Waves | None
+    tilt: Array
+    soft: float = 1.0
 
     def __matmul__(self, forces: Array) -> Array:
         """Returns gaps from forces, arrays (corners, n1, n2)."""
@@ -69,7 +106,13 @@ class Flexibility:
 
     def surface(self, forces: Array) -> Array:
         """Returns (u, phi1, phi2), or u alone, from forces: array (3 or 1, n1, n2)."""
-        return self.response(np.tensordot(self._rows.T, forces, 1))
+        return self.response(self.resultants(forces))
+
+    def resultants(self, forces: Array) -> Array:
+        """Returns (p, m1, m2), or p alone, from forces: array (3 or 1, n1, n2)."""
+        found: Array = np.tensordot(self._rows.T, forces, 1)
+        found[1:] += self.tilt * found[0]
+        return found
 
     def beside(self, forces: Array) -> Array:
         """Returns for one corner what p does besides, array (2, n1, n2): phi, or m where psi = 0."""
@@ -78,41 +121,99 @@ class Flexibility:
 
     def gaps(self, surface: Array) -> Array:
         """Returns what u and phi add to the gap of each corner."""
-        return np.tensordot(self._rows, surface, 1)
+        found: Array = np.tensordot(self._rows, surface, 1)
+        return found + (self.tilt * surface[1:]).sum(axis=0)
 
     def precondition(self, gaps: Array) -> Array:
         """Returns forces of least norm that leave about these gaps."""
-        back = np.linalg.pinv(self._rows)
-        return np.tensordot(back.T, self.inverse(np.tensordot(back, gaps, 1)), 1)
+        return self.on_face(np.ones(gaps.shape, bool))(gaps)
+
+    def on_face(self, there: Array) -> Callable[[Array], Array]:
+        """Returns the preconditioner of the corners that are there, boolean (corners, n1, n2), alone.
+
+        Of E = (1, -a, -b) with the rows of the corners that a block has there, C^-1 acts between
+        B = D E^T (E D E^T)^+ and its transpose: with all of them it is the inverse, with some of them it is
+        so for short waves, where C is like D.
+        """
+        if len(self.offsets) == 1:
+            return self.inverse
+        kinds = np.tensordot(2 ** np.arange(len(there)), there, 1)
+        backs = [
+            self._back(np.array([kind >> number & 1 for number in range(len(there))])) for kind in range(16)
+        ]
+        back = np.moveaxis(np.array(backs)[kinds], (2, 3), (0, 1))  # (3, corners, n1, n2)
+
+        def precondition(gaps: Array) -> Array:
+            surface = np.einsum("scij,cij->sij", back, gaps)
+            surface[0] -= (self.tilt * surface[1:]).sum(axis=0)
+            found = self.inverse(surface)
+            found[1:] -= self.tilt * found[0]
+            return np.einsum("scij,sij->cij", back, found)
+
+        return precondition
+
+    def _back(self, there: Array) -> Array:
+        D = np.diag((1.0, self.soft, self.soft))
+        E = self._rows * there[:, None]
+        return D @ E.T @ np.linalg.pinv(E @ D @ E.T)
+
+    def settled(self, forces: Array, g0: Array) -> Array:
+        """Returns forces with the same resultants and the least work on the initial gaps.
+
+        The forces 1, -1, -1, 1 of a block do nothing but that work. It is g0-- - g0-+ - g0+- + g0++ for each,
+        which no displacement changes: where it is positive, "--" or "++" is open; where it is 0 all four may
+        be closed, and the forces of least norm are taken.
+        """
+        if len(forces) != len(NONE):
+            return forces
+        with np.errstate(invalid="ignore"):
+            work = np.tensordot(NONE, g0, 1)
+        known = np.isfinite(work)
+        size = SAME * np.abs(g0[:, known]).max(initial=0.0)
+        least = -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2])
+        share = np.clip(-np.tensordot(NONE, forces, 1) / len(NONE), *least)
+        share = np.where(work > size, least[0], np.where(work < -size, least[1], share))
+        return np.maximum(forces + np.where(known, share, 0.0) * NONE[:, None, None], 0.0)
 
     @property
     def _rows(self) -> Array:
-        """(1, lever) of each corner, array (corners, 3); of one corner (1,)."""
-        ones = np.ones((len(self.levers), 1))
-        return ones if len(self.levers) == 1 else np.hstack((ones, self.levers))
+        """(1, -a, -b) of each corner, array (corners, 3); of one corner (1,)."""
+        ones = np.ones((len(self.offsets), 1))
+        return ones if len(ones) == 1 else np.hstack((ones, -self.offsets))
 
 
 def flexibility(
-    solid: Cosserat, levers: Array, count: int, width: float, periodic: bool, clamped: bool
+    solid: Cosserat, offsets: Array, tilt: Array, width: float, periodic: bool, clamped: bool
 ) -> Flexibility:
-    """Returns the Flexibility of corners with these levers on count x count cells of this width (length)."""
-    length = count if periodic else next_fast_len(2 * count, real=True)
-    smooth = _spectrum(solid, length, width)
-    if periodic:
-        whole = smooth.copy()
-        whole[:, :, 0, 0] = np.diag((0.0, at_rest(solid), at_rest(solid))) / width**2
-    else:
-        whole = _embedded(solid, count, length, width)
+    """Returns the Flexibility of corners on cells of this width (length), as many as there are tilts."""
+    count = tilt.shape[-1]
+    length, near = (count if periodic else next_fast_len(parts * count, real=True) for parts in (2, 1))
     size = (length, length)
-    if len(levers) == 1:
-        (alone, aside), (smooth, _) = (_one_corner(matrix, clamped) for matrix in (whole, smooth))
-        return Flexibility(levers, Waves(size, alone), Waves(size, 1 / smooth), Waves(size, aside))
-    inverse = np.moveaxis(np.linalg.inv(np.moveaxis(smooth, (0, 1), (-2, -1))), (-2, -1), (0, 1))
-    return Flexibility(levers, Waves(size, whole), Waves(size, inverse))
+    if periodic:
+        whole = _smooth(solid, length, width)
+        for part, rest in zip(whole, (0.0, 0.0, 0.0, at_rest(solid), 0.0, at_rest(solid))):
+            part[0, 0] = rest / width**2
+        whole = _held(whole) if clamped else whole
+    else:
+        whole = _embedded(solid, count, length, width, clamped)
+    if len(offsets) == 1:
+        smooth = _smooth(solid, near, width)
+        back = Waves((near, near), [[1 / (_held(smooth) if clamped else smooth)[0]]])
+        aside = Waves(size, [[one] for one in whole[1:3]], even=(0, 1))
+        return Flexibility(offsets, Waves(size, [whole[:1]]), back, aside, tilt)
+    displaced, rotated = short_waves(solid)
+    inverse = Waves((near, near), _symmetric(_smooth(solid, near, width, True)))
+    return Flexibility(offsets, Waves(size, _symmetric(whole)), inverse, None, tilt, rotated / displaced)
 
 
-def _spectrum(solid: Cosserat, length: int, width: float) -> Array:
-    """Returns the symbol at the wavenumbers of a period, positive definite at each: array (3, 3, ...).
+def _symmetric(six: Six) -> list[list[Array]]:
+    """Returns the rows of R."""
+    u, v1, v2, w11, w12, w22 = six
+    return [[u, v1, v2], [v1, w11, w12], [v2, w12, w22]]
+
+
+def _smooth(solid: Cosserat, length: int, width: float, inverse: bool = False) -> list[Array]:
+    """Returns R of the symbol, or its inverse, at the wavenumbers of a period, positive definite at each.
 
     At k = 0 it is what half of the smallest wavenumber has, which stands for the mean.
     """
@@ -121,47 +222,42 @@ def _spectrum(solid: Cosserat, length: int, width: float) -> Array:
     k2 = (np.arange(length // 2 + 1) * step)[None, :]
     k = np.hypot(k1, k2)
     k[0, 0] = step / 2
-    U, V, W, other = symbol(solid, k)
+    U, V, W, other = np.array(symbol(solid, k)) / width**2
+    V[0, 0], W[0, 0] = 0, (W[0, 0] + other[0, 0]) / 2
+    other[0, 0] = W[0, 0]
+    if inverse:
+        U, V, W, other = np.array((W, -V, U, (U * W - V**2) / other)) / (U * W - V**2)
     c, s = k1 / k, k2 / k
-    odd1, odd2 = (c * np.ones_like(k), s * np.ones_like(k))
+    odd1, odd2 = c * np.ones_like(k), s * np.ones_like(k)
     if length % 2 == 0:  # of the shortest wave cells see no odd part
         odd1[length // 2] = 0
         odd2[:, -1] = 0
-    matrix = np.zeros((3, 3, *k.shape), complex)
-    matrix[0, 0] = U
-    matrix[0, 1], matrix[0, 2] = 1j * V * odd1, 1j * V * odd2
-    matrix[1, 0], matrix[2, 0] = -1j * V * odd1, -1j * V * odd2
-    matrix[1, 1] = other + (W - other) * c**2
-    matrix[2, 2] = other + (W - other) * s**2
-    matrix[1, 2] = matrix[2, 1] = (W - other) * odd1 * odd2
-    matrix[1, 1, 0, 0] = matrix[2, 2, 0, 0] = (W[0, 0] + other[0, 0]) / 2
-    return matrix / width**2
+    apart = W - other
+    return [U, V * odd1, V * odd2, other + apart * c**2, apart * odd1 * odd2, other + apart * s**2]
 
 
-def _embedded(solid: Cosserat, count: int, length: int, width: float) -> Array:
-    """Returns the transforms of the cells' responses without images in a period of the length."""
+def _embedded(solid: Cosserat, count: int, length: int, width: float, clamped: bool) -> list[Array]:
+    """Returns R of the cells' responses without images in a period of the length; the three of `_held` where
+    psi = 0.
+    """
     table = kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
-    values = table.cells(count, width / solid.ell) * (1 - solid.nu) / solid.mu / solid.ell
-    columns = np.zeros((6, length, length))
-    columns[:, :count, :count] = values
-    for mirrored, odd in ((1, (1, 4)), (2, (2, 4))):  # along x1: v1 and the component 12 are odd
-        sign = np.ones((6, 1, 1))
-        sign[list(odd)] = -1
-        if mirrored == 1:
-            columns[:, :-count:-1, :count] = sign * columns[:, 1:count, :count]
-        else:
-            columns[:, :, :-count:-1] = sign * columns[:, :, 1:count]
-    u, v1, v2, w11, w12, w22 = rfft2(columns)
-    return np.array(((u, -v1, -v2), (v1, w11, w12), (v2, w12, w22)))
+    found = []
+    for number, quarter in enumerate(table.cells(count, width / solid.ell, clamped)):
+        moment = clamped and number > 0
+        quarter *= (width / solid.ell) ** 2 if moment else (1 - solid.nu) / solid.mu / solid.ell
+        odd1, odd2 = number in (1, 4), number in (2, 4)  # along x1: v1 and the component 12; along x2
+        column = np.zeros((length, length))
+        column[:count, :count] = quarter
+        column[:-count:-1, :count] = (-1) ** odd1 * quarter[1:]
+        column[:, :-count:-1] = (-1) ** odd2 * column[:, 1:count]
+        waves = rfft2(column)
+        found.append(-waves.imag if odd1 != odd2 else waves.real.copy())
+    return found
 
 
-def _one_corner(matrix: Array, clamped: bool) -> tuple[Array, Array]:
-    """Returns u from p, and what p does besides: phi, or the m that takes the rotation away."""
-    if not clamped:
-        return matrix[:1, :1], matrix[1:, :1]
-    turned, pressed = (np.moveaxis(part, (0, 1), (-2, -1)) for part in (matrix[1:, 1:], matrix[1:, :1]))
-    moments = -np.linalg.solve(turned, pressed)
-    across = np.moveaxis(matrix[:1, 1:], (0, 1), (-2, -1))
-    return matrix[:1, :1] + np.moveaxis(across @ moments, (-2, -1), (0, 1)), np.moveaxis(
-        moments, (-2, -1), (0, 1)
-    )
+def _held(six: Six) -> list[Array]:
+    """Returns u, m1 and m2 from p where psi = 0, m taking the rotation away."""
+    u, v1, v2, w11, w12, w22 = six
+    determinant = w11 * w22 - w12**2
+    m1, m2 = (w12 * v2 - w22 * v1) / determinant, (w12 * v1 - w11 * v2) / determinant
+    return [u + v1 * m1 + v2 * m2, m1, m2]

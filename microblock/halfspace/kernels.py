@@ -5,10 +5,11 @@ vectors in the surface along k for the plane part,
 
     u = u(r) p - v(r) e.m,     phi = v(r) e p + [w0(r) + w2(r) (2 e e - 1)] m,
 
-are the Hankel transforms of U, V, (W + W_par)/2 and (W - W_par)/2 with J0, J1, J0 and -J2. On k = i t the
-Bessel functions become K0, K1 and K2, which decay: what is left are integrals over t > 0 of the imaginary
-parts (of V: the real part). They are tabulated once in log r, over c/ell with c = (1 - nu)/mu; r u(r) runs
-from one constant to another.
+are the Hankel transforms of U, V, (W + W_par)/2 and (W - W_par)/2 with J0, J1, J0 and -J2. Where psi = 0 on
+the whole surface, u from p is that of U - V^2/W with J0, and m = -V/W e p with J1 holds the rotation. On k =
+i t the Bessel functions become K0, K1 and K2, which decay: what is left are integrals over t > 0 of the
+imaginary parts (of V and V/W: the real part). They are tabulated once in log r, over c/ell with c = (1 -
+nu)/mu (that of V/W over 1/ell^2); r u(r) runs from one constant to another.
 """
 
 from __future__ import annotations
@@ -34,11 +35,12 @@ GAUSS = 16  # points on a piece of the integrals over t
 PIECE = 0.4  # its width in log t
 GRADED = 40  # halvings of a piece towards a branch point
 MIRRORED = 8  # halvings of a piece towards a pole, beside which two pieces are symmetric
-KERNELS = 4
+KERNELS = 6
 
 
 class Kernels:
-    """u, v, w0 and w2 over c/ell at r/ell, for ell = 1 and given nu, beta, gamma', alpha', beta'.
+    """u, v, w0 and w2, and u and m where psi = 0, at r/ell, for ell = 1 and given nu, beta, gamma', alpha',
+    beta'.
 
     Raises
     ------
@@ -71,7 +73,7 @@ class Kernels:
         values: Array = np.moveaxis(self._spline(np.log(np.clip(r, NEAREST, FARTHEST))), -1, 0) / r
         return values
 
-    def cells(self, count: int, width: float) -> Array:
+    def cells(self, count: int, width: float, clamped: bool = False) -> Array:
         """Returns responses averaged over square cells at the distances (i, j) = 0, 1, ... cells.
 
         Parameters
@@ -80,13 +82,16 @@ class Kernels:
             Number of distances along each axis.
         width : float
             Side of a cell over ell.
+        clamped : bool
+            Whether psi = 0 on the whole surface.
 
         Returns
         -------
-        array (6, count, count)
-            u, v1, v2 and the components 11, 12, 22 of the tensor, over c/ell.
+        array (6, count, count), or (3, count, count) where psi = 0
+            u, v1, v2 and the components 11, 12, 22 of the tensor, over c/ell; or u over that, m1 and m2 over
+            1/ell^2.
         """
-        found = np.empty((6, count, count))
+        found = np.empty((3 if clamped else 6, count, count))
         for near, far, order in ((0, 3, 24), (3, 12, 8), (12, 48, 4), (48, count, 2)):
             i, j = np.indices((count, count))
             keep = (np.maximum(i, j) >= near) & (np.maximum(i, j) < far)
@@ -94,33 +99,41 @@ class Kernels:
             points, gauss = gauss_rule(order)
             x, y = ((points - 0.5) * width)[:, None], ((points - 0.5) * width)[None, :]
             for block in np.array_split(np.arange(len(i)), 1 + len(i) * order**2 // 2**20):
-                values = self.components(i[block, None, None] * width + x, j[block, None, None] * width + y)
+                places = i[block, None, None] * width + x, j[block, None, None] * width + y
+                values = (self.clamped if clamped else self.components)(*places)
                 found[:, i[block], j[block]] = np.einsum("cnab,a,b->cn", values, gauss, gauss)
-        found[:, 0, 0] = self._own(width)
+        u, w, held = self._own(width)
+        found[:, 0, 0] = (held, 0, 0) if clamped else (u, 0, 0, w, 0, w)
         return found
 
     def components(self, x: Array, y: Array) -> Array:
         """Returns u, v1, v2 and the components 11, 12, 22 of the tensor at (x, y)/ell: array (6, ...)."""
         x, y = np.broadcast_arrays(x, y)
         r = np.hypot(x, y)
-        u, v, w0, w2 = self(r)
+        u, v, w0, w2 = self(r)[:4]
         c, s = x / r, y / r
         return np.array(
             (u, v * c, v * s, w0 + w2 * (2 * c * c - 1), 2 * w2 * c * s, w0 + w2 * (2 * s * s - 1))
         )
 
+    def clamped(self, x: Array, y: Array) -> Array:
+        """Returns u, m1 and m2 from p at (x, y)/ell where psi = 0: array (3, ...)."""
+        r = np.hypot(x, y)
+        u, m = self(r)[4:]
+        return np.array((u, m * x / r, m * y / r))
+
     def _own(self, width: float) -> Array:
-        """Returns the averages over the loaded cell at its centre: by the symmetry of the square the odd ones
-        and the tensor's w2 vanish.
+        """Returns the averages of u, w0 and u where psi = 0 over the loaded cell at its centre: by the
+        symmetry of the square the odd ones and the tensor's w2 vanish.
         """
         rays, turns = gauss_rule(32)
         angle = rays * np.pi / 4
         reach = width / 2 / np.cos(angle)
         radii, lengths = gauss_rule(32)
         r = reach[:, None] * radii**2  # a logarithm of r, in r u, is flattened
-        u, _, w0, _ = (self(r) * r * (2 * reach[:, None] * radii * lengths)).sum(axis=-1)
-        u, w = (8 * (one @ turns) * np.pi / 4 / width**2 for one in (u, w0))
-        return np.array((u, 0.0, 0.0, w, 0.0, w))
+        whole = (self(r) * r * (2 * reach[:, None] * radii * lengths)).sum(axis=-1)
+        averages: Array = 8 * (whole[[0, 2, 4]] @ turns) * np.pi / 4 / width**2
+        return averages
 
 
 @lru_cache(maxsize=16)
@@ -138,15 +151,15 @@ def _integrals(solid: Cosserat, r: Array) -> Array:
     U, V, W = symbol_of_roots(solid, k, s, rate / (s + k))
     other = along(solid, k, s, s1)
     c = (1 - solid.nu) / solid.mu
-    weights = (
-        np.array((-U.imag, V.real, -(W + other).imag / 2, -(W - other).imag / 2)) * t * dt / (np.pi**2 * c)
-    )
+    held, reaction = U - V**2 / W, -c * V / W
+    parts = -U.imag, V.real, -(W + other).imag / 2, -(W - other).imag / 2, -held.imag, reaction.real
+    weights = np.array(parts) * t * dt / (np.pi**2 * c)
     found = np.empty((KERNELS, len(r)))
     for block in np.array_split(np.arange(len(r)), 1 + len(r) // 64):
         tr = np.outer(t, r[block])
         zero, one = kv(0, tr), kv(1, tr)
         two = zero + 2 * one / tr
-        for number, bessel in enumerate((zero, one, zero, two)):
+        for number, bessel in enumerate((zero, one, zero, two, zero, one)):
             found[number, block] = weights[number] @ bessel
     return found
 

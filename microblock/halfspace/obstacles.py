@@ -5,15 +5,19 @@ Any callable ``height(x1, x2)`` of two arrays serves as well; it returns inf whe
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, make_plain, require_choice, require_positive
+from ..errors import BadArgument, make_plain, require_choice, require_finite, require_positive, require_whole
 from ..model.types import AnyArray as Array
 
 FACES = ("round", "square")
+MOST_WAVES = 1024  # to the period, of the shortest: 3 million waves
+TOGETHER = 2**20  # places times wavenumbers along an axis whose powers are kept at once
 
 
 @dataclass(frozen=True)
@@ -144,6 +148,107 @@ class FlatPunch:
         """Returns the height at (x1, x2), arrays of one shape (lengths); inf beside the face."""
         away = np.hypot(x1, x2) if self.face == "round" else np.maximum(np.abs(x1), np.abs(x2))
         return np.where(away <= self.half_width, 0.0, np.inf)
+
+
+@dataclass(frozen=True)
+class RoughSurface:
+    """Self-affine surface of a period in x1 and x2: cosines of random phases in all directions, amplitudes
+    like (wavenumber)^-(hurst + 1).
+
+    It is a function of the place, the same on whatever grid. A seed draws the same phases for all waves that
+    two surfaces have in common.
+
+    Parameters
+    ----------
+    period : float
+        Length after which the surface repeats along either axis.
+    slope : float
+        Root mean square of the length of the slope, ``|grad h|`` (dimensionless).
+    hurst : float
+        Hurst exponent, from 0 to 1: the power spectral density falls like (wavenumber)^-(2 hurst + 2).
+    waves : (int, int)
+        Wavenumbers of the longest and of the shortest waves, in waves to the period, both included.
+    seed : int
+        Seed of the random phases.
+
+    Raises
+    ------
+    BadArgument
+        If a value is out of range.
+
+    Examples
+    --------
+    >>> rough = mb.RoughSurface(period=1.0, slope=0.1, seed=7)
+    >>> x1, x2 = np.array([0.2, 1.2]), np.array([0.3, -0.7])
+    >>> bool(np.ptp(rough.height(x1, x2)) < 1e-12)      # it repeats
+    True
+    """
+
+    period: float
+    slope: float
+    hurst: float = 0.8
+    waves: tuple[int, int] = (2, 32)
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        make_plain(self)
+        require_positive(period=self.period, slope=self.slope)
+        require_finite(hurst=self.hurst)
+        if not 0 <= self.hurst <= 1:
+            raise BadArgument("hurst", self.hurst, "must lie between 0 and 1")
+        try:
+            longest, shortest = self.waves
+            require_whole(1, waves=longest)
+            require_whole(longest, MOST_WAVES, waves=shortest)
+        except (TypeError, ValueError) as failure:
+            raise BadArgument(
+                "waves", self.waves, f"must be two whole numbers, 1 <= longest <= shortest <= {MOST_WAVES}"
+            ) from failure
+        require_whole(0, seed=self.seed)
+
+    @cached_property
+    def amplitudes(self) -> Array:
+        """Complex amplitudes of exp(2 pi i (m1 x1 + m2 x2)/period): m1 = 0 ... n and m2 = -n ... n, n the
+        shortest wave, array (n + 1, 2 n + 1).
+        """
+        longest, shortest = self.waves
+        m1, m2 = (each.ravel() for each in np.mgrid[: shortest + 1, -shortest : shortest + 1])
+        square = m1**2 + m2**2
+        there = np.flatnonzero((square <= shortest**2) & ((m1 > 0) | (m2 > 0)))  # of k and -k one
+        there = there[np.lexsort((m2[there], m1[there], square[there]))]  # shorter waves have later phases
+        phases = 2 * np.pi * np.random.default_rng(self.seed).random(len(there))
+        m = np.sqrt(square[there])
+        shape = np.where(m >= longest, m ** (-self.hurst - 1), 0.0) * np.exp(1j * phases)
+        mean_square = np.sum(np.abs(2 * np.pi * m / self.period * shape) ** 2) / 2
+        whole = np.zeros(len(m1), complex)
+        whole[there] = self.slope / np.sqrt(mean_square) * shape
+        return whole.reshape(shortest + 1, -1)
+
+    def height(self, x1: Array, x2: Array) -> Array:
+        """Returns the height at (x1, x2), arrays of one shape (lengths); soon on the places of a grid."""
+        x1, x2 = np.asarray(x1, float), np.asarray(x2, float)
+        n = self.waves[1]
+        if x1.ndim == 2 and np.all(x1 == x1[:, :1]) and np.all(x2 == x2[:1]):
+            first, second = self._waves(x1[:, 0], 0, n) @ self.amplitudes, self._waves(x2[0], -n, n).T
+            return np.asarray(first.real @ second.real - first.imag @ second.imag)
+        found = np.empty(x1.size)
+        for block in np.array_split(np.arange(x1.size), 1 + x1.size * n // TOGETHER):
+            first = self._waves(x1.ravel()[block], 0, n) @ self.amplitudes
+            found[block] = (first * self._waves(x2.ravel()[block], -n, n)).sum(axis=1).real
+        return found.reshape(x1.shape)
+
+    def _waves(self, x: Array, first: int, last: int) -> Array:
+        """Returns exp(2 pi i m x/period) for m from the first to the last, array (places, waves)."""
+        return np.exp(2j * np.pi / self.period * np.outer(x, np.arange(first, last + 1)))
+
+
+def repeated(obstacle: object, period: float) -> Callable[[Array, Array], Array]:
+    """Returns the height of an obstacle and its images, a period apart along both axes."""
+
+    def height(x1: Array, x2: Array) -> Array:
+        return heights(obstacle, *((x + period / 2) % period - period / 2 for x in (x1, x2)))
+
+    return height
 
 
 def heights(obstacle: object, x1: Array, x2: Array) -> Array:

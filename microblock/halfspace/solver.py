@@ -11,21 +11,24 @@ that of the edge of the contact, which cells cut into steps, and that of the smo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_array
 from tqdm.auto import tqdm
 
 from ..corners import projected_gradients
 from ..errors import BOUNDED, NOT_YET, BadArgument, NotConverged
+from ..model.events import LoadPath
 from ..model.solver import Solver
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Interval
 from .cells import Flexibility, flexibility
 from .kernels import kernels
-from .obstacles import heights
+from .obstacles import heights, repeated
 from .state import SurfaceState
 from .surface_law import on_surface
 
@@ -40,6 +43,8 @@ LOOKED = 96  # places along either axis, and as many radii and directions, at wh
 FARTHEST = 1e3  # times the window, to which gaps are looked at
 OVERLAP = 1e-6  # of the approach: a gap that is more negative is a contact
 SLOWEST, FASTEST = 1.6, 2.5  # ratio of successive changes from grid to grid that the estimate takes
+FITS = 1e-6  # of their range, heights and psi0 at both ends of a period may differ; so may periods
+PLACES = 65  # on an edge of a period, at which they are compared
 DISTANCES = np.geomspace(1e-4, 1e5, 121)  # of ell, at which an obstacle is looked at
 
 
@@ -63,6 +68,7 @@ class SurfaceSolver(Solver):
 
     usual_rtol = 1e-2
     most_corners = None
+    state_class = SurfaceState
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         super().__init__(contact, options)
@@ -72,11 +78,36 @@ class SurfaceSolver(Solver):
             raise BadArgument("window", options.window, "belongs to a half-space without images")
         if options.nodes is not None and options.nodes > 2 * MOST:
             raise BadArgument("nodes", options.nodes, f"counts along each axis: at most {2 * MOST}")
+        self._require_repeating()
         self._kept: dict[Grid, Flexibility] = {}
+
+    def _require_repeating(self) -> None:
+        """Raises BadArgument unless obstacle and psi0 fit the period: what is cut off must go on where it
+        begins.
+        """
+        own, period = getattr(self.obstacle, "period", None), self.period
+        if own is not None and (period is None or abs(period / own - round(period / own)) > FITS):
+            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own:g}")
+        if period is None:
+            return
+        if not _repeats(lambda x1, x2: heights(self.obstacle, x1, x2), period):
+            raise BadArgument("obstacle", self.obstacle, f"must repeat with the period, {period:g}")
+        if not _repeats(self.surface_law.tilt, period):
+            psi0 = getattr(self.law, "psi0", None)
+            raise BadArgument("psi0", psi0, f"must repeat with the period, {period:g}")
 
     @property
     def has_level(self) -> bool:  # type: ignore[override]
         return True
+
+    def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
+        """Raises BadArgument: events of a surface are not followed."""
+        raise BadArgument(
+            "method",
+            type(self.options).__name__,
+            "cannot follow events on a HalfSpace: solve the loads one by one, each with the state before as "
+            "`initial`",
+        )
 
     def state(self, solution: Any) -> Any:
         """Returns the SurfaceState that `solve` has made."""
@@ -84,9 +115,8 @@ class SurfaceSolver(Solver):
 
     def initial_gaps(self, x1: Array, x2: Array) -> Array:
         """Returns the initial gaps of all corners at cells with these centres, array (corners, n, n)."""
-        return self.surface_law.initial_gaps(
-            self.obstacle, self.solid.ell, *np.meshgrid(x1, x2, indexing="ij")
-        )
+        obstacle = self.obstacle if self.period is None else repeated(self.obstacle, self.period)
+        return self.surface_law.initial_gaps(obstacle, self.solid.ell, *np.meshgrid(x1, x2, indexing="ij"))
 
     def solve(
         self,
@@ -107,6 +137,8 @@ class SurfaceSolver(Solver):
             else [FIRST * 2**i for i in range(int(np.log2(MOST / FIRST)) + 1)]
         )
         goal = self.usual_rtol if rtol is None else rtol
+        similar = isinstance(initial, SurfaceState) and tuple(initial.pressures) == self.surface_law.names
+        near = initial if similar else None
         state: Any = None
         before, changes = None, list[float]()
         with tqdm(total=len(sizes), unit=" grids", disable=not progress) as bar:
@@ -114,7 +146,8 @@ class SurfaceSolver(Solver):
                 last = count == sizes[-1]
                 residual = self.options.residual if last else COARSE_RESIDUAL / count
                 grid = Grid(count, side / count, middle)
-                before, state = state, self._solved(grid, load, approach, residual, state)
+                start = _start(state, near, grid)
+                before, state = state, self._solved(grid, load, approach, residual, start)
                 bar.update()
                 if before is not None and before.width == 2 * state.width:
                     changes.append(_change(before, state, self.solid.ell))
@@ -135,36 +168,28 @@ class SurfaceSolver(Solver):
         """Returns the state to the residual that was asked for, on the grid that is fine enough."""
         if state.residual <= self.options.residual:
             return state
-        final = self._solved(grid, load, approach, self.options.residual, state)
+        final = self._solved(grid, load, approach, self.options.residual, _spread(state, grid))
         return replace(final, error_estimate=state.error_estimate)
 
     def _flexibility(self, grid: Grid) -> Flexibility:
-        own = Grid(grid.count, grid.width, (0.0, 0.0))
+        own, period = Grid(grid.count, grid.width, (0.0, 0.0)), self.period
+        law = self.surface_law
+        tilt = law.tilt(*np.meshgrid(*grid.axes, indexing="ij"))
         if own not in self._kept:
             self._kept.clear()  # the last one alone: they are large
             self._kept[own] = flexibility(
-                self.solid,
-                self.surface_law.levers,
-                grid.count,
-                grid.width,
-                self.period is not None,
-                self.surface_law.clamped,
+                self.solid, law.offsets, tilt, grid.width, period is not None, law.clamped
             )
-        return self._kept[own]
+        return replace(self._kept[own], tilt=tilt)
 
     def _solved(
-        self,
-        grid: Grid,
-        load: float | None,
-        approach: float | None,
-        residual: float,
-        start: SurfaceState | None,
+        self, grid: Grid, load: float | None, approach: float | None, residual: float, start: Array | None
     ) -> SurfaceState:
-        """Returns the state on a grid, begun from one on a coarser grid or on the same."""
+        """Returns the state on a grid, begun from pressures of the corners, array (corners, n, n)."""
         x1, x2 = grid.axes
         g0 = self.initial_gaps(x1, x2)
         H, area = self._flexibility(grid), grid.width**2
-        first = None if start is None else _spread(start, grid) * area
+        first = None if start is None else start * area
         found = projected_gradients.solve(H, g0, load=load, approach=approach, start=first, rtol=residual)
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
@@ -194,7 +219,7 @@ class SurfaceSolver(Solver):
         """Returns psi and M, arrays (2, n, n): phi = (-psi2, psi1) ell/2 and m = (-M2, M1) 2/ell."""
         half = self.solid.ell / 2
         if len(surface) == 3:
-            m = np.tensordot(self.surface_law.levers.T, forces, 1) / area
+            m = H.resultants(forces)[1:] / area
             return np.array((surface[2], -surface[1])) / half, np.array((m[1], -m[0])) * half
         nothing = np.zeros((2, *surface.shape[1:]))
         beside = H.beside(forces)
@@ -279,30 +304,40 @@ class SurfaceSolver(Solver):
         x2 = middle[1] + np.concatenate((np.tile(square, LOOKED), np.outer(r, np.sin(turns)).ravel()))
         out = np.maximum(np.abs(x1 - middle[0]), np.abs(x2 - middle[1])) > side / 2
         x1, x2 = x1[out], x2[out]
-        gaps = (
-            self.surface_law.initial_gaps(self.obstacle, self.solid.ell, x1, x2).min(axis=0) - state.approach
-        )
-        low = gaps < 0
+        gaps = self.surface_law.initial_gaps(self.obstacle, self.solid.ell, x1, x2) - state.approach
+        low = gaps.min(axis=0) < 0
         if not low.any():
             return None
-        x1, x2, gaps = x1[low], x2[low], gaps[low]
-        gaps += self._lowered(state, x1, x2)
-        low = gaps < -OVERLAP * abs(state.approach)
+        x1, x2, gaps = x1[low], x2[low], gaps[:, low]
+        u, phi = self._surface_at(state, x1, x2)
+        gaps += u - np.tensordot(self.surface_law.offsets, phi, 1)
+        gaps += (self.surface_law.tilt(x1, x2) * phi[: len(self.surface_law.psi0)]).sum(axis=0)
+        low = gaps.min(axis=0) < -OVERLAP * abs(state.approach)
         if not low.any():
             return None
         return (float(x1[low].min()), float(x1[low].max())), (float(x2[low].min()), float(x2[low].max()))
 
-    def _lowered(self, state: SurfaceState, x1: Array, x2: Array) -> Array:
-        """Returns the normal displacement at places outside, under the forces of the cells as points."""
-        solid = self.solid
+    def _surface_at(self, state: SurfaceState, x1: Array, x2: Array) -> tuple[Array, Array]:
+        """Returns u, array (n,), and the phi that corners see, array (2, n), at places outside, under the
+        forces of the cells as points.
+        """
+        solid, corners = self.solid, len(self.surface_law.psi0) > 0
         table = kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
         i, j = np.nonzero(state.pressure)
-        force = state.pressure[i, j] * state.width**2 * (1 - solid.nu) / solid.mu / solid.ell
-        found = np.zeros(len(x1))
-        for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(i) // 2**21):
-            r = np.hypot(x1[block, None] - state.x1[i], x2[block, None] - state.x2[j])
-            found[block] = table(r / solid.ell)[0] @ force
-        return found
+        scale = state.width**2 * (1 - solid.nu) / solid.mu / solid.ell
+        p = scale * state.pressure[i, j]
+        M1, M2 = state.micromoment[:, i, j]
+        m1, m2 = -2 / solid.ell * scale * M2, 2 / solid.ell * scale * M1
+        u, phi = np.zeros(len(x1)), np.zeros((2, len(x1)))
+        for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(i) // 2**20):
+            away = (x1[block, None] - state.x1[i]) / solid.ell, (x2[block, None] - state.x2[j]) / solid.ell
+            if not corners:
+                u[block] = (table.clamped if self.surface_law.clamped else table.components)(*away)[0] @ p
+                continue
+            own, v1, v2, w11, w12, w22 = table.components(*away)
+            u[block] = own @ p - v1 @ m1 - v2 @ m2
+            phi[:, block] = v1 @ p + w11 @ m1 + w12 @ m2, v2 @ p + w12 @ m1 + w22 @ m2
+        return u, phi
 
 
 def _halvings(nodes: int) -> list[int]:
@@ -313,12 +348,42 @@ def _halvings(nodes: int) -> list[int]:
     return sizes[::-1]
 
 
+def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
+    """Returns whether values, arrays (..., places), are the same on opposite edges of a period."""
+    along, edge = period * np.linspace(-0.5, 0.5, PLACES), np.full(PLACES, period / 2)
+    inside = values(np.repeat(along, PLACES), np.tile(along, PLACES))
+    most = FITS * np.ptp(inside[np.isfinite(inside)]) if inside.size else 0.0
+    pairs = (values(edge, along), values(-edge, along)), (values(along, edge), values(along, -edge))
+    return all(np.allclose(one, other, rtol=0, atol=most) for one, other in pairs)
+
+
+def _start(before: SurfaceState | None, near: SurfaceState | None, grid: Grid) -> Array | None:
+    """Returns pressures to begin with on a grid: those of the grid before, with what is finer of a similar
+    state.
+    """
+    if before is None or near is None:
+        known = near if before is None else before
+        return None if known is None else _spread(known, grid)
+    coarse = replace(before, pressures=dict(zip(before.pressures, _spread(near, _grid(before)))))
+    return _spread(before, grid) + _spread(near, grid) - _spread(coarse, grid)
+
+
 def _spread(state: SurfaceState, grid: Grid) -> Array:
-    """Returns pressures of a state on another grid of the same square, array (corners, n, n)."""
-    whole = np.array(list(state.pressures.values()))
-    place = (np.arange(grid.count) + 0.5) / grid.count * len(state.x1)
-    near = np.minimum(place.astype(int), len(state.x1) - 1)
-    return whole[:, near[:, None], near[None, :]]
+    """Returns pressures of a state as means over the cells of another grid, array (corners, n, n)."""
+    first, second = (_overlaps(old, new) for old, new in zip((state.x1, state.x2), grid.axes))
+    return np.array([first @ one @ second.T for one in state.pressures.values()])
+
+
+def _overlaps(old: Array, new: Array) -> csr_array:
+    """Returns the shares of new cells that lie in old ones, sparse (new, old), of their centres."""
+    width, (first, last) = old[1] - old[0], (1.5 * new[0] - 0.5 * new[1], 1.5 * new[-1] - 0.5 * new[-2])
+    edges = (np.linspace(first, last, len(new) + 1) - old[0]) / width + 0.5  # in old cells
+    cuts = np.unique(np.concatenate((np.clip(edges, 0, len(old)), np.arange(len(old) + 1.0))))
+    middles = (cuts[1:] + cuts[:-1]) / 2
+    within = (middles > edges[0]) & (middles < edges[-1])
+    places = np.searchsorted(edges, middles[within]) - 1, middles[within].astype(int)
+    shares = np.diff(cuts)[within] / (edges[1] - edges[0])
+    return csr_array((shares, places), shape=(len(new), len(old)))
 
 
 def _means(values: Array) -> Array:
@@ -342,6 +407,10 @@ def _estimate(changes: list[float]) -> float | None:
     ratio = changes[-2] / changes[-1] if len(changes) > 1 and changes[-1] > 0 else SLOWEST
     last = max(changes[-1], changes[-2] / FASTEST) if len(changes) > 1 else changes[-1]
     return last / (min(max(ratio, SLOWEST), FASTEST) - 1)
+
+
+def _grid(state: SurfaceState) -> Grid:
+    return Grid(len(state.x1), state.width, (float(state.x1.mean()), float(state.x2.mean())))
 
 
 def _box(state: SurfaceState, grid: Grid) -> tuple[Interval, Interval]:

@@ -1,11 +1,14 @@
-"""A contact law on a surface: which corners a block has there, where they are and what lever each has.
+"""A contact law on a surface: which corners a block has there, where they are and how it is tilted.
 
-A block is a cube with sides along x1 and x2. Its corner (a, b), a, b = -1, 1, lies at ``(ell/2) (a, b)`` from
-the contact point; with phi1 = -(ell/2) psi2 and phi2 = (ell/2) psi1 its gap is
+A block is a cube with sides along x1 and x2, but for its initial rotation psi0 = (psi0_1, psi0_2) about them.
+Its corner (a, b), a, b = -1, 1, lies at ``(ell/2) (a S1 + b S2)`` from the contact point, S_i = e_i + psi0 x
+e_i; with t = (-psi0_2, psi0_1) that is ``(ell/2) (a, b)`` along the surface and ``(ell/2) (a, b).t`` above
+it. With phi1 = -(ell/2) psi2, phi2 = (ell/2) psi1 its gap is
 
-    g = g0 + u + lever.phi,     lever = (-a, -b),
+    g = h - (ell/2) (a, b).t + u + lever.phi,     lever = t - (a, b),
 
-u the normal displacement into the body. On a cylinder along x2 this is the law (20)-(29), with a = -1 for A.
+u the normal displacement into the body. On a cylinder along x2 this is the law (20)-(29), with a = -1 for A,
+and psi0 of the plane is -psi0_2.
 """
 
 from __future__ import annotations
@@ -14,10 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import BadArgument
+from ..errors import BadArgument, MicroblockError
 from ..model.law import ACTS_IN, Microblock
 from ..model.types import AnyArray as Array
-from ..model.types import LawLike
+from ..model.types import LawLike, Tilt
 from .obstacles import heights
 
 CORNERS = {"--": (-1, -1), "-+": (-1, 1), "+-": (1, -1), "++": (1, 1)}
@@ -32,28 +35,39 @@ class SurfaceLaw:
     ----------
     names : tuple of str
         "--", "-+", "+-" and "++" (signs of a and b), or "C".
-    offsets, levers : arrays (corners, 2)
-        Places from the contact point over ell/2; levers.
-    tilt : float
-        psi0, the rotation of all blocks that gaps have in them (radians), about -e2 as in the plane x1, x3.
+    offsets : array (corners, 2)
+        (a, b), places from the contact point over ell/2; 0 of one corner.
+    psi0 : (number or function, number or function), or ()
+        Initial rotations about x1 and x2 (radians); none of one corner.
+    in_gaps : bool
+        Whether psi0 acts in the gaps, and not in the levers alone.
     clamped : bool
         Whether psi = 0 on the whole surface.
     """
 
     names: tuple[str, ...]
     offsets: Array
-    levers: Array
-    tilt: float = 0.0
+    psi0: tuple[Tilt, ...] = ()
+    in_gaps: bool = True
     clamped: bool = False
+
+    def tilt(self, x1: Array, x2: Array) -> Array:
+        """Returns t of blocks at (x1, x2), array (2, ...); (0, ...) of one corner.
+
+        Raises
+        ------
+        BadArgument
+            If a function psi0 fails, or is not below 1 in absolute value.
+        """
+        signs = (1.0, -1.0)
+        found = [sign * _angle(psi0, x1, x2) for sign, psi0 in zip(signs, self.psi0)]
+        return np.array(found[::-1]).reshape(len(self.psi0), *np.shape(x1))
 
     def initial_gaps(self, obstacle: object, ell: float, x1: Array, x2: Array) -> Array:
         """Returns the initial gaps of all corners of blocks at (x1, x2), array (corners, ...) (lengths)."""
-        return np.array(
-            [
-                heights(obstacle, x1 + ell / 2 * a, x2 + ell / 2 * b) - ell / 2 * a * self.tilt
-                for a, b in self.offsets
-            ]
-        )
+        above = [heights(obstacle, x1 + ell / 2 * a, x2 + ell / 2 * b) for a, b in self.offsets]
+        raised = np.tensordot(self.offsets[:, : len(self.psi0)], self.tilt(x1, x2), 1)
+        return np.array(above) - ell / 2 * self.in_gaps * raised
 
     def of_least_norm(self, forces: Array, closed: Array) -> Array:
         """Returns the forces of least norm with the same resultants, array (corners, ...).
@@ -85,15 +99,35 @@ def on_surface(law: LawLike) -> SurfaceLaw:
     Raises
     ------
     BadArgument
-        If the law is none of Microblock, Unilateral and Microclamped, or psi0 is a function.
+        If the law is none of Microblock, Unilateral and Microclamped, or psi0 is a function of x1.
     """
     if len(law.corners) == 1:
-        return SurfaceLaw(("C",), np.zeros((1, 2)), np.zeros((1, 2)), clamped=law.clamps_rotation)
+        return SurfaceLaw(("C",), np.zeros((1, 2)), clamped=law.clamps_rotation)
     if not isinstance(law, Microblock):
         raise BadArgument("law", law, "must be Microblock, Unilateral or Microclamped over a surface")
     if callable(law.psi0):
-        raise BadArgument("psi0", law.psi0, "must be a number over a surface")
-    offsets = np.array(list(CORNERS.values()), float)
-    levers = -offsets + np.array((law.psi0, 0.0))
-    tilt = float(law.psi0) if law.psi0_in == ACTS_IN[0] else 0.0
-    return SurfaceLaw(tuple(CORNERS), offsets, levers, tilt)
+        raise BadArgument(
+            "psi0",
+            law.psi0,
+            "must be a number, or a pair of numbers or functions of (x1, x2), over a surface",
+        )
+    psi0 = law.psi0 if isinstance(law.psi0, tuple) else (0.0, -law.psi0)
+    return SurfaceLaw(
+        tuple(CORNERS), np.array(list(CORNERS.values()), float), psi0, law.psi0_in == ACTS_IN[0]
+    )
+
+
+def _angle(psi0: Tilt, x1: Array, x2: Array) -> Array:
+    """Returns a rotation at places, array like x1."""
+    try:
+        values = psi0(np.array(x1), np.array(x2)) if callable(psi0) else psi0
+        found = np.broadcast_to(np.asarray(values, float), np.shape(x1))
+    except MicroblockError:
+        raise
+    except Exception as failure:  # whatever the user's function does
+        raise BadArgument(
+            "psi0", psi0, f"must take arrays of x1 and x2 and return as many numbers ({failure!r})"
+        ) from failure
+    if not np.all(np.abs(found) < 1):  # nor NaN
+        raise BadArgument("psi0", psi0, "must be finite and below 1 in absolute value (radians)")
+    return found

@@ -51,6 +51,9 @@ class Event:
 class LoadPath(Shown):
     """The states of a problem from first touch to a load, and the events on the way.
 
+    Where the slope of the obstacle falls, zones on either side never merge: the gap gets narrower without
+    end. A state shows it as long as it matters at rtol.
+
     Attributes
     ----------
     problem : Contact

@@ -13,7 +13,8 @@ from .types import Array
 
 @dataclass(frozen=True, eq=False)
 class PointFields:
-    """Fields at points, arrays over the points last: (n,), or the shape in which the points were given.
+    """Fields at points, arrays over the points last: (n,), or the shape in which the points were given, none
+    for one point.
 
     Attributes
     ----------
@@ -60,7 +61,7 @@ def points(x1: ArrayLike, x2: ArrayLike) -> tuple[Array, Array, tuple[int, ...]]
         If they are no numbers, or do not go together.
     """
     try:
-        both = np.broadcast_arrays(np.atleast_1d(np.asarray(x1, float)), np.asarray(x2, float))
+        both = np.broadcast_arrays(np.asarray(x1, float), np.asarray(x2, float))
     except (TypeError, ValueError) as failure:
         raise BadArgument("x1, x2", (x1, x2), "must be numbers or arrays that broadcast") from failure
     flat = [np.array(part, float).ravel() for part in both]

@@ -22,7 +22,7 @@ import numpy as np
 
 from ..errors import BadArgument, MicroblockError, make_plain, require_choice, require_finite
 from . import obstacles
-from .types import Array, Function, ObstacleLike
+from .types import Array, Function, ObstacleLike, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
 
@@ -96,15 +96,17 @@ class Microblock(Law):
 
     Parameters
     ----------
-    psi0 : float or callable
-        Initial rotation of the blocks (radians, counterclockwise), or a function of x1.
+    psi0 : float, callable or pair
+        Initial rotation of the blocks (radians, counterclockwise), or a function of x1. On a `HalfSpace` a
+        number is the rotation about -e2, as in the plane of x1 and x3; a pair ``(psi0_1, psi0_2)`` holds
+        those about x1 and x2, each a number or a function of (x1, x2).
     psi0_in : "gaps and levers" or "levers"
         Where psi0 acts: in both, or in the levers alone (docs/paper.md, "Initial rotation of Fig. 9").
 
     Raises
     ------
     BadArgument
-        If psi0 is not below 1 in absolute value, or `psi0_in` is neither word.
+        If psi0 is not below 1 in absolute value, or no pair of such, or `psi0_in` is neither word.
 
     Examples
     --------
@@ -113,7 +115,7 @@ class Microblock(Law):
     (('A', 'B'), [1.25])
     """
 
-    psi0: float | Function = 0.0
+    psi0: float | Function | tuple[Tilt, Tilt] = 0.0
     psi0_in: str = "gaps and levers"
 
     corners = ("A", "B")
@@ -121,7 +123,9 @@ class Microblock(Law):
     def __post_init__(self) -> None:
         make_plain(self)
         require_choice(ACTS_IN, psi0_in=self.psi0_in)
-        if not callable(self.psi0):
+        if isinstance(self.psi0, tuple):
+            _check_pair(self.psi0)
+        elif not callable(self.psi0):
             require_finite(psi0=self.psi0)
             self.angle(np.zeros(1))
 
@@ -136,7 +140,8 @@ class Microblock(Law):
 
     def initial_rotation(self, x: Array) -> Array:
         """Returns psi0 at x, array (n,) (radians), where it acts in the gaps; else 0."""
-        return self.angle(x) if self.psi0_in == ACTS_IN[0] else np.zeros(np.shape(x))
+        angle = self.angle(x)
+        return angle if self.psi0_in == ACTS_IN[0] else np.zeros(np.shape(x))
 
     def angle(self, x: Array) -> Array:
         """Returns psi0 at the abscissae x, array (n,) (radians).
@@ -144,8 +149,12 @@ class Microblock(Law):
         Raises
         ------
         BadArgument
-            If a function psi0 fails, or is not below 1 in absolute value.
+            If a function psi0 fails, or is not below 1 in absolute value; or if psi0 is a pair.
         """
+        if isinstance(self.psi0, tuple):
+            raise BadArgument(
+                "psi0", self.psi0, "must be a number or a function of x1: a pair belongs to a HalfSpace"
+            )
         if not callable(self.psi0) and abs(self.psi0) < 1:
             return np.full(np.shape(x), float(self.psi0))
         if not np.size(x):
@@ -223,6 +232,15 @@ class Microclamped(Unilateral):
     """
 
     clamps_rotation = True
+
+
+def _check_pair(psi0: tuple[Tilt, ...]) -> None:
+    """Raises BadArgument unless these are two functions, or numbers below 1 in absolute value."""
+    numbers = [each for each in psi0 if not callable(each)]
+    for each in numbers:
+        require_finite(psi0=each)
+    if len(psi0) != 2 or not all(abs(each) < 1 for each in numbers):
+        raise BadArgument("psi0", psi0, "must be two rotations, each below 1 in absolute value (radians)")
 
 
 def traction(multipliers: Mapping[str, Array]) -> Array | float:

@@ -518,8 +518,8 @@ def returned(obstacle: ObstacleLike, x: Array) -> Array:
         raise BadArgument(
             "obstacle",
             obstacle,
-            f"its height(x) must take an array of x ({failure}); "
-            "np.vectorize(height, otypes=[float]) makes it one that does",
+            f"its height(x) must take an array of x ({failure}); np.vectorize(height, otypes=[float]) serves "
+            "a function of one number, a HalfSpace one of (x1, x2)",
         ) from failure
     except Exception as failure:  # whatever the user's function does
         raise BadArgument("obstacle", obstacle, f"its height(x) failed: {failure!r}") from failure

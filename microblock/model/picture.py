@@ -72,7 +72,8 @@ class Picture:
     tips : tuple of float
         Places at which the curvature has no bound though the slope does not jump.
     found : bool
-        Whether slope discontinuities or edges were detected that the obstacle does not name.
+        Whether slope discontinuities, jumps of the slope or edges were detected that the obstacle does not
+        name.
     """
 
     load: float
@@ -292,7 +293,7 @@ def _sampled(obstacle: ObstacleLike, stretches: Sequence[Interval], half: float,
     measured = dict(zip(singular.tolist(), jumps.tolist()))
     for place, jump in own.items():  # as given; its jump, if that is not, as measured
         nearest = min(measured, key=lambda each: abs(each - place), default=place)
-        usable = abs(nearest - place) < SAME * half and np.isfinite(measured[nearest])
+        usable = abs(nearest - place) < SAME * half and np.isfinite(measured.get(nearest, np.nan))
         kinks[place] = jump or (measured[nearest] if usable else 0.0)
     kinks = dict(sorted(kinks.items()))
     return {
@@ -305,7 +306,7 @@ def _sampled(obstacle: ObstacleLike, stretches: Sequence[Interval], half: float,
         "ends": ends or found,
         "steps": tuple(place for place in gone if place not in (*ends, *found)),
         "tips": tuple(singular[(jumps == 0) & (powers < ROUND)].tolist()),
-        "found": len(kinks) > len(own) or bool(found),
+        "found": len(kinks) > len(own) or bool(found) or any(kinks[x] != jump for x, jump in own.items()),
     }
 
 

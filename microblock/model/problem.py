@@ -172,6 +172,7 @@ def symmetric(law: LawLike, obstacle: ObstacleLike) -> bool:
 def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument where obstacle or law say that they are symmetric about x1 = 0 and are not."""
     x = ell * MIRRORED
+    law.initial_rotation(np.zeros(0))  # which a law of surfaces has not
     if getattr(obstacle, "even", False):
         right, left = heights(obstacle, x), heights(obstacle, -x)
         apart = ~np.isclose(right, left, rtol=SAME_HEIGHT, atol=SAME_HEIGHT * ell)

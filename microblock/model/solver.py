@@ -41,12 +41,15 @@ class Solver:
         Relative error that is asked for where the user names none.
     most_corners : int or None
         Corners that a law may have; None for any number.
+    state_class : class
+        Of the states that it returns, and takes as `initial`.
     """
 
     has_level = True
     has_fitted_zones = False
     usual_rtol: float | None = None
     most_corners: int | None = 2
+    state_class: type = State
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         self.contact, self.options = contact, options
@@ -141,7 +144,8 @@ class Solver:
         raise BadArgument(
             "method",
             type(self.options).__name__,
-            "cannot follow events: Panels(), Fitted() and Condensed() can; solve the loads one by one",
+            "cannot follow events; in the plane Panels(), Fitted() and Condensed() can. Solve the loads one "
+            "by one",
         )
 
     def follow(self, load: float, rtol: float | None, initial: Solution | None) -> Solution:

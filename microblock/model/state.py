@@ -16,7 +16,7 @@ from ..errors import BadArgument, require_choice, require_pair
 from .obstacles import Cylinder, gap, returned
 from .summary import Row, Shown, Summary, call, intervals, number
 from .types import Array, ContactLike, CornerZones, Flags, Interval, LawLike, LineProblem, ObstacleLike, Zones
-from .zones import contact_zones, half_widths
+from .zones import contact_zones, half_widths, over_the_end
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -220,6 +220,11 @@ class Solution:
         return None if self.estimate is None else self.estimate.total
 
     @property
+    def period(self) -> float | None:
+        """Length after which the surface repeats; None where it does not."""
+        return None
+
+    @property
     def points(self) -> Array:
         """Points of the surface at `x`, array (n, 2)."""
         return np.column_stack((self.x, np.zeros_like(self.x)))
@@ -322,7 +327,8 @@ class State(Shown):
         Pressures of the corners: {"A": ..., "B": ...}, or {"C": ...} of laws without corners.
     zones : dict of lists of (left, right)
         Intervals of x1: in "A" the left corner is closed, in "B" the right one, in "full" both, in "contact"
-        either. Of laws without corners "contact" alone is not empty.
+        either. Of laws without corners "contact" alone is not empty. On a period, an interval at its end
+        goes on beyond it where one begins at its start.
     half_width : float
         Half of the distance between the outermost edges of the contact (length).
     error_estimate : float or None
@@ -401,10 +407,11 @@ class State(Shown):
     @cached_property
     def zones(self) -> Zones:
         """Intervals of x1 by the name of the zone."""
-        return {
-            name: [(float(left), float(right)) for left, right in intervals]
-            for name, intervals in self.solution.zones_by_name.items()
-        }
+        period, found = self.solution.period, {}
+        for name, pairs in self.solution.zones_by_name.items():
+            own = [(float(left), float(right)) for left, right in pairs]
+            found[name] = own if period is None else over_the_end(own, period)
+        return found
 
     @property
     def half_width(self) -> float:
@@ -510,7 +517,7 @@ class State(Shown):
 
         Returns
         -------
-        array (n,)
+        array (n,), or a float for one number
             Stresses; 0 outside the contact.
 
         Raises
@@ -525,13 +532,13 @@ class State(Shown):
         >>> state.pressure_at([0.0, 1.0]).round(2).tolist()
         [2.01, 0.0]
         """
-        x = _abscissae(x)
+        places = _abscissae(x)
         if corner is not None:
-            return self.solution.pressure(self._number(corner), x)
-        total = np.zeros(len(x))
+            return _like(x, self.solution.pressure(self._number(corner), places))
+        total = np.zeros(len(places))
         for index in range(len(self.law.corners)):
-            total += self.solution.pressure(index, x)
-        return total
+            total += self.solution.pressure(index, places)
+        return _like(x, total)
 
     def gap_at(self, corner: str, x: ArrayLike) -> Array:
         """Returns the gap (22) of a corner at x.
@@ -545,7 +552,7 @@ class State(Shown):
 
         Returns
         -------
-        array (n,)
+        array (n,), or a float for one number
             Lengths; inf where there is no obstacle over the corner.
 
         Raises
@@ -557,10 +564,10 @@ class State(Shown):
         --------
         >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
         >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral()).solve(load=1.0)
-        >>> bool(state.gap_at("C", 1.0)[0] > 0)
+        >>> bool(state.gap_at("C", 1.0) > 0)
         True
         """
-        return self.solution.gap(self._number(corner), _abscissae(x))
+        return _like(x, self.solution.gap(self._number(corner), _abscissae(x)))
 
     def _number(self, corner: str) -> int:
         require_choice(self.law.corners, corner=corner)
@@ -777,6 +784,12 @@ def _abscissae(x: ArrayLike) -> Array:
     if found.ndim > 1 or not np.isfinite(found).all():
         raise BadArgument("x", x, "must be a finite number, or an array (n,) of such")
     return found
+
+
+def _like(x: ArrayLike, found: Array) -> Array:
+    """Returns values at x in its shape: of one number a float."""
+    shaped: Array = np.reshape(found, np.shape(x))[()]
+    return shaped
 
 
 def _window(window: Interval | None) -> Interval | None:

@@ -22,6 +22,7 @@ AnyArray: TypeAlias = NDArray[Any]  # also complex
 Flags: TypeAlias = NDArray[np.bool_]
 Integers: TypeAlias = NDArray[np.intp]
 Function: TypeAlias = Callable[[Array], Array]  # of abscissae, array (n,)
+Tilt: TypeAlias = float | Callable[[AnyArray, AnyArray], ArrayLike]  # a rotation, or a function of (x1, x2)
 Interval: TypeAlias = tuple[float, float]  # (left, right) of x1
 Zones: TypeAlias = dict[str, list[Interval]]  # by the name of the zone
 CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]  # by the number of the corner

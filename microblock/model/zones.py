@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 NEGLIGIBLE = 1e-13  # of the natural scale: some hundred rounding errors
 # of the way between two samples, to which a minimum is found: a parabola shows it no better
 REFINED = 1e-9
+SAME_END = 1e-9  # of a period, to which intervals reach its ends
 
 
 def layer_lengths(
@@ -81,10 +82,24 @@ def joined(intervals: Iterable[Interval], slack: float = 0.0) -> list[Interval]:
     return found
 
 
+def without(intervals: Iterable[Interval], left: float, right: float) -> list[Interval]:
+    """Returns what is left of intervals without the places between left and right."""
+    parts = [part for a, b in intervals for part in ((a, min(b, left)), (max(a, right), b))]
+    return [(a, b) for a, b in parts if a < b]
+
+
 def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interval]:
     """Returns the intersection of two lists of intervals."""
     pairs = [(max(a[0], b[0]), min(a[1], b[1])) for a in first for b in second]
     return sorted(pair for pair in pairs if pair[0] < pair[1])
+
+
+def over_the_end(intervals: Sequence[Interval], period: float) -> list[Interval]:
+    """Returns intervals within one period, those at its two ends as one that goes on beyond it."""
+    if len(intervals) < 2 or intervals[-1][1] - intervals[0][0] < period * (1 - SAME_END):
+        return list(intervals)
+    (_, right), *others, (left, _) = intervals
+    return [*others, (left, right + period)]
 
 
 def interrupted(nodes: Array, apart: Flags | None, x: Array) -> Flags:

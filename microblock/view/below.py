@@ -31,7 +31,7 @@ def draw_below(state, quantity="psi"):
         n)) at points (n,)
     """
     require_choice(QUANTITIES, field=quantity)
-    contact = state.zones["contact"]
+    contact = state.solution.zones_by_name["contact"]
     if not contact:
         raise NotConverged("nothing touches: there is no field below a contact")
     middle, half = (contact[-1][1] + contact[0][0]) / 2, (contact[-1][1] - contact[0][0]) / 2

@@ -12,7 +12,6 @@ from dataclasses import dataclass, fields, replace
 from ..contact import Contact
 from ..errors import (
     BadArgument,
-    NotConverged,
     require_choice,
     require_finite,
     require_kind,
@@ -239,7 +238,7 @@ def reference_length(problem, load):
         return (obstacle.ends[-1] - obstacle.ends[0]) / 2
     try:
         return classical(Problem(solid, problem.law, obstacle), load, 0.0)[0]
-    except NotConverged:
+    except BadArgument:  # an obstacle of bounded height, on a period or a body that ends
         return solid.ell
 
 

@@ -208,7 +208,7 @@ class StateFigure:
 
     def update(self, state, window=None):
         """Show a state; `window` (left, right) of x1, or the contact and its surroundings."""
-        ell, zones = state.solid.ell, state.zones
+        ell, zones = state.solid.ell, state.solution.zones_by_name
         needed = {"blocks": blocks.window(ell, zones["contact"]), "curves": _around(zones["contact"], ell)}
         self._renewed = not all(self._frames[name].fits(frame) for name, frame in needed.items())
         # then everything at once: the eye, and the clock, have one jump instead of several
@@ -460,7 +460,7 @@ class BlocksFigure:
             self.panel = BlocksPanel(axis, corners)
 
     def update(self, state, window=None):
-        contact = state.zones["contact"]
+        contact = state.solution.zones_by_name["contact"]
         surface = state.surface(window or blocks.window(state.solid.ell, contact))
         self.panel.update(blocks.blocks(surface, contact, window))
         return self
@@ -503,7 +503,7 @@ def unbounded(state):
     """Places x1 within the contact at which the pressure is infinite: where a corner meets an end or an edge
     of the obstacle.
     """
-    law, ell, zones = state.law, state.solid.ell, state.zones
+    law, ell, zones = state.law, state.solid.ell, state.solution.zones_by_name
     shifts = dict(zip(law.corners, law.shifts(ell)))
     kinks, jumps, ends = (
         getattr(state.solution.problem.obstacle, name, ()) for name in ("kinks", "jumps", "ends")

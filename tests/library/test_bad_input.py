@@ -134,7 +134,11 @@ def test_a_periodic_body_is_pressed_by_newton_alone():
 
 
 def test_half_plane_and_body_may_not_be_swapped_with_the_obstacle():
-    refused(lambda: mb.Contact(CYLINDER, GROUND, LAW), "body", "must be a HalfPlane, a Block or a Body")
+    refused(
+        lambda: mb.Contact(CYLINDER, GROUND, LAW),
+        "body",
+        "must be a HalfPlane, a HalfSpace, a Block or a Body",
+    )
     refused(lambda: mb.Contact(body(), LAW, CYLINDER), "obstacle")
 
 

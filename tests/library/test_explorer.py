@@ -617,3 +617,11 @@ def test_without_ipywidgets_the_error_names_the_extra(monkeypatch):
 
 def test_choice_names_are_the_sliders():
     assert [entry.name for entry in dataclasses.fields(Choice)] == ["load", "psi0", "radius", "alpha", "law"]
+
+
+def test_a_rough_surface_with_a_period_has_sliders():
+    body = mb.HalfPlane(solid(), period=1.0)
+    rough = mb.Contact(body, mb.Rough(period=1.0, slope=0.1), mb.Microblock(), mb.Cells(nodes=512))
+    explorer = Explorer(rough, LOAD)
+    assert explorer.update(load=2 * LOAD).load == 2 * LOAD
+    assert explorer.choice.alpha == 1.0  # of ell: no classical width says how large the contact is

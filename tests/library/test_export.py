@@ -87,7 +87,7 @@ def test_fields_below_a_half_plane_come_back(tmp_path):
     assert [len(block.data) for block in grid.cells] == [4]
     data = [grid.point_data[name] for name in ("u", "psi", "stress", "couple_stress")]
     for point, *values in zip(grid.points, *data):
-        found = state.fields(point[0], point[1])
+        found = state.fields(point[:1], point[1])
         own = (*found.u[:, 0], 0), found.psi, found.stress[:, :, 0].ravel(), found.couple_stress[:, 0]
         for back, value in zip(values, own):
             size = np.abs(found.stress).max()

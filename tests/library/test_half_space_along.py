@@ -29,7 +29,7 @@ def test_a_line_of_moments_along_itself(alpha_prime, beta_prime, pole):
     x2 = x[:, None] * np.sinh(11 * points)
     lengths = x[:, None] * np.cosh(11 * points) * 11 * weights
     r = np.hypot(x[:, None], x2)
-    _, _, w0, w2 = kernels(0.2, 1.0, 2.0, alpha_prime, beta_prime)(r)
+    _, _, w0, w2, *_ = kernels(0.2, 1.0, 2.0, alpha_prime, beta_prime)(r)
     found = np.sum((w0 - w2 * (2 * (x[:, None] / r) ** 2 - 1)) * lengths, axis=1)
     high = 1e5
     size = high * along(solid, np.array(high))  # W_par is size/k for short waves, whose transform is K0

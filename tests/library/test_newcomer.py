@@ -72,7 +72,8 @@ def test_events_on_a_mesh_have_an_error_that_holds():
     for rtol in (None, 0.02):
         events = mb.Contact(body, mb.Cylinder(10.0), LAW).path(0.2, rtol=rtol).events
         full = next(event for event in events if event.zone == "full")
-        assert abs(full.load - reference) < full.load_error + 0.01 * reference < 0.7 * reference
+        # nodes are a third of the contact's half-width apart: such a mesh says little, and says so
+        assert abs(full.load - reference) < full.load_error + 0.01 * reference < 0.85 * reference
 
 
 @pytest.mark.parametrize("kind", [np.uint8, np.int16, np.float32])
@@ -257,3 +258,41 @@ def test_an_obstacle_ends_where_it_says():
     contact = state.zones["contact"]
     assert (contact[0][0], contact[-1][1]) == pytest.approx((-half, half), rel=1e-9)
     assert "Hertz" not in state._repr_html_()  # an attribute R makes no cylinder
+
+
+def test_a_zone_over_the_end_of_a_period_is_one():
+    """The same waves, begun at a valley and at a peak: the zones differ by half a period and nothing else."""
+    body = mb.HalfPlane(SOLID, period=1.0)
+    shifted = mb.Contact(body, lambda x: 0.01 * (1 + np.cos(2 * np.pi * x)), mb.Microblock(), mb.Cells(1024))
+    state = shifted.solve(load=0.5)
+    other = shifted.with_(obstacle=lambda x: 0.01 * (1 - np.cos(2 * np.pi * x))).solve(load=0.5)
+    assert [len(state.zones[name]) for name in ("A", "B", "full", "contact")] == [1, 1, 1, 1]
+    # a cell, by which the same rounding may fall
+    assert state.half_width == pytest.approx(other.half_width, abs=1 / 1024)
+    ((left, right),) = state.zones["contact"]
+    assert left < 0.5 < right and (left + right) / 2 == pytest.approx(0.5, abs=1 / 1024)
+    state.plot()
+
+
+@pytest.mark.parametrize("order, top", [(3, 0.15), (4, 0.08), (2, 0.02)])
+def test_errors_of_events_on_a_mesh_hold_where_edges_of_two_corners_cross(order, top):
+    """That load converges like the distance of the nodes to the power 0.64, not like the distance."""
+    from netgen.occ import OCCGeometry, Rectangle, Y
+
+    face = Rectangle(6, 3).Face().Move((-3, -3, 0))
+    face.edges.Max(Y).name, face.edges.Min(Y).name, face.edges.Max(Y).maxh = "contact", "bottom", top
+    mesh = ng.Mesh(OCCGeometry(face, dim=2).GenerateMesh(maxh=0.5))
+    body = mb.Body(mesh, SOLID, order=order, fixed="bottom")
+    (event,) = [
+        event
+        for event in mb.Contact(body, mb.Cylinder(10.0), mb.Microblock()).path(load=0.3).events
+        if (event.zone, event.kind) == ("full", "born")
+    ]
+    # of the fitted elements of a block of this size, which has an error of 0.003
+    assert abs(event.load - 0.0893) <= event.load_error + 0.003
+
+
+def test_one_place_gives_one_number():
+    state = mb.Contact(mb.HalfPlane(SOLID), mb.Cylinder(10.0), mb.Microblock()).solve(load=1.0)
+    assert f"{state.pressure_at(0.0):.3f} {state.gap_at('A', 1.0):.3f} {state.fields(0.0, -0.5).psi:.3f}"
+    assert np.shape(state.pressure_at(0.0)) == () and np.shape(state.pressure_at([0.0])) == (1,)

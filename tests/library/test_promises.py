@@ -146,3 +146,44 @@ def test_a_valley_within_a_zone_opens_it(law, slope):
     off = fine.weights @ (rough.pressure_at(fine.x) - fine.pressure) ** 2
     size = fine.weights @ fine.pressure**2
     assert np.sqrt(off / size) < max(rough.error_estimate, 1e-6)
+
+
+@pytest.mark.parametrize("law", [mb.Microblock(), mb.Unilateral()])
+def test_fitted_elements_open_the_valleys_of_an_obstacle(law):
+    """The gap there is 1e-2 wide under one law and 1e-4 under the other, and its own edges are fitted."""
+    obstacle = mb.Obstacle(lambda x: x**2 / 20 - 0.004 * np.abs(x), kinks=(0.0,))
+    problem = mb.Contact(mb.Block(SOLID), obstacle, law)
+    line = problem.with_(body=mb.HalfPlane(SOLID)).solve(load=1.0, rtol=1e-6)
+    state = problem.solve(load=1.0, rtol=1e-3)
+    x = line.half_width * np.linspace(-1, 1, 2000)  # not at 0, where the closed pressure has no bound
+    off = state.pressure_at(x) - line.pressure_at(x)
+    assert np.linalg.norm(off) <= state.error_estimate * np.linalg.norm(line.pressure_at(x))
+    name = "A" if len(law.corners) > 1 else "contact"
+    # edges are good to a twentieth of the gap: at 1e-3 of the pressure nothing asks for more
+    gap = line.zones[name][0][1], line.zones[name][1][0]
+    assert len(state.zones[name]) == 2
+    found = state.zones[name][0][1], state.zones[name][1][0]
+    assert found == pytest.approx(gap, abs=(gap[1] - gap[0]) / 20)
+
+
+def test_zones_beside_a_valley_never_merge():
+    obstacle = mb.Obstacle(lambda x: x**2 / 20 - 0.002 * np.abs(x), kinks=(0.0,))
+    problem = mb.Contact(mb.HalfPlane(SOLID), obstacle, mb.Unilateral())
+    # at the last load the gap is 3e-8 wide and not resolved to the usual accuracy
+    assert len(problem.solve(load=1.0).zones["contact"]) == 1
+    found = [(event.zone, event.kind, round(event.x, 6)) for event in problem.path(load=1.0).events]
+    assert found == [("contact", "born", -0.02), ("contact", "born", 0.02)]
+
+
+def test_a_named_slope_discontinuity_without_its_jump_is_measured():
+    """The logarithm of the pressure at it was left to polynomials, which do not come below 1e-4."""
+
+    def height(x):
+        return x**2 / 20 - 0.001 * np.abs(x)
+
+    named, whole = (mb.Obstacle(height, kinks=(0.0,), jumps=jumps) for jumps in (None, (-0.002,)))
+    states = [
+        mb.Contact(mb.HalfPlane(SOLID), obstacle, mb.Unilateral()).solve(load=1.0, rtol=1e-6)
+        for obstacle in (named, whole)
+    ]
+    assert states[0].half_width == pytest.approx(states[1].half_width, rel=2e-6)

@@ -189,3 +189,18 @@ def test_libraries_are_looked_for_only_when_modules_came(monkeypatch):
     bounded(lambda: None)()
     monkeypatch.setattr(threads, "_look", lambda: pytest.fail("looked again"))
     bounded(lambda: bounded(lambda: None)())()
+
+
+def test_large_transforms_take_the_threads_that_were_there_outside():
+    assert bounded(threads.workers)(threads.MANY) == 2
+    assert bounded(threads.workers)(threads.MANY - 1) == 1
+    with threadpool_limits(1):
+        assert bounded(threads.workers)(threads.MANY) == 1
+
+
+def test_states_of_a_half_space_are_the_same_with_either_number():
+    problem = mb.Contact(mb.HalfSpace(SOLID, 1.0), mb.Sphere(1.0), mb.Microblock(), mb.Cells(nodes=256))
+    two = problem.solve(load=1.0)
+    with threadpool_limits(1):
+        one = problem.solve(load=1.0)
+    assert np.array_equal(one.pressure, two.pressure)  # a transform does the same sums along each line

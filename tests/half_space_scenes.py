@@ -1,0 +1,110 @@
+"""Seeded contact problems on half-spaces: the estimate beside the error that four times as many cells find.
+
+    python -m tests.half_space_scenes 60
+
+prints a line each: obstacle, law, size of the blocks, cells, estimate, true error and their ratio; some
+minutes.
+"""
+
+import sys
+import time
+
+import numpy as np
+
+import microblock as mb
+from microblock.halfspace.solver import Grid, _grid, _spread
+
+RTOL = 0.05
+FINER = 4  # times as many cells along each axis
+
+
+def scene(seed):
+    """(words, Contact, load) of a seed; lengths over the radius a of the classical contact, E* = 1."""
+    draw = np.random.default_rng(seed)
+    nu, beta, curvature = draw.uniform(0, 0.45), draw.uniform(0.2, 1.8), draw.uniform(0.5, 3.0)
+    alpha = float(np.exp(draw.uniform(np.log(0.05), np.log(2.0))))
+    words, obstacle, period, load = OBSTACLES[seed % len(OBSTACLES)](draw)
+    ell = alpha if period is None else alpha / 8  # a rough period has contacts of some 1/8
+    solid = mb.Cosserat(1 - nu**2, nu, ell, beta=beta, curvature=curvature)
+    law = LAWS[draw.integers(len(LAWS))](draw)
+    return (
+        f"{words:9s} {type(law).__name__:12s} alpha {alpha:.2f}",
+        mb.Contact(mb.HalfSpace(solid, period), obstacle, law),
+        load,
+    )
+
+
+def _ellipsoid(draw):
+    return "ellipsoid", mb.Ellipsoid(1.0, draw.uniform(0.3, 3.0)), None, 4 / 3
+
+
+def _two(draw):
+    apart, depth = draw.uniform(0.5, 2.0), draw.uniform(0, 0.3)
+
+    def height(x1, x2):
+        return np.minimum((x1 - apart) ** 2 / 2, (x1 + apart) ** 2 / 2 + depth) + x2**2 / 2
+
+    return "two", height, None, 4 / 3
+
+
+def _rough(draw):
+    rough = mb.RoughSurface(1.0, 0.1, waves=(1, 6), seed=int(draw.integers(1000)))
+    return "rough", rough, 1.0, 0.1 * draw.uniform(0.05, 1.0)
+
+
+OBSTACLES = (
+    lambda draw: ("sphere", mb.Sphere(1.0), None, 4 / 3),
+    _ellipsoid,
+    lambda draw: ("cone", mb.Cone(1.0), None, np.pi / 2),
+    _two,
+    _rough,
+)
+LAWS = (
+    lambda draw: mb.Microblock(),
+    lambda draw: mb.Microblock(tuple(draw.uniform(-0.1, 0.1, 2))),
+    lambda draw: mb.Unilateral(),
+    lambda draw: mb.Microclamped(),
+)
+
+
+def errors(problem, state):
+    """max(|dp|, |dM|/ell)/|p| in L2 of means over the cells of the grid before."""
+    grid = _grid(state)
+    fine = Grid(FINER * grid.count, grid.width / FINER, grid.middle)
+    exact = problem.solver._solved(fine, state.load, None, 1e-7, _spread(state, fine))
+
+    def means(values, parts):
+        n = values.shape[-1] // parts
+        return values.reshape(*values.shape[:-2], n, parts, n, parts).mean(axis=(-3, -1))
+
+    size = np.linalg.norm(means(exact.pressure, 2 * FINER))
+    return max(
+        np.linalg.norm(means(getattr(state, name), 2) - means(getattr(exact, name), 2 * FINER)) / size / scale
+        for name, scale in (("pressure", 1.0), ("micromoment", problem.solid.ell))
+    )
+
+
+def measured(seed):
+    """(words, cells a side, estimate, error) of a scene at RTOL."""
+    words, problem, load = scene(seed)
+    state = problem.solve(load=load, rtol=RTOL)
+    return words, len(state.x1), state.error_estimate, errors(problem, state)
+
+
+if __name__ == "__main__":
+    worst = 0.0
+    for number in range(int(sys.argv[1])):
+        begun = time.perf_counter()
+        try:
+            words, cells, estimate, error = measured(number)
+        except mb.MicroblockError as failure:
+            print(f"{number:3d} {scene(number)[0]} {type(failure).__name__}: {failure}", flush=True)
+            continue
+        worst = max(worst, error / estimate)
+        seconds = time.perf_counter() - begun
+        print(
+            f"{number:3d} {words} cells {cells:4d} estimate {estimate:.4f} error {error:.4f} "
+            f"ratio {error / estimate:.2f}  {seconds:.1f} s",
+            flush=True,
+        )
+    print(f"largest ratio {worst:.2f}")

@@ -1,0 +1,121 @@
+"""Half-spaces from load to load: `initial` saves products, full closure comes where the closed form has
+it."""
+
+import numpy as np
+import pytest
+
+import microblock as mb
+from microblock.errors import BadArgument
+from microblock.halfplane.kernels import symbol
+from microblock.halfspace.solver import Grid, _overlaps, _spread
+
+SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+AMPLITUDE, K = 1e-3, 2 * np.pi
+
+
+def waves(x1, x2):
+    return -AMPLITUDE * (np.cos(K * x1) + np.cos(K * x2))
+
+
+def closing(law):
+    """Mean pressure that closes all corners under `waves`, of a period 1.
+
+    Closed, each wave is one of the half-plane: p1 cos and, with corners, moments m1 sin. Forces of four
+    corners with the sum p and the moments m1, m2 are all positive if |m1| and |m2| are below p; worst is p1
+    (cos - 1) + m1 |sin|.
+    """
+    U, V, W = symbol(SOLID, np.array([K]))[:, 0]
+    if len(law.corners) == 1:
+        return 2 * AMPLITUDE / U
+    half = K * SOLID.ell / 2
+    p1, m1 = np.linalg.solve([[U, V], [V, W]], AMPLITUDE * np.array((np.cos(half), np.sin(half))))
+    return p1 + np.hypot(p1, m1)
+
+
+@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock()], ids=str)
+def test_waves_close_at_the_load_of_the_closed_form(law):
+    last = closing(law)
+    problem = mb.Contact(mb.HalfSpace(SOLID, 1.0), waves, law, mb.Cells(nodes=64, residual=1e-8))
+    state, areas = None, []
+    for load in last * np.array((0.3, 0.6, 0.9, 0.99, 1.003)):
+        state = problem.solve(load=load, initial=state)
+        areas.append(
+            state.contact_area if state.problem.law.corners == ("C",) else np.mean(state.closed >= 3)
+        )
+    assert np.all(np.diff(areas) > 0)
+    # cells see the wave at 64 places: within (pi/64)^2 of the load
+    assert areas[-1] == 1 > areas[-2] > 0.9
+
+
+@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock((0.005, 0.0))], ids=["one corner", "four"])
+def test_a_similar_state_saves_products(law):
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.02)
+    rough = mb.RoughSurface(1.0, 0.1, waves=(1, 8), seed=2)
+    problem = mb.Contact(mb.HalfSpace(solid, 1.0), rough, law, mb.Cells(nodes=128))
+    before = problem.solve(load=1.0)
+    alone, after = problem.solve(load=1.1), problem.solve(load=1.1, initial=before)
+    assert after.iterations < 0.9 * alone.iterations  # seen: 0.8 of some 36 and 59
+    # the residual of both, which relates to pressures as waves of two cells do
+    assert after.pressure == pytest.approx(alone.pressure, abs=1e-5 * alone.pressure.max())
+    assert after.approach == pytest.approx(alone.approach, rel=1e-7)
+    assert after.error_estimate == pytest.approx(alone.error_estimate, rel=1e-3)
+
+
+def test_products_hardly_grow_with_cells():
+    """Forces that do nothing are settled, and each face has its preconditioner; else 100 to 190 are seen."""
+    problem = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Microblock())
+    few, many = (
+        problem.with_(method=mb.Cells(nodes=nodes, window=(-0.55, 0.55))).solve(load=1.0).iterations
+        for nodes in (64, 256)
+    )
+    assert few < 30 and many < 1.7 * few  # seen: 19 and 28
+
+
+def test_corners_beyond_a_period_meet_the_image_of_the_obstacle():
+    """A height that goes on beyond its period, pressed until all of it touches, and the same that repeats."""
+    height = mb.Ellipsoid(10.0, 8.0).height
+    problem = mb.Contact(mb.HalfSpace(SOLID, 1.0), height, mb.Microblock(), mb.Cells(nodes=32))
+    folded = problem.with_(obstacle=lambda x1, x2: height((x1 + 0.5) % 1 - 0.5, (x2 + 0.5) % 1 - 0.5))
+    pressures = [one.solve(load=12.0).pressure for one in (problem, folded)]
+    assert pressures[0][0].min() > 0
+    # rounding of places
+    assert pressures[0] == pytest.approx(pressures[1], abs=1e-9 * pressures[0].max())
+
+
+def test_windows_of_two_loads_differ():
+    problem = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Microblock(), mb.Cells(nodes=64))
+    before = problem.solve(load=1.0)
+    alone, after = problem.solve(load=1.1), problem.solve(load=1.1, initial=before)
+    assert after.width != before.width
+    assert after.pressure == pytest.approx(alone.pressure, abs=1e-5 * alone.pressure.max())
+
+
+def test_spread_keeps_the_load():
+    state = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Unilateral(), mb.Cells(nodes=32)).solve(
+        load=1.0
+    )
+    for count in (16, 32, 50, 64):
+        grid = Grid(count, 2.0 / count, (0.1, -0.2))
+        assert _spread(state, grid).sum() * grid.width**2 == pytest.approx(1.0, rel=1e-12)
+    old, new = np.linspace(0.5, 7.5, 8), np.linspace(1.0, 7.0, 4)
+    assert (_overlaps(old, new) @ old).tolist() == pytest.approx(new)  # means of pairs
+    # a cell that is half outside has half of it
+    assert (_overlaps(old, old - 0.5) @ np.ones(8)).tolist() == pytest.approx([0.5] + [1.0] * 7)
+
+
+def test_a_state_of_another_law_is_passed_over_and_one_of_the_plane_refused():
+    problem = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Unilateral(), mb.Cells(nodes=32))
+    other = problem.with_(law=mb.Microblock()).solve(load=1.0)
+    alone, found = problem.solve(load=1.0), problem.solve(load=1.0, initial=other)
+    assert np.array_equal(found.pressure, alone.pressure)
+    plane = mb.Contact(mb.HalfPlane(SOLID), mb.Cylinder(10.0), mb.Unilateral())
+    with pytest.raises(BadArgument, match="a SurfaceState"):
+        problem.solve(load=1.0, initial=plane.solve(load=1.0))
+    with pytest.raises(BadArgument, match="a State"):
+        plane.solve(load=1.0, initial=alone)
+
+
+def test_a_path_is_refused_with_what_to_do_instead():
+    problem = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Unilateral())
+    with pytest.raises(BadArgument, match="initial"):
+        problem.path(load=1.0)
