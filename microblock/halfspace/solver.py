@@ -274,11 +274,20 @@ class SurfaceSolver(Solver):
             if h[place] >= h[0, 0]:
                 break
             middle = np.array((x1[place], x2[place]))
+        if place[0] == len(r) - 1 and h[place] < h[0, 0]:
+            raise BadArgument("obstacle", self.obstacle, "must be lowest somewhere: it falls without end")
+        lowest = np.where(np.isfinite(h), h, np.inf).min(axis=1) - h.min()
         rise = np.nanmean(np.where(np.isfinite(h), h, np.nanmax(h[np.isfinite(h)])), axis=1) - h.min()
         there = np.isfinite(h).any(axis=1)
         r, rise = r[there][1:], rise[there][1:]
         needed = approach - h.min() if load is None else load / (2 * self.solid.E_star * r)
         enough = np.flatnonzero(rise >= needed)
+        if lowest[-1] < np.min(needed):
+            raise BadArgument(
+                "obstacle",
+                self.obstacle,
+                f"must rise in every direction to carry the load {load:g}: {BOUNDED}",
+            )
         if len(enough):
             reach = r[enough[0]]
         elif not np.all(there):  # a flat face: all of it

@@ -84,6 +84,8 @@ class Explorer(Shown):
         require_positive(load=load)
         if rtol is not None:
             require_tolerance(rtol)
+        if problem.solver.state_class is not State:
+            raise BadArgument("problem", problem, "must be one of the plane: of a half-space, state.plot()")
         self._before, self._drawn, self._rtol, self._compared = None, {}, rtol, False
         self.reference = reference_length(problem, load)
         names = {law: name for name, law in LAWS.items()}

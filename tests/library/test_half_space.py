@@ -359,3 +359,16 @@ def test_a_loaded_cell_lowers_its_own_centre():
             table.cells(2, width, clamped=True)[0, 0, 0] == pytest.approx(held, rel=3e-3)
             and held < 0.99 * free
         )
+
+
+@pytest.mark.parametrize(
+    "height, words",
+    [
+        (lambda x1, x2: x1**2 / 20, "rise in every direction"),
+        (lambda x1, x2: -(x1**2 + x2**2) / 20, "falls without end"),
+        (lambda x1, x2: 0 * x1, "rise in every direction"),
+    ],
+)
+def test_obstacles_that_touch_without_bounds_are_named(height, words):
+    with pytest.raises(mb.BadArgument, match=f"obstacle = .*{words}"):
+        mb.Contact(mb.HalfSpace(SOLID), height, mb.Unilateral()).solve(load=1.0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
+from microblock.halfplane.kernels import short_waves
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 
@@ -187,3 +188,39 @@ def test_a_named_slope_discontinuity_without_its_jump_is_measured():
         for obstacle in (named, whole)
     ]
     assert states[0].half_width == pytest.approx(states[1].half_width, rel=2e-6)
+
+
+@pytest.mark.parametrize("load", [1e-4, 1e-6])
+def test_two_equal_valleys_of_a_smooth_obstacle_carry_small_loads(load):
+    """Each corner has its own low places: cells between them would be thousands."""
+    state = mb.Contact(mb.HalfPlane(SOLID), lambda x: (x**2 - 0.25) ** 2 / 5, mb.Microblock()).solve(
+        load=load
+    )
+    zones = np.array(state.zones["contact"])
+    assert zones == pytest.approx(-zones[::-1, ::-1], abs=1e-4 * np.diff(zones).max())
+    # a quarter of the load each, under a parabola of the curvature 2/5 at the lowest places: Hertz, with the
+    # stiffness against waves shorter than a block; such zones are a percent of a block wide, or less
+    stiffness = 2 / sum(short_waves(SOLID))
+    hertz = np.sqrt(4 * (load / 4) / (np.pi * stiffness * 0.4))
+    assert np.diff(zones).ravel() / 2 == pytest.approx(hertz, rel=2e-2)
+
+
+def test_a_named_slope_discontinuity_where_nothing_touches_is_no_error():
+    obstacle = mb.Obstacle(lambda x: x**2 / 20 - 0.004 * np.abs(x), kinks=(0.0,))
+    state = mb.Contact(mb.HalfPlane(SOLID), obstacle, mb.Unilateral()).solve(load=1e-6)
+    assert [round((left + right) / 2, 4) for left, right in state.zones["contact"]] == [-0.04, 0.04]
+
+
+def test_changes_that_undo_each_other_within_their_errors_are_none():
+    from microblock.path import _without_returns
+
+    born, gone = (
+        mb.Event(1.0 + step, 1e-3, kind, "full", 0.5) for step, kind in ((0, "born"), (1e-4, "vanished"))
+    )
+    again, far = mb.Event(1.0002, 1e-5, "born", "full", 0.5), mb.Event(1.0001, 1e-3, "vanished", "full", 0.9)
+    (left, other) = _without_returns([born, gone, again, far], 1e-2)
+    assert (left, other) == (again, far)
+    early = mb.Event(0.9999, 1e-5, "born", "full", 0.5)
+    (left,) = _without_returns([early, born, gone], 1e-2)
+    # its error reaches what cannot be told from it
+    assert left.load == early.load and left.load_error == pytest.approx(2e-4)
