@@ -19,6 +19,7 @@ _HOME = {
     "HalfSpace": "halfspace.half_space",
     "Block": "model.bodies",
     "Body": "fem.body",
+    "Body3D": "fem.body3d",
     "Plane": "model.obstacles",
     "Cylinder": "model.obstacles",
     "Wedge": "model.obstacles",

@@ -58,6 +58,8 @@ class Rule:
         if high == (None, None):
             if self.above == 0:
                 return "must be positive"
+            if self.above is not None:
+                return f"must be larger than {_plain(self.above)}"
             least = f"must be at least {_plain(self.at_least)}"
             return "must not be negative" if self.at_least == 0 else least
         left = ""

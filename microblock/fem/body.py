@@ -247,20 +247,7 @@ class Body(Shown):
         """The region of the boundaries that a pattern names; BadArgument if there are none, also for one of
         its names, with the name of the argument that it was.
         """
-        names = sorted(set(self.mesh.GetBoundaries()))
-        if not isinstance(pattern, str):
-            raise BadArgument(argument, pattern, f"must be a name or pattern of {', '.join(names)}")
-        try:
-            region = self.mesh.Boundaries(pattern)
-        except RuntimeError as failure:
-            raise BadArgument(argument, pattern, f"is no regular expression: {failure}") from failure
-        missing = [name for name in pattern.split("|") if name.isidentifier() and name not in names]
-        if missing or not any(region.Mask()):
-            which = "" if missing in ([], [pattern]) else f"{', '.join(missing)} "
-            raise BadArgument(
-                argument, pattern, f"{which}is none of the mesh's boundaries, {', '.join(names)}"
-            )
-        return region
+        return region(self.mesh, pattern, argument)
 
     def held_on(self, boundary):
         """The fields that supports hold or prescribe on a part of a boundary at least."""
@@ -531,6 +518,24 @@ class Fields:
         """Elastic energy of the whole body (in 1D: per area)."""
         order = 2 * max(self.body.order, self.body.order_psi) + CURVED
         return (1 + self.mirrored) * ng.Integrate(self.body.energy(*self), self.body.mesh, order=order)
+
+
+def region(mesh, pattern, argument="boundary"):
+    """The region of the boundaries of a mesh that a pattern names; BadArgument if there are none, also for
+    one of its names.
+    """
+    names = sorted(set(mesh.GetBoundaries()))
+    if not isinstance(pattern, str):
+        raise BadArgument(argument, pattern, f"must be a name or pattern of {', '.join(names)}")
+    try:
+        found = mesh.Boundaries(pattern)
+    except RuntimeError as failure:
+        raise BadArgument(argument, pattern, f"is no regular expression: {failure}") from failure
+    missing = [name for name in pattern.split("|") if name.isidentifier() and name not in names]
+    if missing or not any(found.Mask()):
+        which = "" if missing in ([], [pattern]) else f"{', '.join(missing)} "
+        raise BadArgument(argument, pattern, f"{which}is none of the mesh's boundaries, {', '.join(names)}")
+    return found
 
 
 def solve_linear(matrix, freedofs, rhs, what):

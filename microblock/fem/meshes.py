@@ -34,6 +34,10 @@ CORNERS = {
     ng.SEGM: [(0,), (1,)],
     ng.TRIG: [(0, 0), (1, 0), (0, 1)],
     ng.QUAD: [(0, 0), (1, 0), (1, 1), (0, 1)],
+    ng.TET: [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+    ng.PRISM: [(i, j, k) for i, j in ((0, 0), (1, 0), (0, 1)) for k in (0, 1)],
+    ng.PYRAMID: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)],  # its tip is singular
+    ng.HEX: [(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)],
 }
 FIRST = 0.4  # of the reach: within it of a tip the orders begin to fall
 
@@ -70,14 +74,16 @@ def thicknesses(mesh, region):
     return np.array(numbers), np.array(found)
 
 
-def require_sound(mesh):
-    """BadArgument unless it is a mesh of elements that have an area and are all oriented the same way.
+def require_sound(mesh, dims=(1, 2)):
+    """BadArgument unless it is a mesh of these dimensions, of elements that have an area (a volume) and are
+    all oriented the same way.
 
     Looked at in the corners of straight elements, and in the points of an integration rule in curved ones: in
     a corner whose two sides lie on one smooth curve a curved quadrilateral is flat.
     """
-    if not isinstance(mesh, ng.Mesh) or mesh.dim > 2:
-        raise BadArgument("mesh", mesh, "must be an ngsolve.Mesh of one or two dimensions")
+    if not isinstance(mesh, ng.Mesh) or mesh.dim not in dims:
+        words = "three dimensions (Body takes one or two)" if 3 in dims else "one or two dimensions"
+        raise BadArgument("mesh", mesh, f"must be an ngsolve.Mesh of {words}")
     if mesh.ne == 0:
         raise BadArgument("mesh", mesh, "must have elements")
     curved = mesh.GetCurveOrder()
@@ -93,11 +99,7 @@ def require_sound(mesh):
     with np.errstate(invalid="ignore", over="ignore"):
         slopes = np.asarray(ng.specialcf.JacobianMatrix(mesh.dim)(mesh.MapToAllElements(rules, ng.VOL)))
         slopes = slopes.reshape(-1, mesh.dim, mesh.dim)
-        areas = (
-            slopes[:, 0, 0] * slopes[:, 1, 1] - slopes[:, 0, 1] * slopes[:, 1, 0]
-            if mesh.dim == 2
-            else slopes[:, 0, 0]
-        )
+        areas = np.linalg.det(slopes)
         turned = areas / np.maximum(np.prod(np.linalg.norm(slopes, axis=1), axis=1), 1e-300)
     wrong = ~(turned * np.sign(np.nanmedian(turned)) > FOLDED)
     if wrong.any():
@@ -106,7 +108,8 @@ def require_sound(mesh):
         raise BadArgument(
             "mesh",
             mesh,
-            f"{len(numbers)} of its {mesh.ne} elements (first number {numbers[0]}) have no area, are "
+            f"{len(numbers)} of its {mesh.ne} elements (first number {numbers[0]}) have no "
+            f"{'volume' if mesh.dim == 3 else 'area'}, are "
             "inverted against the others, or have points that are no numbers",
         )
 

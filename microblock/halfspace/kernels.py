@@ -18,6 +18,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
+from scipy.optimize import brentq
 from scipy.special import kv
 
 from ..errors import BadArgument
@@ -33,6 +34,7 @@ ORDER = 7
 GAUSS = 16  # points on a piece of the integrals over t
 PIECE = 0.4  # its width in log t
 GRADED = 40  # halvings of a piece towards a branch point
+MIRRORED = 8  # halvings of a piece towards a pole, beside which two pieces are symmetric
 KERNELS = 6
 
 
@@ -162,6 +164,25 @@ def _integrals(solid: Cosserat, r: Array) -> Array:
     return found
 
 
+def _pole(solid: Cosserat) -> float | None:
+    """Returns the t beyond both branch points where the denominator of W_par vanishes; None without any.
+
+    There is one where gamma' + beta' is large: the integrals are principal values then.
+    """
+    g, tau, eta = solid.curvature + solid.beta_prime, 2 * solid.beta / solid.ell**2, solid.eta
+    rates = 1 / solid.layer_length**2, spread_rate(solid)
+
+    def denominator(t: float) -> float:
+        shear, spread = (np.sqrt(max(t * t - rate, 0.0)) for rate in rates)
+        return float((1 + eta) * (tau - g * t * t) ** 2 - (g * t) ** 2 * shear * (eta * t + spread))
+
+    low = float(np.sqrt(max(rates)))
+    high = 2 * low
+    while denominator(high) > 0:  # it ends below zero in a stable solid
+        high *= 2
+    return float(brentq(denominator, low, high, xtol=1e-300, rtol=1e-15)) if denominator(low) > 0 else None
+
+
 def _points(solid: Cosserat) -> tuple[Array, Array]:
     """Returns Gauss points and weights in t > 0, graded towards the branch points and the root of D."""
     rates = np.sqrt([1 / solid.layer_length**2, spread_rate(solid)])
@@ -169,11 +190,19 @@ def _points(solid: Cosserat) -> tuple[Array, Array]:
     logs = [np.linspace(np.log(low), np.log(high), int(np.log(high / low) / PIECE) + 1)]
     halvings = PIECE * 0.5 ** np.arange(GRADED)
     b = max(0.25, 2 * solid.beta * (1 - solid.nu))  # see `microblock.halfplane.kernels`
-    pole = -0.5j * np.log((b - 1 + np.sqrt(1 - 4 * b + 0j)) / (b + 2))
-    for place in (*np.log(rates), np.log(rates[0] * abs(np.sin(pole.real)) + low)):
+    root = -0.5j * np.log((b - 1 + np.sqrt(1 - 4 * b + 0j)) / (b + 2))
+    for place in (*np.log(rates), np.log(rates[0] * abs(np.sin(root.real)) + low)):
         logs.append(np.concatenate((place - halvings, [place], place + halvings)))
     edges = np.unique(np.concatenate(logs))
     edges = edges[np.concatenate(([True], np.diff(edges) > 1e-12))]
+    if (pole := _pole(solid)) is not None:  # two pieces, each other's mirror, give the principal value
+        place = np.log(pole)
+        reach = min(PIECE / 2**MIRRORED, (place - np.log(rates).max()) / 4)
+        away = halvings[halvings > reach]
+        edges = edges[np.abs(edges - place) > 1.5 * reach]
+        edges = np.unique(
+            np.concatenate((edges, place - away, place + np.array((-reach, 0, reach)), place + away))
+        )
     points, gauss = gauss_rule(GAUSS)
     widths = np.diff(edges)
     t = np.exp((edges[:-1, None] + widths[:, None] * points).ravel())

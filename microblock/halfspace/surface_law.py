@@ -104,10 +104,12 @@ def on_surface(law: LawLike) -> SurfaceLaw:
     if len(law.corners) == 1:
         return SurfaceLaw(("C",), np.zeros((1, 2)), clamped=law.clamps_rotation)
     if not isinstance(law, Microblock):
-        raise BadArgument("law", law, "must be Microblock, Unilateral or Microclamped on a HalfSpace")
+        raise BadArgument("law", law, "must be Microblock, Unilateral or Microclamped over a surface")
     if callable(law.psi0):
         raise BadArgument(
-            "psi0", law.psi0, "must be a number, or a pair of numbers or functions of (x1, x2) on a HalfSpace"
+            "psi0",
+            law.psi0,
+            "must be a number, or a pair of numbers or functions of (x1, x2), over a surface",
         )
     psi0 = law.psi0 if isinstance(law.psi0, tuple) else (0.0, -law.psi0)
     return SurfaceLaw(

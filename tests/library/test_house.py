@@ -21,8 +21,8 @@ MAY_IMPORT = {  # a room, and the rooms below it that it may use
     "corners": {"model"},
     "halfplane": {"model", "corners"},
     "halfspace": {"model", "corners", "halfplane"},  # its part in a plane is the half-plane's
-    # the first zones of fitted meshes are those of a half-plane
-    "fem": {"model", "corners", "halfplane"},
+    # the first zones of fitted meshes are those of a half-plane; the law over a surface that of a half-space
+    "fem": {"model", "corners", "halfplane", "halfspace"},
     "path": {"model", "halfplane"},
     "contact": {"model", "halfplane", "halfspace", "fem", "path"},
     "view": {"model", "corners", "halfplane", "halfspace", "fem", "path", "contact"},

@@ -1,0 +1,124 @@
+"""Contact of a body in three dimensions with a rigid obstacle, on its contact nodes.
+
+The body is condensed once (`microblock.fem.condensed3d`); states are found by projected gradients
+(`microblock.corners.projected_gradients`), which do not depend on the corner forces being unique.
+"""
+
+import numpy as np
+
+from ..corners import projected_gradients
+from ..errors import NOT_YET, BadArgument
+from ..halfspace.surface_law import on_surface
+from ..model.solver import Solver
+from .condensed3d import condensed3d
+from .state3d import State3D
+
+RESIDUAL = 1e-9  # relative, of the contact conditions
+TOUCHING = 1e-6  # of the range of the displacement, by which an obstacle lies in a node that cannot move
+
+
+class Solver3D(Solver):
+    """States of a Body3D on its contact nodes, exact for the discrete problem."""
+
+    most_corners = None
+
+    def __init__(self, contact, options):
+        super().__init__(contact, options)
+        self.surface_law = on_surface(self.law)
+        x1, x2, x3 = self.nodes.points.T
+        self.initial_gaps = self.surface_law.initial_gaps(self.obstacle, self.solid.ell, x1, x2) - x3
+
+    @property
+    def nodes(self):
+        """The contact nodes of the body, condensed."""
+        return condensed3d(self.body)
+
+    def state(self, solution):
+        """Returns the State3D that `solve` has made."""
+        return solution
+
+    def solve(self, load, approach, rtol, initial=None, progress=False):
+        """Returns the State3D; parameters and errors are those of `Solver.solve`."""
+        self.require_no_rtol(rtol)
+        nodes, law = self.nodes, self.surface_law
+        H = nodes.flexibility(self.directions(nodes.points), law.clamped)
+        found = projected_gradients.solve(
+            H, self.reachable_gaps(), load=load, approach=approach, rtol=RESIDUAL
+        )
+        if not found.load > 0:
+            raise BadArgument("approach", approach, NOT_YET)
+        surface = H.surface(H.loads(found.forces))
+        size = np.ptp(surface[0])
+        closed = found.gaps <= 2 * max(found.kkt, RESIDUAL) * size
+        forces = self.of_least_norm(found.forces, closed)
+        loads = H.loads(forces)
+        if law.clamped:
+            loads[1:] = nodes.held_moments(loads[0])
+        state = State3D(
+            self.contact,
+            found.load,
+            found.approach,
+            nodes,
+            dict(zip(law.names, forces / nodes.weights)),
+            surface,
+            loads,
+            ((forces > 0) | (closed.all(axis=0) & (len(forces) > 1))).sum(axis=0),
+            found.kkt,
+            found.products,
+        )
+        self.require_clear(state, H.gaps(surface))
+        return state
+
+    def reachable_gaps(self):
+        """Initial gaps, array (corners, n); inf where no obstacle is above, or supports hold the node."""
+        gaps = np.where(self.nodes.free["u3"], self.initial_gaps, np.inf)
+        if not np.any(np.isfinite(gaps)):
+            raise BadArgument("obstacle", self.obstacle, "lies over no node of the contact boundary")
+        return gaps
+
+    @staticmethod
+    def require_no_rtol(rtol):
+        """BadArgument for an accuracy that nothing here can promise."""
+        if rtol is not None:
+            raise BadArgument(
+                "rtol",
+                rtol,
+                "cannot be asked of a Body3D: it has no error estimate; compare with a finer mesh",
+            )
+
+    def directions(self, points):
+        """(1, lever) of each corner at points, array (corners, 3, n)."""
+        law, (x1, x2, _) = self.surface_law, points.T
+        levers = np.repeat(-law.offsets[:, :, None], len(x1), axis=2)
+        if law.psi0:
+            levers = levers + law.tilt(x1, x2)
+        return np.concatenate((np.ones((len(levers), 1, len(x1))), levers), axis=1)
+
+    def path(self, last, rtol, progress=False):
+        """Raises BadArgument: there is none."""
+        raise BadArgument(
+            "body", self.body, "has no load path in three dimensions: solve the loads one by one"
+        )
+
+    def of_least_norm(self, forces, closed):
+        """The forces of least norm with the same resultants, arrays (corners, n): of a block that all corners
+        hold, and where supports hold a rotation, as on a plane of symmetry, of corners that are equally near.
+        """
+        if len(forces) == 1:
+            return forces
+        for axis, field in ((0, "psi2"), (1, "psi1")):
+            pairs, both = forces.reshape(2, 2, -1), closed.reshape(2, 2, -1).all(axis=axis, keepdims=True)
+            mean = pairs.mean(axis=axis, keepdims=True)
+            forces = np.where(both & ~self.nodes.free[field], mean, pairs).reshape(forces.shape)
+        return self.surface_law.of_least_norm(forces, closed)
+
+    def require_clear(self, state, added):
+        """BadArgument where the obstacle lies in nodes whose displacement supports hold."""
+        held = ~self.nodes.free["u3"]
+        gaps = (self.initial_gaps + added)[:, held] - state.approach
+        if gaps.size and gaps.min() < -TOUCHING * np.ptp(state.displacement):
+            raise BadArgument(
+                "obstacle",
+                self.obstacle,
+                f"reaches the rim of the contact boundary, where supports hold u3, by {-gaps.min():.3g}",
+            )

@@ -1,0 +1,33 @@
+"""The figure of a contact state of a body in three dimensions: what is at its nodes, from above."""
+
+import numpy as np
+from matplotlib.colors import BoundaryNorm, ListedColormap
+
+from . import plots
+from .surface_figure import CLOSED
+
+
+def draw(state):
+    """The figure of a State3D."""
+    figure, axes = plots.figure(1, 3, height=2.4, width=7.2)
+    x1, x2, triangles = state.x1, state.x2, state.nodes.triangles
+    moment = np.hypot(*state.micromoment) / state.problem.solid.ell
+    for axis, values, label in ((axes[0], state.pressure, "$p$"), (axes[2], moment, r"$|M|/\ell$")):
+        shown = axis.tripcolor(x1, x2, triangles, values, shading="gouraud", cmap="cividis", rasterized=True)
+        axis.set_title(label)
+        figure.colorbar(shown, ax=axis, shrink=0.9, pad=0.02)
+    closed_nodes(axes[1], x1, x2, state.closed, len(state.pressures))
+    for axis in axes:
+        axis.set(xlabel="$x_1$", ylabel="$x_2$", aspect="equal")
+    return figure
+
+
+def closed_nodes(axis, x1, x2, closed, corners):
+    """The number of closed corners at nodes, as marks from above, of as many as the law has."""
+    colours = ListedColormap(["#D9D9D9", *CLOSED[-corners:]])
+    edges = BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)
+    shown = axis.scatter(x1, x2, c=closed, s=5, cmap=colours, norm=edges, linewidths=0)
+    axis.set_title("closed corners")
+    bar = axis.figure.colorbar(shown, ax=axis, shrink=0.9, pad=0.02)
+    bar.set_ticks(range(corners + 1))
+    bar.minorticks_off()
