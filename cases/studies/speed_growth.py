@@ -41,9 +41,9 @@ TOLD = {"seconds": 1e-4, "megabytes": 2.0}
 # where the time goes: the functions whose cumulative time makes each phase, by what the profile calls them
 PHASES = {
     "mesh": ("uniform",),
-    "assembly": ("_assemble", "AssembleLinearization"),
-    "residual": ("Apply",),
-    "factor": ("_factorise of condensation", "Inverse"),
+    "assembly": ("_assemble", "assemble of newton"),
+    "residual": ("_look of newton",),
+    "factor": ("_factorise of condensation", "_factorise of newton"),
     "condensation": ("_matrix of condensation",),
     "states": ("solve of active_set", "solve of projected_gradients"),
     "tables": ("kernels", "prepare of cell_solver"),

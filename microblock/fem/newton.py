@@ -232,6 +232,7 @@ class MonolithicNewton:
             require_kind(NodalState, "a NodalState", start=start)
         if self.control == "load" and level <= 0:
             return self._first_touch(level)
+        self._bulk.assemble()
         unknowns, visits, factor, best = self._first_guess(level, start), {}, None, None
         for iteration in range(MAX_ITERATIONS + 1):
             now = self._look(unknowns, level)
@@ -499,9 +500,13 @@ class _LinearForm:
         self._form += ng.Variation(functional)
         self._kept = None
 
+    def assemble(self):
+        """Computes K and f, once."""
+        return self._assembled
+
     @cached_property
     def _assembled(self):
-        """K, its values, and -f."""
+        """K as a CSR matrix, and -f."""
         zero, minus_f = ng.GridFunction(self._form.space).vec, ng.GridFunction(self._form.space).vec
         self._form.Apply(zero, minus_f)
         self._form.AssembleLinearization(zero)

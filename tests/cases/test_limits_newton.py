@@ -110,7 +110,7 @@ def test_sparsecholesky_gives_nan_where_the_library_has_an_answer_or_an_error(bl
     solver = newton(body)
     solver.solve(0.1)
     # the saddle point, which is solved by UMFPACK
-    assert not np.isfinite(_bare(solver.form, solver.free)).all()
+    assert not np.isfinite(_bare(solver.matrix, solver.free)).all()
     free = mb.Body(block, SOLID, 2)  # a body without supports is an error by each way, never a NaN
     with pytest.raises(NotConverged, match="rigid motions"):
         free.solve(Loads(traction={"contact": (0, -1)}))
@@ -121,8 +121,8 @@ def test_sparsecholesky_gives_nan_where_the_library_has_an_answer_or_an_error(bl
             newton(free, method).solve(0.1)
 
 
-def _bare(form, free):
+def _bare(matrix, free):
     """What NGSolve's sparsecholesky makes of a matrix, with a right-hand side of ones."""
-    right = form.mat.CreateColVector()
+    right = matrix.CreateColVector()
     right.FV().NumPy()[:] = 1.0
-    return (form.mat.Inverse(free, "sparsecholesky") * right).Evaluate().FV().NumPy()
+    return (matrix.Inverse(free, "sparsecholesky") * right).Evaluate().FV().NumPy()
