@@ -331,7 +331,9 @@ def test_corners_that_a_plane_of_symmetry_makes_equal_share_their_force():
 
 
 @pytest.mark.parametrize(
-    "law, order", [*((law, 1) for law in LAWS), (mb.Microblock((0.01, lambda x1, x2: 0.02 * x1)), 2)], ids=str
+    "law, order",
+    [*((law, 1) for law in LAWS), (mb.Microblock((0.01, lambda x1, x2: 0.02 * x1)), 2)],
+    ids=lambda value: type(value).__name__ if isinstance(value, mb.Microblock) else str(value),
 )
 def test_newton_finds_the_condensed_state(law, order):
     """Conjugate gradients on all unknowns, and Cholesky factors with those of the surface alone."""

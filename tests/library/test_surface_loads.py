@@ -119,3 +119,60 @@ def test_a_path_is_refused_with_what_to_do_instead():
     problem = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Unilateral())
     with pytest.raises(BadArgument, match="initial"):
         problem.path(load=1.0)
+
+
+@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microclamped()], ids=str)
+@pytest.mark.parametrize("waves", [(2, 1), (7, 4)], ids=str)
+def test_waves_that_run_obliquely_are_those_of_the_half_plane(law, waves):
+    """At 27 and 30 degrees to the cells; the half-plane has cells of its own, by another program."""
+    length = 1 / np.hypot(*waves)
+    amplitude = 0.01 * length
+
+    def height(x1, x2):
+        return amplitude * (1 - np.cos(2 * np.pi * (waves[0] * x1 + waves[1] * x2)))
+
+    body = mb.HalfSpace(SOLID, period=1.0)
+    state = mb.Contact(body, height, law, mb.Cells(nodes=512)).solve(load=0.9)
+    plane = mb.Contact(
+        mb.HalfPlane(SOLID, period=length),
+        lambda x: amplitude * (1 - np.cos(2 * np.pi * x / length)),
+        law,
+        mb.Cells(nodes=2048),
+    ).solve(load=0.9 * length)
+    # cells cut the edges into steps, of which the mean is seen
+    assert state.approach == pytest.approx(plane.approach, rel=1e-4)
+    assert state.pressure.max() == pytest.approx(plane.pressure.max(), rel=1e-3)
+
+
+def test_a_sphere_is_found_from_any_start_and_looks_alike_from_all_sides():
+    cells = mb.Cells(nodes=64, residual=1e-12)
+    problem = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Microblock(), cells)
+    state, other = problem.solve(load=1.0), problem.solve(load=1.0, initial=problem.solve(load=0.7))
+    # resultants are unique, whatever the corner forces
+    for one, two in ((state.pressure, other.pressure), (state.micromoment, other.micromoment)):
+        assert one == pytest.approx(two, abs=1e-8 * np.abs(one).max())
+    assert np.rot90(state.pressure) == pytest.approx(state.pressure, abs=1e-8 * state.pressure.max())
+
+
+def test_at_most_three_corners_touch_an_obstacle_that_is_twisted():
+    """Four rigid corners are in one plane, over a twisted surface they are not; over a paraboloid with its
+    axes along the blocks they may be.
+    """
+    cells = mb.Cells(nodes=64, residual=1e-11)
+    counts = [
+        np.bincount(mb.Contact(mb.HalfSpace(SOLID), height, mb.Microblock(), cells).solve(1.0).closed.ravel())
+        for height in (lambda x1, x2: (x1**2 + x2**2 + x1 * x2 / 2) / 20, lambda x1, x2: (x1**2 + x2**2) / 20)
+    ]
+    assert len(counts[0]) == 4 and counts[0][3] > 0 and len(counts[1]) == 5
+
+
+def test_blocks_of_a_hundredth_of_the_contact_are_hertz():
+    a = (3 * 10.0 / (4 * SOLID.E_star)) ** (1 / 3)
+    small = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.01 * a)
+    loose = mb.Cosserat(E=100, nu=0.3, beta=1e-6, ell=0.01 * a)
+    for solid, law, wider in ((loose, mb.Unilateral(), 0.0), (small, mb.Microblock(), 0.005)):
+        state = mb.Contact(mb.HalfSpace(solid), mb.Sphere(10.0), law, mb.Cells(nodes=256)).solve(load=1.0)
+        assert state.pressure.max() == pytest.approx(3 / (2 * np.pi * a**2), rel=1e-3)
+        assert state.approach == pytest.approx(a**2 / 10, rel=1e-3)
+        # a block touches with its corners while its middle is half a block outside
+        assert state.radius == pytest.approx(a * (1 + wider), rel=1e-3)
