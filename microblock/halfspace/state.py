@@ -159,6 +159,26 @@ class SurfaceState(Shown):
             figure.savefig(path)
         return figure
 
+    def plot_blocks(self, path: str | None = None) -> Figure:
+        """Returns a figure of the rotated blocks about the contact, coloured by how many corners touch.
+
+        Parameters
+        ----------
+        path : str, optional
+            File to write the figure to.
+
+        Raises
+        ------
+        BadArgument
+            If the law has no blocks.
+        """
+        from ..view.surface_blocks import draw
+
+        figure = draw(self)
+        if path is not None:
+            figure.savefig(path)
+        return figure
+
     def summary(self) -> Summary:
         """Returns load, approach, contact, pressure and error, for a notebook."""
         rows = (

@@ -372,3 +372,24 @@ def test_a_loaded_cell_lowers_its_own_centre():
 def test_obstacles_that_touch_without_bounds_are_named(height, words):
     with pytest.raises(mb.BadArgument, match=f"obstacle = .*{words}"):
         mb.Contact(mb.HalfSpace(SOLID), height, mb.Unilateral()).solve(load=1.0)
+
+
+def test_blocks_are_drawn_where_they_are(tmp_path):
+    """Where four corners are closed all of a top lie on the paraboloid."""
+    from microblock.view import surface_blocks
+
+    cells = mb.Cells(nodes=64, residual=1e-10)
+    state = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(R), mb.Microblock(), cells).solve(load=1.0)
+    x1, x2 = surface_blocks._places(state, SOLID.ell)
+    assert np.unique(np.round(np.diff(np.unique(x1)), 9)) == pytest.approx(SOLID.ell)
+    cell = surface_blocks._nearest(state.x1, x1), surface_blocks._nearest(state.x2, x2)
+    psi, lowered = state.psi[:, cell[0], cell[1]], state.displacement[cell]
+    corners = surface_blocks._corners(state.x1[cell[0]], state.x2[cell[1]], lowered, psi, SOLID.ell)
+    top = corners[state.closed[cell] == 4][:, surface_blocks.FACES["top"]]
+    places = top[..., :2]
+    # the rotation moves corners sideways by psi ell/2, which the gaps of small rotations leave out
+    assert top[..., 2] == pytest.approx((places**2).sum(axis=-1) / (2 * R) - state.approach, abs=2e-5)
+    state.plot_blocks(tmp_path / "blocks.png")
+    assert (tmp_path / "blocks.png").stat().st_size > 10_000
+    with pytest.raises(BadArgument, match="law = .*has no blocks"):
+        state.problem.with_(law=mb.Unilateral()).solve(load=1.0).plot_blocks()

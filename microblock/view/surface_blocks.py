@@ -1,0 +1,101 @@
+"""The blocks of a surface under an obstacle in three dimensions: where they are, rotated, and what touches.
+
+A block is a cube of side ell below its contact point. A corner at r from the block's middle is displaced by
+``u + psi x r``, (21), and both are drawn larger, times `magnified`, with the initial rotation psi0.
+"""
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from scipy.interpolate import RegularGridInterpolator
+
+from ..errors import BadArgument
+from . import plots
+from .surface_figure import CLOSED
+
+MOST = 18  # blocks a side
+AROUND = 1.25  # of the contact's half-width
+TURNED = 0.35  # radians, as which the largest rotation is drawn
+LOWERED = 1.5  # of ell, as which the approach is drawn at most
+SEEN = 50, -60  # degrees of elevation and azimuth
+ZOOM = 1.2
+SHADE = 0.75  # of a top's colour, the two sides' on which the light falls less
+CUBE = np.array([(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]) / 2  # over ell
+FACES = {"top": (1, 3, 7, 5), "front": (0, 1, 5, 4), "right": (4, 5, 7, 6)}
+
+
+def draw(state):
+    """The figure of the blocks of a SurfaceState.
+
+    Raises
+    ------
+    BadArgument
+        If a law has one corner, and so no blocks that could be drawn.
+    """
+    law = state.problem.solver.surface_law
+    if not law.psi0:
+        raise BadArgument("law", state.problem.law, "has no blocks: plot_blocks() is for Microblock")
+    ell = state.problem.solid.ell
+    x1, x2 = _places(state, ell)
+    found = {
+        name: _between(state, values, x1, x2)
+        for name, values in (("psi1", state.psi[0]), ("psi2", state.psi[1]), ("u", state.displacement))
+    }
+    turned = np.hypot(found["psi1"], found["psi2"]).max()
+    magnified = min(TURNED / max(turned, 1e-300), LOWERED * ell / max(np.abs(found["u"]).max(), 1e-300))
+    tilt = law.tilt(x1, x2)  # (-psi0_2, psi0_1)
+    psi = np.array((found["psi1"] + tilt[1], found["psi2"] - tilt[0])) * magnified
+    corners = _corners(x1, x2, found["u"] * magnified, psi, ell)
+    closed = state.closed[_nearest(state.x1, x1), _nearest(state.x2, x2)]
+
+    figure = plots.Drawing(figsize=(plots.COLUMN, 3.0), layout="constrained")
+    axis = figure.add_subplot(projection="3d")
+    colours = np.array(ListedColormap(CLOSED)(np.arange(5)))
+    faces = np.concatenate([corners[:, members] for members in FACES.values()])
+    light = [np.append(np.full(3, 1.0 if face == "top" else SHADE), 1.0) for face in FACES]
+    shown = np.concatenate([colours[closed] * each for each in light])
+    axis.add_collection3d(
+        Poly3DCollection(faces, facecolors=shown, edgecolors="0.25", linewidths=0.3, clip_on=False)
+    )
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axis.set(xlabel="$x_1$", ylabel="$x_2$", zticks=())
+    axis.locator_params(nbins=4)
+    axis.set_box_aspect(high - low, zoom=ZOOM)
+    axis.view_init(*SEEN)
+    scale = ScalarMappable(BoundaryNorm(np.arange(-0.5, 5), 5), ListedColormap(CLOSED))
+    bar = figure.colorbar(scale, ax=axis, shrink=0.6, pad=0.02, ticks=range(5), label="closed corners")
+    bar.minorticks_off()
+    return figure.captioned(f"Displacement and rotation are drawn {magnified:.2g} times larger.")
+
+
+def _places(state, ell):
+    """Contact points of the blocks about the contact, at most MOST a side: arrays (n,)."""
+    box = []
+    for x, there in ((state.x1, state.closed.any(axis=1)), (state.x2, state.closed.any(axis=0))):
+        touching = x[there]
+        middle, half = (touching[0] + touching[-1]) / 2, AROUND * (touching[-1] - touching[0]) / 2 + ell
+        count = min(MOST, 1 + 2 * int(min(half, (x[-1] - x[0]) / 2) / ell))
+        own = middle + ell * (np.arange(count) - (count - 1) / 2)
+        box.append(own[(own >= x[0]) & (own <= x[-1])])
+    x1, x2 = np.meshgrid(*box, indexing="ij")
+    return x1.ravel(), x2.ravel()
+
+
+def _between(state, values, x1, x2):
+    """Values of cells at places between their centres, array (n,)."""
+    return RegularGridInterpolator((state.x1, state.x2), values)((x1, x2))
+
+
+def _nearest(x, places):
+    """Numbers of the cells in which places are."""
+    return np.clip(np.rint((places - x[0]) / (x[1] - x[0])).astype(int), 0, len(x) - 1)
+
+
+def _corners(x1, x2, lowered, psi, ell):
+    """Places of the eight corners of each block, array (n, 8, 3)."""
+    middle = np.column_stack((x1, x2, np.full_like(x1, -ell / 2) - lowered))
+    r = ell * CUBE
+    rotation = np.column_stack((*psi, np.zeros_like(x1)))
+    return middle[:, None] + r + np.cross(rotation[:, None], r[None])
