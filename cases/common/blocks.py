@@ -67,6 +67,18 @@ class Springs:
         """
         return self.shear + self.normal / 12 * (1 - self.decay)
 
+    @property
+    def full_contact_couple(self):
+        """M/(-b^2 dp/dx1) where both corners are closed and the pressure p varies slowly; in an isotropic
+        continuum gamma' (1 - nu), ell = b.
+
+        The stress along the rows is -p. The joint below row j (0 at the surface) has to carry (j + 1) b dp/dx1,
+        and the side faces of row j carry (j + 1/2 - decay^j/2) b dp/dx1, for obstacle and corners turn the
+        blocks of the surface with their row. The couple on these is what the joint below takes: b/2 times its
+        shear (1/2), and its rolling by the opening of that joint and by the side faces (the other terms).
+        """
+        return 1 / 2 + (1 + self.normal / self.shear * (3 - self.decay) / 2) / 12
+
 
 def assembly(columns, rows, springs, b=1.0, periodic=False):
     """Stiffness of an assembly, sparse (3 n, 3 n): (u1, u2, psi) of block i + columns j in column i and row j.
