@@ -72,8 +72,8 @@ class Springs:
         """M/(-b^2 dp/dx1) where both corners are closed and the pressure p varies slowly; in an isotropic
         continuum gamma' (1 - nu), ell = b.
 
-        The stress along the rows is -p. The joint below row j (0 at the surface) has to carry (j + 1) b dp/dx1,
-        and the side faces of row j carry (j + 1/2 - decay^j/2) b dp/dx1, for obstacle and corners turn the
+        The stress along the rows is -p. The joint below row j (0 at the surface) has to carry
+        (j + 1) b dp/dx1, and the side faces of row j carry (j + 1/2 - decay^j/2) b dp/dx1, for obstacle and corners turn the
         blocks of the surface with their row. The couple on these is what the joint below takes: b/2 times its
         shear (1/2), and its rolling by the opening of that joint and by the side faces (the other terms).
         """
@@ -81,9 +81,9 @@ class Springs:
 
 
 def assembly(columns, rows, springs, b=1.0, periodic=False):
-    """Stiffness of an assembly, sparse (3 n, 3 n): (u1, u2, psi) of block i + columns j in column i and row j.
+    """Stiffness of an assembly of n blocks, sparse (3 n, 3 n): (u1, u2, psi) of each.
 
-    `periodic`: the last column touches the first one. Rows are counted upwards.
+    The block in column i and row j has the number i + columns j. `periodic`: the last column touches the first one. Rows are counted upwards.
     """
     number = np.arange(columns * rows).reshape(rows, columns)
     right = np.roll(number, -1, axis=1) if periodic else number[:, 1:]
@@ -95,12 +95,7 @@ def assembly(columns, rows, springs, b=1.0, periodic=False):
             (((first, normal, -1), (second, normal, 1)), springs.normal),
             (((first, 2, -1), (second, 2, 1)), springs.normal * b**2 / 12),
             (
-                (
-                    (first, along, -1),
-                    (second, along, 1),
-                    (first, 2, sign * b / 2),
-                    (second, 2, sign * b / 2),
-                ),
+                ((first, along, -1), (second, along, 1), (first, 2, sign * b / 2), (second, 2, sign * b / 2)),
                 springs.shear,
             ),
         )
@@ -116,7 +111,9 @@ def _rows(entries, blocks):
     columns = np.concatenate([3 * block + freedom for block, freedom, _ in entries])
     count = len(entries[0][0])
     values = np.concatenate([np.full(count, factor) for _, _, factor in entries])
-    return sparse.csr_matrix((values, (np.tile(np.arange(count), len(entries)), columns)), (count, 3 * blocks))
+    return sparse.csr_matrix(
+        (values, (np.tile(np.arange(count), len(entries)), columns)), (count, 3 * blocks)
+    )
 
 
 def symbol(theta1, theta2, springs, b=1.0):
@@ -158,8 +155,9 @@ def identified(springs, lengths=(80, 113, 160, 226, 320), directions=7):
 
 
 def rotation_stiffness(number, angle, springs):
-    """Couple on a block (b = 1) over its rotation, in a wave of rotation without forces: 4 mu mu_c/(mu + mu_c)
-    + gamma' mu ell^2 k^2 in an isotropic solid.
+    """Couple on a block (b = 1) over its rotation, in a wave of rotation without forces.
+
+    In an isotropic solid it is 4 mu mu_c/(mu + mu_c) + gamma' mu ell^2 k^2.
     """
     wave = wave_on_blocks(number * np.cos(angle), number * np.sin(angle), springs)
     return (wave[2, 2] - wave[2, :2] @ np.linalg.solve(wave[:2, :2], wave[:2, 2])).real
@@ -238,7 +236,7 @@ class BlockHalfPlane:
     springs : Springs
     x : array (n,), centres of neighbouring blocks, their side apart, ascending
     period : int, blocks after which the Fourier sums repeat. The images that come with them are taken away
-        to leading order, so that what is left of them falls like (b/period)^2.
+        to leading order, so that what is left of them falls like the fourth power of 1/period.
     """
 
     solid: object

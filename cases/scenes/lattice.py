@@ -59,7 +59,9 @@ class Parameters(Checked):
                 f"press on more than {MOST_BLOCKS} blocks on either side; take fewer --blocks-per-a",
             )
         if self.far < 2 * self.reach:
-            raise mb.BadArgument("far", self.far, f"must be at least {2 * self.reach:g} for these blocks and loads")
+            raise mb.BadArgument(
+                "far", self.far, f"must be at least {2 * self.reach:g} for these blocks and loads"
+            )
 
     @property
     def b(self):
@@ -158,7 +160,9 @@ def loads_on_blocks(parameters, states):
         if name != "blocks":
             found[name] = over_blocks(state, blocks.x, b)
     unit = parameters.p_Hz * b
-    return blocks.x, {name: (forces / unit, couples / (unit * b)) for name, (forces, couples) in found.items()}
+    return blocks.x, {
+        name: (forces / unit, couples / (unit * b)) for name, (forces, couples) in found.items()
+    }
 
 
 def difference(values, blocks):
@@ -284,11 +288,11 @@ def rows(parameters, answer):
 def figure(records):
     """Forces on the blocks are those of the continuum; couples are about four times as large, as derived.
 
-    Markers: blocks at the last load; lines: continuum with the moduli of long waves, and with the couple derived
-    from the blocks in full contact, averaged over each block.
+    Markers: blocks at the last load; lines: continuum with the moduli of long waves, and with the couple
+    derived from the blocks in full contact, averaged over each block.
 
-    Seen: forces (a) on an ellipse; couples (b), odd about the apex, with markers far from the first line and on
-    the second one except at the two ends.
+    Seen: forces (a) on an ellipse; couples (b), odd about the apex, with markers far from the first line and
+    on the second one except at the two ends.
     """
     from microblock.view import plots
 
@@ -300,7 +304,9 @@ def figure(records):
         axis.plot(x, column(nodes, f"{kind}_blocks"), "o", color=plots.COLOURS[1], label="blocks")
         for number, (name, words, look) in enumerate(lines):
             if nodes[0][f"{kind}_{name}"] is not None:
-                axis.plot(x, column(nodes, f"{kind}_{name}"), look, color=plots.COLOURS[2 * number], label=words)
+                axis.plot(
+                    x, column(nodes, f"{kind}_{name}"), look, color=plots.COLOURS[2 * number], label=words
+                )
     axes[0].set_ylabel(r"force$/(p_\mathrm{Hz} b)$")
     axes[1].set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"couple$/(p_\mathrm{Hz} b^2)$")
     plots.letter(axes)
