@@ -73,9 +73,10 @@ class Springs:
         continuum gamma' (1 - nu), ell = b.
 
         The stress along the rows is -p. The joint below row j (0 at the surface) has to carry
-        (j + 1) b dp/dx1, and the side faces of row j carry (j + 1/2 - decay^j/2) b dp/dx1, for obstacle and corners turn the
-        blocks of the surface with their row. The couple on these is what the joint below takes: b/2 times its
-        shear (1/2), and its rolling by the opening of that joint and by the side faces (the other terms).
+        (j + 1) b dp/dx1, and the side faces of row j carry (j + 1/2 - decay^j/2) b dp/dx1, for obstacle and
+        corners turn the blocks of the surface with their row. The couple on these is what the joint below
+        takes: b/2 times its shear (1/2), and its rolling by the opening of that joint and by the side faces
+        (the other terms).
         """
         return 1 / 2 + (1 + self.normal / self.shear * (3 - self.decay) / 2) / 12
 
@@ -83,7 +84,8 @@ class Springs:
 def assembly(columns, rows, springs, b=1.0, periodic=False):
     """Stiffness of an assembly of n blocks, sparse (3 n, 3 n): (u1, u2, psi) of each.
 
-    The block in column i and row j has the number i + columns j. `periodic`: the last column touches the first one. Rows are counted upwards.
+    The block in column i and row j has the number i + columns j, rows are counted upwards. `periodic`: the
+    last column touches the first one.
     """
     number = np.arange(columns * rows).reshape(rows, columns)
     right = np.roll(number, -1, axis=1) if periodic else number[:, 1:]

@@ -1,4 +1,4 @@
-"""Cylinder on rigid square blocks with elastic interfaces: the microstructure that the contact law idealises.
+"""Cylinder on rigid blocks with elastic interfaces: the microstructure that the law idealises.
 
 Geometry   half-plane of blocks of side b in rows and columns, joined by interfaces with normal and shear
            springs; a rigid cylinder pressed on the corners of the blocks of the surface.

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy.sparse.linalg import spsolve
+from scipy.sparse.linalg import splu, spsolve
 
 import microblock as mb
 from cases.__main__ import main
@@ -22,6 +22,7 @@ from cases.common.blocks import (
     wave_on_blocks,
 )
 from cases.scenes import lattice
+from microblock.corners.compliance import Compliance
 
 SPRINGS = Springs(1, 1), Springs(2, 1), Springs(1, 2)
 EXACT = 1e-12  # rounding of sums over some hundred blocks
@@ -241,6 +242,41 @@ def test_statics_do_not_see_the_period():
     # the images leave the fourth power of 13 blocks over 144
     for name in ("pressure", "micromoment"):
         assert getattr(near, name) == pytest.approx(getattr(far, name), abs=1e-5 * far.pressure.max())
+
+
+class Square(BlockHalfPlane):
+    """The same surface blocks on a finite assembly with fixed sides and base, solved directly."""
+
+    def compliance(self, clamped=False):
+        n, rows, b = len(self.x), self.period // 2, self.solid.ell
+        columns = n + 2 * rows
+        number = np.arange(columns * rows).reshape(rows, columns)
+        free = (3 * number[1:, 1:-1, None] + np.arange(3)).ravel()
+        touched = number[-1, rows : rows + n]
+        loads = np.zeros((3 * columns * rows, 2 * n))
+        places = np.concatenate((3 * touched + 1, 3 * touched + 2))
+        loads[places, np.arange(2 * n)] = 1
+        stiffness = assembly(columns, rows, self.springs, b)[free][:, free].tocsc()
+        motion = np.zeros_like(loads)
+        motion[free] = splu(stiffness).solve(loads[free])
+        matrix = motion[places]
+        known = super().compliance()
+        return Compliance(known.points, known.normals, known.weights, (matrix + matrix.T) / 2, b)
+
+
+@pytest.mark.parametrize("spring", [(1, 1), (2, 1)])
+def test_contact_is_that_on_ever_larger_squares_of_blocks(spring):
+    left = []
+    for far in (9.0, 18.0):
+        parameters, half_plane = blocks(spring=spring, blocks_per_a=3, shift=0.2, far=far)
+        body = parameters.body()
+        square = Square(body.solid, body.springs, body.x, body.period)
+        state = mb.Contact(square, mb.Cylinder(R=1.0), mb.Microblock()).solve(load=parameters.P)
+        pairs = [(state.pressure, half_plane.pressure), (state.micromoment, half_plane.micromoment)]
+        left.append([np.linalg.norm(own - other) / np.linalg.norm(other) for own, other in pairs])
+    # a fixed base changes the statics like the inverse square of its distance, by about (a/far)^2 = 3e-3
+    assert max(left[1]) < 6e-3
+    assert np.divide(*left) == pytest.approx(4, rel=0.1)
 
 
 @pytest.mark.parametrize("spring", [(1, 1), (3, 1)])
