@@ -136,22 +136,20 @@ def wave_on_blocks(theta1, theta2, springs, b=1.0):
     return np.einsum("rbc,b->rc", middle, np.exp(1j * (theta1 * (i - 1) + theta2 * (j - 1))))
 
 
-def identified(springs, lengths=(80, 113, 160, 226, 320), directions=7):
+def identified(springs, lengths=(80, 100, 125, 160, 200, 250, 320)):
     """Moduli of long waves on the blocks: {name: (value, residual of the fit)}.
 
-    At each wave length (in blocks), waves in several directions between row and column give by least
-    squares the strain energy of a Cosserat solid of square symmetry: E, nu along the rows, beta and the
-    anisotropy, (C11 - C12)/(2 mu). gamma' is that of waves of rotation along a row, without forces on the
-    blocks. All are continued to infinite length by a parabola in the square of the wave number; the
-    residual is the largest misfit of that parabola.
+    Waves along a row and on the diagonal give the strain energy of a Cosserat solid of square symmetry: E,
+    nu along the rows, beta and the anisotropy, (C11 - C12)/(2 mu). gamma' is that of waves of rotation along
+    a row, without forces on the blocks. All are continued to infinite length by a cubic in the square
+    of the wave number; the residual is the largest misfit of that cubic.
     """
-    angles = np.linspace(0, np.pi / 2, directions)
     numbers = 2 * np.pi / np.array(lengths)
-    found = [_moduli(springs, number, angles) for number in numbers]
+    found = [_moduli(springs, number) for number in numbers]
     moduli = {}
     for name in found[0]:
         values = np.array([one[name] for one in found])
-        fit = np.polynomial.Polynomial.fit(numbers**2, values, 2)
+        fit = np.polynomial.Polynomial.fit(numbers**2, values, 3)
         moduli[name] = float(fit(0.0)), float(np.abs(fit(numbers**2) - values).max())
     return moduli
 
@@ -171,28 +169,18 @@ def curvature(number, angle, springs):
     return change / (3 * number**2)
 
 
-def _moduli(springs, number, angles):
-    """Moduli from waves of one wave number, side of a block and length scale 1."""
-    columns, right = [], []
-    weight = np.outer(scale := np.array([1, 1, number]), scale) / number**2  # psi counts as k u
-    for angle in angles:
-        k1, k2 = number * np.cos(angle), number * np.sin(angle)
-        strain = np.array([[1j * k1, 0, 0], [0, 1j * k2, 0], [1j * k2, 1j * k1, 0]])
-        rotation = np.array([-1j * k2 / 2, 1j * k1 / 2, -1])  # of the surroundings less that of the block
-        squares = [np.outer(one.conj(), one) for one in (*strain, rotation)]
-        cross = np.outer(strain[0].conj(), strain[1])
-        parts = squares[0] + squares[1], cross + cross.conj().T, squares[2], 4 * squares[3]
-        columns.append(np.array([(weight * part).ravel() for part in parts]).T)
-        right.append((weight * wave_on_blocks(k1, k2, springs)).ravel())
-    matrix, wave = np.vstack(columns), np.concatenate(right)
-    matrix, wave = np.vstack((matrix.real, matrix.imag)), np.concatenate((wave.real, wave.imag))
-    C11, C12, mu, mu_c = np.linalg.lstsq(matrix, wave, rcond=None)[0]
+def _moduli(springs, k):
+    """Moduli from waves of the wave number k, side of a block and length scale 1."""
+    row, diagonal = wave_on_blocks(k, 0, springs), wave_on_blocks(k, k, springs)
+    C11, mu_c = row[0, 0].real / k**2, abs(row[1, 2]) / (2 * k)
+    mu = row[1, 1].real / k**2 - mu_c
+    C12 = diagonal[0, 1].real / k**2 - mu + mu_c
     nu, eta = C12 / (C11 + C12), mu_c / mu
     return {
         "E": C11 * (1 + nu) * (1 - 2 * nu) / (1 - nu),
         "nu": nu,
         "beta": 2 * eta / (1 + eta),
-        "gamma'": curvature(number, 0.0, springs) / mu,
+        "gamma'": curvature(k, 0.0, springs) / mu,
         "anisotropy": (C11 - C12) / (2 * mu),
     }
 

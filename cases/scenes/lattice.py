@@ -26,6 +26,7 @@ from ..common.options import Checked, option
 from ..common.records import print_table, returned
 
 RTOL = 1e-6  # of the continuum, relative to the pressure: couples of small blocks are 1e-2 of it times ell
+MOST_UNEQUAL = 100  # springs; beyond it layers are many blocks thick, or nothing beside a block
 ISOTROPIC = 1e-12  # of the ratio of the springs
 MOST_BLOCKS = 512  # from the middle to the last one that may touch: matrices of 2000 corners
 LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
@@ -52,6 +53,10 @@ class Parameters(Checked):
     def relate(self):
         if len(self.spring) != 2:
             raise mb.BadArgument("spring", self.spring, "must be two stiffnesses, normal and shear")
+        if max(self.spring) > MOST_UNEQUAL * min(self.spring):
+            raise mb.BadArgument(
+                "spring", self.spring, f"must not differ by more than a factor {MOST_UNEQUAL}"
+            )
         if self.reach * self.blocks_per_a > MOST_BLOCKS:
             raise mb.BadArgument(
                 "loads",
