@@ -151,7 +151,9 @@ def summaries(found, **more):
 
 
 def result(parameters, out=None, quiet=True):
-    """The case's object: a row for each problem, slider, way of asking and width."""
+    """The case's object: a row for each problem, slider, way of asking and width; in the folder `out` they are
+    kept problem by problem.
+    """
     start, rows = time.perf_counter(), []
     for name in tqdm(parameters.only or PROBLEMS, disable=quiet, unit="problem"):
         busy = {"problem": name, "load_average": os.getloadavg()[0]}
@@ -165,7 +167,14 @@ def result(parameters, out=None, quiet=True):
                     if row["by"] == "drag":
                         row["pictures_per_second"] = rates[row["slider"]]
                     rows.append(row)
-    return returned(parameters, start, rows=[{name: row.get(name) for name in COLUMNS} for row in rows])
+        if out:
+            line = command("sliders", parameters)
+            kept(out / "sliders.csv", [{"command": line, **_shown(row)} for row in rows])
+    return returned(parameters, start, rows=[_shown(row) for row in rows])
+
+
+def _shown(row):
+    return {name: row.get(name) for name in COLUMNS}
 
 
 def run(parameters, out=None, quiet=False):
@@ -174,9 +183,6 @@ def run(parameters, out=None, quiet=False):
     if not quiet:
         print("milliseconds elapsed")
         print_table(answer["rows"], COLUMNS, 3)
-    if out:
-        line = command("sliders", parameters)
-        kept(out / "sliders.csv", [{"command": line, **row} for row in answer["rows"]])
     return answer
 
 
