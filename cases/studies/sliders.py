@@ -151,8 +151,8 @@ def summaries(found, **more):
 
 
 def result(parameters, out=None, quiet=True):
-    """The case's object: a row for each problem, slider, way of asking and width; in the folder `out` they are
-    kept problem by problem.
+    """The case's object: a row for each problem, slider, way of asking and width; in the folder `out` rows
+    are kept problem by problem.
     """
     start, rows = time.perf_counter(), []
     for name in tqdm(parameters.only or PROBLEMS, disable=quiet, unit="problem"):

@@ -181,7 +181,7 @@ def shares(profile, spent):
     named = {}
     for (path, _, function), (*_, total, _) in Stats(profile).stats.items():
         module = os.path.basename(path).removesuffix(".py")
-        short = function.rstrip(">}").split(".")[-1] if path == "~" else function
+        short = function.rstrip(">}").split(".")[-1]  # Python 3.13 names methods with their class
         if path == "~" or FILES.get(short) == module:
             named[short] = named.get(short, 0.0) + total
         named[f"{short} of {module}"] = total
