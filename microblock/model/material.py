@@ -92,6 +92,39 @@ class Cosserat(Shown):
         for name, value in moduli.items():
             object.__setattr__(self, name, float(value))
 
+    @classmethod
+    def of_blocks(cls, side: float, stiffness: float, *, couples: bool = False) -> Cosserat:
+        """Returns the solid whose long waves are those of rigid square blocks with elastic interfaces.
+
+        The blocks stand in rows and columns; unequal stiffnesses against opening and slip make no isotropic
+        solid. Under a cylinder with 8 blocks on its half-width, forces of this solid and `Microblock` differ
+        from those of the blocks by 3 %, couples by 71 %; source: docs/theory/lattice.md.
+
+        Parameters
+        ----------
+        side : float
+            Side of a block (length).
+        stiffness : float
+            Stiffness of the interfaces against opening and against slip (stress per length).
+        couples : bool
+            Whether gamma' is the one that gives blocks in full contact their couples, 5/12 + sqrt(3)/6, in
+            place of 1/6, that of waves of rotation along a row: couples then differ by 10 %, forces by 3 %.
+
+        Raises
+        ------
+        BadArgument
+            If side or stiffness is not positive.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat.of_blocks(side=0.1, stiffness=1000.0)
+        >>> solid.E, solid.nu, solid.beta, round(solid.curvature, 4)
+        (100.0, 0.0, 1.0, 0.1667)
+        """
+        require_positive(side=side, stiffness=stiffness)
+        curvature = 5 / 12 + 3**0.5 / 6 if couples else 1 / 6
+        return cls(E=stiffness * side, nu=0.0, ell=side, beta=1.0, curvature=curvature)
+
     def summary(self) -> Summary:
         """Returns the moduli, for a notebook."""
         rows = (

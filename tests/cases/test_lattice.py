@@ -127,6 +127,20 @@ def test_moduli_of_long_waves(springs):
     assert one.moduli == {"E": 1, "nu": 0, "beta": 1, "gamma'": pytest.approx(1 / 6), "anisotropy": 1}
 
 
+def test_the_solid_of_blocks_is_the_one_identified():
+    solid, couples = (mb.Cosserat.of_blocks(side=0.5, stiffness=3.0, couples=each) for each in (False, True))
+    for name, value in {
+        "E": solid.E / 1.5,
+        "nu": solid.nu,
+        "beta": solid.beta,
+        "gamma'": solid.curvature,
+    }.items():
+        assert value == pytest.approx(identified(Springs())[name][0], abs=1e-8)
+    assert couples.curvature == pytest.approx(Springs().full_contact_couple, rel=1e-12)
+    with pytest.raises(mb.BadArgument, match="side = 0"):
+        mb.Cosserat.of_blocks(side=0, stiffness=1.0)
+
+
 def test_the_curvature_of_waves_is_that_of_rows_alone():
     """In closed form the couple stiffness is E b^2 (1 + k^2 (1/12 - sin(2 angle)^2/8)), equal springs."""
     k = 0.01

@@ -70,7 +70,7 @@ def judged(state, rtol=1e-7):
 def test_error_holds(alpha, law, obstacle, rtol):
     state = on_block(solid_of(alpha), obstacle, law).solve(load=P, rtol=rtol)
     parts = state.error_parts
-    assert 0 < parts.discretisation and 0 < state.error_estimate <= rtol
+    assert parts.discretisation > 0 and 0 < state.error_estimate <= rtol
     total = parts.discretisation + parts.edges + parts.truncation
     assert total == pytest.approx(state.error_estimate, rel=1e-14)  # sums of Python 3.12 round once
     assert judged(state, 0.05 * rtol) <= rtol
