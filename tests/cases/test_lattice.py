@@ -401,3 +401,13 @@ def test_picture_of_the_case(tmp_path):
     figure = lattice.figure(lattice.rows(parameters, lattice.result(parameters)))
     figure.savefig(tmp_path / "lattice.png")
     assert (tmp_path / "lattice.png").stat().st_size > 10_000
+
+
+def test_the_figure_of_convergence_says_orders_and_leaves_unequal_springs_out(monkeypatch):
+    assert lattice.convergence_rows(lattice.Parameters(spring=(1.0, 2.0)), None) == []
+    monkeypatch.setattr(lattice, "SIZES", (4, 8, 16))
+    found = lattice.convergence_rows(lattice.Parameters(), None)
+    assert len(found) == 6 * 3 * 3 and {row["blocks_per_a"] for row in found} == {4, 8, 16}
+    told = [text.get_text() for text in lattice.convergence_figure(found).legends[0].get_texts()]
+    # couples have no order, and forces with the derived couple no curve
+    assert len(told) == 5 and sum("order" in words for words in told) == 3
