@@ -16,11 +16,11 @@ from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
 from . import energy3d
 from .body import CURVED, USUAL_CONTACT, region
+from .bulk import UNSOLVED
 from .meshes import require_sound
 
 FIELDS = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
 PARTS = "xyz"  # what NGSolve calls the components of a vector space
-UNSOLVED = 1e-6  # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
 HELD = (
     "are rigid motions fixed, and psi where beta = 0? With alpha' and beta' (13) does not make "
     "the energy of a body with a free surface positive"

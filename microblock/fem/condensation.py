@@ -15,18 +15,14 @@ from scipy.sparse import csr_matrix
 
 from .. import cost
 from ..corners.compliance import Compliance
-from ..errors import BadArgument, NotConverged, require_kind
+from ..errors import BadArgument, require_kind
 from ..model.quadrature import lagrange
 from ..threads import bounded, released
-from . import factors
 from .body import CURVED, Body, Fields
+from .bulk import Bulk
 from .facets import interruptions, lobatto, outward_sides
 
 FLAT = 1e-12  # n1 below which a displacement along x1 does not enter the gaps
-# of a diagonal entry, below which what is left of it is rounding: 1e-12 and less without supports, 1e-6 for
-# beta = 2 - 1e-6 and nu = 0.4999 with them
-CANCELLED = 1e-11
-UNSOLVED = 1e-6  # of a right-hand side that the factors leave if K is singular to rounding
 HELD = "are rigid motions fixed, and psi where beta = 0?"
 
 
@@ -212,29 +208,10 @@ class Condensed(ContactNodes):
         self.form.Assemble()
 
     def _factorise(self):
-        space = self.body.space
-        values, columns, starts = self.form.mat.CSR()
-        bulk = csr_matrix(
-            (np.array(values), np.array(columns), np.array(starts)), shape=(space.ndof, space.ndof)
-        )
-        free = np.array(list(space.FreeDofs(True)))
         onto = self._onto()
-        used = np.zeros(space.ndof, bool)
-        used[onto.indices] = True
-        inner, contact = np.flatnonzero(free & ~used), np.flatnonzero(free & used)
-        try:
-            self._factors = factors.usual()(bulk, inner, contact)
-        except MemoryError as failure:
-            raise NotConverged(
-                f"no memory to factorise {self.unknowns} unknowns: take longer elements, a lower order "
-                "or a larger rtol"
-            ) from failure
-        except factors.Singular as failure:
-            raise NotConverged(f"no factorisation of the bulk: {failure}; {HELD}") from failure
-        if not self._factors.least > CANCELLED:
-            raise NotConverged(f"singular matrix of the bulk; {HELD}")
-        self._rows = onto[:, self._factors.contact].toarray()
-        self._bulk = bulk
+        advice = "take longer elements, a lower order or a larger rtol"
+        self._bulk = Bulk(self.form, onto.indices, advice, HELD)
+        self._rows = onto[:, self._bulk.contact].toarray()
 
     def _onto(self):
         """R, (u.n, psi) at the nodes from all unknowns, sparse (2 n, unknowns)."""
@@ -250,32 +227,23 @@ class Condensed(ContactNodes):
         return csr_matrix((data, (row, column)), shape=(2 * n, self.body.space.ndof))
 
     def _matrix(self):
-        with released(len(self._factors.block)):
-            half = solve_triangular(self._factors.block, self._rows.T, lower=True)
+        with released(len(self._bulk.block)):
+            half = solve_triangular(self._bulk.block, self._rows.T, lower=True)
             return half.T @ half
 
     @bounded
     def fields(self, forces, moments):
         """Fields under nodal forces along n and nodal moments, arrays (n,), by one back-substitution."""
         state = ng.GridFunction(self.body.space)
-        right = self._onto().T @ np.concatenate((forces, moments))
-        vector = state.vec.FV().NumPy()
-        free = np.array(list(self.body.space.FreeDofs(True)))
-        vector[:] = self._factors.solve(right)
-        left = np.where(free, right - self._bulk @ vector, 0.0)
-        if not np.linalg.norm(left) <= UNSOLVED * np.linalg.norm(right):
-            raise NotConverged(f"singular matrix of the bulk; {HELD}")
-        vector += self._factors.solve(left)  # one step of refinement
-        forces = self._bulk @ vector - right  # of the supports; inside the elements nothing acts
-        state.vec.data += self.form.harmonic_extension * state.vec
-        return Fields(self.body, state.components, forces)
+        exerted = self._bulk.solve(self._onto().T @ np.concatenate((forces, moments)), state)
+        return Fields(self.body, state.components, exerted)
 
     @bounded
     def reaction(self, fields):
         """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""
         width = self.body.spaces[0].ndof
         vector = np.concatenate([component.vec.FV().NumPy() for component in fields])
-        held = (self._bulk @ vector)[2 * width :]
+        held = (self._bulk.matrix @ vector)[2 * width :]
         used = np.unique(self._values.indices)
         return np.linalg.solve(self._values[:, used].toarray().T, held[used])
 

@@ -16,11 +16,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
 from .. import cost
-from ..errors import NotConverged
 from ..threads import bounded
-from . import factors
-from .body3d import HELD, UNSOLVED, Fields3D
-from .condensation import CANCELLED
+from .body3d import HELD, Fields3D
+from .bulk import Bulk
 from .nodes3d import ContactNodes3D
 
 # entries of the factors L and L^T of n unknowns in three dimensions, over n^(4/3) times the entries of a row:
@@ -67,25 +65,9 @@ class Condensed3D(ContactNodes3D):
         super().__init__(body)
         self._require_room()
         self.form = body.bulk(condense=True)
-        values, columns, starts = self.form.mat.CSR()
-        count = body.space.ndof
-        self._bulk = csr_matrix((np.array(values), np.array(columns), np.array(starts)), shape=(count, count))
-        self._free = np.array(body.space.FreeDofs(True))
-        seen = np.zeros(count, bool)
-        seen[self.onto.indices] = True
-        inner, contact = np.flatnonzero(self._free & ~seen), np.flatnonzero(self._free & seen)
-        try:
-            self._factors = factors.usual()(self._bulk, inner, contact)
-        except MemoryError as failure:
-            raise NotConverged(
-                f"no memory to factorise {self.unknowns} unknowns: take longer elements, or Newton(...), "
-                "which iterates"
-            ) from failure
-        except factors.Singular as failure:
-            raise NotConverged(f"no factorisation of the bulk: {failure}; {HELD}") from failure
-        if not self._factors.least > CANCELLED:
-            raise NotConverged(f"singular matrix of the bulk; {HELD}")
-        self.factor, self.rows = self._factors.block, self.onto[:, self._factors.contact]
+        advice = "take longer elements, or Newton(...), which iterates"
+        self._bulk = Bulk(self.form, self.onto.indices, advice, HELD)
+        self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]
 
     def _require_room(self):
         """NotConverged where factors need more memory than is there."""
@@ -102,15 +84,7 @@ class Condensed3D(ContactNodes3D):
     def fields(self, loads):
         """Fields3D under nodal loads (F, m1, m2), array (3, n), by one back-substitution."""
         state = ng.GridFunction(self.body.space)
-        right, vector = self.onto.T @ loads.ravel(), state.vec.FV().NumPy()
-        vector[:] = self._factors.solve(right)
-        left = np.where(self._free, right - self._bulk @ vector, 0.0)
-        if not np.linalg.norm(left) <= UNSOLVED * np.linalg.norm(right):
-            raise NotConverged(f"singular matrix of the bulk; {HELD}")
-        vector += self._factors.solve(left)  # one step of refinement
-        forces = self._bulk @ vector - right  # of the supports; inside the elements nothing acts
-        state.vec.data += self.form.harmonic_extension * state.vec
-        return Fields3D(self.body, state, forces)
+        return Fields3D(self.body, state, self._bulk.solve(self.onto.T @ loads.ravel(), state))
 
     def flexibility(self, directions, clamped=False):
         """H of corners with these (1, lever) at the nodes, array (corners, 3, n), as a product; if `clamped`

@@ -366,6 +366,7 @@ class FittedSolver(MeshFitter):
             squares += found
         return _Pass(
             **vars(mesh),
+            on_zones=p,
             moved=moved,
             edge_error=math.sqrt(squares / (mesh.body.weights @ p.sum(axis=0) ** 2)),
         )
@@ -429,9 +430,8 @@ class FittedSolver(MeshFitter):
 
     def _pulled(self, state, trial):
         """Places at which the zones of a pass put a corner in tension that has to be open."""
-        p, tips = trial.pressures(self.share(state.load)), [*trial.tips, *zone_edges(trial.zones)]
-        reach = topology.PARTIAL * self.solid.layer_length
-        return between.pulled_at_valleys(self.problem, state.all_zones, trial.x, p, tips, reach)
+        tips, reach = [*trial.tips, *zone_edges(trial.zones)], topology.PARTIAL * self.solid.layer_length
+        return between.pulled_at_valleys(self.problem, state.all_zones, trial.x, trial.on_zones, tips, reach)
 
     def _hidden(self, trial):
         """Tips of the mesh, and how far from each of them a wrong set is no other topology: arrays."""
@@ -518,6 +518,7 @@ class FittedSolver(MeshFitter):
 
 @dataclass(frozen=True)
 class _Pass(_FittedMesh):
+    on_zones: np.ndarray  # pressures that close the gaps on the trial zones, (corners, n)
     moved: dict
     edge_error: float
 

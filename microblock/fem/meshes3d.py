@@ -7,6 +7,7 @@ import ngsolve as ng
 import numpy as np
 
 from ..errors import BadArgument, require_positive
+from .body3d import FIELDS
 
 SIDES = {(0, 0): "left", (0, 1): "right", (1, 0): "front", (1, 1): "back", (2, 0): "bottom", (2, 1): "top"}
 CONTACT = "contact"
@@ -136,7 +137,7 @@ def supports(fixed="bottom", **planes):
     >>> supports("bottom", x1="left")["psi2"], supports("bottom", x1="left")["u3"]
     ('bottom|left', 'bottom')
     """
-    found = {name: [fixed] for name in ("u1", "u2", "u3", "psi1", "psi2", "psi3")}
+    found = {name: [fixed] for name in FIELDS}
     for axis, pattern in planes.items():
         if axis not in ("x1", "x2"):
             raise BadArgument("planes", axis, "must be x1 or x2, the axis across the plane")

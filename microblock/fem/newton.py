@@ -12,7 +12,6 @@ from functools import cached_property
 
 import ngsolve as ng
 import numpy as np
-from scipy.sparse import csr_matrix
 
 from .. import cost
 from ..errors import BadArgument, NotConverged, require_choice, require_finite, require_kind, require_positive
@@ -20,6 +19,7 @@ from ..model import law
 from ..model.summary import Row, Shown, Summary, number
 from ..threads import bounded
 from .body import Body, Fields, Loads
+from .bulk import as_csr
 from .facets import ContactFacets
 
 METHODS = ("al", "penalty")
@@ -241,7 +241,7 @@ class MonolithicNewton:
                 now = self._look(unknowns, level)
             if best and now.kkt > best.kkt / 2:
                 return best
-            if now.kkt <= self._tolerance(factor, unknowns):  # then refined while that helps
+            if now.kkt <= self._tolerance(factor, unknowns, now.force):  # then refined while that helps
                 best = self._state(unknowns, now, level, iteration)
                 if now.kkt <= ROUNDED:
                     return best
@@ -264,7 +264,7 @@ class MonolithicNewton:
             elif iteration - last >= STALLED:
                 break
             step = factor.inverse * now.residual
-            if not self._solves(factor, step.Evaluate(), now.residual):
+            if not self._solves(step.Evaluate(), now.residual):
                 raise self._failure(
                     level,
                     iteration,
@@ -344,7 +344,8 @@ class MonolithicNewton:
         self._contact.Apply(unknowns.vec, residual)
         residual.FV().NumPy()[:] += internal
         unbalanced = residual.FV().NumPy()[: len(self._free_fields)][self._free_fields]
-        parts = [_ratio(unbalanced, self._force(unknowns))]
+        force = np.abs(internal[: len(self._free_fields)]).max()
+        parts = [_ratio(unbalanced, force)]
         if self.method == "al":
             length = self._length(unknowns)
         # (40) holds in the mean over each multiplier's function
@@ -360,7 +361,7 @@ class MonolithicNewton:
         if self.control == "load":
             parts.append(_ratio(np.array([self._resultant(forces) - level]), abs(level)))
         active = b"".join((self.facets.at_rule(value) <= 0).tobytes() for value in augmented.values())
-        return _Iterate(gaps, forces, closed, active, residual, max(parts))
+        return _Iterate(gaps, forces, closed, active, residual, force, max(parts))
 
     def _own(self, unknowns):
         """{corner: its multiplier at the nodes}; 0 without multipliers."""
@@ -378,14 +379,14 @@ class MonolithicNewton:
             for corner, gap in gaps.items()
         }
 
-    def _tolerance(self, factor, unknowns):
+    def _tolerance(self, factor, unknowns, force):
         """RESIDUAL, or what the rounding of the sum of all |K_ij x_j| leaves beside the forces if that is
         more.
         """
         if factor is None:
             return RESIDUAL
         terms = factor.magnitudes @ np.abs(unknowns.vec.FV().NumPy())
-        return max(RESIDUAL, min(WORST, ROUNDING * terms.max() / max(self._force(unknowns), 1e-300)))
+        return max(RESIDUAL, min(WORST, ROUNDING * terms.max() / max(force, 1e-300)))
 
     def _factorise(self, unknowns, active, level):
         self._contact.AssembleLinearization(unknowns.vec)
@@ -406,13 +407,13 @@ class MonolithicNewton:
                 f"no factorisation at {self.control} {level:g}: {failure}; "
                 "is the body supported, and is something in contact?"
             ) from failure
-        return _Factor(active, matrix, self._inverse, abs(_as_csr(matrix))[: len(self._free_fields)])
+        return _Factor(active, self._inverse, abs(as_csr(matrix))[: len(self._free_fields)])
 
-    def _solves(self, factor, step, residual):
+    def _solves(self, step, residual):
         """Whether a step of the direct solver satisfies its equations: UMFPACK does not report every
         singular matrix.
         """
-        left, right = (factor.matrix * step - residual).Evaluate(), residual.Copy()
+        left, right = (self.matrix * step - residual).Evaluate(), residual.Copy()
         for vector in (left, right):
             ng.Projector(self.free, True).Project(vector)
         return left.Norm() <= UNSOLVED * right.Norm()
@@ -426,10 +427,6 @@ class MonolithicNewton:
 
     def _gaps(self, unknowns):
         return self.facets.nodal_gaps(*unknowns.components[:3], unknowns.vec[self._approach])
-
-    def _force(self, unknowns):
-        """Largest internal nodal force, reactions included: the scale of equilibrium."""
-        return np.abs(self._bulk.internal(unknowns.vec)[: len(self._free_fields)]).max()
 
     def _length(self, unknowns):
         """Largest length in the gaps: the scale of the corner gaps."""
@@ -479,13 +476,13 @@ class _Iterate:
     closed: dict
     active: bytes
     residual: object
+    force: float  # the largest internal nodal one, reactions included: the scale of equilibrium
     kkt: float
 
 
 @dataclass(frozen=True)
 class _Factor:
     active: bytes
-    matrix: object
     inverse: object
     magnitudes: object
 
@@ -510,7 +507,7 @@ class _LinearForm:
         zero, minus_f = ng.GridFunction(self._form.space).vec, ng.GridFunction(self._form.space).vec
         self._form.Apply(zero, minus_f)
         self._form.AssembleLinearization(zero)
-        return _as_csr(self._form.mat), minus_f.FV().NumPy().copy()
+        return as_csr(self._form.mat), minus_f.FV().NumPy().copy()
 
     @property
     def matrix(self):
@@ -534,14 +531,8 @@ class _LinearForm:
         """Numbers of the values of K that belong to those of a matrix, the same pattern at each call."""
         if self._kept is None:
             matrix, _ = self._assembled
-            self._kept = np.searchsorted(_keys(matrix), _keys(_as_csr(other)))
+            self._kept = np.searchsorted(_keys(matrix), _keys(as_csr(other)))
         return self._kept
-
-
-def _as_csr(matrix):
-    """A copy of an NGSolve matrix."""
-    values, columns, starts = (np.array(part) for part in matrix.CSR())
-    return csr_matrix((values, columns, starts), shape=(matrix.height, matrix.width))
 
 
 def _keys(matrix):

@@ -112,8 +112,8 @@ def _surface(state, averaged):
         size += weights @ between[:, 0] ** 2
         x = np.array([point.point[0] for point in mapped])
         found[:, above[facet.edges[0].nr]] += _beyond(state, members, x, weights, xis)
-    for point in _named(state):
-        found[:, _at(mesh, point)] *= UNSEEN**2
+    for there in _at(mesh, _named(state)):
+        found[:, there] *= UNSEEN**2
     for last, outside, square in _edges(state):
         facet = next(
             number for number, members in enumerate(state.nodes.facets) if {last, outside} <= set(members)
@@ -211,10 +211,11 @@ def _finer(state, chosen):
     more.
     """
     mesh, order = state.nodes.body.mesh, state.nodes.body.order
-    points = [point for point in singular(state) if np.any(_at(mesh, point) & chosen)]
+    points = singular(state)
+    points = points[np.any(_at(mesh, points) & chosen, axis=1)]
     finer = cut(mesh, chosen, order)
-    for _ in range(DEEPER if points else 0):
-        finer = cut(finer, np.any([_at(finer, point) for point in points], axis=0), order)
+    for _ in range(DEEPER if len(points) else 0):
+        finer = cut(finer, np.any(_at(finer, points), axis=0), order)
     return finer
 
 
@@ -252,20 +253,23 @@ def _on_surface(state, x):
     return np.column_stack((x, np.interp(x, state.x, state.nodes.points[:, 1])))
 
 
-def _at(mesh, point):
-    """Whether a point lies in each element of a mesh, or hardly outside, boolean array (elements,); sides are
-    taken for straight.
+def _at(mesh, points):
+    """Whether points, array (k, 2), lie in each element of a mesh, or hardly outside, boolean array (k,
+    elements); sides are taken for straight.
     """
     places = np.array([vertex.point for vertex in mesh.vertices])
     own = [[vertex.nr for vertex in element.vertices] for element in mesh.Elements()]
     first = places[np.array([each[:3] for each in own])].transpose(1, 2, 0)
     second = places[np.array([(each[0], each[-2], each[-1]) for each in own])].transpose(1, 2, 0)
-    return _in_triangles(point, *first) | _in_triangles(point, *second)
+    found = np.zeros((len(points), mesh.ne), bool)
+    for there, point in zip(found, points):
+        there[:] = _in_triangles(point, *first) | _in_triangles(point, *second)
+    return found
 
 
 def _in_triangles(point, a, b, c):
-    """The same of triangles with these corners, arrays (2, n)."""
-    p = np.array(point)[:, None]
+    """The same of one point and triangles with these corners, arrays (2, n)."""
+    p = point[:, None]
     parts = np.array((_twice_the_area(p, b, c), _twice_the_area(a, p, c), _twice_the_area(a, b, p)))
     return (parts / _twice_the_area(a, b, c)).min(axis=0) >= -AT
 

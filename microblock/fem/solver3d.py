@@ -8,7 +8,7 @@ import numpy as np
 
 from ..corners import projected_gradients
 from ..errors import NOT_YET, BadArgument
-from ..halfspace.surface_law import on_surface
+from ..halfspace.surface_law import closed_corners, on_surface
 from ..model.solver import Solver
 from .condensed3d import condensed3d
 from .state3d import State3D
@@ -62,7 +62,7 @@ class Solver3D(Solver):
             dict(zip(law.names, forces / nodes.weights)),
             surface,
             loads,
-            ((forces > 0) | (closed.all(axis=0) & (len(forces) > 1))).sum(axis=0),
+            closed_corners(forces, closed),
             found.kkt,
             found.products,
         )

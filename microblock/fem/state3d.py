@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..model.summary import Row, Shown, Summary, number
+from ..model.summary import Row, Shown, Summary, number, saved
 from ..model.types import AnyArray as Array
-from ..model.types import ContactLike
+from ..model.types import ContactLike, Target
 from .body3d import FIELDS, Fields3D
 from .meshes import longest_element
 
@@ -191,20 +191,17 @@ class State3D(Shown):
         found: Array = gaps - places[:, 2] - self.approach + added
         return found
 
-    def plot(self, path: str | None = None) -> Figure:
+    def plot(self, path: Target = None) -> Figure:
         """Returns a figure of the pressure, of the number of closed corners, and of the micromoment.
 
         Parameters
         ----------
-        path : str, optional
-            File to write the figure to.
+        path : str or Path, optional
+            File to which the figure is written (PNG, PDF or SVG, by its ending).
         """
         from ..view.nodes_figure import draw
 
-        figure = draw(self)
-        if path is not None:
-            figure.savefig(path)
-        return figure
+        return saved(draw(self), path)
 
     def summary(self) -> Summary:
         """Returns load, approach, contact and pressure, for a notebook."""

@@ -12,7 +12,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, make_plain, require_choice, require_finite, require_positive, require_whole
+from ..errors import BadArgument, make_plain, require_choice, require_positive
+from ..model.obstacles import check_self_affine
 from ..model.types import AnyArray as Array
 
 FACES = ("round", "square")
@@ -191,20 +192,7 @@ class RoughSurface:
     seed: int = 1
 
     def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(period=self.period, slope=self.slope)
-        require_finite(hurst=self.hurst)
-        if not 0 <= self.hurst <= 1:
-            raise BadArgument("hurst", self.hurst, "must lie between 0 and 1")
-        try:
-            longest, shortest = self.waves
-            require_whole(1, waves=longest)
-            require_whole(longest, MOST_WAVES, waves=shortest)
-        except (TypeError, ValueError) as failure:
-            raise BadArgument(
-                "waves", self.waves, f"must be two whole numbers, 1 <= longest <= shortest <= {MOST_WAVES}"
-            ) from failure
-        require_whole(0, seed=self.seed)
+        check_self_affine(self, MOST_WAVES)
 
     @cached_property
     def amplitudes(self) -> Array:

@@ -30,7 +30,7 @@ from .cells import Flexibility, flexibility
 from .kernels import kernels
 from .obstacles import heights, repeated
 from .state import SurfaceState
-from .surface_law import on_surface
+from .surface_law import closed_corners, on_surface
 
 FIRST, MOST = 32, 1024  # cells a side of the coarsest and of the finest grid that rtol may ask for
 COARSE_RESIDUAL = 1e-3  # of the coarser grids, over their cells a side
@@ -197,7 +197,6 @@ class SurfaceSolver(Solver):
         closed = found.gaps <= 2 * max(found.kkt, residual) * np.ptp(surface[0])
         forces = self.surface_law.of_least_norm(found.forces, closed)
         pressures = forces / area
-        touching = (forces > 0) | (closed.all(axis=0) & (len(forces) > 1))
         psi, moment = self._turned(H, forces, surface, area)
         return SurfaceState(
             self.contact,
@@ -210,7 +209,7 @@ class SurfaceSolver(Solver):
             psi,
             surface[0],
             moment,
-            touching.sum(axis=0),
+            closed_corners(forces, closed),
             found.kkt,
             found.products,
         )

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..model.summary import Row, Shown, Summary, number
+from ..model.summary import Row, Shown, Summary, number, saved
 from ..model.types import AnyArray as Array
-from ..model.types import ContactLike
+from ..model.types import ContactLike, Target
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -144,28 +144,25 @@ class SurfaceState(Shown):
             "psi2": psi[1],
         }
 
-    def plot(self, path: str | None = None) -> Figure:
+    def plot(self, path: Target = None) -> Figure:
         """Returns a figure of the pressure, of the number of closed corners, and of both along x1.
 
         Parameters
         ----------
-        path : str, optional
-            File to write the figure to.
+        path : str or Path, optional
+            File to which the figure is written (PNG, PDF or SVG, by its ending).
         """
         from ..view.surface_figure import draw
 
-        figure = draw(self)
-        if path is not None:
-            figure.savefig(path)
-        return figure
+        return saved(draw(self), path)
 
-    def plot_blocks(self, path: str | None = None) -> Figure:
+    def plot_blocks(self, path: Target = None) -> Figure:
         """Returns a figure of the rotated blocks about the contact, coloured by how many corners touch.
 
         Parameters
         ----------
-        path : str, optional
-            File to write the figure to.
+        path : str or Path, optional
+            File to which the figure is written (PNG, PDF or SVG, by its ending).
 
         Raises
         ------
@@ -174,10 +171,7 @@ class SurfaceState(Shown):
         """
         from ..view.surface_blocks import draw
 
-        figure = draw(self)
-        if path is not None:
-            figure.savefig(path)
-        return figure
+        return saved(draw(self), path)
 
     def summary(self) -> Summary:
         """Returns load, approach, contact, pressure and error, for a notebook."""

@@ -93,6 +93,14 @@ class SurfaceLaw:
         return np.maximum(forces + np.where(free, share, 0.0) * signs, 0.0)
 
 
+def closed_corners(forces: Array, closed: Array) -> Array:
+    """Returns how many corners of each block touch, array (...): those with a force, and all four where none
+    of the gaps is open.
+    """
+    touching = (forces > 0) | (closed.all(axis=0) & (len(forces) > 1))
+    return np.asarray(touching.sum(axis=0))
+
+
 def on_surface(law: LawLike) -> SurfaceLaw:
     """Returns the SurfaceLaw of a law of the plane.
 

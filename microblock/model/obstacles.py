@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -416,20 +416,7 @@ class Rough:
     seed: int = 1
 
     def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(period=self.period, slope=self.slope)
-        require_finite(hurst=self.hurst)
-        if not 0 <= self.hurst <= 1:
-            raise BadArgument("hurst", self.hurst, "must lie between 0 and 1")
-        try:
-            longest, shortest = self.waves
-            require_whole(1, waves=longest)
-            require_whole(longest, MOST_WAVES, waves=shortest)
-        except (TypeError, ValueError) as failure:
-            raise BadArgument(
-                "waves", self.waves, f"must be two whole numbers, 1 <= longest <= shortest <= {MOST_WAVES}"
-            ) from failure
-        require_whole(0, seed=self.seed)
+        check_self_affine(self, MOST_WAVES)
 
     @cached_property
     def amplitudes(self) -> NDArray[np.complex128]:
@@ -451,6 +438,26 @@ class Rough:
             total = total * phase + amplitude
         found: Array = (total * phase ** self.waves[0]).real
         return found
+
+
+def check_self_affine(rough: Any, most: int) -> None:
+    """Makes the arguments of a self-affine surface plain numbers; raises BadArgument where they are out of
+    range, such as a shortest wave beyond `most` to the period.
+    """
+    make_plain(rough)
+    require_positive(period=rough.period, slope=rough.slope)
+    require_finite(hurst=rough.hurst)
+    if not 0 <= rough.hurst <= 1:
+        raise BadArgument("hurst", rough.hurst, "must lie between 0 and 1")
+    try:
+        longest, shortest = rough.waves
+        require_whole(1, waves=longest)
+        require_whole(longest, most, waves=shortest)
+    except (TypeError, ValueError) as failure:
+        raise BadArgument(
+            "waves", rough.waves, f"must be two whole numbers, 1 <= longest <= shortest <= {most}"
+        ) from failure
+    require_whole(0, seed=rough.seed)
 
 
 def heights(obstacle: ObstacleLike, x: Array) -> Array:

@@ -6,16 +6,26 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
-from os import PathLike
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, require_choice, require_pair
 from .obstacles import Cylinder, gap, returned
-from .summary import Row, Shown, Summary, call, intervals, number
-from .types import Array, ContactLike, CornerZones, Flags, Interval, LawLike, LineProblem, ObstacleLike, Zones
+from .summary import Row, Shown, Summary, call, intervals, number, saved
+from .types import (
+    Array,
+    ContactLike,
+    CornerZones,
+    Flags,
+    Interval,
+    LawLike,
+    LineProblem,
+    ObstacleLike,
+    Target,
+    Zones,
+)
 from .zones import contact_zones, half_widths, over_the_end
 
 if TYPE_CHECKING:
@@ -25,7 +35,6 @@ if TYPE_CHECKING:
     from .problem import Problem
     from .solver import Solver
 
-Target: TypeAlias = "str | PathLike[str] | None"  # of a figure
 LARGE_ROTATION = math.radians(10)  # of a block: the small-angle form (41) misses 1.5 % there
 ROUGH = 0.1  # error estimate from which a state says that it is rough
 # slope of the surface: beyond small strain, and of a cylinder beyond its parabola
@@ -703,7 +712,7 @@ class State(Shown):
         from ..view.state_figure import StateFigure  # here: whoever does not draw does not load matplotlib
 
         figure = StateFigure(self.law.corners).update(self, _window(window))
-        return _saved(figure.drawing.captioned(self.caption), path)
+        return saved(figure.drawing.captioned(self.caption), path)
 
     def plot_blocks(self, path: Target = None, window: Interval | None = None) -> Figure:
         """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper.
@@ -720,7 +729,7 @@ class State(Shown):
         from ..view.state_figure import BlocksFigure
 
         figure = BlocksFigure(self.law.corners).update(self, _window(window))
-        return _saved(figure.drawing.captioned(self.caption), path)
+        return saved(figure.drawing.captioned(self.caption), path)
 
     def plot_below(self, field: str = "psi", path: Target = None) -> Figure:
         """Returns a figure of a field below the contact.
@@ -747,7 +756,7 @@ class State(Shown):
             )
         from ..view.below import draw_below
 
-        return _saved(draw_below(self, field), path)
+        return saved(draw_below(self, field), path)
 
     def plot_body(self, field: str = "psi", path: Target = None) -> Figure:
         """Returns a picture of a field in all of a body on a mesh.
@@ -772,7 +781,7 @@ class State(Shown):
             raise BadArgument("method", self.method, "has no mesh to show; use plot_below")
         from ..view.below import draw_body
 
-        return _saved(draw_body(self, field), path)
+        return saved(draw_body(self, field), path)
 
 
 def _abscissae(x: ArrayLike) -> Array:
@@ -797,13 +806,6 @@ def _window(window: Interval | None) -> Interval | None:
     if window is not None:
         require_pair(window=window)
     return window
-
-
-def _saved(drawing: Figure, path: Target) -> Figure:
-    """Returns a Figure, written to the path if there is one."""
-    if path is not None:
-        drawing.savefig(path)
-    return drawing
 
 
 def _to_read(values: ArrayLike) -> Array:

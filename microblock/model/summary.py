@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import Field, dataclass, field, fields, is_dataclass
 from html import escape
 from numbers import Real
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .types import Interval
+from .types import Interval, Target
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MOST = 4  # intervals that are listed one by one
 
@@ -46,14 +50,19 @@ def call(thing: object, longest: int = 48) -> str:
     """
     if not is_dataclass(thing):
         return short(thing, longest)
-    known = [(entry.name, getattr(thing, entry.name), entry.default) for entry in fields(thing)]
+    known = [(entry, getattr(thing, entry.name)) for entry in fields(thing)]
     listed = ", ".join(
-        f"{name}={_argument(value)}"
-        for name, value, usual in known
-        if not isinstance(value, str) or value != usual
+        f"{entry.name}={_argument(value)}"
+        for entry, value in known
+        if is_told(entry, value) and (not isinstance(value, str) or value != entry.default)
     )
     text = f"{type(thing).__name__}({listed})"
     return text if len(text) <= longest else text[: longest - 4] + "...)"
+
+
+def is_told(entry: Field[Any], value: object) -> bool:
+    """Returns whether the repr shows a field: always, or with the metadata `told` if it is not the usual."""
+    return "told" not in entry.metadata or bool(value != entry.default)
 
 
 def _argument(value: object) -> str:
@@ -115,3 +124,10 @@ def _cells(row: Row) -> tuple[str, str, str]:
     symbol = f"<i>{row.symbol}</i>" if row.symbol else ""  # symbols are ours and may hold <sub>
     unit = f' <span style="color:#777">{escape(row.unit)}</span>' if row.unit else ""
     return escape(row.name), symbol, escape(number(row.value)) + unit
+
+
+def saved(drawing: Figure, path: Target) -> Figure:
+    """Returns a Figure, written to the path if there is one."""
+    if path is not None:
+        drawing.savefig(path)
+    return drawing

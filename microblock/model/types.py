@@ -5,6 +5,7 @@ to offer.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
@@ -24,6 +25,7 @@ Integers: TypeAlias = NDArray[np.intp]
 Function: TypeAlias = Callable[[Array], Array]  # of abscissae, array (n,)
 Tilt: TypeAlias = float | Callable[[AnyArray, AnyArray], ArrayLike]  # a rotation, or a function of (x1, x2)
 Interval: TypeAlias = tuple[float, float]  # (left, right) of x1
+Target: TypeAlias = "str | PathLike[str] | None"  # file of a figure
 Zones: TypeAlias = dict[str, list[Interval]]  # by the name of the zone
 CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]  # by the number of the corner
 

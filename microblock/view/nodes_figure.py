@@ -1,10 +1,11 @@
 """The figure of a contact state of a body in three dimensions: what is at its nodes, from above."""
 
 import numpy as np
-from matplotlib.colors import BoundaryNorm, ListedColormap
 
 from . import plots
-from .surface_figure import CLOSED
+from .surface_figure import colours_of, numbered
+
+OPEN = "#D9D9D9"  # a mark that is seen on white
 
 
 def draw(state):
@@ -24,10 +25,6 @@ def draw(state):
 
 def closed_nodes(axis, x1, x2, closed, corners):
     """The number of closed corners at nodes, as marks from above, of as many as the law has."""
-    colours = ListedColormap(["#D9D9D9", *CLOSED[-corners:]])
-    edges = BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)
-    shown = axis.scatter(x1, x2, c=closed, s=5, cmap=colours, norm=edges, linewidths=0)
+    shown = axis.scatter(x1, x2, c=closed, s=5, linewidths=0, **colours_of(corners, none=OPEN))
     axis.set_title("closed corners")
-    bar = axis.figure.colorbar(shown, ax=axis, shrink=0.9, pad=0.02)
-    bar.set_ticks(range(corners + 1))
-    bar.minorticks_off()
+    numbered(axis.figure.colorbar(shown, ax=axis, shrink=0.9, pad=0.02), corners)

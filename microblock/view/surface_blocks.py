@@ -6,13 +6,12 @@ A block is a cube of side ell below its contact point. A corner at r from the bl
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import BoundaryNorm, ListedColormap
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from scipy.interpolate import RegularGridInterpolator
 
 from ..errors import BadArgument
 from . import plots
-from .surface_figure import CLOSED
+from .surface_figure import colours_of, numbered
 
 MOST = 18  # blocks a side
 AROUND = 1.25  # of the contact's half-width
@@ -51,7 +50,8 @@ def draw(state):
 
     figure = plots.Drawing(figsize=(plots.COLUMN, 3.0), layout="constrained")
     axis = figure.add_subplot(projection="3d")
-    colours = np.array(ListedColormap(CLOSED)(np.arange(5)))
+    look = colours_of(len(law.names))
+    colours = look["cmap"](np.arange(len(law.names) + 1))
     faces = np.concatenate([corners[:, members] for members in FACES.values()])
     light = [np.append(np.full(3, 1.0 if face == "top" else SHADE), 1.0) for face in FACES]
     shown = np.concatenate([colours[closed] * each for each in light])
@@ -64,9 +64,8 @@ def draw(state):
     axis.locator_params(nbins=4)
     axis.set_box_aspect(high - low, zoom=ZOOM)
     axis.view_init(*SEEN)
-    scale = ScalarMappable(BoundaryNorm(np.arange(-0.5, 5), 5), ListedColormap(CLOSED))
-    bar = figure.colorbar(scale, ax=axis, shrink=0.6, pad=0.02, ticks=range(5), label="closed corners")
-    bar.minorticks_off()
+    bar = figure.colorbar(ScalarMappable(**look), ax=axis, shrink=0.6, pad=0.02, label="closed corners")
+    numbered(bar, len(law.names))
     return figure.captioned(f"Displacement and rotation are drawn {magnified:.2g} times larger.")
 
 

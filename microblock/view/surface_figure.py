@@ -45,8 +45,16 @@ def colour_map(axis, values, box, label, **look):
 
 def closed_map(axis, closed, box, corners):
     """The number of closed corners of cells from above, of as many as the law has."""
-    colours = ListedColormap([CLOSED[0], *CLOSED[-corners:]])
-    edges = BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)
-    bar = colour_map(axis, closed, box, "closed corners", cmap=colours, norm=edges)
+    numbered(colour_map(axis, closed, box, "closed corners", **colours_of(corners)), corners)
+
+
+def colours_of(corners, none=CLOSED[0]):
+    """Colours and their borders of numbers of closed corners, of as many as the law has."""
+    colours = ListedColormap([none, *CLOSED[-corners:]])
+    return {"cmap": colours, "norm": BoundaryNorm(np.arange(-0.5, corners + 1), colours.N)}
+
+
+def numbered(bar, corners):
+    """A bar of these colours with its numbers."""
     bar.set_ticks(range(corners + 1))
     bar.minorticks_off()

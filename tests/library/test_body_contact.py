@@ -13,7 +13,7 @@ from ngsolve.meshes import MakeStructured2DMesh
 import microblock as mb
 from microblock import cost
 from microblock.corners import active_set
-from microblock.fem import condensation, meshes, recovery
+from microblock.fem import factors, meshes, recovery
 from microblock.fem.body import Loads
 from microblock.fem.condensation import Condensed
 from microblock.fem.facets import ContactFacets
@@ -69,7 +69,7 @@ def test_memory_is_not_exhausted(body, monkeypatch):
     needed = []
     monkeypatch.setattr(cost, "require_room", lambda size, *words: needed.append(size))
     nodes = Condensed(mb.Body(body.mesh, SOLID, 5, fixed="bottom"))
-    held = cost.COPIES * cost.ENTRY * nodes._factors.entries
+    held = cost.COPIES * cost.ENTRY * nodes._bulk._factors.entries
     assert 1 < needed[0] / (held + cost.of_nodes(len(nodes.points))) < 3
     monkeypatch.undo()
     monkeypatch.setattr(cost, "LITTLE", 0)
@@ -108,7 +108,7 @@ def test_a_factorisation_without_memory_says_so(body, monkeypatch):
     def none(*arguments, **options):
         raise MemoryError
 
-    monkeypatch.setattr(condensation.factors, "usual", lambda: none)
+    monkeypatch.setattr(factors, "usual", lambda: none)
     with pytest.raises(mb.NotConverged, match="no memory to factorise"):
         Condensed(body)
 
