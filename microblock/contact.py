@@ -46,6 +46,7 @@ class Contact(Shown):
         how much the slope jumps at each of them), `ends` (left and right edge of the obstacle, beyond which
         there is none) and `even` (whether it is symmetric about x1 = 0).
     law : Microblock, Unilateral or Microclamped
+        With friction the loads are followed by `history`, without it `solve` and `path` find the states.
     method : Panels, Cells, Fitted, Uniform, Condensed or Newton, optional
         Without it the usual one of the body is taken: `Panels` on a half-plane, `Cells` on one with a period,
         `Fitted` on a block, `Condensed` on a mesh of the user's, `Newton` if that is periodic or
@@ -154,12 +155,22 @@ class Contact(Shown):
         True
         """
         load, approach, rtol = plain(load), plain(approach), plain(rtol)
+        self._require_frictionless()
         self._check(load, approach, rtol, initial)
         start: Any = getattr(initial, "solution", initial)
         state = self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
         if approach is not None and not state.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
         return state
+
+    def _require_frictionless(self) -> None:
+        friction = getattr(self.law, "friction", 0.0)
+        if friction:
+            raise BadArgument(
+                "friction",
+                friction,
+                "makes states depend on what came before: follow the loads by history([(P, Q), ...])",
+            )
 
     def _check(
         self, load: float | None, approach: float | None, rtol: float | None, initial: State | None
@@ -204,6 +215,7 @@ class Contact(Shown):
         0.25
         """
         load, rtol = plain(load), plain(rtol)
+        self._require_frictionless()
         self._check(load, None, rtol, None)
         if self.solver.has_fitted_zones:
             from .path import ZonePath  # here: a single state does without

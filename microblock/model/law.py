@@ -15,13 +15,14 @@ numbers: no mesh, no NGSolve.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import BadArgument, MicroblockError, make_plain, require_choice, require_finite
 from . import obstacles
+from .summary import is_told
 from .types import Array, Function, ObstacleLike, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
@@ -90,8 +91,30 @@ class Law:
         return (0.0,) * len(self.corners)
 
 
-@dataclass(frozen=True)
-class Microblock(Law):
+class _Coulomb(Law):
+    """Base of the laws that take Coulomb friction."""
+
+    friction: float = 0.0
+
+    def __repr__(self) -> str:
+        known = [(each.name, getattr(self, each.name), each) for each in fields(self)]  # type: ignore[arg-type]
+        listed = [f"{name}={value!r}" for name, value, each in known if is_told(each, value)]
+        return f"{type(self).__name__}({', '.join(listed)})"
+
+    def _check_friction(self) -> None:
+        require_finite(friction=self.friction)
+        if self.friction < 0:
+            raise BadArgument("friction", self.friction, "must be 0 or positive")
+
+
+def _coefficient() -> float:
+    """The field `friction`, which a law tells of itself only where there is any."""
+    made: float = field(default=0.0, metadata={"told": "if other than usual"})
+    return made
+
+
+@dataclass(frozen=True, repr=False)
+class Microblock(_Coulomb):
     """The microblock law of section 3: two corners at each point of the surface.
 
     Parameters
@@ -102,11 +125,15 @@ class Microblock(Law):
         those about x1 and x2, each a number or a function of (x1, x2).
     psi0_in : "gaps and levers" or "levers"
         Where psi0 acts: in both, or in the levers alone (docs/paper.md, "Initial rotation of Fig. 9").
+    friction : float
+        Coefficient f of Coulomb: the tangential force on a block's face is at most f times its normal force.
+        States then depend on their history, see `Contact.history`.
 
     Raises
     ------
     BadArgument
-        If psi0 is not below 1 in absolute value, or no pair of such, or `psi0_in` is neither word.
+        If psi0 is not below 1 in absolute value, or no pair of such, or `psi0_in` is neither word; if the
+        friction is negative, or not 0 where psi0 is other than 0.
 
     Examples
     --------
@@ -117,12 +144,20 @@ class Microblock(Law):
 
     psi0: float | Function | tuple[Tilt, Tilt] = 0.0
     psi0_in: str = "gaps and levers"
+    friction: float = _coefficient()
 
     corners = ("A", "B")
 
     def __post_init__(self) -> None:
         make_plain(self)
         require_choice(ACTS_IN, psi0_in=self.psi0_in)
+        self._check_friction()
+        if self.friction and not self.even:
+            raise BadArgument(
+                "friction",
+                self.friction,
+                "must be 0 where psi0 is other than 0: the two corners of a block then slip differently",
+            )
         if isinstance(self.psi0, tuple):
             _check_pair(self.psi0)
         elif not callable(self.psi0):
@@ -198,9 +233,19 @@ class Microblock(Law):
         }
 
 
-@dataclass(frozen=True)
-class Unilateral(Law):
+@dataclass(frozen=True, repr=False)
+class Unilateral(_Coulomb):
     """The classic law: one gap at the contact point itself and M = 0.
+
+    Parameters
+    ----------
+    friction : float
+        Coefficient f of Coulomb; states then depend on their history, see `Contact.history`.
+
+    Raises
+    ------
+    BadArgument
+        If the friction is negative.
 
     Examples
     --------
@@ -208,7 +253,13 @@ class Unilateral(Law):
     ('C',)
     """
 
+    friction: float = _coefficient()
+
     even = True
+
+    def __post_init__(self) -> None:
+        make_plain(self)
+        self._check_friction()
 
     def levers(self, x: Array) -> dict[str, Array]:
         """Returns 0: the contact point has no lever."""
@@ -221,9 +272,19 @@ class Unilateral(Law):
         return {"C": obstacles.gap(obstacle, points, normals)}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Microclamped(Unilateral):
     """The classic gap with psi = 0 on the whole contact surface.
+
+    Parameters
+    ----------
+    friction : float
+        Coefficient f of Coulomb; states then depend on their history, see `Contact.history`.
+
+    Raises
+    ------
+    BadArgument
+        If the friction is negative.
 
     Examples
     --------
