@@ -161,7 +161,7 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
     reach : float
         Farthest distance at which A and B are read (length).
     """
-    found, sizes = [], log_sizes(replace(problem, mirror=False), zones)
+    found, sizes = [], log_sizes(replace(problem, mirror=False), zones, 0)
     for place in problem.kinks:
         for corner, K in sizes.get(place, {}).items():
             if K >= 0 or not x[0] <= place <= x[-1]:

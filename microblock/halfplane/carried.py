@@ -11,26 +11,37 @@ import numpy as np
 from ..model.problem import half_line
 from .kernels import counter_short_waves, short_waves
 
-FAINT = 1e-7  # of a singularity: carried ones below it are left to the panels' order
-MOST = 12  # steps
+MOST = 24  # steps
 SAME = 1e-9  # of ell: places this near to each other are one
 
 
-def steps(problem):
-    """How often a singular place is carried on until it is faint; 0 if the obstacle is rigid, or has one corner
-    to a block.
+def decay(problem):
+    """Factor by which singularities are fainter from step to step, 0 to 1; 0 if the obstacle is rigid, or has
+    one corner to a block.
+
+    On steps m of the way ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t) A +
+    (c_BB + c) B = 0``, c of the second body (docs/theory/two_bodies.md). psi0 only makes t smaller.
     """
     if problem.counter is None or len(problem.law.corners) == 1:
-        return 0
+        return 0.0
     (displacement, rotation), own = short_waves(problem.solid), counter_short_waves(problem.counter)
-    factor = own * max(displacement, rotation) / ((2 * displacement + own) * (2 * rotation + own))
-    return int(min(MOST, np.ceil(1 + np.log(FAINT) / np.log(min(factor, 0.5)))))
+    both, coupling = displacement + rotation, abs(displacement - rotation)
+    if not coupling:
+        return 0.0
+    half = ((both + own) ** 2 - coupling**2 - own**2) / (2 * coupling * own)
+    return 1 / (half + np.sqrt(half**2 - 1))
 
 
-def carried(problem, places):
+def steps(problem, order):
+    """How often singular places are carried on until panels of an order do not see them any more."""
+    factor = decay(problem)
+    return int(min(MOST, np.ceil(1 - order / 3 * np.log(10) / np.log(factor)))) if factor else 0
+
+
+def carried(problem, places, order):
     """Singular places and those they are carried to, ascending list; the given ones stay as they are."""
     own = sorted(float(x) for x in places)
-    ways = [each for each in range(-steps(problem), steps(problem) + 1) if each]
+    ways = [each for each in _ways(problem, order) if each]
     further = sorted(x + way * problem.solid.ell for x in own for way in ways)
     found = list(own)
     for x in further:
@@ -39,7 +50,12 @@ def carried(problem, places):
     return sorted(found)
 
 
-def log_sizes(problem, zones):
+def _ways(problem, order):
+    most = steps(problem, order)
+    return range(-most, most + 1)
+
+
+def log_sizes(problem, zones, order):
     """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` of the corners in contact there.
 
     A jump J in the slope of a corner's initial gap needs ``pi J`` from the logarithms through the limits of k
@@ -53,7 +69,7 @@ def log_sizes(problem, zones):
     )
     found = {kink: {} for kink in problem.kinks}
     for kink, jumps in problem.kinks.items():
-        chain = [kink + way * problem.solid.ell for way in range(-steps(problem), steps(problem) + 1)]
+        chain = [kink + way * problem.solid.ell for way in _ways(problem, order)]
         for (x, corner), size in _sizes(problem, whole, chain, kink, jumps).items():
             place = min(found, key=lambda each: abs(each - x))
             if abs(place - x) > SAME * problem.solid.ell:

@@ -121,7 +121,8 @@ class PanelSolution(LineSolution):
         basis = lagrange(self.panels.points[0], np.zeros(1))[0]
         values = self.q.reshape(-1, self.panels.order) @ basis
         ends = [end for ends in self.problem.ends.values() for end in ends]
-        infinite = carried(self.problem, [*ends, *(-end for end in ends if self.problem.mirror)])
+        ends += [-end for end in ends if self.problem.mirror]
+        infinite = carried(self.problem, ends, self.panels.order)
         return np.where(self.panels.root & ~np.isin(self.panels.e, infinite), values, 0.0)
 
     @cached_property

@@ -112,10 +112,10 @@ def make_panels(problem, zones, order):
     """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at the kinks of the
     obstacle.
     """
-    rows, edges, sizes = [], zone_edges(zones), log_sizes(problem, zones)
+    rows, edges, sizes = [], zone_edges(zones), log_sizes(problem, zones, order)
     if problem.mirror:
         edges += [-edge for edge in edges]
-    edges, tips = carried(problem, edges), carried(problem, problem.tips)
+    edges, tips = carried(problem, edges, order), carried(problem, problem.tips, order)
     singular = {*edges, *problem.kinks, *sizes}
     for corner, intervals in zones.items():
         for left, right in intervals:

@@ -126,7 +126,7 @@ def _stretches(state):
     left, right = problem.reach
     core = CORE * min(problem.solid.ell, edges[-1] - edges[0])
     for corner in problem.corners:
-        breaks = carried(problem, [*edges, *_kinks_inside(problem, zones, corner)])
+        breaks = carried(problem, [*edges, *_kinks_inside(problem, zones, corner)], state.panels.order)
         breaks = np.unique([0.0, *(each for each in breaks if each > 0)] if half_line(problem) else breaks)
         pieces = [*zip(breaks, breaks[1:]), (breaks[-1], np.inf)]
         for a, b in pieces if half_line(problem) else [(-np.inf, breaks[0]), *pieces]:
