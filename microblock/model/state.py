@@ -262,6 +262,7 @@ class Solution:
             psi=self.psi,
             displacement=self.displacement,
             apart=self.apart,
+            counter=None if self.problem.counter is None else self.counter_displacement,
         )
 
     def remarks(self) -> list[str]:
