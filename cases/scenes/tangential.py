@@ -51,7 +51,11 @@ class Parameters(Checked):
     nu: float = poisson()
     beta: float = coupling()
     second: tuple = option(
-        ("rigid",), f"the cylinder: rigid, same as the half-plane, or {SECOND}", str, nargs="+", metavar="BODY"
+        ("rigid",),
+        f"the cylinder: rigid, same as the half-plane, or {SECOND}",
+        str,
+        nargs="+",
+        metavar="BODY",
     )
     rtol: float | None = option(
         None,
@@ -76,7 +80,9 @@ class Parameters(Checked):
         try:
             E, nu, beta, alpha = map(float, self.second)
         except ValueError:
-            raise mb.BadArgument("second", " ".join(self.second), f"must be rigid, same, or {SECOND}") from None
+            raise mb.BadArgument(
+                "second", " ".join(self.second), f"must be rigid, same, or {SECOND}"
+            ) from None
         try:
             return mb.Cosserat(E=E * (1 - self.nu**2), nu=nu, ell=alpha, beta=beta)
         except mb.BadArgument as failure:
@@ -102,7 +108,9 @@ class Parameters(Checked):
         """The contact problem at one size of the blocks."""
         second, cylinder = self.second_solid(alpha), mb.Cylinder(R=1.0)
         obstacle = cylinder if second is None else mb.Deformable(mb.HalfPlane(second), cylinder)
-        return mb.Contact(mb.HalfPlane(self.solid(alpha)), obstacle, LAWS[self.contact](friction=self.friction))
+        return mb.Contact(
+            mb.HalfPlane(self.solid(alpha)), obstacle, LAWS[self.contact](friction=self.friction)
+        )
 
 
 def solve(parameters, alpha):
@@ -232,7 +240,9 @@ def figure(records):
     for colour, own in zip(colours, states):
         axes[0].plot(column(own, "x"), column(own, "shear"), color=colour)
     for own in (states[0], states[-1]):
-        axes[0].plot(column(own, "x"), friction * np.array(column(own, "pressure")), ":", color="0.5", linewidth=0.8)
+        axes[0].plot(
+            column(own, "x"), friction * np.array(column(own, "pressure")), ":", color="0.5", linewidth=0.8
+        )
     loads = [own[0]["load"] for own in states]
     for level, (colour, own) in enumerate(zip(colours, states)):
         for zone in (row for row in zones if row["state"] == own[0]["state"]):
