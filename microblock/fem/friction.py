@@ -1,0 +1,268 @@
+"""Friction at the corners of a body on a mesh: one more multiplier at each node of its contact facets.
+
+`FrictionFacets` stands beside `ContactFacets`, of which it has the nodes and the gaps of the corners; it adds
+the shear traction q and the slip of each node. What is made of them is the discrete system that
+`corners.coulomb` follows, with all unknowns of the body, and so for periodic and for one-dimensional bodies
+as well.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import ngsolve as ng
+import numpy as np
+from scipy import sparse
+
+from ..corners import coulomb
+from ..errors import BadArgument, require_choice, require_kind, require_positive
+from .body import Body, Fields, Loads
+from .bulk import as_csr
+from .facets import ContactFacets
+from .newton import CONTROLS, default_rho
+
+
+def slip_lever(law):
+    """Height of the corners over the centre of their block, over ell: u.t - lever ell psi is what they slip; 0 of a
+    law that knows the contact point alone.
+    """
+    return 0.5 if any(lever.any() for lever in law.levers(np.zeros(1)).values()) else 0.0
+
+
+def require_friction(law):
+    """BadArgument for a law that has none."""
+    if not getattr(law, "friction", 0.0):
+        raise BadArgument("law", law, "has no friction: solve and path find its states")
+
+
+class FrictionFacets:
+    """The nodes of a contact boundary with friction: slip and shear traction beside gaps and pressures.
+
+    Parameters
+    ----------
+    body, law, obstacle, boundary
+        As of `ContactFacets`; the law has friction.
+
+    Attributes
+    ----------
+    nodes : ContactFacets of the same law without friction
+    slip : sparse matrix (n, unknowns of the body), displacement of the corners along the tangent (n2, -n1)
+    normal : {corner: sparse matrix (n, unknowns)}, displacement of each corner along n
+
+    Raises
+    ------
+    BadArgument
+        If the law has no friction, or for what `ContactFacets` does not take.
+
+    Examples
+    --------
+    >>> from microblock.fem import meshes
+    >>> body = mb.Body(meshes.line(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1),
+    ...                order=4, fixed="middle")
+    >>> from microblock.fem.friction import FrictionFacets
+    >>> facets = FrictionFacets(body, mb.Microblock(friction=0.5), mb.Plane())
+    >>> facets.slip.shape[0], facets.friction
+    (1, 0.5)
+    """
+
+    def __init__(self, body, law, obstacle, boundary="contact"):
+        require_kind(Body, "a Body", body=body)
+        require_friction(law)
+        self.body, self.law, self.friction = body, law, law.friction
+        self.nodes = ContactFacets(body, replace(law, friction=0.0), obstacle, boundary)
+        u1, u2, psi = (self._at_nodes(number) for number in range(3))
+        n1, n2 = (sparse.diags(component) for component in self.nodes.normals.T)
+        half = body.solid.ell / 2
+        self.normal = {
+            corner: n1 @ u1 + n2 @ u2 - half * sparse.diags(lever) @ psi
+            for corner, lever in self.nodes.levers.items()
+        }
+        self.slip = n2 @ u1 - n1 @ u2 - slip_lever(law) * body.solid.ell * psi
+
+    def _at_nodes(self, number):
+        """Values at the nodes of a field (its number) from all unknowns of the body, sparse (n, unknowns)."""
+        own = self.nodes.rows[number]
+        before = sum(space.ndof for space in self.body.spaces[:number])
+        whole = sparse.coo_matrix(own)
+        shape = own.shape[0], self.body.space.ndof
+        return sparse.csr_matrix((whole.data, (whole.row, whole.col + before)), shape=shape)
+
+
+class MonolithicFriction:
+    """Frictional contact of a body on a mesh, with all its unknowns.
+
+    Parameters
+    ----------
+    facets : FrictionFacets
+    loads : Loads besides the contact
+    rho : float, optional
+        Regularisation (stress per length), as of `MonolithicNewton`; states do not depend on it.
+    control : "load" or "approach"
+        Whether pairs are loads (P, Q) or motions (approach along -e2, shift along e1) of the obstacle.
+    coupled : bool
+        Whether shear tractions act on the gaps.
+
+    Examples
+    --------
+    A strip that sticks under a flat obstacle, and slips at Q = f P:
+
+    >>> from microblock.fem import meshes
+    >>> body = mb.Body(meshes.line(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1),
+    ...                order=4, fixed="middle")
+    >>> from microblock.fem.friction import FrictionFacets, MonolithicFriction
+    >>> facets = FrictionFacets(body, mb.Microblock(friction=0.5), mb.Plane())
+    >>> first, last = MonolithicFriction(facets).follow([(0.01, 0.0), (0.01, 0.002)])
+    >>> round(float(last.shear_traction[0]), 9), bool(last.stick[0])
+    (0.002, True)
+    """
+
+    def __init__(self, facets, *, loads=Loads(), rho=None, control="load", coupled=True):
+        require_kind(FrictionFacets, "FrictionFacets", facets=facets)
+        require_kind(Loads, "Loads", loads=loads)
+        require_choice(CONTROLS, control=control)
+        require_kind(bool, "True or False", coupled=coupled)
+        self.facets, self.body, self.coupled = facets, facets.body, coupled
+        self.rho = default_rho(self.body, "al") if rho is None else rho
+        require_positive(rho=self.rho)
+        self.prescribed = (control == "approach",) * 2
+        self._assemble(loads)
+
+    def _assemble(self, loads):
+        """Stiffness, loads and prescribed values in all unknowns of the body."""
+        space = self.body.space
+        form = ng.BilinearForm(space)
+        form += ng.Variation(self.body.potential(*space.TrialFunction(), loads))
+        zero, minus_f = ng.GridFunction(space).vec, ng.GridFunction(space).vec
+        form.Apply(zero, minus_f)
+        form.AssembleLinearization(zero)
+        supports = ng.GridFunction(space)
+        self.body.prescribe(supports.components)
+        self.stiffness, self._loads = as_csr(form.mat), -minus_f.FV().NumPy()
+        self._supports = supports.vec.FV().NumPy().copy()
+        self._free = np.array(space.FreeDofs())
+
+    @cached_property
+    def system(self):
+        """The System of the free unknowns."""
+        nodes, free, held = self.facets.nodes, self._free, np.where(self._free, 0.0, self._supports)
+        reachable = np.array([nodes.can_touch[corner] for corner in nodes.corners])
+        initial = np.array([nodes.initial_gaps[corner] for corner in nodes.corners])
+        moved = np.array([each @ held for each in self.facets.normal.values()])
+        slip = self.facets.slip[:, free]
+        made = coulomb.System(
+            stiffness=self.stiffness[free][:, free],
+            forces=(self._loads - self.stiffness @ held)[free],
+            normal=tuple(each[:, free] for each in self.facets.normal.values()),
+            tangential=slip,
+            dragged=slip,
+            gaps=np.where(reachable, initial, np.inf) - moved,
+            normals=nodes.normals,
+            weights=nodes.weights,
+            friction=self.facets.friction,
+            rho=self.rho,
+        )
+        return made if self.coupled else made.uncoupled()
+
+    def follow(self, pairs):
+        """Yields a FrictionState at each pair of loads or motions, in their order, from (0, 0) on.
+
+        Raises
+        ------
+        NotConverged
+            Where no state follows, as when all nodes slip; it says at which pair.
+        """
+        for reached in coulomb.History(self.system, self.prescribed).follow(pairs):
+            yield FrictionState(self, reached)
+
+    def vector(self, iterate):
+        """All unknowns of the body of an iterate, array."""
+        own = iterate.fields.reshape(1 if self.coupled else 2, -1).sum(axis=0)
+        whole = np.where(self._free, 0.0, self._supports)
+        whole[self._free] = own
+        return whole
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionState:
+    """A state of a history, at the contact nodes in the order of the facets.
+
+    Attributes
+    ----------
+    newton : MonolithicFriction
+    reached : corners.coulomb.Reached, with pressures (corners, n), gaps, loads, work and dissipation
+    """
+
+    newton: MonolithicFriction
+    reached: coulomb.Reached
+
+    @property
+    def normal(self):
+        """P, force per thickness (per area in one dimension)."""
+        return float(self.reached.loads[0])
+
+    @property
+    def shear(self):
+        """Q, along e1 on the body."""
+        return float(self.reached.loads[1])
+
+    @property
+    def shear_traction(self):
+        """q at the nodes, array (n,)."""
+        return self.reached.shear
+
+    @property
+    def pressures(self):
+        """Pressure of each corner, array (corners, n); corners that cannot but move together share theirs."""
+        found = self.reached.pressures
+        return np.where(self.newton.facets.nodes.twins, found.mean(axis=0), found)
+
+    @property
+    def micromoment(self):
+        """M of (29), array (n,), without the moment of q."""
+        nodes = self.newton.facets.nodes
+        levers = np.array(list(nodes.levers.values()))
+        return self.newton.body.solid.ell / 2 * np.sum(levers * self.pressures, axis=0)
+
+    @property
+    def slip(self):
+        """How far the obstacle has moved over the surface since first contact, array (n,)."""
+        return self.reached.slip
+
+    @property
+    def stick(self):
+        """Nodes that stick, boolean array (n,)."""
+        return self.reached.sets.stick
+
+    @property
+    def slips(self):
+        """Nodes that slip, array (n,) of -1, 0, 1: the sign of q."""
+        return self.reached.sets.slips
+
+    @cached_property
+    def fields(self):
+        """Fields of the body."""
+        newton, body = self.newton, self.newton.body
+        kept = ng.GridFunction(body.space)
+        kept.vec.FV().NumPy()[:] = newton.vector(self.reached.iterate)
+        exerted = newton.stiffness @ kept.vec.FV().NumPy() - newton._loads
+        facets = newton.facets
+        nodes, acting = facets.nodes, np.zeros_like(exerted)
+        for each, pressure in zip(facets.normal.values(), self.reached.pressures):
+            acting += each.T @ (nodes.weights * pressure)
+        acting -= facets.slip.T @ (nodes.weights * self.reached.shear)
+        return Fields(body, kept.components, exerted + acting)
+
+    @property
+    def energy(self):
+        """Elastic energy per thickness, of displacements that supports prescribe as well."""
+        vector = self.newton.vector(self.reached.iterate)
+        return float(vector @ (self.newton.stiffness @ vector)) / 2
+
+    @property
+    def work(self):
+        """Of the obstacle on the body since the beginning, per thickness."""
+        return self.reached.work
+
+    @property
+    def dissipation(self):
+        """Of friction since the beginning, per thickness."""
+        return self.reached.dissipation
