@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse.linalg import splu
 
 from ..errors import NotConverged
@@ -27,6 +27,8 @@ FIRST = 1e-6  # of a leg of the history, over which Newton finds what opens, sti
 MOST_EVENTS = 60  # times the number of nodes, on one leg, before it counts as going astray
 UNSOLVED = 1e-6  # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
 SINGULAR = "the equations are singular: is the body supported, and does something stick?"
+# no pivoting: a stiffness is positive definite
+SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
 FILLED = 0.05  # part of a matrix without zeros, from which on it is factorised as a dense one
 
 
@@ -48,6 +50,7 @@ class System:
     weights : array (n,), lengths of the surface
     friction : float, coefficient of Coulomb
     rho : float, regularisation (stress per length)
+    unseen : sequence of matrices (n, m), displacement of each corner along n that is left out of `normal`
 
     Examples
     --------
@@ -70,6 +73,7 @@ class System:
     weights: np.ndarray
     friction: float
     rho: float
+    unseen: tuple = ()
 
     def __post_init__(self):
         for name in ("stiffness", "tangential", "dragged"):
@@ -88,7 +92,49 @@ class System:
             normal=tuple(sparse.hstack((each, empty)) for each in self.normal),
             tangential=sparse.hstack((self.tangential, self.tangential)),
             dragged=sparse.hstack((empty, self.dragged)),
+            unseen=tuple(sparse.hstack((empty, each)) for each in self.normal),
         )
+
+    def reduced(self):
+        """The system of the contact's unknowns alone, the body's eliminated by factors of its stiffness.
+
+        Raises
+        ------
+        NotConverged
+            If the stiffness is singular: the body then needs the contact as support.
+        """
+        n = self.nodes
+        initial = self.operators[1][:, : len(self.forces)] @ self.factors(self.forces)
+        return Reduced(
+            stiffness=np.zeros((0, 0)),
+            forces=np.zeros(0),
+            normal=tuple(np.zeros((n, 0)) for _ in self.normal),
+            tangential=np.zeros((n, 0)),
+            dragged=np.zeros((n, 0)),
+            gaps=self.gaps + initial.reshape(self.gaps.shape),
+            normals=self.normals,
+            weights=self.weights,
+            friction=self.friction,
+            rho=self.rho,
+            unseen=tuple(np.zeros((n, 0)) for _ in self.unseen),
+            whole=self,
+        )
+
+    @cached_property
+    def factors(self):
+        """A function that solves with the stiffness."""
+        try:
+            solve = splu(self.stiffness.tocsc(), permc_spec="MMD_AT_PLUS_A", **SYMMETRIC).solve
+        except RuntimeError as failure:
+            raise NotConverged(SINGULAR) from failure
+        trial = np.ones(len(self.forces))
+        if not np.abs(self.stiffness @ solve(trial) - trial).max() <= UNSOLVED:
+            raise NotConverged(SINGULAR)
+        return solve
+
+    def fields(self, values):
+        """Unknowns of the body, array (m,), of values of all unknowns."""
+        return values[self.parts[0]]
 
     @property
     def nodes(self):
@@ -107,7 +153,7 @@ class System:
     @cached_property
     def operators(self):
         """Matrices (CSR) on all unknowns: equilibrium of the body, gaps less initial ones, way of the
-        obstacle over the surface, and the loads (P, Q).
+        obstacle over the surface, the loads (P, Q), and displacements along n that the gaps leave out.
         """
         n, corners = self.nodes, len(self.gaps)
         normals = [self.normals[:, [i]] for i in range(2)]
@@ -119,14 +165,48 @@ class System:
         ways = np.hstack((-tangents[1], tangents[0]))
         share = [(np.tile(sign * each.T * self.weights, corners), -sign * other.T * self.weights)
                  for sign, each, other in ((1, normals[1], tangents[1]), (-1, normals[0], tangents[0]))]
-        m = len(self.forces)
+        m, rest = len(self.forces), sparse.csr_matrix((corners * n, corners * n + n + 2))
         rows = (
             [[*body, sparse.csr_matrix((m, 2))]],
             [[-sparse.vstack(self.normal), sparse.csr_matrix((corners * n, corners * n + n)), gaps]],
             [[-self.tangential, sparse.csr_matrix((n, corners * n + n)), ways]],
             [[sparse.csr_matrix((1, m)), *pair, sparse.csr_matrix((1, 2))] for pair in share],
+            [[sparse.vstack(self.unseen or self.normal) * bool(self.unseen), rest]],
         )
         return [sparse.csr_matrix(sparse.bmat(each)) for each in rows]
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced(System):
+    """A System without the unknowns of the body: they follow from pressures and shear tractions.
+
+    Attributes
+    ----------
+    whole : System
+    """
+
+    whole: System | None = None
+
+    @cached_property
+    def operators(self):
+        """As of a System, dense; the way of the obstacle counts from that of the loads."""
+        whole = self.whole
+        body, *others = whole.operators
+        m = len(whole.forces)
+        found = [sparse.csr_matrix((0, body.shape[1] - m))]
+        for each in others:
+            own = each[:, m:].toarray()
+            if each[:, :m].nnz:
+                own -= (body[:, m:].T @ whole.factors(each[:, :m].T.toarray())).T
+            found.append(sparse.csr_matrix(own))
+        return found
+
+    def fields(self, values):
+        """Unknowns of the body, array (m,)."""
+        whole = self.whole
+        right = whole.forces - whole.operators[0][:, len(whole.forces) :] @ values
+        found = whole.factors(right)
+        return found + whole.factors(right - whole.stiffness @ found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +219,7 @@ class Iterate:
     @property
     def fields(self):
         """Unknowns of the body, array (m,)."""
-        return self.values[self.system.parts[0]]
+        return self.system.fields(self.values)
 
     @property
     def pressures(self):
@@ -176,11 +256,6 @@ class Iterate:
     def loads(self):
         """Normal and shear force per thickness, array (2,)."""
         return self.system.operators[3] @ self.values
-
-    @property
-    def energy(self):
-        """Elastic energy of a body without other loads, per thickness."""
-        return float(self.fields @ (self.system.stiffness @ self.fields)) / 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,8 +302,14 @@ class FrictionNewton:
         """The Sets to which an iterate belongs."""
         pressures, shear = self.augmented(now, before)
         closed = pressures > 0
+        if not closed.any() and not self.prescribed[0]:
+            closed = pressures == pressures.max()  # else nothing would carry P
+        touching = closed.any(axis=0)
         bound = self.system.friction * np.where(closed, pressures, 0).sum(axis=0)
-        slips = np.where(np.abs(shear) > bound, np.sign(shear), 0) * closed.any(axis=0)
+        slips = np.where(np.abs(shear) > bound, np.sign(shear), 0) * touching
+        if not np.any(touching & (slips == 0)) and not self.prescribed[1]:
+            beyond = np.where(touching, np.abs(shear) - bound, np.inf)
+            slips[beyond == beyond.min()] = 0  # else nothing would carry Q
         return Sets(closed, slips.astype(int))
 
     def residual(self, now, before, level):
@@ -251,7 +332,7 @@ class FrictionNewton:
     def tangent(self, sets):
         """Derivative of the residual on a piece, sparse; it is not symmetric, as q follows p where it slips."""
         system, rho = self.system, self.system.rho
-        body, gaps, way, loads = system.operators
+        body, gaps, way, loads, _ = system.operators
         one = sparse.identity(body.shape[1], format="csr")
         p, q, motions = (one[part] for part in system.parts[1:])
         pressed = sparse.diags(sets.closed.ravel().astype(float)) @ (p - rho * gaps)
@@ -261,8 +342,9 @@ class FrictionNewton:
         given = [(motions if self.prescribed[i] else loads)[[i]] for i in range(2)]
         return sparse.vstack((body, p - pressed, q - stuck - bound, *given), format="csr")
 
-    def solve(self, level, before, sets):
-        """The Iterate at a level, the Sets it belongs to, and what solves on them; from the first guess `sets`.
+    def solve(self, level, before, sets, single=False):
+        """The Iterate at a level, the Sets it belongs to, and what solves on them; from the first guess `sets`,
+        all that is violated changed at once, or with `single` the most violated alone.
 
         Raises
         ------
@@ -270,7 +352,7 @@ class FrictionNewton:
             If the sets cycle, or their equations are singular.
         """
         visits = {}
-        for iteration in range(MAX_ITERATIONS):
+        for iteration in range(MAX_ITERATIONS + 2 * self.system.nodes * single):
             on = Piece(self, before, sets)
             now = on.at(level)
             found = self.sets(now, before)
@@ -280,12 +362,31 @@ class FrictionNewton:
             if visits[sets.key] >= MAX_VISITS:
                 if self._violation(now, before, level) <= ALIKE:
                     return now, sets, on
-                raise NotConverged(
-                    "the sets of closed and of slipping nodes cycle; take a smaller step, or another rho",
-                    iterations=iteration,
-                )
-            sets = found
-        raise NotConverged("the sets of closed and of slipping nodes do not settle", iterations=iteration)
+                break
+            sets = self._one_changed(sets, found, now, before) if single else found
+        raise NotConverged(
+            "the sets of closed and of slipping nodes cycle: where friction is large, no state or several may "
+            "follow",
+            iterations=iteration,
+        )
+
+    def _one_changed(self, sets, found, now, before):
+        """Sets in which of all changes to those that were `found` only that of the largest violation is made."""
+        pressures, shear = self.augmented(now, before)
+        bound = self.system.friction * np.where(sets.closed, pressures, 0).sum(axis=0)
+        stays = sets.closed.any(axis=0) & found.closed.any(axis=0)
+        corners = np.where(sets.closed != found.closed, np.abs(pressures), 0)
+        nodes = np.where((sets.slips != found.slips) & stays, np.abs(np.abs(shear) - bound), 0)
+        closed, slips = sets.closed.copy(), sets.slips.copy()
+        if corners.max() >= nodes.max():
+            place = np.unravel_index(np.argmax(corners), corners.shape)
+            closed[place] = found.closed[place]
+        else:
+            place = np.argmax(nodes)
+            slips[place] = found.slips[place]
+        if not np.any(closed.any(axis=0) & (slips == 0)):
+            slips = np.where(found.slips == 0, 0, slips)  # one has to stick if the shear load is given
+        return Sets(closed, np.where(closed.any(axis=0), slips, 0))
 
     def _violation(self, now, before, level):
         """The largest violated condition of contact and friction, over the largest pressure."""
@@ -325,8 +426,10 @@ def _factorised(matrix):
     """A function that solves with a sparse matrix, factorised as a dense one where it is nearly that."""
     try:
         if matrix.nnz > FILLED * np.prod(matrix.shape):
-            factors = lu_factor(matrix.toarray(), check_finite=False)
-            return lambda right: lu_solve(factors, right, check_finite=False)
+            *factors, singular = dgetrf(matrix.toarray())
+            if singular:
+                raise NotConverged(SINGULAR)
+            return lambda right: dgetrs(*factors, right)[0]
         return splu(matrix.tocsc()).solve
     except RuntimeError as failure:  # SuperLU's word for a singular matrix
         raise NotConverged(SINGULAR) from failure
@@ -354,7 +457,8 @@ class Reached:
     iterate : Iterate
     sets, ahead : Sets, on the way to the state, and those to be tried beyond
     touched : array (n,), way of the obstacle over the surface when the node first closed, NaN before
-    work, dissipation : floats, per thickness, of the obstacle on the body and of friction since the beginning
+    work, dissipation : floats, per thickness, of the obstacle on the body and of friction since the beginning;
+        without coupling the work has that of the pressures on what shear tractions do to the gaps
     changes : list of Change, since the state before
     """
 
@@ -453,19 +557,27 @@ class History:
         return self._after(state, now, begin + part * length, sets, ahead, changes), part
 
     def _newton_from(self, state, level):
-        """Newton from the sets of a state, and from all closed nodes sticking where that fails."""
-        try:
-            return self.newton.solve(level, state.iterate, state.ahead)
-        except NotConverged:
-            return self.newton.solve(
-                level, state.iterate, Sets(state.ahead.closed, np.zeros(self.system.nodes, int))
-            )
+        """Newton from the sets of a state; where that fails from all closed nodes sticking, then change by
+        change.
+        """
+        stuck = Sets(state.ahead.closed, np.zeros(self.system.nodes, int))
+        for single in (False, True):
+            for sets in (state.ahead, stuck):
+                try:
+                    return self.newton.solve(level, state.iterate, sets, single)
+                except NotConverged as failure:
+                    last = failure
+        raise last
 
     def _after(self, state, now, level, sets, ahead, changes):
         before = state.iterate
         way, mean = now.way - before.way, (now.shear + before.shear) / 2
         slipped = np.where(sets.slips != 0, self.system.weights * mean * way, 0.0)
-        motion = now.values[-2:] - before.values[-2:]
+        motion = now.values - before.values
+        work = (now.loads + before.loads) @ motion[-2:] / 2
+        # what a system without coupling leaves out of the gaps, the pressures do all the same
+        pressed = (now.pressures + before.pressures) * self.system.weights / 2
+        work -= pressed.ravel() @ (self.system.operators[4] @ motion)
         new = np.isnan(state.touched) & sets.closed.any(axis=0)
         return Reached(
             level,
@@ -473,7 +585,7 @@ class History:
             sets,
             ahead,
             np.where(new, before.way, state.touched),
-            state.work + float((now.loads + before.loads) @ motion) / 2,
+            state.work + float(work),
             state.dissipation + float(slipped.sum()),
             state.changes + changes,
         )

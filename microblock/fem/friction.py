@@ -100,6 +100,9 @@ class MonolithicFriction:
         Whether pairs are loads (P, Q) or motions (approach along -e2, shift along e1) of the obstacle.
     coupled : bool
         Whether shear tractions act on the gaps.
+    reduced : bool
+        Whether each step of Newton eliminates the unknowns of the body by factors of its stiffness, made once.
+        A body that stands on the contact alone needs ``False``.
 
     Examples
     --------
@@ -115,12 +118,13 @@ class MonolithicFriction:
     (0.002, True)
     """
 
-    def __init__(self, facets, *, loads=Loads(), rho=None, control="load", coupled=True):
+    def __init__(self, facets, *, loads=Loads(), rho=None, control="load", coupled=True, reduced=True):
         require_kind(FrictionFacets, "FrictionFacets", facets=facets)
         require_kind(Loads, "Loads", loads=loads)
         require_choice(CONTROLS, control=control)
         require_kind(bool, "True or False", coupled=coupled)
-        self.facets, self.body, self.coupled = facets, facets.body, coupled
+        require_kind(bool, "True or False", reduced=reduced)
+        self.facets, self.body, self.coupled, self._reduced = facets, facets.body, coupled, reduced
         self.rho = default_rho(self.body, "al") if rho is None else rho
         require_positive(rho=self.rho)
         self.prescribed = (control == "approach",) * 2
@@ -160,7 +164,8 @@ class MonolithicFriction:
             friction=self.facets.friction,
             rho=self.rho,
         )
-        return made if self.coupled else made.uncoupled()
+        made = made if self.coupled else made.uncoupled()
+        return made.reduced() if self._reduced else made
 
     def follow(self, pairs):
         """Yields a FrictionState at each pair of loads or motions, in their order, from (0, 0) on.
