@@ -18,6 +18,9 @@ from .halfspace.obstacles import Sphere as Sphere
 from .model.bodies import Block as Block
 from .model.events import Event as Event
 from .model.events import LoadPath as LoadPath
+from .model.history import FrictionState as FrictionState
+from .model.history import History as History
+from .model.history import HistoryEvent as HistoryEvent
 from .model.law import Microblock as Microblock
 from .model.law import Microclamped as Microclamped
 from .model.law import Unilateral as Unilateral

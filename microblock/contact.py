@@ -4,10 +4,13 @@ body.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from .errors import (
     NOT_YET,
@@ -21,6 +24,7 @@ from .errors import (
 from .model import law as laws
 from .model import obstacles
 from .model.events import LoadPath
+from .model.history import History, pairs_of
 from .model.problem import require_even
 from .model.state import State
 from .model.summary import Row, Shown, Summary, short
@@ -222,6 +226,60 @@ class Contact(Shown):
 
             return ZonePath(self, load, rtol, progress)
         return self.solver.path(load, rtol, progress)
+
+    @bounded
+    def history(
+        self,
+        pairs: Sequence[tuple[float, float]],
+        *,
+        coupled: bool = True,
+        rtol: float | None = None,
+        progress: bool = False,
+    ) -> History:
+        """Returns the states along a history of normal and shear forces, under a law with friction.
+
+        Parameters
+        ----------
+        pairs : sequence of (P, Q)
+            Normal and shear force per thickness, followed in order and on straight ways from (0, 0); Q > 0
+            drags the surface along x1.
+        coupled : bool
+            Whether shear tractions act on the gaps. Uncoupled, pressures still act on the tangential problem.
+        rtol : float, optional
+            Relative L2 error of pressure, of micromoment over ell and of shear traction over the friction,
+            all over the pressure. Without it the usual one of the method is taken.
+        progress : bool
+            Whether a bar is shown where the method counts its steps.
+
+        Returns
+        -------
+        History
+
+        Raises
+        ------
+        BadArgument
+            If the law has no friction, a pair is out of range (P > 0, absolute value of Q up to f P), or the
+            method cannot follow friction.
+        NotConverged
+            If the accuracy is out of reach, or the friction is so large that the answer is not unique.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+        >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
+        >>> loaded, sheared = problem.history([(1.0, 0.0), (1.0, 0.2)], rtol=0.05).states
+        >>> sheared.dissipation > loaded.dissipation
+        True
+        """
+        friction = getattr(self.law, "friction", 0.0)
+        if not friction:
+            raise BadArgument("law", self.law, "has no friction: its states do not depend on a history, solve them")
+        if not isinstance(coupled, (bool, np.bool_)):
+            raise BadArgument("coupled", coupled, "must be True or False")
+        rtol = plain(rtol)
+        if rtol is not None:
+            require_tolerance(rtol)
+        return self.solver.history(pairs_of(pairs, friction), bool(coupled), rtol, progress)
 
     def with_(
         self,

@@ -9,9 +9,13 @@ equations (docs/theory/halfplane.md). At the surface, for loads exp(i k x1), k >
                                                    W = (c ell^2/4) [1/(gamma' ell^2 (1 - nu)) + k (s - k)]/(s
                                                    D)
 
-where phi = ell psi/2 and m = 2 M/ell, so that p and m are sums and differences of corner pressures. Turning
-the wavenumber to k = i t makes the kernels on the line Laplace integrals of real weights. Over c they depend
-on x/ell, nu, beta and gamma' alone, and are tabulated once in log x.
+where phi = ell psi/2 and m = 2 M/ell, so that p and m are sums and differences of corner pressures. A shear
+q along x1 and the displacement u1 along it add only one function more, Y = U - 1/(2 mu k):
+
+    u = U p - i Y q + i V m,     u1 = i Y p + U q - V m,     phi = -i V p - V q + W m
+
+Turning the wavenumber to k = i t makes the kernels on the line Laplace integrals of real weights. Over c they
+depend on x/ell, nu, beta and gamma' alone, and are tabulated once in log x.
 """
 
 from __future__ import annotations
@@ -37,7 +41,9 @@ POINTS, PIECE = 16, 1.4
 PARTS, TERMS = 28, 6  # polynomials of so few terms on parts of it, cheap to look up: 1e-13
 # Gauss points on a piece of width 1 in log t of a Laplace integral: rounding
 GAUSS = 12
-KERNELS, ODD = 5, (1, 4)
+KERNELS, ODD = 5, (1, 4)  # of the normal problem
+# of the problem with shear as well; of them 5 and 7 are odd, and next to x = 0 half of a step
+ALL_KERNELS, ALL_ODD = 8, (1, 4, 5, 7)
 NEAR_CELLS, FAR_GAUSS = 16, 6  # from this many cells on, Gauss points on a cell: (4*16)^-12, rounding
 FAR_TAIL = 40.0  # exp(-40) is nothing
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
@@ -93,8 +99,9 @@ class Kernels:
     """The responses on the line to a unit line load, over c = (1 - nu)/mu.
 
     Number 0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with ``*`` the convolution in x.
-    Where psi = 0 on the whole surface, 3 is u from p and 4, over 1/ell instead of c, is -m from p. V and
-    number 4 are odd, the others even. U carries the arbitrary level of a half-plane, here such that U ->
+    Where psi = 0 on the whole surface, 3 is u from p and 4, over 1/ell instead of c, is -m from p. Numbers 5
+    to 7 belong to shear, ``u1 = -Y*p + U*q - V'*m``: Y is 5, V' (the even transform of V) is 6, and 7 is Y
+    where psi = 0 on the whole surface. V, Y, 4 and 7 are odd, the others even. U carries the arbitrary level of a half-plane, here such that U ->
     -log(x/ell)/pi for x
     -> infinity.
 
@@ -122,8 +129,13 @@ class Kernels:
         pieces = int(np.ceil(np.log(FARTHEST / NEAREST) / PIECE))
         self._start, self._step, self._parts = np.log(NEAREST), PIECE / PARTS, PARTS * pieces
         logarithms = self._start + PIECE * (np.arange(pieces)[:, None] + (_chebyshev_points(POINTS) + 1) / 2)
-        values = _laplace(solid, np.exp(logarithms).ravel()).reshape(KERNELS, pieces, POINTS)
-        self._table = np.moveaxis((values @ _parting().T).reshape(KERNELS, self._parts, TERMS), 2, 1).copy()
+        values = self._values(solid, np.exp(logarithms).ravel()).reshape(ALL_KERNELS, pieces, POINTS)
+        self._table = np.moveaxis((values @ _parting().T).reshape(ALL_KERNELS, self._parts, TERMS), 2, 1).copy()
+
+    @staticmethod
+    def _values(solid, x):
+        """What is tabulated, at x > 0, array (n,): array (ALL_KERNELS, n)."""
+        return _laplace(solid, x)
 
     def __call__(self, x, which=(0, 1, 2)):
         """The kernels numbered `which` at x/ell, array of any shape: array (len(which), ...)."""
@@ -138,7 +150,7 @@ class Kernels:
             for row in coefficients[-2::-1]:  # Horner
                 value *= t
                 value += row.take(part)
-            if number in ODD:
+            if number in ALL_ODD:
                 value *= np.sign(x)
         return values
 
@@ -276,31 +288,38 @@ def kernels(nu, beta, curvature):
     return Kernels(nu, beta, curvature)
 
 
-def _laplace(solid, x):
-    """All kernels at x > 0, array (n,), by Gauss quadrature of their Laplace integrals: array (KERNELS,
-    n).
+def laplace_weights(solid):
+    """(t, weights, level) of the Laplace integrals of all kernels over c: arrays (m,), (ALL_KERNELS, m),
+    float.
+
+    The integrals of U and number 3 diverge at t = 0 like that of 1/t; without `level` they are as in
+    `Kernels`. What the pole at k = 0 adds to 5 and 7 is `step`.
     """
     k, s, s_minus_k, t, dt = _turned_wavenumbers(solid)
     U, V, W = symbol_of_roots(solid, k, s, s_minus_k)
     c = (1 - solid.nu) / solid.mu
-    weights = (
-        np.array(
-            (
-                (1j * U / c).real,
-                (V / c).real,
-                (1j * W / c).real,
-                (1j * clamped(U, V, W) / c).real,
-                (V / W).real,
-            )
-        )
-        * dt
-        / np.pi
-    )
-    values = np.empty((KERNELS, x.size))
-    level = np.exp(-t) / t @ dt  # taken off, it leaves -log(x) of the classical 1/t
+    fixed = clamped(U, V, W)
+    over_c = (1j * U, V, 1j * W, 1j * fixed, c * V / W, U, 1j * V, fixed)
+    weights = np.array([(each / c).real for each in over_c]) * dt / np.pi
+    # taken off, it leaves -log(x) of the classical 1/t
+    return t, weights, np.exp(-t) / t @ dt / np.pi
+
+
+def step(nu):
+    """Half of the jump at x = 0 of the kernel of Y as seen from far away, over c: the share of its pole."""
+    return (1 - 2 * nu) / (4 * (1 - nu))
+
+
+def _laplace(solid, x):
+    """All kernels at x > 0, array (n,), by Gauss quadrature of their Laplace integrals: array (ALL_KERNELS,
+    n).
+    """
+    t, weights, level = laplace_weights(solid)
+    values = np.empty((ALL_KERNELS, x.size))
     for block in np.array_split(np.arange(x.size), 1 + x.size // 256):
         values[:, block] = weights @ np.exp(-np.outer(t, x[block]))
-    values[[0, 3]] -= level / np.pi
+    values[[0, 3]] -= level
+    values[[5, 7]] += step(solid.nu)
     return values
 
 

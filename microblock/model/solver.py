@@ -10,9 +10,10 @@ from .events import LoadPath
 from .obstacles import check_lowest
 from .problem import symmetric
 from .state import State
-from .types import BodyLike, ContactLike, LawLike, ObstacleLike
+from .types import Array, BodyLike, ContactLike, LawLike, ObstacleLike
 
 if TYPE_CHECKING:
+    from .history import History
     from .material import Cosserat
     from .state import Solution
 
@@ -146,6 +147,16 @@ class Solver:
             type(self.options).__name__,
             "cannot follow events; in the plane Panels(), Fitted() and Condensed() can. Solve the loads one "
             "by one",
+        )
+
+    def history(self, pairs: Array, coupled: bool, rtol: float | None, progress: bool = False) -> History:
+        """Returns the History through pairs (P, Q), array (n, 2), of a law with friction; raises BadArgument
+        where the method cannot follow it.
+        """
+        raise BadArgument(
+            "method",
+            type(self.options).__name__,
+            f"cannot follow friction on a {type(self.body).__name__}; a HalfPlane without a period can",
         )
 
     def follow(self, load: float, rtol: float | None, initial: Solution | None) -> Solution:

@@ -1,0 +1,130 @@
+"""Compliances between cells of any width, with shear: kernels averaged over the cell that is loaded and over
+the one that answers.
+
+The average is a second difference of the kernel's second antiderivative F. Over x^2 that is smooth in log x,
+and is tabulated like the kernels; far away, where the difference would cancel, Gauss points replace it.
+Averages over both cells keep the matrix symmetric and positive definite, so that the work of the loads is
+energy and dissipation to rounding. Formulas: docs/theory/friction.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from ..corners.friction import FrictionalContact
+from ..model.quadrature import gauss_rule
+from ..threads import bounded
+from .kernels import ALL_ODD, NEAREST, FARTHEST, Kernels, kernels, laplace_weights, step
+
+FAR = 16.0  # widths of the larger cell, beyond which two Gauss points on either leave 1e-9
+SMALL = 1e-3  # below it the difference in the second antiderivative is a series
+
+
+class SecondAntiderivatives(Kernels):
+    """F of the kernels of `Kernels`, F'' = K and F(0) = F'(0) = 0, over x^2; it is even where K is.
+
+    Parameters
+    ----------
+    nu, beta, curvature : float, as of `Cosserat`
+    """
+
+    @staticmethod
+    def _values(solid, x):
+        t, weights, level = laplace_weights(solid)
+        values = np.empty((len(weights), x.size))
+        for block in np.array_split(np.arange(x.size), 1 + x.size // 256):
+            values[:, block] = weights @ _twice(np.outer(t, x[block]))
+        values[[0, 3]] -= level / 2
+        values[[5, 7]] += step(solid.nu) / 2
+        return values
+
+
+def _twice(y):
+    """(exp(-y) - 1 + y)/y^2 of an array."""
+    small = np.minimum(y, SMALL)
+    large = np.maximum(y, SMALL)
+    series = 1 / 2 - small / 6 + small**2 / 24 - small**3 / 120 + small**4 / 720
+    return np.where(y < SMALL, series, (np.expm1(-large) + large) / large / large)
+
+
+@lru_cache(maxsize=64)
+def _second_antiderivatives(nu, beta, curvature):
+    return SecondAntiderivatives(nu, beta, curvature)
+
+
+@bounded
+def averages(solid, edges, which, shift=0.0):
+    """Kernels averaged over cell i and over cell j, whose places are moved right by `shift`, times c.
+
+    Parameters
+    ----------
+    solid : Cosserat
+    edges : array (n, 2)
+        Left and right edges of the cells (lengths).
+    which : sequence of int
+        Numbers of the kernels, as in `Kernels`.
+    shift : float
+        Length by which cells that answer stand right of those that are loaded.
+
+    Returns
+    -------
+    array (len(which), n, n)
+        Lengths per force (per thickness).
+    """
+    material = solid.nu, solid.beta, solid.curvature
+    c, ell = (1 - solid.nu) / solid.mu, solid.ell
+    left, right = edges.T / ell
+    width = right - left
+    apart = (left + right)[:, None] / 2 - (left + right) / 2 + shift / ell
+    far = np.abs(apart) > FAR * np.maximum(width[:, None], width)
+    found = np.zeros((len(which), *apart.shape))
+    rows, columns = np.nonzero(~far)
+    own, other, middle = width[rows], width[columns], apart[rows, columns]
+    for sign_own in (-1, 1):
+        for sign_other in (-1, 1):
+            place = middle + sign_own * own / 2 - sign_other * other / 2
+            table = _second_antiderivatives(*material)(place, which)
+            found[:, rows, columns] -= sign_own * sign_other * place**2 * table / (own * other)
+    rows, columns = np.nonzero(far)
+    points, weights = gauss_rule(2)
+    for one, share in zip(points - 0.5, weights):
+        for another, part in zip(points - 0.5, weights):
+            place = apart[rows, columns] + one * width[rows] - another * width[columns]
+            found[:, rows, columns] += share * part * kernels(*material)(place, which)
+    if not shift:
+        for number, matrix in zip(which, found):  # rounding apart they are
+            matrix[...] = (matrix - matrix.T) / 2 if number in ALL_ODD else (matrix + matrix.T) / 2
+    return c * found
+
+
+def frictional_contact(solid, law, edges, gaps, coupled=True):
+    """The FrictionalContact of a half-plane and a rigid obstacle on cells.
+
+    Parameters
+    ----------
+    solid : Cosserat
+    law : Microblock, Unilateral or Microclamped
+        With friction.
+    edges : array (n, 2)
+        Left and right edges of the cells (lengths).
+    gaps : array (corners, n)
+        Initial gaps, averaged over the cells (lengths).
+    coupled : bool
+        Whether shear acts on gaps.
+    """
+    if law.clamps_rotation:
+        U, Y = averages(solid, edges, (3, 7))
+        normal, cross, tangential = U, -Y, U
+    elif len(law.corners) == 1:
+        U, Y = averages(solid, edges, (0, 5))
+        normal, cross, tangential = U, -Y, U
+    else:
+        U, V, W, Y, even = averages(solid, edges, (0, 1, 2, 5, 6))
+        levers = 1, -1
+        normal = np.block([[U + a * b * W + (a - b) * V for b in levers] for a in levers])
+        cross = np.hstack([-(Y + V) - b * (even + W) for b in levers])
+        tangential = U + 2 * even + W
+    return FrictionalContact(normal, cross, tangential, np.ravel(gaps), law.friction, coupled)

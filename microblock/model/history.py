@@ -1,0 +1,223 @@
+"""Frictional contact along a history of loads: its states, and what happens on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import BadArgument
+from .state import Solution, State, _to_read
+from .summary import Row, Shown, Summary, number
+from .types import Array, ContactLike
+
+SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what a user has multiplied
+
+
+class FrictionSolution(Solution):
+    """What a method computes at a pair of loads: the contract that a FrictionState rests on.
+
+    Attributes
+    ----------
+    shear : float
+        Q, force per thickness; `load` is P.
+    shear_traction, slip : arrays (n,)
+        q along x1 (stress), and the relative tangential displacement since first contact (length).
+    dissipation, work : float
+        Energies per thickness since the beginning.
+    tangential_approach : float or None
+        Tangential displacement of the obstacle (length), None where a rigid-body constant is arbitrary.
+    """
+
+    if TYPE_CHECKING:
+
+        @property
+        def shear(self) -> float: ...
+        @property
+        def shear_traction(self) -> Array: ...
+        @property
+        def slip(self) -> Array: ...
+        @property
+        def dissipation(self) -> float: ...
+        @property
+        def work(self) -> float: ...
+        @property
+        def tangential_approach(self) -> float | None: ...
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FrictionState(State):
+    """A state of a history: a contact state with a shear traction.
+
+    It has all of `State`; its `zones` have "stick" and "slip" as well, intervals of x1 in contact. Its
+    `micromoment` is that of the corner forces and of the shear traction, which acts on the blocks' faces.
+
+    Attributes
+    ----------
+    normal, shear : float
+        P and Q, forces per thickness; Q > 0 drags the surface along x1.
+    shear_traction : array (n,)
+        q along x1 at `x` (stress).
+    slip : array (n,)
+        Relative tangential displacement of obstacle and surface since first contact at `x` (length),
+        positive in the direction of a positive q; 0 where there was no contact.
+    dissipation, work : float
+        Dissipated energy and work of the loads since the beginning, per thickness: `work` is the sum of
+        `energy` and `dissipation`, up to what the rigid-body constant of a half-plane leaves open in `work`
+        and `energy` alike.
+    tangential_approach : float or None
+        Tangential displacement of the obstacle (length); None where the rigid-body constant is arbitrary.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+    >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
+    >>> state = problem.history([(1.0, 0.0), (1.0, 0.15)], rtol=0.05).states[-1]
+    >>> round(float(state.weights @ state.shear_traction), 9), state.dissipation > 0
+    (0.15, True)
+    """
+
+    solution: FrictionSolution
+
+    @property
+    def normal(self) -> float:
+        """P, the normal force per thickness."""
+        return self.load
+
+    @property
+    def shear(self) -> float:
+        """Q, the shear force per thickness."""
+        return float(self.solution.shear)
+
+    @property
+    def shear_traction(self) -> Array:
+        """Shear traction at `x`, array (n,)."""
+        return _to_read(self.solution.shear_traction)
+
+    @property
+    def slip(self) -> Array:
+        """Relative tangential displacement since first contact at `x`, array (n,)."""
+        return _to_read(self.solution.slip)
+
+    @property
+    def dissipation(self) -> float:
+        """Dissipated energy since the beginning."""
+        return float(self.solution.dissipation)
+
+    @property
+    def work(self) -> float:
+        """Work of the loads since the beginning."""
+        return float(self.solution.work)
+
+    @property
+    def tangential_approach(self) -> float | None:
+        """Tangential displacement of the obstacle, or None."""
+        return self.solution.tangential_approach
+
+    def summary(self) -> Summary:
+        """Returns what a notebook shows of the state."""
+        plain = super().summary()
+        rows = (
+            *plain.rows,
+            Row("shear force", "Q", self.shear, "force per thickness"),
+            Row("largest shear traction", "|q|", float(np.abs(self.shear_traction).max()), "stress"),
+            Row("dissipation", "", self.dissipation, "energy per thickness"),
+        )
+        return Summary("Contact state with friction", plain.brief, rows, plain.warnings)
+
+
+@dataclass(frozen=True)
+class HistoryEvent:
+    """What happens on the way from one pair of loads to the next.
+
+    Attributes
+    ----------
+    pair : int
+        Number of the pair that is on the way, from 0.
+    normal, shear : float
+        P and Q at which it happens (forces per thickness).
+    error : float or None
+        Error of that place as a share of the way from one pair to the next; None where it is not known.
+    kind : str
+        "first slip", "full slip", "reversal", "born" or "vanished".
+    zone : str
+        "slip" or "stick".
+    x : float
+        Abscissa x1 (length).
+    """
+
+    pair: int
+    normal: float
+    shear: float
+    error: float | None
+    kind: str
+    zone: str
+    x: float
+
+
+class History(Shown):
+    """The states of a frictional problem along a history of loads.
+
+    Attributes
+    ----------
+    problem : Contact
+    states : list of FrictionState
+        One for each pair of loads, in the given order.
+    events : list of HistoryEvent
+        What happens on the way, in order.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+    >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
+    >>> history = problem.history([(1.0, 0.0), (1.0, 0.3), (1.0, 0.0)], rtol=0.05)
+    >>> [state.shear for state in history.states], history.events[-1].kind
+    ([0.0, 0.3, 0.0], 'reversal')
+    """
+
+    def __init__(
+        self, problem: ContactLike, states: Sequence[FrictionState], events: Sequence[HistoryEvent]
+    ) -> None:
+        self.problem, self.states, self.events = problem, list(states), list(events)
+
+    def summary(self) -> Summary:
+        """Returns the pairs of loads and the events."""
+        rows = [
+            Row(f"pair {index}", "P, Q", f"{number(one.normal)}, {number(one.shear)}", "force per thickness")
+            for index, one in enumerate(self.states)
+        ]
+        rows += [
+            Row(f"{event.zone}: {event.kind}", "P, Q", f"{number(event.normal)}, {number(event.shear)}")
+            for event in self.events
+        ]
+        return Summary("History", f"{len(self.states)} pairs, {len(self.events)} events", tuple(rows))
+
+
+def pairs_of(pairs: ArrayLike, friction: float) -> Array:
+    """Returns pairs (P, Q) as an array (n, 2).
+
+    Raises
+    ------
+    BadArgument
+        Unless they are finite, with P > 0 and |Q| <= f P; a Q beyond f P by rounding becomes f P.
+    """
+    try:
+        found = np.array(cast(Any, pairs), float)
+    except (TypeError, ValueError) as failure:
+        raise BadArgument("pairs", pairs, "must be pairs (P, Q) of numbers") from failure
+    if found.ndim != 2 or found.shape[1] != 2 or not len(found) or not np.isfinite(found).all():
+        raise BadArgument("pairs", pairs, "must be one or more pairs (P, Q) of finite numbers")
+    for P, Q in found:
+        if not P > 0:
+            raise BadArgument("pairs", (float(P), float(Q)), "must have a positive normal force P")
+        if abs(Q) > friction * P * (1 + SLIDING):
+            raise BadArgument(
+                "pairs",
+                (float(P), float(Q)),
+                f"must have |Q| <= f P = {friction * P:.6g}: beyond it the obstacle slides on without end",
+            )
+    found[:, 1] = np.clip(found[:, 1], -friction * found[:, 0], friction * found[:, 0])
+    return found
