@@ -18,6 +18,7 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse.linalg import splu
 
 from ..errors import NotConverged
+from .friction import Change
 
 MAX_ITERATIONS = 60
 MAX_VISITS = 3  # of one active set, before it counts as a cycle
@@ -25,6 +26,7 @@ MAX_VISITS = 3  # of one active set, before it counts as a cycle
 ALIKE = 1e-9
 FIRST = 1e-6  # of a leg of the history, over which Newton finds what opens, sticks and slips next
 MOST_EVENTS = 60  # times the number of nodes, on one leg, before it counts as going astray
+STICKS = 2  # in place of the direction of slip
 UNSOLVED = 1e-6  # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
 SINGULAR = "the equations are singular: is the body supported, and does something stick?"
 # no pivoting: a stiffness is positive definite
@@ -289,7 +291,6 @@ class FrictionNewton:
 
     def __init__(self, system, prescribed=(False, False)):
         self.system, self.prescribed = system, prescribed
-        self._possible = np.isfinite(system.gaps)
 
     def augmented(self, now, before):
         """(p - rho g, q + rho ds) of an iterate `now` on the way from the state `before`; pressures are -inf
@@ -436,18 +437,6 @@ def _factorised(matrix):
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
-    """From a level on, array (2,), a corner "opens" or "closes", or a node slips "forwards" or "backwards" or
-    "sticks": numbers of corner (None for a node that stays closed) and node.
-    """
-
-    level: np.ndarray
-    kind: str
-    corner: int | None
-    node: int
-
-
-@dataclass(frozen=True, eq=False)
 class Reached:
     """A state of a history.
 
@@ -459,7 +448,7 @@ class Reached:
     touched : array (n,), way of the obstacle over the surface when the node first closed, NaN before
     work, dissipation : floats, per thickness, of the obstacle on the body and of friction since the beginning;
         without coupling the work has that of the pressures on what shear tractions do to the gaps
-    changes : list of Change, since the state before
+    changes : list of friction.Change, since the beginning
     """
 
     level: np.ndarray
@@ -473,6 +462,15 @@ class Reached:
 
     def __getattr__(self, name):
         return getattr(self.iterate, name)
+
+    @property
+    def residual(self):
+        """The largest violated condition of contact and friction, over the largest pressure."""
+        now, system = self.iterate, self.iterate.system
+        pressed = np.maximum(0, now.pressures - system.rho * now.gaps)
+        bound = system.friction * pressed.sum(axis=0)
+        wrong = np.abs(now.pressures - pressed).max(), np.abs(now.shear - np.clip(now.shear, -bound, bound)).max()
+        return float(max(wrong) / max(now.pressures.max(), 1e-300))
 
     @property
     def slip(self):
@@ -516,16 +514,16 @@ class History:
             Where no state follows, as when all nodes slip while the shear load is given; it says where.
         """
         state = self.start()
-        for level in levels:
-            state = self._leg(state, np.asarray(level, float))
+        for number, level in enumerate(levels):
+            state = self._leg(state, number, np.asarray(level, float))
             yield state
 
-    def _leg(self, state, target):
-        state, begin = replace(state, changes=[]), state.level
+    def _leg(self, state, number, target):
+        begin = state.level
         length, done, events = target - begin, 0.0, 0
         while done < 1 and np.any(length):
             try:
-                state, done = self._piece(state, begin, length, done)
+                state, done = self._piece(state, number, begin, length, done)
             except NotConverged as failure:
                 raise self._lost(state, target, failure) from failure
             events += 1
@@ -543,7 +541,7 @@ class History:
             iterations=getattr(why, "iterations", 0) or 0,
         )
 
-    def _piece(self, state, begin, length, done):
+    def _piece(self, state, number, begin, length, done):
         """The state at the next change, or at the end of the leg, and the part of the leg that it has done."""
         first = min(1.0, done + FIRST)
         near, sets, on = self._newton_from(state, begin + first * length)
@@ -553,7 +551,7 @@ class History:
             part, ahead = _next_change(sets, near, far, self.system.friction)
             now = Iterate(self.system, near.values + part * (far.values - near.values))
             part = first + part * (1 - first)
-        changes = _changes(state.sets, sets, begin + done * length)
+        changes = _changes(state.sets, sets, number, done)
         return self._after(state, now, begin + part * length, sets, ahead, changes), part
 
     def _newton_from(self, state, level):
@@ -618,15 +616,17 @@ def _next_change(sets, near, far, friction):
     return part, Sets(closed, np.where(closed.any(axis=0), slips, 0))
 
 
-def _changes(before, after, level):
-    """The Changes from Sets to others at a level."""
+def _changes(before, after, leg, share):
+    """The Changes from Sets to others at a share of a leg."""
     found = [
-        Change(level, "closes" if after.closed[corner, node] else "opens", int(corner), int(node))
-        for corner, node in np.argwhere(before.closed != after.closed)
+        Change(leg, share, "close" if after.closed.flat[corner] else "open", int(corner))
+        for corner in np.flatnonzero(before.closed != after.closed)
     ]
-    stays = before.closed.any(axis=0) & after.closed.any(axis=0)
-    names = {1: "forwards", 0: "sticks", -1: "backwards"}
+    names = {0: "leave", STICKS: "stick", 1: "slip", -1: "slip"}
+    old, new = (
+        np.where(sets.closed.any(axis=0), np.where(sets.slips, sets.slips, STICKS), 0)
+        for sets in (before, after)
+    )
     return found + [
-        Change(level, names[int(after.slips[node])], None, int(node))
-        for node in np.flatnonzero((before.slips != after.slips) & (stays | (after.slips != 0)))
+        Change(leg, share, names[int(new[node])], int(node)) for node in np.flatnonzero(old != new)
     ]

@@ -9,6 +9,7 @@ from ..corners.nodal import NodalPath, NodalSolver
 from ..halfplane.kernels import coalescence_exponent
 from .body_solution import BodySolution
 from .condensation import condensed, require_pressed
+from .friction_solution import of_body
 from .recovery import refine_until
 
 
@@ -35,6 +36,9 @@ class BodySolver(NodalSolver):
             self.contact if rtol is None else refine_until(self, last, None, rtol, progress).solver.contact
         )
         return NodalPath(contact, last, None)
+
+    def history(self, pairs, coupled, rtol, progress=False):
+        return of_body(self, pairs, coupled, rtol)
 
     @property
     def crossing(self):

@@ -18,7 +18,7 @@ from ..errors import BadArgument, require_choice, require_kind, require_positive
 from .body import Body, Fields, Loads
 from .bulk import as_csr
 from .facets import ContactFacets
-from .newton import CONTROLS, default_rho
+from .newton import CONTROLS, NodalState
 
 
 def slip_lever(law):
@@ -87,6 +87,12 @@ class FrictionFacets:
         return sparse.csr_matrix((whole.data, (whole.row, whole.col + before)), shape=shape)
 
 
+def usual_rho(facets):
+    """Stiffness lambda + 2 mu over the shortest length of surface that a node stands for."""
+    solid = facets.body.solid
+    return (solid.lam + 2 * solid.mu) / float(facets.nodes.weights.min())
+
+
 class MonolithicFriction:
     """Frictional contact of a body on a mesh, with all its unknowns.
 
@@ -95,7 +101,8 @@ class MonolithicFriction:
     facets : FrictionFacets
     loads : Loads besides the contact
     rho : float, optional
-        Regularisation (stress per length), as of `MonolithicNewton`; states do not depend on it.
+        Regularisation (stress per length); states do not depend on it. Without it lambda + 2 mu over the
+        shortest length of surface of a node, with which the active sets settle most often.
     control : "load" or "approach"
         Whether pairs are loads (P, Q) or motions (approach along -e2, shift along e1) of the obstacle.
     coupled : bool
@@ -125,7 +132,7 @@ class MonolithicFriction:
         require_kind(bool, "True or False", coupled=coupled)
         require_kind(bool, "True or False", reduced=reduced)
         self.facets, self.body, self.coupled, self._reduced = facets, facets.body, coupled, reduced
-        self.rho = default_rho(self.body, "al") if rho is None else rho
+        self.rho = usual_rho(facets) if rho is None else rho
         require_positive(rho=self.rho)
         self.prescribed = (control == "approach",) * 2
         self._assemble(loads)
@@ -168,7 +175,7 @@ class MonolithicFriction:
         return made.reduced() if self._reduced else made
 
     def follow(self, pairs):
-        """Yields a FrictionState at each pair of loads or motions, in their order, from (0, 0) on.
+        """Yields a NodalFriction at each pair of loads or motions, in their order, from (0, 0) on.
 
         Raises
         ------
@@ -176,7 +183,13 @@ class MonolithicFriction:
             Where no state follows, as when all nodes slip; it says at which pair.
         """
         for reached in coulomb.History(self.system, self.prescribed).follow(pairs):
-            yield FrictionState(self, reached)
+            yield NodalFriction(self, reached)
+
+    @property
+    def unknowns(self):
+        """Number of free unknowns, those of the contact and motions of the obstacle included."""
+        _, p, q, _ = self.system.parts
+        return int(self._free.sum()) + q.stop - p.start + 2 - int(sum(self.prescribed))
 
     def vector(self, iterate):
         """All unknowns of the body of an iterate, array."""
@@ -187,7 +200,7 @@ class MonolithicFriction:
 
 
 @dataclass(frozen=True, eq=False)
-class FrictionState:
+class NodalFriction:
     """A state of a history, at the contact nodes in the order of the facets.
 
     Attributes
@@ -222,10 +235,10 @@ class FrictionState:
 
     @property
     def micromoment(self):
-        """M of (29), array (n,), without the moment of q."""
-        nodes = self.newton.facets.nodes
-        levers = np.array(list(nodes.levers.values()))
-        return self.newton.body.solid.ell / 2 * np.sum(levers * self.pressures, axis=0)
+        """Moment of corner pressures and shear traction on the body, array (n,)."""
+        facets, ell = self.newton.facets, self.newton.body.solid.ell
+        levers = np.array(list(facets.nodes.levers.values()))
+        return ell * (np.sum(levers * self.pressures, axis=0) / 2 - slip_lever(facets.law) * self.shear_traction)
 
     @property
     def slip(self):
@@ -241,6 +254,26 @@ class FrictionState:
     def slips(self):
         """Nodes that slip, array (n,) of -1, 0, 1: the sign of q."""
         return self.reached.sets.slips
+
+    @cached_property
+    def nodal(self):
+        """What `MonolithicNewton` makes of a state without friction, with this one's micromoment."""
+        nodes, reached = self.newton.facets.nodes, self.reached
+        return NodalState(
+            level=float(reached.level[0]),
+            approach=reached.approach,
+            load=self.normal,
+            fields=self.fields,
+            psi=nodes.at_nodes("psi", self.fields.psi),
+            gaps=dict(zip(nodes.corners, reached.gaps)),
+            multipliers=dict(zip(nodes.corners, -self.pressures)),
+            closed=dict(zip(nodes.corners, reached.sets.closed)),
+            traction=-self.pressures.sum(axis=0),
+            micromoment=self.micromoment,
+            iterations=len(reached.changes),
+            kkt=reached.residual,
+            vector=None,
+        )
 
     @cached_property
     def fields(self):
