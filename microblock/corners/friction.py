@@ -20,13 +20,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg.blas import dger
 
 from ..errors import NotConverged
 from ..model.types import Array, Flags
 
 ROUNDING = 1e-12  # of the largest value or rate: below it a sign means nothing
+AT_LIMIT = 1e-9  # of the largest bound: a cell that is so near to its own slips or begins to
 PATIENCE = 3  # exchanges of all violated at once without fewer of them, before single ones
 REFRESH = 150  # updates of the inverse before it is computed anew
+ROOM = 64  # rows that the inverse may grow by before it is copied
 MANY = 20  # exchanges at once, from which the inverse is computed anew
 PIVOTS = 20  # per unknown at one load, before giving up
 UNIQUE = "the friction may be too large for a unique answer: try a smaller one, or coupled=False"
@@ -76,9 +79,13 @@ class Moment:
         Corner forces and gaps.
     tangential, slip : arrays (n,)
         Forces on the cells, and D - s since first contact (length); 0 where there was none.
-    displacement : array (n,)
-        s (length).
-    closed, stick : boolean arrays (corners n,), (n,)
+    closed : boolean array (corners n,)
+    stick, at_limit : boolean arrays (n,)
+        Cells that stick, and cells whose shear force is as large as friction allows.
+    raised : array (corners n,)
+        What forces have added to the gaps (lengths), those of shear even where gaps do not know of it.
+    pieces : int
+        Changes so far.
     approach, offset : float
         d and D (length).
     energy, work, dissipation : float
@@ -90,9 +97,11 @@ class Moment:
     gaps: Array
     tangential: Array
     slip: Array
-    displacement: Array
+    raised: Array
     closed: Flags
     stick: Flags
+    at_limit: Flags
+    pieces: int
     approach: float
     offset: float
     energy: float
@@ -150,6 +159,7 @@ class FrictionPath:
         self._sliding = False
         corner = int(np.argmin(contact.gaps))
         self.closed[corner] = self.stick[self._cell[corner]] = True
+        self._note(0.0, "stick", int(self._cell[corner]))
         self.first[self._cell[corner]] = 0.0
         self._rebuild()
 
@@ -179,24 +189,34 @@ class FrictionPath:
         return found
 
     def _rebuild(self) -> None:
+        """The inverse of the active equations, with room for more."""
         n = self._m + self.contact.cells
         ends = [n] if self._sliding else [n, n + 1]
-        self._active = np.concatenate(
-            (np.flatnonzero(self.closed), self._m + np.flatnonzero(self.stick), ends)
-        ).astype(int)
+        active = [*np.flatnonzero(self.closed), *(self._m + np.flatnonzero(self.stick)), *ends]
+        self._active = np.array(active, int)
+        count = len(active)
+        self._inverse = np.zeros((count + ROOM, count + ROOM), order="F")
         try:
-            self._inverse = np.linalg.inv(self._columns(self._active, self._active))
+            self._inverse[:count, :count] = np.linalg.inv(self._columns(self._active, self._active))
         except np.linalg.LinAlgError as failure:
             raise NotConverged(f"the rates of the contact are not unique; {UNIQUE}") from failure
         self._updates = 0
 
     def _insert(self, number: int) -> None:
-        new = np.array([number])
-        a, b = self._columns(self._active, new), self._columns(new, self._active)
-        v, w = self._inverse @ a, b @ self._inverse
-        pivot = float((self._columns(new, new) - b @ v)[0, 0])
+        count, new = len(self._active), np.array([number])
+        if count == len(self._inverse):
+            wider = np.zeros((count + ROOM, count + ROOM), order="F")
+            wider[:count, :count] = self._inverse
+            self._inverse = wider
+        v, w = np.zeros((2, len(self._inverse)))
+        v[:count] = self._columns(self._active, new)[:, 0]
+        w[:count] = self._columns(new, self._active)[0]
+        v, column = self._inverse @ v, v
+        w = w @ self._inverse
+        pivot = float(self._columns(new, new)[0, 0] - w @ column)
         self._require_positive(pivot)
-        self._inverse = np.block([[self._inverse + v @ w / pivot, -v / pivot], [-w / pivot, 1 / pivot]])
+        v[count] = w[count] = -1.0
+        self._inverse = dger(1 / pivot, v, w, a=self._inverse, overwrite_a=1)
         self._active = np.append(self._active, number)
 
     def _require_positive(self, pivot: float) -> None:
@@ -206,12 +226,15 @@ class FrictionPath:
             )
 
     def _remove(self, number: int) -> None:
-        k = int(np.flatnonzero(self._active == number)[0])
-        column, row, pivot = self._inverse[:, k], self._inverse[k], float(self._inverse[k, k])
+        last = len(self._active) - 1
+        swapped, kept = [int(np.flatnonzero(self._active == number)[0]), last], self._inverse
+        for each in (kept, kept.T, self._active):
+            each[swapped] = each[swapped[::-1]]
+        column, row, pivot = kept[:, last].copy(), kept[last].copy(), float(kept[last, last])
         self._require_positive(pivot)
-        left = self._inverse - np.outer(column, row / pivot)
-        self._inverse = np.delete(np.delete(left, k, 0), k, 1)
-        self._active = np.delete(self._active, k)
+        self._inverse = dger(-1 / pivot, column, row, a=kept, overwrite_a=1)
+        self._inverse[last] = self._inverse[:, last] = 0.0
+        self._active = self._active[:last]
 
     def _shear_of(self, cell: int, share: float) -> None:
         """In the inverse, tau of a cell that sticks becomes tau + share n."""
@@ -266,7 +289,9 @@ class FrictionPath:
         own, m = self.contact, self._m
         x = np.zeros(len(self._matrix))
         loads = np.where(self._active == len(x) - 2, dP, 0.0) + np.where(self._active == len(x) - 1, dQ, 0.0)
-        x[self._active] = self._inverse @ loads
+        count = len(loads)
+        for k in np.flatnonzero(loads):
+            x[self._active] += self._inverse[:count, k] * loads[k]
         n = x[:m]
         t = x[m:-2] + own.friction * self.sigma * self._sum(n)
         moved = self._matrix[:-2, :-2] @ np.concatenate((n, t))
@@ -291,13 +316,14 @@ class FrictionPath:
         f, inf = self.contact.friction, np.inf
         force, length = self._scales(rates)
         bound, dbound = f * self._sum(self.n), f * self._sum(rates.n)
-        free = self.stick & (np.count_nonzero(self.stick) > 1)  # the last one holds the obstacle
+        several = np.count_nonzero(self.stick) > 1  # where all others slip one way, the last holds the obstacle
+        up, down = (self.stick & (several or np.any(self.sigma == sign)) for sign in (-1, 1))
         slipping = ~self.stick & (self.sigma != 0) & ~np.bool_(self._sliding)
         values = [
             np.where(self.closed, self.n, inf),
             np.where(self.closed, inf, self.g),
-            np.where(free, bound - self.t, inf),
-            np.where(free, bound + self.t, inf),
+            np.where(up, bound - self.t, inf),
+            np.where(down, bound + self.t, inf),
             np.where(slipping, 0.0, inf),
         ]
         grow = [rates.n, rates.g, dbound - rates.t, dbound + rates.t, self.sigma * rates.v]
@@ -345,33 +371,43 @@ class FrictionPath:
         m, n, many = self._m, self.contact.cells, len(numbers) > MANY
         for number in map(int, numbers):
             if number < m:
-                self._open(number, many)
+                self._open(number, many, share)
                 self._note(share, "open", number)
             elif number < 2 * m:
-                self._close(number - m, rates.v, many)
+                self._close(number - m, rates.v, many, share)
                 self._note(share, "close", number - m)
             elif number < 2 * m + 2 * n:
                 second, cell = divmod(number - 2 * m, n)
-                if self.stick[cell] and np.count_nonzero(self.stick) > 1:
-                    self._slip(cell, -1.0 if second else 1.0, many)
-                    self._note(share, "slip", cell)
+                if self.stick[cell] and self._held_without(cell, 1 - 2 * second, rates.v, many, share):
+                    self._slip(cell, 1.0 - 2 * second, many, share)
             elif self.sigma[number - 2 * m - 2 * n] != 0:
-                self._hold(number - 2 * m - 2 * n, many)
-                self._note(share, "stick", number - 2 * m - 2 * n)
+                self._hold(number - 2 * m - 2 * n, many, share)
         self._updates += len(numbers)
         if many or self._updates > REFRESH:
             self._rebuild()
 
+    def _held_without(self, cell: int, direction: int, v: Array, many: bool, share: float) -> bool:
+        """Whether another cell sticks when this one slips; the last one hands over to the first of those that
+        slip the other way, for which the obstacle would turn.
+        """
+        if np.count_nonzero(self.stick) > 1:
+            return True
+        others = np.flatnonzero(self.sigma == -direction)
+        if not len(others):
+            return False
+        self._hold(int(others[np.argmin(np.abs(v[others]))]), many, share)
+        return True
+
     def _note(self, share: float, kind: str, index: int) -> None:
         self.changes.append(Change(self.legs, share, kind, index))
 
-    def _open(self, corner: int, many: bool) -> None:
+    def _open(self, corner: int, many: bool, share: float) -> None:
         cell = int(self._cell[corner])
         last = np.count_nonzero(self.closed.reshape(-1, self.contact.cells)[:, cell]) == 1
         if last and self.stick[cell]:
             if np.count_nonzero(self.stick) == 1 and not self._sliding:
                 others = np.where(np.arange(self.contact.cells) == cell, 0.0, self._sum(self.n))
-                self._hold(int(np.argmax(others)), many)
+                self._hold(int(np.argmax(others)), many, share)
             self.stick[cell] = False
             if not many:
                 self._remove(self._m + cell)
@@ -380,8 +416,9 @@ class FrictionPath:
             self._remove(corner)
         if last:
             self.sigma[cell] = self.t[cell] = 0.0
+            self._note(share, "leave", cell)
 
-    def _close(self, corner: int, v: Array, many: bool) -> None:
+    def _close(self, corner: int, v: Array, many: bool, share: float) -> None:
         """A corner touches; with the first of its cell the cell slips as the obstacle passes, or sticks."""
         cell = int(self._cell[corner])
         touched = bool(self._touching()[cell])
@@ -397,18 +434,22 @@ class FrictionPath:
             self.stick[cell] = True
             if not many:
                 self._insert(self._m + cell)
+        if not touched:
+            self._note(share, "stick" if self.stick[cell] else "slip", cell)
 
     def _sliding_sign(self) -> float:
         return float(np.sign(self.Q))
 
-    def _slip(self, cell: int, sigma: float, many: bool) -> None:
+    def _slip(self, cell: int, sigma: float, many: bool, share: float) -> None:
+        self._note(share, "slip", cell)
         self.stick[cell] = False
         if not many:
             self._shear_of(cell, -self.contact.friction * sigma)
             self._remove(self._m + cell)
         self.sigma[cell] = sigma
 
-    def _hold(self, cell: int, many: bool) -> None:
+    def _hold(self, cell: int, many: bool, share: float) -> None:
+        self._note(share, "stick", cell)
         sigma = float(self.sigma[cell])
         self.stick[cell] = True
         if not many:
@@ -437,8 +478,22 @@ class FrictionPath:
         energy = self.n @ own.normal @ self.n / 2 + self.t @ own.tangential @ self.t / 2
         energy += self.t @ own.cross @ self.n
         slip = np.where(np.isnan(self.first), 0.0, self.r - np.nan_to_num(self.first))
-        displacement = own.cross @ self.n + own.tangential @ self.t
+        bound, t = own.friction * self._sum(self.n), np.abs(self.t)
         return Moment(
-            self.P, self.Q, self.n.copy(), self.g.copy(), self.t.copy(), slip, displacement,
-            self.closed.copy(), self.stick.copy(), self.d, self.D, float(energy), self.work, self.dissipation,
+            load=self.P,
+            shear=self.Q,
+            normal=self.n.copy(),
+            gaps=self.g.copy(),
+            tangential=self.t.copy(),
+            slip=slip,
+            raised=own.normal @ self.n + own.cross.T @ self.t,
+            closed=self.closed.copy(),
+            stick=self.stick.copy(),
+            at_limit=self._touching() & (bound - t <= AT_LIMIT * bound.max(initial=0.0)),
+            pieces=len(self.changes),
+            approach=self.d,
+            offset=self.D,
+            energy=float(energy),
+            work=self.work,
+            dissipation=self.dissipation,
         )

@@ -43,7 +43,7 @@ PARTS, TERMS = 28, 6  # polynomials of so few terms on parts of it, cheap to loo
 GAUSS = 12
 KERNELS, ODD = 5, (1, 4)  # of the normal problem
 # of the problem with shear as well; of them 5 and 7 are odd, and next to x = 0 half of a step
-ALL_KERNELS, ALL_ODD = 8, (1, 4, 5, 7)
+ALL_KERNELS, ALL_ODD = 9, (1, 4, 5, 7)
 NEAR_CELLS, FAR_GAUSS = 16, 6  # from this many cells on, Gauss points on a cell: (4*16)^-12, rounding
 FAR_TAIL = 40.0  # exp(-40) is nothing
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
@@ -100,8 +100,8 @@ class Kernels:
 
     Number 0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with ``*`` the convolution in x.
     Where psi = 0 on the whole surface, 3 is u from p and 4, over 1/ell instead of c, is -m from p. Numbers 5
-    to 7 belong to shear, ``u1 = -Y*p + U*q - V'*m``: Y is 5, V' (the even transform of V) is 6, and 7 is Y
-    where psi = 0 on the whole surface. V, Y, 4 and 7 are odd, the others even. U carries the arbitrary level of a half-plane, here such that U ->
+    to 8 belong to shear, ``u1 = -Y*p + U*q - V'*m``: Y is 5, V' (the even transform of V) is 6; where psi = 0
+    on the whole surface 7 is Y, and 8, over 1/ell, is m from q. V, Y, 4 and 7 are odd, the others even. U carries the arbitrary level of a half-plane, here such that U ->
     -log(x/ell)/pi for x
     -> infinity.
 
@@ -299,7 +299,7 @@ def laplace_weights(solid):
     U, V, W = symbol_of_roots(solid, k, s, s_minus_k)
     c = (1 - solid.nu) / solid.mu
     fixed = clamped(U, V, W)
-    over_c = (1j * U, V, 1j * W, 1j * fixed, c * V / W, U, 1j * V, fixed)
+    over_c = (1j * U, V, 1j * W, 1j * fixed, c * V / W, U, 1j * V, fixed, 1j * c * V / W)
     weights = np.array([(each / c).real for each in over_c]) * dt / np.pi
     # taken off, it leaves -log(x) of the classical 1/t
     return t, weights, np.exp(-t) / t @ dt / np.pi

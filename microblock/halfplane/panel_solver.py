@@ -14,6 +14,7 @@ from ..model.solver import Solver
 from . import contact_line
 from .cells_instead import by_cells
 from .coalescence import OUTER_AT_TOUCH
+from .friction_solver import FrictionSolver
 from .line_solver import LineSolver, LooksTooNear
 from .panel_solution import PanelSolution
 
@@ -50,6 +51,9 @@ class PanelSolver(Solver):
             initial,
             self.options.fallback,
         )
+
+    def history(self, pairs, coupled, rtol, progress=False):
+        return FrictionSolver(self, pairs, coupled).history(rtol, progress)
 
     def follow(self, load, rtol, initial):
         try:

@@ -9,15 +9,14 @@ energy and dissipation to rounding. Formulas: docs/theory/friction.md.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from ..corners.friction import FrictionalContact
+from ..corners.friction import FrictionalContact, Moment
 from ..model.quadrature import gauss_rule
 from ..threads import bounded
-from .kernels import ALL_ODD, NEAREST, FARTHEST, Kernels, kernels, laplace_weights, step
+from .kernels import ALL_ODD, Kernels, kernels, laplace_weights, step
 
 FAR = 16.0  # widths of the larger cell, beyond which two Gauss points on either leave 1e-9
 SMALL = 1e-3  # below it the difference in the second antiderivative is a series
@@ -128,3 +127,21 @@ def frictional_contact(solid, law, edges, gaps, coupled=True):
         cross = np.hstack([-(Y + V) - b * (even + W) for b in levers])
         tangential = U + 2 * even + W
     return FrictionalContact(normal, cross, tangential, np.ravel(gaps), law.friction, coupled)
+
+
+def surface(solid, law, edges, moment):
+    """(displacement, psi, micromoment) of a Moment, averaged over the cells: arrays (n,).
+
+    Displacement is normal, into the body (length); the micromoment is that of corner forces and of shear, or
+    the reaction to psi = 0.
+    """
+    raised, width, half = moment.raised, edges[:, 1] - edges[:, 0], solid.ell / 2
+    forces = moment.normal.reshape(-1, len(edges))
+    if law.clamps_rotation:
+        odd, even = averages(solid, edges, (4, 8)) * solid.mu / (1 - solid.nu) / solid.ell
+        return raised, np.zeros(len(edges)), half * (even @ moment.tangential - odd @ forces[0])
+    if len(law.corners) == 1:
+        V, even = averages(solid, edges, (1, 6))
+        return raised, (V @ forces[0] - even @ moment.tangential) / half, np.zeros(len(edges))
+    A, B = raised.reshape(2, -1)
+    return (A + B) / 2, (A - B) / 2 / half, half * (forces[0] - forces[1] - moment.tangential) / width

@@ -1,0 +1,104 @@
+"""Cells for a history of frictional contact: small towards the edges of contact and of stick at each pair of
+loads, towards the first touch, and towards slope discontinuities and edges of the obstacle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import NotConverged
+from ..model.problem import Problem
+from ..model.types import Array
+
+BEYOND = 0.4  # length that a cell may have for each length away from the outermost edge
+SAMPLED = 400  # places to either side of a feature and between, at which sizes are looked at
+NEAREST = 1e-9  # of the half-width, next to a feature
+MOST = 1500  # cells
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A place to which cells get smaller, known to `band`; there they have the length `smallest`."""
+
+    place: float
+    band: float
+    smallest: float
+
+
+def cells(
+    problem: Problem, fineness: float, features: Iterable[Feature], reach: tuple[float, float] | None
+) -> Array:
+    """Returns left and right edges of cells on all that could touch, array (n, 2).
+
+    At the distance r from the nearest feature a cell is `fineness` times the root of r and the half-width a of a
+    classical contact long: so pressures that begin like a square root are resolved alike everywhere. Beyond
+    `reach` (left, right), outside of all contact, cells grow with the distance.
+
+    Raises
+    ------
+    NotConverged
+        If there are more than MOST.
+    """
+    assert problem.picture is not None
+    a = problem.picture.half_width
+    known = list(features)
+    found = []
+    for left, right in stretches(problem):
+        fixed = [place for place in _fixed(problem) if left < place < right]
+        own = [each for each in known if left < each.place < right]
+        steps = np.concatenate((NEAREST * a * 10 ** np.linspace(0, np.log10((right - left) / a / NEAREST), SAMPLED),))
+        places = [np.linspace(left, right, SAMPLED), np.array(fixed)]
+        places += [each.place + sign * steps for each in own for sign in (-1, 1)]
+        x = np.unique(np.clip(np.concatenate(places), left, right))
+        size = _size(x, a, fineness, own, reach)
+        count = np.concatenate(([0.0], np.cumsum(np.diff(x) / np.sqrt(size[1:] * size[:-1]))))
+        ends = [left, *fixed, right]
+        for first, last in zip(ends[:-1], ends[1:]):
+            begin, end = np.interp((first, last), x, count)
+            number = max(int(np.ceil(end - begin)), 1)
+            edges = np.interp(np.linspace(begin, end, number + 1), count, x)
+            edges[[0, -1]] = first, last
+            found.append(np.column_stack((edges[:-1], edges[1:])))
+    made = np.concatenate(found)
+    made = made[made[:, 1] > made[:, 0]]
+    if len(made) > MOST:
+        raise NotConverged(f"{len(made)} cells would be needed, and {MOST} are in reach; ask for a larger rtol")
+    return made
+
+
+def _size(
+    x: Array, a: float, fineness: float, features: list[Feature], reach: tuple[float, float] | None
+) -> Array:
+    size = np.full(len(x), fineness * a)
+    for each in features:
+        away = np.maximum(np.abs(x - each.place) - each.band, 0.0)
+        size = np.minimum(size, np.hypot(fineness * np.sqrt(away * a), each.smallest))
+    if reach is not None:
+        size = np.maximum(size, BEYOND * np.maximum(np.maximum(reach[0] - x, x - reach[1]), 0.0))
+    return size
+
+
+def stretches(problem: Problem) -> list[tuple[float, float]]:
+    """Returns intervals of the contact point in which a corner could touch, ascending."""
+    from ..model.zones import joined
+
+    assert problem.picture is not None
+    shifts = [problem.shift(corner) for corner in range(len(problem.law.corners))]
+    return joined((left + each, right + each) for left, right in problem.picture.stretches for each in shifts)
+
+
+def _fixed(problem: Problem) -> list[float]:
+    """Contact points at which a corner is under a slope discontinuity or an edge of the obstacle, ascending."""
+    ends = [place for pair in problem.ends.values() for place in pair]
+    return sorted({*problem.kinks, *ends})
+
+
+def touching(problem: Problem, smallest: float) -> list[Feature]:
+    """Returns features at the first touch of each corner, and at slope discontinuities and edges."""
+    assert problem.picture is not None
+    shifts = [problem.shift(corner) for corner in range(len(problem.law.corners))]
+    places = [problem.picture.lowest + each for each in shifts] + _fixed(problem)
+    return [Feature(place, 0.0, smallest) for place in places]

@@ -1,0 +1,94 @@
+"""What happens along a history of frictional contact on cells: slip begins, stick zones are born and vanish."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+import numpy as np
+
+from ..corners.friction import Change, FrictionPath
+from ..model.history import SLIDING, HistoryEvent
+from ..model.types import Array, Flags
+from ..model.zones import runs
+
+# cells of a stick zone that is reported, and its width over that of the contact: less may come and go with
+# the cells
+FEWEST, NARROWEST = 6, 0.05
+SAME = 1e-9  # shares of a leg that are one
+
+
+def events(path: FrictionPath, edges: Array, pairs: Array) -> list[HistoryEvent]:
+    """Returns the events of a path on cells, edges of which are an array (n, 2), in order."""
+    return _Story(path, edges, np.concatenate(([[0.0, 0.0]], pairs))).told()
+
+
+class _Story:
+    def __init__(self, path: FrictionPath, edges: Array, pairs: Array) -> None:
+        self.path, self.edges, self.x, self.pairs = path, edges, edges.mean(axis=1), pairs
+        x = self.x
+        self.stick: Flags = np.zeros(len(x), bool)
+        self.slip: Flags = np.zeros(len(x), bool)
+        self.zones: list[Flags] = []
+        self.found: list[HistoryEvent] = []
+        self.slipped, self.direction = False, 0.0
+
+    def told(self) -> list[HistoryEvent]:
+        changes = self.path.changes
+        for leg in range(len(self.pairs) - 1):
+            self._turn(leg)
+            own = [one for one in changes if one.leg == leg]
+            for share, group in groupby(own, key=lambda one: round(one.share / SAME)):
+                self._after(leg, share * SAME, list(group))
+            self._end(leg)
+        return self.found
+
+    def _note(self, leg: int, share: float, kind: str, zone: str, x: float) -> None:
+        P, Q = self.pairs[leg] + share * (self.pairs[leg + 1] - self.pairs[leg])
+        self.found.append(HistoryEvent(leg, float(P), float(Q), None, kind, zone, float(x)))
+
+    def _turn(self, leg: int) -> None:
+        """A leg on which the shear force goes the other way, after slip."""
+        change = float(self.pairs[leg + 1, 1] - self.pairs[leg, 1])
+        if change * self.direction < 0 and self.slip.any():
+            self._note(leg, 0.0, "reversal", "slip", self.x[self.slip].mean())
+        self.direction = change or self.direction
+
+    def _after(self, leg: int, share: float, group: list[Change]) -> None:
+        for one in group:
+            if one.kind in ("stick", "slip", "leave"):
+                self.stick[one.index], self.slip[one.index] = one.kind == "stick", one.kind == "slip"
+        if not self.slipped and self.slip.any():
+            self.slipped = True
+            self._note(leg, share, "first slip", "slip", self.x[self.slip][0])
+        self._zones(leg, share)
+
+    def _zones(self, leg: int, share: float) -> None:
+        for zone in [each for each in self.zones if not (each & self.stick).any()]:
+            self._note(leg, share, "vanished", "stick", self.x[zone].mean())
+        parts = []
+        for first, last in runs(self.stick):
+            part = np.zeros(len(self.x), bool)
+            part[first : last + 1] = True
+            known = any((part & each).any() for each in self.zones)
+            if not known and self._is_wide(first, last):
+                self._note(leg, share, "born", "stick", self.x[part].mean())
+            if known or self._is_wide(first, last):
+                parts.append(part)
+        self.zones = parts
+
+    def _is_wide(self, first: int, last: int) -> bool:
+        touching = np.flatnonzero(self.stick | self.slip)
+        extent = self.edges[touching[-1], 1] - self.edges[touching[0], 0]
+        width = self.edges[last, 1] - self.edges[first, 0]
+        return bool(last - first + 1 >= FEWEST and width >= NARROWEST * extent)
+
+    def _end(self, leg: int) -> None:
+        """A pair with Q = f P, at which the last stick zone has vanished."""
+        P, Q = self.pairs[leg + 1]
+        limit = self.path.contact.friction * P
+        before = self.pairs[leg]
+        was = abs(before[1]) >= self.path.contact.friction * before[0] * (1 - SLIDING) and before[0] > 0
+        if abs(Q) >= limit * (1 - SLIDING) and not (was and before[1] * Q > 0):
+            x = self.x[self.stick].mean() if self.stick.any() else self.x[self.slip].mean()
+            self._note(leg, 1.0, "full slip", "slip", x)
+            self.zones = []

@@ -1,0 +1,343 @@
+"""Histories of frictional contact on a half-plane: cells graded towards all edges, loads from event to event.
+
+Each level follows the whole history on cells that are half as long as those before, and eight times smaller
+at the edges that the level before has found. What changes between two levels is the error estimate. In time
+nothing is discretised (`corners.friction`). docs/theory/friction.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from tqdm.auto import tqdm
+
+from ..corners.friction import FrictionPath, Moment
+from ..errors import BadArgument, NotConverged
+from ..model import picture
+from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent
+from ..model.problem import Problem
+from ..model.quadrature import gauss_rule
+from ..model.types import Array, Zones
+from ..model.zones import contact_zones, distance_to_ends, runs
+from .friction_cells import Feature, cells, stretches, touching
+from .friction_events import events
+from .shear_cells import frictional_contact, surface
+
+if TYPE_CHECKING:
+    from ..model.solver import Solver
+
+FINENESS = (0.16, 0.08, 0.04, 0.02, 0.01)  # length of a cell over the half-width, at that distance of an edge
+FIRST = 0.1  # of the half-width: cells of the first level, which does not know the edges
+SHARPER = 8.0  # times smaller are cells at the edges from level to level
+NARROWEST = 0.25  # times the square of the fineness: cells at edges, below which nothing is gained
+USUAL_RTOL = 1e-2
+SAMPLES = 4  # Gauss points on a cell, for the mean of the initial gap
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FrictionCells(FrictionSolution):
+    """A solution at a pair of loads, on cells of constant tractions.
+
+    Attributes
+    ----------
+    solver : Solver
+    problem : Problem
+    edges : array (n, 2), of the cells
+    moment : Moment, forces and gaps
+    psi, displacement : arrays (n,), averages over the cells
+    micromoment : array (n,), of corner forces and shear, or the reaction to psi = 0
+    change : float or None, relative L2 change from the level before
+    """
+
+    solver: Solver
+    problem: Problem
+    edges: Array
+    moment: Moment
+    psi: Array
+    displacement: Array
+    micromoment: Array
+    change: float | None = None
+
+    method = "cells"
+    residual = 0.0
+    tangential_approach = None
+
+    @property
+    def error_estimate(self) -> float | None:
+        """Relative L2 change from the level before."""
+        return self.change
+
+    @cached_property
+    def x(self) -> Array:
+        """Centres of the cells."""
+        return self.edges.mean(axis=1)
+
+    @cached_property
+    def weights(self) -> Array:
+        """Lengths of the cells."""
+        return self.edges[:, 1] - self.edges[:, 0]
+
+    @cached_property
+    def pressures(self) -> Array:
+        """Of each corner, array (corners, n)."""
+        return self.moment.normal.reshape(-1, len(self.x)) / self.weights
+
+    @cached_property
+    def shear_traction(self) -> Array:
+        """q, array (n,)."""
+        return self.moment.tangential / self.weights
+
+    @property
+    def load(self) -> float:
+        """P."""
+        return self.moment.load
+
+    @property
+    def shear(self) -> float:
+        """Q."""
+        return self.moment.shear
+
+    @property
+    def slip(self) -> Array:
+        """Relative tangential displacement since first contact, array (n,)."""
+        return self.moment.slip
+
+    @property
+    def approach(self) -> float:
+        """Up to a constant."""
+        return self.moment.approach
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy, up to a constant."""
+        return self.moment.energy
+
+    @property
+    def work(self) -> float:
+        """Work of the loads, up to the same constant."""
+        return self.moment.work
+
+    @property
+    def dissipation(self) -> float:
+        """Since the beginning."""
+        return self.moment.dissipation
+
+    @property
+    def iterations(self) -> int:
+        """Pieces of the history, up to here."""
+        return self.moment.pieces
+
+    @property
+    def unknowns(self) -> int:
+        """Corner forces and tangential forces."""
+        return self.moment.normal.size + len(self.x)
+
+    def _zones(self, inside: Array) -> list[tuple[float, float]]:
+        """Intervals of the cells that are marked; they end where the next cell is not the neighbour."""
+        found = []
+        for first, last in runs(inside):
+            cuts = np.flatnonzero(self.edges[first + 1 : last + 1, 0] > self.edges[first:last, 1]) + first
+            begins, ends = [first, *(cuts + 1)], [*cuts, last]
+            found += [(float(self.edges[i, 0]), float(self.edges[j, 1])) for i, j in zip(begins, ends)]
+        return found
+
+    @cached_property
+    def zones_by_name(self) -> Zones:
+        """Zones of the corners, "contact", "full", "stick" and "slip"."""
+        closed = self.moment.closed.reshape(-1, len(self.x))
+        own = {number: np.array(self._zones(each)).reshape(-1, 2) for number, each in enumerate(closed)}
+        found = contact_zones(own, self.problem.law.corners)
+        stick = self.moment.stick & ~self.moment.at_limit
+        return {**found, "stick": self._zones(stick), "slip": self._zones(closed.any(axis=0) & ~stick)}
+
+    def _cell(self, x: Array) -> tuple[Array, Array]:
+        number = np.clip(np.searchsorted(self.edges[:, 0], x, side="right") - 1, 0, len(self.edges) - 1)
+        return number, (x >= self.edges[number, 0]) & (x <= self.edges[number, 1])
+
+    def pressure(self, corner: int, x: Array) -> Array:
+        """Pressure of a corner at x, array (n,): that of the cell in which x lies."""
+        number, inside = self._cell(x)
+        return np.where(inside, self.pressures[corner][number], 0.0)
+
+    def gap(self, corner: int, x: Array) -> Array:
+        """Gap of a corner at x, array (n,): what it has over the initial one as a polygon through the cells'
+        centres.
+
+        Raises
+        ------
+        BadArgument
+            For x beyond the cells.
+        """
+        low, high = self.edges[0, 0], self.edges[-1, 1]
+        if not np.all((x >= low) & (x <= high)):
+            raise BadArgument("x", x, f"must lie within the cells, from {low:g} to {high:g}")
+        over = self.moment.raised.reshape(-1, len(self.x))[corner]
+        return self.problem.initial_gap(np.full(len(x), corner), x) + np.interp(x, self.x, over)
+
+
+@dataclass(frozen=True, eq=False)
+class _Level:
+    """A history on the cells of one level."""
+
+    edges: Array
+    solutions: list[FrictionCells]
+    events: list[HistoryEvent]
+    band: float
+
+
+@dataclass(frozen=True)
+class FrictionSolver:
+    """Of one Contact on a half-plane, through pairs of loads, array (n, 2).
+
+    Parameters
+    ----------
+    solver : Solver
+        Of the problem without history, for which its states stand.
+    pairs : array (n, 2)
+    coupled : bool
+    """
+
+    solver: Solver
+    pairs: Array
+    coupled: bool
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The problem on the line with the obstacle's picture for the largest load."""
+        plain = Problem(self.solver.solid, self.solver.law, self.solver.obstacle)
+        found = picture.picture(plain, float(self.pairs[:, 0].max()), picture.BOUND)
+        return replace(plain, picture=found)
+
+    def history(self, rtol: float | None, progress: bool) -> History:
+        """Returns the History to rtol.
+
+        Raises
+        ------
+        NotConverged
+            If rtol is out of reach.
+        """
+        rtol = USUAL_RTOL if rtol is None else rtol
+        level, best = None, np.inf
+        for number in tqdm(range(len(FINENESS)), unit=" levels", disable=not progress):
+            try:
+                finer = self.level(number, level)
+            except NotConverged as failure:
+                if not np.isfinite(best):
+                    raise
+                raise self._out_of_reach(rtol, best) from failure
+            if level is not None:
+                finer = self._compared(finer, level)
+                best = max(one.change or 0.0 for one in finer.solutions)
+            level = finer
+            if best <= rtol:
+                states = [FrictionState(one) for one in level.solutions]
+                return History(self.solver.contact, states, level.events)
+        raise self._out_of_reach(rtol, best)
+
+    def _out_of_reach(self, rtol: float, best: float) -> NotConverged:
+        return NotConverged(
+            f"rtol = {rtol:g} was not reached, the smallest error estimate was {best:.1e}; ask for that",
+            reached=best,
+        )
+
+    def level(self, number: int, before: _Level | None) -> _Level:
+        """Returns the history on one level; its cells are small at the edges of the level before."""
+        assert self.problem.picture is not None
+        a, fineness = self.problem.picture.half_width, FINENESS[number]
+        smallest = max(NARROWEST * fineness**2 * a, (FIRST * a if before is None else before.band) / SHARPER)
+        features, reach = touching(self.problem, NARROWEST * fineness**2 * a), None
+        if before is not None:
+            places = sorted({edge for one in before.solutions for edge in _edges(one)})
+            features += [Feature(place, before.band, smallest) for place in _apart(places, smallest)]
+            reach = (min(places), max(places)) if places else None
+        edges = cells(self.problem, fineness if before else FIRST, features, reach)
+        solutions, found = self._follow(edges)
+        return _Level(edges, solutions, found, FIRST * a if before is None else smallest)
+
+    def _follow(self, edges: Array) -> tuple[list[FrictionCells], list[HistoryEvent]]:
+        problem, law = self.problem, self.solver.law
+        points, weights = gauss_rule(SAMPLES)
+        places = edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * points
+        gaps = problem.initial_gaps(places.ravel()).reshape(-1, *places.shape) @ weights
+        contact = frictional_contact(problem.solid, law, edges, gaps, self.coupled)
+        path = FrictionPath(contact)
+        solutions = []
+        for P, Q in self.pairs:
+            moment = path.to(float(P), float(Q))
+            self._require_inside(edges, moment)
+            displacement, psi, moments = surface(problem.solid, law, edges, moment)
+            solutions.append(FrictionCells(self.solver, problem, edges, moment, psi, displacement, moments))
+        return solutions, events(path, edges, self.pairs)
+
+    def _require_inside(self, edges: Array, moment: Moment) -> None:
+        """NotConverged where a corner touches at the end of the cells and the obstacle goes on."""
+        closed = moment.closed.reshape(-1, len(edges)).any(axis=0)
+        ends = {end for pair in self.problem.ends.values() for end in pair}
+        for left, right in stretches(self.problem):
+            touching_end = closed[np.searchsorted(edges[:, 0], left)], closed[np.searchsorted(edges[:, 1], right)]
+            for touches, place in zip(touching_end, (left, right)):
+                if touches and not any(abs(place - end) < 1e-9 * max(abs(end), 1e-300) for end in ends):
+                    raise NotConverged(f"the contact reaches x = {place:g}, beyond which no contact was expected")
+
+    def _compared(self, finer: _Level, coarser: _Level) -> _Level:
+        """The finer level with its changes from the coarser one."""
+        friction = float(getattr(self.solver.law, "friction"))
+        changed = [
+            replace(one, change=_difference(one, other, self.problem, friction))
+            for one, other in zip(finer.solutions, coarser.solutions)
+        ]
+        return replace(finer, solutions=changed, events=_with_errors(finer.events, coarser.events, self.pairs))
+
+
+def _edges(solution: FrictionCells) -> list[float]:
+    """Edges of contact, of each corner's zones and of stick."""
+    zones = solution.zones_by_name
+    return [edge for name, own in zones.items() if name != "slip" for pair in own for edge in pair]
+
+
+def _apart(places: list[float], least: float) -> list[float]:
+    """Of ascending places those that are apart by more than `least`."""
+    found: list[float] = []
+    for place in places:
+        if not found or place - found[-1] > least:
+            found.append(place)
+    return found
+
+
+def _difference(finer: FrictionCells, coarser: FrictionCells, problem: Problem, friction: float) -> float:
+    """The largest relative L2 change of pressure, M/ell and q/f, next to an edge of the obstacle with the
+    distance from it as weight.
+    """
+    shifts = problem.law.shifts(problem.ell)
+    ends = distance_to_ends(finer.x, getattr(problem.obstacle, "ends", ()), shifts)
+    weights: Array = finer.weights * np.broadcast_to(ends, len(finer.x))
+    total: Array = finer.pressures.sum(axis=0)
+    size = np.sqrt(weights @ total**2)
+    fields: list[tuple[Any, float]] = [
+        (lambda one: one.pressures.sum(axis=0), 1.0),
+        (lambda one: one.micromoment, problem.ell),
+        (lambda one: one.shear_traction, friction),
+    ]
+    changes = [
+        np.sqrt(weights @ ((own(finer) - np.interp(finer.x, coarser.x, own(coarser))) / scale) ** 2)
+        for own, scale in fields
+    ]
+    return float(max(changes) / size)
+
+
+def _with_errors(
+    finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: Array
+) -> list[HistoryEvent]:
+    """The finer level's events with the distance to those of the same kind and order of the coarser one."""
+    if [(one.pair, one.kind) for one in finer] != [(one.pair, one.kind) for one in coarser]:
+        return finer
+    starts = np.concatenate(([[0.0, 0.0]], pairs))
+    found = []
+    for one, other in zip(finer, coarser):
+        way = float(np.abs(starts[one.pair + 1] - starts[one.pair]).sum())
+        apart = abs(one.normal - other.normal) + abs(one.shear - other.shear)
+        found.append(replace(one, error=apart / way if way else 0.0))
+    return found
