@@ -358,6 +358,8 @@ class FrictionNewton:
             now = on.at(level)
             found = self.sets(now, before)
             if found.key == sets.key:
+                if self._violation(now, before, level) > ALIKE:
+                    raise NotConverged("no node can stick", iterations=iteration)
                 return now, sets, on
             visits[sets.key] = visits.get(sets.key, 0) + 1
             if visits[sets.key] >= MAX_VISITS:
@@ -533,8 +535,10 @@ class History:
 
     def _lost(self, state, target, why):
         pair = "({:g}, {:g})".format
-        all_slip = not state.sets.stick.any() and np.any(state.sets.slips)
-        hint = "; all nodes slip, so that the shear load cannot grow further" if all_slip else ""
+        now = state.iterate
+        limit = self.system.friction * now.loads[0]
+        limited = not self.newton.prescribed[1] and abs(now.loads[1]) >= limit * (1 - ALIKE)
+        hint = "; all nodes slip, and the shear load cannot grow further" if limited else ""
         return NotConverged(
             f"the history stopped at {pair(*state.level)} on the way to {pair(*target)}: {why}{hint}",
             reached=tuple(float(one) for one in state.level),

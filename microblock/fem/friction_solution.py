@@ -5,9 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
+from ..corners.coulomb import System
 from ..corners.friction import FrictionPath, Moment
 from ..corners.nodal import zones_of
 from ..errors import BadArgument
+from ..halfplane.friction_events import events
 from ..model import law as laws
 from ..model.history import FrictionSolution, FrictionState, History
 from .body_solution import BodySolution
@@ -215,7 +217,8 @@ def of_newton(solver, pairs, coupled, rtol):
     unknowns, states = newton.unknowns, []
     for state in newton.follow(pairs):
         states.append(FrictionState(NewtonFrictionSolution(solver, state.nodal, unknowns, state)))
-    return History(solver.contact, states, [])
+    path = _Followed(newton.system, state.reached.changes)
+    return History(solver.contact, states, _events(path, states[-1], pairs))
 
 
 def of_body(solver, pairs, coupled, rtol):
@@ -238,4 +241,18 @@ def of_body(solver, pairs, coupled, rtol):
             moment=moment,
         )
         states.append(FrictionState(solution))
-    return History(solver.contact, states, [])
+    return History(solver.contact, states, _events(path, states[-1], pairs))
+
+
+@dataclass(frozen=True)
+class _Followed:
+    """What `events` ask of a FrictionPath."""
+
+    contact: System
+    changes: list
+
+
+def _events(path, state, pairs):
+    """HistoryEvents of a path on the nodes of a state, each of which stands for half the way to its neighbours."""
+    borders = np.concatenate((state.x[:1], (state.x[1:] + state.x[:-1]) / 2, state.x[-1:]))
+    return events(path, np.column_stack((borders[:-1], borders[1:])), pairs)
