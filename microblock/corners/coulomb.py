@@ -9,7 +9,7 @@ at each node (Alart and Curnier 1991). All of it is piecewise linear: Newton's m
 piece is an active set method, in which corners are open or closed, and nodes stick or slip one way or the other.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -61,7 +61,7 @@ class System:
     ...     np.diag([2.0, 1.0]), np.zeros(2), (np.array([[1.0, 0.0]]),), np.array([[0.0, 1.0]]),
     ...     np.array([[0.0, 1.0]]), np.zeros((1, 1)), np.array([[0.0, 1.0]]), np.ones(1), 0.5, 1.0)
     >>> *_, last = coulomb.History(spring).follow([(1.0, 0.0), (1.0, 0.25)])
-    >>> round(last.approach, 12), round(last.shift, 12)      # 1/2 and 0.25/1
+    >>> round(last.iterate.approach, 12), round(last.iterate.shift, 12)      # 1/2 and 0.25/1
     (0.5, 0.25)
     """
 
@@ -81,6 +81,10 @@ class System:
         for name in ("stiffness", "tangential", "dragged"):
             object.__setattr__(self, name, sparse.csr_matrix(getattr(self, name)))
         object.__setattr__(self, "normal", tuple(map(sparse.csr_matrix, self.normal)))
+
+    def __getstate__(self):
+        """What it was made of: factors do not travel, and are made anew."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     def uncoupled(self):
         """The system in which shear tractions do not act on the gaps: the fields of the pressures and those
@@ -303,15 +307,34 @@ class FrictionNewton:
         """The Sets to which an iterate belongs."""
         pressures, shear = self.augmented(now, before)
         closed = pressures > 0
-        if not closed.any() and not self.prescribed[0]:
-            closed = pressures == pressures.max()  # else nothing would carry P
-        touching = closed.any(axis=0)
         bound = self.system.friction * np.where(closed, pressures, 0).sum(axis=0)
-        slips = np.where(np.abs(shear) > bound, np.sign(shear), 0) * touching
-        if not np.any(touching & (slips == 0)) and not self.prescribed[1]:
-            beyond = np.where(touching, np.abs(shear) - bound, np.inf)
-            slips[beyond == beyond.min()] = 0  # else nothing would carry Q
+        slips = np.where(np.abs(shear) > bound, np.sign(shear), 0) * closed.any(axis=0)
         return Sets(closed, slips.astype(int))
+
+    def _carrying(self, sets, now, before):
+        """Sets in which a corner is closed if P is given, and a node sticks if Q is: else nothing carries them."""
+        pressures, shear = self.augmented(now, before)
+        closed, slips = sets.closed, sets.slips.copy()
+        if not closed.any() and not self.prescribed[0]:
+            closed = pressures == pressures.max()
+        touching = closed.any(axis=0)
+        if not np.any(touching & (slips == 0)) and not self.prescribed[1]:
+            bound = self.system.friction * np.where(closed, pressures, 0).sum(axis=0)
+            beyond = np.where(touching, np.abs(shear) - bound, np.inf)
+            slips[beyond == beyond.min()] = 0
+        return Sets(closed, slips)
+
+    def _handed_over(self, sets, now, before):
+        """Sets in which the last nodes that stick, beyond their bound, slip, and instead the first of those sticks
+        that slip the other way, as the obstacle turns.
+        """
+        direction = np.sign((now.shear * sets.stick).sum())
+        others = np.flatnonzero(sets.slips == -direction)
+        if not len(others):
+            raise NotConverged("no node can stick")
+        ways, slips = np.abs(now.way - before.way)[others], np.where(sets.stick, direction, sets.slips)
+        slips[others[ways <= ways.min() * (1 + ALIKE)]] = 0
+        return Sets(sets.closed, slips.astype(int))
 
     def residual(self, now, before, level):
         """Residual of all equations, array: equilibrium, pressures, shear tractions, loads or motions."""
@@ -356,11 +379,11 @@ class FrictionNewton:
         for iteration in range(MAX_ITERATIONS + 2 * self.system.nodes * single):
             on = Piece(self, before, sets)
             now = on.at(level)
-            found = self.sets(now, before)
+            found = self._carrying(self.sets(now, before), now, before)
             if found.key == sets.key:
-                if self._violation(now, before, level) > ALIKE:
-                    raise NotConverged("no node can stick", iterations=iteration)
-                return now, sets, on
+                if self._violation(now, before, level) <= ALIKE:
+                    return now, sets, on
+                found = self._handed_over(sets, now, before)
             visits[sets.key] = visits.get(sets.key, 0) + 1
             if visits[sets.key] >= MAX_VISITS:
                 if self._violation(now, before, level) <= ALIKE:
@@ -461,9 +484,6 @@ class Reached:
     work: float
     dissipation: float
     changes: list
-
-    def __getattr__(self, name):
-        return getattr(self.iterate, name)
 
     @property
     def residual(self):

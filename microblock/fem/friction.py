@@ -215,22 +215,22 @@ class NodalFriction:
     @property
     def normal(self):
         """P, force per thickness (per area in one dimension)."""
-        return float(self.reached.loads[0])
+        return float(self.reached.iterate.loads[0])
 
     @property
     def shear(self):
         """Q, along e1 on the body."""
-        return float(self.reached.loads[1])
+        return float(self.reached.iterate.loads[1])
 
     @property
     def shear_traction(self):
         """q at the nodes, array (n,)."""
-        return self.reached.shear
+        return self.reached.iterate.shear
 
     @property
     def pressures(self):
         """Pressure of each corner, array (corners, n); corners that cannot but move together share theirs."""
-        found = self.reached.pressures
+        found = self.reached.iterate.pressures
         return np.where(self.newton.facets.nodes.twins, found.mean(axis=0), found)
 
     @property
@@ -261,18 +261,18 @@ class NodalFriction:
         nodes, reached = self.newton.facets.nodes, self.reached
         return NodalState(
             level=float(reached.level[0]),
-            approach=reached.approach,
+            approach=reached.iterate.approach,
             load=self.normal,
             fields=self.fields,
             psi=nodes.at_nodes("psi", self.fields.psi),
-            gaps=dict(zip(nodes.corners, reached.gaps)),
+            gaps=dict(zip(nodes.corners, reached.iterate.gaps)),
             multipliers=dict(zip(nodes.corners, -self.pressures)),
             closed=dict(zip(nodes.corners, reached.sets.closed)),
             traction=-self.pressures.sum(axis=0),
             micromoment=self.micromoment,
             iterations=len(reached.changes),
             kkt=reached.residual,
-            vector=None,
+            vector=np.zeros(0),  # none to start from: a history starts from the unloaded body
         )
 
     @cached_property
@@ -284,9 +284,9 @@ class NodalFriction:
         exerted = newton.stiffness @ kept.vec.FV().NumPy() - newton._loads
         facets = newton.facets
         nodes, acting = facets.nodes, np.zeros_like(exerted)
-        for each, pressure in zip(facets.normal.values(), self.reached.pressures):
+        for each, pressure in zip(facets.normal.values(), self.reached.iterate.pressures):
             acting += each.T @ (nodes.weights * pressure)
-        acting -= facets.slip.T @ (nodes.weights * self.reached.shear)
+        acting -= facets.slip.T @ (nodes.weights * self.reached.iterate.shear)
         return Fields(body, kept.components, exerted + acting)
 
     @property

@@ -95,7 +95,7 @@ class NewtonFrictionSolution(_AtNodes, NewtonSolution):
     @property
     def tangential_approach(self):
         """Displacement of the obstacle along x1."""
-        return self.state.reached.shift
+        return self.state.reached.iterate.shift
 
     @cached_property
     def zones_by_name(self):
