@@ -1,12 +1,14 @@
 """Coulomb friction at the corners of any linear body: semismooth Newton, and histories from event to event.
 
-A block's face carries one tangential force, as its corners slip together. With the pressures p of the corners,
-their gaps g, the shear traction q, and the way ds that the obstacle gains on the surface since the last state,
+A block's face carries one tangential force, as its corners slip together. With the pressures p of the
+corners, their gaps g, the shear traction q, and the way ds of the obstacle over the surface since the last
+state,
 
     p = max(0, p - rho g),    q = (q + rho ds, but between -b and b),    b = f sum max(0, p - rho g)
 
-at each node (Alart and Curnier 1991). All of it is piecewise linear: Newton's method with the derivative of the
-piece is an active set method, in which corners are open or closed, and nodes stick or slip one way or the other.
+at each node (Alart and Curnier 1991). All of it is piecewise linear: Newton's method with the derivative of
+the piece is an active set method, in which corners are open or closed, and nodes stick or slip one way or the
+other.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -169,8 +171,10 @@ class System:
         body = [self.stiffness, pressed, -self.dragged.T @ weights]
         gaps = np.tile(np.hstack((-normals[1], normals[0])), (corners, 1))
         ways = np.hstack((-tangents[1], tangents[0]))
-        share = [(np.tile(sign * each.T * self.weights, corners), -sign * other.T * self.weights)
-                 for sign, each, other in ((1, normals[1], tangents[1]), (-1, normals[0], tangents[0]))]
+        share = [
+            (np.tile(sign * each.T * self.weights, corners), -sign * other.T * self.weights)
+            for sign, each, other in ((1, normals[1], tangents[1]), (-1, normals[0], tangents[0]))
+        ]
         m, rest = len(self.forces), sparse.csr_matrix((corners * n, corners * n + n + 2))
         rows = (
             [[*body, sparse.csr_matrix((m, 2))]],
@@ -312,7 +316,7 @@ class FrictionNewton:
         return Sets(closed, slips.astype(int))
 
     def _carrying(self, sets, now, before):
-        """Sets in which a corner is closed if P is given, and a node sticks if Q is: else nothing carries them."""
+        """Sets in which a corner is closed if P is given, and a node sticks if Q is, to carry them."""
         pressures, shear = self.augmented(now, before)
         closed, slips = sets.closed, sets.slips.copy()
         if not closed.any() and not self.prescribed[0]:
@@ -325,8 +329,8 @@ class FrictionNewton:
         return Sets(closed, slips)
 
     def _handed_over(self, sets, now, before):
-        """Sets in which the last nodes that stick, beyond their bound, slip, and instead the first of those sticks
-        that slip the other way, as the obstacle turns.
+        """Sets in which the last nodes that stick, beyond their bound, slip, and instead the first of those
+        sticks that slip the other way, as the obstacle turns.
         """
         direction = np.sign((now.shear * sets.stick).sum())
         others = np.flatnonzero(sets.slips == -direction)
@@ -354,7 +358,7 @@ class FrictionNewton:
         )
 
     def tangent(self, sets):
-        """Derivative of the residual on a piece, sparse; it is not symmetric, as q follows p where it slips."""
+        """Derivative of the residual on a piece, sparse; not symmetric, as q follows p where a node slips."""
         system, rho = self.system, self.system.rho
         body, gaps, way, loads, _ = system.operators
         one = sparse.identity(body.shape[1], format="csr")
@@ -367,8 +371,8 @@ class FrictionNewton:
         return sparse.vstack((body, p - pressed, q - stuck - bound, *given), format="csr")
 
     def solve(self, level, before, sets, single=False):
-        """The Iterate at a level, the Sets it belongs to, and what solves on them; from the first guess `sets`,
-        all that is violated changed at once, or with `single` the most violated alone.
+        """The Iterate at a level, the Sets it belongs to, and their Piece; from the first guess `sets`, all
+        that is violated changed at once, or with `single` the most violated alone.
 
         Raises
         ------
@@ -376,7 +380,8 @@ class FrictionNewton:
             If the sets cycle, or their equations are singular.
         """
         visits = {}
-        for iteration in range(MAX_ITERATIONS + 2 * self.system.nodes * single):
+        most = MAX_ITERATIONS + 2 * self.system.nodes * single
+        for _ in range(most):
             on = Piece(self, before, sets)
             now = on.at(level)
             found = self._carrying(self.sets(now, before), now, before)
@@ -391,13 +396,13 @@ class FrictionNewton:
                 break
             sets = self._one_changed(sets, found, now, before) if single else found
         raise NotConverged(
-            "the sets of closed and of slipping nodes cycle: where friction is large, no state or several may "
-            "follow",
-            iterations=iteration,
+            "the sets of closed and of slipping nodes cycle: where friction is large, no state or several "
+            "may follow",
+            iterations=sum(visits.values()),
         )
 
     def _one_changed(self, sets, found, now, before):
-        """Sets in which of all changes to those that were `found` only that of the largest violation is made."""
+        """Sets in which of all changes to those `found` only that of the largest violation is made."""
         pressures, shear = self.augmented(now, before)
         bound = self.system.friction * np.where(sets.closed, pressures, 0).sum(axis=0)
         stays = sets.closed.any(axis=0) & found.closed.any(axis=0)
@@ -422,7 +427,7 @@ class FrictionNewton:
 
 
 class Piece:
-    """The equations of a FrictionNewton on fixed Sets, on the way from a state `before`: affine in the level."""
+    """The equations of a FrictionNewton on fixed Sets, from a state `before` on: affine in the level."""
 
     def __init__(self, newton, before, sets):
         self._newton, self._before = newton, before
@@ -471,8 +476,8 @@ class Reached:
     iterate : Iterate
     sets, ahead : Sets, on the way to the state, and those to be tried beyond
     touched : array (n,), way of the obstacle over the surface when the node first closed, NaN before
-    work, dissipation : floats, per thickness, of the obstacle on the body and of friction since the beginning;
-        without coupling the work has that of the pressures on what shear tractions do to the gaps
+    work, dissipation : floats, per thickness, of the obstacle on the body and of friction since the
+        beginning; without coupling the work has that of the pressures on what shear tractions do to the gaps
     changes : list of friction.Change, since the beginning
     """
 
@@ -491,7 +496,10 @@ class Reached:
         now, system = self.iterate, self.iterate.system
         pressed = np.maximum(0, now.pressures - system.rho * now.gaps)
         bound = system.friction * pressed.sum(axis=0)
-        wrong = np.abs(now.pressures - pressed).max(), np.abs(now.shear - np.clip(now.shear, -bound, bound)).max()
+        wrong = (
+            np.abs(now.pressures - pressed).max(),
+            np.abs(now.shear - np.clip(now.shear, -bound, bound)).max(),
+        )
         return float(max(wrong) / max(now.pressures.max(), 1e-300))
 
     @property
@@ -503,8 +511,8 @@ class Reached:
 class History:
     """States of a System at pairs of loads or motions, exact on the straight lines between them.
 
-    From a state, Newton's method finds over a short first part of the way what opens, closes, sticks and slips;
-    on these sets the state is affine in the level, up to where a corner or a node leaves its set.
+    From a state, Newton's method finds over a short first part of the way what opens, closes, sticks and
+    slips; on these sets the state is affine in the level, up to where a corner or a node leaves its set.
     """
 
     def __init__(self, system, prescribed=(False, False)):
@@ -566,7 +574,7 @@ class History:
         )
 
     def _piece(self, state, number, begin, length, done):
-        """The state at the next change, or at the end of the leg, and the part of the leg that it has done."""
+        """The state at the next change or at the end of the leg, and the part of the leg that is done."""
         first = min(1.0, done + FIRST)
         near, sets, on = self._newton_from(state, begin + first * length)
         now, part, ahead = near, 1.0, sets
@@ -614,8 +622,8 @@ class History:
 
 
 def _next_change(sets, near, far, friction):
-    """(part of the way from `near` to `far`, Sets to be tried beyond) of the first change between two iterates of
-    the same sets.
+    """(part of the way from `near` to `far`, Sets to be tried beyond) of the first change between two
+    iterates of the same sets.
     """
     stress = max(np.abs(far.pressures).max(), np.abs(near.pressures).max(), 1e-300)
     length = max(np.abs(far.values[-2:]).max(), np.abs(near.values[-2:]).max(), 1e-300)

@@ -22,8 +22,8 @@ from .newton import CONTROLS, NodalState
 
 
 def slip_lever(law):
-    """Height of the corners over the centre of their block, over ell: u.t - lever ell psi is what they slip; 0 of a
-    law that knows the contact point alone.
+    """Height of the corners over the centre of their block, over ell: they move by u.t - lever ell psi along
+    the surface; 0 of a law that knows the contact point alone.
     """
     return 0.5 if any(lever.any() for lever in law.levers(np.zeros(1)).values()) else 0.0
 
@@ -108,7 +108,7 @@ class MonolithicFriction:
     coupled : bool
         Whether shear tractions act on the gaps.
     reduced : bool
-        Whether each step of Newton eliminates the unknowns of the body by factors of its stiffness, made once.
+        Whether each step of Newton eliminates the unknowns of the body, by factors of its stiffness.
         A body that stands on the contact alone needs ``False``.
 
     Examples
@@ -238,7 +238,9 @@ class NodalFriction:
         """Moment of corner pressures and shear traction on the body, array (n,)."""
         facets, ell = self.newton.facets, self.newton.body.solid.ell
         levers = np.array(list(facets.nodes.levers.values()))
-        return ell * (np.sum(levers * self.pressures, axis=0) / 2 - slip_lever(facets.law) * self.shear_traction)
+        return ell * (
+            np.sum(levers * self.pressures, axis=0) / 2 - slip_lever(facets.law) * self.shear_traction
+        )
 
     @property
     def slip(self):

@@ -83,6 +83,11 @@ class NewtonFrictionSolution(_AtNodes, NewtonSolution):
         return self.state.stick[self._order]
 
     @property
+    def energy(self):
+        """Elastic energy, by the quadrature of the stiffness: that of the work."""
+        return self.state.energy
+
+    @property
     def work(self):
         """Of the loads since the beginning."""
         return self.state.work
@@ -204,7 +209,9 @@ class BodyFrictionSolution(_AtNodes, BodySolution):
 def require_mesh(rtol):
     """BadArgument for an rtol: histories are followed on the mesh as it is."""
     if rtol is not None:
-        raise BadArgument("rtol", rtol, "is not for histories on a mesh, which stays as it is: refine it yourself")
+        raise BadArgument(
+            "rtol", rtol, "is not for histories on a mesh, which stays as it is: refine it yourself"
+        )
 
 
 def of_newton(solver, pairs, coupled, rtol):
@@ -253,6 +260,6 @@ class _Followed:
 
 
 def _events(path, state, pairs):
-    """HistoryEvents of a path on the nodes of a state, each of which stands for half the way to its neighbours."""
+    """HistoryEvents of a path on the nodes of a state, which stand for half the way to their neighbours."""
     borders = np.concatenate((state.x[:1], (state.x[1:] + state.x[:-1]) / 2, state.x[-1:]))
     return events(path, np.column_stack((borders[:-1], borders[1:])), pairs)

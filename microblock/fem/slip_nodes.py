@@ -42,11 +42,15 @@ class SlipNodes(Condensed):
         """As of `Condensed`, with rows of u1."""
         if np.abs(self.normals[:, 0]).max() > FLAT:
             raise BadArgument(
-                "body", self.body, "must have a flat contact boundary along x1: on others Newton() follows friction"
+                "body",
+                self.body,
+                "must have a flat contact boundary along x1: on others Newton() follows friction",
             )
         values = self._values.tocoo()
         shape = len(self.weights), self.body.space.ndof
-        return csr_matrix(vstack((super()._onto(), csr_matrix((values.data, (values.row, values.col)), shape))))
+        return csr_matrix(
+            vstack((super()._onto(), csr_matrix((values.data, (values.row, values.col)), shape)))
+        )
 
     def _matrix(self):
         """The part of the response that `Compliance` has."""
@@ -69,8 +73,8 @@ class SlipNodes(Condensed):
         return np.hstack((own, np.zeros((len(own), len(self.weights)))))
 
     def loads(self, law, normal, tangential):
-        """(Forces along n, moments, forces along x1), array (3 n,), of corner forces, array (corners, n), and of
-        forces along the surface, array (n,).
+        """(Forces along n, moments, forces along x1), array (3 n,), of corner forces, array (corners, n), and
+        of forces along the surface, array (n,).
         """
         return self.corners(law).T @ normal.ravel() + self.slip(law).T @ tangential
 
