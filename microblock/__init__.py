@@ -30,6 +30,7 @@ _HOME = {
     "Wave": "model.obstacles",
     "Rough": "model.obstacles",
     "Obstacle": "model.obstacles",
+    "Deformable": "model.deformable",
     "Sphere": "halfspace.obstacles",
     "Ellipsoid": "halfspace.obstacles",
     "Cone": "halfspace.obstacles",

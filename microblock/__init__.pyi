@@ -16,6 +16,7 @@ from .halfspace.obstacles import FlatPunch as FlatPunch
 from .halfspace.obstacles import RoughSurface as RoughSurface
 from .halfspace.obstacles import Sphere as Sphere
 from .model.bodies import Block as Block
+from .model.deformable import Deformable as Deformable
 from .model.events import Event as Event
 from .model.events import LoadPath as LoadPath
 from .model.history import FrictionState as FrictionState

@@ -253,7 +253,7 @@ class ZonePath(LoadPath):
         ]
         if len(crossed) != 1:
             return None
-        pair, states, power = crossed[0], [low, high], 2 * coalescence_exponent(low.problem.solid)
+        pair, states, power = crossed[0], [low, high], 2 * coalescence_exponent(low.problem.solid, low.problem.counter)
         for _ in range(STEPS):
             size = [
                 float(np.copysign(abs(gap) ** power, gap))
@@ -334,7 +334,9 @@ class ZonePath(LoadPath):
             own = [(a[1], b[0]) for zones in state.all_zones.values() for a, b in zip(zones, zones[1:])]
         left, right = min(intervals, key=lambda each: abs(each[0] + each[1] - 2 * change.x))
         return (right - left) ** (
-            2 if (left, right) in own else 2 * coalescence_exponent(state.problem.solid)
+            2
+            if (left, right) in own
+            else 2 * coalescence_exponent(state.problem.solid, state.problem.counter)
         )
 
     def _state(self, load: float, near: PanelSolution) -> PanelSolution | None:

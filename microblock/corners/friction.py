@@ -83,7 +83,7 @@ class Moment:
     stick, at_limit : boolean arrays (n,)
         Cells that stick, and cells whose shear force is as large as friction allows.
     raised : array (corners n,)
-        What forces have added to the gaps (lengths), those of shear even where gaps do not know of it.
+        What forces have added to the gaps (lengths).
     pieces : int
         Changes so far.
     approach, offset : float
@@ -486,7 +486,7 @@ class FrictionPath:
             gaps=self.g.copy(),
             tangential=self.t.copy(),
             slip=slip,
-            raised=own.normal @ self.n + own.cross.T @ self.t,
+            raised=own.normal @ self.n + (own.cross.T @ self.t if own.coupled else 0.0),
             closed=self.closed.copy(),
             stick=self.stick.copy(),
             at_limit=self._touching() & (bound - t <= AT_LIMIT * bound.max(initial=0.0)),

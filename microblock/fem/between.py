@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..halfplane.panels import log_sizes
+from ..halfplane.carried import log_sizes
 from ..model import picture
 from ..model.obstacles import STEEPEST
 from ..model.quadrature import lagrange
@@ -161,9 +161,9 @@ def pulled_at_valleys(problem, zones, x, pressures, edges, reach):
     reach : float
         Farthest distance at which A and B are read (length).
     """
-    whole, found = replace(problem, mirror=False), []
+    found, sizes = [], log_sizes(replace(problem, mirror=False), zones, 0)
     for place in problem.kinks:
-        for corner, K in log_sizes(whole, zones, place).items():
+        for corner, K in sizes.get(place, {}).items():
             if K >= 0 or not x[0] <= place <= x[-1]:
                 continue
             way = min([reach, *(AWAY * abs(edge - place) for edge in edges if edge != place)])

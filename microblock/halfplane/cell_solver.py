@@ -9,12 +9,15 @@ from tqdm.auto import tqdm
 from ..corners import projected_gradients
 from ..errors import BadArgument, NotConverged
 from ..model import picture
+from ..model.deformable import body_of, shape_of
 from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.solver import Solver
 from ..model.state import Solution
 from ..model.zones import contact_zones, distance, distance_to_ends, runs
 from .cells import CellGrid
+from .counter import require_same_period
+from .kernels import HalfPlane
 
 FIRST, MOST = 128, 2**21  # cells of the coarsest and finest grid that rtol may ask for
 # at which halving a given number of cells ends, after two halvings at the earliest
@@ -48,6 +51,7 @@ class CellSolution(Solution):
     change : float, relative L2 error of pressure and micromoment over ell, next to an end of the obstacle,
         where the pressure is infinite, with the distance from it as weight; None without coarser grids
     notes : sentences on why cells were taken where panels were asked for
+    raised : array (corners, n), displacement of a second body under each corner; None of a rigid obstacle
     """
 
     solver: Solver
@@ -64,6 +68,7 @@ class CellSolution(Solution):
     iterations: int
     change: float | None = None
     notes: tuple = ()
+    raised: np.ndarray | None = None
 
     method = "cells"
 
@@ -128,16 +133,28 @@ class CellSolution(Solution):
             - self.approach
             + raised
             + self.problem.ell / 2 * self.problem.lever(number, x) * psi
+            + self.counter_displacement(x - self.problem.shift(corner))
         )
+
+    def counter_displacement(self, x):
+        """As of every solution: a polygon through what is known under the corners."""
+        if self.raised is None:
+            return np.zeros_like(x)
+        places = np.concatenate([self.x - shift for shift in self.problem.shifts])
+        places = _folded(places, self.period)
+        order = np.argsort(places)
+        return _polygon(_folded(x, self.period), places[order], self.raised.ravel()[order], self.period)
 
 
 class CellSolver(Solver):
     """States of a half-plane on uniform cells; its `options` are `Cells`."""
 
     usual_rtol = 1e-2
+    counter_bodies = (HalfPlane,)
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
+        require_same_period(self.body, self.obstacle)
         if self.body.period is not None and options.window is not None:
             raise BadArgument(
                 "window", options.window, "belongs to a half-plane without images; here it is the period"
@@ -176,8 +193,9 @@ class CellSolver(Solver):
     @cached_property
     def problem(self):
         """The problem along x1; on a period the obstacle with its images."""
-        obstacle = self.obstacle if self.body.period is None else _repeated(self.obstacle, self.body.period)
-        return Problem(self.solid, self.law, obstacle)
+        obstacle, counter = shape_of(self.obstacle), body_of(self.obstacle)
+        obstacle = obstacle if self.body.period is None else _repeated(obstacle, self.body.period)
+        return Problem(self.solid, self.law, obstacle, counter=None if counter is None else counter.solid)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         solver = self._with_window(load)
@@ -268,7 +286,7 @@ class CellSolver(Solver):
         """Cells, flexibility and initial gaps on so many nodes, made once and kept for further loads."""
         if nodes not in self._grids:
             cells = self._cells(nodes)
-            self._grids[nodes] = cells, cells.flexibility(self.law), self.problem.initial_gaps(cells.x)
+            self._grids[nodes] = cells, cells.flexibility(self.law, self.problem.counter), self.problem.initial_gaps(cells.x)
         return self._grids[nodes]
 
     def _solve(self, nodes, load, approach, start, residual):
@@ -314,6 +332,7 @@ class CellSolver(Solver):
             energy,
             found.kkt,
             found.products,
+            raised=None if flexibility.counter is None else flexibility.counter @ found.forces,
         )
 
 

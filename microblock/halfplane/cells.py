@@ -21,6 +21,7 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
+from .counter_cells import CounterCells
 from .kernels import ODD, HalfPlane, symbol
 
 
@@ -35,6 +36,7 @@ class Flexibility:
     spectrum, inverse : tuples (U, iV, W) of arrays (length//2 + 1,), of H (length per force on a cell) and of
         an approximate inverse; U alone where only the normal displacement counts (one corner)
     aside : array (length//2 + 1,), for one corner what p does besides: phi, or m where psi = 0 is prescribed
+    counter : CounterCells or None, what a second body adds to the gaps; `inverse` knows of it
     """
 
     levers: np.ndarray
@@ -42,6 +44,7 @@ class Flexibility:
     spectrum: tuple
     inverse: tuple
     aside: np.ndarray
+    counter: CounterCells | None = None
 
     @property
     def shape(self):
@@ -51,7 +54,8 @@ class Flexibility:
     def __matmul__(self, forces):
         """Gaps from forces, arrays (corners, n)."""
         u, phi = self.surface(forces)
-        return u[None] if phi is None else u + self.levers * phi
+        gaps = u[None] if phi is None else u + self.levers * phi
+        return gaps if self.counter is None else gaps + self.counter @ forces
 
     def surface(self, forces):
         """Sinking u and phi = ell psi/2 from forces; phi is None for one corner, whose law does not see
@@ -116,11 +120,16 @@ class CellGrid:
     def periodic(self):
         return self.body.period is not None
 
-    def flexibility(self, law):
-        """The `Flexibility` of a law's corners."""
+    def flexibility(self, law, counter=None):
+        """The `Flexibility` of a law's corners, with a second body of the solid `counter`."""
         levers = np.array(list(law.levers(self.x).values()))
         length = self.count if self.periodic else next_fast_len(2 * self.count, real=True)
-        U, iV, W = smooth = self._symbol(length)
+        smooth = self._symbol(length)
+        U, iV, W = smooth
+        other = None
+        if counter is not None:
+            shifts = law.shifts(self.body.solid.ell)
+            other = CounterCells.on(counter, shifts, self.width, self.count, length, self.periodic)
         clamping = law.clamps_rotation
         if self.periodic:
             mean = np.arange(len(U)) == 0
@@ -133,10 +142,13 @@ class CellGrid:
         else:
             *spectrum, fixed, reaction = self._embedded(length)
         if len(levers) == 2:
-            return Flexibility(levers, length, tuple(spectrum), _inverse(*smooth), None)
+            both = smooth if other is None else other.added(*smooth)
+            return Flexibility(levers, length, tuple(spectrum), _inverse(*both), None, other)
+        besides = 0.0 if other is None else other.smooth
         if clamping:
-            return Flexibility(levers, length, (fixed,), (1 / _clamped(*smooth)[0],), reaction)
-        return Flexibility(levers, length, spectrum[:1], (1 / U,), -spectrum[1])
+            inverse = (1 / (_clamped(*smooth)[0] + besides),)
+            return Flexibility(levers, length, (fixed,), inverse, reaction, other)
+        return Flexibility(levers, length, spectrum[:1], (1 / (U + besides),), -spectrum[1], other)
 
     def _symbol(self, length):
         """U, iV, W at the wavenumbers of a period of `length` cells, positive definite at every one."""

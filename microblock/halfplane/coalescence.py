@@ -31,10 +31,11 @@ def coalescence(solver, order=9, levels=5):
         solver.solid,
         INNER_EDGES,
         OUTER_AT_TOUCH * solver.solid.ell,
+        coalescence_exponent(solver.solid),
     )
 
 
-def extrapolated(load_at, solid, inner_edges, outer):
+def extrapolated(load_at, solid, inner_edges, outer, exponent):
     """Limit of the load for an inner edge on the axis, and its error.
 
     Two Richardson steps, from the side of a gap and from that of an overlap; the error is the larger of the
@@ -45,8 +46,9 @@ def extrapolated(load_at, solid, inner_edges, outer):
     load_at : (inner edge, first guess of the outer one) -> (load, outer edge)
     inner_edges : -log10 of the inner edges over ell, equally spaced
     outer : first guess of the outer edge (length)
+    exponent : s of p ~ x^s at coalescence
     """
-    exponent, limits, corrections = coalescence_exponent(solid), [], []
+    limits, corrections = [], []
     for side in (1, -1):
         column = []
         for digits in inner_edges:

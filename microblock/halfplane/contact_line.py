@@ -12,7 +12,8 @@ from ..errors import NotConverged
 from ..model.problem import half_line
 from ..threads import released
 from .coalescence import extrapolated
-from .kernels import gap_kernel
+from .counter import counter_log_response, counter_response
+from .kernels import coalescence_exponent, gap_kernel
 from .panel_solution import Estimate, PanelSolution
 from .panels import SLIVER, log_response, make_panels, response
 
@@ -68,11 +69,14 @@ def solve_zones(problem, panels, loads):
     lever = problem.lever(corner, x)
     system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, len(loads) + 1))
     system[:count, :count] = response(problem, panels, x, lever, gap_kernel)
+    raised = log_response(problem, panels, x, lever, gap_kernel)
+    if problem.counter is not None:
+        pressed = x - np.array(problem.shifts)[corner]
+        system[:count, :count] += counter_response(problem, panels, pressed)
+        raised = raised + counter_log_response(problem, panels, pressed)
     system[:count, count] = -1.0
     system[count, :count] = sides * weights
-    right[:count, :-1] = -(
-        problem.initial_gap(corner, x) + log_response(problem, panels, x, lever, gap_kernel)
-    )[:, None]
+    right[:count, :-1] = -(problem.initial_gap(corner, x) + raised)[:, None]
     right[count, :-1] = loads - sides * panels.log_size @ np.abs(panels.h)
     terms = np.abs(system[:count, :count]).max(axis=1) / weights.max() * loads[0]
     right[:count, -1] = TABLE_ERROR * terms * (-1.0) ** np.arange(count)
@@ -334,7 +338,7 @@ def load_at_inner_edge(problem, inner, outer, order):
     The inner edge of corner A is prescribed (> 0 leaves a gap, < 0 an overlap) and the load is free: both
     coefficients K0 are affine in it. `outer` is a first guess.
     """
-    unit = problem.solid.E_star * float(np.ptp(problem.initial_gap(np.zeros(2, int), np.array([0.0, outer]))))
+    unit = problem.E_star * float(np.ptp(problem.initial_gap(np.zeros(2, int), np.array([0.0, outer]))))
     for _ in range(EDGE_STEPS):
         panels = make_panels(problem, {0: ((inner, outer),)}, order)
         first, second = (
@@ -365,4 +369,5 @@ def coalescence(problem, outer, order=14):
         problem.solid,
         INNER_EDGES,
         outer,
+        coalescence_exponent(problem.solid, problem.counter),
     )

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from tqdm.auto import tqdm
 
-from ..corners.friction import FrictionPath, Moment
+from ..corners import active_set
+from ..corners.friction import FrictionalContact, FrictionPath, Moment
 from ..errors import BadArgument, NotConverged
 from ..model import picture
 from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent
@@ -24,7 +25,7 @@ from ..model.types import Array, Zones
 from ..model.zones import contact_zones, distance_to_ends, runs
 from .friction_cells import Feature, cells, stretches, touching
 from .friction_events import events
-from .shear_cells import frictional_contact, surface
+from .shear_cells import frictional_contact, surface, with_counter
 
 if TYPE_CHECKING:
     from ..model.solver import Solver
@@ -175,7 +176,14 @@ class FrictionCells(FrictionSolution):
         if not np.all((x >= low) & (x <= high)):
             raise BadArgument("x", x, f"must lie within the cells, from {low:g} to {high:g}")
         over = self.moment.raised.reshape(-1, len(self.x))[corner]
-        return self.problem.initial_gap(np.full(len(x), corner), x) + np.interp(x, self.x, over)
+        initial = self.problem.initial_gap(np.full(len(x), corner), x) - self.approach
+        return initial + np.interp(x, self.x, over)
+
+    def remarks(self) -> list[str]:
+        """Says what the corners' shares in a second body's shear stand for."""
+        if self.problem.counter is None or len(self.problem.law.corners) == 1:
+            return []
+        return ["the shear on the second body is shared by the corners as without friction at the largest normal force"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,14 +208,14 @@ class FrictionSolver:
     coupled : bool
     """
 
-    solver: Solver
+    solver: Any
     pairs: Array
     coupled: bool
 
     @cached_property
     def problem(self) -> Problem:
         """The problem on the line with the obstacle's picture for the largest load."""
-        plain = Problem(self.solver.solid, self.solver.law, self.solver.obstacle)
+        plain: Problem = replace(self.solver.problem, mirror=False)
         found = picture.picture(plain, float(self.pairs[:, 0].max()), picture.BOUND)
         return replace(plain, picture=found)
 
@@ -258,19 +266,34 @@ class FrictionSolver:
         return _Level(edges, solutions, found, FIRST * a if before is None else smallest)
 
     def _follow(self, edges: Array) -> tuple[list[FrictionCells], list[HistoryEvent]]:
-        problem, law = self.problem, self.solver.law
+        problem = self.problem
         points, weights = gauss_rule(SAMPLES)
         places = edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * points
         gaps = problem.initial_gaps(places.ravel()).reshape(-1, *places.shape) @ weights
-        contact = frictional_contact(problem.solid, law, edges, gaps, self.coupled)
+        own = frictional_contact(problem, edges, gaps, self.coupled)
+        contact = with_counter(own, problem, edges, self._shares(own, edges))
         path = FrictionPath(contact)
         solutions = []
         for P, Q in self.pairs:
             moment = path.to(float(P), float(Q))
             self._require_inside(edges, moment)
-            displacement, psi, moments = surface(problem.solid, law, edges, moment)
+            displacement, psi, moments = surface(problem, edges, own, moment)
             solutions.append(FrictionCells(self.solver, problem, edges, moment, psi, displacement, moments))
         return solutions, events(path, edges, self.pairs)
+
+    def _shares(self, contact: FrictionalContact, edges: Array) -> Array:
+        """Shares of the corners in the shear that a second body carries: array (corners, n).
+
+        Its compliance depends on them. They stay as they are without shear at the largest normal force, so
+        that it has an energy.
+        """
+        count, load = len(self.problem.law.corners), float(self.pairs[:, 0].max())
+        if self.problem.counter is None or count == 1:
+            return np.ones((count, len(edges)))
+        whole = with_counter(contact, self.problem, edges, np.full((count, len(edges)), 1 / count))
+        forces = active_set.solve(whole.normal, whole.gaps, load=load).forces.reshape(count, -1)
+        total = forces.sum(axis=0)
+        return np.where(total > 0, forces / np.where(total > 0, total, 1.0), 1 / count)
 
     def _require_inside(self, edges: Array, moment: Moment) -> None:
         """NotConverged where a corner touches at the end of the cells and the obstacle goes on."""

@@ -10,6 +10,7 @@ from ..errors import NotConverged
 from ..model.problem import half_line
 from ..model.quadrature import gauss_rule
 from ..model.zones import joined, runs
+from .counter import counter_flexibility
 from .kernels import kernels
 
 PER_STRETCH, PER_CONTACT = 24, 10  # cells of a low stretch, and of the half-width of a contact, at least
@@ -100,15 +101,21 @@ def _flexibility(problem, x, widths):
     """Gaps of all corners at the centres from forces on the cells, made symmetric: array (corners n, corners
     n).
     """
+    matrix = _of_body(problem, x, widths)
+    if problem.counter is not None:
+        matrix = matrix + counter_flexibility(problem, x, widths)
+    return (matrix + matrix.T) / 2
+
+
+def _of_body(problem, x, widths):
+    """The same of the body alone, not symmetric."""
     U, V, W, clamped = _averages(problem, x, widths)
     if problem.law.clamps_rotation:
-        return (clamped + clamped.T) / 2
+        return clamped
     if len(problem.law.corners) == 1:
-        return (U + U.T) / 2
+        return U
     levers = [problem.lever(np.full(len(x), corner), x) for corner in range(2)]
-    blocks = [[U + a[:, None] * b * W + (a[:, None] - b) * V for b in levers] for a in levers]
-    matrix = np.block(blocks)
-    return (matrix + matrix.T) / 2
+    return np.block([[U + a[:, None] * b * W + (a[:, None] - b) * V for b in levers] for a in levers])
 
 
 def _averages(problem, x, widths):

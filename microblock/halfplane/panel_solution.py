@@ -15,6 +15,8 @@ from ..model.state import ErrorParts, LineSolution, surface
 from ..model.types import CornerZones
 from ..model.zones import distance, zone_edges
 from ..threads import bounded
+from .carried import carried
+from .counter import counter_log_response, counter_response
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import Panels, log_response, response
 
@@ -118,7 +120,9 @@ class PanelSolution(LineSolution):
         """
         basis = lagrange(self.panels.points[0], np.zeros(1))[0]
         values = self.q.reshape(-1, self.panels.order) @ basis
-        infinite = [end for ends in self.problem.ends.values() for end in ends]
+        ends = [end for ends in self.problem.ends.values() for end in ends]
+        ends += [-end for end in ends if self.problem.mirror]
+        infinite = carried(self.problem, ends, self.panels.order)
         return np.where(self.panels.root & ~np.isin(self.panels.e, infinite), values, 0.0)
 
     @cached_property
@@ -236,7 +240,14 @@ class PanelSolution(LineSolution):
             self.problem.initial_gap(numbers, x)
             - self.approach
             + self.displacement_at(x, self.problem.lever(numbers, x))
+            + self.counter_displacement(x - np.array(self.problem.shifts)[numbers])
         )
+
+    def counter_displacement(self, x):
+        if self.problem.counter is None:
+            return np.zeros_like(x)
+        where = self.problem, self.panels, x
+        return counter_response(*where) @ self.q + counter_log_response(*where)
 
     def gaps_off_zones(self, x):
         """{corner: (those x that lie off its zones, its gaps there)} of the corners that are computed;
@@ -286,6 +297,7 @@ class PanelSolution(LineSolution):
             micromoment=values[-1],
             psi=psi,
             displacement=displacement,
+            counter=None if self.problem.counter is None else self.counter_displacement,
         )
 
     def gap(self, corner, x):

@@ -8,13 +8,16 @@ from functools import cached_property
 
 from ..errors import BadArgument, MicroblockError, NotConverged, require_whole
 from ..model import picture
+from ..model.deformable import body_of, shape_of
 from ..model.methods import PANEL_ORDERS
 from ..model.problem import Problem
 from ..model.solver import Solver
 from . import contact_line
 from .cells_instead import by_cells
 from .coalescence import OUTER_AT_TOUCH
+from .counter import require_same_period
 from .friction_solver import FrictionSolver
+from .kernels import HalfPlane
 from .line_solver import LineSolver, LooksTooNear
 from .panel_solution import PanelSolution
 
@@ -31,9 +34,11 @@ class PanelSolver(Solver):
     has_level = False
     has_fitted_zones = True
     usual_rtol = 1e-3
+    counter_bodies = (HalfPlane,)
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
+        require_same_period(self.body, self.obstacle)
         self.require_lowest()
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
@@ -76,7 +81,9 @@ class PanelSolver(Solver):
     @cached_property
     def problem(self):
         """The problem on the contact line; a symmetric one is solved for one corner."""
-        return Problem(self.body.solid, self.law, self.obstacle, self.symmetric)
+        counter = body_of(self.obstacle)
+        solid = None if counter is None else counter.solid
+        return Problem(self.body.solid, self.law, shape_of(self.obstacle), self.symmetric, solid)
 
     def _pictured_problem(self, load, wider=1):
         """The same with the obstacle's picture for a load."""
@@ -88,7 +95,7 @@ class PanelSolver(Solver):
                 f"must not jump, as its height does at x = {found.steps[0]:g}: "
                 "pressures have no norm there that an rtol could refer to; Cells(nodes=...) take it",
             )
-        return replace(self.problem, obstacle=picture.seen(self.obstacle, found), picture=found)
+        return replace(self.problem, obstacle=picture.seen(self.problem.obstacle, found), picture=found)
 
     def _picture(self, load, wider=1):
         """The obstacle's Picture, made once for many loads; `wider`: times farther looked at."""

@@ -17,7 +17,7 @@ from scipy.special import beta, betainc, eval_legendre
 from ..model.problem import GROWTH, half_line
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import zone_edges
-from .kernels import short_waves
+from .carried import carried, log_sizes
 
 NEAR = 1.0  # panel lengths within which the kernel's logarithm asks for a quadrature of its own
 # that quadrature puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
@@ -59,6 +59,11 @@ class Panels:
     def logarithm(self, panel, v):
         """The known part of p at the parameters v > 0 of panels that begin at a kink; 0 on others."""
         return -2 * self.log_size[panel] * np.log(v)
+
+    def of(self, own):
+        """Those of these panels that are flagged."""
+        chosen = (each[own] for each in (self.corner, self.e, self.h, self.root, self.log_size))
+        return Panels(*chosen, self.order)
 
     def with_mirror(self):
         """These panels and those of the other corner by symmetry, one after the other."""
@@ -107,17 +112,19 @@ def make_panels(problem, zones, order):
     """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at the kinks of the
     obstacle.
     """
-    rows, edges, kinks = [], zone_edges(zones), problem.kinks
+    rows, edges, sizes = [], zone_edges(zones), log_sizes(problem, zones, order)
     if problem.mirror:
         edges += [-edge for edge in edges]
+    edges, tips = carried(problem, edges, order), carried(problem, problem.tips, order)
+    singular = {*edges, *problem.kinks, *sizes}
     for corner, intervals in zones.items():
         for left, right in intervals:
             start = 0.0 if half_line(problem) else left
-            breaks = sorted({start, right, *(x for x in (*edges, *kinks) if start < x < right)})
+            breaks = sorted({start, right, *(x for x in singular if start < x < right)})
             for pair in zip(breaks, breaks[1:]):
-                roots = tuple(x in edges or x in kinks for x in pair)
+                roots = tuple(x in singular for x in pair)
                 longest = [
-                    FIRST * problem.solid.ell * (AT_TIP ** ((order - 6) / 4) if x in problem.tips else 1.0)
+                    FIRST * problem.solid.ell * (AT_TIP ** ((order - 6) / 4) if x in tips else 1.0)
                     for x in pair
                 ]
                 first = tuple(
@@ -130,31 +137,8 @@ def make_panels(problem, zones, order):
                     for part in _short_enough(problem, *row)
                 ]
     corner, e, h, root = map(np.array, zip(*rows))
-    sizes = {kink: log_sizes(problem, zones, kink) for kink in kinks}
     log_size = [sizes.get(anchor, {}).get(number, 0.0) for number, anchor in zip(corner, e)]
     return Panels(corner, e, h, root, np.array(log_size), order)
-
-
-def log_sizes(problem, zones, kink):
-    """{corner: K} of ``p ~ K log(1/|x - kink|)`` of the corners in contact there.
-
-    A jump J in the slope of a corner's initial gap needs ``pi J`` from the logarithms through the limits of k
-    U and k W for k -> infinity (docs/theory/halfplane.md, "Contact line").
-    """
-    whole = (
-        {**zones, 1: [(-right, -left) for left, right in zones[0]]}
-        if problem.mirror and not half_line(problem)
-        else zones
-    )
-    inside = [
-        corner for corner, intervals in whole.items() if any(left < kink < right for left, right in intervals)
-    ]
-    if not inside:
-        return {}
-    lever = np.array([problem.lever(np.array(corner), np.array(kink)) for corner in inside], float)
-    displacement, rotation = short_waves(problem.solid)
-    jumps = np.array([problem.kinks[kink].get(corner, 0.0) for corner in inside])
-    return dict(zip(inside, np.linalg.solve(displacement + rotation * np.outer(lever, lever), jumps) / np.pi))
 
 
 def _between(left, right, roots, first):

@@ -9,14 +9,15 @@ energy and dissipation to rounding. Formulas: docs/theory/friction.md.
 
 from __future__ import annotations
 
-from functools import lru_cache
+from dataclasses import replace
+from functools import lru_cache, partial
 
 import numpy as np
 
 from ..corners.friction import FrictionalContact, Moment
 from ..model.quadrature import gauss_rule
 from ..threads import bounded
-from .kernels import ALL_ODD, Kernels, kernels, laplace_weights, step
+from .kernels import ALL_ODD, NEAREST, Kernels, is_classical, kernels, laplace_weights, step
 
 FAR = 16.0  # widths of the larger cell, beyond which two Gauss points on either leave 1e-9
 SMALL = 1e-3  # below it the difference in the second antiderivative is a series
@@ -54,6 +55,23 @@ def _second_antiderivatives(nu, beta, curvature):
     return SecondAntiderivatives(nu, beta, curvature)
 
 
+def _tables(solid):
+    """Functions of (x/ell, numbers of kernels): the kernels over c, and F/x^2; of a classical solid those of U
+    and Y alone.
+    """
+    if not is_classical(solid):
+        material = solid.nu, solid.beta, solid.curvature
+        return kernels(*material), _second_antiderivatives(*material)
+
+    def table(x, which, twice):
+        x, share = np.asarray(x, float), step(solid.nu)
+        logs = np.log(np.maximum(np.abs(x), NEAREST))
+        even, odd = (-(logs / 2 - 0.75) / np.pi, share / 2) if twice else (-logs / np.pi, share)
+        return np.array([even if number == 0 else odd * np.sign(x) for number in which])
+
+    return partial(table, twice=False), partial(table, twice=True)
+
+
 @bounded
 def averages(solid, edges, which, shift=0.0):
     """Kernels averaged over cell i and over cell j, whose places are moved right by `shift`, times c.
@@ -73,7 +91,7 @@ def averages(solid, edges, which, shift=0.0):
     array (len(which), n, n)
         Lengths per force (per thickness).
     """
-    material = solid.nu, solid.beta, solid.curvature
+    once, twice = _tables(solid)
     c, ell = (1 - solid.nu) / solid.mu, solid.ell
     left, right = edges.T / ell
     width = right - left
@@ -85,28 +103,27 @@ def averages(solid, edges, which, shift=0.0):
     for sign_own in (-1, 1):
         for sign_other in (-1, 1):
             place = middle + sign_own * own / 2 - sign_other * other / 2
-            table = _second_antiderivatives(*material)(place, which)
+            table = twice(place, which)
             found[:, rows, columns] -= sign_own * sign_other * place**2 * table / (own * other)
     rows, columns = np.nonzero(far)
     points, weights = gauss_rule(2)
     for one, share in zip(points - 0.5, weights):
         for another, part in zip(points - 0.5, weights):
             place = apart[rows, columns] + one * width[rows] - another * width[columns]
-            found[:, rows, columns] += share * part * kernels(*material)(place, which)
+            found[:, rows, columns] += share * part * once(place, which)
     if not shift:
         for number, matrix in zip(which, found):  # rounding apart they are
             matrix[...] = (matrix - matrix.T) / 2 if number in ALL_ODD else (matrix + matrix.T) / 2
     return c * found
 
 
-def frictional_contact(solid, law, edges, gaps, coupled=True):
+def frictional_contact(problem, edges, gaps, coupled=True):
     """The FrictionalContact of a half-plane and a rigid obstacle on cells.
 
     Parameters
     ----------
-    solid : Cosserat
-    law : Microblock, Unilateral or Microclamped
-        With friction.
+    problem : Problem
+        Its law has friction.
     edges : array (n, 2)
         Left and right edges of the cells (lengths).
     gaps : array (corners, n)
@@ -114,11 +131,9 @@ def frictional_contact(solid, law, edges, gaps, coupled=True):
     coupled : bool
         Whether shear acts on gaps.
     """
-    if law.clamps_rotation:
-        U, Y = averages(solid, edges, (3, 7))
-        normal, cross, tangential = U, -Y, U
-    elif len(law.corners) == 1:
-        U, Y = averages(solid, edges, (0, 5))
+    solid, law = problem.solid, problem.law
+    if len(law.corners) == 1:
+        U, Y = averages(solid, edges, (3, 7) if law.clamps_rotation else (0, 5))
         normal, cross, tangential = U, -Y, U
     else:
         U, V, W, Y, even = averages(solid, edges, (0, 1, 2, 5, 6))
@@ -129,13 +144,46 @@ def frictional_contact(solid, law, edges, gaps, coupled=True):
     return FrictionalContact(normal, cross, tangential, np.ravel(gaps), law.friction, coupled)
 
 
-def surface(solid, law, edges, moment):
+def with_counter(contact, problem, edges, shares):
+    """A FrictionalContact with the second body of a problem, if there is one.
+
+    `shares`, array (corners, n), are those of the corners in the shear of a cell.
+    """
+    if problem.counter is None:
+        return contact
+    normal, cross, tangential = _counter(problem, edges, shares)
+    return replace(
+        contact,
+        normal=contact.normal + normal,
+        cross=contact.cross + cross,
+        tangential=contact.tangential + tangential,
+    )
+
+
+def _counter(problem, edges, shares):
+    """What a second body adds to the three compliances: each corner presses and drags it where it stands."""
+    n, places = len(edges), [-shift for shift in problem.shifts]
+    normal, cross = np.empty((2, len(places), len(places), n, n))
+    for i, own in enumerate(places):
+        for j, other in enumerate(places):
+            normal[i, j], cross[i, j] = averages(problem.counter, edges, (0, 5), own - other)
+    tangential = np.einsum("in,ijnm,jm->nm", shares, normal, shares)
+    along = np.einsum("in,ijnm->njm", shares, cross).reshape(n, -1)
+    whole = normal.transpose(0, 2, 1, 3).reshape(len(places) * n, -1)
+    return (whole + whole.T) / 2, along, (tangential + tangential.T) / 2
+
+
+def surface(problem, edges, own, moment):
     """(displacement, psi, micromoment) of a Moment, averaged over the cells: arrays (n,).
+
+    `own` is the FrictionalContact with a rigid obstacle.
 
     Displacement is normal, into the body (length); the micromoment is that of corner forces and of shear, or
     the reaction to psi = 0.
     """
-    raised, width, half = moment.raised, edges[:, 1] - edges[:, 0], solid.ell / 2
+    solid, law = problem.solid, problem.law
+    raised = own.normal @ moment.normal + own.cross.T @ moment.tangential
+    width, half = edges[:, 1] - edges[:, 0], solid.ell / 2
     forces = moment.normal.reshape(-1, len(edges))
     if law.clamps_rotation:
         odd, even = averages(solid, edges, (4, 8)) * solid.mu / (1 - solid.nu) / solid.ell

@@ -16,6 +16,7 @@ from numpy.polynomial.chebyshev import chebpts1, chebval, chebvander
 
 from ..model.problem import half_line
 from ..model.zones import runs, zone_edges
+from .carried import carried
 
 POINTS = 20  # of a stretch; where the kernel's scales are many, more
 PER_SCALE = 4  # for each factor e of them
@@ -71,7 +72,7 @@ def survey(state):
     heights = np.split(heights, np.cumsum([len(x) for x in places])[:-1])
     for x, height, (stretch, series, noise) in zip(places, heights, found):
         x, rise, gaps = _between_sites(problem, stretch, series, x, height)
-        violations += _overlaps(state, stretch, x, gaps, noise, problem.solid.E_star / size)
+        violations += _overlaps(state, stretch, x, gaps, noise, problem.E_star / size)
         inner = np.flatnonzero((gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
         least += [(stretch.corner, float(x[i]), float(gaps[i])) for i in inner if _stands_out(gaps, i, noise)]
         beyond = beyond or _beyond(problem, problem.picture, stretch, x, rise, noise)
@@ -125,7 +126,7 @@ def _stretches(state):
     left, right = problem.reach
     core = CORE * min(problem.solid.ell, edges[-1] - edges[0])
     for corner in problem.corners:
-        breaks = [*edges, *_kinks_inside(problem, zones, corner)]
+        breaks = carried(problem, [*edges, *_kinks_inside(problem, zones, corner)], state.panels.order)
         breaks = np.unique([0.0, *(each for each in breaks if each > 0)] if half_line(problem) else breaks)
         pieces = [*zip(breaks, breaks[1:]), (breaks[-1], np.inf)]
         for a, b in pieces if half_line(problem) else [(-np.inf, breaks[0]), *pieces]:
@@ -152,11 +153,13 @@ def _series(state):
     x = np.concatenate(places)
     corner = np.concatenate([np.full(len(own), stretch.corner) for own, stretch in zip(places, stretches)])
     cuts = np.cumsum([len(own) for own in places])[:-1]
+    numbers = np.array(corner, int)
+    raised = state.counter_displacement(x - np.array(problem.shifts)[numbers]) - state.approach
     if varies(problem):
         flat = state.displacement_at(x, np.zeros_like(x))
-        both = np.array((flat - state.approach, state.displacement_at(x, np.ones_like(x)) - flat))
+        both = np.array((flat + raised, state.displacement_at(x, np.ones_like(x)) - flat))
     else:
-        both = (state.displacement_at(x, problem.lever(corner, x)) - state.approach)[None]
+        both = (state.displacement_at(x, problem.lever(corner, x)) + raised)[None]
     for stretch, values in zip(stretches, np.split(both, cuts, axis=1)):
         series = values @ _onto_series(stretch.count)
         yield stretch, series, NOISE * float(np.abs(series[:, -2:]).sum())

@@ -9,6 +9,7 @@ from ..errors import NotConverged
 from ..model import picture
 from ..model.problem import half_line
 from ..model.zones import joined, runs, zone_edges
+from .counter import counter_flexibility
 
 CELLS = (80, 160)  # of the coarse grid; finer while no zones fit
 # of the width: opposite edges of the two corners this near to each other may be joined or apart
@@ -53,6 +54,8 @@ def _closed(problem, body, load, x):
     """Whether the corners of each cell are closed: array (corners, n)."""
     compliance = body.compliance(x, clamped=problem.law.clamps_rotation)
     flexibility, gaps, share = compliance.corner_system(problem.law, problem.obstacle)
+    if problem.counter is not None:
+        flexibility = flexibility + counter_flexibility(problem, x, x[1] - x[0])
     if not problem.mirror or half_line(problem):
         return active_set.solve(flexibility, gaps, load=load, c=share).closed.reshape(
             len(problem.law.corners), -1

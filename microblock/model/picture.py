@@ -207,7 +207,7 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
     around = centre + np.outer((-1.0, 0.0, 1.0), half).ravel()
     above = np.minimum(heights(problem.obstacle, around), 1e300).reshape(3, -1)
     rises = np.ptp(above, axis=0)
-    rise = 2 * load / (np.pi * problem.solid.E_star)
+    rise = 2 * load / (np.pi * problem.E_star)
     enough = np.flatnonzero(rises >= rise)
     if not len(enough):
         raise BadArgument(

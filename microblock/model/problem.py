@@ -37,6 +37,8 @@ class Problem:
     mirror : bool
         Whether obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x
         >= 0 if the law has one corner only.
+    counter : Cosserat, optional
+        Solid of the second half-plane, if the obstacle is its shape; without it the obstacle is rigid.
     picture : Picture, optional
         What is known of the obstacle; without it the obstacle is taken for smooth between its slope
         discontinuities and edges.
@@ -46,6 +48,7 @@ class Problem:
     law: LawLike
     obstacle: ObstacleLike
     mirror: bool = False
+    counter: Cosserat | None = None
     picture: Picture | None = field(default=None, compare=False, repr=False)
 
     @property
@@ -54,12 +57,20 @@ class Problem:
         return self.solid.ell
 
     @property
+    def E_star(self) -> float:
+        """Plane-strain contact modulus of both bodies: 1/E* is the sum of theirs (stress)."""
+        if self.counter is None:
+            return self.solid.E_star
+        return 1 / (1 / self.solid.E_star + 1 / self.counter.E_star)
+
+    @property
     def corners(self) -> range:
         """Numbers of the corners that are computed."""
         return range(1 if self.mirror else len(self.law.corners))
 
     @property
-    def _shifts(self) -> tuple[float, ...]:
+    def shifts(self) -> tuple[float, ...]:
+        """How far right of each corner its contact point lies (lengths)."""
         return self.law.shifts(self.solid.ell)
 
     @cached_property
@@ -67,7 +78,7 @@ class Problem:
         """{contact point: {corner: jump of its initial gap's slope}}."""
         found: dict[float, dict[int, float]] = {}
         for place, jump in zip(getattr(self.obstacle, "kinks", ()), getattr(self.obstacle, "jumps", ())):
-            for corner, shift in enumerate(self._shifts):
+            for corner, shift in enumerate(self.shifts):
                 found.setdefault(float(place + shift), {})[corner] = float(jump)
         angle = None if self.picture is None else self.picture.angle
         if angle is not None:  # where psi0's slope jumps, that of the levers does, or of the gaps as well
@@ -84,7 +95,7 @@ class Problem:
         jump.
         """
         places = () if self.picture is None else self.picture.tips
-        return {float(place + shift) for place in places for shift in self._shifts}
+        return {float(place + shift) for place in places for shift in self.shifts}
 
     @cached_property
     def _pieces(self) -> list[tuple[Array, Array]]:
@@ -92,18 +103,18 @@ class Problem:
         if self.picture is None:
             return []
         angle = [] if self.picture.angle is None else [(self.picture.angle.edges, self.picture.angle.lengths)]
-        return [(self.picture.edges + shift, self.picture.lengths) for shift in self._shifts] + angle
+        return [(self.picture.edges + shift, self.picture.lengths) for shift in self.shifts] + angle
 
     @property
     def reach(self) -> tuple[float, float]:
         """(left, right) of x, beyond which no corner touches; of problems with a picture."""
         assert self.picture is not None
-        stretches, shifts = self.picture.stretches, self._shifts
+        stretches, shifts = self.picture.stretches, self.shifts
         return stretches[0][0] + min(shifts), stretches[-1][1] + max(shifts)
 
     def shift(self, corner: int) -> float:
         """Returns how far right of a corner its contact point lies (length)."""
-        return self._shifts[corner]
+        return self.shifts[corner]
 
     def sites(self, corner: int) -> Array:
         """Returns contact points at which a corner is under a site of the picture, or psi0 was evaluated,
@@ -111,7 +122,7 @@ class Problem:
         """
         assert self.picture is not None
         angle = np.empty(0) if self.picture.angle is None else self.picture.angle.samples
-        return np.union1d(self.picture.sites + self._shifts[corner], angle)
+        return np.union1d(self.picture.sites + self.shifts[corner], angle)
 
     def scale(self, left: float, right: float, grading: float = GROWTH - 1) -> float:
         """Returns how long panels may be on an interval for the sake of heights and psi0 there and beside it.
@@ -132,7 +143,7 @@ class Problem:
         """
         places: tuple[float, ...] = getattr(self.obstacle, "ends", ())
         return {
-            corner: tuple(float(place + self._shifts[corner]) for place in places)
+            corner: tuple(float(place + self.shifts[corner]) for place in places)
             for corner in self.corners
             if places
         }

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ..errors import BadArgument
+from .deformable import body_of
 from .events import LoadPath
 from .obstacles import check_lowest
 from .problem import symmetric
@@ -42,6 +43,8 @@ class Solver:
         Relative error that is asked for where the user names none.
     most_corners : int or None
         Corners that a law may have; None for any number.
+    counter_bodies : tuple of classes
+        Of the second bodies that it knows as obstacles (`Deformable`); others are refused.
     state_class : class
         Of the states that it returns, and takes as `initial`.
     """
@@ -50,10 +53,12 @@ class Solver:
     has_fitted_zones = False
     usual_rtol: float | None = None
     most_corners: int | None = 2
+    counter_bodies: tuple[type, ...] = ()
     state_class: type = State
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         self.contact, self.options = contact, options
+        self._require_counter_body()
         if self.most_corners is not None and len(self.law.corners) > self.most_corners:
             raise BadArgument(
                 "law",
@@ -61,6 +66,19 @@ class Solver:
                 f"has {len(self.law.corners)} corners: {type(options).__name__}() takes up "
                 f"to {self.most_corners}, Condensed() and GivenCompliance() any number",
             )
+
+    def _require_counter_body(self) -> None:
+        """Raises BadArgument for an obstacle that deforms where this method would take it as rigid."""
+        counter = body_of(self.obstacle)
+        if counter is None or isinstance(counter, self.counter_bodies):
+            return
+        known = " or ".join(one.__name__ for one in self.counter_bodies)
+        raise BadArgument(
+            "obstacle",
+            self.obstacle,
+            f"deforms, and {type(self.options).__name__}() on a {type(self.body).__name__} "
+            + (f"takes a {known} as second body alone" if known else "takes rigid obstacles alone"),
+        )
 
     def __getstate__(self) -> dict[str, Any]:
         """Returns what the solver was made of: what it keeps besides is computed again after a copy."""

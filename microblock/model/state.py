@@ -19,6 +19,7 @@ from .types import (
     ContactLike,
     CornerZones,
     Flags,
+    Function,
     Interval,
     LawLike,
     LineProblem,
@@ -101,13 +102,19 @@ def surface(
     psi: Array,
     displacement: Array,
     apart: Flags | None = None,
+    counter: Function | None = None,
 ) -> Surface:
-    """Returns the Surface of a state of a problem, from its fields at the points."""
+    """Returns the Surface of a state of a problem, from its fields at the points; `counter` is the displacement
+    along x2 of a second body's surface, a function of x1.
+    """
     law, ell, x = problem.law, problem.ell, points[:, 0]
     initial = np.array(list(law.initial_gaps(points, normals, ell, problem.obstacle).values()))
     levers = np.array(list(law.levers(x).values()))
     gaps = initial - approach * normals[:, 1] + displacement + ell / 2 * levers * psi
     over = gap(problem.obstacle, points, normals) - approach * normals[:, 1]
+    if counter is not None:
+        gaps = gaps + [counter(x - shift) for shift in law.shifts(ell)]
+        over = over + counter(x)
     rotation = law.initial_rotation(x) + psi
     return Surface(
         points,
@@ -255,11 +262,16 @@ class Solution:
             psi=self.psi,
             displacement=self.displacement,
             apart=self.apart,
+            counter=None if self.problem.counter is None else self.counter_displacement,
         )
 
     def remarks(self) -> list[str]:
         """Returns sentences on what this method does not resolve."""
         return []
+
+    def counter_displacement(self, x: Array) -> Array:
+        """Returns the displacement along x2 of the surface of a second body at x, array (n,) (length)."""
+        return np.zeros_like(x)
 
     def moved_on(self, earlier: Solution, share: float) -> Solution:
         """Returns this solution, moved on by a share of the way from an earlier one if that helps to find the

@@ -1,0 +1,100 @@
+"""What a second body carries from corner to corner: singular places of the pressures, a block's side apart.
+
+Corner A presses the second body at x - ell/2, B at x + ell/2. What is singular in p_A at x is so in the gap of
+B at x - ell, and p_B follows; what is singular in p_B at x goes to A at x + ell, and the body carries both from
+corner to corner at one x. So the singular places of a pressure go on by steps of ell, and get fainter by a
+factor below 1/2 each (docs/theory/two_bodies.md).
+"""
+
+import numpy as np
+
+from ..model.problem import half_line
+from .kernels import counter_short_waves, short_waves
+
+MOST = 24  # steps
+SAME = 1e-9  # of ell: places this near to each other are one
+
+
+def decay(problem):
+    """Factor by which singularities are fainter from step to step, 0 to 1; 0 if the obstacle is rigid, or has
+    one corner to a block.
+
+    On steps m of the way ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t) A +
+    (c_BB + c) B = 0``, c of the second body (docs/theory/two_bodies.md). psi0 only makes t smaller.
+    """
+    if problem.counter is None or len(problem.law.corners) == 1:
+        return 0.0
+    (displacement, rotation), own = short_waves(problem.solid), counter_short_waves(problem.counter)
+    both, coupling = displacement + rotation, abs(displacement - rotation)
+    if not coupling:
+        return 0.0
+    half = ((both + own) ** 2 - coupling**2 - own**2) / (2 * coupling * own)
+    return 1 / (half + np.sqrt(half**2 - 1))
+
+
+def steps(problem, order):
+    """How often singular places are carried on until panels of an order do not see them any more."""
+    factor = decay(problem)
+    return int(min(MOST, np.ceil(1 - order / 3 * np.log(10) / np.log(factor)))) if factor else 0
+
+
+def carried(problem, places, order):
+    """Singular places and those they are carried to, ascending list; the given ones stay as they are."""
+    own = sorted(float(x) for x in places)
+    ways = [each for each in _ways(problem, order) if each]
+    further = sorted(x + way * problem.solid.ell for x in own for way in ways)
+    found = list(own)
+    for x in further:
+        if min(abs(each - x) for each in found) > SAME * problem.solid.ell:
+            found.append(x)
+    return sorted(found)
+
+
+def _ways(problem, order):
+    most = steps(problem, order)
+    return range(-most, most + 1)
+
+
+def log_sizes(problem, zones, order):
+    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` of the corners in contact there.
+
+    A jump J in the slope of a corner's initial gap needs ``pi J`` from the logarithms through the limits of k
+    U and k W for k -> infinity (docs/theory/halfplane.md, "Contact line"). A second body joins those of
+    different corners at the same place of its surface.
+    """
+    whole = (
+        {**zones, 1: [(-right, -left) for left, right in zones[0]]}
+        if problem.mirror and not half_line(problem)
+        else zones
+    )
+    found = {kink: {} for kink in problem.kinks}
+    for kink, jumps in problem.kinks.items():
+        chain = [kink + way * problem.solid.ell for way in _ways(problem, order)]
+        for (x, corner), size in _sizes(problem, whole, chain, kink, jumps).items():
+            place = min(found, key=lambda each: abs(each - x))
+            if abs(place - x) > SAME * problem.solid.ell:
+                place = x
+                found[x] = {}
+            found[place][corner] = found[place].get(corner, 0.0) + size
+    return {place: sizes for place, sizes in found.items() if sizes}
+
+
+def _sizes(problem, zones, chain, kink, jumps):
+    """{(place, corner): K} on a chain of places, from the jumps at one of them."""
+    inside = [
+        (x, corner)
+        for x in chain
+        for corner, intervals in zones.items()
+        if any(left < x < right for left, right in intervals)
+    ]
+    if not inside:
+        return {}
+    x, corner = np.array([each[0] for each in inside]), np.array([each[1] for each in inside])
+    lever = np.array(problem.lever(corner, x), float)
+    pressed = x - np.array([problem.shift(each) for each in corner])
+    displacement, rotation = short_waves(problem.solid)
+    near = SAME * problem.solid.ell
+    matrix = (np.abs(x - x[:, None]) < near) * (displacement + rotation * np.outer(lever, lever))
+    matrix += (np.abs(pressed - pressed[:, None]) < near) * counter_short_waves(problem.counter)
+    right = np.array([jumps.get(each, 0.0) if place == kink else 0.0 for place, each in inside])
+    return dict(zip(inside, np.linalg.solve(matrix, right) / np.pi))

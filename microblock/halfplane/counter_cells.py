@@ -1,0 +1,62 @@
+"""A second body on equal cells: its displacement under the corners where they stand, by FFT.
+
+Corner a of the contact point x presses the second body at x - s_a. With U2 its displacement under a force, the
+gap of a gets U2 at the distance x - s_a - (y - s_b) from the force of corner b at y: in Fourier space U2 times
+exp(-i k (s_a - s_b)). For corners half a block beside the contact point, in sums and differences of their forces,
+that is U2 (1 + cos k ell)/2 for U, U2 sin(k ell)/2 for V and U2 (1 - cos k ell)/2 for W.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import irfft, rfft
+
+from .kernels import normal_averages, normal_symbol
+
+
+@dataclass(frozen=True)
+class CounterCells:
+    """Gaps of all corners from their forces on cells, by way of the second body.
+
+    Attributes
+    ----------
+    length : int, of the transforms
+    spectra : array (corners, corners, length//2 + 1), of gap a from force b (length per force on a cell)
+    smooth : array (length//2 + 1,), U2 at these wavenumbers, positive
+    phase : array (length//2 + 1,), k times the way from the right corner to the left one
+    """
+
+    length: int
+    spectra: np.ndarray
+    smooth: np.ndarray
+    phase: np.ndarray
+
+    @classmethod
+    def on(cls, solid, shifts, width, count, length, periodic):
+        """Of a solid, on so many cells of a width, or of `length` on a period."""
+        k = 2 * np.pi * np.arange(length // 2 + 1) / (length * width)
+        ways = np.array([[one - other for other in shifts] for one in shifts])
+        smooth = normal_symbol(solid, np.concatenate((k[1:2] / 2, k[1:]))) / width
+        if periodic:
+            spectra = np.where(k == 0, 0.0, smooth) * np.exp(-1j * k * ways[..., None])
+            if length % 2 == 0:
+                spectra[..., -1] = spectra[..., -1].real
+        else:
+            cells = np.fft.fftfreq(length, 1 / length)
+            apart = np.where(np.abs(cells) < count, cells, 0.0) * width
+            kernels = normal_averages(solid, apart - ways[..., None], np.full((*ways.shape, length), width))
+            spectra = rfft(np.where(np.abs(cells) < count, kernels, 0.0))
+        return cls(length, spectra, smooth, k * np.ptp(shifts))
+
+    def __matmul__(self, forces):
+        waves = np.einsum("abk,bk->ak", self.spectra, rfft(forces, self.length))
+        return irfft(waves, self.length)[:, : forces.shape[1]]
+
+    def added(self, U, iV, W):
+        """The symbol of a body with corners half a block to the left and to the right, and of this one."""
+        cosine, sine = np.cos(self.phase), np.sin(self.phase)
+        sine[-1 :] *= self.length % 2  # odd: not seen at the shortest wave
+        half = self.smooth / 2
+        return U + half * (1 + cosine), iV + 1j * half * sine, W + half * (1 - cosine)

@@ -1,0 +1,74 @@
+"""A counter-body: an obstacle that deforms, whose shape is the undeformed lower surface of a second body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from ..errors import BadArgument
+from . import obstacles
+from .types import Array, BodyLike, ObstacleLike
+
+
+@dataclass(frozen=True)
+class Deformable:
+    """Second body that is pressed on the first, as an obstacle that deforms.
+
+    Its surface is smooth: it takes pressures and no moments. Each corner presses it where the corner stands,
+    A at x1 - ell/2 and B at x1 + ell/2 of the contact point x1. Heights, slope discontinuities and edges are those
+    of the shape.
+
+    Parameters
+    ----------
+    body : HalfPlane
+        The second body, upside down; its own solid may be another one, also a classical one (``beta=0``).
+    shape : obstacle or callable
+        Lower surface of the second body before it deforms, as any obstacle of `Contact`.
+
+    Raises
+    ------
+    BadArgument
+        If the body is none, or the shape no obstacle along a line.
+
+    Examples
+    --------
+    >>> steel = mb.Cosserat(E=200, nu=0.3, ell=0.1, beta=0)
+    >>> mb.Deformable(mb.HalfPlane(steel), mb.Cylinder(R=10)).height(np.ones(1)).tolist()
+    [0.05]
+    """
+
+    body: BodyLike
+    shape: ObstacleLike
+
+    def __post_init__(self) -> None:
+        if not hasattr(self.body, "methods") or isinstance(self.body, type):
+            raise BadArgument("body", self.body, "must be a body, as mb.HalfPlane(solid)")
+        if isinstance(self.shape, Deformable):
+            raise BadArgument("shape", self.shape, "must be that of the body, and is another body")
+        obstacles.check(self.shape)
+
+    def height(self, x: Array) -> ArrayLike:
+        """Returns the height of the undeformed shape at the abscissae x, array (n,) (lengths)."""
+        height: Any = getattr(self.shape, "height", self.shape)
+        found: ArrayLike = height(x)
+        return found
+
+    def __getattr__(self, name: str) -> Any:
+        if name in OF_SHAPE:
+            return getattr(self.shape, name)
+        raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
+
+
+OF_SHAPE = "kinks", "jumps", "ends", "formulas", "even", "period"  # attributes that are those of the shape
+
+
+def shape_of(obstacle: ObstacleLike) -> ObstacleLike:
+    """Returns the shape of an obstacle before it deforms: that of a counter-body, or the obstacle itself."""
+    return obstacle.shape if isinstance(obstacle, Deformable) else obstacle
+
+
+def body_of(obstacle: ObstacleLike) -> Any:
+    """Returns the body of an obstacle that deforms; None of a rigid one."""
+    return obstacle.body if isinstance(obstacle, Deformable) else None
