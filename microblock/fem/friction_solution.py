@@ -11,6 +11,7 @@ from ..corners.nodal import zones_of
 from ..errors import BadArgument
 from ..halfplane.friction_events import events
 from ..model import law as laws
+from ..model.deformable import body_of
 from ..model.history import FrictionSolution, FrictionState, History
 from .body_solution import BodySolution
 from .friction import FrictionFacets, MonolithicFriction
@@ -206,8 +207,10 @@ class BodyFrictionSolution(_AtNodes, BodySolution):
         return self.with_slip(BodySolution.zones_by_name.func(self))
 
 
-def require_mesh(rtol):
-    """BadArgument for an rtol: histories are followed on the mesh as it is."""
+def _check(solver, rtol):
+    """BadArgument for what histories on a mesh do not know: an rtol, an obstacle that deforms."""
+    if body_of(solver.obstacle) is not None:
+        raise BadArgument("obstacle", solver.obstacle, "deforms: histories on a mesh take rigid obstacles alone")
     if rtol is not None:
         raise BadArgument(
             "rtol", rtol, "is not for histories on a mesh, which stays as it is: refine it yourself"
@@ -216,7 +219,7 @@ def require_mesh(rtol):
 
 def of_newton(solver, pairs, coupled, rtol):
     """The History of a NewtonSolver through pairs, array (n, 2)."""
-    require_mesh(rtol)
+    _check(solver, rtol)
     if solver.options.kind != "al":
         raise BadArgument("kind", solver.options.kind, 'does not follow friction: Newton("al") does')
     facets = FrictionFacets(solver.supported, solver.law, solver.obstacle, solver.body.contact)
@@ -230,7 +233,7 @@ def of_newton(solver, pairs, coupled, rtol):
 
 def of_body(solver, pairs, coupled, rtol):
     """The History of a BodySolver through pairs, array (n, 2)."""
-    require_mesh(rtol)
+    _check(solver, rtol)
     nodes = slip_nodes(solver)
     contact = nodes.frictional(solver.law, solver.obstacle, coupled)
     path, states, count = FrictionPath(contact), [], len(solver.law.corners)

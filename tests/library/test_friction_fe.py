@@ -399,6 +399,8 @@ def test_what_does_not_know_friction_refuses_it():
         FrictionFacets(block(0.3), mb.Microblock(), CYLINDER)
     with pytest.raises(mb.BadArgument, match="kind"):
         history(block(0.3), law, PAIRS, mb.Newton("penalty"))
+    with pytest.raises(mb.BadArgument, match="obstacle"):
+        history(block(0.3), law, PAIRS, obstacle=mb.Deformable(mb.HalfPlane(SOLID), CYLINDER))
     with pytest.raises(mb.BadArgument, match="rtol"):
         mb.Contact(block(0.3), CYLINDER, law).history(PAIRS, rtol=1e-2)
     with pytest.raises(mb.BadArgument, match="obstacle"):
