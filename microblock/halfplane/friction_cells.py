@@ -16,7 +16,7 @@ from ..model.types import Array
 BEYOND = 0.4  # length that a cell may have for each length away from the outermost edge
 SAMPLED = 400  # places to either side of a feature and between, at which sizes are looked at
 NEAREST = 1e-9  # of the half-width, next to a feature
-MOST = 1500  # cells
+MOST = 2400  # forces: of corners, and tangential ones
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def cells(
     Raises
     ------
     NotConverged
-        If there are more than MOST.
+        If there are too many.
     """
     assert problem.picture is not None
     a = problem.picture.half_width
@@ -64,8 +64,9 @@ def cells(
             found.append(np.column_stack((edges[:-1], edges[1:])))
     made = np.concatenate(found)
     made = made[made[:, 1] > made[:, 0]]
-    if len(made) > MOST:
-        raise NotConverged(f"{len(made)} cells would be needed, and {MOST} are in reach; ask for a larger rtol")
+    most = MOST // (len(problem.law.corners) + 1)
+    if len(made) > most:
+        raise NotConverged(f"{len(made)} cells would be needed, and {most} are in reach; ask for a larger rtol")
     return made
 
 

@@ -85,4 +85,4 @@ def test_an_index_is_one_element():
 
 def test_letters_are_those_of_equations():
     assert letters(r"\mathbf{u}_1 = \frac{\ell}{2} \exp(-\mathrm{i} k x) + \gamma' p_A^2") == set("uℓikxγp")
-    assert letters(r"Q = 1") - set().union(*table()) == {"Q"}  # a letter that is not there would be seen
+    assert letters(r"F = 1") - set().union(*table()) == {"F"}  # a letter that is not there would be seen

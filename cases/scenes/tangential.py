@@ -1,0 +1,248 @@
+"""Cylinder with friction under normal, then shear loads: stick, slip, and what their history dissipates.
+
+Geometry   half-plane x2 < 0; a cylinder of radius R, rigid or a second half-plane of that shape; blocks of
+           side ell.
+Equations  (10)-(18) in the half-plane, corner gaps and conditions (26); on each block's face one shear force
+           of at most the friction times its normal force. The paper has no friction.
+Model      cells graded towards all edges, loads followed from event to event (docs/theory/friction.md).
+Reference  Cattaneo and Mindlin for two equal bodies and small blocks; for the rigid cylinder, uncoupled, the
+           similar stick zone of the first loading.
+Look at    stick zones that shrink as the shear grows, and grow again behind a reversal; microblocks lose them
+           on the side from which the cylinder comes.
+Units      E* and R of both bodies together: lengths over a_Hz, pressures over p_Hz of the load P (normal = 1);
+           M over p_Hz ell, psi as psi R/a_Hz, slip over a_Hz^2/R, energies over P a_Hz^2/R, shear over f P.
+"""
+
+import math
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+import microblock as mb
+from microblock.data.records import column, grouped
+
+from ..common.case import of_kinds, profiles
+from ..common.options import Checked, coupling, option, poisson
+from ..common.records import print_table, returned
+
+RTOL = 1e-2
+LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
+SHOWN = ("alpha", "normal", "shear", "half_width", "stick", "dissipation", "error_estimate", "balance")
+SECOND = "four numbers: E2 over the first body's modulus, NU2, BETA2, ALPHA2 (ell2 over a_Hz)"
+
+
+@dataclass(frozen=True)
+class Parameters(Checked):
+    alpha: tuple = option((0.25,), "sizes of a block over a_Hz", above=0, nargs="+", metavar="ALPHA")
+    friction: float = option(0.3, "coefficient of friction", above=0)
+    normal: float = option(1.0, "normal load, a multiple of P", above=0)
+    shear: tuple = option(
+        (0.25, 0.5, 0.75, 1.0, 0.0),
+        "shear loads over f P at this normal load, in the order in which they are followed; the state without "
+        "shear comes before them",
+        at_least=-1,
+        at_most=1,
+        nargs="+",
+        metavar="SHEAR",
+    )
+    coupled: str = option("yes", "whether shear acts on the gaps", str, choices=("yes", "no"))
+    contact: str = option("microblock", "contact law", str, choices=tuple(LAWS))
+    nu: float = poisson()
+    beta: float = coupling()
+    second: tuple = option(
+        ("rigid",), f"the cylinder: rigid, same as the half-plane, or {SECOND}", str, nargs="+", metavar="BODY"
+    )
+    rtol: float | None = option(
+        None,
+        "relative L2 error of pressure, of micromoment over ell and of shear traction over the friction, all "
+        f"over the pressure ({RTOL:g} if nothing is given)",
+        above=0,
+        below=1,
+    )
+
+    def relate(self):
+        self.second_solid(1.0)
+
+    def resolved(self):
+        return replace(self, rtol=RTOL if self.rtol is None else self.rtol)
+
+    def second_solid(self, ell):
+        """The second body's solid, if blocks of the first have the side ell; None of a rigid one."""
+        if self.second == ("rigid",):
+            return None
+        if self.second == ("same",):
+            return self.solid(ell)
+        try:
+            E, nu, beta, alpha = map(float, self.second)
+        except ValueError:
+            raise mb.BadArgument("second", " ".join(self.second), f"must be rigid, same, or {SECOND}") from None
+        try:
+            return mb.Cosserat(E=E * (1 - self.nu**2), nu=nu, ell=alpha, beta=beta)
+        except mb.BadArgument as failure:
+            words = f"has a {failure.name} that {failure.allowed}"
+            raise mb.BadArgument("second", " ".join(self.second), words) from failure
+
+    def solid(self, ell):
+        """The half-plane's solid, of E* = 1."""
+        return mb.Cosserat(E=1 - self.nu**2, nu=self.nu, ell=ell, beta=self.beta)
+
+    @property
+    def E_star(self):
+        """That of both bodies together; with R = 1 and a_Hz = 1 it is the scale of all stresses."""
+        second = self.second_solid(1.0)
+        return 1.0 if second is None else 1 / (1 + 1 / second.E_star)
+
+    @property
+    def unit(self):
+        """P, the load with a_Hz = 1."""
+        return math.pi / 4 * self.E_star
+
+    def problem(self, alpha):
+        """The contact problem at one size of the blocks."""
+        second, cylinder = self.second_solid(alpha), mb.Cylinder(R=1.0)
+        obstacle = cylinder if second is None else mb.Deformable(mb.HalfPlane(second), cylinder)
+        return mb.Contact(mb.HalfPlane(self.solid(alpha)), obstacle, LAWS[self.contact](friction=self.friction))
+
+
+def solve(parameters, alpha):
+    """The history at one size of the blocks."""
+    P = parameters.normal * parameters.unit
+    pairs = [(P, share * parameters.friction * P) for share in (0.0, *parameters.shear)]
+    coupled = parameters.coupled == "yes"
+    return parameters.problem(alpha).history(pairs, coupled=coupled, rtol=parameters.rtol)
+
+
+def reference(shears):
+    """Half-widths of stick over that of contact after Cattaneo and Mindlin, for shear loads over f P in turn.
+
+    From the load 0 on the stick zone is sqrt(1 - Q); behind a reversal at Q* it is sqrt(1 - |Q* - Q|/2), until
+    Q comes back to where the way turned before, whose state goes on then.
+    """
+    found, turns, last = [], [], 0.0  # turns: shears at which the way has turned, the oldest first
+    for shear in shears:
+        if turns and (shear - last) * (last - turns[-1]) < 0:
+            turns.append(last)
+        elif not turns:
+            turns.append(0.0)
+        while len(turns) > 2 and (shear - turns[-2]) * (turns[-1] - turns[-2]) <= 0:
+            del turns[-2:]
+        if len(turns) == 2 and abs(shear) >= abs(turns[1]) and shear * turns[1] < 0:
+            turns = [0.0]
+        first = len(turns) == 1
+        way = abs(shear - turns[-1]) / (1 if first else 2)
+        found.append(math.sqrt(max(0.0, 1 - way)))
+        last = shear
+    return found
+
+
+def observe(parameters, alpha, state):
+    """What the case returns of a state."""
+    P, p = parameters.unit, parameters.E_star / 2
+    energy = {name: float(getattr(state, name)) / P for name in ("dissipation", "energy", "work")}
+    profile = {
+        "x": state.x,
+        "weight": state.weights,
+        "pressure": state.pressure / p,
+        "shear": state.shear_traction / p,
+        "micromoment": state.micromoment / (p * alpha),
+        "psi": state.psi,
+        "slip": state.slip,
+    }
+    return {
+        "alpha": alpha,
+        "normal": state.normal / P,
+        "shear": state.shear / (parameters.friction * state.normal),
+        "stick": [list(pair) for pair in state.zones["stick"]],
+        "slip": [list(pair) for pair in state.zones["slip"]],
+        "zones": {name: [list(pair) for pair in state.zones[name]] for name in ("A", "B", "full", "contact")},
+        "half_width": state.half_width,
+        **energy,
+        "balance": abs(energy["work"] - energy["energy"] - energy["dissipation"]) / abs(energy["energy"]),
+        "error_estimate": state.error_estimate,
+        "unknowns": state.unknowns,
+        "profile": {name: np.asarray(values).tolist() for name, values in profile.items()},
+    }
+
+
+def _event(parameters, alpha, event):
+    P = parameters.unit
+    return {
+        "alpha": alpha,
+        "pair": event.pair,
+        "normal": event.normal / P,
+        "shear": event.shear / (parameters.friction * parameters.normal * P),
+        "error": event.error,
+        "kind": event.kind,
+        "zone": event.zone,
+        "x": event.x,
+    }
+
+
+def result(parameters, quiet=True):
+    """The case's object: states and events of each size of the blocks, one after the other."""
+    start, chosen = time.perf_counter(), parameters.resolved()
+    states, events = [], []
+    for alpha in chosen.alpha:
+        history = solve(chosen, alpha)
+        states += [observe(chosen, alpha, state) for state in history.states]
+        events += [_event(chosen, alpha, event) for event in history.events]
+    return returned(chosen, start, model="halfplane", states=states, events=events)
+
+
+def show(answer):
+    """Print the states, with the stick zones as intervals, and the events."""
+    stick = [" ".join(f"[{a:.4f}, {b:.4f}]" for a, b in one["stick"]) or "none" for one in answer["states"]]
+    print_table([{**one, "stick": own} for one, own in zip(answer["states"], stick)], SHOWN)
+    print_table(answer["events"], ("alpha", "kind", "zone", "normal", "shear", "error", "x"))
+
+
+def rows(parameters, answer):
+    """A row for each cell of each state, and one for each stick zone."""
+    states = [{**one, "state": number, "load": one["shear"]} for number, one in enumerate(answer["states"])]
+    cells = profiles(states, "state", "alpha", "normal", "load", "error_estimate")
+    zones = [
+        {"state": one["state"], "alpha": one["alpha"], "load": one["load"], "left": left, "right": right}
+        for one in states
+        for left, right in one["stick"]
+    ]
+    return of_kinds(cell=cells, stick=zones)
+
+
+def figure(records):
+    """As the shear grows the stick zone shrinks towards the side from which the cylinder comes.
+
+    A cylinder is pressed on a half-plane with friction, then sheared. (a) Shear traction for the loads one after
+    the other, from dark to light; dotted: the largest one that friction allows at the first and last of them.
+    (b) The stick zone of each state, in the order of the loads from below.
+
+    Seen: in (a) curves that follow the dotted bound on both sides and leave it between; in (b) bars that get
+    shorter from one load to the next, none where all slips, and a bar again after the reversal.
+    """
+    from microblock.view import plots
+
+    kinds = grouped(records, "kind")
+    alpha = kinds["cell"][0]["alpha"]
+    cells = [row for row in kinds["cell"] if row["alpha"] == alpha]
+    zones = [row for row in kinds.get("stick", ()) if row["alpha"] == alpha]
+    drawing, axes = plots.figure(2, 1, height=1.8, sharex=True)
+    states = list(grouped(cells, "state").values())
+    colours = plots.shades(len(states))
+    friction = cells[0]["friction"]
+    for colour, own in zip(colours, states):
+        axes[0].plot(column(own, "x"), column(own, "shear"), color=colour)
+    for own in (states[0], states[-1]):
+        axes[0].plot(column(own, "x"), friction * np.array(column(own, "pressure")), ":", color="0.5", linewidth=0.8)
+    loads = [own[0]["load"] for own in states]
+    for level, (colour, own) in enumerate(zip(colours, states)):
+        for zone in (row for row in zones if row["state"] == own[0]["state"]):
+            axes[1].plot((zone["left"], zone["right"]), (level, level), color=colour, linewidth=3)
+    touching = [row["x"] for row in cells if row["pressure"] > 0]
+    axes[0].set(ylabel=r"$q/p_\mathrm{Hz}$", xlim=(1.1 * min(touching), 1.1 * max(touching)))
+    axes[1].set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$Q/(fP)$", ylim=(-0.7, len(loads) - 0.3))
+    axes[1].set_yticks(range(len(loads)), [f"{load:.3g}" for load in loads])
+    plots.letter(axes)
+    return drawing
+
+
+FIGURES = {"tangential": (rows, figure)}
