@@ -210,7 +210,9 @@ class BodyFrictionSolution(_AtNodes, BodySolution):
 def _check(solver, rtol):
     """BadArgument for what histories on a mesh do not know: an rtol, an obstacle that deforms."""
     if body_of(solver.obstacle) is not None:
-        raise BadArgument("obstacle", solver.obstacle, "deforms: histories on a mesh take rigid obstacles alone")
+        raise BadArgument(
+            "obstacle", solver.obstacle, "deforms: histories on a mesh take rigid obstacles alone"
+        )
     if rtol is not None:
         raise BadArgument(
             "rtol", rtol, "is not for histories on a mesh, which stays as it is: refine it yourself"
