@@ -57,6 +57,6 @@ class CounterCells:
     def added(self, U, iV, W):
         """The symbol of a body with corners half a block to the left and to the right, and of this one."""
         cosine, sine = np.cos(self.phase), np.sin(self.phase)
-        sine[-1 :] *= self.length % 2  # odd: not seen at the shortest wave
+        sine[-1:] *= self.length % 2  # odd: not seen at the shortest wave
         half = self.smooth / 2
         return U + half * (1 + cosine), iV + 1j * half * sine, W + half * (1 - cosine)

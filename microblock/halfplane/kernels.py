@@ -81,15 +81,14 @@ def short_waves(solid):
     return c / (1 + (1 - solid.nu) * solid.beta), c / (4 * solid.curvature * (1 - solid.nu))
 
 
-def coalescence_exponent(solid: Cosserat, counter: Cosserat | None = None) -> float:
+def coalescence_exponent(solid: Cosserat) -> float:
     """Returns s of p ~ x^s at the axis when two zones of partial contact touch there.
 
     ``cos(pi s) = (c_u - c_phi)/(c_u + c_phi)`` with the limits of k U and k W for k -> infinity
-    (docs/theory/halfplane.md, "Where the corners meet"); a second body adds its c_u below.
+    (docs/theory/halfplane.md, "Where the corners meet").
     """
     displacement, rotation = short_waves(solid)
-    own = displacement + rotation + counter_short_waves(counter)
-    return float(np.arccos((displacement - rotation) / own) / np.pi)
+    return float(np.arccos((displacement - rotation) / (displacement + rotation)) / np.pi)
 
 
 def counter_short_waves(counter: Cosserat | None) -> float:
