@@ -1,9 +1,9 @@
 """What a second body carries from corner to corner: singular places of the pressures, a block's side apart.
 
-Corner A presses the second body at x - ell/2, B at x + ell/2. What is singular in p_A at x is so in the gap of
-B at x - ell, and p_B follows; what is singular in p_B at x goes to A at x + ell, and the body carries both from
-corner to corner at one x. So the singular places of a pressure go on by steps of ell, and get fainter by a
-factor below 1/2 each (docs/theory/two_bodies.md).
+Corner A presses the second body at x - ell/2, B at x + ell/2. What is singular in p_A at x is so in the gap
+of B at x - ell, and p_B follows; what is singular in p_B at x goes to A at x + ell, and the body carries
+both from corner to corner at one x. So the singular places of a pressure go on by steps of ell, and get
+fainter by a factor below 1/2 each (docs/theory/two_bodies.md).
 """
 
 import numpy as np
@@ -20,8 +20,8 @@ def decay(problem):
     """Factor by which singularities are fainter from step to step, 0 to 1; 0 if the obstacle is rigid, or has
     one corner to a block.
 
-    On steps m of the way ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t) A +
-    (c_BB + c) B = 0``, c of the second body (docs/theory/two_bodies.md). psi0 only makes t smaller.
+    On steps m of the way ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t)
+    A + (c_BB + c) B = 0``, c of the second body (docs/theory/two_bodies.md). psi0 only makes t smaller.
     """
     if problem.counter is None or len(problem.law.corners) == 1:
         return 0.0
@@ -95,8 +95,8 @@ def _sizes(problem, zones, chain, kink, jumps):
 
 
 def _short_waves_between(problem, inside):
-    """Limits of k times the gaps from pressures, for k -> infinity, between pairs (place, corner): array (n, n)
-    of lengths per stress times k.
+    """Limits of k times the gaps from pressures, for k -> infinity, between pairs (place, corner): array
+    (n, n) of lengths per stress times k.
     """
     x, corner = np.array([each[0] for each in inside]), np.array([each[1] for each in inside])
     lever = np.array(problem.lever(corner, x), float)

@@ -39,8 +39,6 @@ PARTS, TERMS = 28, 6  # polynomials of so few terms on parts of it, cheap to loo
 GAUSS = 12
 KERNELS, ODD = 5, (1, 4)
 NEAR_CELLS, FAR_GAUSS = 16, 6  # from this many cells on, Gauss points on a cell: (4*16)^-12, rounding
-AVERAGED = 12  # Gauss points on a cell for what U has besides its logarithm
-TINY = 1e-300
 FAR_TAIL = 40.0  # exp(-40) is nothing
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
@@ -296,29 +294,6 @@ def normal_kernel(solid, distance):
     if is_classical(solid):
         return -c / np.pi * np.log(np.maximum(np.abs(scaled), NEAREST))
     return c * kernels(solid.nu, solid.beta, solid.curvature)(scaled, (0,))[0]
-
-
-def normal_averages(solid, distance, width):
-    """`normal_kernel` averaged over cells of a width whose centres are at a distance, arrays of one shape.
-
-    The logarithm of short waves is integrated in closed form, what is left by Gauss points.
-    """
-    nearby = short_waves(solid)[0] / np.pi
-    total = _log_averages(distance, width) - np.log(solid.ell)
-    if is_classical(solid):
-        return -nearby * total
-    points, gauss = gauss_rule(AVERAGED)
-    places = np.asarray(distance)[..., None] + np.asarray(width)[..., None] * (points - 0.5)
-    places = np.maximum(np.abs(places), NEAREST * solid.ell)
-    smooth = normal_kernel(solid, places) + nearby * np.log(places / solid.ell)
-    return smooth @ gauss - nearby * total
-
-
-def _log_averages(distance, width):
-    """Averages of log|x| over intervals around the distances."""
-    ends = np.asarray(distance) + np.multiply.outer((-0.5, 0.5), np.asarray(width))
-    whole = ends * np.log(np.maximum(np.abs(ends), TINY)) - ends
-    return (whole[1] - whole[0]) / width
 
 
 def normal_symbol(solid, k):

@@ -17,8 +17,8 @@ class Deformable:
     """Second body that is pressed on the first, as an obstacle that deforms.
 
     Its surface is smooth: it takes pressures and no moments. Each corner presses it where the corner stands,
-    A at x1 - ell/2 and B at x1 + ell/2 of the contact point x1. Heights, slope discontinuities and edges are those
-    of the shape.
+    A at x1 - ell/2 and B at x1 + ell/2 of the contact point x1. Heights, slope discontinuities and edges
+    are those of the shape.
 
     Parameters
     ----------

@@ -104,8 +104,8 @@ def surface(
     apart: Flags | None = None,
     counter: Function | None = None,
 ) -> Surface:
-    """Returns the Surface of a state of a problem, from its fields at the points; `counter` is the displacement
-    along x2 of a second body's surface, a function of x1.
+    """Returns the Surface of a state of a problem, from its fields at the points; `counter` is the
+    displacement along x2 of a second body's surface, a function of x1.
     """
     law, ell, x = problem.law, problem.ell, points[:, 0]
     initial = np.array(list(law.initial_gaps(points, normals, ell, problem.obstacle).values()))
