@@ -3,7 +3,7 @@
 Corner A presses the second body at x - ell/2, B at x + ell/2. What is singular in p_A at x is so in the gap
 of B at x - ell, and p_B follows; what is singular in p_B at x goes to A at x + ell, and the body carries
 both from corner to corner at one x. So the singular places of a pressure go on by steps of ell, and get
-fainter by a factor below 1/2 each (docs/theory/two_bodies.md).
+fainter by a factor each (docs/theory/two_bodies.md).
 """
 
 import numpy as np
@@ -21,16 +21,18 @@ def decay(problem):
     one corner to a block.
 
     On steps m of the way ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t)
-    A + (c_BB + c) B = 0``, c of the second body (docs/theory/two_bodies.md). psi0 only makes t smaller.
+    A + (c_BB + c) B = 0``, c of the second body (docs/theory/two_bodies.md); the levers are those at x = 0.
     """
     if problem.counter is None or len(problem.law.corners) == 1:
         return 0.0
     (displacement, rotation), own = short_waves(problem.solid), counter_short_waves(problem.counter)
-    both, coupling = displacement + rotation, abs(displacement - rotation)
+    a, b = problem.levers(np.zeros(1))[:, 0]
+    coupling = abs(displacement + rotation * a * b)
     if not coupling:
         return 0.0
-    half = ((both + own) ** 2 - coupling**2 - own**2) / (2 * coupling * own)
-    return 1 / (half + np.sqrt(half**2 - 1))
+    both = (displacement + rotation * a**2 + own) * (displacement + rotation * b**2 + own)
+    half = (both - coupling**2 - own**2) / (2 * coupling * own)
+    return float(1 / (half + np.sqrt(half**2 - 1)))
 
 
 def steps(problem, order):

@@ -246,8 +246,8 @@ def _require_finite_chain(problem, zones):
     ]
     if touched and decay(problem):
         raise NotConverged(
-            f"at the edge of the second body at x = {touched[0]:g} zones open again and again, a block's
-            side " "apart, which panels do not follow: take Cells()"
+            f"at the edge of the second body at x = {touched[0]:g} zones open again and again, a block's "
+            "side apart, which panels do not follow: take Cells()"
         )
 
 

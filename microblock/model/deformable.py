@@ -34,9 +34,12 @@ class Deformable:
 
     Examples
     --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
     >>> steel = mb.Cosserat(E=200, nu=0.3, ell=0.1, beta=0)
-    >>> mb.Deformable(mb.HalfPlane(steel), mb.Cylinder(R=10)).height(np.ones(1)).tolist()
-    [0.05]
+    >>> roller = mb.Deformable(mb.HalfPlane(steel), mb.Cylinder(R=10))
+    >>> problem = mb.Contact(mb.HalfPlane(solid), roller, mb.Microblock())
+    >>> round(problem.solve(load=1.0).half_width, 2)      # 0.36 under a rigid cylinder
+    0.44
     """
 
     body: BodyLike
