@@ -22,8 +22,10 @@ class Deformable:
 
     Parameters
     ----------
-    body : HalfPlane
-        The second body, upside down; its own solid may be another one, also a classical one (``beta=0``).
+    body : HalfPlane or Body
+        The second body, of the kind of the first; its own solid may be another one, that of a half-plane also
+        a classical one (``beta=0``). A `Body` lies above its contact boundary, a straight and level one that
+        reaches over all corners below the shape.
     shape : obstacle or callable
         Lower surface of the second body before it deforms, as any obstacle of `Contact`.
 

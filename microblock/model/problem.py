@@ -38,7 +38,7 @@ class Problem:
         Whether obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x
         >= 0 if the law has one corner only.
     counter : Cosserat, optional
-        Solid of the second half-plane, if the obstacle is its shape; without it the obstacle is rigid.
+        Solid of the second body, if the obstacle is its shape; without it the obstacle is rigid.
     picture : Picture, optional
         What is known of the obstacle; without it the obstacle is taken for smooth between its slope
         discontinuities and edges.

@@ -113,8 +113,9 @@ def surface(
     gaps = initial - approach * normals[:, 1] + displacement + ell / 2 * levers * psi
     over = gap(problem.obstacle, points, normals) - approach * normals[:, 1]
     if counter is not None:
-        gaps = gaps + [counter(x - shift) for shift in law.shifts(ell)]
-        over = over + counter(x)
+        upwards = normals[:, 1]
+        gaps = gaps + [counter(x - shift * upwards) * upwards for shift in law.shifts(ell)]
+        over = over + counter(x) * upwards
     rotation = law.initial_rotation(x) + psi
     return Surface(
         points,
