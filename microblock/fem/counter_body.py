@@ -51,7 +51,9 @@ class CounterBody:
     @cached_property
     def _shares(self):
         """Shares of the nodes in the force of each corner, and in its displacement: array (corners n,
-        nodes).""" return np.vstack([self._shares_of(shift) for shift in self.shifts])
+        nodes).
+        """
+        return np.vstack([self._shares_of(shift) for shift in self.shifts])
 
     def _shares_of(self, shift):
         body, points = self.body, self.body.points
