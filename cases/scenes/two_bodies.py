@@ -8,7 +8,8 @@ Equations  (10)-(18) in both half-planes, the corner gaps (20)-(22) and conditio
 Model      panels on the contact line, fitted to the zones of each corner (docs/theory/two_bodies.md).
 Reference  Hertz with both moduli, 1/E* = 1/E1* + 1/E2*, for alpha -> 0; the case hertz for a rigid one.
 Look at    pressure and micromoment beside those under a rigid obstacle at the same alpha.
-Units      those of Hertz with both moduli at load P, (50): lengths over a_Hz, pressures over p_Hz, M over p_Hz
+Units      those of Hertz with both moduli at load P, (50): lengths over a_Hz, pressures over p_Hz, M over
+p_Hz
            ell, psi as psi R/a_Hz, energy (of both bodies) over p_Hz a_Hz^3/R, up to a constant.
 """
 
@@ -32,8 +33,8 @@ RIGID, SAME = "rigid", "same"
 class Parameters(Checked):
     second: tuple = option(
         (SAME,),
-        f"the second body: {RIGID}, {SAME} (the solid of the first), or its E, nu, beta (0: classical) and ell "
-        "over a_Hz",
+        f"the second body: {RIGID}, {SAME} (the solid of the first), or its E, nu, beta (0: classical) and "
+        "ell over a_Hz",
         str,
         nargs="+",
         metavar="SOLID",

@@ -8,10 +8,11 @@ from cases.scenes import hertz, two_bodies
 
 
 def test_a_rigid_second_body_is_that_of_hertz():
-    """The same numbers: the same problem in the same units."""
+    """The same problem in the same units, but for rounding."""
     (one,) = two_bodies.result(two_bodies.Parameters(second=("rigid",)))["states"]
     (other,) = hertz.result(hertz.Parameters())["states"]
-    assert one["half_width"] == other["half_width"] and one["pressure_max"] == other["pressure_max"]
+    for name in ("half_width", "pressure_max", "micromoment_max"):
+        assert one[name] == pytest.approx(other[name], rel=1e-9)
     assert one.keys() == other.keys()
 
 
@@ -23,16 +24,14 @@ def test_in_units_of_both_bodies_small_blocks_are_hertz():
     assert state["pressure_centre"] == pytest.approx(1, abs=1e-2)
 
 
-@pytest.mark.parametrize(
-    "second", [("soft",), ("50", "0.2"), ("50", "0.7", "0", "0.1"), ("50", "0.2", "0", "-1")]
-)
+@pytest.mark.parametrize("second", ["soft", "50 0.2", "50 0.7 0 0.1", "50 0.2 0 -1"])
 def test_what_is_no_second_body_is_refused_by_name(second):
     with pytest.raises(mb.BadArgument, match="second"):
-        two_bodies.Parameters(second=second)
+        two_bodies.Parameters(second=tuple(second.split()))
 
 
 def test_kinks_of_the_pressure_come_back_a_block_away():
-    """The slope of the pressure jumps where full contact ends, and a block's side outside and inside of it."""
+    """The slope of the pressure jumps where full contact ends, and a block away on either side."""
     (state,) = two_bodies.solve(two_bodies.Parameters(rtol=1e-5))
     a = two_bodies.Parameters().a_Hz
     edge = state.zones["full"][0][1] / a

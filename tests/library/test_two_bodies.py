@@ -288,7 +288,7 @@ def test_second_bodies_on_meshes_that_do_not_fit_are_refused(lower):
 # error estimates
 
 
-def scene(number):
+def seeded(number):
     rng = np.random.default_rng([17, number])
     ell = 10 ** rng.uniform(-0.9, 0)
     nu, nu2 = rng.uniform(-0.2, 0.45, 2)
@@ -303,7 +303,7 @@ def scene(number):
 
 @pytest.mark.parametrize("number", range(20))
 def test_error_estimates_hold(number):
-    problem, load = scene(number)
+    problem, load = seeded(number)
     state, fine = (problem.solve(load=load, rtol=rtol) for rtol in (1e-3, 1e-5))
     assert difference(state.solution, fine.solution) <= state.error_estimate <= 1e-3
 
