@@ -33,6 +33,7 @@ UNSOLVED = 1e-6  # of a right-hand side that a direct solve leaves if the matrix
 SINGULAR = "the equations are singular: is the body supported, and does something stick?"
 # no pivoting: a stiffness is positive definite
 SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+AT_ONCE = 64  # right-hand sides of the body's factors: more take memory alone
 FILLED = 0.05  # part of a matrix without zeros, from which on it is factorised as a dense one
 
 
@@ -205,9 +206,10 @@ class Reduced(System):
         m = len(whole.forces)
         found = [sparse.csr_matrix((0, body.shape[1] - m))]
         for each in others:
-            own = each[:, m:].toarray()
-            if each[:, :m].nnz:
-                own -= (body[:, m:].T @ whole.factors(each[:, :m].T.toarray())).T
+            own, acting = each[:, m:].toarray(), body[:, m:].T
+            for first in range(0, own.shape[0] if each[:, :m].nnz else 0, AT_ONCE):
+                some = slice(first, first + AT_ONCE)
+                own[some] -= (acting @ whole.factors(each[some, :m].T.toarray())).T
             found.append(sparse.csr_matrix(own))
         return found
 

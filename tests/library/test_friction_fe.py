@@ -8,6 +8,7 @@ import ngsolve as ng
 import numpy as np
 import pytest
 from conftest import dome
+from ngsolve.meshes import MakeStructured2DMesh
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
@@ -224,6 +225,28 @@ def test_newton_and_the_condensed_body_agree(law, coupled):
         assert own == pytest.approx(other, rel=1e-9)
 
 
+def test_random_histories_are_followed_by_both_algorithms():
+    """Obstacles, laws, friction and loads by chance; of large friction there may be no state."""
+    random = np.random.default_rng(7)
+    for _ in range(8):
+        f, nu, ell = 10 ** random.uniform(-1.5, 0), random.uniform(0, 0.45), 10 ** random.uniform(-2, 0)
+        body = block(0.15, mb.Cosserat(E=100, nu=nu, ell=ell, beta=random.uniform(0.1, 1.9)), order=1)
+        law = (mb.Microblock if random.random() < 0.7 else mb.Unilateral)(friction=f)
+        obstacle = (CYLINDER, mb.Punch(half_width=0.4), mb.Wave(0.01, 0.7))[random.integers(3)]
+        pairs = [(P, random.uniform(-0.97, 0.97) * f * P) for P in random.uniform(0.1, 2, 3)]
+        coupled = bool(random.integers(2))
+        newton, condensed = (
+            history(body, law, pairs, method, coupled, obstacle).states[-1]
+            for method in (mb.Newton(), mb.Condensed())
+        )
+        size = condensed.pressure.max()
+        assert newton.residual < 1e-9
+        assert np.allclose(newton.pressure, condensed.pressure, rtol=0, atol=1e-9 * size)
+        assert np.allclose(newton.shear_traction, condensed.shear_traction, rtol=0, atol=1e-9 * size)
+        assert newton.dissipation == pytest.approx(condensed.dissipation, rel=1e-9, abs=1e-12)
+        assert newton.work == pytest.approx(newton.energy + newton.dissipation, rel=1e-9)
+
+
 @pytest.mark.parametrize("method", [mb.Newton(), mb.Condensed()])
 @pytest.mark.parametrize("coupled", [True, False])
 def test_work_is_energy_and_dissipation(method, coupled):
@@ -403,6 +426,10 @@ def test_what_does_not_know_friction_refuses_it():
         history(block(0.3), law, PAIRS, mb.Newton("penalty"))
     with pytest.raises(mb.BadArgument, match="obstacle"):
         history(block(0.3), law, PAIRS, obstacle=mb.Deformable(mb.HalfPlane(SOLID), CYLINDER))
+    mesh = MakeStructured2DMesh(nx=4, ny=2, mapping=lambda x, y: (4 * x - 2, y))
+    above = mb.Body(mesh, SOLID, fixed="top", contact="bottom")
+    with pytest.raises(mb.BadArgument, match="deforms: histories"):
+        history(block(0.3), law, PAIRS, obstacle=mb.Deformable(above, CYLINDER))
     with pytest.raises(mb.BadArgument, match="rtol"):
         mb.Contact(block(0.3), CYLINDER, law).history(PAIRS, rtol=1e-2)
     with pytest.raises(mb.BadArgument, match="obstacle"):
