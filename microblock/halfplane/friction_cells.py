@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import NotConverged
 from ..model.problem import Problem
 from ..model.types import Array
+from ..model.zones import joined
 
 BEYOND = 0.4  # length that a cell may have for each length away from the outermost edge
 SAMPLED = 400  # places to either side of a feature and between, at which sizes are looked at
@@ -33,8 +34,8 @@ def cells(
 ) -> Array:
     """Returns left and right edges of cells on all that could touch, array (n, 2).
 
-    At the distance r from the nearest feature a cell is `fineness` times the root of r and the half-width a of a
-    classical contact long: so pressures that begin like a square root are resolved alike everywhere. Beyond
+    At the distance r from the nearest feature a cell has the length `fineness` times the root of r a, a the
+    half-width of a classical contact: so pressures that begin like a square root are resolved alike everywhere. Beyond
     `reach` (left, right), outside of all contact, cells grow with the distance.
 
     Raises
@@ -49,7 +50,9 @@ def cells(
     for left, right in stretches(problem):
         fixed = [place for place in _fixed(problem) if left < place < right]
         own = [each for each in known if left < each.place < right]
-        steps = np.concatenate((NEAREST * a * 10 ** np.linspace(0, np.log10((right - left) / a / NEAREST), SAMPLED),))
+        steps = np.concatenate(
+            (NEAREST * a * 10 ** np.linspace(0, np.log10((right - left) / a / NEAREST), SAMPLED),)
+        )
         places = [np.linspace(left, right, SAMPLED), np.array(fixed)]
         places += [each.place + sign * steps for each in own for sign in (-1, 1)]
         x = np.unique(np.clip(np.concatenate(places), left, right))
@@ -66,7 +69,9 @@ def cells(
     made = made[made[:, 1] > made[:, 0]]
     most = MOST // (len(problem.law.corners) + 1)
     if len(made) > most:
-        raise NotConverged(f"{len(made)} cells would be needed, and {most} are in reach; ask for a larger rtol")
+        raise NotConverged(
+            f"{len(made)} cells would be needed, and {most} are in reach; ask for a larger rtol"
+        )
     return made
 
 
@@ -84,15 +89,13 @@ def _size(
 
 def stretches(problem: Problem) -> list[tuple[float, float]]:
     """Returns intervals of the contact point in which a corner could touch, ascending."""
-    from ..model.zones import joined
-
     assert problem.picture is not None
     shifts = [problem.shift(corner) for corner in range(len(problem.law.corners))]
     return joined((left + each, right + each) for left, right in problem.picture.stretches for each in shifts)
 
 
 def _fixed(problem: Problem) -> list[float]:
-    """Contact points at which a corner is under a slope discontinuity or an edge of the obstacle, ascending."""
+    """Contact points at which a corner is under a slope discontinuity or an edge, ascending."""
     ends = [place for pair in problem.ends.values() for place in pair]
     return sorted({*problem.kinks, *ends})
 
