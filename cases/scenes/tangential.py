@@ -10,8 +10,8 @@ Reference  Cattaneo and Mindlin for two equal bodies and small blocks; for the r
 Look at    stick zones that shrink as the shear grows, and grow again behind a reversal; microblocks lose them
            on the side to which the cylinder moves.
 Units      E* and R of both bodies together: lengths over a_Hz, pressures over p_Hz, both of the load P
-           (normal = 1); M over p_Hz ell, psi as psi R/a_Hz, slip over a_Hz^2/R, energies over P a_Hz^2/R, shear
-           over f P.
+           (normal = 1); M over p_Hz ell, psi as psi R/a_Hz, slip over a_Hz^2/R, energies over P a_Hz^2/R,
+           shear over f P.
 """
 
 import math

@@ -35,8 +35,8 @@ def cells(
     """Returns left and right edges of cells on all that could touch, array (n, 2).
 
     At the distance r from the nearest feature a cell has the length `fineness` times the root of r a, a the
-    half-width of a classical contact: so pressures that begin like a square root are resolved alike everywhere. Beyond
-    `reach` (left, right), outside of all contact, cells grow with the distance.
+    half-width of a classical contact: so pressures that begin like a square root are resolved alike
+    everywhere. Beyond `reach` (left, right), outside of all contact, cells grow with the distance.
 
     Raises
     ------
