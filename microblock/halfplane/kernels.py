@@ -45,8 +45,6 @@ KERNELS, ODD = 5, (1, 4)  # of the normal problem
 # of the problem with shear as well; of them 5 and 7 are odd, and next to x = 0 half of a step
 ALL_KERNELS, ALL_ODD = 9, (1, 4, 5, 7)
 NEAR_CELLS, FAR_GAUSS = 16, 6  # from this many cells on, Gauss points on a cell: (4*16)^-12, rounding
-AVERAGED = 12  # Gauss points on a cell for what U has besides its logarithm
-TINY = 1e-300
 FAR_TAIL = 40.0  # exp(-40) is nothing
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
@@ -87,15 +85,14 @@ def short_waves(solid):
     return c / (1 + (1 - solid.nu) * solid.beta), c / (4 * solid.curvature * (1 - solid.nu))
 
 
-def coalescence_exponent(solid: Cosserat, counter: Cosserat | None = None) -> float:
+def coalescence_exponent(solid: Cosserat) -> float:
     """Returns s of p ~ x^s at the axis when two zones of partial contact touch there.
 
     ``cos(pi s) = (c_u - c_phi)/(c_u + c_phi)`` with the limits of k U and k W for k -> infinity
-    (docs/theory/halfplane.md, "Where the corners meet"); a second body adds its c_u below.
+    (docs/theory/halfplane.md, "Where the corners meet").
     """
     displacement, rotation = short_waves(solid)
-    own = displacement + rotation + counter_short_waves(counter)
-    return float(np.arccos((displacement - rotation) / own) / np.pi)
+    return float(np.arccos((displacement - rotation) / (displacement + rotation)) / np.pi)
 
 
 def counter_short_waves(counter: Cosserat | None) -> float:
@@ -310,29 +307,6 @@ def normal_kernel(solid, distance):
     if is_classical(solid):
         return -c / np.pi * np.log(np.maximum(np.abs(scaled), NEAREST))
     return c * kernels(solid.nu, solid.beta, solid.curvature)(scaled, (0,))[0]
-
-
-def normal_averages(solid, distance, width):
-    """`normal_kernel` averaged over cells of a width whose centres are at a distance, arrays of one shape.
-
-    The logarithm of short waves is integrated in closed form, what is left by Gauss points.
-    """
-    nearby = short_waves(solid)[0] / np.pi
-    total = _log_averages(distance, width) - np.log(solid.ell)
-    if is_classical(solid):
-        return -nearby * total
-    points, gauss = gauss_rule(AVERAGED)
-    places = np.asarray(distance)[..., None] + np.asarray(width)[..., None] * (points - 0.5)
-    places = np.maximum(np.abs(places), NEAREST * solid.ell)
-    smooth = normal_kernel(solid, places) + nearby * np.log(places / solid.ell)
-    return smooth @ gauss - nearby * total
-
-
-def _log_averages(distance, width):
-    """Averages of log|x| over intervals around the distances."""
-    ends = np.asarray(distance) + np.multiply.outer((-0.5, 0.5), np.asarray(width))
-    whole = ends * np.log(np.maximum(np.abs(ends), TINY)) - ends
-    return (whole[1] - whole[0]) / width
 
 
 def normal_symbol(solid, k):

@@ -104,8 +104,8 @@ def surface(
     apart: Flags | None = None,
     counter: Function | None = None,
 ) -> Surface:
-    """Returns the Surface of a state of a problem, from its fields at the points; `counter` is the displacement
-    along x2 of a second body's surface, a function of x1.
+    """Returns the Surface of a state of a problem, from its fields at the points; `counter` is the
+    displacement along x2 of a second body's surface, a function of x1.
     """
     law, ell, x = problem.law, problem.ell, points[:, 0]
     initial = np.array(list(law.initial_gaps(points, normals, ell, problem.obstacle).values()))
@@ -113,8 +113,9 @@ def surface(
     gaps = initial - approach * normals[:, 1] + displacement + ell / 2 * levers * psi
     over = gap(problem.obstacle, points, normals) - approach * normals[:, 1]
     if counter is not None:
-        gaps = gaps + [counter(x - shift) for shift in law.shifts(ell)]
-        over = over + counter(x)
+        upwards = normals[:, 1]
+        gaps = gaps + [counter(x - shift * upwards) * upwards for shift in law.shifts(ell)]
+        over = over + counter(x) * upwards
     rotation = law.initial_rotation(x) + psi
     return Surface(
         points,
