@@ -17,6 +17,9 @@ from ..model.zones import joined
 BEYOND = 0.4  # length that a cell may have for each length away from the outermost edge
 SAMPLED = 400  # places to either side of a feature and between, at which sizes are looked at
 NEAREST = 1e-9  # of the half-width, next to a feature
+# length that a cell may have for each length away from a piece of the obstacle's picture, and cells of one
+GRADING, PER_PIECE = 0.5, 2.0
+SMALLEST = 2e-4  # cell for the sake of the picture, over the half-width
 MOST = 2400  # forces: of corners, and tangential ones
 
 
@@ -56,7 +59,11 @@ def cells(
         places = [np.linspace(left, right, SAMPLED), np.array(fixed)]
         places += [each.place + sign * steps for each in own for sign in (-1, 1)]
         x = np.unique(np.clip(np.concatenate(places), left, right))
-        size = _size(x, a, fineness, own, reach)
+        grid = np.linspace(left, right, SAMPLED)
+        pieces = np.array([problem.scale(place, place, GRADING) for place in grid]) / PER_PIECE
+        size = np.minimum(
+            _size(x, a, fineness, own, reach), np.interp(x, grid, np.maximum(pieces, SMALLEST * a))
+        )
         count = np.concatenate(([0.0], np.cumsum(np.diff(x) / np.sqrt(size[1:] * size[:-1]))))
         ends = [left, *fixed, right]
         for first, last in zip(ends[:-1], ends[1:]):
@@ -78,7 +85,7 @@ def cells(
 def _size(
     x: Array, a: float, fineness: float, features: list[Feature], reach: tuple[float, float] | None
 ) -> Array:
-    size = np.full(len(x), fineness * a)
+    size = np.full(len(x), fineness * a if reach is None else np.inf)
     for each in features:
         away = np.maximum(np.abs(x - each.place) - each.band, 0.0)
         size = np.minimum(size, np.hypot(fineness * np.sqrt(away * a), each.smallest))

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 FINENESS = (0.16, 0.08, 0.04, 0.02, 0.01)  # length of a cell over the half-width, at that distance of an edge
 FIRST = 0.1  # of the half-width: cells of the first level, which does not know the edges
+FEWEST = 200  # cells of the first level on all that could touch, where that is wide
 SHARPER = 8.0  # times smaller are cells at the edges from level to level
 NARROWEST = 0.25  # times the square of the fineness: cells at edges, below which nothing is gained
 FASTEST = 8.0  # ratio of the changes of successive levels, at most
@@ -262,15 +263,17 @@ class FrictionSolver:
         """Returns the history on one level; its cells are small at the edges of the level before."""
         assert self.problem.picture is not None
         a, fineness = self.problem.picture.half_width, FINENESS[number]
-        smallest = max(NARROWEST * fineness**2 * a, (FIRST * a if before is None else before.band) / SHARPER)
+        width = sum(right - left for left, right in stretches(self.problem))
+        first = max(FIRST * a, width / FEWEST)
+        smallest = max(NARROWEST * fineness**2 * a, (first if before is None else before.band) / SHARPER)
         features, reach = touching(self.problem, NARROWEST * fineness**2 * a), None
         if before is not None:
             places = sorted({edge for one in before.solutions for edge in _edges(one)})
             features += [Feature(place, before.band, smallest) for place in _apart(places, smallest)]
             reach = (min(places), max(places)) if places else None
-        edges = cells(self.problem, fineness if before else FIRST, features, reach)
+        edges = cells(self.problem, fineness if before else first / a, features, reach)
         solutions, found = self._follow(edges)
-        return _Level(edges, solutions, found, FIRST * a if before is None else smallest)
+        return _Level(edges, solutions, found, first if before is None else smallest)
 
     def _follow(self, edges: Array) -> tuple[list[FrictionCells], list[HistoryEvent]]:
         problem = self.problem
