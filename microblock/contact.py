@@ -274,7 +274,9 @@ class Contact(Shown):
         """
         friction = getattr(self.law, "friction", 0.0)
         if not friction:
-            raise BadArgument("law", self.law, "has no friction: its states do not depend on a history, solve them")
+            raise BadArgument(
+                "law", self.law, "has no friction: its states do not depend on a history, solve them"
+            )
         if not isinstance(coupled, (bool, np.bool_)):
             raise BadArgument("coupled", coupled, "must be True or False")
         rtol = plain(rtol)

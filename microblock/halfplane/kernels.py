@@ -106,9 +106,8 @@ class Kernels:
     Number 0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with ``*`` the convolution in x.
     Where psi = 0 on the whole surface, 3 is u from p and 4, over 1/ell instead of c, is -m from p. Numbers 5
     to 8 belong to shear, ``u1 = -Y*p + U*q - V'*m``: Y is 5, V' (the even transform of V) is 6; where psi = 0
-    on the whole surface 7 is Y, and 8, over 1/ell, is m from q. V, Y, 4 and 7 are odd, the others even. U carries the arbitrary level of a half-plane, here such that U ->
-    -log(x/ell)/pi for x
-    -> infinity.
+    on the whole surface 7 is Y, and 8, over 1/ell, is m from q. V, Y, 4 and 7 are odd, the others even. U
+    carries the arbitrary level of a half-plane, here such that U -> -log(x/ell)/pi for x -> infinity.
 
     Parameters
     ----------
@@ -135,7 +134,9 @@ class Kernels:
         self._start, self._step, self._parts = np.log(NEAREST), PIECE / PARTS, PARTS * pieces
         logarithms = self._start + PIECE * (np.arange(pieces)[:, None] + (_chebyshev_points(POINTS) + 1) / 2)
         values = self._values(solid, np.exp(logarithms).ravel()).reshape(ALL_KERNELS, pieces, POINTS)
-        self._table = np.moveaxis((values @ _parting().T).reshape(ALL_KERNELS, self._parts, TERMS), 2, 1).copy()
+        self._table = np.moveaxis(
+            (values @ _parting().T).reshape(ALL_KERNELS, self._parts, TERMS), 2, 1
+        ).copy()
 
     @staticmethod
     def _values(solid, x):
