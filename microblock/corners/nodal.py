@@ -134,14 +134,14 @@ class NodalSolution(AtNodes):
     def unknowns(self):
         return self.forces.size
 
-    @property
+    @cached_property
     def pressures(self):
         """Pressure of each corner, array (corners, n); where corners move together each has its share."""
         return np.where(
             self.compliance.constrained, (self.forces / self.weights).mean(axis=0), self.forces / self.weights
         )
 
-    @property
+    @cached_property
     def micromoment(self):
         """M of (29); 0 where psi is prescribed, whose reaction a compliance does not know."""
         levers = np.array(list(self.law.levers(self.x).values()))

@@ -591,6 +591,30 @@ class State(Shown):
         """
         return _like(x, self.solution.gap(self._number(corner), _abscissae(x)))
 
+    def counter_displacement(self, x: ArrayLike) -> Array | float:
+        """Returns the displacement along x2 of the surface of a second body (`Deformable`).
+
+        Parameters
+        ----------
+        x : array (n,) or float
+            Abscissae x1 (lengths).
+
+        Returns
+        -------
+        array (n,), or a float for one number
+            Lengths; 0 for a rigid obstacle. On half-planes without a period only differences have a meaning;
+            inf beyond the contact boundary of a body on a mesh.
+
+        Examples
+        --------
+        >>> ground = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1))
+        >>> roller = mb.Deformable(ground, mb.Cylinder(R=10))
+        >>> state = mb.Contact(ground, roller, mb.Unilateral()).solve(load=1.0)
+        >>> state.counter_displacement(0.0) > state.counter_displacement(1.0)
+        True
+        """
+        return _like(x, self.solution.counter_displacement(_abscissae(x)))
+
     def _number(self, corner: str) -> int:
         require_choice(self.law.corners, corner=corner)
         return self.law.corners.index(corner)
