@@ -38,13 +38,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Contact(Shown):
-    """Frictionless contact of a body with a rigid obstacle that comes down along -e2.
+    """Contact of a body with an obstacle that comes down along -e2, a rigid one or a second body.
 
     Parameters
     ----------
     body : HalfPlane, Block or Body
     obstacle : obstacle or callable
-        One of `Plane`, `Cylinder`, `Wedge`, `Punch`, `Wave`, `Rough`, `Obstacle`; or a function height(x1) of
+        One of `Plane`, `Cylinder`, `Wedge`, `Punch`, `Wave`, `Rough`, `Obstacle`; one of these as shape of a
+        second body, `Deformable`; or a function height(x1) of
         an array (lengths). An object with a method ``height(x)`` may also have, as attributes or properties,
         `kinks` (ascending abscissae at which its slope or a higher derivative is discontinuous), `jumps` (by
         how much the slope jumps at each of them), `ends` (left and right edge of the obstacle, beyond which
@@ -273,7 +274,9 @@ class Contact(Shown):
         """
         friction = getattr(self.law, "friction", 0.0)
         if not friction:
-            raise BadArgument("law", self.law, "has no friction: its states do not depend on a history, solve them")
+            raise BadArgument(
+                "law", self.law, "has no friction: its states do not depend on a history, solve them"
+            )
         if not isinstance(coupled, (bool, np.bool_)):
             raise BadArgument("coupled", coupled, "must be True or False")
         rtol = plain(rtol)

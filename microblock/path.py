@@ -21,7 +21,7 @@ import numpy as np
 from tqdm.auto import tqdm
 
 from .errors import NotConverged
-from .halfplane.kernels import coalescence_exponent
+from .halfplane.carried import meeting_exponent
 from .model.events import Event, LoadPath, require_on_path
 from .model.problem import Problem
 from .model.state import State
@@ -253,7 +253,11 @@ class ZonePath(LoadPath):
         ]
         if len(crossed) != 1:
             return None
-        pair, states, power = crossed[0], [low, high], 2 * coalescence_exponent(low.problem.solid, low.problem.counter)
+        pair, states, power = (
+            crossed[0],
+            [low, high],
+            2 * meeting_exponent(low.problem, low.all_zones, gaps[crossed[0]][1]),
+        )
         for _ in range(STEPS):
             size = [
                 float(np.copysign(abs(gap) ** power, gap))
@@ -336,7 +340,7 @@ class ZonePath(LoadPath):
         return (right - left) ** (
             2
             if (left, right) in own
-            else 2 * coalescence_exponent(state.problem.solid, state.problem.counter)
+            else 2 * meeting_exponent(state.problem, state.all_zones, (left + right) / 2)
         )
 
     def _state(self, load: float, near: PanelSolution) -> PanelSolution | None:

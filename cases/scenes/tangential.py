@@ -8,9 +8,10 @@ Model      cells graded towards all edges, loads followed from event to event (d
 Reference  Cattaneo and Mindlin for two equal bodies and small blocks; for the rigid cylinder, uncoupled, the
            similar stick zone of the first loading.
 Look at    stick zones that shrink as the shear grows, and grow again behind a reversal; microblocks lose them
-           on the side from which the cylinder comes.
-Units      E* and R of both bodies together: lengths over a_Hz, pressures over p_Hz of the load P (normal = 1);
-           M over p_Hz ell, psi as psi R/a_Hz, slip over a_Hz^2/R, energies over P a_Hz^2/R, shear over f P.
+           on the side to which the cylinder moves.
+Units      E* and R of both bodies together: lengths over a_Hz, pressures over p_Hz, both of the load P
+           (normal = 1); M over p_Hz ell, psi as psi R/a_Hz, slip over a_Hz^2/R, energies over P a_Hz^2/R,
+           shear over f P.
 """
 
 import math
@@ -39,8 +40,8 @@ class Parameters(Checked):
     normal: float = option(1.0, "normal load, a multiple of P", above=0)
     shear: tuple = option(
         (0.25, 0.5, 0.75, 1.0, 0.0),
-        "shear loads over f P at this normal load, in the order in which they are followed; the state without "
-        "shear comes before them",
+        "shear loads over f P at this normal load, in the order in which they are followed; the state "
+        "without shear comes before them",
         at_least=-1,
         at_most=1,
         nargs="+",
@@ -121,29 +122,6 @@ def solve(parameters, alpha):
     return parameters.problem(alpha).history(pairs, coupled=coupled, rtol=parameters.rtol)
 
 
-def reference(shears):
-    """Half-widths of stick over that of contact after Cattaneo and Mindlin, for shear loads over f P in turn.
-
-    From the load 0 on the stick zone is sqrt(1 - Q); behind a reversal at Q* it is sqrt(1 - |Q* - Q|/2), until
-    Q comes back to where the way turned before, whose state goes on then.
-    """
-    found, turns, last = [], [], 0.0  # turns: shears at which the way has turned, the oldest first
-    for shear in shears:
-        if turns and (shear - last) * (last - turns[-1]) < 0:
-            turns.append(last)
-        elif not turns:
-            turns.append(0.0)
-        while len(turns) > 2 and (shear - turns[-2]) * (turns[-1] - turns[-2]) <= 0:
-            del turns[-2:]
-        if len(turns) == 2 and abs(shear) >= abs(turns[1]) and shear * turns[1] < 0:
-            turns = [0.0]
-        first = len(turns) == 1
-        way = abs(shear - turns[-1]) / (1 if first else 2)
-        found.append(math.sqrt(max(0.0, 1 - way)))
-        last = shear
-    return found
-
-
 def observe(parameters, alpha, state):
     """What the case returns of a state."""
     P, p = parameters.unit, parameters.E_star / 2
@@ -166,7 +144,7 @@ def observe(parameters, alpha, state):
         "zones": {name: [list(pair) for pair in state.zones[name]] for name in ("A", "B", "full", "contact")},
         "half_width": state.half_width,
         **energy,
-        "balance": abs(energy["work"] - energy["energy"] - energy["dissipation"]) / abs(energy["energy"]),
+        "balance": abs(energy["work"] - energy["energy"] - energy["dissipation"]),
         "error_estimate": state.error_estimate,
         "unknowns": state.unknowns,
         "profile": {name: np.asarray(values).tolist() for name, values in profile.items()},
@@ -220,9 +198,9 @@ def rows(parameters, answer):
 def figure(records):
     """As the shear grows the stick zone shrinks towards the side from which the cylinder comes.
 
-    A cylinder is pressed on a half-plane with friction, then sheared. (a) Shear traction for the loads one after
-    the other, from dark to light; dotted: the largest one that friction allows at the first and last of them.
-    (b) The stick zone of each state, in the order of the loads from below.
+    A cylinder is pressed on a half-plane with friction, then sheared. (a) Shear traction for the loads one
+    after the other, from dark to light; dotted: the largest one that friction allows at the first and
+    last of them. (b) The stick zone of each state, in the order of the loads from below.
 
     Seen: in (a) curves that follow the dotted bound on both sides and leave it between; in (b) bars that get
     shorter from one load to the next, none where all slips, and a bar again after the reversal.

@@ -1,6 +1,7 @@
 """What every body answers to the contact law: nodes, weights and one symmetric compliance in (u.n, psi)."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -41,7 +42,7 @@ class Compliance:
         if self.matrix.shape != (2 * count, 2 * count):
             raise BadArgument("matrix", self.matrix.shape, f"must have the shape {(2 * count, 2 * count)}")
 
-    @property
+    @cached_property
     def constrained(self):
         """Nodes at which psi = 0 is prescribed (a row of zeros, as on an axis of symmetry): boolean array
         (n,).

@@ -18,12 +18,16 @@ solution is unique. No step is chosen, and work = energy + dissipation holds to 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg.blas import dger
 
 from ..errors import NotConverged
 from ..model.types import Array, Flags
+
+Numbers = NDArray[np.integer[Any]]
 
 ROUNDING = 1e-12  # of the largest value or rate: below it a sign means nothing
 AT_LIMIT = 1e-9  # of the largest bound: a cell that is so near to its own slips or begins to
@@ -145,7 +149,8 @@ class FrictionPath:
 
     def __init__(self, contact: FrictionalContact) -> None:
         n, m = contact.cells, len(contact.gaps)
-        self.contact, self.changes, self.legs = contact, [], 0
+        self.contact, self.legs = contact, 0
+        self.changes: list[Change] = []
         self._m, self._cell = m, np.tile(np.arange(n), m // n)
         self._size = float(np.abs(np.diag(contact.tangential)).max())
         self._matrix = self._assemble()
@@ -252,8 +257,10 @@ class FrictionPath:
         """
         f = self.contact.friction
         dP, dQ, remaining = load - self.P, shear - self.Q, 1.0
-        limits = [abs(abs(q) - f * p) <= ROUNDING * f * max(load, self.P)
-                  for p, q in ((self.P, self.Q), (load, shear))]
+        limits = [
+            abs(abs(q) - f * p) <= ROUNDING * f * max(load, self.P)
+            for p, q in ((self.P, self.Q), (load, shear))
+        ]
         sliding = all(limits) and self.P > 0 and self.Q * shear > 0
         self._begin(sliding, np.sign(shear))
         while remaining > 0:
@@ -279,7 +286,8 @@ class FrictionPath:
             self._rebuild()
 
     def _touching(self) -> Flags:
-        return self.closed.reshape(-1, self.contact.cells).any(axis=0)
+        touching = np.asarray(self.closed.reshape(-1, self.contact.cells).any(axis=0))
+        return touching
 
     def _sum(self, n: Array) -> Array:
         """Of corner forces that of each cell."""
@@ -310,13 +318,15 @@ class FrictionPath:
         return ROUNDING * force, 100 * ROUNDING * force * self._size
 
     def _limits(self, rates: _Rates) -> tuple[Array, Array, Array]:
-        """(values, rates, tolerances) of all that must not be negative: forces of closed corners, gaps of open
-        ones, the two bounds of cells that stick, slip rates of those that slip; numbered so.
+        """(values, rates, tolerances) of all that must not be negative: forces of closed corners, gaps of
+        open ones, the two bounds of cells that stick, slip rates of those that slip; numbered so.
         """
         f, inf = self.contact.friction, np.inf
         force, length = self._scales(rates)
         bound, dbound = f * self._sum(self.n), f * self._sum(rates.n)
-        several = np.count_nonzero(self.stick) > 1  # where all others slip one way, the last holds the obstacle
+        several = (
+            np.count_nonzero(self.stick) > 1
+        )  # where all others slip one way, the last holds the obstacle
         up, down = (self.stick & (several or np.any(self.sigma == sign)) for sign in (-1, 1))
         slipping = ~self.stick & (self.sigma != 0) & ~np.bool_(self._sliding)
         values = [
@@ -334,7 +344,7 @@ class FrictionPath:
             np.concatenate([np.full(len(one), tolerance) for one, tolerance in zip(grow, tolerances)]),
         )
 
-    def _next(self, rates: _Rates, remaining: float) -> tuple[float, Array | None]:
+    def _next(self, rates: _Rates, remaining: float) -> tuple[float, Numbers | None]:
         """The way to the first event and its number, or all of what remains and None."""
         values, grow, tolerance = self._limits(rates)
         falling = np.flatnonzero((grow < -tolerance) & np.isfinite(values))
@@ -366,7 +376,7 @@ class FrictionPath:
             self._exchange(chosen, rates, share)
         raise NotConverged(f"no rates were found at loads P = {self.P:.6g}, Q = {self.Q:.6g}; {UNIQUE}")
 
-    def _exchange(self, numbers: Array, rates: _Rates, share: float) -> None:
+    def _exchange(self, numbers: Numbers, rates: _Rates, share: float) -> None:
         """Exchanges what is numbered as in `_limits`."""
         m, n, many = self._m, self.contact.cells, len(numbers) > MANY
         for number in map(int, numbers):

@@ -7,6 +7,7 @@ from itertools import groupby
 import numpy as np
 
 from ..errors import BadArgument
+from ..model.deformable import body_of, shape_of
 from ..model.events import Event, LoadPath, require_on_path
 from ..model.problem import Problem
 from ..model.solver import Solver
@@ -30,7 +31,9 @@ class AtNodes(Solution):
 
     @cached_property
     def problem(self):
-        return Problem(self.solver.solid, self.law, self.solver.obstacle)
+        counter = body_of(self.solver.obstacle)
+        solid = None if counter is None else counter.solid
+        return Problem(self.solver.solid, self.law, shape_of(self.solver.obstacle), counter=solid)
 
     @property
     def x(self):
@@ -71,7 +74,10 @@ class AtNodes(Solution):
         gaps = self.law.initial_gaps(points, normals, self.problem.ell, self.problem.obstacle)
         initial = list(gaps.values())[corner]
         lever = list(self.law.levers(x).values())[corner]
-        return initial - self.approach * normals[:, 1] + displacement + self.problem.ell / 2 * lever * psi
+        found = initial - self.approach * normals[:, 1] + displacement + self.problem.ell / 2 * lever * psi
+        if self.problem.counter is not None:
+            found += self.counter_displacement(x - self.problem.shift(corner) * n2) * n2
+        return found
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -128,14 +134,14 @@ class NodalSolution(AtNodes):
     def unknowns(self):
         return self.forces.size
 
-    @property
+    @cached_property
     def pressures(self):
         """Pressure of each corner, array (corners, n); where corners move together each has its share."""
         return np.where(
             self.compliance.constrained, (self.forces / self.weights).mean(axis=0), self.forces / self.weights
         )
 
-    @property
+    @cached_property
     def micromoment(self):
         """M of (29); 0 where psi is prescribed, whose reaction a compliance does not know."""
         levers = np.array(list(self.law.levers(self.x).values()))

@@ -115,9 +115,9 @@ def missed(facets, closed, law, obstacle, sites):
     return found
 
 
-def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi):
+def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi, counter=None):
     """[Overlap] of all corners between open nodes, with the approach and the surface's u.n and psi at the
-    nodes.
+    nodes; `counter` is the displacement of a second body, a function of x1.
     """
     nodes, found = facets.nodes, []
     ell, stiffness = nodes.body.solid.ell, nodes.body.solid.E_star
@@ -131,6 +131,8 @@ def overlaps(facets, closed, law, obstacle, sites, *, approach, raised, psi):
         gaps = (
             facets.initial_gaps(law, obstacle, corner, x) - approach * upwards - up + ell / 2 * lever * turned
         )
+        if counter is not None:
+            gaps = gaps + counter(x - law.shifts(ell)[corner] * upwards) * upwards
         borders = np.concatenate((x[:1], (x[1:] + x[:-1]) / 2, x[-1:]))
         for first, last in runs(gaps < 0):
             left, right, depth = (
@@ -203,6 +205,8 @@ def of_body(state):
     sites = [problem.sites(corner) for corner in range(len(law.corners))]
     found[facets.numbers] += missed(facets, state.closed, law, obstacle, sites)
     known = {"approach": state.approach, "raised": -state.displacement, "psi": state.psi}
+    if state.problem.counter is not None:
+        known["counter"] = state.counter_displacement
     # what is off beside edges `recovery` has already
     touched = np.array([state.closed[:, own].any() for own in facets.members])
     touched = touched | np.append(touched[1:], False) | np.append(False, touched[:-1])

@@ -34,6 +34,15 @@ class BodySolution(BelowOnMesh, NodalSolution):
 
     method = "condensed"
 
+    def counter_displacement(self, x):
+        """As of every solution."""
+        counter = self.solver.counter
+        if counter is None:
+            return np.zeros_like(x)
+        found, there = np.full_like(x, np.inf), counter.reaches(x)
+        found[there] = counter.displacement(self.forces.ravel(), x[there])
+        return found
+
     @property
     def error_estimate(self):
         return self.recovered

@@ -1,14 +1,21 @@
-"""Contact of a body on a mesh with a rigid obstacle: condensed once, every state and event from its contact
+"""Contact of a body on a mesh with an obstacle: condensed once, every state and event from its contact
 nodes.
 
 On the body's own mesh the states are exact for the discrete problem, and so are the path and its events. With
 an rtol the mesh is refined first, where `recovery.estimate` asks for it.
 """
 
+from functools import cached_property
+
 from ..corners.nodal import NodalPath, NodalSolver
+from ..errors import BadArgument
 from ..halfplane.kernels import coalescence_exponent
+from ..model.deformable import body_of
+from .body import Body
 from .body_solution import BodySolution
 from .condensation import condensed, require_pressed
+from .counter_body import CounterBody
+from .friction_solution import of_body
 from .recovery import refine_until
 
 
@@ -20,21 +27,50 @@ class BodySolver(NodalSolver):
     """
 
     solution = BodySolution
+    counter_bodies = (Body,)
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
         require_pressed(self.body, self.body.contact, condensed=True)
+        if body_of(self.obstacle) is not None:
+            self.counter  # which checks the second body
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
+        self._require_given_mesh(rtol)
         if rtol is not None:
             return refine_until(self, load, approach, rtol, progress)
         return self.at(load, approach, initial)
 
+    @cached_property
+    def counter(self):
+        """The second body, a CounterBody; None of a rigid obstacle."""
+        if body_of(self.obstacle) is None:
+            return None
+        return CounterBody(self.obstacle, self.nodes, self.law.shifts(self.solid.ell))
+
+    def _require_given_mesh(self, rtol):
+        if rtol is not None and self.counter is not None:
+            raise BadArgument(
+                "rtol", rtol, "refines the mesh of the first body alone: with a second body solve without it"
+            )
+
+    @cached_property
+    def system(self):
+        """(flexibility, initial gaps, shares in the load) of the law's corners on both bodies."""
+        flexibility, gaps, share = super().system
+        if self.counter is None:
+            return flexibility, gaps, share
+        return flexibility + self.counter.flexibility(gaps), gaps, share
+
     def path(self, last, rtol, progress=False):
+        self._require_given_mesh(rtol)
         contact = (
             self.contact if rtol is None else refine_until(self, last, None, rtol, progress).solver.contact
         )
         return NodalPath(contact, last, None)
+
+    def history(self, pairs, coupled, rtol, progress=False):
+        return of_body(self, pairs, coupled, rtol)
 
     @property
     def crossing(self):

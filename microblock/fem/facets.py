@@ -74,6 +74,10 @@ class ContactFacets:
         require_kind(Body, "a Body", body=body)
         require_kind(str, "the name of a boundary", boundary=boundary)
         check_law(law)
+        if getattr(law, "friction", 0.0):
+            raise BadArgument(
+                "friction", law.friction, "belongs to FrictionFacets: these terms know no shear tractions"
+            )
         if body.element_orders is not None:
             raise BadArgument(
                 "body",
@@ -213,6 +217,11 @@ class ContactFacets:
             corner: gap - approach * self.normals[:, 1] for corner, gap in self.initial_gaps.items()
         }
         return other
+
+    @property
+    def rows(self):
+        """Values at the nodes of u1, u2 and psi from the unknowns of each, sparse matrices (n, unknowns)."""
+        return [self._values[name] for name in FIELDS]
 
     def at_nodes(self, name, function):
         """Values at the nodes of a grid function of the field `name` ("u1", "u2", "psi", "multiplier")."""

@@ -31,8 +31,10 @@ from ..corners import active_set
 from ..errors import BadArgument, NotConverged
 from ..halfplane import topology
 from ..halfplane.graded_cells import of_corners, trial_zones
+from ..halfplane.kernels import HalfPlane
 from ..halfplane.line_solver import LooksTooNear
 from ..model import picture
+from ..model.methods import Panels
 from ..model.problem import Problem
 from ..model.zones import joined, runs, without, zone_edges
 from . import between
@@ -47,6 +49,8 @@ LEVELS = ((4, 3), (5, 4), (6, 4), (7, 4), (8, 4), (9, 5), (10, 5), (11, 6), (12,
 LEVELS_AT_CORNERS = tuple((order, order) for order, _ in LEVELS)
 COARSE = 12, 3  # elements over the reach and order of the first mesh, which knows no edges
 RATE = 0.5, -0.15  # digits that an order adds, and that order 0 lacks: where refinement begins, no more
+# of rtol, to which panels of a half-plane find the first zones; and the least that they are asked for
+START, FINEST = 0.1, 1e-7
 # refinement level on which edges are looked for by elements of one order: order 4 locks as low orders do
 LOWEST_EVEN = 1
 LOCATED = 0.03  # error of the edges at which more order helps more than another step
@@ -156,19 +160,47 @@ class FittedSolver(MeshFitter):
         near = near if alike and len(near.zones) == len(self.law.corners) else None
 
         def solve(solver):
-            zones, passes = (near.zones, 0) if near else solver.topology(load)
-            solver._require_level(zones, _first_level(rtol) + 1)
-            solver, zones, passes = solver._settled(load, zones, passes)
-            return solver._climb(load, rtol, zones, passes)
+            zones = near.zones if near else solver._of_half_plane(load, rtol) if solver._plain else None
+            if zones:
+                try:
+                    return solver._refined(load, rtol, zones, 0, near is None and self.domain == math.inf)
+                except NotConverged:
+                    if near:
+                        raise
+            return solver._refined(load, rtol, *solver.topology(load))
 
         return self._looking(load, solve)
 
-    def _climb(self, load, rtol, zones, passes):
-        """The state to rtol from zones to which the first level has moved the edges."""
-        coarse, best, first = None, math.inf, _first_level(rtol)
+    def _of_half_plane(self, load, rtol=usual_rtol):
+        """Zones of the computed part on panels of a half-plane, to spare meshes; None where it has none."""
+        contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels(fallback=False))
+        try:
+            found = contact.solver.at(load, max(START * rtol, FINEST), fallback=False)
+        except (BadArgument, NotConverged):
+            return None
+        zones = {corner: tuple(own) for corner, own in found.all_zones.items()}
+        if not self.symmetric:
+            return zones
+        return {
+            corner: tuple((max(left, 0.0), right) for left, right in own if right > 0)
+            for corner, own in zones.items()
+        }
+
+    def _refined(self, load, rtol, zones, passes, known=False):
+        """The state to rtol from trial zones; of `known` ones, the edges are as good as rtol asks for."""
+        self._require_level(zones, _first_level(rtol) + 1)
+        if known:
+            return self._climb(load, rtol, zones, passes)
+        solver, zones, passes = self._settled(load, zones, passes)
         # edges from the lowest level would spoil the difference of higher ones
+        first = _first_level(rtol)
         for number in range(2 - first % 2, first, 2):
-            zones, passes = self._pass(load, zones, *self._levels[number]).moved, passes + 1
+            zones, passes = solver._pass(load, zones, *solver._levels[number]).moved, passes + 1
+        return solver._climb(load, rtol, zones, passes)
+
+    def _climb(self, load, rtol, zones, passes):
+        """The state to rtol from zones whose edges are good to the first level."""
+        coarse, best, first = None, math.inf, _first_level(rtol)
         for order, levels in self._levels[first:]:
             for _ in range(STEPS):
                 trial = self._pass(load, zones, order, levels)

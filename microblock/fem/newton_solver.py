@@ -149,10 +149,14 @@ class NewtonSolver(Solver):
     @cached_property
     def facets(self):
         """The contact nodes of the body."""
-        boundary, body = self.body.contact, self.body
+        return ContactFacets(self.supported, self.law, self.obstacle, boundary=self.body.contact)
+
+    @cached_property
+    def supported(self):
+        """The body, with psi = 0 on the contact boundary where the law prescribes it."""
         if self.law.clamps_rotation:
-            body = with_psi_constrained(body, boundary)
-        return ContactFacets(body, self.law, self.obstacle, boundary=boundary)
+            return with_psi_constrained(self.body, self.body.contact)
+        return self.body
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:
@@ -170,6 +174,11 @@ class NewtonSolver(Solver):
             return NewtonSolution(self, newton.solve(level, start), newton.unknowns)
         (state,) = load_path(newton, [level])
         return NewtonSolution(self, state, newton.unknowns)
+
+    def history(self, pairs, coupled, rtol, progress=False):
+        from .friction_solution import of_newton  # here: it is made of these solutions
+
+        return of_newton(self, pairs, coupled, rtol)
 
     def newton(self, control):
         """The MonolithicNewton of a control, "load" or "approach", made once."""

@@ -12,12 +12,15 @@ surface   difference of the averaged traction and couple -(n.sigma n), m.n from 
 Both miss what an edge between two nodes is off by, for the nodal forces follow it: its root mean square
 anywhere between them, a spacing over sqrt(12), is added to `surface` as a shift of ``p = K sqrt(r)``, and so
 is what the obstacle does between the nodes (`between`). The larger one is the estimate. The elements that
-make up a SHARE of either are cut, deeper at singular points of the surface; triangles stay local.
+make up more than is allowed of either are cut, deeper at singular points of the surface. Straight
+quadrilaterals become triangles before: NGSolve cuts a quadrilateral one way, again and again, so that its
+sides come to differ by 1e6 and no factorisation holds.
 """
 
 import math
 from dataclasses import dataclass, replace
 
+import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
 from tqdm.auto import tqdm
@@ -27,10 +30,12 @@ from ..model.quadrature import lagrange
 from .between import of_body
 from .facets import lobatto, outward_sides
 
-SHARE = 0.8  # of a part of the estimate, whose elements are cut
+LEFT = 0.5  # of rtol, what elements that are not cut may add to a part of the estimate
 # times more, elements are cut at singular points of the surface that need it: one a pass would take three
 # times as many passes, for as many unknowns
 DEEPER = 3
+# ... at most, where the obstacle names the place: there the error falls like the square root of the size
+DEEPEST = 12
 # times the difference from averaged tractions, the error at ends and slope discontinuities of the obstacle:
 # averages of singular fields are hardly better than the fields (2.5 to 4.2 were seen)
 UNSEEN = 4.0
@@ -186,7 +191,8 @@ def refine_until(solver, load, approach, rtol, progress=False):
                 return replace(found, recovered=parts.total)
             if found.unknowns > MOST:
                 break
-            solver = solver.on(_finer(found, marked(parts, rtol)))
+            triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
+            solver = solver.on(triangles or _finer(found, parts, rtol))
     raise NotConverged(
         f"rtol = {rtol:g} was not reached at {where} with {found.unknowns} unknowns, the smallest error "
         f"estimate was {best:.1e}; ask for that, or raise the order",
@@ -196,26 +202,29 @@ def refine_until(solver, load, approach, rtol, progress=False):
 
 
 def marked(found, rtol):
-    """Elements (boolean array) that make up SHARE of each part that is above rtol."""
+    """Elements (boolean array) without which each part that is above rtol would be LEFT of it."""
     chosen = np.zeros(len(found.of_energy), bool)
-    for part, added in ((found.energy, found.of_energy), (found.surface, found.of_surface)):
+    for part, added, left in (
+        (found.energy, found.of_energy, LEFT * rtol),
+        (found.surface, found.of_surface, (LEFT * rtol) ** 2),
+    ):
         if part > rtol:
-            order = np.argsort(added)[::-1]
-            count = np.searchsorted(np.cumsum(added[order]), SHARE * added.sum()) + 1
-            chosen[order[:count]] = True
+            order = np.argsort(added)
+            chosen[order[np.searchsorted(np.cumsum(added[order]), left) :]] = True
     return chosen
 
 
-def _finer(state, chosen):
-    """The mesh of a state with the chosen elements cut, those at singular points among them DEEPER times
-    more.
-    """
+def _finer(state, parts, rtol):
+    """The mesh of a state with the marked elements cut, those at singular points among them more often."""
     mesh, order = state.nodes.body.mesh, state.nodes.body.order
-    points = singular(state)
-    points = points[np.any(_at(mesh, points) & chosen, axis=1)]
+    chosen, points, named = marked(parts, rtol), singular(state), len(_named(state))
+    there = _at(mesh, points) & chosen
+    worst = np.sqrt(np.max(parts.of_surface * there, axis=1, initial=0.0)) / (LEFT * rtol)
+    deeper = np.where(np.arange(len(points)) < named, 2 * np.log2(np.maximum(worst, 1.0)), DEEPER)
+    deeper = np.where(there.any(axis=1), np.clip(deeper, DEEPER, DEEPEST).astype(int), 0)
     finer = cut(mesh, chosen, order)
-    for _ in range(DEEPER if len(points) else 0):
-        finer = cut(finer, np.any(_at(finer, points), axis=0), order)
+    for done in range(deeper.max(initial=0)):
+        finer = cut(finer, np.any(_at(finer, points[deeper > done]), axis=0), order)
     return finer
 
 
@@ -286,3 +295,38 @@ def cut(mesh, chosen, order):
         finer.SetRefinementFlag(element, bool(flag))
     finer.Refine()
     return finer.Curve(order)
+
+
+def of_triangles(mesh):
+    """A mesh of the same straight-sided domain with each quadrilateral cut along its shorter diagonal.
+
+    None where there are no quadrilaterals, or sides are curved, or would be on a finer mesh.
+    """
+    old, curved = mesh.ngmesh, ng.Mesh(mesh.ngmesh.Copy()).Curve(2)
+    if not any(element.type == ng.ET.QUAD for element in mesh.Elements()):
+        return None
+    new = netgen.Mesh(dim=2)
+    places = [new.Add(netgen.MeshPoint(netgen.Pnt(*vertex.point, 0))) for vertex in mesh.vertices]
+    regions = [new.AddRegion(name, dim=2) for name in old.GetRegionNames(dim=2)]
+    sides = [new.AddRegion(name, dim=1) for name in old.GetRegionNames(dim=1)]
+    for element in old.Elements1D():
+        new.Add(
+            netgen.Element1D([places[v.nr - 1] for v in element.vertices], index=sides[element.index - 1])
+        )
+    points = np.array([vertex.point for vertex in mesh.vertices])
+    for element in old.Elements2D():
+        own = [v.nr - 1 for v in element.vertices]
+        for part in _triangles(points[own]):
+            corners = [places[own[i]] for i in part]
+            new.Add(netgen.Element2D(regions[element.index - 1], corners))
+    found = ng.Mesh(new)
+    lengths = [ng.Integrate(1.0, each, ng.BND, order=4) for each in (curved, found)]
+    return found if math.isclose(*lengths, rel_tol=1e-12) else None
+
+
+def _triangles(points):
+    """Numbers of the corners of the triangles that an element with these corners, array (n, 2), becomes."""
+    if len(points) == 3:
+        return ((0, 1, 2),)
+    first, second = (np.hypot(*(points[i] - points[i + 2])) for i in range(2))
+    return ((0, 1, 2), (0, 2, 3)) if first <= second else ((0, 1, 3), (1, 2, 3))

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..corners import active_set
 from ..errors import BadArgument, NotConverged
-from ..model import picture
+from ..model import methods, picture
 from .body import Body
 from .condensation import Condensed, ContactNodes
 from .facets import ContactFacets
@@ -60,6 +60,24 @@ class UniformSolver(GroundSolver):
         solved = solver._condensed(ascending) if self.method == "condensed" else solver._monolithic(ascending)
         found = dict(zip(ascending, solved))
         return [found[load] for load in loads]
+
+    def history(self, pairs, coupled, rtol, progress=False):
+        if self.domain == math.inf:
+            raise BadArgument(
+                "body", self.body, "must have a size: histories know displacements, which the far end decides"
+            )
+        solver = self._reaching(float(pairs[:, 0].max()))
+        whole = self.contact.with_(body=solver._whole(), method=self.options.newton or methods.Condensed())
+        found = whole.history(pairs, coupled=coupled, rtol=rtol, progress=progress)
+        outer = max(abs(edge) for state in found.states for zone in state.zones["contact"] for edge in zone)
+        solver._require_within(outer, float(pairs[:, 0].max()))
+        return found
+
+    def _whole(self):
+        """The body with both halves, whatever the symmetry: shear has another one."""
+        ground = Ground(self.domain, (-self.reach, self.reach), False)
+        mesh = uniform(ground, self.options.h, self.options.shape == "quadrilaterals")
+        return Body(mesh, self.solid, self.options.order, fixed=dict(ground.supports))
 
     @property
     def reach(self):
@@ -187,9 +205,13 @@ class UniformSolver(GroundSolver):
     def _zones(self, nodes, load, closed, forces):
         x, count = nodes.points[:, 0], len(self.law.corners)
         closed, forces = closed.reshape(count, -1), forces.reshape(count, -1)
-        if np.abs(x[closed.any(axis=0)]).max(initial=0) > self.reach - self.options.h / 2:
+        self._require_within(np.abs(x[closed.any(axis=0)]).max(initial=0), load)
+        return self.runs(x, closed, forces / nodes.weights)
+
+    def _require_within(self, outer, load):
+        """NotConverged where the contact reaches from the region of equal squares."""
+        if outer > self.reach - self.options.h / 2:
             raise NotConverged(
                 f"at load {load:g} the contact leaves the region of equal squares, |x1| < "
                 f"{self.reach:g}: take a larger reach, Uniform(reach=...), or smaller loads"
             )
-        return self.runs(x, closed, forces / nodes.weights)

@@ -1,17 +1,19 @@
 """What a second body carries from corner to corner: singular places of the pressures, a block's side apart.
 
-Corner A presses the second body at x - ell/2, B at x + ell/2. What is singular in p_A at x is so in the gap of
-B at x - ell, and p_B follows; what is singular in p_B at x goes to A at x + ell, and the body carries both from
-corner to corner at one x. So the singular places of a pressure go on by steps of ell, and get fainter by a
-factor below 1/2 each (docs/theory/two_bodies.md).
+Corner A presses the second body at x - ell/2, B at x + ell/2. What is singular in p_A at x is so in the gap
+of B at x - ell, and p_B follows; what is singular in p_B at x goes to A at x + ell, and the body carries
+both from corner to corner at one x. So the singular places of a pressure go on by steps of ell, and get
+fainter by a factor each (docs/theory/two_bodies.md).
 """
 
 import numpy as np
 
 from ..model.problem import half_line
-from .kernels import counter_short_waves, short_waves
+from ..model.zones import zone_edges
+from .kernels import coalescence_exponent, counter_short_waves, short_waves
 
 MOST = 24  # steps
+MEETING = 26  # order of panels, as far as which the exponent of a meeting looks
 SAME = 1e-9  # of ell: places this near to each other are one
 
 
@@ -19,30 +21,61 @@ def decay(problem):
     """Factor by which singularities are fainter from step to step, 0 to 1; 0 if the obstacle is rigid, or has
     one corner to a block.
 
-    On steps m of the way ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t) A +
-    (c_BB + c) B = 0``, c of the second body (docs/theory/two_bodies.md). psi0 only makes t smaller.
+    On steps m of the way ``A_m, B_m ~ t^m`` solve ``(c_AA + c) A + (c_AB + c/t) B = 0`` and ``(c_AB + c t)
+    A + (c_BB + c) B = 0``, c of the second body (docs/theory/two_bodies.md); the levers are those at x = 0.
     """
     if problem.counter is None or len(problem.law.corners) == 1:
         return 0.0
     (displacement, rotation), own = short_waves(problem.solid), counter_short_waves(problem.counter)
-    both, coupling = displacement + rotation, abs(displacement - rotation)
+    a, b = problem.levers(np.zeros(1))[:, 0]
+    coupling = abs(displacement + rotation * a * b)
     if not coupling:
         return 0.0
-    half = ((both + own) ** 2 - coupling**2 - own**2) / (2 * coupling * own)
-    return 1 / (half + np.sqrt(half**2 - 1))
+    both = (displacement + rotation * a**2 + own) * (displacement + rotation * b**2 + own)
+    half = (both - coupling**2 - own**2) / (2 * coupling * own)
+    return float(1 / (half + np.sqrt(half**2 - 1)))
 
 
-def steps(problem, order):
-    """How often singular places are carried on until panels of an order do not see them any more."""
+def steps(problem, order, share=1.0):
+    """How often singular places are carried on until panels of an order do not see them any more; `share` is
+    what they are worth to begin with.
+    """
     factor = decay(problem)
-    return int(min(MOST, np.ceil(1 - order / 3 * np.log(10) / np.log(factor)))) if factor else 0
+    if not factor:
+        return 0
+    enough = 1 - (order / 4 * np.log(10) + np.log(share)) / np.log(factor)
+    return int(np.clip(np.ceil(enough), 0, MOST))
 
 
-def carried(problem, places, order):
-    """Singular places and those they are carried to, ascending list; the given ones stay as they are."""
+def carried_edges(problem, zones, order):
+    """Edges of zones {corner: intervals}, without those by symmetry, and the places they are carried to.
+
+    Two edges of one corner that are a width w apart are worth sqrt(w) in L2: of narrow gaps little is
+    carried.
+    """
+    shares = {}
+    whole = np.ptp(zone_edges(zones))
+    for intervals in zones.values():
+        edges = np.ravel(intervals)
+        apart = np.concatenate(([np.inf], np.diff(edges), [np.inf]))
+        near = np.minimum(np.minimum(apart[:-1], apart[1:]) / whole, 1.0)
+        for edge, share in zip(edges.tolist(), np.sqrt(near).tolist()):
+            shares[edge] = max(share, shares.get(edge, 0.0))
+    if problem.mirror:
+        shares |= {-edge: share for edge, share in shares.items()}
+    return carried(problem, shares, order, shares)
+
+
+def carried(problem, places, order, shares=None):
+    """Singular places and those they are carried to, ascending list; the given ones stay as they are.
+
+    `shares` {place: share} is what they are worth, 1 without it.
+    """
     own = sorted(float(x) for x in places)
-    ways = [each for each in _ways(problem, order) if each]
-    further = sorted(x + way * problem.solid.ell for x in own for way in ways)
+    shares = dict.fromkeys(own, 1.0) if shares is None else shares
+    most = {x: steps(problem, order, shares[x]) for x in own}
+    ways = {x: [way for way in range(-most[x], most[x] + 1) if way] for x in own}
+    further = sorted(x + way * problem.solid.ell for x in own for way in ways[x])
     found = list(own)
     for x in further:
         if min(abs(each - x) for each in found) > SAME * problem.solid.ell:
@@ -89,12 +122,38 @@ def _sizes(problem, zones, chain, kink, jumps):
     ]
     if not inside:
         return {}
+    right = np.array([jumps.get(each, 0.0) if place == kink else 0.0 for place, each in inside])
+    return dict(zip(inside, np.linalg.solve(_short_waves_between(problem, inside), right) / np.pi))
+
+
+def _short_waves_between(problem, inside):
+    """Limits of k times the gaps from pressures, for k -> infinity, between pairs (place, corner): array
+    (n, n) of lengths per stress times k.
+    """
     x, corner = np.array([each[0] for each in inside]), np.array([each[1] for each in inside])
     lever = np.array(problem.lever(corner, x), float)
     pressed = x - np.array([problem.shift(each) for each in corner])
     displacement, rotation = short_waves(problem.solid)
     near = SAME * problem.solid.ell
     matrix = (np.abs(x - x[:, None]) < near) * (displacement + rotation * np.outer(lever, lever))
-    matrix += (np.abs(pressed - pressed[:, None]) < near) * counter_short_waves(problem.counter)
-    right = np.array([jumps.get(each, 0.0) if place == kink else 0.0 for place, each in inside])
-    return dict(zip(inside, np.linalg.solve(matrix, right) / np.pi))
+    return matrix + (np.abs(pressed - pressed[:, None]) < near) * counter_short_waves(problem.counter)
+
+
+def meeting_exponent(problem, zones, x):
+    """s of p ~ x^s where edges of the two corners meet at x, with these zones of all corners.
+
+    By way of the second body a corner that is closed a block's side away gives way: what is left of the
+    corners' own compliances is that of `kernels.coalescence_exponent`.
+    """
+    if not decay(problem):
+        return coalescence_exponent(problem.solid)
+    ways = [way for way in _ways(problem, MEETING) if way]
+    others = [
+        (x + way * problem.solid.ell, corner)
+        for way in ways
+        for corner, intervals in zones.items()
+        if any(left < x + way * problem.solid.ell < right for left, right in intervals)
+    ]
+    matrix = _short_waves_between(problem, [(x, 0), (x, 1), *others])
+    own = matrix[:2, :2] - matrix[:2, 2:] @ np.linalg.solve(matrix[2:, 2:], matrix[2:, :2])
+    return float(np.arccos(own[0, 1] / np.sqrt(own[0, 0] * own[1, 1])) / np.pi)

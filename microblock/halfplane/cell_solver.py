@@ -286,7 +286,11 @@ class CellSolver(Solver):
         """Cells, flexibility and initial gaps on so many nodes, made once and kept for further loads."""
         if nodes not in self._grids:
             cells = self._cells(nodes)
-            self._grids[nodes] = cells, cells.flexibility(self.law, self.problem.counter), self.problem.initial_gaps(cells.x)
+            self._grids[nodes] = (
+                cells,
+                cells.flexibility(self.law, self.problem.counter),
+                self.problem.initial_gaps(cells.x),
+            )
         return self._grids[nodes]
 
     def _solve(self, nodes, load, approach, start, residual):

@@ -31,7 +31,7 @@ def coalescence(solver, order=9, levels=5):
         solver.solid,
         INNER_EDGES,
         OUTER_AT_TOUCH * solver.solid.ell,
-        coalescence_exponent(solver.solid),
+        lambda outer: coalescence_exponent(solver.solid),
     )
 
 
@@ -46,7 +46,7 @@ def extrapolated(load_at, solid, inner_edges, outer, exponent):
     load_at : (inner edge, first guess of the outer one) -> (load, outer edge)
     inner_edges : -log10 of the inner edges over ell, equally spaced
     outer : first guess of the outer edge (length)
-    exponent : s of p ~ x^s at coalescence
+    exponent : outer edge -> s of p ~ x^s at coalescence
     """
     limits, corrections = [], []
     for side in (1, -1):
@@ -55,7 +55,7 @@ def extrapolated(load_at, solid, inner_edges, outer, exponent):
             load, outer = load_at(side * solid.ell * 10.0**-digits, outer)
             column.append(load)
         for power in (2, 4):
-            ratio = 10.0 ** (-power * exponent * (inner_edges[1] - inner_edges[0]))
+            ratio = 10.0 ** (-power * exponent(outer) * (inner_edges[1] - inner_edges[0]))
             column = [(fine - ratio * coarse) / (1 - ratio) for coarse, fine in zip(column, column[1:])]
         limits.append(column[-1])
         corrections.append(abs(column[-1] - column[-2]))

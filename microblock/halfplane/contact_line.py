@@ -11,9 +11,10 @@ from numpy.polynomial.legendre import legvander
 from ..errors import NotConverged
 from ..model.problem import half_line
 from ..threads import released
+from .carried import decay, meeting_exponent
 from .coalescence import extrapolated
 from .counter import counter_log_response, counter_response
-from .kernels import coalescence_exponent, gap_kernel
+from .kernels import gap_kernel
 from .panel_solution import Estimate, PanelSolution
 from .panels import SLIVER, log_response, make_panels, response
 
@@ -233,6 +234,23 @@ def _edges(zones):
     ]
 
 
+def _require_finite_chain(problem, zones):
+    """NotConverged where a corner touches an edge of the second body: what it carries of the pressure without
+    bound there opens a zone a block's side away, whose edges open the next, and so on.
+    """
+    touched = [
+        edge
+        for corner, intervals in zones.items()
+        for edge in np.ravel(intervals)
+        if edge in problem.ends.get(corner, ())
+    ]
+    if touched and decay(problem):
+        raise NotConverged(
+            f"at the edge of the second body at x = {touched[0]:g} zones open again and again, a block's "
+            "side apart, which panels do not follow: take Cells()"
+        )
+
+
 def _within_ends(problem, zones):
     """Zones as far as the obstacle goes; what lies beyond is none."""
     found = {}
@@ -244,6 +262,7 @@ def _within_ends(problem, zones):
         found[corner] = tuple((left, right) for left, right in cut if left < right)
     if not any(found.values()):
         raise NotConverged("no zone lies under the obstacle")
+    _require_finite_chain(problem, found)
     return found
 
 
@@ -369,5 +388,5 @@ def coalescence(problem, outer, order=14):
         problem.solid,
         INNER_EDGES,
         outer,
-        coalescence_exponent(problem.solid, problem.counter),
+        lambda outer: meeting_exponent(problem, {0: ((0.0, outer),), 1: ((-outer, 0.0),)}, 0.0),
     )

@@ -1,5 +1,5 @@
-"""The second body of a contact line: its normal displacement from the pressures of all corners, each where the
-corner stands.
+"""The second body of a contact line: its normal displacement from the pressures of all corners, each where
+the corner stands.
 """
 
 from dataclasses import replace
@@ -8,7 +8,8 @@ import numpy as np
 
 from ..errors import BadArgument
 from ..model.deformable import body_of
-from .kernels import normal_averages, normal_kernel
+from .averages import normal_averages
+from .kernels import normal_kernel
 from .panels import log_response, response
 
 
@@ -33,8 +34,8 @@ def counter_log_response(problem, panels, places):
 
 
 def _by_corner(problem, panels, places):
-    """For each corner its panels, as flags, and what to integrate over them: places as contact points that have
-    this corner there.
+    """For each corner its panels, as flags, and what to integrate over them: places as contact points that
+    have this corner there.
     """
     shifts = problem.shifts
     whole = replace(problem, mirror=False)
@@ -54,10 +55,9 @@ def require_same_period(body, obstacle):
 
 
 def counter_flexibility(problem, x, widths):
-    """What cells of constant pressure, one corner's forces after the other's, add to the gaps of all corners at
-    the centres by way of the second body: array (corners n, corners n).
+    """What cells of constant pressure, one corner's forces after the other's, add to the gaps of all
+    corners at the centres by way of the second body: array (corners n, corners n).
     """
     places = np.concatenate([x - shift for shift in problem.shifts])
     widths = np.tile(np.broadcast_to(widths, x.shape), len(problem.shifts))
-    apart = places[:, None] - places
-    return normal_averages(problem.counter, apart, np.broadcast_to(widths, apart.shape))
+    return normal_averages(problem.counter, places[:, None] - places, widths, widths[:, None])

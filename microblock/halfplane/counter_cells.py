@@ -1,9 +1,9 @@
 """A second body on equal cells: its displacement under the corners where they stand, by FFT.
 
-Corner a of the contact point x presses the second body at x - s_a. With U2 its displacement under a force, the
-gap of a gets U2 at the distance x - s_a - (y - s_b) from the force of corner b at y: in Fourier space U2 times
-exp(-i k (s_a - s_b)). For corners half a block beside the contact point, in sums and differences of their forces,
-that is U2 (1 + cos k ell)/2 for U, U2 sin(k ell)/2 for V and U2 (1 - cos k ell)/2 for W.
+Corner a of the contact point x presses the second body at x - s_a. With U2 its displacement under a force,
+the gap of a gets U2 at the distance x - s_a - (y - s_b) from the force of corner b at y: in Fourier space
+U2 times exp(-i k (s_a - s_b)). For corners half a block beside the contact point, in sums and differences
+of their forces, that is U2 (1 + cos k ell)/2 for U, U2 sin(k ell)/2 for V and U2 (1 - cos k ell)/2 for W.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import irfft, rfft
 
-from .kernels import normal_averages, normal_symbol
+from .averages import normal_averages
+from .kernels import normal_symbol
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class CounterCells:
         else:
             cells = np.fft.fftfreq(length, 1 / length)
             apart = np.where(np.abs(cells) < count, cells, 0.0) * width
-            kernels = normal_averages(solid, apart - ways[..., None], np.full((*ways.shape, length), width))
+            kernels = normal_averages(solid, apart - ways[..., None], width, width)
             spectra = rfft(np.where(np.abs(cells) < count, kernels, 0.0))
         return cls(length, spectra, smooth, k * np.ptp(shifts))
 
@@ -57,6 +58,6 @@ class CounterCells:
     def added(self, U, iV, W):
         """The symbol of a body with corners half a block to the left and to the right, and of this one."""
         cosine, sine = np.cos(self.phase), np.sin(self.phase)
-        sine[-1 :] *= self.length % 2  # odd: not seen at the shortest wave
+        sine[-1:] *= self.length % 2  # odd: not seen at the shortest wave
         half = self.smooth / 2
         return U + half * (1 + cosine), iV + 1j * half * sine, W + half * (1 - cosine)

@@ -12,10 +12,14 @@ import numpy as np
 from ..errors import NotConverged
 from ..model.problem import Problem
 from ..model.types import Array
+from ..model.zones import joined
 
 BEYOND = 0.4  # length that a cell may have for each length away from the outermost edge
 SAMPLED = 400  # places to either side of a feature and between, at which sizes are looked at
 NEAREST = 1e-9  # of the half-width, next to a feature
+# length that a cell may have for each length away from a piece of the obstacle's picture, and cells of one
+GRADING, PER_PIECE = 0.5, 2.0
+SMALLEST = 2e-4  # cell for the sake of the picture, over the half-width
 MOST = 2400  # forces: of corners, and tangential ones
 
 
@@ -33,9 +37,9 @@ def cells(
 ) -> Array:
     """Returns left and right edges of cells on all that could touch, array (n, 2).
 
-    At the distance r from the nearest feature a cell is `fineness` times the root of r and the half-width a of a
-    classical contact long: so pressures that begin like a square root are resolved alike everywhere. Beyond
-    `reach` (left, right), outside of all contact, cells grow with the distance.
+    At the distance r from the nearest feature a cell has the length `fineness` times the root of r a, a the
+    half-width of a classical contact: so pressures that begin like a square root are resolved alike
+    everywhere. Beyond `reach` (left, right), outside of all contact, cells grow with the distance.
 
     Raises
     ------
@@ -49,11 +53,17 @@ def cells(
     for left, right in stretches(problem):
         fixed = [place for place in _fixed(problem) if left < place < right]
         own = [each for each in known if left < each.place < right]
-        steps = np.concatenate((NEAREST * a * 10 ** np.linspace(0, np.log10((right - left) / a / NEAREST), SAMPLED),))
+        steps = np.concatenate(
+            (NEAREST * a * 10 ** np.linspace(0, np.log10((right - left) / a / NEAREST), SAMPLED),)
+        )
         places = [np.linspace(left, right, SAMPLED), np.array(fixed)]
         places += [each.place + sign * steps for each in own for sign in (-1, 1)]
         x = np.unique(np.clip(np.concatenate(places), left, right))
-        size = _size(x, a, fineness, own, reach)
+        grid = np.linspace(left, right, SAMPLED)
+        pieces = np.array([problem.scale(place, place, GRADING) for place in grid]) / PER_PIECE
+        size = np.minimum(
+            _size(x, a, fineness, own, reach), np.interp(x, grid, np.maximum(pieces, SMALLEST * a))
+        )
         count = np.concatenate(([0.0], np.cumsum(np.diff(x) / np.sqrt(size[1:] * size[:-1]))))
         ends = [left, *fixed, right]
         for first, last in zip(ends[:-1], ends[1:]):
@@ -66,14 +76,16 @@ def cells(
     made = made[made[:, 1] > made[:, 0]]
     most = MOST // (len(problem.law.corners) + 1)
     if len(made) > most:
-        raise NotConverged(f"{len(made)} cells would be needed, and {most} are in reach; ask for a larger rtol")
+        raise NotConverged(
+            f"{len(made)} cells would be needed, and {most} are in reach; ask for a larger rtol"
+        )
     return made
 
 
 def _size(
     x: Array, a: float, fineness: float, features: list[Feature], reach: tuple[float, float] | None
 ) -> Array:
-    size = np.full(len(x), fineness * a)
+    size = np.full(len(x), fineness * a if reach is None else np.inf)
     for each in features:
         away = np.maximum(np.abs(x - each.place) - each.band, 0.0)
         size = np.minimum(size, np.hypot(fineness * np.sqrt(away * a), each.smallest))
@@ -84,15 +96,13 @@ def _size(
 
 def stretches(problem: Problem) -> list[tuple[float, float]]:
     """Returns intervals of the contact point in which a corner could touch, ascending."""
-    from ..model.zones import joined
-
     assert problem.picture is not None
     shifts = [problem.shift(corner) for corner in range(len(problem.law.corners))]
     return joined((left + each, right + each) for left, right in problem.picture.stretches for each in shifts)
 
 
 def _fixed(problem: Problem) -> list[float]:
-    """Contact points at which a corner is under a slope discontinuity or an edge of the obstacle, ascending."""
+    """Contact points at which a corner is under a slope discontinuity or an edge, ascending."""
     ends = [place for pair in problem.ends.values() for place in pair]
     return sorted({*problem.kinks, *ends})
 

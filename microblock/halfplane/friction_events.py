@@ -1,4 +1,6 @@
-"""What happens along a history of frictional contact on cells: slip begins, stick zones are born and vanish."""
+"""What happens along a history of frictional contact on cells: first and full slip, births and deaths of
+stick zones.
+"""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 from tqdm.auto import tqdm
 
 from ..corners import active_set
@@ -21,7 +22,7 @@ from ..model import picture
 from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
-from ..model.types import Array, Zones
+from ..model.types import Array, Flags, Zones
 from ..model.zones import contact_zones, distance_to_ends, runs
 from .friction_cells import Feature, cells, stretches, touching
 from .friction_events import events
@@ -32,8 +33,10 @@ if TYPE_CHECKING:
 
 FINENESS = (0.16, 0.08, 0.04, 0.02, 0.01)  # length of a cell over the half-width, at that distance of an edge
 FIRST = 0.1  # of the half-width: cells of the first level, which does not know the edges
+FEWEST = 200  # cells of the first level on all that could touch, where that is wide
 SHARPER = 8.0  # times smaller are cells at the edges from level to level
 NARROWEST = 0.25  # times the square of the fineness: cells at edges, below which nothing is gained
+FASTEST = 8.0  # ratio of the changes of successive levels, at most
 USUAL_RTOL = 1e-2
 SAMPLES = 4  # Gauss points on a cell, for the mean of the initial gap
 
@@ -136,7 +139,7 @@ class FrictionCells(FrictionSolution):
         """Corner forces and tangential forces."""
         return self.moment.normal.size + len(self.x)
 
-    def _zones(self, inside: Array) -> list[tuple[float, float]]:
+    def _zones(self, inside: Flags) -> list[tuple[float, float]]:
         """Intervals of the cells that are marked; they end where the next cell is not the neighbour."""
         found = []
         for first, last in runs(inside):
@@ -149,12 +152,12 @@ class FrictionCells(FrictionSolution):
     def zones_by_name(self) -> Zones:
         """Zones of the corners, "contact", "full", "stick" and "slip"."""
         closed = self.moment.closed.reshape(-1, len(self.x))
-        own = {number: np.array(self._zones(each)).reshape(-1, 2) for number, each in enumerate(closed)}
+        own = {number: self._zones(each) for number, each in enumerate(closed)}
         found = contact_zones(own, self.problem.law.corners)
         stick = self.moment.stick & ~self.moment.at_limit
         return {**found, "stick": self._zones(stick), "slip": self._zones(closed.any(axis=0) & ~stick)}
 
-    def _cell(self, x: Array) -> tuple[Array, Array]:
+    def _cell(self, x: Array) -> tuple[NDArray[np.integer[Any]], Flags]:
         number = np.clip(np.searchsorted(self.edges[:, 0], x, side="right") - 1, 0, len(self.edges) - 1)
         return number, (x >= self.edges[number, 0]) & (x <= self.edges[number, 1])
 
@@ -183,7 +186,10 @@ class FrictionCells(FrictionSolution):
         """Says what the corners' shares in a second body's shear stand for."""
         if self.problem.counter is None or len(self.problem.law.corners) == 1:
             return []
-        return ["the shear on the second body is shared by the corners as without friction at the largest normal force"]
+        return [
+            "the shear on the second body is shared by the corners as without friction at the largest normal "
+            "force"
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,6 +249,8 @@ class FrictionSolver:
             if best <= rtol:
                 states = [FrictionState(one) for one in level.solutions]
                 return History(self.solver.contact, states, level.events)
+            if best < np.inf and best > rtol * FASTEST ** (len(FINENESS) - 1 - number):
+                break  # the levels that are left would not do
         raise self._out_of_reach(rtol, best)
 
     def _out_of_reach(self, rtol: float, best: float) -> NotConverged:
@@ -255,15 +263,17 @@ class FrictionSolver:
         """Returns the history on one level; its cells are small at the edges of the level before."""
         assert self.problem.picture is not None
         a, fineness = self.problem.picture.half_width, FINENESS[number]
-        smallest = max(NARROWEST * fineness**2 * a, (FIRST * a if before is None else before.band) / SHARPER)
+        width = sum(right - left for left, right in stretches(self.problem))
+        first = max(FIRST * a, width / FEWEST)
+        smallest = max(NARROWEST * fineness**2 * a, (first if before is None else before.band) / SHARPER)
         features, reach = touching(self.problem, NARROWEST * fineness**2 * a), None
         if before is not None:
             places = sorted({edge for one in before.solutions for edge in _edges(one)})
             features += [Feature(place, before.band, smallest) for place in _apart(places, smallest)]
             reach = (min(places), max(places)) if places else None
-        edges = cells(self.problem, fineness if before else FIRST, features, reach)
+        edges = cells(self.problem, fineness if before else first / a, features, reach)
         solutions, found = self._follow(edges)
-        return _Level(edges, solutions, found, FIRST * a if before is None else smallest)
+        return _Level(edges, solutions, found, first if before is None else smallest)
 
     def _follow(self, edges: Array) -> tuple[list[FrictionCells], list[HistoryEvent]]:
         problem = self.problem
@@ -297,22 +307,29 @@ class FrictionSolver:
 
     def _require_inside(self, edges: Array, moment: Moment) -> None:
         """NotConverged where a corner touches at the end of the cells and the obstacle goes on."""
-        closed = moment.closed.reshape(-1, len(edges)).any(axis=0)
+        closed = np.asarray(moment.closed.reshape(-1, len(edges)).any(axis=0))
         ends = {end for pair in self.problem.ends.values() for end in pair}
         for left, right in stretches(self.problem):
-            touching_end = closed[np.searchsorted(edges[:, 0], left)], closed[np.searchsorted(edges[:, 1], right)]
+            touching_end = (
+                closed[np.searchsorted(edges[:, 0], left)],
+                closed[np.searchsorted(edges[:, 1], right)],
+            )
             for touches, place in zip(touching_end, (left, right)):
                 if touches and not any(abs(place - end) < 1e-9 * max(abs(end), 1e-300) for end in ends):
-                    raise NotConverged(f"the contact reaches x = {place:g}, beyond which no contact was expected")
+                    raise NotConverged(
+                        f"the contact reaches x = {place:g}, beyond which no contact was expected"
+                    )
 
     def _compared(self, finer: _Level, coarser: _Level) -> _Level:
         """The finer level with its changes from the coarser one."""
-        friction = float(getattr(self.solver.law, "friction"))
+        friction = float(self.solver.law.friction)
         changed = [
             replace(one, change=_difference(one, other, self.problem, friction))
             for one, other in zip(finer.solutions, coarser.solutions)
         ]
-        return replace(finer, solutions=changed, events=_with_errors(finer.events, coarser.events, self.pairs))
+        return replace(
+            finer, solutions=changed, events=_with_errors(finer.events, coarser.events, self.pairs)
+        )
 
 
 def _edges(solution: FrictionCells) -> list[float]:
@@ -351,9 +368,7 @@ def _difference(finer: FrictionCells, coarser: FrictionCells, problem: Problem, 
     return float(max(changes) / size)
 
 
-def _with_errors(
-    finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: Array
-) -> list[HistoryEvent]:
+def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: Array) -> list[HistoryEvent]:
     """The finer level's events with the distance to those of the same kind and order of the coarser one."""
     if [(one.pair, one.kind) for one in finer] != [(one.pair, one.kind) for one in coarser]:
         return finer

@@ -45,8 +45,6 @@ KERNELS, ODD = 5, (1, 4)  # of the normal problem
 # of the problem with shear as well; of them 5 and 7 are odd, and next to x = 0 half of a step
 ALL_KERNELS, ALL_ODD = 9, (1, 4, 5, 7)
 NEAR_CELLS, FAR_GAUSS = 16, 6  # from this many cells on, Gauss points on a cell: (4*16)^-12, rounding
-AVERAGED = 12  # Gauss points on a cell for what U has besides its logarithm
-TINY = 1e-300
 FAR_TAIL = 40.0  # exp(-40) is nothing
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
@@ -87,15 +85,14 @@ def short_waves(solid):
     return c / (1 + (1 - solid.nu) * solid.beta), c / (4 * solid.curvature * (1 - solid.nu))
 
 
-def coalescence_exponent(solid: Cosserat, counter: Cosserat | None = None) -> float:
+def coalescence_exponent(solid: Cosserat) -> float:
     """Returns s of p ~ x^s at the axis when two zones of partial contact touch there.
 
     ``cos(pi s) = (c_u - c_phi)/(c_u + c_phi)`` with the limits of k U and k W for k -> infinity
-    (docs/theory/halfplane.md, "Where the corners meet"); a second body adds its c_u below.
+    (docs/theory/halfplane.md, "Where the corners meet").
     """
     displacement, rotation = short_waves(solid)
-    own = displacement + rotation + counter_short_waves(counter)
-    return float(np.arccos((displacement - rotation) / own) / np.pi)
+    return float(np.arccos((displacement - rotation) / (displacement + rotation)) / np.pi)
 
 
 def counter_short_waves(counter: Cosserat | None) -> float:
@@ -109,9 +106,8 @@ class Kernels:
     Number 0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with ``*`` the convolution in x.
     Where psi = 0 on the whole surface, 3 is u from p and 4, over 1/ell instead of c, is -m from p. Numbers 5
     to 8 belong to shear, ``u1 = -Y*p + U*q - V'*m``: Y is 5, V' (the even transform of V) is 6; where psi = 0
-    on the whole surface 7 is Y, and 8, over 1/ell, is m from q. V, Y, 4 and 7 are odd, the others even. U carries the arbitrary level of a half-plane, here such that U ->
-    -log(x/ell)/pi for x
-    -> infinity.
+    on the whole surface 7 is Y, and 8, over 1/ell, is m from q. V, Y, 4 and 7 are odd, the others even. U
+    carries the arbitrary level of a half-plane, here such that U -> -log(x/ell)/pi for x -> infinity.
 
     Parameters
     ----------
@@ -138,7 +134,9 @@ class Kernels:
         self._start, self._step, self._parts = np.log(NEAREST), PIECE / PARTS, PARTS * pieces
         logarithms = self._start + PIECE * (np.arange(pieces)[:, None] + (_chebyshev_points(POINTS) + 1) / 2)
         values = self._values(solid, np.exp(logarithms).ravel()).reshape(ALL_KERNELS, pieces, POINTS)
-        self._table = np.moveaxis((values @ _parting().T).reshape(ALL_KERNELS, self._parts, TERMS), 2, 1).copy()
+        self._table = np.moveaxis(
+            (values @ _parting().T).reshape(ALL_KERNELS, self._parts, TERMS), 2, 1
+        ).copy()
 
     @staticmethod
     def _values(solid, x):
@@ -309,29 +307,6 @@ def normal_kernel(solid, distance):
     if is_classical(solid):
         return -c / np.pi * np.log(np.maximum(np.abs(scaled), NEAREST))
     return c * kernels(solid.nu, solid.beta, solid.curvature)(scaled, (0,))[0]
-
-
-def normal_averages(solid, distance, width):
-    """`normal_kernel` averaged over cells of a width whose centres are at a distance, arrays of one shape.
-
-    The logarithm of short waves is integrated in closed form, what is left by Gauss points.
-    """
-    nearby = short_waves(solid)[0] / np.pi
-    total = _log_averages(distance, width) - np.log(solid.ell)
-    if is_classical(solid):
-        return -nearby * total
-    points, gauss = gauss_rule(AVERAGED)
-    places = np.asarray(distance)[..., None] + np.asarray(width)[..., None] * (points - 0.5)
-    places = np.maximum(np.abs(places), NEAREST * solid.ell)
-    smooth = normal_kernel(solid, places) + nearby * np.log(places / solid.ell)
-    return smooth @ gauss - nearby * total
-
-
-def _log_averages(distance, width):
-    """Averages of log|x| over intervals around the distances."""
-    ends = np.asarray(distance) + np.multiply.outer((-0.5, 0.5), np.asarray(width))
-    whole = ends * np.log(np.maximum(np.abs(ends), TINY)) - ends
-    return (whole[1] - whole[0]) / width
 
 
 def normal_symbol(solid, k):

@@ -83,7 +83,7 @@ class PanelSolver(Solver):
         """The problem on the contact line; a symmetric one is solved for one corner."""
         counter = body_of(self.obstacle)
         solid = None if counter is None else counter.solid
-        return Problem(self.body.solid, self.law, shape_of(self.obstacle), self.symmetric, solid)
+        return Problem(self.body.solid, self.law, shape_of(self.obstacle), self.symmetric, counter=solid)
 
     def _pictured_problem(self, load, wider=1):
         """The same with the obstacle's picture for a load."""

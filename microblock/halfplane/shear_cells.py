@@ -14,7 +14,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from ..corners.friction import FrictionalContact, Moment
+from ..corners.friction import FrictionalContact
 from ..model.quadrature import gauss_rule
 from ..threads import bounded
 from .kernels import ALL_ODD, NEAREST, Kernels, is_classical, kernels, laplace_weights, step
@@ -56,8 +56,8 @@ def _second_antiderivatives(nu, beta, curvature):
 
 
 def _tables(solid):
-    """Functions of (x/ell, numbers of kernels): the kernels over c, and F/x^2; of a classical solid those of U
-    and Y alone.
+    """Functions of (x/ell, numbers of kernels): the kernels over c, and F/x^2; of a classical solid those of
+    U and Y alone.
     """
     if not is_classical(solid):
         material = solid.nu, solid.beta, solid.curvature

@@ -17,13 +17,15 @@ class Deformable:
     """Second body that is pressed on the first, as an obstacle that deforms.
 
     Its surface is smooth: it takes pressures and no moments. Each corner presses it where the corner stands,
-    A at x1 - ell/2 and B at x1 + ell/2 of the contact point x1. Heights, slope discontinuities and edges are those
-    of the shape.
+    A at x1 - ell/2 and B at x1 + ell/2 of the contact point x1. Heights, slope discontinuities and edges
+    are those of the shape.
 
     Parameters
     ----------
-    body : HalfPlane
-        The second body, upside down; its own solid may be another one, also a classical one (``beta=0``).
+    body : HalfPlane or Body
+        The second body, of the kind of the first; its own solid may be another one, that of a half-plane also
+        a classical one (``beta=0``). A `Body` lies above its contact boundary, a straight and level one that
+        reaches over all corners below the shape.
     shape : obstacle or callable
         Lower surface of the second body before it deforms, as any obstacle of `Contact`.
 
@@ -34,9 +36,12 @@ class Deformable:
 
     Examples
     --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
     >>> steel = mb.Cosserat(E=200, nu=0.3, ell=0.1, beta=0)
-    >>> mb.Deformable(mb.HalfPlane(steel), mb.Cylinder(R=10)).height(np.ones(1)).tolist()
-    [0.05]
+    >>> roller = mb.Deformable(mb.HalfPlane(steel), mb.Cylinder(R=10))
+    >>> problem = mb.Contact(mb.HalfPlane(solid), roller, mb.Microblock())
+    >>> round(problem.solve(load=1.0).half_width, 2)      # 0.36 under a rigid cylinder
+    0.45
     """
 
     body: BodyLike

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -97,7 +97,7 @@ class _Coulomb(Law):
     friction: float = 0.0
 
     def __repr__(self) -> str:
-        known = [(each.name, getattr(self, each.name), each) for each in fields(self)]  # type: ignore[arg-type]
+        known = [(each.name, getattr(self, each.name), each) for each in fields(cast(Any, self))]
         listed = [f"{name}={value!r}" for name, value, each in known if is_told(each, value)]
         return f"{type(self).__name__}({', '.join(listed)})"
 

@@ -37,19 +37,19 @@ class Problem:
     mirror : bool
         Whether obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x
         >= 0 if the law has one corner only.
-    counter : Cosserat, optional
-        Solid of the second half-plane, if the obstacle is its shape; without it the obstacle is rigid.
     picture : Picture, optional
         What is known of the obstacle; without it the obstacle is taken for smooth between its slope
         discontinuities and edges.
+    counter : Cosserat, optional
+        Solid of the second body, if the obstacle is its shape; without it the obstacle is rigid.
     """
 
     solid: Cosserat
     law: LawLike
     obstacle: ObstacleLike
     mirror: bool = False
-    counter: Cosserat | None = None
     picture: Picture | None = field(default=None, compare=False, repr=False)
+    counter: Cosserat | None = None
 
     @property
     def ell(self) -> float:

@@ -104,8 +104,8 @@ def surface(
     apart: Flags | None = None,
     counter: Function | None = None,
 ) -> Surface:
-    """Returns the Surface of a state of a problem, from its fields at the points; `counter` is the displacement
-    along x2 of a second body's surface, a function of x1.
+    """Returns the Surface of a state of a problem, from its fields at the points; `counter` is the
+    displacement along x2 of a second body's surface, a function of x1.
     """
     law, ell, x = problem.law, problem.ell, points[:, 0]
     initial = np.array(list(law.initial_gaps(points, normals, ell, problem.obstacle).values()))
@@ -113,8 +113,9 @@ def surface(
     gaps = initial - approach * normals[:, 1] + displacement + ell / 2 * levers * psi
     over = gap(problem.obstacle, points, normals) - approach * normals[:, 1]
     if counter is not None:
-        gaps = gaps + [counter(x - shift) for shift in law.shifts(ell)]
-        over = over + counter(x)
+        upwards = normals[:, 1]
+        gaps = gaps + [counter(x - shift * upwards) * upwards for shift in law.shifts(ell)]
+        over = over + counter(x) * upwards
     rotation = law.initial_rotation(x) + psi
     return Surface(
         points,
@@ -589,6 +590,30 @@ class State(Shown):
         True
         """
         return _like(x, self.solution.gap(self._number(corner), _abscissae(x)))
+
+    def counter_displacement(self, x: ArrayLike) -> Array | float:
+        """Returns the displacement along x2 of the surface of a second body (`Deformable`).
+
+        Parameters
+        ----------
+        x : array (n,) or float
+            Abscissae x1 (lengths).
+
+        Returns
+        -------
+        array (n,), or a float for one number
+            Lengths; 0 for a rigid obstacle. On half-planes without a period only differences have a meaning;
+            inf beyond the contact boundary of a body on a mesh.
+
+        Examples
+        --------
+        >>> ground = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1))
+        >>> roller = mb.Deformable(ground, mb.Cylinder(R=10))
+        >>> state = mb.Contact(ground, roller, mb.Unilateral()).solve(load=1.0)
+        >>> state.counter_displacement(0.0) > state.counter_displacement(1.0)
+        True
+        """
+        return _like(x, self.solution.counter_displacement(_abscissae(x)))
 
     def _number(self, corner: str) -> int:
         require_choice(self.law.corners, corner=corner)

@@ -1,0 +1,104 @@
+"""A second body on a mesh: how its straight lower surface gives way under corners, wherever they stand."""
+
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import BadArgument
+from ..model.quadrature import gauss_rule, lagrange
+from .condensation import condensed
+
+DOWN = 1e-9  # of the normals of a straight lower boundary
+PIECES, POINTS = 4, 12  # of a facet, and Gauss points on each: the other mesh is not smooth there
+
+
+class CounterBody:
+    """The second body of a problem, condensed to the nodes of its contact boundary.
+
+    Nodes need not match those of the first body. The force of a corner at a node is a pressure, the
+    polynomial of that node on its facets; it acts on the second body with all of its width, and the
+    displacement there is its mean with this pressure. As a force at a point it would sink into a finer mesh.
+
+    Parameters
+    ----------
+    obstacle : Deformable of a Body
+    body : Condensed, the first body
+    shifts : how far right of each corner its contact point lies (lengths)
+
+    Raises
+    ------
+    BadArgument
+        If the contact boundary of the second body is not straight and level, with the body above it.
+    """
+
+    def __init__(self, obstacle, body, shifts):
+        self.obstacle, self.body, self.shifts = obstacle, body, shifts
+        self.nodes = condensed(obstacle.body, obstacle.body.contact)
+        if np.abs(self.nodes.normals - (0.0, -1.0)).max() > DOWN:
+            raise BadArgument(
+                "obstacle",
+                obstacle,
+                "its body must be above its contact boundary, which is straight and level: heights are those "
+                "of the shape",
+            )
+
+    @cached_property
+    def _matrix(self):
+        """Displacements along x2 at the nodes from forces along x2 there."""
+        count = len(self.nodes.points)
+        return self.nodes.compliance.matrix[:count, :count]
+
+    @cached_property
+    def _shares(self):
+        """Shares of the nodes in the force of each corner, and in its displacement: array (corners n,
+        nodes).
+        """
+        return np.vstack([self._shares_of(shift) for shift in self.shifts])
+
+    def _shares_of(self, shift):
+        body, points = self.body, self.body.points
+        found, whole = np.zeros((len(points), len(self.nodes.points))), np.zeros(len(points))
+        gauss, weights = gauss_rule(POINTS)
+        t = ((np.arange(PIECES)[:, None] + gauss) / PIECES).ravel()
+        weights = np.tile(weights, PIECES) / PIECES
+        for left, right, members in body.interpolation:
+            own = (points[members, 0] - left) / (right - left)
+            basis = lagrange(own, t) * (weights * (right - left))[:, None]
+            upwards = lagrange(own, t) @ body.normals[members, 1]
+            found[members] += basis.T @ self._at(left + (right - left) * t - shift * upwards)
+            whole[members] += basis.sum(axis=0)
+        return found / whole[:, None] * body.normals[:, 1:]
+
+    def _at(self, x):
+        """Shares of the nodes in what is at x, array (n, nodes); 0 beyond the boundary."""
+        return np.column_stack([self.nodes.interpolate(each, x) for each in np.eye(len(self.nodes.points))])
+
+    def reaches(self, x):
+        """Whether the contact boundary is above x, boolean array (n,)."""
+        ends = np.array([(left, right) for left, right, _ in self.nodes.interpolation])
+        return np.any((ends[:, 0] <= x[:, None]) & (x[:, None] <= ends[:, 1]), axis=1)
+
+    def flexibility(self, gaps):
+        """What forces of the corners add to their gaps: array (corners n, corners n); `gaps`, arrays (corners
+        n,), are inf where nothing touches.
+
+        Raises
+        ------
+        BadArgument
+            If a corner with a finite gap is below no part of the contact boundary.
+        """
+        points, upwards = self.body.points, self.body.normals[:, 1]
+        x = np.concatenate([points[:, 0] - each * upwards for each in self.shifts])[np.isfinite(gaps)]
+        if not self.reaches(x).all():
+            left, right = self.nodes.points[[0, -1], 0]
+            raise BadArgument(
+                "obstacle",
+                self.obstacle,
+                f"its contact boundary, from {left:g} to {right:g}, must reach over all corners below the "
+                f"shape, from {x.min():g} to {x.max():g}",
+            )
+        return self._shares @ self._matrix @ self._shares.T
+
+    def displacement(self, forces, places):
+        """Displacement along x2 at places from the forces of the corners, array (corners n,)."""
+        return self._at(places) @ (self._matrix @ (self._shares.T @ forces))

@@ -1,0 +1,286 @@
+"""Histories with friction of bodies on meshes: their states, by the monolithic Newton method or condensed."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..corners.coulomb import System
+from ..corners.friction import FrictionPath, Moment
+from ..corners.nodal import zones_of
+from ..errors import BadArgument
+from ..halfplane.friction_events import events
+from ..model import law as laws
+from ..model.deformable import body_of
+from ..model.history import FrictionSolution, FrictionState, History
+from .body_solution import BodySolution
+from .friction import FrictionFacets, MonolithicFriction
+from .newton_solver import NewtonSolution
+from .slip_nodes import slip_nodes
+
+AT_LIMIT = 1e-9  # of the largest bound: a node that is so near to its own slips or begins to
+
+
+class _AtNodes(FrictionSolution):
+    """Base of solutions at nodes with `touching` and `sticks`, boolean arrays (n,) in the order of x1."""
+
+    end = None
+
+    def with_slip(self, zones):
+        """Zones of the corners, and those of nodes in contact that stick and that slip."""
+        bound = self.law.friction * self.pressures.sum(axis=0)
+        stick = self.sticks & (np.abs(self.shear_traction) < bound - AT_LIMIT * bound.max())
+        own = {"stick": stick, "slip": self.touching & ~stick}
+        plain = laws.Unilateral()
+        return zones | {
+            name: zones_of(self.x, flags[None], plain, self.apart, self.end)["contact"]
+            for name, flags in own.items()
+        }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class NewtonFrictionSolution(_AtNodes, NewtonSolution):
+    """A solution of the monolithic Newton method at a pair of loads.
+
+    Attributes
+    ----------
+    state : friction.NodalFriction
+    """
+
+    state: object = None
+
+    @property
+    def _facets(self):
+        return self.state.newton.facets.nodes
+
+    @property
+    def end(self):
+        """Where a period ends; None of a body with edges."""
+        return None if self.has_edges else self.x[0] + self.period
+
+    @property
+    def shear(self):
+        """Q, per thickness."""
+        return self.state.shear
+
+    @property
+    def shear_traction(self):
+        """q at the nodes, array (n,)."""
+        return self.state.shear_traction[self._order]
+
+    @property
+    def slip(self):
+        """Way of the obstacle over the surface since first contact, array (n,)."""
+        return self.state.slip[self._order]
+
+    @property
+    def touching(self):
+        """Nodes in contact, boolean array (n,)."""
+        return self.state.reached.sets.closed.any(axis=0)[self._order]
+
+    @property
+    def sticks(self):
+        """Nodes that stick, boolean array (n,)."""
+        return self.state.stick[self._order]
+
+    @property
+    def energy(self):
+        """Elastic energy, by the quadrature of the stiffness: that of the work."""
+        return self.state.energy
+
+    @property
+    def work(self):
+        """Of the loads since the beginning."""
+        return self.state.work
+
+    @property
+    def dissipation(self):
+        """Since the beginning."""
+        return self.state.dissipation
+
+    @property
+    def tangential_approach(self):
+        """Displacement of the obstacle along x1."""
+        return self.state.reached.iterate.shift
+
+    @cached_property
+    def zones_by_name(self):
+        """Zones of the nodes, "stick" and "slip" as well."""
+        return self.with_slip(NewtonSolution.zones_by_name.func(self))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BodyFrictionSolution(_AtNodes, BodySolution):
+    """A solution on the contact nodes of a condensed body at a pair of loads.
+
+    Attributes
+    ----------
+    moment : corners.friction.Moment
+    """
+
+    moment: Moment | None = None
+
+    @property
+    def nodes(self):
+        """The body condensed to its contact nodes, with displacements along them."""
+        return slip_nodes(self.solver)
+
+    @property
+    def shear(self):
+        """Q, per thickness."""
+        return self.moment.shear
+
+    @property
+    def shear_traction(self):
+        """q at the nodes, array (n,)."""
+        return self.moment.tangential / self.weights
+
+    @property
+    def slip(self):
+        """Way of the obstacle over the surface since first contact, array (n,)."""
+        return self.moment.slip
+
+    @property
+    def touching(self):
+        """Nodes in contact, boolean array (n,)."""
+        return self.closed.any(axis=0)
+
+    @property
+    def sticks(self):
+        """Nodes that stick, boolean array (n,)."""
+        return self.moment.stick
+
+    @property
+    def energy(self):
+        """Elastic energy per thickness."""
+        return self.moment.energy
+
+    @property
+    def work(self):
+        """Of the loads since the beginning."""
+        return self.moment.work
+
+    @property
+    def dissipation(self):
+        """Since the beginning."""
+        return self.moment.dissipation
+
+    @property
+    def tangential_approach(self):
+        """Displacement of the obstacle along x1."""
+        return self.moment.offset
+
+    @property
+    def _loads(self):
+        """Nodal forces along n, moments and forces along the surface, array (3 n,)."""
+        return self.nodes.loads(self.law, self.forces, self.moment.tangential)
+
+    @cached_property
+    def _moved(self):
+        return np.split(self.nodes.response @ self._loads, 3)
+
+    @property
+    def psi(self):
+        """At the nodes, array (n,)."""
+        return self._moved[1]
+
+    @property
+    def displacement(self):
+        """-u.n at the nodes, array (n,)."""
+        return -self._moved[0]
+
+    @property
+    def micromoment(self):
+        """M of corner forces and shear traction; where psi is prescribed, the reaction to it."""
+        if self.law.clamps_rotation:
+            return super().micromoment
+        return self._loads[len(self.x) : 2 * len(self.x)] / self.weights
+
+    @cached_property
+    def fields(self):
+        """Displacement, microrotation and stresses as NGSolve functions, by one back-substitution."""
+        return self.nodes.fields(*np.split(self._loads, 3))
+
+    @cached_property
+    def zones_by_name(self):
+        """Zones of the nodes, "stick" and "slip" as well."""
+        return self.with_slip(BodySolution.zones_by_name.func(self))
+
+
+def _check(solver, rtol):
+    """BadArgument for what histories on a mesh do not know: an rtol, an obstacle that deforms."""
+    if body_of(solver.obstacle) is not None:
+        raise BadArgument(
+            "obstacle", solver.obstacle, "deforms: histories on a mesh take rigid obstacles alone"
+        )
+    if rtol is not None:
+        raise BadArgument(
+            "rtol", rtol, "is not for histories on a mesh, which stays as it is: refine it yourself"
+        )
+
+
+def of_newton(solver, pairs, coupled, rtol):
+    """The History of a NewtonSolver through pairs, array (n, 2)."""
+    _check(solver, rtol)
+    if solver.options.kind != "al":
+        raise BadArgument("kind", solver.options.kind, 'does not follow friction: Newton("al") does')
+    facets = FrictionFacets(solver.supported, solver.law, solver.obstacle, solver.body.contact)
+    newton = MonolithicFriction(facets, rho=solver.options.rho, coupled=coupled)
+    unknowns, states = newton.unknowns, []
+    for state in newton.follow(pairs):
+        states.append(FrictionState(NewtonFrictionSolution(solver, state.nodal, unknowns, state)))
+    path = _Followed(newton.system, state.reached.changes)
+    return History(solver.contact, states, _events(path, states[-1], pairs))
+
+
+def of_body(solver, pairs, coupled, rtol):
+    """The History of a BodySolver through pairs, array (n, 2)."""
+    _check(solver, rtol)
+    nodes = slip_nodes(solver)
+    contact = nodes.frictional(solver.law, solver.obstacle, coupled)
+    path, states, count = FrictionPath(contact), [], len(solver.law.corners)
+    for P, Q in pairs:
+        moment = path.to(float(P), float(Q))
+        solution = BodyFrictionSolution(
+            solver,
+            moment.load,
+            moment.approach,
+            moment.normal.reshape(count, -1),
+            contact.gaps.reshape(count, -1),
+            solver.together(moment.closed),
+            _residual(contact, moment),
+            len(path.changes),
+            moment=moment,
+        )
+        states.append(FrictionState(solution))
+    return History(solver.contact, states, _events(path, states[-1], pairs))
+
+
+def _residual(contact, moment):
+    """The largest violated condition of contact, friction and loads of a Moment, over the largest force, of
+    gaps over the largest compression: gaps are computed anew, as those of the path are sums.
+    """
+    n, t = moment.normal, moment.tangential
+    moved = contact.normal @ n + (contact.cross.T @ t if contact.coupled else 0.0)
+    gaps = np.where(np.isfinite(contact.gaps), contact.gaps - moment.approach + moved, np.inf)
+    pressed = n.reshape(-1, len(t)).sum(axis=0)
+    forces = np.concatenate((-n, np.abs(t) - contact.friction * pressed))
+    loads = abs(n.sum() - moment.load), abs(t.sum() - moment.shear)
+    lengths = np.where(moment.closed, np.abs(gaps), -gaps)
+    return float(
+        max(forces.max() / n.max(), max(loads) / moment.load, lengths.max() / np.abs(moved).max(), 0.0)
+    )
+
+
+@dataclass(frozen=True)
+class _Followed:
+    """What `events` ask of a FrictionPath."""
+
+    contact: System
+    changes: list
+
+
+def _events(path, state, pairs):
+    """HistoryEvents of a path on the nodes of a state, which stand for half the way to their neighbours."""
+    borders = np.concatenate((state.x[:1], (state.x[1:] + state.x[:-1]) / 2, state.x[-1:]))
+    return events(path, np.column_stack((borders[:-1], borders[1:])), pairs)
