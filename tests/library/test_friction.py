@@ -396,6 +396,34 @@ def test_conditions_of_contact_and_friction_hold_all_along(law):
     assert moved <= 8  # cells that slip and stick again between two of the 160 pairs
 
 
+def test_corners_press_and_drag_a_second_body_where_they_stand():
+    """A at x - ell/2, B at x + ell/2; Flamant's solution, upside down."""
+    second, ell, edges = mb.Cosserat(E=2.0, nu=0.2, ell=0.1, beta=0), 0.25, cells((0.0,), 0.2, 1.0)
+    problem = Problem(solid(ell), mb.Microblock(friction=0.3), None, counter=second)
+    plain = frictional_contact(problem, edges, np.zeros((2, len(edges))))
+    left = 0.3 * np.ones(len(edges))  # the share of A, and that of B
+    whole = with_counter(plain, problem, edges, np.array((left, 1 - left)))
+    i, j = 2, len(edges) - 2  # cells far from each other, i on the left
+    x, n, c = edges.mean(axis=1), len(edges), (1 - 0.2) / second.mu
+    corners = {0: -ell / 2, 1: ell / 2}
+    level = -c / np.pi * np.log(1 / second.ell)  # of U, where -log(x/ell) is taken
+
+    def depth(a, b):
+        return level - c / np.pi * np.log(abs(x[i] + corners[a] - x[j] - corners[b]))
+
+    for a in (0, 1):
+        for b in (0, 1):
+            added = (whole.normal - plain.normal)[a * n + i, b * n + j]
+            # cells are averages, 1e-3 of their distance squared
+            assert added == pytest.approx(depth(a, b), abs=2e-3)
+        # under pressure its surface is drawn to the load as well: what is added to u1 - u1 of it has Y's sign
+        drawn = (whole.cross - plain.cross)[i, a * n + j]
+        assert drawn == pytest.approx(-(1 - 2 * 0.2) / (4 * second.mu), rel=1e-9)
+    shares = {0: 0.3, 1: 0.7}
+    along = sum(shares[a] * shares[b] * depth(a, b) for a in (0, 1) for b in (0, 1))
+    assert (whole.tangential - plain.tangential)[i, j] == pytest.approx(along, abs=2e-3)
+
+
 def two_bodies(law, E, coupled=False):
     """Pressed, then sheared, with a second body of the modulus E."""
     second = mb.Cosserat(E=E, nu=0.2, ell=0.1, beta=0)
