@@ -9,6 +9,7 @@ fainter by a factor each (docs/theory/two_bodies.md).
 import numpy as np
 
 from ..model.problem import half_line
+from ..model.zones import zone_edges
 from .kernels import coalescence_exponent, counter_short_waves, short_waves
 
 MOST = 24  # steps
@@ -35,17 +36,46 @@ def decay(problem):
     return float(1 / (half + np.sqrt(half**2 - 1)))
 
 
-def steps(problem, order):
-    """How often singular places are carried on until panels of an order do not see them any more."""
+def steps(problem, order, share=1.0):
+    """How often singular places are carried on until panels of an order do not see them any more; `share` is
+    what they are worth to begin with.
+    """
     factor = decay(problem)
-    return int(min(MOST, np.ceil(1 - order / 4 * np.log(10) / np.log(factor)))) if factor else 0
+    if not factor:
+        return 0
+    enough = 1 - (order / 4 * np.log(10) + np.log(share)) / np.log(factor)
+    return int(np.clip(np.ceil(enough), 0, MOST))
 
 
-def carried(problem, places, order):
-    """Singular places and those they are carried to, ascending list; the given ones stay as they are."""
+def carried_edges(problem, zones, order):
+    """Edges of zones {corner: intervals}, without those by symmetry, and the places they are carried to.
+
+    Two edges of one corner that are a width w apart are worth sqrt(w) in L2: of narrow gaps little is
+    carried.
+    """
+    shares = {}
+    whole = np.ptp(zone_edges(zones))
+    for intervals in zones.values():
+        edges = np.ravel(intervals)
+        apart = np.concatenate(([np.inf], np.diff(edges), [np.inf]))
+        near = np.minimum(np.minimum(apart[:-1], apart[1:]) / whole, 1.0)
+        for edge, share in zip(edges.tolist(), np.sqrt(near).tolist()):
+            shares[edge] = max(share, shares.get(edge, 0.0))
+    if problem.mirror:
+        shares |= {-edge: share for edge, share in shares.items()}
+    return carried(problem, shares, order, shares)
+
+
+def carried(problem, places, order, shares=None):
+    """Singular places and those they are carried to, ascending list; the given ones stay as they are.
+
+    `shares` {place: share} is what they are worth, 1 without it.
+    """
     own = sorted(float(x) for x in places)
-    ways = [each for each in _ways(problem, order) if each]
-    further = sorted(x + way * problem.solid.ell for x in own for way in ways)
+    shares = dict.fromkeys(own, 1.0) if shares is None else shares
+    most = {x: steps(problem, order, shares[x]) for x in own}
+    ways = {x: [way for way in range(-most[x], most[x] + 1) if way] for x in own}
+    further = sorted(x + way * problem.solid.ell for x in own for way in ways[x])
     found = list(own)
     for x in further:
         if min(abs(each - x) for each in found) > SAME * problem.solid.ell:

@@ -16,8 +16,7 @@ from scipy.special import beta, betainc, eval_legendre
 
 from ..model.problem import GROWTH, half_line
 from ..model.quadrature import gauss_rule, lagrange
-from ..model.zones import zone_edges
-from .carried import carried, log_sizes
+from .carried import carried, carried_edges, log_sizes
 
 NEAR = 1.0  # panel lengths within which the kernel's logarithm asks for a quadrature of its own
 # that quadrature puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
@@ -112,10 +111,8 @@ def make_panels(problem, zones, order):
     """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at the kinks of the
     obstacle.
     """
-    rows, edges, sizes = [], zone_edges(zones), log_sizes(problem, zones, order)
-    if problem.mirror:
-        edges += [-edge for edge in edges]
-    edges, tips = carried(problem, edges, order), carried(problem, problem.tips, order)
+    rows, sizes, tips = [], log_sizes(problem, zones, order), carried(problem, problem.tips, order)
+    edges = carried_edges(problem, zones, order)
     singular = {*edges, *problem.kinks, *sizes}
     for corner, intervals in zones.items():
         for left, right in intervals:

@@ -16,7 +16,7 @@ from numpy.polynomial.chebyshev import chebpts1, chebval, chebvander
 
 from ..model.problem import half_line
 from ..model.zones import runs, zone_edges
-from .carried import carried
+from .carried import carried, carried_edges
 
 POINTS = 20  # of a stretch; where the kernel's scales are many, more
 PER_SCALE = 4  # for each factor e of them
@@ -126,7 +126,8 @@ def _stretches(state):
     left, right = problem.reach
     core = CORE * min(problem.solid.ell, edges[-1] - edges[0])
     for corner in problem.corners:
-        breaks = carried(problem, [*edges, *_kinks_inside(problem, zones, corner)], state.panels.order)
+        kinks = carried(problem, _kinks_inside(problem, zones, corner), state.panels.order)
+        breaks = [*carried_edges(problem, state.zones, state.panels.order), *kinks]
         breaks = np.unique([0.0, *(each for each in breaks if each > 0)] if half_line(problem) else breaks)
         pieces = [*zip(breaks, breaks[1:]), (breaks[-1], np.inf)]
         for a, b in pieces if half_line(problem) else [(-np.inf, breaks[0]), *pieces]:
