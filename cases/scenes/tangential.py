@@ -1,4 +1,4 @@
-"""Cylinder with friction under normal, then shear loads: stick, slip, and what their history dissipates.
+"""Cylinder with friction under normal, then shear loads: stick, slip, and what is dissipated.
 
 Geometry   half-plane x2 < 0; a cylinder of radius R, rigid or a second half-plane of that shape; blocks of
            side ell.
