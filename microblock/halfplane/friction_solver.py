@@ -276,20 +276,23 @@ class FrictionSolver:
         return _Level(edges, solutions, found, first if before is None else smallest)
 
     def _follow(self, edges: Array) -> tuple[list[FrictionCells], list[HistoryEvent]]:
-        problem = self.problem
+        walk = Walk(self, edges)
+        solutions = [walk.to(float(P), float(Q)) for P, Q in self.pairs]
+        return solutions, events(walk.path, edges, self.pairs)
+
+    def walk(self) -> Walk:
+        """Returns the contact at the beginning, to be led on pair by pair, on cells that are small at the
+        edges which these pairs have.
+        """
+        return Walk(self, self.level(1, self.level(0, None)).edges)
+
+    def on(self, edges: Array) -> tuple[FrictionalContact, FrictionalContact]:
+        """Returns the problem on cells, without and with what a second body adds to it."""
         points, weights = gauss_rule(SAMPLES)
         places = edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * points
-        gaps = problem.initial_gaps(places.ravel()).reshape(-1, *places.shape) @ weights
-        own = frictional_contact(problem, edges, gaps, self.coupled)
-        contact = with_counter(own, problem, edges, self._shares(own, edges))
-        path = FrictionPath(contact)
-        solutions = []
-        for P, Q in self.pairs:
-            moment = path.to(float(P), float(Q))
-            self._require_inside(edges, moment)
-            displacement, psi, moments = surface(problem, edges, own, moment)
-            solutions.append(FrictionCells(self.solver, problem, edges, moment, psi, displacement, moments))
-        return solutions, events(path, edges, self.pairs)
+        gaps = self.problem.initial_gaps(places.ravel()).reshape(-1, *places.shape) @ weights
+        own = frictional_contact(self.problem, edges, gaps, self.coupled)
+        return own, with_counter(own, self.problem, edges, self._shares(own, edges))
 
     def _shares(self, contact: FrictionalContact, edges: Array) -> Array:
         """Shares of the corners in the shear that a second body carries: array (corners, n).
@@ -305,7 +308,7 @@ class FrictionSolver:
         total = forces.sum(axis=0)
         return np.where(total > 0, forces / np.where(total > 0, total, 1.0), 1 / count)
 
-    def _require_inside(self, edges: Array, moment: Moment) -> None:
+    def require_inside(self, edges: Array, moment: Moment) -> None:
         """NotConverged where a corner touches at the end of the cells and the obstacle goes on."""
         closed = np.asarray(moment.closed.reshape(-1, len(edges)).any(axis=0))
         ends = {end for pair in self.problem.ends.values() for end in pair}
@@ -379,3 +382,30 @@ def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: 
         apart = abs(one.normal - other.normal) + abs(one.shear - other.shear)
         found.append(replace(one, error=apart / way if way else 0.0))
     return found
+
+
+class Walk:
+    """A history on given cells that goes on from where it is.
+
+    Parameters
+    ----------
+    solver : FrictionSolver
+    edges : array (n, 2), of the cells
+
+    Attributes
+    ----------
+    path : FrictionPath
+    """
+
+    def __init__(self, solver: FrictionSolver, edges: Array) -> None:
+        self._solver, self._edges = solver, edges
+        self._own, contact = solver.on(edges)
+        self.path = FrictionPath(contact)
+
+    def to(self, load: float, shear: float) -> FrictionCells:
+        """Returns the solution at the next pair (P, Q), straight on from the last one."""
+        moment = self.path.to(load, shear)
+        self._solver.require_inside(self._edges, moment)
+        problem = self._solver.problem
+        displacement, psi, moments = surface(problem, self._edges, self._own, moment)
+        return FrictionCells(self._solver.solver, problem, self._edges, moment, psi, displacement, moments)

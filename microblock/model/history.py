@@ -11,8 +11,11 @@ from numpy.typing import ArrayLike
 
 from ..errors import BadArgument
 from .state import Solution, State, _to_read
-from .summary import Row, Shown, Summary, number
-from .types import Array, ContactLike
+from .summary import Row, Shown, Summary, number, saved
+from .types import Array, ContactLike, Target
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what a user has multiplied
 
@@ -190,6 +193,25 @@ class History(Shown):
         self, problem: ContactLike, states: Sequence[FrictionState], events: Sequence[HistoryEvent]
     ) -> None:
         self.problem, self.states, self.events = problem, list(states), list(events)
+
+    def plot(self, path: Target = None) -> Figure:
+        """Returns a figure of the last state's shear traction within what friction allows, and of the shear
+        force over the slip of all states.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            File to which the figure is written (PNG, PDF or SVG, by its ending).
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+        """
+        from ..view.friction_figure import FrictionFigure, slip_and_shear
+
+        loop = [slip_and_shear(state) for state in self.states]
+        figure: Figure = FrictionFigure().update(self.states[-1], loop).drawing
+        return saved(figure, path)
 
     def summary(self) -> Summary:
         """Returns the pairs of loads and the events."""

@@ -10,7 +10,7 @@ from base64 import b64encode
 from collections import defaultdict, deque
 from typing import TYPE_CHECKING
 
-from ..errors import MicroblockError, MissingExtra
+from ..errors import BadArgument, MicroblockError, MissingExtra
 from .below import QUANTITIES
 from .explorer import LAWS, Explorer
 
@@ -57,6 +57,9 @@ STYLE = """<style>
 def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     """Returns sliders for load, psi0, radius, alpha and law with a figure that follows, for Jupyter.
 
+    Under a law with friction, on a half-plane, there are sliders for the normal and the shear force instead:
+    each step goes on from the last one, and the loop of shear and slip is drawn as it is walked.
+
     A slider is followed while it moves as long as its last states have come soon enough, each slider for
     itself; else the state follows when the slider is let go. Buttons show the pressure of Hertz beside that
     of a cylinder, and the field below the surface of half-planes on panels and of bodies on meshes. The
@@ -90,6 +93,13 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
         import ipywidgets
     except ImportError as failure:
         raise MissingExtra("explore()", "ipywidgets", "notebook") from failure
+    if getattr(problem.law, "friction", 0.0):
+        from .friction_explorer import FrictionExplorer
+        from .friction_widgets import FrictionPanel
+
+        if rtol is not None:
+            raise BadArgument("rtol", rtol, "is not for steps with friction: Contact.history takes it")
+        return FrictionPanel(FrictionExplorer(problem, load), ipywidgets).box
     return Panel(Explorer(problem, load, rtol), ipywidgets).box
 
 

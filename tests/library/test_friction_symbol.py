@@ -20,8 +20,8 @@ def collocation(depth):
 
 
 def surface(solid, k, loads):
-    """(u1, u2, psi) at the surface under sigma_12, -sigma_22 and m_2 times exp(i k x1): the balances of forces
-    and of moments at all points, with the stresses of the weak law.
+    """(u1, u2, psi) at the surface under sigma_12, sigma_22 and m_2 times exp(i k x1): the balances of
+    forces and of moments at all points, with the stresses of the weak law.
     """
     D = collocation(DEPTH / k)
     one, none = np.eye(len(D)), np.zeros((len(D), len(D)))
