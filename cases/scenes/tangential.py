@@ -166,26 +166,40 @@ def _event(parameters, alpha, event):
 
 
 def result(parameters, quiet=True):
-    """The case's object: states and events of each size of the blocks, one after the other."""
+    """The case's object, of each size of the blocks one after the other: a state for each shear load, the one
+    without shear before them as `pressed`, and the events.
+    """
     start, chosen = time.perf_counter(), parameters.resolved()
-    states, events = [], []
+    pressed, states, events = [], [], []
     for alpha in chosen.alpha:
         history = solve(chosen, alpha)
-        states += [observe(chosen, alpha, state) for state in history.states]
+        first, *others = (observe(chosen, alpha, state) for state in history.states)
+        pressed.append(first)
+        states += others
         events += [_event(chosen, alpha, event) for event in history.events]
-    return returned(chosen, start, model="halfplane", states=states, events=events)
+    return returned(chosen, start, model="halfplane", pressed=pressed, states=states, events=events)
 
 
 def show(answer):
     """Print the states, with the stick zones as intervals, and the events."""
-    stick = [" ".join(f"[{a:.4f}, {b:.4f}]" for a, b in one["stick"]) or "none" for one in answer["states"]]
-    print_table([{**one, "stick": own} for one, own in zip(answer["states"], stick)], SHOWN)
+    states = _in_order(answer)
+    stick = [" ".join(f"[{a:.4f}, {b:.4f}]" for a, b in one["stick"]) or "none" for one in states]
+    print_table([{**one, "stick": own} for one, own in zip(states, stick)], SHOWN)
     print_table(answer["events"], ("alpha", "kind", "zone", "normal", "shear", "error", "x"))
+
+
+def _in_order(answer):
+    """All states of an answer, that without shear first, size by size."""
+    return [
+        state
+        for first in answer["pressed"]
+        for state in (first, *(one for one in answer["states"] if one["alpha"] == first["alpha"]))
+    ]
 
 
 def rows(parameters, answer):
     """A row for each cell of each state, and one for each stick zone."""
-    states = [{**one, "state": number, "load": one["shear"]} for number, one in enumerate(answer["states"])]
+    states = [{**one, "state": number, "load": one["shear"]} for number, one in enumerate(_in_order(answer))]
     cells = profiles(states, "state", "alpha", "normal", "load", "error_estimate")
     zones = [
         {"state": one["state"], "alpha": one["alpha"], "load": one["load"], "left": left, "right": right}

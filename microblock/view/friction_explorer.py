@@ -95,9 +95,7 @@ class FrictionExplorer(Shown):
 
     def png(self):
         """The figure as a PNG, bytes."""
-        picture = self.figure.drawing._repr_png_()
-        self.figure.drawing.set_layout_engine("none")  # laid out once; later the panels stay where they are
-        return picture
+        return self.figure.drawing._repr_png_()
 
     def summary(self):
         rows = (Row("load", "P", self.load), Row("shear", "Q/(fP)", self.shear))
