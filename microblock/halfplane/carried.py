@@ -13,6 +13,7 @@ from ..model.zones import zone_edges
 from .kernels import coalescence_exponent, counter_short_waves, short_waves
 
 MOST = 24  # steps
+COARSE = 4  # points on a panel, and for each four more a digit: where singularities are left to them
 MEETING = 26  # order of panels, as far as which the exponent of a meeting looks
 SAME = 1e-9  # of ell: places this near to each other are one
 
@@ -43,7 +44,7 @@ def steps(problem, order, share=1.0):
     factor = decay(problem)
     if not factor:
         return 0
-    enough = 1 - (order / 4 * np.log(10) + np.log(share)) / np.log(factor)
+    enough = 1 - ((order - COARSE) / 4 * np.log(10) + np.log(share)) / np.log(factor)
     return int(np.clip(np.ceil(enough), 0, MOST))
 
 
