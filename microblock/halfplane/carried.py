@@ -103,8 +103,13 @@ def log_sizes(problem, zones, order):
     )
     found = {kink: {} for kink in problem.kinks}
     for kink, jumps in problem.kinks.items():
-        chain = [kink + way * problem.solid.ell for way in _ways(problem, order)]
-        for (x, corner), size in _sizes(problem, whole, chain, kink, jumps).items():
+        most = MOST if decay(problem) else 0  # its end is none of the problem's
+        chain = [kink + way * problem.solid.ell for way in range(-most, most + 1)]
+        sizes = _sizes(problem, whole, chain, kink, jumps)
+        least = 10 ** (-order / 4) * max(map(abs, sizes.values()), default=0.0)
+        for (x, corner), size in sizes.items():
+            if most and abs(size) < least:
+                continue
             place = min(found, key=lambda each: abs(each - x))
             if abs(place - x) > SAME * problem.solid.ell:
                 place = x
