@@ -13,6 +13,7 @@ from ..model.zones import zone_edges
 from .kernels import coalescence_exponent, counter_short_waves, short_waves
 
 MOST = 24  # steps
+COARSE = 4  # points on a panel, and for each four more a digit: where singularities are left to them
 MEETING = 26  # order of panels, as far as which the exponent of a meeting looks
 SAME = 1e-9  # of ell: places this near to each other are one
 
@@ -43,7 +44,7 @@ def steps(problem, order, share=1.0):
     factor = decay(problem)
     if not factor:
         return 0
-    enough = 1 - (order / 4 * np.log(10) + np.log(share)) / np.log(factor)
+    enough = 1 - ((order - COARSE) / 4 * np.log(10) + np.log(share)) / np.log(factor)
     return int(np.clip(np.ceil(enough), 0, MOST))
 
 
@@ -102,8 +103,13 @@ def log_sizes(problem, zones, order):
     )
     found = {kink: {} for kink in problem.kinks}
     for kink, jumps in problem.kinks.items():
-        chain = [kink + way * problem.solid.ell for way in _ways(problem, order)]
-        for (x, corner), size in _sizes(problem, whole, chain, kink, jumps).items():
+        most = MOST if decay(problem) else 0  # its end is none of the problem's
+        chain = [kink + way * problem.solid.ell for way in range(-most, most + 1)]
+        sizes = _sizes(problem, whole, chain, kink, jumps)
+        least = 10 ** (-order / 4) * max(map(abs, sizes.values()), default=0.0)
+        for (x, corner), size in sizes.items():
+            if most and abs(size) < least:
+                continue
             place = min(found, key=lambda each: abs(each - x))
             if abs(place - x) > SAME * problem.solid.ell:
                 place = x
