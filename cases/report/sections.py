@@ -69,6 +69,9 @@ LABELS = {
     "two_faces": "a strip with two faces",
     "coating": "an elastic layer",
     "hole": "a block with a hole",
+    "two_bodies": "two bodies that deform",
+    "tangential": "a cylinder with friction",
+    "friction_dissipation": "what a cycle of shear dissipates",
     "sphere_size": "a sphere, over the size of blocks",
     "rough3d": "a rough surface",
 }
