@@ -156,7 +156,7 @@ def _curves(records, names, ylabel, legend):
 
 
 def stick(records):
-    """Without corners larger blocks stick on more of the contact, microblocks do not.
+    """Under microblocks what sticks hardly depends on the size of the blocks; without corners it grows at first.
 
     Half of the length that sticks under a cylinder, over a_Hz, for three shear loads (full lines 0.25 f P,
     broken 0.5, dotted 0.75); bars are changes from states that are half as exact.
@@ -225,6 +225,7 @@ def loop(records):
             label=rf"$\alpha = {alpha:g}$",
         )
     axis.set(xlabel=r"mean slip $\cdot\, R/a_\mathrm{Hz}^2$", ylabel=r"$Q/(fP)$")
+    axis.locator_params(axis="x", nbins=5)
     axis.legend(frameon=False, fontsize="small")
     return drawing
 
