@@ -156,7 +156,7 @@ def _curves(records, names, ylabel, legend):
 
 
 def stick(records):
-    """Under microblocks what sticks hardly depends on the size of the blocks; without corners it grows at first.
+    """Under microblocks what sticks hardly depends on the blocks' size; without corners it grows at first.
 
     Half of the length that sticks under a cylinder, over a_Hz, for three shear loads (full lines 0.25 f P,
     broken 0.5, dotted 0.75); bars are changes from states that are half as exact.
