@@ -1,4 +1,4 @@
-"""Size effects of friction: stick, dissipation a cycle, and the micromoments that a cycle leaves behind.
+"""Size effects of friction: stick, dissipation a cycle, and the micromoments that it leaves.
 
 Geometry   the rigid cylinder with friction on the half-plane of `tangential`: pressed down, sheared until all
            slips, back to no shear, and once around.
@@ -151,7 +151,7 @@ def _curves(records, names, ylabel, legend):
             )
             colour = bars[0].get_color()
     axis.set(xscale="log", xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$", ylabel=ylabel, ylim=(0, None))
-    axis.legend(frameon=False, fontsize="small")
+    axis.legend(frameon=False)
     return drawing
 
 
@@ -175,12 +175,15 @@ def stick(records):
 def dissipation(records):
     """Microblocks dissipate less in a cycle than one corner does, least at 0.3 of the contact's half-width.
 
-    Dissipation from full slip to full slip the other way and back, over P a_Hz^2/R.
+    Dissipation from full slip to full slip the other way and back, over P a_Hz^2/R; bars are errors.
 
     Seen: two curves that fall with alpha, and that of microblocks below them, with a minimum.
     """
     return _curves(
-        records, {"dissipation": "-"}, r"dissipation$\;/(P a_\mathrm{Hz}^2/R)$", lambda contact, name: contact
+        records,
+        {"dissipation": "-"},
+        r"dissipation$\;/(P a_\mathrm{Hz}^2 R^{-1})$",
+        lambda contact, name: contact,
     )
 
 
@@ -226,7 +229,7 @@ def loop(records):
         )
     axis.set(xlabel=r"mean slip $\cdot\, R/a_\mathrm{Hz}^2$", ylabel=r"$Q/(fP)$")
     axis.locator_params(axis="x", nbins=5)
-    axis.legend(frameon=False, fontsize="small")
+    axis.legend(frameon=False)
     return drawing
 
 

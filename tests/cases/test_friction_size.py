@@ -27,7 +27,18 @@ def test_a_cycle_dissipates_what_finite_elements_say():
 
 
 def test_the_command_returns_measures_with_errors(tmp_path, capsys):
-    words = "friction_size --alphas 0.8 --contacts microclamped --rtol 0.2 --json - --out".split()
+    words = [
+        "friction_size",
+        "--alphas",
+        "0.8",
+        "--contacts",
+        "microclamped",
+        "--rtol",
+        "0.2",
+        "--json",
+        "-",
+        "--out",
+    ]
     assert main([*words, str(tmp_path)]) == 0
     answer = json.loads(capsys.readouterr().out)
     assert [row["contact"] for row in answer["states"]] == ["microclamped"]
