@@ -24,7 +24,7 @@ SECTIONS = {
         tuple(figures_scenes.FIGURES),
     ),
     "Methods: speed": (
-        "Processor time of one thread, from records that were measured with version 0.1 of this toolkit.",
+        "Processor time of one thread, from records that were measured with version 0.2 of this toolkit.",
         ("speed_classical", "speed_law", "speed_cost"),
     ),
     "Methods: limits": (

@@ -168,7 +168,7 @@ def cost(records):
     next, larger problem failed or was left out.
 
     Seen: straight lines on logarithmic axes with slopes a little above one; uniform cells are the lowest for
-    large problems; a cross beside the last mark of the augmented Lagrangian.
+    large problems.
     """
     drawing, axes = plots.figure(2, 1, height=2.1, sharex=True)
     for method, places in COST_NAMES.items():
