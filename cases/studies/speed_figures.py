@@ -54,9 +54,9 @@ CLASSICAL_NAMES = {
 }
 LAW_NAMES = {
     "half-plane": (0, -20),
-    "cells": (2, 10),
+    "cells": (4, 5),
     "fitted fe": (5, -3),
-    "condensed, order 4": (4, 7),
+    "condensed, order 4": (-4, 9),
     "AL, order 1": (-30, 9),
 }
 ERRORS, SECONDS = (3, 3e-11), (4e-4, 400)  # of the axes: errors fall to the right
@@ -66,7 +66,7 @@ COST_NAMES = {
     "half-plane": ((-1, (6, 0)), (-1, (6, -5))),
     "cells": ((-2, (7, -4)), (-2, (7, -4))),
     "AL, order 1": ((-1, (-35, 6)), (-1, (-35, 12))),
-    "condensed, order 1": ((-1, (-6, 8)), (-1, (4, 4))),
+    "condensed, order 1": ((-1, (4, 2)), (-1, (4, 4))),
 }
 COST_SECONDS, COST_MEMORY = (1e-2, 1e3), (1, 4e4)  # of the axes
 SIZE, TIME = "unknowns", "processor time (s)"
