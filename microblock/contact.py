@@ -45,11 +45,11 @@ class Contact(Shown):
     body : HalfPlane, Block or Body
     obstacle : obstacle or callable
         One of `Plane`, `Cylinder`, `Wedge`, `Punch`, `Wave`, `Rough`, `Obstacle`; one of these as shape of a
-        second body, `Deformable`; or a function height(x1) of
-        an array (lengths). An object with a method ``height(x)`` may also have, as attributes or properties,
-        `kinks` (ascending abscissae at which its slope or a higher derivative is discontinuous), `jumps` (by
-        how much the slope jumps at each of them), `ends` (left and right edge of the obstacle, beyond which
-        there is none) and `even` (whether it is symmetric about x1 = 0).
+        second body, `Deformable`; or a function height(x1) of an array (lengths). An object with a method
+        ``height(x)`` may also have, as attributes or properties, `kinks` (ascending abscissae at which its
+        slope or a higher derivative is discontinuous), `jumps` (by how much the slope jumps at each of them),
+        `ends` (left and right edge of the obstacle, beyond which there is none) and `even` (whether it is
+        symmetric about x1 = 0).
     law : Microblock, Unilateral or Microclamped
         With friction the loads are followed by `history`, without it `solve` and `path` find the states.
     method : Panels, Cells, Fitted, Uniform, Condensed or Newton, optional

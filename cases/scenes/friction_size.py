@@ -67,11 +67,11 @@ def solve(parameters, alpha, contact):
     """
     found = {"contact": contact, "alpha": alpha, "error_estimate": 0.0}
     for measure, shears in ((_stick, SHEARS), (_cycle, CYCLE)):
-        coarse, estimate = measure(parameters, *parameters.history(alpha, contact, shears, parameters.rtol))
+        coarse, estimate = measure(*parameters.history(alpha, contact, shears, parameters.rtol))
         found["error_estimate"] = max(found["error_estimate"], estimate)
         try:
             finer = parameters.history(alpha, contact, shears, FINER * estimate)
-            fine, _ = measure(parameters, *finer)
+            fine, _ = measure(*finer)
             errors = {f"{name}_error": abs(fine[name] - coarse[name]) for name in coarse}
         except mb.NotConverged:
             fine, errors = coarse, {f"{name}_error": estimate * coarse[name] for name in coarse}
@@ -79,7 +79,7 @@ def solve(parameters, alpha, contact):
     return found
 
 
-def _stick(parameters, chosen, states):
+def _stick(chosen, states):
     """Half of what sticks, on the way to full slip, and the estimate."""
     found = {
         f"stick_{shear:g}": sum(right - left for left, right in state.zones["stick"]) / 2
@@ -88,7 +88,7 @@ def _stick(parameters, chosen, states):
     return found, max(state.error_estimate for state in states)
 
 
-def _cycle(parameters, chosen, states):
+def _cycle(chosen, states):
     """What a cycle dissipates and leaves behind, and the estimate."""
     pressed, full, unloaded, _, last = states
     scale = chosen.E_star / 2 * chosen.alpha[0]

@@ -361,16 +361,21 @@ def show(answer):
 
 def figure(records):
     """Pressure (a) and micromoment (b) at each load."""
+    loads = grouped(records, "load")
+    return over_x({rf"$\bar P = {load:g}$": nodes for load, nodes in loads.items()})
+
+
+def over_x(curves):
+    """Pressure (a) and micromoment (b) over x1 of several states, {label: rows of its nodes}."""
     from microblock.view import plots
 
     drawing, axes = plots.figure(2, 1, height=1.9, sharex=True)
-    loads = grouped(records, "load")
-    for number, (load, nodes) in enumerate(loads.items()):
+    for number, (label, nodes) in enumerate(curves.items()):
         look = {
-            "color": plots.shades(len(loads))[number],
+            "color": plots.shades(len(curves))[number],
             "linestyle": plots.LINES[number % len(plots.LINES)],
         }
-        axes[0].plot(column(nodes, "x"), column(nodes, "pressure"), **look, label=rf"$\bar P = {load:g}$")
+        axes[0].plot(column(nodes, "x"), column(nodes, "pressure"), **look, label=label)
         axes[1].plot(column(nodes, "x"), column(nodes, "micromoment"), **look)
     axes[0].set_ylabel(r"$p_n/p_\mathrm{Hz}$")
     axes[1].set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$M/(p_\mathrm{Hz}\ell)$")

@@ -18,7 +18,7 @@ import time
 from dataclasses import dataclass, replace
 
 import microblock as mb
-from microblock.data.records import column, grouped
+from microblock.data.records import grouped
 
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import returned
@@ -173,19 +173,8 @@ def figure(records):
     one kink on either side, where full contact ends at 0.51; on the body that deforms the same at 0.56, and
     weaker ones at 0.81 and 0.31.
     """
-    from microblock.view import plots
-
-    drawing, axes = plots.figure(2, 1, height=1.9, sharex=True)
-    for number, (body, nodes) in enumerate(grouped(records, "body").items()):
-        look = {"color": plots.shades(2)[number], "linestyle": plots.LINES[number]}
-        label = "rigid" if body == RIGID else "deforms"
-        axes[0].plot(column(nodes, "x"), column(nodes, "pressure"), **look, label=label)
-        axes[1].plot(column(nodes, "x"), column(nodes, "micromoment"), **look)
-    axes[0].set_ylabel(r"$p_n/p_\mathrm{Hz}$")
-    axes[1].set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$M/(p_\mathrm{Hz}\ell)$")
-    plots.letter(axes)
-    plots.legend_of_all(drawing, axes[0])
-    return drawing
+    bodies = grouped(records, "body")
+    return hertz.over_x({"rigid" if body == RIGID else "deforms": nodes for body, nodes in bodies.items()})
 
 
 FIGURES = {"two_bodies": (rows, figure)}

@@ -13,8 +13,8 @@ Both miss what an edge between two nodes is off by, for the nodal forces follow 
 anywhere between them, a spacing over sqrt(12), is added to `surface` as a shift of ``p = K sqrt(r)``, and so
 is what the obstacle does between the nodes (`between`). The larger one is the estimate. The elements that
 make up more than is allowed of either are cut, deeper at singular points of the surface. Straight
-quadrilaterals become triangles before: NGSolve cuts a quadrilateral one way, again and again, so that its
-sides come to differ by 1e6 and no factorisation holds.
+quadrilaterals become triangles before: NGSolve cuts a quadrilateral one way, again and again, until the
+square of its longest side is 1e9 times its area and no factorisation holds.
 """
 
 import math

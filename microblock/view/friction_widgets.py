@@ -3,7 +3,7 @@
 import math
 
 from ..errors import MicroblockError
-from .widgets import SAME, STYLE, shown_with_still
+from .widgets import SAME, STYLE, classed, refusal, shown_with_still
 
 LEAST = 0.05  # of the first load: the other end of its slider
 STEP = 0.01  # of f P
@@ -36,15 +36,10 @@ class FrictionPanel:
             "picture": [self.picture],
             "numbers": [self.table],
         }
-        boxes = [self._classed(ipywidgets.Box(own), f"microblock-{name}") for name, own in parts.items()]
-        panel = self._classed(ipywidgets.Box(boxes), "microblock-panel")
+        boxes = [classed(ipywidgets.Box(own), f"microblock-{name}") for name, own in parts.items()]
+        panel = classed(ipywidgets.Box(boxes), "microblock-panel")
         self.box = shown_with_still(ipywidgets)([ipywidgets.HTML(STYLE), panel], self.picture)
         self.box.add_class("microblock-explore")
-
-    @staticmethod
-    def _classed(box, name):
-        box.add_class(name)
-        return box
 
     def _changed(self, name, value):
         """The next step; where there is none the picture stays and a line says why."""
@@ -53,7 +48,7 @@ class FrictionPanel:
         try:
             self.explorer.update(**{name: value})
         except MicroblockError as failure:
-            self.told.value = f"<span style='color:#a04000'>{failure}</span>"
+            self.told.value = refusal(failure)
             return
         self._show()
 

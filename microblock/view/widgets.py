@@ -179,15 +179,12 @@ class Panel:
             "below": [self.below],
             "numbers": [self.table],
         }
-        boxes = [self._classed(children, f"microblock-{name}") for name, children in parts.items()]
-        within = [self._widgets.HTML(STYLE), self._classed(boxes, "microblock-panel")]
+        boxes = [
+            classed(self._widgets.Box(children), f"microblock-{name}") for name, children in parts.items()
+        ]
+        within = [self._widgets.HTML(STYLE), classed(self._widgets.Box(boxes), "microblock-panel")]
         box = shown_with_still(self._widgets)(within, self.picture)
         box.add_class("microblock-explore")
-        return box
-
-    def _classed(self, children, name):
-        box = self._widgets.Box(children)
-        box.add_class(name)
         return box
 
     def _changed(self, name, value):
@@ -201,7 +198,7 @@ class Panel:
         try:
             self.explorer.update(**{name: value})
         except MicroblockError as failure:
-            self.told.value = f"<span style='color:#a04000'>{failure}</span>"
+            self.told.value = refusal(failure)
             return
         self.picture.value = self.explorer.png()
         if name != "law":
@@ -224,7 +221,7 @@ class Panel:
         try:
             self.below.value = self.explorer.state.plot_below(self.quantity.value)._repr_png_()
         except MicroblockError as failure:
-            self.told.value = f"<span style='color:#a04000'>{failure}</span>"
+            self.told.value = refusal(failure)
             return
         self.below.layout.display = ""
 
@@ -238,6 +235,17 @@ class Panel:
             self._awaited = asyncio.get_running_loop().call_later(REST, work)
         except RuntimeError:
             work()
+
+
+def classed(box, name):
+    """A box with the name of a class, by which STYLE finds it."""
+    box.add_class(name)
+    return box
+
+
+def refusal(failure):
+    """The line that says why there is no new state, as HTML."""
+    return f"<span style='color:#a04000'>{failure}</span>"
 
 
 def shown_with_still(ipywidgets):

@@ -17,7 +17,7 @@ def test_a_cycle_dissipates_what_finite_elements_say():
     alpha, unit = 0.4, math.pi / 4
     parameters = friction_size.Parameters()
     chosen, states = parameters.history(alpha, "microblock", friction_size.CYCLE, 0.1)
-    found, estimate = friction_size._cycle(parameters, chosen, states)
+    found, estimate = friction_size._cycle(chosen, states)
     solid = mb.Cosserat(E=1 - 0.3**2, nu=0.3, ell=alpha, beta=1)
     body, law = mb.Block(solid, 20.0), mb.Microblock(friction=0.3)
     problem = mb.Contact(body, mb.Cylinder(R=1.0), law, mb.Uniform(h=0.1))
