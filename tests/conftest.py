@@ -1,7 +1,12 @@
 import os
+import signal
 
 for library in ("OPENBLAS", "OMP"):  # before numpy and tamaas: threads stall small dense work
     os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # a shell starts what runs in its background so, and some tests interrupt themselves
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 import netgen.occ as occ  # noqa: E402
 import ngsolve as ng  # noqa: E402

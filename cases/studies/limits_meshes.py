@@ -8,13 +8,11 @@ times `spacing` have as many nodes a length as those of order 1.
 import math
 from dataclasses import replace
 
-import ngsolve as ng
 import numpy as np
-from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from microblock.errors import NotConverged
-from microblock.fem.meshes import Ground
+from microblock.fem.meshes import Ground, rectangles
 from microblock.model.zones import zone_edges
 
 from ..scenes import strip
@@ -100,18 +98,8 @@ def ground_mesh(shape, order, spacing, aspect):
     """
     across = _growing(np.arange(0, REACH + order * spacing / 2, order * spacing), order * spacing)
     down = _growing(np.zeros(1), order * spacing / aspect)
-    nx, ny = len(across) - 1, len(down) - 1
-    mesh = MakeStructured2DMesh(
-        quads=shape == "quadrilaterals",
-        nx=nx,
-        ny=ny,
-        mapping=lambda x, y: (across[round(x * nx)], -down[ny - round(y * ny)]),
-    )
-    for number, name in enumerate(mesh.GetBoundaries()):
-        mesh.ngmesh.SetBCName(
-            number, {"top": "contact", "bottom": "bottom", "right": "side", "left": "axis"}[name]
-        )
-    return ng.Mesh(mesh.ngmesh)
+    names = ("bottom", "side", "contact", "axis")
+    return rectangles(across, -down[::-1], shape == "quadrilaterals", names)
 
 
 def _growing(lines, step, growth=1.7):

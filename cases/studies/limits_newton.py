@@ -9,10 +9,10 @@ from functools import partial
 
 import ngsolve as ng
 import numpy as np
-from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from microblock.fem.body import Loads
+from microblock.fem.meshes import rectangles
 from microblock.fem.newton import WORST
 
 from ..scenes import strip
@@ -84,15 +84,11 @@ def supported(solver, supports, beta, order, nu, ell):
     """A block with more or fewer supports than it needs; answers are verified by Clapeyron: energy is half
     the work.
     """
-    mesh = MakeStructured2DMesh(
-        quads=True, nx=round(2 / BLOCK), ny=round(HEIGHT / BLOCK), mapping=lambda x, y: (2 * x - 1, y - 1)
-    )
-    mesh.ngmesh.SetBCName([*mesh.GetBoundaries()].index("top"), "contact")
+    nx, ny = round(2 / BLOCK), round(HEIGHT / BLOCK)
+    names = ("bottom", "right", "contact", "left")
+    mesh = rectangles(np.linspace(-1, 1, nx + 1), np.linspace(-1, 0, ny + 1), names=names)
     body = mb.Body(
-        ng.Mesh(mesh.ngmesh),
-        mb.Cosserat(E=2 * (1 - nu**2), nu=nu, ell=ell, beta=beta),
-        order,
-        fixed=SUPPORTS[supports],
+        mesh, mb.Cosserat(E=2 * (1 - nu**2), nu=nu, ell=ell, beta=beta), order, fixed=SUPPORTS[supports]
     )
     energy, work, iterations = BY_SOLVER[solver](body)
     return Outcome(abs(energy / work - 1), CLAPEYRON, iterations)

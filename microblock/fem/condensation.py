@@ -197,14 +197,15 @@ class Condensed(ContactNodes):
         varied, turned = self.body.gradients(v1, v2, chi)
         bonus = CURVED if self.body.mesh.GetCurveOrder() > 1 else 0  # as for the energy of the fields
         self.form = ng.BilinearForm(space, symmetric=True, condense=True)
-        self.form += (
+        density = (
             s11 * varied[0, 0]
             + s12 * (varied[0, 1] + chi)
             + s21 * (varied[1, 0] - chi)
             + s22 * varied[1, 1]
             + m[0] * turned[0]
             + m[1] * turned[1]
-        ) * ng.dx(bonus_intorder=bonus)
+        )
+        self.form += density.Compile() * ng.dx(bonus_intorder=bonus)
         self.form.Assemble()
 
     def _factorise(self):
