@@ -21,6 +21,7 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
+from ..threads import workers
 from .counter_cells import CounterCells
 from .kernels import ODD, HalfPlane, symbol
 
@@ -81,13 +82,18 @@ class Flexibility:
         return np.array((m - b * p, a * p - m)) / (a - b)
 
     def _transformed(self, spectrum, values):
-        waves = rfft(values, self.length)
+        threads = {"workers": workers(values.size)}
+        waves = rfft(values, self.length, **threads)
         if len(spectrum) == 1:
             waves *= spectrum[0]
         else:
             U, iV, W = spectrum
-            waves = np.array((U * waves[0] + iV * waves[1], W * waves[1] - iV * waves[0]))
-        return irfft(waves, self.length)[..., : values.shape[-1]]
+            crossed = iV * waves
+            waves[0] *= U
+            waves[1] *= W
+            waves[0] += crossed[1]
+            waves[1] -= crossed[0]
+        return irfft(waves, self.length, overwrite_x=True, **threads)[..., : values.shape[-1]]
 
 
 @dataclass(frozen=True)
