@@ -10,7 +10,7 @@ from functools import cached_property
 
 import ngsolve as ng
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dpotri
 from scipy.sparse import csr_matrix
 
 from .. import cost
@@ -212,7 +212,7 @@ class Condensed(ContactNodes):
         onto = self._onto()
         advice = "take longer elements, a lower order or a larger rtol"
         self._bulk = Bulk(self.form, onto.indices, advice, HELD)
-        self._rows = onto[:, self._bulk.contact].toarray()
+        self._rows = onto[:, self._bulk.contact]
 
     def _onto(self):
         """R, (u.n, psi) at the nodes from all unknowns, sparse (2 n, unknowns)."""
@@ -229,8 +229,11 @@ class Condensed(ContactNodes):
 
     def _matrix(self):
         with released(len(self._bulk.block)):
-            half = solve_triangular(self._bulk.block, self._rows.T, lower=True)
-            return half.T @ half
+            upper, _ = dpotri(self._bulk.block.T)  # of S^-1; what is below the diagonal stays 0
+        inverse = upper + upper.T
+        np.fill_diagonal(inverse, np.diag(upper))
+        matrix = self._rows @ (self._rows @ inverse).T
+        return (matrix + matrix.T) / 2
 
     @bounded
     def fields(self, forces, moments):
