@@ -2,6 +2,9 @@
 
     python -m cases playground --out DIR
 
+The table of states takes minutes. It is kept in cases/data/playground.json, from which the report makes its
+page; the command computes it anew, and with --out cases/data keeps it.
+
 Geometry   half-plane x2 < 0 with blocks of side ell at each point of its surface, rotated by psi0; a cylinder
            x^2/(2 R) is pressed on it with a force P per thickness: the case `hertz`.
 Equations  (10)-(18) in the half-plane, (20)-(22) and (26) on its surface.
@@ -20,6 +23,7 @@ Units      lengths over a_Hz, pressures over p_Hz, M over p_Hz ell, angles over 
            0.034, differs by what psi0 adds to the levers (`hertz_difference`).
 """
 
+import json
 import math
 import time
 from contextlib import ExitStack
@@ -33,6 +37,7 @@ from microblock.data.records import write_text
 from microblock.data.sweeps import processes
 from microblock.errors import NotConverged
 
+from ..common.catalog import DATA, PROGRAM
 from ..common.options import Checked, command, option
 from ..common.records import print_table, returned
 from ..scenes import hertz
@@ -41,7 +46,7 @@ from .playground_page import packed, unpacked, written
 from .playground_states import BETA, NU, SLOPE, error, gap_error, sampled, solve
 from .playground_survey import ALONE, Survey, middles
 
-PAGE = "playground.html"
+PAGE, KEPT = "playground.html", "playground.json"
 LARGEST = 3_000_000  # bytes of the page
 SPAN = 0.0141, 9.0  # of alpha at the state's own load: a little more than the sliders reach
 # psi0 over a_Hz/R, and alpha, of states that tell what psi0 adds to the levers of `hertz`
@@ -162,7 +167,7 @@ def fitting(page):
 
 
 def made(parameters, quiet=True):
-    """(the case's object, the page as text)."""
+    """(the case's object, what is kept of the table)."""
     start = time.perf_counter()
     with Work(parameters.workers, quiet) as work:
         # as the page has it, with its numbers of two bytes
@@ -191,7 +196,7 @@ def made(parameters, quiet=True):
         "version": __version__,
         "command": command("playground", parameters),
     }
-    page = fitting(written(found, facts))
+    kept = {"facts": facts, "map": packed(found)}
     answer = returned(
         parameters,
         start,
@@ -200,7 +205,7 @@ def made(parameters, quiet=True):
         a_Hz_over_R=SLOPE,
         states=states,
         states_computed=work.done,
-        bytes=len(page.encode()),
+        bytes=len(page(kept).encode()),
         error_median=median,
         error_max=largest,
         gap_error_max=gap,
@@ -209,7 +214,25 @@ def made(parameters, quiet=True):
         patches=patches,
         checks=checks,
     )
-    return answer, page
+    return answer, kept
+
+
+def page(kept):
+    """The page of a table as text."""
+    return fitting(written(kept["map"], kept["facts"]))
+
+
+def kept_page(path=DATA / KEPT):
+    """The page of the table that is kept, as text.
+
+    Raises
+    ------
+    NotConverged
+        If there is none.
+    """
+    if not path.exists():
+        raise NotConverged(f"no {KEPT} in {path.parent}: {PROGRAM} playground --out {path.parent}")
+    return page(json.loads(path.read_text()))
 
 
 def result(parameters, quiet=True):
@@ -218,12 +241,13 @@ def result(parameters, quiet=True):
 
 
 def run(parameters, out=None, quiet=False):
-    """Make the page, print what is known of its errors, and write it into the folder `out`."""
-    answer, page = made(parameters, quiet)
+    """Make the page, print what is known of its errors, and write it and its table into the folder `out`."""
+    answer, kept = made(parameters, quiet)
     if not quiet:
         show(answer)
     if out:
-        write_text(out / PAGE, page)
+        write_text(out / PAGE, page(kept))
+        write_text(out / KEPT, json.dumps(kept, allow_nan=False))
     return answer
 
 

@@ -125,13 +125,13 @@ def unpacked(data):
     return Map(patches[:-1], patches[-1])
 
 
-def written(found, facts):
-    """The page as text.
+def written(table, facts):
+    """The page as text, of what `packed` gives.
 
     facts : {name: number or text} that the page tells of itself, in places of its template called {{name}}
     """
     parts = {suffix: (HERE / f"playground.{suffix}").read_text() for suffix in ("html", "css", "js")}
-    data = json.dumps(packed(found), allow_nan=False, separators=(",", ":"))
+    data = json.dumps(table, allow_nan=False, separators=(",", ":"))
     told = {name: html.escape(str(fact)) for name, fact in facts.items()}
     filled = {**told, "paper": PAPER, "style": parts["css"], "script": parts["js"], "data": data}
     return re.sub(r"\{\{(\w+)\}\}", lambda place: filled[place[1]], parts["html"])

@@ -17,12 +17,11 @@ from functools import partial
 
 from tqdm import tqdm
 
-from microblock.data.provenance import digest
+from microblock.data.provenance import content, digest
 from microblock.data.records import read_records, versions, write_text
 from microblock.errors import NotConverged
 
-from ..common.case import run as run_case
-from ..common.catalog import PROGRAM, case, headlines
+from ..common.catalog import DATA, PROGRAM, case, headlines
 from ..common.options import Checked, command, names, option
 from ..paper import figures_fe, figures_hertz, figures_layers, figures_strip, statements
 from ..studies import limits_table, methods, sliders
@@ -200,7 +199,7 @@ class Records:
             for name in (*FIGURES, *TABLES)
         }
         derived = {name: digest(table, base, read=read) for name, table in DERIVED.items()}
-        pages = {name: digest(name, read=read) for name in PAGES}
+        pages = {name: digest(name, content(DATA / f"{name}.json"), read=read) for name in PAGES}
         self.files = {
             name: File(out, name, depends_on, name in PAGES)
             for name, depends_on in {**base, **derived, **pages}.items()
@@ -242,11 +241,10 @@ class Records:
 
 
 def written(name, out):
-    """Rows of a page that a case writes into a folder: the command that repeats it."""
+    """Rows of a page that a case makes from what it keeps: the command that computes it anew."""
     module = case(name)
-    parameters = module.Parameters()
-    run_case(module, parameters, out, quiet=True)
-    return [{"command": command(name, parameters), "page": f"{name}.html"}]
+    write_text(out / f"{name}.html", module.kept_page())
+    return [{"command": command(name, module.Parameters()), "page": f"{name}.html"}]
 
 
 def item(name, records):

@@ -30,9 +30,15 @@ PLACES = [(0.25, 0.1), (1.0, 0.2), (0.05, 0.3), (0.5, 0.7)]  # full, apart, insi
 
 
 @pytest.fixture(scope="module")
-def made():
-    """(answer, page) of a coarse table: a quarter of the usual fineness along rows and columns."""
+def table():
+    """(answer, what is kept) of a coarse table: a quarter of the usual fineness along rows and columns."""
     return playground.made(COARSE)
+
+
+@pytest.fixture(scope="module")
+def made(table):
+    """(answer, page) of the coarse table."""
+    return table[0], playground.page(table[1])
 
 
 @pytest.fixture(scope="module")
@@ -223,14 +229,17 @@ def test_the_page_needs_nothing_from_anywhere(made):
     assert not re.search(r"\{\{\w+\}\}", page)
 
 
-def test_the_usual_page_is_small_enough(made, found):
-    """What one node takes, times the nodes of the usual fineness, which the rows and columns give."""
-    answer, page = made
-    step = playground_survey.STEP
-    length = math.log(playground.SPAN[1] / playground.SPAN[0])
-    nodes = sum((length * one[4] / step + 2) * one[7] for one in playground_survey.REGIONS)
-    data = len(re.search(r'id="data">(.*?)</script>', page, re.S)[1])
-    assert data / answer["states"] * nodes + len(page) - data < playground.LARGEST
+@pytest.mark.parametrize("alpha, psi0", [*PLACES, (0.4, -0.3)])
+def test_the_table_that_is_kept_is_that_of_this_code(alpha, psi0):
+    """Places between its nodes: a state is off by no more than the page says."""
+    kept = playground_page.read(playground.kept_page())
+    off = playground.deviation(kept.at(alpha, psi0), alpha, psi0)
+    assert off <= max(kept.error(alpha, psi0), SAMPLED) < 0.02
+
+
+def test_without_a_table_the_command_that_makes_it_is_named(tmp_path):
+    with pytest.raises(NotConverged, match="playground --out"):
+        playground.kept_page(tmp_path / "playground.json")
 
 
 def test_a_page_that_is_too_large_is_an_error():
@@ -275,8 +284,8 @@ def test_the_template_travels_with_the_package():
     assert {ROOT / "cases" / "report" / f"playground.{kind}" for kind in ("html", "css", "js")} <= packed
 
 
-def test_the_command_writes_one_page_and_its_errors(made, monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(playground, "made", lambda parameters, quiet: made)
+def test_the_command_writes_one_page_and_its_errors(table, made, monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(playground, "made", lambda parameters, quiet: table)
     assert main(["playground", "--out", str(tmp_path), "--json", str(tmp_path / "a.json")]) == 0
     assert (tmp_path / "playground.html").read_text() == made[1]
     printed = capsys.readouterr()
