@@ -2,9 +2,8 @@
 
 ```{example} words for who cannot see the picture``` holds some ten lines of Python that end with a `figure`.
 ```{thumbnails}``` shows the pictures of all pages of the gallery, with links. ```{playground}``` links to the
-page that the case `playground` writes, and shows nothing where there is no such case. Pictures are kept among
-the doctrees until the example or a file of the program changes. With `-D gallery_pictures=0` nothing is run:
-the pages have their code alone.
+page of the case `playground`. Pictures are kept among the doctrees until the example or a file of the program
+changes. With `-D gallery_pictures=0` nothing is run: the pages have their code alone.
 """
 
 import contextlib
@@ -13,8 +12,6 @@ import io
 import os
 import re
 import shutil
-import subprocess
-import sys
 import traceback
 from pathlib import Path
 
@@ -124,20 +121,15 @@ def small(picture):
 
 
 def make_playground(app):
-    """Write the page of the case `playground`, if there is one, and note where it is."""
-    from cases.common.catalog import headlines
+    """Write the page of the playground from its table, and note where it is."""
+    from cases.report import playground
 
     app.env.playground = None
-    if not app.config.gallery_pictures or "playground" not in headlines():
-        return
-    folder = Path(app.doctreedir) / f"playground-{app.config.gallery_digest}"
-    if not list(folder.glob("*.html")):
-        command = [sys.executable, "-m", "cases", "playground", "--out", str(folder)]
-        made = subprocess.run(command, cwd=Path(app.srcdir).parent, capture_output=True, text=True)
-        if made.returncode:
-            logger.warning("the playground failed: %s", made.stderr)
-            return
-    app.env.playground = next(folder.glob("*.html"))
+    if app.config.gallery_pictures:
+        page = Path(app.doctreedir) / "playground" / playground.PAGE
+        page.parent.mkdir(exist_ok=True)
+        page.write_text(playground.kept_page())
+        app.env.playground = page
 
 
 def copy_playground(app, failure):
