@@ -144,17 +144,18 @@ class CellGrid:
                 iV,
                 np.where(mean, _turning_at_rest(self.body.solid) / self.width, W),
             )
-            fixed, reaction = _clamped(*spectrum)
+            if clamping:
+                spectrum = _clamped(*spectrum)
         else:
-            *spectrum, fixed, reaction = self._embedded(length)
+            which = {2: (0, 1, 2), 1: (3, 4) if clamping else (0, 1)}[len(levers)]
+            spectrum = self._embedded(length, which)
         if len(levers) == 2:
             both = smooth if other is None else other.added(*smooth)
             return Flexibility(levers, length, tuple(spectrum), _inverse(*both), None, other)
         besides = 0.0 if other is None else other.smooth
-        if clamping:
-            inverse = (1 / (_clamped(*smooth)[0] + besides),)
-            return Flexibility(levers, length, (fixed,), inverse, reaction, other)
-        return Flexibility(levers, length, spectrum[:1], (1 / (U + besides),), -spectrum[1], other)
+        normal = _clamped(*smooth)[0] if clamping else U
+        aside = spectrum[1] if clamping else -spectrum[1]
+        return Flexibility(levers, length, (spectrum[0],), (1 / (normal + besides),), aside, other)
 
     def _symbol(self, length):
         """U, iV, W at the wavenumbers of a period of `length` cells, positive definite at every one."""
@@ -166,19 +167,24 @@ class CellGrid:
             V[-1] = 0  # odd: not seen at the shortest wave
         return U / self.width, 1j * V / self.width, W / self.width
 
-    def _embedded(self, length):
-        """U, iV, W, and where psi = 0 u and m from p, of the cells' kernels without images in a circulant of
-        the length.
+    def _embedded(self, length, which):
+        """Spectra of kernels without images, numbered as in `kernels.Kernels`, in a circulant of the length:
+        U, iV, W, and where psi = 0 u and m from p.
         """
         c, ell = (1 - self.body.solid.nu) / self.body.solid.mu, self.body.solid.ell
-        kernels = self.body.cells(self.count, self.width)
-        column = np.zeros((len(kernels), length))
+        kernels = self.body.cells(self.count, self.width, which)
+        column = np.zeros((len(which), length))
         column[:, : self.count] = kernels
         column[:, : -self.count : -1] = kernels[:, 1:]
-        column[list(ODD), : -self.count : -1] *= -1
-        U, V, W, fixed, reaction = rfft(column)
+        odd = [number in ODD for number in which]
+        column[odd, : -self.count : -1] *= -1
         # kernel 4 is -m, over 1/ell instead of c, from a unit force
-        return U.real, -1j * V.imag, W.real, fixed.real, -1j * reaction.imag * self.width / (c * ell)
+        scales = [self.width / (c * ell) if number == 4 else 1.0 for number in which]
+        waves = rfft(column, workers=workers(column.size))
+        return [
+            -1j * scale * wave.imag if turned else wave.real
+            for wave, turned, scale in zip(waves, odd, scales)
+        ]
 
 
 def _clamped(U, iV, W):

@@ -44,7 +44,9 @@ GAUSS = 12
 KERNELS, ODD = 5, (1, 4)  # of the normal problem
 # of the problem with shear as well; of them 5 and 7 are odd, and next to x = 0 half of a step
 ALL_KERNELS, ALL_ODD = 9, (1, 4, 5, 7)
-NEAR_CELLS, FAR_GAUSS = 16, 6  # from this many cells on, Gauss points on a cell: (4*16)^-12, rounding
+# from this many cells on, Gauss points on a cell: kernels are Laplace integrals, so that at n cells p points
+# leave (4 n)^(-2 p), rounding
+CELL_GAUSS = (0, 24), (16, 6), (256, 3), (4096, 2)
 FAR_TAIL = 40.0  # exp(-40) is nothing
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
@@ -260,7 +262,7 @@ class HalfPlane(Unbounded):
             points, np.tile([0.0, 1.0], (len(x), 1)), np.full(len(x), width[0]), matrix, self.solid.ell
         )
 
-    def cells(self, count: int, width: float) -> Array:
+    def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(KERNELS))) -> Array:
         """Returns kernels (length/force) averaged over a cell at the distances 0, 1, ... cells.
 
         Parameters
@@ -269,22 +271,25 @@ class HalfPlane(Unbounded):
             Number of distances.
         width : float
             Width of a cell (length).
+        which : tuple of int, optional
+            Numbers of the kernels, as in `Kernels`.
 
         Returns
         -------
-        array (KERNELS, count)
+        array (len(which), count)
         """
         solid = self.solid
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
-        averages = np.empty((KERNELS, count))
-        for near, far, order in ((0, NEAR_CELLS, 24), (NEAR_CELLS, count, FAR_GAUSS)):
+        averages = np.empty((len(which), count))
+        ends = [near for near, _ in CELL_GAUSS[1:]] + [count]
+        for (near, order), far in zip(CELL_GAUSS, ends):
             points, gauss = gauss_rule(order)
             spread = np.arange(near, min(far, count))[:, None] + points - 0.5
-            averages[:, near:far] = table(spread * width / solid.ell, range(KERNELS)) @ gauss
-        points, gauss = gauss_rule(24)
+            averages[:, near:far] = table(spread * width / solid.ell, which) @ gauss
+        points, gauss = gauss_rule(CELL_GAUSS[0][1])
         # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
-        averages[:, 0] = table(points**8 * width / 2 / solid.ell, range(KERNELS)) @ (gauss * 8 * points**7)
-        averages[list(ODD), 0] = 0
+        averages[:, 0] = table(points**8 * width / 2 / solid.ell, which) @ (gauss * 8 * points**7)
+        averages[[number in ODD for number in which], 0] = 0
         return c * averages
 
 
