@@ -8,7 +8,6 @@ from ..common.case import figure_of
 from ..scenes import (
     classical,
     coating,
-    friction_size,
     hole,
     punch,
     rough,
@@ -34,9 +33,6 @@ FIGURES = {
     "hole": figure_of(hole, "hole", rtols=(0.1, 0.03, 0.01)),
     "two_bodies": figure_of(two_bodies, "two_bodies"),
     "tangential": figure_of(tangential, "tangential", rtol=0.03),
-    "friction_dissipation": figure_of(
-        friction_size, "friction_dissipation", alphas=(0.1, 0.4, 0.8), rtol=0.1
-    ),
     "sphere_size": figure_of(sphere_size, "sphere_size", alphas=(0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 4.0)),
     "rough3d": figure_of(rough3d, "rough3d", cells=128),
 }

@@ -1,4 +1,4 @@
-"""Charts and a table of the report from the records of the two studies `speed` and `limits`, which take too
+"""Charts and a table of the report from the records of `speed`, `limits` and `friction_size`, which take too
 long to repeat for a report.
 """
 
@@ -8,6 +8,7 @@ from microblock.data.provenance import content
 from microblock.errors import NotConverged
 
 from ..common.catalog import DATA, PROGRAM
+from ..scenes import friction_size
 from ..studies import facts, limits_figures, limits_where, speed_figures
 
 
@@ -17,17 +18,16 @@ def _read(path, _):
     return facts.records(path)
 
 
-def _records(study, maps=None):
+def _records(study, maps=None, case=None):
     """A function that returns the records of a study, or of some of its maps; the content of the file is a
-    part of it.
+    part of it. `case` writes them; else the one that the study's name begins with.
     """
+    case = case or study.partition("_")[0]
     path, now = DATA / f"{study}.csv", content(DATA / f"{study}.csv")
 
     def records():
         if now is None:
-            raise NotConverged(
-                f"no records of {study} in {DATA}: {PROGRAM} {study.partition('_')[0]} --out {DATA}"
-            )
+            raise NotConverged(f"no records of {study} in {DATA}: {PROGRAM} {case} --out {DATA}")
         return [row for row in _read(path, now) if maps is None or row["map"] in maps]
 
     return records
@@ -46,6 +46,10 @@ def _failures():
 
 MAPS = tuple(name for name in limits_figures.DRAWINGS if name != "profile")
 FIGURES = {
+    "friction_dissipation": (
+        _records("friction_dissipation", case="friction_size"),
+        friction_size.dissipation,
+    ),
     **{
         f"speed_{name}": (_records(study), drawing)
         for study, drawings in (("speed", speed_figures.PLATES), ("speed_cost", speed_figures.COST_PLATES))

@@ -52,22 +52,25 @@ PAGES = tuple(name for name in ("playground",) if name in headlines())
 KNOWN = (*DERIVED, *(name for _, names in SECTIONS.values() for name in names), *PAGES)
 # the longest first, so that no process ends long after the others
 LONG = (
-    *PAGES,
-    "hole",
-    "coalescence",
-    "coating",
-    "fig11",
-    "wedge",
-    "punch",
-    "fig9",
-    "facets",
-    "scatter",
     "fig13",
-    "wavy",
+    "tangential",
+    "punch",
+    "coalescence",
+    "layers_fe",
+    "sphere_size",
     "strip_convergence",
-    "classical",
+    "coating",
+    "wedge",
+    "fig11",
     "fig10",
+    "hole",
+    "fig5",
     "fig8",
+    "rough3d",
+    "two_bodies",
+    "wavy",
+    "classical",
+    "fig9",
 )
 COMMANDS = 12  # of an item's runs, at most, on the page
 MOST = 8  # processes, if nothing is said

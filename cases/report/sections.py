@@ -21,7 +21,7 @@ SECTIONS = {
     "Beyond the paper": (
         "Other obstacles, other bodies, and blocks that are rotated unevenly. Each is a case of its own, "
         "with all options on the command line.",
-        tuple(figures_scenes.FIGURES),
+        (*figures_scenes.FIGURES, "friction_dissipation"),
     ),
     "Methods: speed": (
         "Processor time of one thread, from records that were measured with version 0.2 of this toolkit.",

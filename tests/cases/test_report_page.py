@@ -255,20 +255,14 @@ def test_figures_of_kept_records_are_read_at_nine_centimetres(name):
     assert smallest_letters(drawing, compute()) >= 7
 
 
-def test_a_case_that_writes_a_page_is_linked_where_it_exists(tmp_path, monkeypatch):
+def test_a_case_that_writes_a_page_is_linked_where_it_exists(tmp_path):
     """The page of a case counts as an item, and its records only as long as the page is there."""
-    assert set(report.PAGES) <= set(headlines())
-
-    def run(module, parameters, out, quiet):
-        (out / "strip.html").write_text("a page")
-
-    monkeypatch.setattr(report, "run_case", run)
-    monkeypatch.setattr(report, "PAGES", ("strip",))
-    monkeypatch.setattr(report, "KNOWN", ("strip",))
-    result = report.run(report.Parameters(only=("strip",), workers=1), tmp_path, quiet=True)
-    assert [(one["name"], one["page"]) for one in result["items"]] == [("strip", "strip.html")]
-    assert '<a href="strip.html">Strip</a>' in (tmp_path / "index.html").read_text()
-    assert read_records(tmp_path / "data" / "strip.csv")[0]["command"].startswith("python -m cases strip")
-    assert report.Records(tmp_path).files["strip"].kept()
-    (tmp_path / "strip.html").unlink()
-    assert report.Records(tmp_path).files["strip"].kept() is None
+    assert report.PAGES == ("playground",) and set(report.PAGES) <= set(headlines())
+    result = report.run(report.Parameters(only=("playground",), workers=1), tmp_path, quiet=True)
+    assert [(one["name"], one["page"]) for one in result["items"]] == [("playground", "playground.html")]
+    assert '<a href="playground.html">Playground</a>' in (tmp_path / "index.html").read_text()
+    (row,) = read_records(tmp_path / "data" / "playground.csv")
+    assert row["command"].startswith("python -m cases playground")
+    assert report.Records(tmp_path).files["playground"].kept()
+    (tmp_path / "playground.html").unlink()
+    assert report.Records(tmp_path).files["playground"].kept() is None
