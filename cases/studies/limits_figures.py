@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib import cm, colormaps, colors
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator
+from matplotlib.ticker import LogLocator, NullLocator
 
 from microblock.data.records import grouped
 from microblock.view import plots
@@ -277,6 +277,59 @@ def supports(records):
     return drawing
 
 
+# {title: (map, method)}
+FRICTION = {
+    "cells": ("friction_cylinder", "cells"),
+    "a mesh": ("friction_cylinder", "mesh"),
+    "square": ("friction_square", None),
+}
+DECADES = np.geomspace(0.01, 3.0, 6)  # ends of the ranges of alpha that have a critical friction each
+
+
+def critical(rows):
+    """The least friction that tells answers from errors with the fewest runs on the wrong side, None where
+    there are not both.
+    """
+    own = sorted(rows, key=lambda row: row["friction"])
+    if len({answered(row) for row in own}) < 2:
+        return None
+    good = np.array([answered(row) for row in own])
+    wrong = [np.count_nonzero(~good[:k]) + np.count_nonzero(good[k:]) for k in range(1, len(own))]
+    best = 1 + int(np.argmin(wrong))
+    return float(np.sqrt(own[best - 1]["friction"] * own[best]["friction"]))
+
+
+def friction(records):
+    """Contact has one answer below a friction of two to four under microblocks, five to nine without corners.
+
+    Pressed, sheared to full slip and to full slip the other way: a rigid cylinder on a half-plane by cells
+    (a, b), on a block by finite elements (c, d), and a square block of the half-width a_Hz pressed by a plane
+    on all of its side (e, f), nu = 0.3. Dots: states that another method has too, but for the resolution of
+    either; crosses: NotConverged says that the friction may be too large. The line is the critical friction,
+    the bound that tells the two apart best within a fifth of the abscissa.
+
+    Seen: dots below, crosses above, and between them a line with few runs on the wrong side.
+    """
+    drawing, axes = plots.figure(3, 2, height=1.5, sharex=True, sharey=True)
+    for row, (name, method) in zip(axes, FRICTION.values()):
+        for axis, law in zip(row, ("microblock", "unilateral")):
+            own = [one for one in of_maps(records, name) if (one["contact"], one["method"]) == (law, method)]
+            _marks(axis, own, "alpha", "friction")
+            for low, high in zip(DECADES, DECADES[1:]):
+                bound = critical([one for one in own if low <= one["alpha"] <= high])
+                if bound is not None:
+                    axis.plot((low, high), (bound, bound), color=BLACK, linewidth=1.5)
+            axis.set(xscale="log", yscale="log", xlim=(0.008, 3.8), ylim=(0.26, 11.5))
+            plots.plain_log(axis.yaxis)
+            axis.xaxis.set_minor_locator(NullLocator())
+        row[0].set_ylabel("friction $f$")
+    for axis in axes[-1]:
+        axis.set_xlabel(r"$\alpha = \ell/a_\mathrm{Hz}$")
+    plots.letter(axes, *(f"{law}, {how}" for how in FRICTION for law in ("microblock", "unilateral")))
+    _legend(drawing, {"o": "one answer", "x": "raised an error"})
+    return drawing
+
+
 def _beta(value):
     """A coupling number as a tick says it: the last one is 2 less a millionth."""
     return f"{value:g}" if value in (0, 1) else "~2" if value > 1 else f"$10^{{{np.log10(value):.0f}}}$"
@@ -327,4 +380,5 @@ DRAWINGS = {
     "layer_fit": (("layer_fit",), layer_fit),
     "penalty": (("penalty_strip", "penalty_squares", *LAGRANGIAN), penalty),
     "supports": (("supports",), supports),
+    "friction": (("friction_cylinder", "friction_square"), friction),
 }

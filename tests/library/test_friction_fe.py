@@ -410,6 +410,30 @@ def test_a_block_has_the_history_of_its_mesh():
         mb.Contact(mb.Block(SOLID, 2.0), CYLINDER, law).history(PAIRS[:2])
 
 
+def test_a_block_has_its_history_to_a_tolerance():
+    """Estimates bound the distance to squares four times shorter, by no more than they have to."""
+    law, pairs, method = mb.Microblock(friction=F), PAIRS[:2], mb.Uniform(h=0.2, order=1, reach=0.6)
+    problem = mb.Contact(mb.Block(SOLID, 2.0), CYLINDER, law, method)
+    found = problem.history(pairs, rtol=0.25)
+    finest = problem.with_(method=replace(method, h=0.2 / 16)).history(pairs)
+    for state, other in zip(found.states, finest.states):
+        w, size = other.weights, math.sqrt(other.weights @ other.pressure**2)
+        names = {"pressure": 1.0, "micromoment": SOLID.ell, "shear_traction": F}
+        true = max(
+            math.sqrt(
+                w @ ((np.interp(other.x, state.x, getattr(state, name)) - getattr(other, name)) / scale) ** 2
+            )
+            for name, scale in names.items()
+        )
+        assert 0.1 * state.error_estimate < true / size < state.error_estimate <= 0.25
+    newton = problem.with_(method=replace(method, newton=mb.Newton())).history(pairs, rtol=0.25)
+    for state, other in zip(found.states, newton.states):  # the same meshes by the other algorithm
+        assert state.error_estimate == pytest.approx(other.error_estimate, rel=1e-8)
+    with pytest.raises(mb.NotConverged, match="smallest error estimate") as failure:
+        problem.history(pairs[:1], rtol=1e-3)
+    assert problem.history(pairs[:1], rtol=1.01 * failure.value.reached).states  # what it advises
+
+
 @pytest.mark.parametrize("method", [mb.Newton(), mb.Condensed()])
 def test_states_travel(method):
     state = history(block(0.3), mb.Microblock(friction=F), PAIRS[:2], method).states[-1]
