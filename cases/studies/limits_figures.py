@@ -9,7 +9,7 @@ from matplotlib import cm, colormaps, colors
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullLocator
 
-from microblock.data.records import grouped
+from microblock.data.records import column, grouped
 from microblock.view import plots
 
 from .limits_maps import ANSWERED
@@ -283,7 +283,7 @@ FRICTION = {
     "a mesh": ("friction_cylinder", "mesh"),
     "square": ("friction_square", None),
 }
-DECADES = np.geomspace(0.01, 3.0, 6)  # ends of the ranges of alpha that have a critical friction each
+THIRDS = np.geomspace(0.01, 3.0, 4)  # ends of the ranges of alpha that have a critical friction each
 
 
 def critical(rows):
@@ -300,22 +300,28 @@ def critical(rows):
 
 
 def friction(records):
-    """Contact has one answer below a friction of two to four under microblocks, five to nine without corners.
+    """Contact has one answer below a friction of two under microblocks, of three without corners; beyond, all
+    methods say so.
 
-    Pressed, sheared to full slip and to full slip the other way: a rigid cylinder on a half-plane by cells
-    (a, b), on a block by finite elements (c, d), and a square block of the half-width a_Hz pressed by a plane
-    on all of its side (e, f), nu = 0.3. Dots: states that another method has too, but for the resolution of
-    either; crosses: NotConverged says that the friction may be too large. The line is the critical friction,
-    the bound that tells the two apart best within a fifth of the abscissa.
+    Pressed, sheared to full slip, and to full slip the other way, nu = 0.3: a rigid cylinder on a half-plane
+    by cells (a, b), on a block by finite elements (c, d), and a square block of the half-width a_Hz pressed
+    by a plane on all of its side (e, f). Dots are right: another method has the same states, and where that
+    has none, work is energy and dissipation. Crosses raised an error that says that the friction may be too
+    large; at a plus the contact had left the cells or squares. The line is the critical friction in a third
+    of the abscissa, which tells dots and crosses apart with the fewest of them on the wrong side.
 
-    Seen: dots below, crosses above, and between them a line with few runs on the wrong side.
+    Seen: dots below, crosses above, and a line between them that rises or falls little with the size of the
+    blocks; no crosses in (d).
     """
     drawing, axes = plots.figure(3, 2, height=1.5, sharex=True, sharey=True)
     for row, (name, method) in zip(axes, FRICTION.values()):
         for axis, law in zip(row, ("microblock", "unilateral")):
             own = [one for one in of_maps(records, name) if (one["contact"], one["method"]) == (law, method)]
+            wide = [one for one in own if not answered(one) and "unique" not in one["message"]]
+            own = [one for one in own if one not in wide]
             _marks(axis, own, "alpha", "friction")
-            for low, high in zip(DECADES, DECADES[1:]):
+            axis.plot(column(wide, "alpha"), column(wide, "friction"), "+", color="0.45", markersize=5)
+            for low, high in zip(THIRDS, THIRDS[1:]):
                 bound = critical([one for one in own if low <= one["alpha"] <= high])
                 if bound is not None:
                     axis.plot((low, high), (bound, bound), color=BLACK, linewidth=1.5)
@@ -326,7 +332,7 @@ def friction(records):
     for axis in axes[-1]:
         axis.set_xlabel(r"$\alpha = \ell/a_\mathrm{Hz}$")
     plots.letter(axes, *(f"{law}, {how}" for how in FRICTION for law in ("microblock", "unilateral")))
-    _legend(drawing, {"o": "one answer", "x": "raised an error"})
+    _legend(drawing, {"o": "right", "x": "not unique", "+": "contact too wide"})
     return drawing
 
 
