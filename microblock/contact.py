@@ -248,7 +248,8 @@ class Contact(Shown):
             Whether shear tractions act on the gaps. Uncoupled, pressures still act on the tangential problem.
         rtol : float, optional
             Relative L2 error of pressure, of micromoment over ell and of shear traction over the friction,
-            all over the pressure. Without it the usual one of the method is taken.
+            all over the pressure. Without it half-planes take their usual one, and blocks stay on the mesh of
+            their method; bodies on meshes of your own take none.
         progress : bool
             Whether a bar is shown where the method counts its steps.
 

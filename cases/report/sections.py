@@ -59,6 +59,7 @@ LABELS = {
     "limits_layer_fit": "the fit of the layer",
     "limits_penalty": "penalty and augmented Lagrangian",
     "limits_supports": "supports of a body",
+    "limits_friction": "how large friction may be",
     "sliders": "sliders of mb.explore",
     "classical": "the classical limit of obstacles",
     "punch": "a punch",

@@ -2,7 +2,7 @@
 
 Geometry   the strip, cylinders, wedges and punches on a half-plane or a square, user meshes, and contact
            problems drawn at random; see each map's question.
-Equations  those of `strip` and `hertz`.
+Equations  those of `strip`, `hertz` and, with friction, `tangential`.
 Model      every method of the toolkit, one map each question: samples of Latin hypercubes of strength two, so
            that each pair of parameters is covered, and then as many again as make a fifth next to the
            degenerate ends of the axes.
@@ -24,12 +24,12 @@ from microblock.data.records import grouped
 
 from ..common.options import Checked, command, names, option
 from ..common.records import kept, returned
-from . import limits_line, limits_meshes, limits_newton, limits_pool, limits_states
+from . import limits_friction, limits_line, limits_meshes, limits_newton, limits_pool, limits_states
 from .limits_maps import KINDS
 
 MAPS = {
     one.name: one
-    for module in (limits_line, limits_states, limits_meshes, limits_newton)
+    for module in (limits_line, limits_states, limits_meshes, limits_newton, limits_friction)
     for one in module.MAPS
 }
 QUICK = 2  # runs of a panel, one of them near a degeneracy
@@ -38,7 +38,7 @@ QUICK = 2  # runs of a panel, one of them near a degeneracy
 @dataclass(frozen=True)
 class Parameters(Checked):
     only: tuple = names(f"maps to make, of {', '.join(MAPS)}", MAPS)
-    runs: int = option(2913, "of all maps together", int, at_least=1, at_most=10**6)
+    runs: int = option(3156, "of all maps together", int, at_least=1, at_most=10**6)
     seed: int = option(1, "of the random numbers", int, at_least=0, at_most=2**63)
     limit: float = option(60.0, "seconds of a run, beyond which it is stopped", at_least=0.1, at_most=1e5)
     workers: int = option(2, "processes", int, at_least=1, at_most=1024)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib import cm, colormaps, colors
 from matplotlib.lines import Line2D
-from matplotlib.ticker import LogLocator
+from matplotlib.ticker import LogLocator, NullLocator
 
-from microblock.data.records import grouped
+from microblock.data.records import column, grouped
 from microblock.view import plots
 
 from .limits_maps import ANSWERED
@@ -277,6 +277,65 @@ def supports(records):
     return drawing
 
 
+# {title: (map, method)}
+FRICTION = {
+    "cells": ("friction_cylinder", "cells"),
+    "a mesh": ("friction_cylinder", "mesh"),
+    "square": ("friction_square", None),
+}
+THIRDS = np.geomspace(0.01, 3.0, 4)  # ends of the ranges of alpha that have a critical friction each
+
+
+def critical(rows):
+    """The least friction that tells answers from errors with the fewest runs on the wrong side, None where
+    there are not both.
+    """
+    own = sorted(rows, key=lambda row: row["friction"])
+    if len({answered(row) for row in own}) < 2:
+        return None
+    good = np.array([answered(row) for row in own])
+    wrong = [np.count_nonzero(~good[:k]) + np.count_nonzero(good[k:]) for k in range(1, len(own))]
+    best = 1 + int(np.argmin(wrong))
+    return float(np.sqrt(own[best - 1]["friction"] * own[best]["friction"]))
+
+
+def friction(records):
+    """Contact has one answer below a friction of two under microblocks, of three without corners; beyond, all
+    methods say so.
+
+    Pressed, sheared to full slip, and to full slip the other way, nu = 0.3: a rigid cylinder on a half-plane
+    by cells (a, b), on a block by finite elements (c, d), and a square block of the half-width a_Hz pressed
+    by a plane on all of its side (e, f). Dots are right: another method has the same states, and where that
+    has none, work is energy and dissipation. Crosses raised an error that says that the friction may be too
+    large; at a plus the contact had left the cells or squares. The line is the critical friction in a third
+    of the abscissa, which tells dots and crosses apart with the fewest of them on the wrong side.
+
+    Seen: dots below, crosses above, and a line between them that rises or falls little with the size of the
+    blocks; no crosses in (d).
+    """
+    drawing, axes = plots.figure(3, 2, height=1.5, sharex=True, sharey=True)
+    for row, (name, method) in zip(axes, FRICTION.values()):
+        for axis, law in zip(row, ("microblock", "unilateral")):
+            own = [one for one in of_maps(records, name) if (one["contact"], one["method"]) == (law, method)]
+            wide = [one for one in own if not answered(one) and "unique" not in one["message"]]
+            own = [one for one in own if one not in wide]
+            _marks(axis, own, "alpha", "friction")
+            axis.plot(column(wide, "alpha"), column(wide, "friction"), "+", color="0.45", markersize=5)
+            for low, high in zip(THIRDS, THIRDS[1:]):
+                bound = critical([one for one in own if low <= one["alpha"] <= high])
+                if bound is not None:
+                    axis.plot((low, high), (bound, bound), color=BLACK, linewidth=1.5)
+            axis.set(xscale="log", yscale="log", xlim=(0.008, 3.8), ylim=(0.26, 11.5))
+            plots.plain_log(axis.yaxis)
+            axis.xaxis.set_minor_locator(NullLocator())
+        row[0].set_ylabel("friction $f$")
+    for axis in axes[-1]:
+        axis.set_xlabel(r"$\alpha = \ell/a_\mathrm{Hz}$")
+    plots.letter(axes, *(f"{law}, {how}" for how in FRICTION for law in ("microblock", "unilateral")))
+    _legend(drawing, {"o": "right", "x": "not unique", "+": "contact too wide"})
+    return drawing
+
+
 def _beta(value):
     """A coupling number as a tick says it: the last one is 2 less a millionth."""
     return f"{value:g}" if value in (0, 1) else "~2" if value > 1 else f"$10^{{{np.log10(value):.0f}}}$"
@@ -327,4 +386,5 @@ DRAWINGS = {
     "layer_fit": (("layer_fit",), layer_fit),
     "penalty": (("penalty_strip", "penalty_squares", *LAGRANGIAN), penalty),
     "supports": (("supports",), supports),
+    "friction": (("friction_cylinder", "friction_square"), friction),
 }

@@ -58,6 +58,14 @@ ADVICE = {
     "penalty_strip": ("the penalty in the strip", "a larger rho, or the augmented Lagrangian"),
     "penalty_squares": ("the penalty under a cylinder", "the augmented Lagrangian, which needs no rho"),
     "supports": ("bodies with too few supports", "fix what the error names"),
+    "friction_cylinder": (
+        "friction under a cylinder, where it is large",
+        "a smaller friction, or coupled=False",
+    ),
+    "friction_square": (
+        "friction on all of a square's side, where it is large",
+        "a smaller friction, or coupled=False",
+    ),
 }
 WORDS = {
     "typed error": "raised an error",

@@ -13,20 +13,25 @@ other.
 
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from itertools import chain, combinations
 
 import numpy as np
 from scipy import sparse
 from scipy.linalg.lapack import dgetrf, dgetrs
+from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from ..errors import NotConverged
-from .friction import Change
+from .friction import UNIQUE, Change
 
 MAX_ITERATIONS = 60
 MAX_VISITS = 3  # of one active set, before it counts as a cycle
 # of the largest pressure or length, below which a violated condition is rounding
 ALIKE = 1e-9
-FIRST = 1e-6  # of a leg of the history, over which Newton finds what opens, sticks and slips next
+# of a leg of the history, over which Newton finds what opens, sticks and slips next; then again over less
+FIRST = (1e-6, 1e-8)
+JUMP = 1e-7  # of the largest pressure, by which a piece may be off the state that it starts from
+MANY = 6  # nodes that change at once, beyond which not all subsets of them are looked at
 MOST_EVENTS = 60  # times the number of nodes, on one leg, before it counts as going astray
 STICKS = 2  # in place of the direction of slip
 UNSOLVED = 1e-6  # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
@@ -359,18 +364,24 @@ class FrictionNewton:
             )
         )
 
-    def tangent(self, sets):
-        """Derivative of the residual on a piece, sparse; not symmetric, as q follows p where a node slips."""
+    def equations(self, sets):
+        """What holds on a piece, sparse: equilibrium, p = 0 or g = 0 of corners, no way or |q| = f p of
+        nodes, loads or motions. It is the derivative of the residual but for corners' rows in those of nodes.
+
+        The determinant is positive without friction; where it is not, states turn back while loads grow.
+        """
         system, rho = self.system, self.system.rho
         body, gaps, way, loads, _ = system.operators
         one = sparse.identity(body.shape[1], format="csr")
         p, q, motions = (one[part] for part in system.parts[1:])
-        pressed = sparse.diags(sets.closed.ravel().astype(float)) @ (p - rho * gaps)
+        closed, stick, slips = (
+            sparse.diags(each.ravel().astype(float)) for each in (sets.closed, sets.stick, sets.slips)
+        )
         sums = sparse.hstack([sparse.identity(system.nodes)] * len(system.gaps))
-        bound = system.friction * sparse.diags(sets.slips.astype(float)) @ sums @ pressed
-        stuck = sparse.diags(sets.stick.astype(float)) @ (q + rho * way)
+        corners = p - closed @ (p - rho * gaps)
+        nodes = q - stick @ (q + rho * way) - system.friction * slips @ sums @ p
         given = [(motions if self.prescribed[i] else loads)[[i]] for i in range(2)]
-        return sparse.vstack((body, p - pressed, q - stuck - bound, *given), format="csr")
+        return sparse.vstack((body, corners, nodes, *given), format="csr")
 
     def solve(self, level, before, sets, single=False):
         """The Iterate at a level, the Sets it belongs to, and their Piece; from the first guess `sets`, all
@@ -398,9 +409,7 @@ class FrictionNewton:
                 break
             sets = self._one_changed(sets, found, now, before) if single else found
         raise NotConverged(
-            "the sets of closed and of slipping nodes cycle: where friction is large, no state or several "
-            "may follow",
-            iterations=sum(visits.values()),
+            f"the sets of closed and of slipping nodes cycle; {UNIQUE}", iterations=sum(visits.values())
         )
 
     def _one_changed(self, sets, found, now, before):
@@ -429,20 +438,43 @@ class FrictionNewton:
 
 
 class Piece:
-    """The equations of a FrictionNewton on fixed Sets, from a state `before` on: affine in the level."""
+    """The equations of a FrictionNewton on fixed Sets, from a state `before` on: affine in the level.
+
+    Attributes
+    ----------
+    sign : float, of the determinant
+    """
 
     def __init__(self, newton, before, sets):
-        self._newton, self._before = newton, before
-        self._matrix = newton.tangent(sets)
+        self._newton, self._before, self._sets = newton, before, sets
+        self._matrix = newton.equations(sets)
         self._right = self._constant(sets)
-        self._solve = _factorised(self._matrix)
+        self._solve, self.sign = _factorised(self._matrix)
 
     def _constant(self, sets):
         """Right-hand side for level 0, array."""
         system, rho = self._newton.system, self._newton.system.rho
         first = np.where(sets.closed, -rho * np.where(sets.closed, system.gaps, 0), 0)
-        shear = system.friction * sets.slips * first.sum(axis=0) - rho * sets.stick * self._before.way
+        shear = -rho * sets.stick * self._before.way
         return np.concatenate((system.forces, first.ravel(), shear, np.zeros(2)))
+
+    def opposite(self, other, most=None):
+        """Yields Sets that have some nodes, `most` of them or any number, as in other Sets, wherever the
+        determinant of their piece has the opposite sign.
+        """
+        system, rows = self._newton.system, self._newton.equations(other)
+        first, differ = system.parts[1].start, np.unique((rows != self._matrix).nonzero()[0])
+        columns = [self._solve(np.eye(1, rows.shape[1], number)[0]) for number in differ]
+        exchanged = rows[differ] @ np.transpose(columns) if len(differ) else np.zeros((0, 0))
+        own = (differ - first) % system.nodes
+        nodes = np.unique(own)
+        for order in range(1, (most or len(nodes)) + 1):
+            for some in map(list, combinations(nodes, order)):
+                chosen = np.isin(own, some)
+                if np.linalg.det(exchanged[np.ix_(chosen, chosen)]) < 0:
+                    closed, slips = self._sets.closed.copy(), self._sets.slips.copy()
+                    closed[:, some], slips[some] = other.closed[:, some], other.slips[some]
+                    yield Sets(closed, slips)
 
     def at(self, level):
         """The Iterate at a level."""
@@ -456,16 +488,33 @@ class Piece:
 
 
 def _factorised(matrix):
-    """A function that solves with a sparse matrix, factorised as a dense one where it is nearly that."""
+    """(function that solves with a sparse matrix, sign of its determinant), factorised as a dense one where
+    it is nearly that.
+    """
     try:
         if matrix.nnz > FILLED * np.prod(matrix.shape):
-            *factors, singular = dgetrf(matrix.toarray())
+            triangles, swaps, singular = dgetrf(matrix.toarray())
             if singular:
                 raise NotConverged(SINGULAR)
-            return lambda right: dgetrs(*factors, right)[0]
-        return splu(matrix.tocsc()).solve
+            odd = np.count_nonzero(swaps != np.arange(len(swaps))) % 2
+            return lambda right: dgetrs(triangles, swaps, right)[0], _sign(triangles.diagonal(), odd)
+        factors = splu(matrix.tocsc())
+        odd = _odd(factors.perm_r) != _odd(factors.perm_c)
+        return factors.solve, _sign(factors.U.diagonal(), odd)
     except RuntimeError as failure:  # SuperLU's word for a singular matrix
         raise NotConverged(SINGULAR) from failure
+
+
+def _sign(diagonal, odd):
+    """Sign of the product of a diagonal, turned where permutations are odd."""
+    return float(np.prod(np.sign(diagonal))) * (-1) ** odd
+
+
+def _odd(permutation):
+    """Whether a permutation is odd: it has as many transpositions as places beyond one for each cycle."""
+    size = len(permutation)
+    moved = sparse.csr_matrix((np.ones(size), permutation, np.arange(size + 1)), (size, size))
+    return bool((size - connected_components(moved, return_labels=False)) % 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -525,7 +574,7 @@ class History:
         system = self.system
         values = np.zeros(system.operators[0].shape[1])
         if np.any(system.forces):
-            values[system.parts[0]] = _factorised(system.stiffness)(system.forces)
+            values[system.parts[0]] = _factorised(system.stiffness)[0](system.forces)
         first = Iterate(system, values)
         closed = np.zeros(system.gaps.shape, bool)
         if not self.newton.prescribed[0]:
@@ -577,8 +626,14 @@ class History:
 
     def _piece(self, state, number, begin, length, done):
         """The state at the next change or at the end of the leg, and the part of the leg that is done."""
-        first = min(1.0, done + FIRST)
-        near, sets, on = self._newton_from(state, begin + first * length)
+        for short in FIRST:
+            first = min(1.0, done + short)
+            near, sets, on = self._newton_from(state, begin + first * length)
+            if self._goes_on(state, near, on):
+                break
+        else:
+            raise NotConverged(f"the state jumps; {UNIQUE}")
+        self._require_unique(state, begin + first * length, sets, on)
         now, part, ahead = near, 1.0, sets
         if first < 1:
             far = on.at(begin + length)
@@ -587,6 +642,35 @@ class History:
             part = first + part * (1 - first)
         changes = _changes(state.sets, sets, number, done)
         return self._after(state, now, begin + part * length, sets, ahead, changes), part
+
+    def _goes_on(self, state, near, on):
+        """Whether a Piece starts from a state, and not only from one near it, with an Iterate on the way."""
+        contact = slice(self.system.parts[1].start, self.system.parts[2].stop)
+        apart = (on.at(state.level).values - state.iterate.values)[contact]
+        return np.abs(apart).max() <= JUMP * np.abs(near.values[contact]).max()
+
+    def _require_unique(self, state, level, sets, on):
+        """NotConverged if the Piece on new Sets turns back, or a state at the level is on another that does,
+        with some nodes as before, or with one that sticks in place of slipping.
+        """
+        old = state.sets
+        if not old.closed.any() and not self.newton.prescribed[0]:  # loads: one node carries the first ones
+            one = np.zeros_like(sets.closed)
+            one.flat[np.argmax(state.ahead.closed)] = True
+            old = Sets(one, np.zeros_like(sets.slips))
+        stuck = Sets(sets.closed, np.zeros_like(sets.slips))
+        changed = np.any(old.closed != sets.closed, axis=0) | (old.slips != sets.slips)
+        others = on.opposite(old, None if np.count_nonzero(changed) <= MANY else 2), on.opposite(stuck, 1)
+        if on.sign <= 0 or any(self._is_state(one, state, level) for one in chain(*others)):
+            raise NotConverged(f"the answer is not unique; {UNIQUE}")
+
+    def _is_state(self, sets, state, level):
+        """Whether a state follows on these Sets."""
+        try:
+            now = Piece(self.newton, state.iterate, sets).at(level)
+        except NotConverged:
+            return False
+        return self.newton._violation(now, state.iterate, level) <= ALIKE
 
     def _newton_from(self, state, level):
         """Newton from the sets of a state; where that fails from all closed nodes sticking, then change by

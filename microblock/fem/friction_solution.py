@@ -45,9 +45,16 @@ class NewtonFrictionSolution(_AtNodes, NewtonSolution):
     Attributes
     ----------
     state : friction.NodalFriction
+    recovered : float, relative error from meshes of twice the length; None on a mesh that was prescribed
     """
 
     state: object = None
+    recovered: float | None = None
+
+    @property
+    def error_estimate(self):
+        """Relative L2 error, or None."""
+        return self.recovered
 
     @property
     def _facets(self):

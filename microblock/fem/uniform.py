@@ -16,6 +16,7 @@ from ..model import methods, picture
 from .body import Body
 from .condensation import Condensed, ContactNodes
 from .facets import ContactFacets
+from .friction_levels import history_to
 from .ground import GroundSolver
 from .meshes import Ground, uniform
 from .newton import PENALTY, MonolithicNewton
@@ -66,12 +67,18 @@ class UniformSolver(GroundSolver):
             raise BadArgument(
                 "body", self.body, "must have a size: histories know displacements, which the far end decides"
             )
+        if rtol is not None:
+            return history_to(rtol, lambda number: self._halved(number).history(pairs, coupled, None))
         solver = self._reaching(float(pairs[:, 0].max()))
         whole = self.contact.with_(body=solver._whole(), method=self.options.newton or methods.Condensed())
-        found = whole.history(pairs, coupled=coupled, rtol=rtol, progress=progress)
+        found = whole.history(pairs, coupled=coupled)
         outer = max(abs(edge) for state in found.states for zone in state.zones["contact"] for edge in zone)
         solver._require_within(outer, float(pairs[:, 0].max()))
         return found
+
+    def _halved(self, number):
+        """The solver on squares 2**number times shorter."""
+        return UniformSolver(self.contact, replace(self.options, h=self.options.h / 2**number))
 
     def _whole(self):
         """The body with both halves, whatever the symmetry: shear has another one."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cases.__main__ import main
-from cases.studies import facts, limits, limits_figures, limits_pool, limits_where
+from cases.studies import facts, limits, limits_figures, limits_friction, limits_pool, limits_where
 from cases.studies.limits_maps import Axis, Map, Outcome, attempt, choice
 from microblock.data.records import read_records
 from microblock.errors import NotConverged
@@ -139,6 +139,42 @@ def test_quick_study(tmp_path, capsys):
     assert len(read_records(tmp_path / "o" / "limits.csv")) == len(rows)
 
 
+def test_quick_maps_of_friction(tmp_path):
+    words = "limits --quick --only friction_cylinder friction_square --workers 1 --out"
+    assert main([*words.split(), str(tmp_path)]) == 0
+    rows = read_records(tmp_path / "limits.csv")
+    assert [row["map"] for row in rows] == ["friction_cylinder"] * 4 + ["friction_square"] * 2
+    assert {row["kind"] for row in rows} <= {"delivered", "typed error"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "limits.csv",
+        "limits_friction.png",
+        "limits_friction.pdf",
+    }
+
+
+def test_a_known_answer_is_right_and_a_known_refusal_refused():
+    """Far below and beyond the critical friction, some 2.5 by cells and 4.5 by finite elements."""
+    for method in ("cells", "mesh"):
+        setting = {"alpha": 0.3, "contact": "microblock", "method": method}
+        below = attempt(limits_friction.cylinder, {"friction": 0.5, **setting})
+        assert below["error"] < 0.05 and below["judge"] == {"cells": "mesh", "mesh": "cells"}[method]
+        beyond = attempt(limits_friction.cylinder, {"friction": 8.0, **setting})
+        assert beyond["kind"] == "typed error" and "coupled=False" in beyond["message"]
+
+
+def test_the_critical_friction_tells_answers_from_errors_with_the_fewest_mistakes():
+    rows = [
+        run_of("delivered" if friction < 2 or friction == 3 else "typed error", friction=friction)
+        for friction in (1, 1.5, 2, 3, 4, 5)
+    ]
+    # one answer, at 3, is on the wrong side of the bound; a bound between 3 and 4 would have one error there
+    assert limits_figures.critical(rows) == pytest.approx(np.sqrt(1.5 * 2))
+    assert limits_figures.critical([*rows, run_of("delivered", friction=3.5)]) == pytest.approx(
+        np.sqrt(3.5 * 4)
+    )
+    assert limits_figures.critical(rows[:2]) is None
+
+
 @pytest.mark.parametrize("words", ["--only nowhere", "--runs 0", "--limit 0", "--workers 0", "--seed -1"])
 def test_bad_arguments(words, capsys):
     assert main(["limits", *words.split()]) == 2
@@ -206,5 +242,13 @@ def test_what_the_captions_of_the_profile_say_is_in_the_records():
     assert len(touching) == 49 and sum(row["kind"] == "missed" for row in touching) == 2
     apart = next(curve for curve in limits_figures.CURVES if "two zones" in curve.name).ratios(records)
     assert np.isfinite(apart).mean() == pytest.approx(0.5, abs=0.02)  # "one half", said in words
+    bounds = {}
+    for one in limits_figures.of_maps(records, "friction_cylinder", "friction_square"):
+        if limits_figures.answered(one) or "unique" in one["message"]:
+            bounds.setdefault((one["contact"], one["map"], one["method"]), []).append(one)
+    found = {key: limits_figures.critical(rows) for key, rows in bounds.items()}
+    assert found.pop(("unilateral", "friction_cylinder", "mesh")) is None
+    least = {law: min(bound for key, bound in found.items() if key[0] == law) for law, *_ in found}
+    assert 1.8 < least["microblock"] < 2.2 and 2.6 < least["unilateral"] < 3.4  # "two" and "three"
     told = {row["what"] for row in limits_where.table(records)}
     assert told == {what for what, _ in limits_where.ADVICE.values()}  # no advice is left over, none missing

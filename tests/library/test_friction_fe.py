@@ -49,7 +49,7 @@ def history(body, law, pairs, method=None, coupled=True, obstacle=CYLINDER):
 
 @pytest.mark.parametrize("prescribed", [(False, False), (True, True), (False, True)])
 @pytest.mark.parametrize("reduced", [True, False])
-def test_tangent_is_the_derivative_of_the_residual(prescribed, reduced):
+def test_equations_are_the_derivative_of_the_residual(prescribed, reduced):
     facets = FrictionFacets(block(0.3), mb.Microblock(friction=F), CYLINDER)
     system = MonolithicFriction(facets, reduced=reduced).system
     newton, random = coulomb.FrictionNewton(system, prescribed), np.random.default_rng(1)
@@ -67,7 +67,11 @@ def test_tangent_is_the_derivative_of_the_residual(prescribed, reduced):
             newton.residual(coulomb.Iterate(system, now.values + sign * 1e-7 * way), before, level)
             for sign in (1, -1)
         )
-        differences, derivative = (ahead - behind) / 2e-7, newton.tangent(sets) @ way
+        differences, derivative = (ahead - behind) / 2e-7, newton.equations(sets) @ way
+        corners = derivative[system.parts[1]].reshape(sets.closed.shape)
+        derivative[system.parts[2]] += (
+            F * sets.slips * corners.sum(axis=0)
+        )  # rows that a piece can do without
         # the residual is piecewise linear, so that differences err by rounding alone, 1e-16 over the step
         assert np.abs(differences - derivative).max() < 1e-6 * np.abs(derivative).max()
     assert kinds == {-1, 0, 1, "open"}
@@ -404,6 +408,30 @@ def test_a_block_has_the_history_of_its_mesh():
         mb.Contact(mb.Block(SOLID), CYLINDER, law, method).history(PAIRS[:2])
     with pytest.raises(mb.BadArgument, match="Uniform"):
         mb.Contact(mb.Block(SOLID, 2.0), CYLINDER, law).history(PAIRS[:2])
+
+
+def test_a_block_has_its_history_to_a_tolerance():
+    """Estimates bound the distance to squares four times shorter, by no more than they have to."""
+    law, pairs, method = mb.Microblock(friction=F), PAIRS[:2], mb.Uniform(h=0.2, order=1, reach=0.6)
+    problem = mb.Contact(mb.Block(SOLID, 2.0), CYLINDER, law, method)
+    found = problem.history(pairs, rtol=0.25)
+    finest = problem.with_(method=replace(method, h=0.2 / 16)).history(pairs)
+    for state, other in zip(found.states, finest.states):
+        w, size = other.weights, math.sqrt(other.weights @ other.pressure**2)
+        names = {"pressure": 1.0, "micromoment": SOLID.ell, "shear_traction": F}
+        true = max(
+            math.sqrt(
+                w @ ((np.interp(other.x, state.x, getattr(state, name)) - getattr(other, name)) / scale) ** 2
+            )
+            for name, scale in names.items()
+        )
+        assert 0.1 * state.error_estimate < true / size < state.error_estimate <= 0.25
+    newton = problem.with_(method=replace(method, newton=mb.Newton())).history(pairs, rtol=0.25)
+    for state, other in zip(found.states, newton.states):  # the same meshes by the other algorithm
+        assert state.error_estimate == pytest.approx(other.error_estimate, rel=1e-8)
+    with pytest.raises(mb.NotConverged, match="smallest error estimate") as failure:
+        problem.history(pairs[:1], rtol=1e-3)
+    assert problem.history(pairs[:1], rtol=1.01 * failure.value.reached).states  # what it advises
 
 
 @pytest.mark.parametrize("method", [mb.Newton(), mb.Condensed()])
