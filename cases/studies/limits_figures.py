@@ -332,7 +332,7 @@ def friction(records):
     for axis in axes[-1]:
         axis.set_xlabel(r"$\alpha = \ell/a_\mathrm{Hz}$")
     plots.letter(axes, *(f"{law}, {how}" for how in FRICTION for law in ("microblock", "unilateral")))
-    _legend(drawing, {"o": "right", "x": "not unique", "+": "contact too wide"})
+    _legend(drawing, {"o": "right", "x": "error raised", "+": "contact too wide"})
     return drawing
 
 
