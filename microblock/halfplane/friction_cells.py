@@ -51,12 +51,12 @@ def cells(
     known = list(features)
     found = []
     for left, right in stretches(problem):
-        fixed = [place for place in _fixed(problem) if left < place < right]
+        inner = [place for place in fixed(problem) if left < place < right]
         own = [each for each in known if left < each.place < right]
         steps = np.concatenate(
             (NEAREST * a * 10 ** np.linspace(0, np.log10((right - left) / a / NEAREST), SAMPLED),)
         )
-        places = [np.linspace(left, right, SAMPLED), np.array(fixed)]
+        places = [np.linspace(left, right, SAMPLED), np.array(inner)]
         places += [each.place + sign * steps for each in own for sign in (-1, 1)]
         x = np.unique(np.clip(np.concatenate(places), left, right))
         grid = np.linspace(left, right, SAMPLED)
@@ -65,7 +65,7 @@ def cells(
             _size(x, a, fineness, own, reach), np.interp(x, grid, np.maximum(pieces, SMALLEST * a))
         )
         count = np.concatenate(([0.0], np.cumsum(np.diff(x) / np.sqrt(size[1:] * size[:-1]))))
-        ends = [left, *fixed, right]
+        ends = [left, *inner, right]
         for first, last in zip(ends[:-1], ends[1:]):
             begin, end = np.interp((first, last), x, count)
             number = max(int(np.ceil(end - begin)), 1)
@@ -101,8 +101,8 @@ def stretches(problem: Problem) -> list[tuple[float, float]]:
     return joined((left + each, right + each) for left, right in problem.picture.stretches for each in shifts)
 
 
-def _fixed(problem: Problem) -> list[float]:
-    """Contact points at which a corner is under a slope discontinuity or an edge, ascending."""
+def fixed(problem: Problem) -> list[float]:
+    """Returns contact points at which a corner is under a slope discontinuity or an edge, ascending."""
     ends = [place for pair in problem.ends.values() for place in pair]
     return sorted({*problem.kinks, *ends})
 
@@ -111,5 +111,5 @@ def touching(problem: Problem, smallest: float) -> list[Feature]:
     """Returns features at the first touch of each corner, and at slope discontinuities and edges."""
     assert problem.picture is not None
     shifts = [problem.shift(corner) for corner in range(len(problem.law.corners))]
-    places = [problem.picture.lowest + each for each in shifts] + _fixed(problem)
+    places = [problem.picture.lowest + each for each in shifts] + fixed(problem)
     return [Feature(place, 0.0, smallest) for place in places]
