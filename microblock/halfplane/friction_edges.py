@@ -25,6 +25,7 @@ STEEP = 0.85, 1.15  # d log y/d log r, below which the first power is 1/2, and a
 STEPS = 20  # of Gauss and Newton
 SHARP = 1e-4  # of a cell, at which they end
 APART = 3  # cells outside of a zone that must belong to no other of its kind
+LEFT = 1 / 8  # of a cell, at least in doubt: fits may agree and be off together
 SAME = 1e-9  # relative, by which an edge may be off the obstacle's
 
 
@@ -60,7 +61,7 @@ def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | No
     width = float(np.ptp(cells[0]))
     if not found or np.ptp(found) > width or abs(found[-1]) > width:
         return None
-    return found[-1], float(np.ptp(found)) if len(found) > 1 else width
+    return found[-1], LEFT * width + float(np.ptp(found)) if len(found) > 1 else width
 
 
 def _fitted(cells: Array, values: Array, power: float, terms: int) -> tuple[float, float]:
@@ -101,8 +102,8 @@ class FrictionEdges:
     fixed : sequence of float
         Edges and slope discontinuities of the obstacle: zones that end there are not fitted.
     doubts : dict
-        Doubt about each edge of `zones` (length): how far fits to few and to many cells are apart, or the
-        cell where the edge is that of a cell.
+        Doubt about each edge of `zones` (length): how far fits to few and to many cells are apart and an
+        eighth of a cell, or a whole one where the edge is that of a cell.
     """
 
     cells: Array

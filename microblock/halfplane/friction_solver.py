@@ -163,15 +163,20 @@ class FrictionCells(FrictionSolution):
         return self._fitted[0]
 
     @property
+    def turns(self) -> list[float]:
+        """Places at which slip one way and slip the other way are neighbours."""
+        q, slips = self.shear_traction, self.pressures.any(axis=0) & (~self.moment.stick | self.moment.at_limit)
+        turning = slips[1:] & slips[:-1] & (q[1:] * q[:-1] < 0)
+        return [float(each) for each in self.edges[1:][turning, 0]]
+
+    @property
     def doubts(self) -> dict[float, float]:
         """Doubt about each edge of `zones_by_name` (lengths)."""
         return self._fitted[1]
 
     @property
     def zone_errors(self) -> ZoneErrors | None:
-        """Errors of the edges of `zones_by_name`: the change from the level before, or the doubt if that is
-        larger.
-        """
+        """Errors of the edges of `zones_by_name`: the change from the level before, and the doubt."""
         if self.before is None:
             return None
         zones, doubts = self.zones_by_name, self.doubts
@@ -179,7 +184,7 @@ class FrictionCells(FrictionSolution):
         for name, own in zones.items():
             others = self.before[name]
             pairs = zip(np.ravel(own).tolist(), np.ravel(others).tolist())
-            errors = [max(abs(end - other), doubts[end]) for end, other in pairs]
+            errors = [abs(end - other) + doubts[end] for end, other in pairs]
             found[name] = list(zip(errors[::2], errors[1::2])) if len(own) == len(others) else None
         return found
 
@@ -292,7 +297,7 @@ class FrictionSolver:
         width = sum(right - left for left, right in stretches(self.problem))
         first = max(FIRST * a, width / FEWEST)
         smallest = max(NARROWEST * fineness**2 * a, (first if before is None else before.band) / SHARPER)
-        features, reach = touching(self.problem, NARROWEST * fineness**2 * a), None
+        features, reach = touching(self.problem, fineness), None
         if before is not None:
             known = _features(before, smallest)
             features += known
@@ -370,7 +375,8 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
     more than `smallest`; known to some doubts, and at least to a cell of the level.
     """
     found: list[Feature] = []
-    edges = {edge: one.doubts[edge] for one in before.solutions for edge in one.doubts}
+    edges = {edge: doubt for one in before.solutions for edge, doubt in one.doubts.items()}
+    edges |= {edge: before.band for one in before.solutions for edge in one.turns}
     for edge, doubt in sorted(edges.items()):
         band = min(max(DOUBTS * doubt, smallest), before.band)
         if not found or edge - found[-1].place > smallest:
