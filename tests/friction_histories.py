@@ -39,7 +39,9 @@ def scene(seed):
         second = mb.Cosserat(draw.uniform(0.3, 3.0), draw.uniform(0, 0.45), draw.uniform(0.01, 0.5), beta=1.0)
         obstacle = mb.Deformable(mb.HalfPlane(second), obstacle)
     coupled = bool(draw.random() < 0.7)
-    named = f"{type(law).__name__:12s} {words:24s} alpha {alpha:4.2f} f {f:4.2f} {'' if coupled else 'un'}coupled"
+    named = (
+        f"{type(law).__name__:12s} {words:24s} alpha {alpha:4.2f} f {f:4.2f} {'' if coupled else 'un'}coupled"
+    )
     return named, mb.Contact(mb.HalfPlane(solid), obstacle, law), pairs(draw, f), coupled
 
 
@@ -179,7 +181,8 @@ def measured(seed, rtol):
     pairs_of_states = list(zip(found.solutions, more[-1].solutions))
     f = float(contact.law.friction)
     ratio = max(
-        friction_solver._difference(exact, one, solver.problem, f) / one.change for one, exact in pairs_of_states
+        friction_solver._difference(exact, one, solver.problem, f) / one.change
+        for one, exact in pairs_of_states
     )
     return words, len(more), ratio, [each for pair in pairs_of_states for each in edges(*pair)]
 
@@ -219,8 +222,12 @@ def errors(count, rtol):
     error, cell, said, width = np.array([each for each in ends if each[2]]).T
     above, worse = np.count_nonzero(error > said), np.count_nonzero(error > cell + width / 8)
     print(f"largest ratio {worst:.2f}; of {len(error)} edges {above} are off by more than is said of them,")
-    print(f"{worse} by more than the cells' and an eighth of a cell; largest {(error / said).max():.2f} of it")
-    print(f"mean error {np.mean(error):.1e}, of the cells' edges {np.mean(cell):.1e}, said {np.mean(said):.1e}")
+    print(
+        f"{worse} by more than the cells' and an eighth of a cell; largest {(error / said).max():.2f} of it"
+    )
+    print(
+        f"mean error {np.mean(error):.1e}, of the cells' edges {np.mean(cell):.1e}, said {np.mean(said):.1e}"
+    )
 
 
 if __name__ == "__main__":

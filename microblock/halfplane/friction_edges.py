@@ -125,7 +125,8 @@ class FrictionEdges:
             ]
         found = contact_zones(own, corners)
         stick = [
-            (self._stick_edge(run, -1, found), self._stick_edge(run, 1, found)) for run in self._runs(self.stick)
+            (self._stick_edge(run, -1, found), self._stick_edge(run, 1, found))
+            for run in self._runs(self.stick)
         ]
         found["stick"] = common(stick, found["contact"])
         slip = found["contact"]

@@ -22,8 +22,8 @@ from ..model import picture
 from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent, ZoneErrors
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
-from ..model.types import Array, Flags, Zones
-from ..model.zones import distance_to_ends
+from ..model.types import Array, Flags, Interval, Zones
+from ..model.zones import common, distance_to_ends
 from .friction_cells import Feature, cells, fixed, stretches, touching
 from .friction_edges import FrictionEdges
 from .friction_events import events
@@ -37,6 +37,7 @@ FIRST = 0.1  # of the half-width: cells of the first level, which does not know 
 FEWEST = 200  # cells of the first level on all that could touch, where that is wide
 SHARPER = 8.0  # times smaller are cells at the edges from level to level
 NARROWEST = 0.25  # times the square of the fineness: cells at edges, below which nothing is gained
+JUMP = 0.5  # of the pressure, by which q/f jumps from one cell to the next where cells must be smaller
 DOUBTS = 4.0  # about the place of an edge, to which cells are as small as at it
 FASTEST = 8.0  # ratio of the changes of successive levels, at most
 USUAL_RTOL = 1e-2
@@ -163,11 +164,13 @@ class FrictionCells(FrictionSolution):
         return self._fitted[0]
 
     @property
-    def turns(self) -> list[float]:
-        """Places at which slip one way and slip the other way are neighbours."""
-        q, slips = self.shear_traction, self.pressures.any(axis=0) & (~self.moment.stick | self.moment.at_limit)
-        turning = slips[1:] & slips[:-1] & (q[1:] * q[:-1] < 0)
-        return [float(each) for each in self.edges[1:][turning, 0]]
+    def jumps(self) -> list[float]:
+        """Places in contact at which q/f changes from one cell to the next by more than half of the pressure:
+        from slip one way to slip the other way, or where such a place has been frozen.
+        """
+        p, q = self.pressures.sum(axis=0), self.shear_traction / cast(Any, self.problem.law).friction
+        jumping = (p[1:] > 0) & (p[:-1] > 0) & (np.abs(np.diff(q)) > JUMP * (p[1:] + p[:-1]) / 2)
+        return [float(each) for each in self.edges[1:][jumping, 0]]
 
     @property
     def doubts(self) -> dict[float, float]:
@@ -179,14 +182,16 @@ class FrictionCells(FrictionSolution):
         """Errors of the edges of `zones_by_name`: the change from the level before, and the doubt."""
         if self.before is None:
             return None
-        zones, doubts = self.zones_by_name, self.doubts
         found: ZoneErrors = {}
-        for name, own in zones.items():
+        for name, own in self.zones_by_name.items():
             others = self.before[name]
-            pairs = zip(np.ravel(own).tolist(), np.ravel(others).tolist())
-            errors = [abs(end - other) + doubts[end] for end, other in pairs]
-            found[name] = list(zip(errors[::2], errors[1::2])) if len(own) == len(others) else None
+            alike = len(own) == len(others) and len(common(own, others)) == len(own)
+            found[name] = [self._errors(*pair) for pair in zip(own, others)] if alike else None
         return found
+
+    def _errors(self, own: Interval, other: Interval) -> Interval:
+        left, right = (abs(end - before) + self.doubts[end] for end, before in zip(own, other))
+        return left, right
 
     def _cell(self, x: Array) -> tuple[NDArray[np.integer[Any]], Flags]:
         number = np.clip(np.searchsorted(self.edges[:, 0], x, side="right") - 1, 0, len(self.edges) - 1)
@@ -358,11 +363,7 @@ class FrictionSolver:
         """The finer level with its changes from the coarser one."""
         friction = float(self.solver.law.friction)
         changed = [
-            replace(
-                one,
-                change=_difference(one, other, self.problem, friction),
-                before=other.zones_by_name,
-            )
+            replace(one, change=_difference(one, other, self.problem, friction), before=other.zones_by_name)
             for one, other in zip(finer.solutions, coarser.solutions)
         ]
         return replace(
@@ -376,7 +377,7 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
     """
     found: list[Feature] = []
     edges = {edge: doubt for one in before.solutions for edge, doubt in one.doubts.items()}
-    edges |= {edge: before.band for one in before.solutions for edge in one.turns}
+    edges |= {edge: before.band for one in before.solutions for edge in one.jumps}
     for edge, doubt in sorted(edges.items()):
         band = min(max(DOUBTS * doubt, smallest), before.band)
         if not found or edge - found[-1].place > smallest:

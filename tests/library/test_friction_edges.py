@@ -70,7 +70,7 @@ def test_edges_stay_with_the_cells_where_a_fit_is_not_valid():
     assert abs(everywhere["contact"][0][1] - np.sqrt(1.007)) < 1e-3  # a cell's middle is not its mean
     # an edge of the obstacle is known
     at_end, doubts = zones(lambda x: abs(x) < 1, lambda x: abs(x) < 2, fixed=(1.0,))
-    (_, end), = at_end["contact"]
+    ((_, end),) = at_end["contact"]
     assert end == pytest.approx(1.0, abs=1e-12) and doubts[end] == 0
     # a stick zone at whose end f p - |q| jumps
     jump, doubts = zones(lambda x: abs(x) < 1, lambda x: abs(x) < 0.5)
@@ -96,7 +96,9 @@ def shear_traction(x, width, P):
 def test_cattaneo_and_mindlin_as_a_user_sees_them(rtol):
     P, shears = np.pi / 8, (0.0, 0.25, 0.5, 0.75, 0.25, -0.25)
     widths = np.sqrt([1, 0.75, 0.5, 0.25, 1 - 0.5 / 2, 1 - 1 / 2])
-    history = contact(mb.Unilateral(friction=F), second=True).history([(P, s * F * P) for s in shears], rtol=rtol)
+    history = contact(mb.Unilateral(friction=F), second=True).history(
+        [(P, s * F * P) for s in shears], rtol=rtol
+    )
     for state, width in zip(history.states, widths):
         for name, exact in (("contact", 1.0), ("stick", width)):
             (found,), (errors,) = state.zones[name], state.zone_errors[name]
