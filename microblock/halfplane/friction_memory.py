@@ -102,7 +102,8 @@ class Memory:
         left = limit * bounds - own  # what slip may still add below a bound; it grows with the bound in size
         target = limit * load - shear
         stuck = float(np.interp(abs(target), np.abs(left), bounds))
-        stuck = 0.0 if stuck <= ROUNDING * load else stuck
+        if stuck <= ROUNDING * load or abs(shear) >= abs(limit) * load * (1 - ROUNDING):
+            stuck = 0.0  # all slides
         places = np.array([stuck, *bounds[bounds > stuck]])
         begun, way = limit * self.load - self.shear, limit * (load - self.load) - (shear - self.shear)
         share = (np.interp(places, bounds, left) - begun) / way
