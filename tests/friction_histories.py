@@ -17,6 +17,7 @@ import microblock as mb
 from microblock.corners.friction import FrictionPath
 from microblock.halfplane import friction_cells, friction_edges, friction_solver
 from microblock.halfplane.friction_solver import FrictionSolver
+from microblock.model.zones import distance_to_ends
 
 RTOL = 0.05  # of the outcomes
 BALANCED = 1e-8  # of the work, over load times the height of the obstacle at the edge; rounding leaves 1e-13
@@ -230,12 +231,96 @@ def errors(count, rtol):
     )
 
 
+def equal_bodies(seed):
+    """(words, Contact on panels, pairs) of a seed that panels follow: their sums are the true answer."""
+    draw = np.random.default_rng(seed)
+    alpha, f = (float(np.exp(draw.uniform(*np.log(ends)))) for ends in ((0.01, 2.0), (0.05, 1.0)))
+    words, obstacle = OBSTACLES[seed % len(OBSTACLES)](draw)
+    body = mb.HalfPlane(mb.Cosserat(1.0, draw.uniform(0, 0.45), alpha, beta=draw.uniform(0.1, 1.9)))
+    found, last = [], (0.0, 0.0)
+    for number in range(4):
+        load = draw.uniform(0.2, 0.8) if not number else last[0] * draw.choice([1.0, 1.0, 0.6, 0.9, 1.4])
+        shear = f * load * np.clip(draw.uniform(-1.3, 1.3), -1, 1)
+        if load > last[0]:
+            shear = last[1] + f * (load - last[0]) * draw.uniform(-1, 1)
+        found.append((float(load), float(shear)))
+        last = found[-1]
+    law, second = mb.Unilateral(friction=f), mb.Deformable(body, obstacle)
+    return f"{words:16s} alpha {alpha:4.2f} f {f:4.2f}", mb.Contact(body, second, law, mb.Panels()), found
+
+
+def means(state, cells):
+    """Pressure and shear traction of a state on panels, averaged over cells (n, 2): two arrays (n,)."""
+    points, weights = np.polynomial.legendre.leggauss(4)
+    x = cells.mean(axis=1)[:, None] + np.ptp(cells, axis=1)[:, None] / 2 * points
+    parts = [(1.0, state.solution._own)], state.solution._parts
+    return [
+        sum((share * one.pressure(0, x.ravel()) for share, one in own), np.zeros(x.size)).reshape(x.shape)
+        @ weights
+        / 2
+        for own in parts
+    ]
+
+
+def against_panels(seed, rtol):
+    """(words, largest error over estimate of a history on cells, [(error of an edge, what is said of it)])."""
+    words, problem, given = equal_bodies(seed)
+    exact = problem.history(given, rtol=1e-4).states
+    cells = problem.with_(method=mb.Cells()).history(given, rtol=rtol).states
+    f, ratios, ends = float(problem.law.friction), [], []
+    for one, other in zip(exact, cells):
+        p, q = means(one, other.solution.edges)
+        weights = other.weights
+        away = distance_to_ends(other.x, getattr(problem.obstacle.shape, "ends", ()), (0.0,))
+        weights = weights * np.broadcast_to(away, len(other.x))  # as the estimate has it
+        size = np.sqrt(weights @ p**2)
+        off = [
+            np.sqrt(weights @ (other.pressure - p) ** 2),
+            np.sqrt(weights @ (other.shear_traction - q) ** 2) / f,
+        ]
+        ratios.append(max(off) / size / other.error_estimate)
+        for name in ("contact", "stick"):
+            said = other.zone_errors[name]
+            if said is not None and len(one.zones[name]) == len(other.zones[name]):
+                off = np.abs(np.subtract(one.zones[name], other.zones[name]))
+                ends += zip(np.ravel(off) / one.half_width, np.ravel(said) / one.half_width)
+    return words, max(ratios), ends
+
+
+def all_against_panels(count, rtol):
+    """Prints errors over estimates of so many seeds, and a summary."""
+    worst, ends = 0.0, []
+    for seed in range(count):
+        begun = time.perf_counter()
+        try:
+            words, ratio, own = against_panels(seed, rtol)
+        except mb.MicroblockError as failure:
+            print(f"{seed:3d} {equal_bodies(seed)[0]:40s} {type(failure).__name__}: {failure}", flush=True)
+            continue
+        worst, ends = max(worst, ratio), ends + [each for each in own if each[1]]
+        largest = max((error / said for error, said in own if said), default=0.0)
+        print(
+            f"{seed:3d} {words:40s} {time.perf_counter() - begun:5.1f} s  ratio {ratio:.2f}, edges {largest:.2f}",
+            flush=True,
+        )
+    error, said = np.array(ends).T
+    print(
+        f"largest ratio {worst:.2f}; of {len(error)} edges {np.count_nonzero(error > said)} are off by more than"
+    )
+    print(
+        f"is said of them, at most {(error / said).max():.2f} times; mean {error.mean():.1e}, largest {error.max():.1e}"
+    )
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("count", type=int)
     parser.add_argument("--errors", type=float, metavar="RTOL")
+    parser.add_argument("--panels", type=float, metavar="RTOL")
     options = parser.parse_args()
-    if options.errors is None:
+    if options.panels is not None:
+        all_against_panels(options.count, options.panels)
+    elif options.errors is None:
         outcomes(options.count)
     else:
         errors(options.count, options.errors)
