@@ -1,10 +1,11 @@
-"""Seeded histories of friction on half-planes: what comes of each, and the estimate beside the true error.
+"""Seeded histories of friction on half-planes: what comes of each, and estimates beside true errors.
 
     python -m tests.friction_histories 300
 
-prints a line each: law, obstacle, sizes, outcome ("right", "NotConverged", "refused" or "wrong", and why), and
-the seconds it took; some minutes. With --errors RTOL it prints estimate and error against two more levels
-instead, and how far edges of zones are off beside their errors; an hour.
+prints a line each: law, obstacle, sizes, the seconds it took, and the outcome: "right", "NotConverged",
+"refused", or "wrong" and why. With --panels RTOL histories between equal bodies on cells are measured at
+their sums on panels, with --errors RTOL any on cells at two more levels: errors over estimates, and errors of
+edges over what is said of them. Each takes some half an hour.
 """
 
 import argparse
@@ -263,7 +264,7 @@ def means(state, cells):
 
 
 def against_panels(seed, rtol):
-    """(words, largest error over estimate of a history on cells, [(error of an edge, what is said of it)])."""
+    """(words, largest error over estimate, [(error of an edge, what is said of it), ...]) of cells."""
     words, problem, given = equal_bodies(seed)
     exact = problem.history(given, rtol=1e-4).states
     cells = problem.with_(method=mb.Cells()).history(given, rtol=rtol).states
@@ -299,17 +300,14 @@ def all_against_panels(count, rtol):
             continue
         worst, ends = max(worst, ratio), ends + [each for each in own if each[1]]
         largest = max((error / said for error, said in own if said), default=0.0)
-        print(
-            f"{seed:3d} {words:40s} {time.perf_counter() - begun:5.1f} s  ratio {ratio:.2f}, edges {largest:.2f}",
-            flush=True,
-        )
+        line = f"{seed:3d} {words:40s} {time.perf_counter() - begun:5.1f} s"
+        print(line, f" ratio {ratio:.2f}, edges {largest:.2f}", flush=True)
     error, said = np.array(ends).T
     print(
-        f"largest ratio {worst:.2f}; of {len(error)} edges {np.count_nonzero(error > said)} are off by more than"
+        f"largest ratio {worst:.2f}; {np.count_nonzero(error > said)} of {len(error)} edges are off by more"
     )
-    print(
-        f"is said of them, at most {(error / said).max():.2f} times; mean {error.mean():.1e}, largest {error.max():.1e}"
-    )
+    print(f"than is said of them, at most {(error / said).max():.2f} times it;")
+    print(f"mean error of an edge {error.mean():.1e}, largest {error.max():.1e}")
 
 
 if __name__ == "__main__":

@@ -205,7 +205,7 @@ class CellSolver(Solver):
             raise BadArgument(
                 "method",
                 self.options,
-                "must be Cells() without nodes and window: along a history cells get smaller towards all edges",
+                "must be Cells() without nodes and window: along a history cells get smaller at all edges",
             )
         return FrictionSolver(self, pairs, coupled).history(rtol, progress)
 

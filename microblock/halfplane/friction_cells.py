@@ -28,8 +28,8 @@ MOST = 2400  # forces: of corners, and tangential ones
 
 @dataclass(frozen=True)
 class Feature:
-    """A place to which cells get smaller, known to `band`; there they have the length `smallest`, and away from
-    it no more than `growth` times the distance.
+    """A place to which cells get smaller, known to `band`; there they have the length `smallest`, and away
+    from it no more than `growth` times the distance.
     """
 
     place: float

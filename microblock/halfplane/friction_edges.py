@@ -1,11 +1,11 @@
 """Edges of contact, of each corner's zones and of stick below the length of a cell.
 
-Towards an edge of a corner's zone its pressure p falls like the root of the distance r; so does f p - |q| in
-a stick zone that shrinks. In one that grows over what has slipped it falls like r^(3/2), or cells beyond would
-slip against their shear. Means over cells of such a power and of the next ones are fitted to the cells next to
-the edge, but for the first two, which are wrong by as much as the place of the edge in its cell. What is
-fitted is an edge only where it is within one cell of the cells' own, and where few cells and many agree to one
-cell; else the cells' edge stays. docs/theory/friction.md.
+Towards an edge of a corner's zone its pressure p falls like the root of the distance r; so does f p - |q|
+in a stick zone that shrinks. In one that grows over what has slipped it falls like r^(3/2), or cells beyond
+would slip against their shear. Means over cells of such a power and of the next ones are fitted to the cells
+next to the edge, but for the first two, which are wrong by as much as the place of the edge in its cell. What
+is fitted is an edge only where it is within one cell of the cells' own, and where few cells and many agree to
+one cell; else the cells' edge stays. docs/theory/friction.md.
 """
 
 from __future__ import annotations
@@ -165,7 +165,7 @@ class FrictionEdges:
         width = float(np.ptp(self.cells[order[0]]))
         at_obstacle = any(abs(end - each) <= SAME * max(abs(end), width) for each in self.fixed)
         shift, doubt = 0.0, 0.0 if at_obstacle else width
-        if not at_obstacle and 0 <= beside.min() and beside.max() < len(outside) and outside[beside].all():
+        if not at_obstacle and beside.min() >= 0 and beside.max() < len(outside) and outside[beside].all():
             distances = np.sort(side * (end - self.cells[order]), axis=1)
             shift, doubt = beyond(distances, values[order], grows) or (0.0, width)
         self.doubts[end + side * shift] = doubt

@@ -5,10 +5,10 @@ traction is a sum of pressures without friction, p(x; P) under the load P,
 
     q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f.
 
-While the normal force grows and the shear force by no more than f times that, all sticks, and what is new of g
-is dQ/dP. Else slip comes from the edges of contact: g becomes f in its direction from xi = P down to that P*
-with which its integral is Q, and what sticks is the contact of the load P*. So g is constant on layers, whose
-bounds are loads. docs/theory/friction.md.
+While the normal force grows and the shear force by no more than f times that, all sticks, and what is new of
+g is dQ/dP. Else slip comes from the edges of contact: g becomes f in its direction from xi = P down to that
+P* with which its integral is Q, and what sticks is the contact of the load P*. So g, Phi of
+docs/theory/friction.md, is constant on layers, whose bounds are loads.
 """
 
 from __future__ import annotations

@@ -24,6 +24,7 @@ from .panels import log_response, response
 USUAL_RTOL = 1e-6
 LESS = 0.25  # of what seems enough, where the states without friction are solved anew
 POINTS = 16  # of the rule between two ends of panels, clustered towards both
+STEADY = 1e-9  # relative change of the load that is none
 NARROWEST = 1e-12  # of the contact: less is no distance between two ends of panels
 
 
@@ -128,12 +129,19 @@ class _Plain:
         """Integral of P d' - d(P) + H' over a layer, H that of p times the height: what friction has done
         there for g = 1. P is the load at which slip passes.
         """
-        (d, D, H), (e, E, I) = self.scalars(one.lower), self.scalars(one.upper)
+        low, high = self.scalars(one.lower), self.scalars(one.upper)
+        approach, area, height = (after - before for before, after in zip(low, high))
         P, R, width = one.load_at_lower, one.load_at_upper, one.upper - one.lower
-        if abs(R - P) <= 1e-9 * R:
-            return R * (e - d) - self.scalars(R)[0] * width + I - H
-        slope, (_, S, _), (_, T, _) = (R - P) / width, self.scalars(P), self.scalars(R)
-        return R * e - P * d - slope * (E - D) - (T - S) / slope + I - H
+        if abs(R - P) <= STEADY * R:
+            return R * approach - self.scalars(R)[0] * width + height
+        slope = (R - P) / width
+        return (
+            R * high[0]
+            - P * low[0]
+            - slope * area
+            - (self.scalars(R)[1] - self.scalars(P)[1]) / slope
+            + height
+        )
 
 
 def shear_kernel(problem, distance, target, source):

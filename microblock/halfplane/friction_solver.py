@@ -372,8 +372,8 @@ class FrictionSolver:
 
 
 def _features(before: _Level, smallest: float) -> list[Feature]:
-    """Edges of contact, of each corner's zones and of stick of a level, ascending, as far as they are apart by
-    more than `smallest`; known to some doubts, and at least to a cell of the level.
+    """Edges of a level's zones and jumps of its shear traction, ascending, as far as they are apart by more
+    than `smallest`; edges are known to some doubts.
     """
     found: list[Feature] = []
     edges = {edge: doubt for one in before.solutions for edge, doubt in one.doubts.items()}
