@@ -221,14 +221,24 @@ def errors(count, rtol):
         worst, ends = max(worst, ratio), ends + own
         largest = max((error / said for error, _, said, _ in own if said), default=0.0)
         print(line, f" {beyond} beyond: ratio {ratio:.2f}, edges up to {largest:.2f}", flush=True)
+    _sum_up(worst, ends)
+
+
+def _sum_up(worst, ends):
     error, cell, said, width = np.array([each for each in ends if each[2]]).T
     above, worse = np.count_nonzero(error > said), np.count_nonzero(error > cell + width / 8)
-    print(f"largest ratio {worst:.2f}; of {len(error)} edges {above} are off by more than is said of them,")
     print(
-        f"{worse} by more than the cells' and an eighth of a cell; largest {(error / said).max():.2f} of it"
+        f"largest ratio {worst:.2f}; {above} of {len(error)} edges are off by more than is said of them, at"
     )
     print(
-        f"mean error {np.mean(error):.1e}, of the cells' edges {np.mean(cell):.1e}, said {np.mean(said):.1e}"
+        f"most {(error / said).max():.2f} times it; {worse} by more than those of cells and an eighth of one"
+    )
+    print(
+        f"error of an edge, mean {error.mean():.1e} and largest {error.max():.1e}; of the cells' edges",
+        end="",
+    )
+    print(
+        f" {cell.mean():.1e} and {cell.max():.1e}; said {said.mean():.1e}; cells are {width.mean():.1e} long"
     )
 
 
@@ -264,7 +274,7 @@ def means(state, cells):
 
 
 def against_panels(seed, rtol):
-    """(words, largest error over estimate, [(error of an edge, what is said of it), ...]) of cells."""
+    """(words, largest error over estimate, edges as of `edges`) of a history on cells."""
     words, problem, given = equal_bodies(seed)
     exact = problem.history(given, rtol=1e-4).states
     cells = problem.with_(method=mb.Cells()).history(given, rtol=rtol).states
@@ -280,11 +290,7 @@ def against_panels(seed, rtol):
             np.sqrt(weights @ (other.shear_traction - q) ** 2) / f,
         ]
         ratios.append(max(off) / size / other.error_estimate)
-        for name in ("contact", "stick"):
-            said = other.zone_errors[name]
-            if said is not None and len(one.zones[name]) == len(other.zones[name]):
-                off = np.abs(np.subtract(one.zones[name], other.zones[name]))
-                ends += zip(np.ravel(off) / one.half_width, np.ravel(said) / one.half_width)
+        ends += edges(other.solution, one.solution)
     return words, max(ratios), ends
 
 
@@ -298,16 +304,11 @@ def all_against_panels(count, rtol):
         except mb.MicroblockError as failure:
             print(f"{seed:3d} {equal_bodies(seed)[0]:40s} {type(failure).__name__}: {failure}", flush=True)
             continue
-        worst, ends = max(worst, ratio), ends + [each for each in own if each[1]]
-        largest = max((error / said for error, said in own if said), default=0.0)
+        worst, ends = max(worst, ratio), ends + own
+        largest = max((error / said for error, _, said, _ in own if said), default=0.0)
         line = f"{seed:3d} {words:40s} {time.perf_counter() - begun:5.1f} s"
         print(line, f" ratio {ratio:.2f}, edges {largest:.2f}", flush=True)
-    error, said = np.array(ends).T
-    print(
-        f"largest ratio {worst:.2f}; {np.count_nonzero(error > said)} of {len(error)} edges are off by more"
-    )
-    print(f"than is said of them, at most {(error / said).max():.2f} times it;")
-    print(f"mean error of an edge {error.mean():.1e}, largest {error.max():.1e}")
+    _sum_up(worst, ends)
 
 
 if __name__ == "__main__":

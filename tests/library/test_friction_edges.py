@@ -136,4 +136,4 @@ def test_seeded_histories_are_right(seed):
 def test_the_estimate_is_no_smaller_than_the_error(seed):
     """Beside sums on panels; of 40 the error is at most 0.35 of the estimate."""
     _, ratio, ends = friction_histories.against_panels(seed, 1e-2)
-    assert ratio <= 1 and all(error <= said for error, said in ends)
+    assert ratio <= 1 and all(error <= said for error, _, said, _ in ends)
