@@ -4,8 +4,8 @@ Towards an edge of a corner's zone its pressure p falls like the root of the dis
 in a stick zone that shrinks. In one that grows over what has slipped it falls like r^(3/2), or cells beyond
 would slip against their shear. Means over cells of such a power and of the next ones are fitted to the cells
 next to the edge, but for the first two, which are wrong by as much as the place of the edge in its cell. What
-is fitted is an edge only where it is within one cell of the cells' own, and where few cells and many agree to
-one cell; else the cells' edge stays. docs/theory/friction.md.
+is fitted is an edge only where it is within one cell of the cells' own, and where few cells and many agree to a
+quarter of one; else the cells' edge stays. docs/theory/friction.md.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ STEEP = 0.85, 1.15  # d log y/d log r, below which the first power is 1/2, and a
 STEPS = 20  # of Gauss and Newton
 SHARP = 1e-4  # of a cell, at which they end
 APART = 3  # cells outside of a zone that must belong to no other of its kind
+AGREE = 1 / 4  # of a cell, to which both fits agree
 LEFT = 1 / 8  # of a cell, at least in doubt: fits may agree and be off together
 SAME = 1e-9  # relative, by which an edge may be off the obstacle's
 
@@ -59,7 +60,7 @@ def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | No
             if left <= residual:
                 found.append(shift)
     width = float(np.ptp(cells[0]))
-    if not found or np.ptp(found) > width or abs(found[-1]) > width:
+    if not found or np.ptp(found) > AGREE * width or abs(found[-1]) > width:
         return None
     return found[-1], LEFT * width + float(np.ptp(found)) if len(found) > 1 else width
 
