@@ -171,3 +171,5 @@ def test_a_state_on_panels_has_all_that_a_state_has():
         assert state.gap_at("C", 1.2) > 0
     assert not history.states[2].zones["stick"]
     history.plot()
+    with pytest.raises(mb.BadArgument, match="panels without friction"):
+        history.states[0].fields(0.0, -0.1)
