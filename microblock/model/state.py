@@ -643,7 +643,7 @@ class State(Shown):
             raise BadArgument(
                 "method",
                 self.method,
-                "has no fields below the surface; finite elements, and panels without friction, have",
+                "has no fields below the surface; finite elements and panels without friction have",
             )
         fields: Callable[..., Any] = self.solution.fields
         return fields
@@ -793,7 +793,7 @@ class State(Shown):
             raise BadArgument(
                 "method",
                 self.method,
-                "has no fields below the surface; finite elements, and panels without friction, have",
+                "has no fields below the surface; finite elements and panels without friction have",
             )
         from ..view.below import draw_below
 
