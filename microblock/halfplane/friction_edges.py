@@ -4,8 +4,8 @@ Towards an edge of a corner's zone its pressure p falls like the root of the dis
 in a stick zone that shrinks. In one that grows over what has slipped it falls like r^(3/2), or cells beyond
 would slip against their shear. Means over cells of such a power and of the next ones are fitted to the cells
 next to the edge, but for the first two, which are wrong by as much as the place of the edge in its cell. What
-is fitted is an edge only where it is within one cell of the cells' own, and where few cells and many agree to a
-quarter of one; else the cells' edge stays. docs/theory/friction.md.
+is fitted is an edge only where it is within one cell of the cells' own, and where few cells and many agree to
+a quarter of one; else the cells' edge stays. docs/theory/friction.md.
 """
 
 from __future__ import annotations
