@@ -23,7 +23,7 @@ SMALLEST = 2e-4  # cell for the sake of the picture, over the half-width
 # cells at the first touch and at slope discontinuities: times the square of the fineness; LOGARITHM times the
 # fineness is their length over the distance from these, as long as that is shorter
 FIRST_TOUCH, TIP, LOGARITHM = 0.25, 0.01, 3.0
-MOST = 2400  # forces: of corners, and tangential ones
+MOST = 2600  # forces: of corners, and tangential ones
 
 
 @dataclass(frozen=True)
