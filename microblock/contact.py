@@ -239,6 +239,10 @@ class Contact(Shown):
     ) -> History:
         """Returns the states along a history of normal and shear forces, under a law with friction.
 
+        On a half-plane cells follow it, `Cells()`, and without a method; `Panels()` has more digits, between
+        two equal bodies under the law `Unilateral`, while shear grows no faster than friction times a normal
+        force that grows.
+
         Parameters
         ----------
         pairs : sequence of (P, Q)

@@ -34,6 +34,7 @@ AT_LIMIT = 1e-9  # of the largest bound: a cell that is so near to its own slips
 PATIENCE = 3  # exchanges of all violated at once without fewer of them, before single ones
 REFRESH = 150  # updates of the inverse before it is computed anew
 ROOM = 64  # rows that the inverse may grow by before it is copied
+GAP = 32  # numbers of a matrix that are not worth a cut
 MANY = 20  # exchanges at once, from which the inverse is computed anew
 PIVOTS = 20  # per unknown at one load, before giving up
 UNIQUE = "the friction may be too large for a unique answer: try a smaller one, or coupled=False"
@@ -133,6 +134,14 @@ class _Rates:
     D: float
     g: Array
     v: Array
+
+
+def _spans(flags: Flags) -> list[slice]:
+    """Slices that hold all that is flagged, and no long stretch that is not."""
+    numbers = np.flatnonzero(flags)
+    ends = np.flatnonzero(np.diff(numbers) > GAP)
+    firsts, lasts = np.append(numbers[:1], numbers[ends + 1]), np.append(numbers[ends], numbers[-1:])
+    return [slice(first, last + 1) for first, last in zip(firsts.tolist(), lasts.tolist())]
 
 
 class FrictionPath:
@@ -302,15 +311,25 @@ class FrictionPath:
             x[self._active] += self._inverse[:count, k] * loads[k]
         n = x[:m]
         t = x[m:-2] + own.friction * self.sigma * self._sum(n)
-        moved = self._matrix[:-2, :-2] @ np.concatenate((n, t))
-        d, D, s = x[-2], x[-1], moved[m:]
         touching = self._touching()
+        asked = np.concatenate((~self.closed, ~self.stick))
+        moved = self._moved(asked, np.concatenate((n, t)))
+        d, D, s = x[-2], x[-1], moved[m:]
         if self._sliding:
             direction = self.sigma[touching][0]
             D = direction * float((direction * s[touching]).max())
         g = np.where(self.closed, 0.0, moved[:m] - d)
-        v = np.where(self.stick, 0.0, D - s)
+        v = np.where(asked[m:], D - s, 0.0)
         return _Rates(n, t, float(d) * self._size, float(D) * self._size, g * self._size, v * self._size)
+
+    def _moved(self, asked: Flags, forces: Array) -> Array:
+        """Gaps and displacements under forces where they are asked for, over the size of T."""
+        found, matrix = np.zeros(len(forces)), self._matrix
+        acting = _spans(forces != 0)
+        for rows in _spans(asked):
+            for columns in acting:
+                found[rows] += matrix[rows, columns] @ forces[columns]
+        return found
 
     def _scales(self, rates: _Rates) -> tuple[float, float]:
         """Rates of forces and of lengths below which a sign means nothing."""

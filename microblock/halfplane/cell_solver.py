@@ -17,6 +17,7 @@ from ..model.state import Solution
 from ..model.zones import contact_zones, distance, distance_to_ends, runs
 from .cells import CellGrid
 from .counter import require_same_period
+from .friction_solver import FrictionSolver
 from .kernels import HalfPlane
 
 FIRST, MOST = 128, 2**21  # cells of the coarsest and finest grid that rtol may ask for
@@ -196,6 +197,17 @@ class CellSolver(Solver):
         obstacle, counter = shape_of(self.obstacle), body_of(self.obstacle)
         obstacle = obstacle if self.body.period is None else _repeated(obstacle, self.body.period)
         return Problem(self.solid, self.law, obstacle, counter=None if counter is None else counter.solid)
+
+    def history(self, pairs, coupled, rtol, progress=False):
+        if self.body.period is not None:
+            return super().history(pairs, coupled, rtol, progress)
+        if self.options.nodes is not None or self.options.window is not None:
+            raise BadArgument(
+                "method",
+                self.options,
+                "must be Cells() without nodes and window: along a history cells get smaller at all edges",
+            )
+        return FrictionSolver(self, pairs, coupled).history(rtol, progress)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         solver = self._with_window(load)

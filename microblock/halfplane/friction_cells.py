@@ -20,16 +20,22 @@ NEAREST = 1e-9  # of the half-width, next to a feature
 # length that a cell may have for each length away from a piece of the obstacle's picture, and cells of one
 GRADING, PER_PIECE = 0.5, 2.0
 SMALLEST = 2e-4  # cell for the sake of the picture, over the half-width
-MOST = 2400  # forces: of corners, and tangential ones
+# cells at the first touch and at slope discontinuities: times the square of the fineness; LOGARITHM times the
+# fineness is their length over the distance from these, as long as that is shorter
+FIRST_TOUCH, TIP, LOGARITHM = 0.25, 0.01, 3.0
+MOST = 2600  # forces: of corners, and tangential ones
 
 
 @dataclass(frozen=True)
 class Feature:
-    """A place to which cells get smaller, known to `band`; there they have the length `smallest`."""
+    """A place to which cells get smaller, known to `band`; there they have the length `smallest`, and away
+    from it no more than `growth` times the distance.
+    """
 
     place: float
     band: float
     smallest: float
+    growth: float = np.inf
 
 
 def cells(
@@ -51,12 +57,12 @@ def cells(
     known = list(features)
     found = []
     for left, right in stretches(problem):
-        fixed = [place for place in _fixed(problem) if left < place < right]
+        inner = [place for place in fixed(problem) if left < place < right]
         own = [each for each in known if left < each.place < right]
         steps = np.concatenate(
             (NEAREST * a * 10 ** np.linspace(0, np.log10((right - left) / a / NEAREST), SAMPLED),)
         )
-        places = [np.linspace(left, right, SAMPLED), np.array(fixed)]
+        places = [np.linspace(left, right, SAMPLED), np.array(inner)]
         places += [each.place + sign * steps for each in own for sign in (-1, 1)]
         x = np.unique(np.clip(np.concatenate(places), left, right))
         grid = np.linspace(left, right, SAMPLED)
@@ -65,7 +71,7 @@ def cells(
             _size(x, a, fineness, own, reach), np.interp(x, grid, np.maximum(pieces, SMALLEST * a))
         )
         count = np.concatenate(([0.0], np.cumsum(np.diff(x) / np.sqrt(size[1:] * size[:-1]))))
-        ends = [left, *fixed, right]
+        ends = [left, *inner, right]
         for first, last in zip(ends[:-1], ends[1:]):
             begin, end = np.interp((first, last), x, count)
             number = max(int(np.ceil(end - begin)), 1)
@@ -88,7 +94,8 @@ def _size(
     size = np.full(len(x), fineness * a if reach is None else np.inf)
     for each in features:
         away = np.maximum(np.abs(x - each.place) - each.band, 0.0)
-        size = np.minimum(size, np.hypot(fineness * np.sqrt(away * a), each.smallest))
+        longest = np.minimum(fineness * np.sqrt(away * a), each.growth * np.maximum(away, NEAREST * a))
+        size = np.minimum(size, np.hypot(longest, each.smallest))
     if reach is not None:
         size = np.maximum(size, BEYOND * np.maximum(np.maximum(reach[0] - x, x - reach[1]), 0.0))
     return size
@@ -101,15 +108,20 @@ def stretches(problem: Problem) -> list[tuple[float, float]]:
     return joined((left + each, right + each) for left, right in problem.picture.stretches for each in shifts)
 
 
-def _fixed(problem: Problem) -> list[float]:
-    """Contact points at which a corner is under a slope discontinuity or an edge, ascending."""
+def fixed(problem: Problem) -> list[float]:
+    """Returns contact points at which a corner is under a slope discontinuity or an edge, ascending."""
     ends = [place for pair in problem.ends.values() for place in pair]
     return sorted({*problem.kinks, *ends})
 
 
-def touching(problem: Problem, smallest: float) -> list[Feature]:
-    """Returns features at the first touch of each corner, and at slope discontinuities and edges."""
+def touching(problem: Problem, fineness: float) -> list[Feature]:
+    """Returns features at the first touch of each corner, and at slope discontinuities and edges.
+
+    Under a slope discontinuity the pressure is a logarithm: cells there are as long as their distance allows.
+    """
     assert problem.picture is not None
+    a = problem.picture.half_width
     shifts = [problem.shift(corner) for corner in range(len(problem.law.corners))]
-    places = [problem.picture.lowest + each for each in shifts] + _fixed(problem)
-    return [Feature(place, 0.0, smallest) for place in places]
+    found = [Feature(problem.picture.lowest + each, 0.0, FIRST_TOUCH * fineness**2 * a) for each in shifts]
+    kinks = [Feature(each, 0.0, TIP * fineness**2 * a, LOGARITHM * fineness) for each in fixed(problem)]
+    return found + kinks

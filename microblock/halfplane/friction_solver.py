@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,13 @@ from ..corners import active_set
 from ..corners.friction import FrictionalContact, FrictionPath, Moment
 from ..errors import BadArgument, NotConverged
 from ..model import picture
-from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent
+from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent, ZoneErrors
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
-from ..model.types import Array, Flags, Zones
-from ..model.zones import contact_zones, distance_to_ends, runs
-from .friction_cells import Feature, cells, stretches, touching
+from ..model.types import Array, Flags, Interval, Zones
+from ..model.zones import common, distance_to_ends
+from .friction_cells import Feature, cells, fixed, stretches, touching
+from .friction_edges import FrictionEdges
 from .friction_events import events
 from .shear_cells import frictional_contact, surface, with_counter
 
@@ -36,6 +37,8 @@ FIRST = 0.1  # of the half-width: cells of the first level, which does not know 
 FEWEST = 200  # cells of the first level on all that could touch, where that is wide
 SHARPER = 8.0  # times smaller are cells at the edges from level to level
 NARROWEST = 0.25  # times the square of the fineness: cells at edges, below which nothing is gained
+JUMP = 0.5  # of the pressure, by which q/f jumps from one cell to the next where cells must be smaller
+DOUBTS = 4.0  # about the place of an edge, to which cells are as small as at it
 FASTEST = 8.0  # ratio of the changes of successive levels, at most
 USUAL_RTOL = 1e-2
 SAMPLES = 4  # Gauss points on a cell, for the mean of the initial gap
@@ -54,6 +57,7 @@ class FrictionCells(FrictionSolution):
     psi, displacement : arrays (n,), averages over the cells
     micromoment : array (n,), of corner forces and shear, or the reaction to psi = 0
     change : float or None, relative L2 change from the level before
+    before : dict or None, zones of the level before
     """
 
     solver: Solver
@@ -64,6 +68,7 @@ class FrictionCells(FrictionSolution):
     displacement: Array
     micromoment: Array
     change: float | None = None
+    before: Zones | None = None
 
     method = "cells"
     residual = 0.0
@@ -139,23 +144,54 @@ class FrictionCells(FrictionSolution):
         """Corner forces and tangential forces."""
         return self.moment.normal.size + len(self.x)
 
-    def _zones(self, inside: Flags) -> list[tuple[float, float]]:
-        """Intervals of the cells that are marked; they end where the next cell is not the neighbour."""
-        found = []
-        for first, last in runs(inside):
-            cuts = np.flatnonzero(self.edges[first + 1 : last + 1, 0] > self.edges[first:last, 1]) + first
-            begins, ends = [first, *(cuts + 1)], [*cuts, last]
-            found += [(float(self.edges[i, 0]), float(self.edges[j, 1])) for i, j in zip(begins, ends)]
-        return found
-
     @cached_property
+    def _fitted(self) -> tuple[Zones, dict[float, float]]:
+        """Zones, and the doubt about each of their edges."""
+        edges = FrictionEdges(
+            cells=self.edges,
+            closed=self.moment.closed.reshape(-1, len(self.x)),
+            stick=self.moment.stick & ~self.moment.at_limit,
+            pressures=self.pressures,
+            shear=self.shear_traction,
+            friction=float(cast(Any, self.problem.law).friction),
+            fixed=fixed(self.problem),
+        )
+        return edges.zones(self.problem.law.corners), edges.doubts
+
+    @property
     def zones_by_name(self) -> Zones:
         """Zones of the corners, "contact", "full", "stick" and "slip"."""
-        closed = self.moment.closed.reshape(-1, len(self.x))
-        own = {number: self._zones(each) for number, each in enumerate(closed)}
-        found = contact_zones(own, self.problem.law.corners)
-        stick = self.moment.stick & ~self.moment.at_limit
-        return {**found, "stick": self._zones(stick), "slip": self._zones(closed.any(axis=0) & ~stick)}
+        return self._fitted[0]
+
+    @property
+    def jumps(self) -> list[float]:
+        """Places in contact at which q/f changes from one cell to the next by more than half of the pressure:
+        from slip one way to slip the other way, or where such a place has been frozen.
+        """
+        p, q = self.pressures.sum(axis=0), self.shear_traction / cast(Any, self.problem.law).friction
+        jumping = (p[1:] > 0) & (p[:-1] > 0) & (np.abs(np.diff(q)) > JUMP * (p[1:] + p[:-1]) / 2)
+        return [float(each) for each in self.edges[1:][jumping, 0]]
+
+    @property
+    def doubts(self) -> dict[float, float]:
+        """Doubt about each edge of `zones_by_name` (lengths)."""
+        return self._fitted[1]
+
+    @property
+    def zone_errors(self) -> ZoneErrors | None:
+        """Errors of the edges of `zones_by_name`: the change from the level before, and the doubt."""
+        if self.before is None:
+            return None
+        found: ZoneErrors = {}
+        for name, own in self.zones_by_name.items():
+            others = self.before[name]
+            alike = len(own) == len(others) and len(common(own, others)) == len(own)
+            found[name] = [self._errors(*pair) for pair in zip(own, others)] if alike else None
+        return found
+
+    def _errors(self, own: Interval, other: Interval) -> Interval:
+        left, right = (abs(end - before) + self.doubts[end] for end, before in zip(own, other))
+        return left, right
 
     def _cell(self, x: Array) -> tuple[NDArray[np.integer[Any]], Flags]:
         number = np.clip(np.searchsorted(self.edges[:, 0], x, side="right") - 1, 0, len(self.edges) - 1)
@@ -266,11 +302,11 @@ class FrictionSolver:
         width = sum(right - left for left, right in stretches(self.problem))
         first = max(FIRST * a, width / FEWEST)
         smallest = max(NARROWEST * fineness**2 * a, (first if before is None else before.band) / SHARPER)
-        features, reach = touching(self.problem, NARROWEST * fineness**2 * a), None
+        features, reach = touching(self.problem, fineness), None
         if before is not None:
-            places = sorted({edge for one in before.solutions for edge in _edges(one)})
-            features += [Feature(place, before.band, smallest) for place in _apart(places, smallest)]
-            reach = (min(places), max(places)) if places else None
+            known = _features(before, smallest)
+            features += known
+            reach = (known[0].place, known[-1].place) if known else None
         edges = cells(self.problem, fineness if before else first / a, features, reach)
         solutions, found = self._follow(edges)
         return _Level(edges, solutions, found, first if before is None else smallest)
@@ -327,7 +363,7 @@ class FrictionSolver:
         """The finer level with its changes from the coarser one."""
         friction = float(self.solver.law.friction)
         changed = [
-            replace(one, change=_difference(one, other, self.problem, friction))
+            replace(one, change=_difference(one, other, self.problem, friction), before=other.zones_by_name)
             for one, other in zip(finer.solutions, coarser.solutions)
         ]
         return replace(
@@ -335,18 +371,19 @@ class FrictionSolver:
         )
 
 
-def _edges(solution: FrictionCells) -> list[float]:
-    """Edges of contact, of each corner's zones and of stick."""
-    zones = solution.zones_by_name
-    return [edge for name, own in zones.items() if name != "slip" for pair in own for edge in pair]
-
-
-def _apart(places: list[float], least: float) -> list[float]:
-    """Of ascending places those that are apart by more than `least`."""
-    found: list[float] = []
-    for place in places:
-        if not found or place - found[-1] > least:
-            found.append(place)
+def _features(before: _Level, smallest: float) -> list[Feature]:
+    """Edges of a level's zones and jumps of its shear traction, ascending, as far as they are apart by more
+    than `smallest`; edges are known to some doubts.
+    """
+    found: list[Feature] = []
+    edges = {edge: doubt for one in before.solutions for edge, doubt in one.doubts.items()}
+    edges |= {edge: before.band for one in before.solutions for edge in one.jumps}
+    for edge, doubt in sorted(edges.items()):
+        band = min(max(DOUBTS * doubt, smallest), before.band)
+        if not found or edge - found[-1].place > smallest:
+            found.append(Feature(edge, band, smallest))
+        else:
+            found[-1] = replace(found[-1], band=max(band, found[-1].band))
     return found
 
 

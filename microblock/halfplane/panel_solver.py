@@ -16,6 +16,7 @@ from . import contact_line
 from .cells_instead import by_cells
 from .coalescence import OUTER_AT_TOUCH
 from .counter import require_same_period
+from .friction_panels import FrictionPanels
 from .friction_solver import FrictionSolver
 from .kernels import HalfPlane
 from .line_solver import LineSolver, LooksTooNear
@@ -58,7 +59,9 @@ class PanelSolver(Solver):
         )
 
     def history(self, pairs, coupled, rtol, progress=False):
-        return FrictionSolver(self, pairs, coupled).history(rtol, progress)
+        if self.contact.method is None:
+            return FrictionSolver(self, pairs, coupled).history(rtol, progress)
+        return FrictionPanels(self, pairs).history(rtol)
 
     def follow(self, load, rtol, initial):
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike
 from ..errors import BadArgument
 from .state import Solution, State, _to_read
 from .summary import Row, Shown, Summary, number, saved
-from .types import Array, ContactLike, Target
+from .types import Array, ContactLike, Interval, Target
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+ZoneErrors: TypeAlias = "dict[str, list[Interval] | None]"  # of the left and right ends, by the zone's name
 SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what a user has multiplied
 
 
@@ -33,7 +34,14 @@ class FrictionSolution(Solution):
         Energies per thickness since the beginning.
     tangential_approach : float or None
         Tangential displacement of the obstacle (length), None where a rigid-body constant is arbitrary.
+    zone_errors : dict or None
+        Errors of the edges of `zones_by_name` (lengths), as of `FrictionState`; None where a method has none.
     """
+
+    @property
+    def zone_errors(self) -> ZoneErrors | None:
+        """None, unless a method estimates them."""
+        return None
 
     if TYPE_CHECKING:
 
@@ -73,6 +81,10 @@ class FrictionState(State):
         and `energy` alike.
     tangential_approach : float or None
         Tangential displacement of the obstacle (length); None where the rigid-body constant is arbitrary.
+    zone_errors : dict or None
+        Errors of the edges of `zones` in their order: {name: [(left, right), ...]} (lengths), and None for a
+        name of which the coarser discretisation had another number of zones. None as a whole where a
+        method does not estimate them.
 
     Examples
     --------
@@ -119,6 +131,11 @@ class FrictionState(State):
     def tangential_approach(self) -> float | None:
         """Tangential displacement of the obstacle, or None."""
         return self.solution.tangential_approach
+
+    @property
+    def zone_errors(self) -> ZoneErrors | None:
+        """Errors of the edges of `zones`, or None."""
+        return self.solution.zone_errors
 
     def summary(self) -> Summary:
         """Returns what a notebook shows of the state."""

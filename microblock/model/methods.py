@@ -32,6 +32,8 @@ KINDS = ("al", "penalty")
 class Panels:
     """Panels of a half-plane's contact line, fitted to the zones: the method with the most digits.
 
+    They follow histories of friction between two equal bodies under the law `Unilateral`.
+
     Parameters
     ----------
     order : int, optional
@@ -67,7 +69,7 @@ class Panels:
 @dataclass(frozen=True)
 class Cells:
     """Uniform cells of constant pressure, matrix-free: large rough problems, and problems that repeat with a
-    period.
+    period. Histories of friction have graded cells, on a half-plane without a period.
 
     Parameters
     ----------

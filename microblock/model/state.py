@@ -641,7 +641,9 @@ class State(Shown):
         """
         if not hasattr(self.solution, "fields"):
             raise BadArgument(
-                "method", self.method, "has no fields below the surface; panels and finite elements have"
+                "method",
+                self.method,
+                "has no fields below the surface; finite elements and panels without friction have",
             )
         fields: Callable[..., Any] = self.solution.fields
         return fields
@@ -789,7 +791,9 @@ class State(Shown):
         """
         if not hasattr(self.solution, "fields_below"):
             raise BadArgument(
-                "method", self.method, "has no fields below the surface; panels and finite elements have"
+                "method",
+                self.method,
+                "has no fields below the surface; finite elements and panels without friction have",
             )
         from ..view.below import draw_below
 

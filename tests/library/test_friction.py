@@ -351,7 +351,7 @@ def test_bad_input_is_named():
     with pytest.raises(mb.BadArgument, match="friction"):
         frictional.solve(load=1.0)
     with pytest.raises(mb.BadArgument, match="Cells"):
-        frictional.with_(method=mb.Cells()).history([(1, 0)])
+        frictional.with_(method=mb.Cells(nodes=256)).history([(1, 0)])
     with pytest.raises(mb.NotConverged, match="was not reached"):
         frictional.history([(0.5, 0), (0.5, 0.1)], rtol=1e-9)
 

@@ -1,0 +1,173 @@
+"""Edges of contact, of each corner's zones and of stick below the length of a cell.
+
+Towards an edge of a corner's zone its pressure p falls like the root of the distance r; so does f p - |q|
+in a stick zone that shrinks. In one that grows over what has slipped it falls like r^(3/2), or cells beyond
+would slip against their shear. Means over cells of such a power and of the next ones are fitted to the cells
+next to the edge, but for the first two, which are wrong by as much as the place of the edge in its cell. What
+is fitted is an edge only where it is within one cell of the cells' own, and where few cells and many agree to
+a quarter of one; else the cells' edge stays. docs/theory/friction.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..model.types import Array, Flags, Interval, Zones
+from ..model.zones import common, contact_zones, runs, without
+
+SKIPPED = 2  # cells at the edge that are not fitted to
+WINDOWS = ((6, 2, 5e-2), (16, 3, 2e-2))  # cells, powers, and residual at most, relative to each value
+SHRINKING, GROWING = 0.5, 1.5  # the first power
+STEEP = 0.85, 1.15  # d log y/d log r, below which the first power is 1/2, and above which it is 3/2
+STEPS = 20  # of Gauss and Newton
+SHARP = 1e-4  # of a cell, at which they end
+APART = 3  # cells outside of a zone that must belong to no other of its kind
+AGREE = 1 / 4  # of a cell, to which both fits agree
+LEFT = 1 / 8  # of a cell, at least in doubt: fits may agree and be off together
+SAME = 1e-9  # relative, by which an edge may be off the obstacle's
+
+
+def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | None:
+    """Returns how far beyond the near end of the first cell values vanish, and the doubt about it (lengths).
+
+    Parameters
+    ----------
+    cells : array (n, 2)
+        Near and far ends, as distances from the near end of the first one (lengths).
+    values : array (n,)
+        Means over the cells of what falls like the root of the distance.
+    grows : bool
+        Whether it may also fall like the root's third power.
+
+    Returns
+    -------
+    (shift, doubt), or None where neither fits
+    """
+    few = slice(SKIPPED, SKIPPED + WINDOWS[0][0])
+    if len(values[few]) < WINDOWS[0][0] or not np.all(values[few] > 0):
+        return None
+    slope = np.polyfit(np.log(cells[few].mean(axis=1)), np.log(values[few]), 1)[0]
+    if STEEP[0] < slope and not (grows and slope > STEEP[1]):
+        return None
+    power, found = SHRINKING if slope < STEEP[0] else GROWING, []
+    for count, terms, residual in WINDOWS:
+        own, y = cells[SKIPPED : SKIPPED + count], values[SKIPPED : SKIPPED + count]
+        if len(own) == count and np.all(y > 0):
+            shift, left = _fitted(own, y, power, terms)
+            if left <= residual:
+                found.append(shift)
+    width = float(np.ptp(cells[0]))
+    if not found or np.ptp(found) > AGREE * width or abs(found[-1]) > width:
+        return None
+    return found[-1], LEFT * width + float(np.ptp(found)) if len(found) > 1 else width
+
+
+def _fitted(cells: Array, values: Array, power: float, terms: int) -> tuple[float, float]:
+    """(shift, relative residual) of a sum of powers of the distance + shift; inf where there is none."""
+    unit = cells[-1, 1]
+    near, far = cells.T / unit
+    powers, shift = power + np.arange(terms)[:, None], 0.0
+    for _ in range(STEPS):
+        a, b = near + shift, far + shift
+        if not 0 < a[0] < 2:
+            break
+        means = (b ** (powers + 1) - a ** (powers + 1)) / (powers + 1) / (b - a) / values
+        share = np.linalg.lstsq(means.T, np.ones(len(values)), rcond=None)[0]
+        left = 1 - share @ means
+        slopes = share @ (b**powers - a**powers) / (b - a) / values
+        step = np.linalg.lstsq(np.vstack((means, slopes)).T, left, rcond=None)[0][-1]
+        shift += step
+        if abs(step) < SHARP * (far[0] - near[0]):
+            return float(shift * unit), float(np.sqrt(np.mean(left**2)))
+    return np.inf, np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionEdges:
+    """A frictional contact on cells, whose zones end where fits say.
+
+    Attributes
+    ----------
+    cells : array (n, 2)
+        Left and right edges (lengths).
+    closed : boolean array (corners, n)
+    stick : boolean array (n,)
+        Cells that stick and are not at the limit.
+    pressures : array (corners, n)
+    shear : array (n,)
+        q.
+    friction : float
+    fixed : sequence of float
+        Edges and slope discontinuities of the obstacle: zones that end there are not fitted.
+    doubts : dict
+        Doubt about each edge of `zones` (length): how far fits to few and to many cells are apart and an
+        eighth of a cell, or a whole one where the edge is that of a cell.
+    """
+
+    cells: Array
+    closed: Flags
+    stick: Flags
+    pressures: Array
+    shear: Array
+    friction: float
+    fixed: Sequence[float]
+    doubts: dict[float, float] = field(default_factory=dict)
+
+    def zones(self, corners: Sequence[str]) -> Zones:
+        """Returns zones of the corners, "contact", "full", "stick" and "slip"."""
+        own: dict[int, list[Interval]] = {}
+        for number, (closed, pressure) in enumerate(zip(self.closed, self.pressures)):
+            own[number] = [
+                (self._edge(run, -1, ~closed, pressure), self._edge(run, 1, ~closed, pressure))
+                for run in self._runs(closed)
+            ]
+        found = contact_zones(own, corners)
+        stick = [
+            (self._stick_edge(run, -1, found), self._stick_edge(run, 1, found))
+            for run in self._runs(self.stick)
+        ]
+        found["stick"] = common(stick, found["contact"])
+        slip = found["contact"]
+        for left, right in found["stick"]:
+            slip = without(slip, left, right)
+        return {**found, "slip": slip}
+
+    def _runs(self, inside: Flags) -> list[tuple[int, int]]:
+        """First and last cell of each zone; a zone ends where the next cell is not the neighbour."""
+        found: list[tuple[int, int]] = []
+        for first, last in runs(inside):
+            cuts = np.flatnonzero(self.cells[first + 1 : last + 1, 0] > self.cells[first:last, 1]) + first
+            found += zip([first, *(cuts + 1).tolist()], [*cuts.tolist(), last])
+        return found
+
+    def _stick_edge(self, run: tuple[int, int], side: int, zones: Zones) -> float:
+        """An end of a stick zone: where slip begins, or an end of contact."""
+        touching, beside = np.asarray(self.closed.any(axis=0)), run[side > 0] + side
+        if 0 <= beside < len(touching) and touching[beside]:
+            bound = self.friction * self.pressures.sum(axis=0)
+            left = bound - np.sign(self.shear[beside]) * self.shear
+            return self._edge(run, side, touching & ~self.stick, left, grows=True)
+        ends, own = [end for pair in zones["contact"] for end in pair], self._end(run, side)
+        return min(ends, key=lambda end: abs(end - own))
+
+    def _end(self, run: tuple[int, int], side: int) -> float:
+        return float(self.cells[run[1], 1] if side > 0 else self.cells[run[0], 0])
+
+    def _edge(
+        self, run: tuple[int, int], side: int, outside: Flags, values: Array, grows: bool = False
+    ) -> float:
+        """The left (side = -1) or right end (1) of a run of cells, beyond which cells are `outside`."""
+        (first, last), end = run, self._end(run, side)
+        order = np.arange(last, first - 1, -1) if side > 0 else np.arange(first, last + 1)
+        beside = order[0] + side * np.arange(1, APART + 1)
+        width = float(np.ptp(self.cells[order[0]]))
+        at_obstacle = any(abs(end - each) <= SAME * max(abs(end), width) for each in self.fixed)
+        shift, doubt = 0.0, 0.0 if at_obstacle else width
+        if not at_obstacle and beside.min() >= 0 and beside.max() < len(outside) and outside[beside].all():
+            distances = np.sort(side * (end - self.cells[order]), axis=1)
+            shift, doubt = beyond(distances, values[order], grows) or (0.0, width)
+        self.doubts[end + side * shift] = doubt
+        return end + side * shift

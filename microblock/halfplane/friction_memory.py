@@ -1,0 +1,120 @@
+"""What the shear traction between equal bodies remembers of its history, in terms of normal forces alone.
+
+Where pressures do not move two surfaces along each other, and shear tractions do what pressures do, the shear
+traction is a sum of pressures without friction, p(x; P) under the load P,
+
+    q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f.
+
+While the normal force grows and the shear force by no more than f times that, all sticks, and what is new of
+g is dQ/dP. Else slip comes from the edges of contact: g becomes f in its direction from xi = P down to that
+P* with which its integral is Q, and what sticks is the contact of the load P*. So g, Phi of
+docs/theory/friction.md, is constant on layers, whose bounds are loads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import BadArgument
+
+ROUNDING = 1e-12  # of the load: thinner layers are none
+
+
+@dataclass(frozen=True)
+class Slipped:
+    """A layer that slip has changed: its bounds, the change of g, and the loads P at which slip was there."""
+
+    lower: float
+    upper: float
+    change: float
+    load_at_lower: float
+    load_at_upper: float
+
+
+@dataclass(frozen=True)
+class Memory:
+    """g on layers.
+
+    Attributes
+    ----------
+    bounds : tuple of float
+        Loads, ascending from 0 to P.
+    shares : tuple of float
+        g between a bound and the next.
+    stuck : float
+        The load P* whose contact has stuck all the way from the pair before.
+    slipped : tuple of Slipped
+        What slip has changed on that way.
+    """
+
+    bounds: tuple[float, ...] = (0.0,)
+    shares: tuple[float, ...] = ()
+    stuck: float = 0.0
+    slipped: tuple[Slipped, ...] = ()
+
+    @property
+    def load(self) -> float:
+        """P."""
+        return self.bounds[-1]
+
+    @property
+    def shear(self) -> float:
+        """Q."""
+        return float(np.dot(self.shares, np.diff(self.bounds)))
+
+    def to(self, load: float, shear: float, friction: float) -> Memory:
+        """Returns the memory at the next pair, straight on from this one.
+
+        Raises
+        ------
+        BadArgument
+            If the normal force grows, and the shear force by more than friction allows what is new.
+        """
+        load = self.load if abs(load - self.load) <= ROUNDING * load else load
+        grown, change = load - self.load, shear - self.shear
+        if grown > 0 and abs(change) > friction * grown * (1 + ROUNDING):
+            raise BadArgument(
+                "pairs",
+                (load, shear),
+                "must not add more shear force than friction times the normal force it adds: panels follow "
+                "slip while the normal force is constant or falls; method=Cells() follows both",
+            )
+        if grown > 0:
+            share = float(np.clip(change / grown, -friction, friction))
+            return Memory((*self.bounds, load), (*self.shares, share), load)
+        kept = self._below(load)
+        missing = shear - kept.shear
+        if abs(missing) <= ROUNDING * friction * load:
+            return kept
+        return self._after_slip(load, shear, float(np.copysign(friction, missing)))
+
+    def _below(self, load: float) -> Memory:
+        """The layers below a load."""
+        inner = [bound for bound in self.bounds if bound < load * (1 - ROUNDING)]
+        return Memory((*inner, load), self.shares[: len(inner)], load)
+
+    def _after_slip(self, load: float, shear: float, limit: float) -> Memory:
+        """With g = limit from the load down to where the integral of g is the shear force."""
+        bounds = np.array(self.bounds)
+        own = np.concatenate(([0.0], np.cumsum(self.shares * np.diff(bounds))))
+        left = limit * bounds - own  # what slip may still add below a bound; it grows with the bound in size
+        target = limit * load - shear
+        stuck = float(np.interp(abs(target), np.abs(left), bounds))
+        if stuck <= ROUNDING * load or abs(shear) >= abs(limit) * load * (1 - ROUNDING):
+            stuck = 0.0  # all slides
+        places = np.array([stuck, *bounds[bounds > stuck]])
+        begun, way = limit * self.load - self.shear, limit * (load - self.load) - (shear - self.shear)
+        share = (np.interp(places, bounds, left) - begun) / way
+        loads = np.clip(self.load + share * (load - self.load), load, self.load)
+        changes = limit - np.array([self.shares[np.searchsorted(bounds, each) - 1] for each in places[1:]])
+        slipped = tuple(
+            Slipped(*map(float, each))
+            for each in zip(places[:-1], places[1:], changes, loads[:-1], loads[1:])
+            if each[2]
+        )
+        if not stuck:
+            return Memory((0.0, load), (limit,), 0.0, slipped)
+        kept = self._below(stuck)
+        return Memory((*kept.bounds, load), (*kept.shares, limit), stuck, slipped)

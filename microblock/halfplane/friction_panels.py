@@ -1,0 +1,384 @@
+"""Histories of frictional contact between equal bodies on panels: sums of states without friction.
+
+`friction_memory` says which; every number of them is one of panels fitted to the contact of its load, so that
+edges of stick are found to as many digits as those of contact. docs/theory/friction.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..errors import BadArgument, NotConverged
+from ..model.history import SLIDING, FrictionSolution, FrictionState, History, HistoryEvent
+from ..model.quadrature import gauss_rule
+from ..model.zones import common, without
+from .friction_memory import Memory
+from .kernels import kernels
+from .panel_solution import PanelSolution
+from .panels import log_response, response
+
+USUAL_RTOL = 1e-6
+LESS = 0.25  # of what seems enough, where the states without friction are solved anew
+POINTS = 16  # of the rule between two ends of panels, clustered towards both
+STEADY = 1e-9  # relative change of the load that is none
+NARROWEST = 1e-12  # of the contact: less is no distance between two ends of panels
+
+
+def require_superposition(contact: Any, order: int | None) -> None:
+    """BadArgument unless the bodies are equal, the law is unilateral, and rtol chooses the order."""
+    if order is not None:
+        raise BadArgument("method", contact.method, "must be Panels() without an order: rtol chooses it")
+    counter = getattr(contact.obstacle, "body", None)
+    equal = counter is not None and counter.solid == contact.solid
+    if not equal or len(contact.law.corners) != 1 or contact.law.clamps_rotation:
+        raise BadArgument(
+            "method",
+            "Panels",
+            "follows friction between two equal bodies (Deformable) under the law Unilateral alone, where "
+            "shear and pressure do not act on each other: take method=Cells()",
+        )
+
+
+class FrictionPanels:
+    """Histories of one Contact.
+
+    Parameters
+    ----------
+    solver : PanelSolver
+    pairs : array (n, 2)
+    """
+
+    def __init__(self, solver, pairs):
+        require_superposition(solver.contact, solver.options.order)
+        self.solver, self.pairs = solver, pairs
+
+    def history(self, rtol):
+        """Returns the History to rtol.
+
+        Raises
+        ------
+        NotConverged
+            If rtol is out of reach.
+        """
+        rtol = USUAL_RTOL if rtol is None else rtol
+        friction = float(self.solver.law.friction)
+        memories = [Memory()]
+        for P, Q in self.pairs:
+            memories.append(memories[-1].to(float(P), float(Q), friction))
+        solutions, plain = self._solutions(memories, rtol)
+        worst = max(one.error_estimate for one in solutions)
+        if worst > rtol:  # shear is a sum of several states
+            try:
+                solutions, plain = self._solutions(memories, LESS * rtol * rtol / worst)
+            except NotConverged as failure:
+                raise _out_of_reach(rtol, worst) from failure
+            worst = max(one.error_estimate for one in solutions)
+        if worst > rtol:
+            raise _out_of_reach(rtol, worst)
+        states = [FrictionState(one) for one in solutions]
+        return History(self.solver.contact, states, _events(memories, plain, friction))
+
+    def _solutions(self, memories, rtol):
+        plain = _Plain(self.solver, float(self.pairs[:, 0].max()), rtol)
+        friction, dissipation, first, found = float(self.solver.law.friction), 0.0, [], []
+        for memory in memories[1:]:
+            dissipation += sum(friction * abs(one.change) * plain.rubbed(one) for one in memory.slipped)
+            if not first or memory.load > first[-1].load:
+                first.append(memory)
+            found.append(PanelFriction(self.solver, plain, memory, tuple(first), dissipation))
+        return found, plain
+
+
+def _out_of_reach(rtol, best):
+    return NotConverged(
+        f"rtol = {rtol:g} was not reached, the smallest error estimate was {best:.1e}; ask for that",
+        reached=best,
+    )
+
+
+class _Plain:
+    """States without friction by their loads, up to the largest, to rtol."""
+
+    def __init__(self, solver, largest, rtol):
+        self._solver, self._largest, self._rtol, self._known = solver, largest, rtol, {}
+
+    def at(self, load) -> PanelSolution:
+        if load not in self._known:
+            self._known[load] = self._solver.at(load, self._rtol, fallback=False)
+        return self._known[load]
+
+    def scalars(self, load):
+        """d, the integral of d over the loads up to this one, and that of p times the height."""
+        if load == 0:
+            lowest = self._solver.problem.initial_gap(np.zeros(1, int), np.array([self.lowest]))
+            return float(lowest[0]), 0.0, 0.0
+        one = self.at(load)
+        approach, energy = float(one.approach), float(one.energy)
+        return approach, load * approach - energy, load * approach - 2 * energy
+
+    @property
+    def lowest(self):
+        """Where the obstacle touches first."""
+        return self._solver._picture(self._largest).lowest
+
+    def rubbed(self, one):
+        """Integral of P d' - d(P) + H' over a layer, H that of p times the height: what friction has done
+        there for g = 1. P is the load at which slip passes.
+        """
+        low, high = self.scalars(one.lower), self.scalars(one.upper)
+        approach, area, height = (after - before for before, after in zip(low, high))
+        P, R, width = one.load_at_lower, one.load_at_upper, one.upper - one.lower
+        if abs(R - P) <= STEADY * R:
+            return R * approach - self.scalars(R)[0] * width + height
+        slope = (R - P) / width
+        return (
+            R * high[0]
+            - P * low[0]
+            - slope * area
+            - (self.scalars(R)[1] - self.scalars(P)[1]) / slope
+            + height
+        )
+
+
+def shear_kernel(problem, distance, target, source):
+    """Displacement -u.n of the surface (`target` 0), or ell/2 psi (1), under a unit shear force."""
+    solid = problem.solid
+    along, even = kernels(solid.nu, solid.beta, solid.curvature)(distance / solid.ell, (5, 6))
+    return (1 - solid.nu) / solid.mu * ((1 - target) * along - target * even)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PanelFriction(FrictionSolution):
+    """A state of a history as a sum of states without friction.
+
+    Attributes
+    ----------
+    solver : PanelSolver
+    plain : _Plain
+    memory : Memory
+    first : tuple of Memory, those at which the normal force was larger than ever before
+    dissipation : float
+    """
+
+    solver: Any
+    plain: Any
+    memory: Memory
+    first: tuple
+    dissipation: float
+
+    method = "panels"
+    tangential_approach = None
+
+    @property
+    def _own(self) -> PanelSolution:
+        """The state without friction under the same load."""
+        return self.plain.at(self.memory.load)
+
+    @cached_property
+    def _parts(self):
+        """[(factor, state without friction), ...]: their sum is q."""
+        bounds, shares = self.memory.bounds, (*self.memory.shares, 0.0)
+        steps = zip(bounds[1:], shares[:-1], shares[1:])
+        return [(share - after, self.plain.at(load)) for load, share, after in steps if share != after]
+
+    @property
+    def problem(self):
+        return self._own.problem
+
+    @property
+    def load(self):
+        return self.memory.load
+
+    @property
+    def shear(self):
+        return self.memory.shear
+
+    @property
+    def approach(self):
+        """Up to a constant."""
+        return self._own.approach
+
+    @property
+    def notes(self):
+        return self._own.notes
+
+    @cached_property
+    def error_estimate(self):
+        """Of pressure, and of q over the friction: the sum of those of its parts."""
+        friction = float(self.solver.law.friction)
+        sums = sum(abs(factor) * one.error_estimate for factor, one in self._parts)
+        return max(self._own.error_estimate, sums / friction)
+
+    @cached_property
+    def residual(self):
+        return self._own.residual
+
+    @property
+    def iterations(self):
+        return self._own.iterations
+
+    @property
+    def unknowns(self):
+        return self._own.unknowns
+
+    @cached_property
+    def _rule(self):
+        """x and weights between all ends of panels, that of the load and those of the parts."""
+        contact = self._own.zones_by_name["contact"]
+        panels = [one.panels.with_mirror() if one.problem.mirror else one.panels for one in self._states]
+        ends = np.concatenate([each for own in panels for each in (own.e, own.e + own.h)])
+        ends = np.unique(np.concatenate((ends, np.ravel(contact))))
+        size = contact[-1][1] - contact[0][0]
+        ends = ends[np.concatenate(([True], np.diff(ends) > NARROWEST * size))]
+        middle = (ends[1:] + ends[:-1]) / 2
+        inside = np.any([(a < middle) & (middle < b) for a, b in contact], axis=0)
+        left, right = ends[:-1][inside, None], ends[1:][inside, None]
+        points, weights = gauss_rule(POINTS)
+        x = left + (right - left) * np.sin(np.pi / 2 * points) ** 2
+        return x.ravel(), ((right - left) * np.pi / 2 * np.sin(np.pi * points) * weights).ravel()
+
+    @property
+    def _states(self):
+        return [self._own, *(one for _, one in self._parts)]
+
+    @property
+    def x(self):
+        """Gauss points between the ends of all panels in contact."""
+        return self._rule[0]
+
+    @property
+    def weights(self):
+        """Weights at `x`."""
+        return self._rule[1]
+
+    @cached_property
+    def pressures(self):
+        """Pressure, array (1, n)."""
+        return self.pressure(0, self.x)[None]
+
+    def pressure(self, corner, x):
+        """Pressure at x, array (n,)."""
+        return self._own.pressure(corner, x)
+
+    def gap(self, corner, x):
+        """Gap at x, array (n,)."""
+        return self._own.gap(corner, x)
+
+    @cached_property
+    def shear_traction(self):
+        """q, array (n,)."""
+        return sum((factor * one.pressure(0, self.x) for factor, one in self._parts), np.zeros_like(self.x))
+
+    @cached_property
+    def zones_by_name(self):
+        """Zones, with the contact of the load P* for "stick"."""
+        found, stuck = self._own.zones_by_name, self.memory.stuck
+        stick = common(self.plain.at(stuck).zones_by_name["contact"], found["contact"]) if stuck else []
+        slip = found["contact"]
+        for pair in stick:
+            slip = without(slip, *pair)
+        return {**found, "stick": stick, "slip": slip}
+
+    def _gap_under(self, load):
+        """Gaps at `x` under a load without friction, 0 in its contact."""
+        if not load:
+            initial = self.problem.initial_gap(np.zeros(len(self.x), int), self.x)
+            return initial - self.plain.scalars(0)[0]
+        one = self.plain.at(load)
+        inside = np.any([(a <= self.x) & (self.x <= b) for a, b in one.zones_by_name["contact"]], axis=0)
+        found = np.zeros_like(self.x)
+        found[~inside] = one.gap(0, self.x[~inside])
+        return found
+
+    def _displaced(self, memory):
+        """Relative tangential displacement at `x`, but for what all of the surface shares."""
+        layers = zip(memory.bounds[:-1], memory.bounds[1:], memory.shares)
+        gaps = {load: self._gap_under(load) for load in memory.bounds} if any(memory.shares) else {}
+        return sum(
+            (share * (gaps[low] - gaps[high]) for low, high, share in layers if share), np.zeros_like(self.x)
+        )
+
+    @cached_property
+    def slip(self):
+        """Relative tangential displacement since first contact, array (n,)."""
+        found, waiting = self._displaced(self.memory), np.ones(len(self.x), bool)
+        begun = np.zeros_like(found)
+        for memory in self.first:
+            zones = self.plain.at(memory.load).zones_by_name["contact"]
+            new = waiting & np.any([(a <= self.x) & (self.x <= b) for a, b in zones], axis=0)
+            begun[new] = self._displaced(memory)[new]
+            waiting &= ~new
+        return found - begun
+
+    @cached_property
+    def energy(self):
+        """Elastic energy of pressures and shear, up to a constant."""
+        scalars = {one.load: self.plain.scalars(one.load) for _, one in self._parts}
+        total = 0.0
+        for factor, one in self._parts:
+            for other, another in self._parts:
+                low, high = sorted((one.load, another.load))
+                total += factor * other * (low * scalars[high][0] - scalars[low][2]) / 2
+        return float(self._own.energy) + total
+
+    @property
+    def work(self):
+        """Of the loads: energy and dissipation, up to the constant of the energy."""
+        return self.energy + self.dissipation
+
+    def _of_shear(self, x, target):
+        """Displacement -u.n of the first surface (`target` 0), or ell/2 psi (1), by the shear, array (n,)."""
+        found, targets = np.zeros_like(x), np.full_like(x, target)
+        for factor, one in self._parts:
+            where = one.problem, one.panels, x, targets, shear_kernel
+            found += factor * (response(*where) @ one.q + log_response(*where))
+        return found
+
+    @cached_property
+    def displacement(self):
+        """-u.n of the first surface at `x`, array (n,)."""
+        return self._own.displacement_at(self.x, np.zeros_like(self.x)) + self._of_shear(self.x, 0.0)
+
+    @cached_property
+    def psi(self):
+        """Microrotation at `x`, array (n,)."""
+        return self._own.rotation(self.x) + 2 / self.problem.solid.ell * self._of_shear(self.x, 1.0)
+
+    @property
+    def micromoment(self):
+        """0: one contact point transmits none."""
+        return np.zeros_like(self.x)
+
+    def counter_displacement(self, x):
+        """Displacement of the second surface at x, array (n,): what shear does to it is what it does to the
+        first one, the other way.
+        """
+        return self._own.counter_displacement(x) - self._of_shear(x, 0.0)
+
+
+def _events(memories, plain, friction):
+    """First slip, reversals, full slip, and where the first zone of stick is born, in order."""
+    found, slipped, direction = [], False, 0.0
+
+    def note(leg, memory, kind, zone, x):
+        found.append(HistoryEvent(leg, memory.load, memory.shear, 0.0, kind, zone, float(x)))
+
+    for leg, (before, after) in enumerate(zip(memories[:-1], memories[1:])):
+        contact = plain.at(after.load).zones_by_name["contact"]
+        if not leg and after.stuck:
+            note(leg, before, "born", "stick", plain.lowest)
+        change = after.shear - before.shear
+        if change * direction < 0 and slipped:
+            note(leg, before, "reversal", "slip", (contact[0][0] + contact[-1][1]) / 2)
+        direction = change or direction
+        if not slipped and (after.slipped or not after.stuck):
+            slipped = True
+            note(leg, before, "first slip", "slip", contact[0][0])
+        limits = [abs(one.shear) >= friction * one.load * (1 - SLIDING) for one in (before, after)]
+        if limits[1] and not (limits[0] and before.load and before.shear * after.shear > 0):
+            note(leg, after, "full slip", "slip", (contact[0][0] + contact[-1][1]) / 2)
+    return found

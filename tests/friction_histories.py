@@ -1,0 +1,325 @@
+"""Seeded histories of friction on half-planes: what comes of each, and estimates beside true errors.
+
+    python -m tests.friction_histories 300
+
+prints a line each: law, obstacle, sizes, the seconds it took, and the outcome: "right", "NotConverged",
+"refused", or "wrong" and why. With --panels RTOL histories between equal bodies on cells are measured at
+their sums on panels, with --errors RTOL any on cells at two more levels: errors over estimates, and errors of
+edges over what is said of them. Each takes some half an hour.
+"""
+
+import argparse
+import time
+from dataclasses import replace
+
+import numpy as np
+
+import microblock as mb
+from microblock.corners.friction import FrictionPath
+from microblock.halfplane import friction_cells, friction_edges, friction_solver
+from microblock.halfplane.friction_solver import FrictionSolver
+from microblock.model.zones import distance_to_ends
+
+RTOL = 0.05  # of the outcomes
+BALANCED = 1e-8  # of the work, over load times the height of the obstacle at the edge; rounding leaves 1e-13
+SAME = 1e-7  # of tractions over the largest, with pairs put in between
+BETWEEN = 3  # of them on each way
+FORCES = 3000  # of a reference, at most: where two more levels need more, it has one more
+PAIRS = 2  # of them at most, where the error is measured
+
+
+def scene(seed):
+    """(words, Contact, pairs, coupled) of a seed; heights are x^2/2 at the distance 1, E* = 1."""
+    draw = np.random.default_rng(seed)
+    alpha, f = (float(np.exp(draw.uniform(*np.log(ends)))) for ends in ((0.01, 2.0), (0.05, 1.0)))
+    nu, beta, curvature = draw.uniform(0, 0.45), draw.uniform(0.1, 1.9), draw.uniform(0.5, 3.0)
+    words, obstacle = OBSTACLES[seed % len(OBSTACLES)](draw)
+    law = LAWS[draw.integers(len(LAWS))](friction=f)
+    solid = mb.Cosserat(1 - nu**2, nu, alpha, beta=beta, curvature=curvature)
+    if draw.random() < 0.25:
+        words = f"{words} on a body"
+        second = mb.Cosserat(draw.uniform(0.3, 3.0), draw.uniform(0, 0.45), draw.uniform(0.01, 0.5), beta=1.0)
+        obstacle = mb.Deformable(mb.HalfPlane(second), obstacle)
+    coupled = bool(draw.random() < 0.7)
+    named = (
+        f"{type(law).__name__:12s} {words:24s} alpha {alpha:4.2f} f {f:4.2f} {'' if coupled else 'un'}coupled"
+    )
+    return named, mb.Contact(mb.HalfPlane(solid), obstacle, law), pairs(draw, f), coupled
+
+
+def pairs(draw, f):
+    """Two to five pairs (P, Q): pressing, then shear and normal force up, down, back or over to full slip."""
+    P, Q, found = draw.uniform(0.2, 0.8), 0.0, []
+    if draw.random() < 0.7:
+        found.append((P, 0.0))
+    for _ in range(draw.integers(2, 5)):
+        P = P * (1.0 if draw.random() < 0.5 else draw.uniform(0.4, 1.6))
+        Q = float(np.clip(draw.uniform(-1.3, 1.3), -1, 1)) * f * P
+        found.append((P, Q))
+    return found
+
+
+def _power(draw):
+    power = draw.uniform(1.5, 4.0)
+    return f"|x|^{power:.1f}", lambda x: np.abs(x) ** power / 2
+
+
+def _ripples(draw):
+    high, number = draw.uniform(0.002, 0.05), draw.uniform(3, 12)
+    return f"ripples {high:.3f}", lambda x: x**2 / 2 + high * (1 - np.cos(number * x))
+
+
+def _waves(draw):
+    """A wave on a wide cylinder, which several crests of it touch."""
+    high, number = draw.uniform(0.01, 0.1), draw.uniform(2, 8)
+    return f"waves {high:.3f}", lambda x: x**2 / 20 + high * (1 - np.cos(number * x))
+
+
+def _uneven(draw):
+    return "uneven", lambda x: np.where(x > 0, 0.3, 0.8) * x**2
+
+
+OBSTACLES = (
+    lambda draw: ("cylinder", mb.Cylinder(1.0)),
+    lambda draw: ("wedge", mb.Wedge(draw.uniform(0.2, 0.8))),
+    _power,
+    _ripples,
+    lambda draw: ("punch", mb.Punch(1.0, draw.uniform(-0.1, 0.1))),
+    _uneven,
+    _waves,
+)
+LAWS = mb.Microblock, mb.Microblock, mb.Unilateral, mb.Microclamped
+
+
+def faults(contact, history, coupled):
+    """What is wrong with a history, as words."""
+    f, found, before = contact.law.friction, [], 0.0
+    for state in history.states:
+        p, q, weights = state.pressure, state.shear_traction, state.weights
+        fields = p, q, state.micromoment, state.psi, state.slip, [state.energy, state.work, state.dissipation]
+        if not all(np.isfinite(each).all() for each in fields):
+            found.append("not finite")
+        size = state.normal
+        if abs(state.work - state.energy - state.dissipation) > BALANCED * size:
+            found.append(f"work {abs(state.work - state.energy - state.dissipation) / size:.0e}")
+        if state.dissipation < before - 1e-12 * size:
+            found.append(f"dissipation {(state.dissipation - before) / size:.0e}")
+        lost = max(abs(weights @ p - state.normal), abs(weights @ q - state.shear)) / size
+        beyond = float((np.abs(q) - f * p).max() / p.max())
+        least = float(state.solution.pressures.min() / p.max())
+        if lost > BALANCED or beyond > BALANCED or least < -BALANCED:
+            found.append(f"forces {lost:.0e} {beyond:.0e} {least:.0e}")
+        if not 0 < state.error_estimate <= RTOL:
+            found.append(f"estimate {state.error_estimate}")
+        before = state.dissipation
+    return found + _between(contact, history, coupled)
+
+
+def _between(contact, history, coupled):
+    """Pairs put in between, on the last state's cells."""
+    given = [(state.normal, state.shear) for state in history.states]
+    edges = history.states[-1].solution.edges
+    own = FrictionSolver(contact.solver, np.array(given), coupled)
+    path, last = FrictionPath(own.on(edges)[1]), (0.0, 0.0)
+    for pair in given:
+        for share in np.arange(1, BETWEEN + 2) / (BETWEEN + 1):
+            moment = path.to(*(np.array(last) + share * np.subtract(pair, last)))
+        last = pair
+    once = history.states[-1].solution.moment
+    widths = np.ptp(edges, axis=1)
+    largest = (once.normal.reshape(-1, len(edges)) / widths).max()
+    off = np.abs(moment.tangential - once.tangential) / widths / largest
+    return [f"between {off.max():.0e}"] if off.max() > SAME else []
+
+
+def outcome(seed):
+    """(words, outcome, seconds) of a seed."""
+    words, contact, given, coupled = scene(seed)
+    begun = time.perf_counter()
+    try:
+        history = contact.history(given, coupled=coupled, rtol=RTOL)
+        wrong = faults(contact, history, coupled)
+        found = "wrong: " + ", ".join(wrong) if wrong else "right"
+    except mb.NotConverged as failure:
+        found = f"NotConverged: {failure}"
+    except mb.BadArgument as failure:
+        found = f"refused: {failure}"
+    return words, found, time.perf_counter() - begun
+
+
+def outcomes(count):
+    """Prints the outcomes of so many seeds, and a summary."""
+    kinds, slowest = {}, 0.0
+    for seed in range(count):
+        words, found, seconds = outcome(seed)
+        kind = found.split(":")[0]
+        kinds[kind], slowest = kinds.get(kind, 0) + 1, max(slowest, seconds)
+        print(f"{seed:3d} {words:72s} {seconds:5.1f} s  {found}", flush=True)
+    print(", ".join(f"{number} {kind}" for kind, number in sorted(kinds.items())), f"slowest {slowest:.0f} s")
+
+
+def measured(seed, rtol):
+    """(words, levels of the reference beyond, error over estimate, the largest ratio of an edge's error to
+    what is said of it, edges that are off by more, edges), the state being the worst of a seed's history.
+    """
+    words, contact, given, coupled = scene(seed)
+    solver = FrictionSolver(contact.solver, np.array(given[:PAIRS]), coupled)
+    level, found, more = None, None, []
+    for number in range(len(friction_solver.FINENESS) + 1):
+        try:
+            finer = solver.level(number, level)
+        except mb.NotConverged:
+            break
+        finer = finer if level is None else solver._compared(finer, level)
+        level, estimates = finer, [one.change or np.inf for one in finer.solutions]
+        if found is not None:
+            more.append(level)
+        elif max(estimates) <= rtol:
+            found = level
+        if len(more) == 2:
+            break
+    if not more:
+        return words, 0, None, None
+    pairs_of_states = list(zip(found.solutions, more[-1].solutions))
+    f = float(contact.law.friction)
+    ratio = max(
+        friction_solver._difference(exact, one, solver.problem, f) / one.change
+        for one, exact in pairs_of_states
+    )
+    return words, len(more), ratio, [each for pair in pairs_of_states for each in edges(*pair)]
+
+
+def edges(one, exact):
+    """(error of a fitted edge, of the cells' one, what is said of it, length of a cell there) of each edge of
+    a state, over the half-width of a classical contact.
+    """
+    a, found, fits = one.problem.picture.half_width, [], friction_edges.beyond
+    friction_edges.beyond = lambda *_: None
+    cells = replace(one).zones_by_name
+    friction_edges.beyond = fits
+    for name in ("contact", "stick", "A", "B"):
+        own, others, said = one.zones_by_name[name], exact.zones_by_name[name], one.zone_errors[name]
+        if said is None or not len(own) == len(others) == len(cells[name]):
+            continue
+        for end, other, error, cell in zip(*map(np.ravel, (own, others, said, cells[name]))):
+            width = one.weights[np.argmin(np.abs(one.x - end))]
+            found.append((abs(end - other) / a, abs(cell - other) / a, error / a, width / a))
+    return found
+
+
+def errors(count, rtol):
+    """Prints ratios of errors and estimates of so many seeds, and a summary."""
+    friction_cells.MOST, friction_solver.FINENESS = FORCES, (*friction_solver.FINENESS, 0.005)
+    worst, ends = 0.0, []
+    for seed in range(count):
+        begun = time.perf_counter()
+        words, beyond, ratio, own = measured(seed, rtol)
+        line = f"{seed:3d} {words:72s} {time.perf_counter() - begun:5.1f} s"
+        if ratio is None:
+            print(line, " no level, or none beyond it", flush=True)
+            continue
+        worst, ends = max(worst, ratio), ends + own
+        largest = max((error / said for error, _, said, _ in own if said), default=0.0)
+        print(line, f" {beyond} beyond: ratio {ratio:.2f}, edges up to {largest:.2f}", flush=True)
+    _sum_up(worst, ends)
+
+
+def _sum_up(worst, ends):
+    error, cell, said, width = np.array([each for each in ends if each[2]]).T
+    above, worse = np.count_nonzero(error > said), np.count_nonzero(error > cell + width / 8)
+    print(
+        f"largest ratio {worst:.2f}; {above} of {len(error)} edges are off by more than is said of them, at"
+    )
+    print(
+        f"most {(error / said).max():.2f} times it; {worse} by more than those of cells and an eighth of one"
+    )
+    print(
+        f"error of an edge, mean {error.mean():.1e} and largest {error.max():.1e}; of the cells' edges",
+        end="",
+    )
+    print(
+        f" {cell.mean():.1e} and {cell.max():.1e}; said {said.mean():.1e}; cells are {width.mean():.1e} long"
+    )
+
+
+def equal_bodies(seed):
+    """(words, Contact on panels, pairs) of a seed that panels follow: their sums are the true answer."""
+    draw = np.random.default_rng(seed)
+    alpha, f = (float(np.exp(draw.uniform(*np.log(ends)))) for ends in ((0.01, 2.0), (0.05, 1.0)))
+    words, obstacle = OBSTACLES[seed % len(OBSTACLES)](draw)
+    body = mb.HalfPlane(mb.Cosserat(1.0, draw.uniform(0, 0.45), alpha, beta=draw.uniform(0.1, 1.9)))
+    found, last = [], (0.0, 0.0)
+    for number in range(4):
+        load = draw.uniform(0.2, 0.8) if not number else last[0] * draw.choice([1.0, 1.0, 0.6, 0.9, 1.4])
+        shear = f * load * np.clip(draw.uniform(-1.3, 1.3), -1, 1)
+        if load > last[0]:
+            shear = last[1] + f * (load - last[0]) * draw.uniform(-1, 1)
+        found.append((float(load), float(shear)))
+        last = found[-1]
+    law, second = mb.Unilateral(friction=f), mb.Deformable(body, obstacle)
+    return f"{words:16s} alpha {alpha:4.2f} f {f:4.2f}", mb.Contact(body, second, law, mb.Panels()), found
+
+
+def means(state, cells):
+    """Pressure and shear traction of a state on panels, averaged over cells (n, 2): two arrays (n,)."""
+    points, weights = np.polynomial.legendre.leggauss(4)
+    x = cells.mean(axis=1)[:, None] + np.ptp(cells, axis=1)[:, None] / 2 * points
+    parts = [(1.0, state.solution._own)], state.solution._parts
+    return [
+        sum((share * one.pressure(0, x.ravel()) for share, one in own), np.zeros(x.size)).reshape(x.shape)
+        @ weights
+        / 2
+        for own in parts
+    ]
+
+
+def against_panels(seed, rtol):
+    """(words, largest error over estimate, edges as of `edges`) of a history on cells."""
+    words, problem, given = equal_bodies(seed)
+    exact = problem.history(given, rtol=1e-4).states
+    cells = problem.with_(method=mb.Cells()).history(given, rtol=rtol).states
+    f, ratios, ends = float(problem.law.friction), [], []
+    for one, other in zip(exact, cells):
+        p, q = means(one, other.solution.edges)
+        weights = other.weights
+        away = distance_to_ends(other.x, getattr(problem.obstacle.shape, "ends", ()), (0.0,))
+        weights = weights * np.broadcast_to(away, len(other.x))  # as the estimate has it
+        size = np.sqrt(weights @ p**2)
+        off = [
+            np.sqrt(weights @ (other.pressure - p) ** 2),
+            np.sqrt(weights @ (other.shear_traction - q) ** 2) / f,
+        ]
+        ratios.append(max(off) / size / other.error_estimate)
+        ends += edges(other.solution, one.solution)
+    return words, max(ratios), ends
+
+
+def all_against_panels(count, rtol):
+    """Prints errors over estimates of so many seeds, and a summary."""
+    worst, ends = 0.0, []
+    for seed in range(count):
+        begun = time.perf_counter()
+        try:
+            words, ratio, own = against_panels(seed, rtol)
+        except mb.MicroblockError as failure:
+            print(f"{seed:3d} {equal_bodies(seed)[0]:40s} {type(failure).__name__}: {failure}", flush=True)
+            continue
+        worst, ends = max(worst, ratio), ends + own
+        largest = max((error / said for error, _, said, _ in own if said), default=0.0)
+        line = f"{seed:3d} {words:40s} {time.perf_counter() - begun:5.1f} s"
+        print(line, f" ratio {ratio:.2f}, edges {largest:.2f}", flush=True)
+    _sum_up(worst, ends)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("count", type=int)
+    parser.add_argument("--errors", type=float, metavar="RTOL")
+    parser.add_argument("--panels", type=float, metavar="RTOL")
+    options = parser.parse_args()
+    if options.panels is not None:
+        all_against_panels(options.count, options.panels)
+    elif options.errors is None:
+        outcomes(options.count)
+    else:
+        errors(options.count, options.errors)
