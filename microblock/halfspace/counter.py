@@ -1,0 +1,218 @@
+"""A second half-space under the corners of blocks: pressed, and displaced, where the corners stand.
+
+Corner (a, b) of the block at x presses the smooth surface of the second body at x + (ell/2)(a, b), and there
+the displacement u2 of that surface adds to its gap. In Fourier space that is U2 exp(i k.(s - s')) for the gap
+of a corner at s from the force of one at s'. These places are no multiples of a cell apart: a force on a cell
+is shared among the cells of the second surface about its place, by the weights of the cubic polynomial
+through four of them along each axis, and the displacement of the corner is taken with the same weights. With
+S for these shares,
+
+    gaps = S^T U2 S forces
+
+is symmetric and positive whatever the size of the blocks, shares keep force and moment, and at multiples of a
+cell they are a shift. U2 itself is that of the first body: on a period the symbol, else the displacement at
+the centre of a cell under a pressure on another, of a classical solid in closed form (Love 1929).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.fft import next_fast_len
+from scipy.sparse import csr_array
+
+from ..errors import BadArgument
+from ..halfplane.kernels import is_classical, normal_symbol, short_waves
+from ..model.material import Cosserat
+from ..model.types import AnyArray as Array
+from .cells import Waves, embedded, wavenumbers
+from .kernels import kernels
+
+NODES = np.arange(-2, 3)  # cells about a place between the cells 0 and 1 that share a force there
+OWN = 0.28  # of a cell's width, the distance at which a point displaces as the cell does its own centre
+FLOOR = 1e-2  # of U2, to which twists are held by the preconditioner at the least
+WIDEST = 2.0  # windows, beyond which blocks are too large for the cells of the second body
+
+
+@dataclass(frozen=True)
+class Counter:
+    """What a second body adds to the gaps of corners on cells.
+
+    Attributes
+    ----------
+    solid : Cosserat
+        Of the second body, also a classical one.
+    ell : float
+        Side of the first body's blocks (length).
+    offsets : array (corners, 2)
+        (a, b), places of the corners from the contact point over ell/2.
+    shares : dict of sparse arrays (m, n)
+        By a or b: of forces on the n cells of the contact points, along an axis, those on the m of the second
+        surface, ``beyond`` more on either side.
+    response : Waves
+        Of u2 to forces on the m x m cells.
+    beyond : int
+    """
+
+    solid: Cosserat
+    ell: float
+    offsets: Array
+    shares: dict[float, Any]
+    response: Waves
+    beyond: int
+
+    @classmethod
+    def on(
+        cls, solid: Cosserat, ell: float, offsets: Array, width: float, count: int, periodic: bool
+    ) -> Counter:
+        """Returns the Counter of a solid on count x count cells of the contact points.
+
+        Raises
+        ------
+        BadArgument
+            If the corners stand farther outside of the cells than the cells of the second body reach.
+        """
+        apart = ell / 2 / width * np.abs(offsets).max()
+        if not periodic and apart > WIDEST / 2 * count:
+            raise BadArgument(
+                "ell",
+                ell,
+                f"is above {WIDEST:g} times the window of {count * width:g}, beside which corners press the "
+                "second body: give a wider one, Cells(window=(left, right))",
+            )
+        beyond = 0 if periodic or not apart else int(np.ceil(apart)) + 2
+        shares = {sign: _shares(sign * apart, count, beyond) for sign in np.unique(offsets).tolist()}
+        if periodic:
+            whole = _smooth(solid, count, width)
+            whole[0, 0] = 0
+        else:
+            whole = _without_images(solid, count + 2 * beyond, width)
+        response = Waves((len(whole), len(whole)), [[whole]])
+        return cls(solid, ell, offsets, shares, response, beyond)
+
+    def __matmul__(self, forces: Array) -> Array:
+        """Returns gaps from forces, arrays (corners, n, n)."""
+        u2 = self.displacement(self.pressed(forces))
+        return np.array([self.shares[a].T @ u2 @ self.shares[b] for a, b in self.offsets.tolist()])
+
+    def pressed(self, forces: Array) -> Array:
+        """Returns the forces on cells of the second surface, array (m, m), from those of the corners."""
+        pairs = zip(self.offsets.tolist(), forces)
+        return np.sum([self.shares[a] @ own @ self.shares[b].T for (a, b), own in pairs], axis=0)
+
+    def displacement(self, forces: Array) -> Array:
+        """Returns u2 on the cells of the second surface from the forces there, arrays (m, m)."""
+        found: Array = self.response(forces[None])[0]
+        return found
+
+    def over(self, values: Array) -> Array:
+        """Returns values on the cells of the second surface at the contact points alone, array (n, n)."""
+        inside = slice(self.beyond, len(values) - self.beyond)
+        return values[inside, inside]
+
+    def at(self, forces: Array, axes: tuple[Array, Array], x1: Array, x2: Array) -> Array:
+        """Returns what the second body adds to the gaps of blocks at (x1, x2), anywhere, under the forces of
+        corners on cells with these centres along the axes, taken as points: array (corners, k).
+        """
+        pressed = self.pressed(forces)
+        width, places = axes[0][1] - axes[0][0], np.nonzero(pressed)
+        y1, y2 = (x[0] + (place - self.beyond) * width for x, place in zip(axes, places))
+        found = np.empty((len(self.offsets), len(x1)))
+        for own, (a, b) in zip(found, self.ell / 2 * self.offsets):
+            for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(y1) // 2**20):
+                r = np.hypot(x1[block, None] + a - y1, x2[block, None] + b - y2)
+                own[block] = kernel(self.solid, np.maximum(r, OWN * width)) @ pressed[places]
+        return found
+
+    def smooth(self, length: int, width: float) -> Array:
+        """Returns U2 at the wavenumbers of a period of so many cells, positive at each."""
+        return _smooth(self.solid, length, width)
+
+    def with_inverse(self, rows: list[list[Array]], length: int, width: float) -> list[list[Array]]:
+        """Returns the inverse of R of both bodies from that of the first, between what four corners do.
+
+        Beside u and phi it is the twist w in gap = u + a b w - a phi1 - b phi2, second in the rows, and f-- -
+        f-+ - f+- + f++. The second body adds U2 v v^T, and alone lets blocks twist: a floor below that, where
+        it is small, keeps the inverse bounded.
+        """
+        k1, k2, _ = wavenumbers(length, width)
+        ways, weights = _weights(self.ell / 2 / width)
+        turns = np.exp(1j * width * np.multiply.outer(k1, ways)) @ weights, np.exp(
+            1j * width * np.multiply.outer(k2, ways)
+        ) @ weights
+        (c1, s1), (c2, s2) = ((turn.real, turn.imag) for turn in turns)
+        U2 = self.smooth(length, width)
+        floor = FLOOR * U2
+        v = c1 * c2, s1 * c2, c1 * s2
+        answer = [sum(part * own for part, own in zip(row, v)) for row in rows]
+        whole = 1 / U2 + sum(own * each for own, each in zip(v, answer)) + (s1 * s2) ** 2 / floor
+        answer.insert(1, -s1 * s2 / floor)
+        nothing = np.zeros_like(U2)
+        found = [[*row[:1], nothing, *row[1:]] for row in rows]
+        found.insert(1, [nothing, 1 / floor, nothing, nothing])
+        return [
+            [own - one * other / whole for own, other in zip(row, answer)] for row, one in zip(found, answer)
+        ]
+
+    def with_short(self, short: Array, displaced: float) -> Array:
+        """Returns what short waves displace, twist and turn, over what the pressure displaces the first body
+        by: of the second body a quarter each, as corners press it far from each other then.
+        """
+        share = short_waves(self.solid)[0] / displaced / 4
+        return np.array((short[0] + share, share, *(short[1:] + share)))
+
+
+def kernel(solid: Cosserat, r: Array) -> Array:
+    """Returns the displacement under a unit force at distances r, array like r (length per force)."""
+    c = (1 - solid.nu) / solid.mu
+    if is_classical(solid):
+        return c / (2 * np.pi * r)
+    found: Array = c / solid.ell * _table(solid)(r / solid.ell)[0]
+    return found
+
+
+def _smooth(solid: Cosserat, length: int, width: float) -> Array:
+    k = wavenumbers(length, width)[2]
+    return normal_symbol(solid, k.ravel()).reshape(k.shape) / width**2
+
+
+def _weights(shift: float) -> tuple[Array, Array]:
+    """Returns the cells that share a force so many cells beside their own, and the weights of each."""
+    first = int(np.rint(shift))
+    others = [np.delete(NODES, number) for number in range(len(NODES))]
+    weights = [np.prod((shift - first - rest) / (own - rest)) for own, rest in zip(NODES, others)]
+    return first + NODES, np.array(weights)
+
+
+def _shares(shift: float, count: int, beyond: int) -> Any:
+    """Returns the shares of forces that press so many cells beside their own, sparse (m, n)."""
+    ways, weights = _weights(shift)
+    m, cells = count + 2 * beyond, np.arange(count)
+    rows = (cells[:, None] + beyond + ways) % m  # on a period they go on where they began
+    places = rows.ravel(), np.repeat(cells, len(ways))
+    found = csr_array((np.tile(weights, count), places), shape=(m, count))
+    found.eliminate_zeros()
+    return found
+
+
+def _without_images(solid: Cosserat, count: int, width: float) -> Array:
+    """Returns the responses of cells without images in a doubled period."""
+    if is_classical(solid):
+        edges = (np.arange(count + 1) - 0.5) * width
+        whole = _love(edges[:, None], edges[None, :])
+        quarter = np.diff(np.diff(whole, axis=0), axis=1) * (1 - solid.nu) / solid.mu / (2 * np.pi * width**2)
+    else:
+        scale = (1 - solid.nu) / solid.mu / solid.ell
+        quarter = _table(solid).cells(count, width / solid.ell)[0] * scale
+    return embedded(quarter, next_fast_len(2 * count, real=True))
+
+
+def _love(x: Array, y: Array) -> Array:
+    """Returns the integral of 1/r over the rectangle from 0 to (x, y), neither of them 0."""
+    return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
+
+
+def _table(solid: Cosserat) -> Any:
+    return kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
