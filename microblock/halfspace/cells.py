@@ -165,20 +165,29 @@ class Flexibility:
         D, E = np.diag(self.short), rows * there[:, None]
         return D @ E.T @ np.linalg.pinv(E @ D @ E.T)
 
-    def settled(self, forces: Array, g0: Array) -> Array:
+    @property
+    def settling_displaces(self) -> bool:
+        """Whether what `settled` changes is felt, by a second body."""
+        return self.counter is not None and len(self.offsets) > 1
+
+    def settled(self, forces: Array, g0: Array, slope: Array | None = None) -> Array:
         """Returns forces with the same resultants and the least work on the initial gaps.
 
         The forces 1, -1, -1, 1 of a block do nothing but that work. It is g0-- - g0-+ - g0+- + g0++ for each,
         which no displacement changes: where it is positive, "--" or "++" is open; where it is 0 all four may
-        be closed, and the forces of least norm are taken. On a second body they do something.
+        be closed, and the forces of least norm are taken. On a second body they do something, and g0 is the
+        slope then: they take a step down it, which lowers the energy whatever other blocks do.
         """
-        if len(forces) != len(NONE) or self.counter is not None:
+        if len(forces) != len(NONE):
             return forces
         with np.errstate(invalid="ignore"):
             work = np.tensordot(NONE, g0, 1)
         known = np.isfinite(work)
         size = SAME * np.abs(g0[:, known]).max(initial=0.0)
         least = -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2])
+        if self.counter is not None and slope is not None:
+            share = np.clip(-np.tensordot(NONE, slope, 1) / (16 * self.counter.twisted), *least)
+            return np.maximum(forces + np.where(known, share, 0.0) * NONE[:, None, None], 0.0)
         share = np.clip(-np.tensordot(NONE, forces, 1) / len(NONE), *least)
         share = np.where(work > size, least[0], np.where(work < -size, least[1], share))
         return np.maximum(forces + np.where(known, share, 0.0) * NONE[:, None, None], 0.0)
@@ -222,7 +231,7 @@ def flexibility(
     response, rows = Waves(size, _symmetric(whole)), _symmetric(_smooth(solid, near, width, True))
     if counter is None:
         return Flexibility(offsets, response, Waves(back, rows), None, tilt, short)
-    inverse = Waves(back, counter.with_inverse(rows, near, width), even=(2, 2))
+    inverse = Waves(back, counter.with_inverse(rows, near, width, displaced), even=(2, 2))
     short = counter.with_short(short, displaced)
     return Flexibility(offsets, response, inverse, None, tilt, short, counter)
 

@@ -3,15 +3,21 @@
 Corner (a, b) of the block at x presses the smooth surface of the second body at x + (ell/2)(a, b), and there
 the displacement u2 of that surface adds to its gap. In Fourier space that is U2 exp(i k.(s - s')) for the gap
 of a corner at s from the force of one at s'. These places are no multiples of a cell apart: a force on a cell
-is shared among the cells of the second surface about its place, by the weights of the cubic polynomial
-through four of them along each axis, and the displacement of the corner is taken with the same weights. With
-S for these shares,
+is shared among the cells of the second surface about its place, by the weights of the polynomial through five
+of them along each axis, and the displacement of the corner is taken with the same weights. With S for these
+shares,
 
     gaps = S^T U2 S forces
 
-is symmetric and positive whatever the size of the blocks, shares keep force and moment, and at multiples of a
-cell they are a shift. U2 itself is that of the first body: on a period the symbol, else the displacement at
-the centre of a cell under a pressure on another, of a classical solid in closed form (Love 1929).
+is symmetric and positive whatever the size of the blocks; shares keep force and moment, and at multiples of a
+cell they are a shift. U2 is that of cells, as of the first body: on a period the symbol, else the
+displacement at the centre of a cell under the pressure on another, of a classical solid in closed form (Love
+1929).
+
+Forces 1, -1, -1, 1 on the corners of a block displace the second body alone, and the less the smaller the
+block: what they are is hardly determined, and steps of a solver towards them are many. So these gaps get
+HELD of what short waves displace times such forces besides, which falls with the width of the cells as other
+errors do.
 """
 
 from __future__ import annotations
@@ -29,10 +35,12 @@ from ..model.material import Cosserat
 from ..model.types import AnyArray as Array
 from .cells import Waves, embedded, wavenumbers
 from .kernels import kernels
+from .surface_law import NONE
 
-NODES = np.arange(-2, 3)  # cells about a place between the cells 0 and 1 that share a force there
+NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
 OWN = 0.28  # of a cell's width, the distance at which a point displaces as the cell does its own centre
-FLOOR = 1e-2  # of U2, to which twists are held by the preconditioner at the least
+HELD = 3e-3  # see above
+FLOOR = 1e-3  # of what short waves displace the first body by, for the twist in the preconditioner
 WIDEST = 2.0  # windows, beyond which blocks are too large for the cells of the second body
 
 
@@ -54,6 +62,8 @@ class Counter:
     response : Waves
         Of u2 to forces on the m x m cells.
     beyond : int
+    held, twisted : float
+        The least and the most twist of a block, see `with_inverse` (length per force).
     """
 
     solid: Cosserat
@@ -62,6 +72,8 @@ class Counter:
     shares: dict[float, Any]
     response: Waves
     beyond: int
+    held: float
+    twisted: float
 
     @classmethod
     def on(
@@ -90,12 +102,17 @@ class Counter:
         else:
             whole = _without_images(solid, count + 2 * beyond, width)
         response = Waves((len(whole), len(whole)), [[whole]])
-        return cls(solid, ell, offsets, shares, response, beyond)
+        held, (_, twist) = HELD * short_waves(solid)[0] / width, _seen(ell, len(whole), width)
+        twisted = held + float(np.max(whole * twist**2))
+        return cls(solid, ell, offsets, shares, response, beyond, held, twisted)
 
     def __matmul__(self, forces: Array) -> Array:
         """Returns gaps from forces, arrays (corners, n, n)."""
         u2 = self.displacement(self.pressed(forces))
-        return np.array([self.shares[a].T @ u2 @ self.shares[b] for a, b in self.offsets.tolist()])
+        gaps = np.array([self.shares[a].T @ u2 @ self.shares[b] for a, b in self.offsets.tolist()])
+        if len(gaps) == len(NONE):
+            gaps += np.multiply.outer(NONE, self.held * np.tensordot(NONE, forces, 1))
+        return gaps
 
     def pressed(self, forces: Array) -> Array:
         """Returns the forces on cells of the second surface, array (m, m), from those of the corners."""
@@ -130,38 +147,31 @@ class Counter:
         """Returns U2 at the wavenumbers of a period of so many cells, positive at each."""
         return _smooth(self.solid, length, width)
 
-    def with_inverse(self, rows: list[list[Array]], length: int, width: float) -> list[list[Array]]:
+    def with_inverse(
+        self, rows: list[list[Array]], length: int, width: float, displaced: float
+    ) -> list[list[Array]]:
         """Returns the inverse of R of both bodies from that of the first, between what four corners do.
 
-        Beside u and phi it is the twist w in gap = u + a b w - a phi1 - b phi2, second in the rows, and f-- -
-        f-+ - f+- + f++. The second body adds U2 v v^T, and alone lets blocks twist: a floor below that, where
-        it is small, keeps the inverse bounded.
+        Beside u and phi it is the twist w in gap = u + a b w - a phi1 - b phi2, second in the rows, from f-- -
+        f-+ - f+- + f++. The second body adds U2 v v^T, v from the shares of waves.
         """
-        k1, k2, _ = wavenumbers(length, width)
-        ways, weights = _weights(self.ell / 2 / width)
-        turns = np.exp(1j * width * np.multiply.outer(k1, ways)) @ weights, np.exp(
-            1j * width * np.multiply.outer(k2, ways)
-        ) @ weights
-        (c1, s1), (c2, s2) = ((turn.real, turn.imag) for turn in turns)
-        U2 = self.smooth(length, width)
-        floor = FLOOR * U2
-        v = c1 * c2, s1 * c2, c1 * s2
+        v, twist = _seen(self.ell, length, width)
+        U2, held = self.smooth(length, width), max(self.held, FLOOR * displaced / width)
         answer = [sum(part * own for part, own in zip(row, v)) for row in rows]
-        whole = 1 / U2 + sum(own * each for own, each in zip(v, answer)) + (s1 * s2) ** 2 / floor
-        answer.insert(1, -s1 * s2 / floor)
+        whole = 1 / U2 + sum(own * each for own, each in zip(v, answer)) + twist**2 / held
+        answer.insert(1, twist / held)
         nothing = np.zeros_like(U2)
         found = [[*row[:1], nothing, *row[1:]] for row in rows]
-        found.insert(1, [nothing, 1 / floor, nothing, nothing])
-        return [
-            [own - one * other / whole for own, other in zip(row, answer)] for row, one in zip(found, answer)
-        ]
+        found.insert(1, [nothing, nothing + 1 / held, nothing, nothing])
+        pairs = zip(found, answer)
+        return [[own - one * other / whole for own, other in zip(row, answer)] for row, one in pairs]
 
     def with_short(self, short: Array, displaced: float) -> Array:
         """Returns what short waves displace, twist and turn, over what the pressure displaces the first body
         by: of the second body a quarter each, as corners press it far from each other then.
         """
         share = short_waves(self.solid)[0] / displaced / 4
-        return np.array((short[0] + share, share, *(short[1:] + share)))
+        return np.array((short[0] + share, max(share, FLOOR), *(short[1:] + share)))
 
 
 def kernel(solid: Cosserat, r: Array) -> Array:
@@ -184,6 +194,14 @@ def _weights(shift: float) -> tuple[Array, Array]:
     others = [np.delete(NODES, number) for number in range(len(NODES))]
     weights = [np.prod((shift - first - rest) / (own - rest)) for own, rest in zip(NODES, others)]
     return first + NODES, np.array(weights)
+
+
+def _seen(ell: float, length: int, width: float) -> tuple[tuple[Array, Array, Array], Array]:
+    """Returns what waves of u2 are to the gaps of four corners, as (u, phi1, phi2), and their twist."""
+    ways, weights = _weights(ell / 2 / width)
+    turns = (np.exp(1j * width * k[..., None] * ways) @ weights for k in wavenumbers(length, width)[:2])
+    (c1, s1), (c2, s2) = ((turn.real, turn.imag) for turn in turns)
+    return (c1 * c2, s1 * c2, c1 * s2), -s1 * s2
 
 
 def _shares(shift: float, count: int, beyond: int) -> Any:
