@@ -150,7 +150,8 @@ class SurfaceState(Shown):
         }
 
     def plot(self, path: Target = None) -> Figure:
-        """Returns a figure of the pressure, of the number of closed corners, and of both along x1.
+        """Returns a figure of the pressure, of the number of closed corners, and of both along x1; of two bodies
+        also what they are pressed in.
 
         Parameters
         ----------
