@@ -1,7 +1,8 @@
-"""Sphere pressed on a half-space with microblocks, rigid or a second body: nano-indentation in three dimensions.
+"""Sphere pressed on a half-space with microblocks, rigid or a second body: nano-indentation.
 
-Geometry   half-space x3 < 0; a sphere of radius R, rigid or a second half-space of that shape; blocks are cubes of side ell, with sides along x1
-           and x2, and touch with four corners. The paper leaves this out: its law is one of the plane.
+Geometry   half-space x3 < 0; a sphere of radius R, rigid or a second half-space of that shape; blocks are
+           cubes of side ell, with sides along x1 and x2, and touch with four corners. The paper
+           leaves this out: its law is one of the plane.
 Equations  (10)-(17) in the half-space, gaps of four corners, conditions (26) on each; a corner presses the
            second body where it stands.
 Model      square cells of the surface, products by FFT, from grid to grid to rtol
@@ -10,7 +11,8 @@ Reference  Hertz for alpha -> 0, with the moduli of both bodies.
 Look at    pressure, number of closed corners, moments; beside the unilateral law, radius and pressure of a
            sphere that is as small as its blocks.
 Units      R = 1 and P = 1: lengths over a_Hz, pressures over p_Hz of the sphere, loads are multiples of P; M
-           over p_Hz ell, psi as psi R/a_Hz, approach as d R/a_Hz^2. Hertz's with 1/E* = 1/E1* + 1/E2*, E1* = 1.
+           over p_Hz ell, psi as psi R/a_Hz, approach as d R/a_Hz^2; in Hertz's
+           formulas 1/E* = 1/E1* + 1/E2* and E1* = 1.
 """
 
 import time

@@ -168,7 +168,7 @@ class _Problem:
         return precondition
 
     def settled(self, forces, slope):
-        """Forces with the least q that those which do nothing, or next to nothing, lead to; and their slope."""
+        """Forces of the least q that those which do (next to) nothing lead to, and their slope."""
         settle = getattr(self.H, "settled", None)
         if settle is None:
             return forces, slope

@@ -152,8 +152,8 @@ class Counter:
     ) -> list[list[Array]]:
         """Returns the inverse of R of both bodies from that of the first, between what four corners do.
 
-        Beside u and phi it is the twist w in gap = u + a b w - a phi1 - b phi2, second in the rows, from f-- -
-        f-+ - f+- + f++. The second body adds U2 v v^T, v from the shares of waves.
+        Beside u and phi it is the twist w in gap = u + a b w - a phi1 - b phi2, second in the rows, from the
+        sum of a b f. The second body adds U2 v v^T, v from the shares of waves.
         """
         v, twist = _seen(self.ell, length, width)
         U2, held = self.smooth(length, width), max(self.held, FLOOR * displaced / width)

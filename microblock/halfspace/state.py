@@ -109,7 +109,7 @@ class SurfaceState(Shown):
 
     @property
     def energy(self) -> float:
-        """Elastic energy, that of both bodies: half the work of the corner forces from the unloaded state on."""
+        """Elastic energy of both bodies: half the work of the corner forces from the unloaded state on."""
         solver: Any = self.problem.solver
         gaps = solver.initial_gaps(self.x1, self.x2)
         lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
@@ -150,8 +150,8 @@ class SurfaceState(Shown):
         }
 
     def plot(self, path: Target = None) -> Figure:
-        """Returns a figure of the pressure, of the number of closed corners, and of both along x1; of two bodies
-        also what they are pressed in.
+        """Returns a figure of the pressure, of the number of closed corners, and of both along x1; of two
+        bodies also what they are pressed in.
 
         Parameters
         ----------

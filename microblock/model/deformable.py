@@ -24,8 +24,8 @@ class Deformable:
     ----------
     body : HalfPlane, HalfSpace or Body
         The second body, of the kind of the first; its own solid may be another one, that of a half-plane or
-        half-space also a classical one (``beta=0``). A `Body` lies above its contact boundary, a straight and level one that
-        reaches over all corners below the shape.
+        half-space also a classical one (``beta=0``). A `Body` lies above its contact boundary, a straight and
+        level one that reaches over all corners below the shape.
     shape : obstacle or callable
         Lower surface of the second body before it deforms, as any obstacle of `Contact`.
 

@@ -16,7 +16,7 @@ from microblock.data.export import cells as columns
 from microblock.data.records import read_records
 from microblock.halfplane.kernels import normal_symbol, short_waves, symbol
 from microblock.halfspace.counter import Counter, kernel
-from microblock.halfspace.solver import Grid, _grid, _means, _spread
+from microblock.halfspace.solver import Grid, _grid, _means
 from microblock.halfspace.surface_law import CORNERS
 from tests import half_space_scenes
 
@@ -77,8 +77,8 @@ def test_a_body_ten_orders_stiffer_is_rigid(law, period, shape):
 @pytest.mark.parametrize("beta", [0.7, 0.0])
 @pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock()], ids=str)
 def test_of_small_blocks_the_contact_is_that_of_hertz_with_both_moduli(law, beta):
-    """ell/a = 2e-4, with blocks 2e-3; cells leave the steps of the edge in the pressure, and 1e-4 in the approach (3e-5 and 6e-6
-    on 128 and 256 cells).
+    """ell/a = 2e-4, with blocks 2e-3; cells leave the steps of the edge in the pressure, and 1e-4 in
+    the approach (3e-5 and 6e-6 on 128 and 256 cells).
     """
     ell = 1e-3 if isinstance(law, mb.Microblock) else 1e-4
     one, two = (mb.Cosserat(E=E, nu=nu, ell=ell, beta=b) for E, nu, b in ((100, 0.3, 1), (60, 0.2, beta)))
@@ -172,8 +172,8 @@ def test_all_closed_on_a_period_corners_follow_the_waves():
 
 
 def point_load(solid, r):
-    """u2 at distances r under a unit force: the Hankel transform of U2 along real wavenumbers; beyond the last
-    one U2 is that of short waves.
+    """u2 at distances r under a unit force: the Hankel transform of U2 along real wavenumbers; beyond the
+    last one U2 is that of short waves.
     """
     short, last = short_waves(solid)[0], 3000 / solid.ell
     k = np.concatenate((np.linspace(0, last / 100, 20001), np.linspace(last / 100, last, 100001)[1:]))
@@ -205,7 +205,9 @@ class Dense:
         apart = np.round((places[:, None] - places) / width, 9)
         different, which = np.unique(np.abs(apart) @ (1.0, 1j), return_inverse=True)
         far = [self.averaged(each.real * width, each.imag * width, values) for each in different]
-        self.matrix = np.reshape(own, (len(places), -1)) + np.array(far)[which.ravel()].reshape(len(places), -1)
+        self.matrix = np.reshape(own, (len(places), -1)) + np.array(far)[which.ravel()].reshape(
+            len(places), -1
+        )
 
     def averaged(self, x1, x2, values):
         """Over two squares: midpoints of a tent of two cells, many where they touch."""
@@ -242,8 +244,8 @@ def test_the_reference_has_the_contact_of_hertz():
 
 @pytest.mark.parametrize("ell, second", [(0.33, OTHER), (0.8, CLASSICAL)])
 def test_states_are_those_of_a_dense_reference(ell, second):
-    """No symmetry, rotated blocks; on the same cells: what shares are off by beside averages, which halves with
-    the cells.
+    """No symmetry, rotated blocks; on the same cells: what shares are off by beside averages, which halves
+    with the cells.
     """
     solid = mb.Cosserat(E=100, nu=0.3, ell=ell, beta=1)
 
@@ -260,7 +262,7 @@ def test_states_are_those_of_a_dense_reference(ell, second):
         errors.append(
             max(np.linalg.norm(state.pressure - p), np.linalg.norm(state.micromoment - moment) / ell) / size
         )
-    # with the corners pressing at x, the load is off by 5e-2, and the fields by 0.2
+    # with the corners pressing at x, the load is off by 0.1 and more, the fields by 0.4
     assert errors[1] < 0.05 and errors[1] < 0.5 * errors[0] and loads[1] < 6e-3
 
 
@@ -272,7 +274,11 @@ def test_both_bodies_carry_the_same_force_and_moments(period):
     """On the cells of the second surface, and on those of the first one: rounding, 1e-12."""
 
     def shape(x1, x2):
-        return ((x1 - 0.03) ** 2 + 2 * x2**2 + x1 * x2) / 20 + 0.004 * np.sin(3 * x1) + 0.003 * np.cos(4 * x2 + 1)
+        return (
+            ((x1 - 0.03) ** 2 + 2 * x2**2 + x1 * x2) / 20
+            + 0.004 * np.sin(3 * x1)
+            + 0.003 * np.cos(4 * x2 + 1)
+        )
 
     shape = shape if period is None else lambda x1, x2: waves(x1 / 2, x2 / 2)
     state = problem(mb.Microblock(), OTHER, shape, period, nodes=32).solve(load=1.0)
@@ -365,7 +371,7 @@ def test_the_estimate_holds():
 
 @pytest.mark.parametrize("seed", [3, 4])
 def test_the_estimate_holds_in_seeded_problems(seed):
-    """Of 20 of them, `python -m tests.half_space_scenes 20 two`, the error is at most RATIO of the estimate."""
+    """Of 20, `python -m tests.half_space_scenes 20 two`, the error is 0.61 of the estimate at most."""
     _, _, estimate, error = half_space_scenes.measured(seed, half_space_scenes.two_bodies)
     assert error <= estimate <= half_space_scenes.RTOL
 
