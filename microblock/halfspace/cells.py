@@ -232,7 +232,7 @@ def flexibility(
     if counter is None:
         return Flexibility(offsets, response, Waves(back, rows), None, tilt, short)
     inverse = Waves(back, counter.with_inverse(rows, near, width, displaced), even=(2, 2))
-    short = counter.with_short(short, displaced)
+    short = counter.with_short(short, displaced, near, width)
     return Flexibility(offsets, response, inverse, None, tilt, short, counter)
 
 

@@ -166,12 +166,14 @@ class Counter:
         pairs = zip(found, answer)
         return [[own - one * other / whole for own, other in zip(row, answer)] for row, one in pairs]
 
-    def with_short(self, short: Array, displaced: float) -> Array:
+    def with_short(self, short: Array, displaced: float, length: int, width: float) -> Array:
         """Returns what short waves displace, twist and turn, over what the pressure displaces the first body
-        by: of the second body a quarter each, as corners press it far from each other then.
+        by: of the second body in the mean over all waves of such a length.
         """
-        share = short_waves(self.solid)[0] / displaced / 4
-        return np.array((short[0] + share, max(share, FLOOR), *(short[1:] + share)))
+        v, twist = _seen(self.ell, length, width)
+        seen = np.array([np.mean(each**2) for each in (v[0], twist, v[1], v[2])])
+        seen *= short_waves(self.solid)[0] / displaced
+        return np.insert(short, 1, 0.0) + np.maximum(seen, (0, FLOOR, 0, 0))
 
 
 def kernel(solid: Cosserat, r: Array) -> Array:

@@ -34,7 +34,8 @@ def draw(state):
     axes[2].set_box_aspect(1)
     if second:
         surfaces(axes[3], state, box)
-    figure.legend(handles=axes[2].get_legend_handles_labels()[0], loc="outside lower right", ncols=3)
+    handles = [handle for axis in axes[2:] for handle in axis.get_legend_handles_labels()[0]]
+    figure.legend(handles=handles, loc="outside lower right", ncols=len(handles))
     return figure
 
 
@@ -42,14 +43,13 @@ def surfaces(axis, state, box):
     """What both bodies are pressed in along x1, through the middle of the cells."""
     n = len(state.x2)
     for values, label, look in (
-        (state.displacement, "first", "-"),
+        (state.displacement, "first body", "-"),
         (state.counter_displacement, "second body", "--"),
     ):
         axis.plot(state.x1, values[:, [(n - 1) // 2, n // 2]].mean(axis=1), look, color="k", label=label)
     axis.set(xlabel="$x_1$", xlim=box[:2])
     axis.set_title("displacement")
     axis.set_box_aspect(1)
-    axis.legend(loc="lower center", frameon=False, handlelength=1.4)
 
 
 def colour_map(axis, values, box, label, **look):
