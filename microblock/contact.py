@@ -23,6 +23,7 @@ from .errors import (
 )
 from .model import law as laws
 from .model import obstacles
+from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
 from .model.problem import require_even
@@ -83,6 +84,7 @@ class Contact(Shown):
                 self.body,
                 "must be a HalfPlane, a HalfSpace, a Block or a Body (mb.HalfPlane(solid)?)",
             )
+        require_same_kind(self.body, self.obstacle)
         check = getattr(self.body, "check", None)  # a body with a surface looks at obstacles over it
         if check is None:
             obstacles.check(self.obstacle)

@@ -1,15 +1,18 @@
-"""Rigid sphere pressed on a half-space with microblocks: nano-indentation in three dimensions.
+"""Sphere pressed on a half-space with microblocks, rigid or a second body: nano-indentation.
 
-Geometry   half-space x3 < 0; a rigid sphere of radius R; blocks are cubes of side ell, with sides along x1
-           and x2, and touch with four corners. The paper leaves this out: its law is one of the plane.
-Equations  (10)-(17) in the half-space, gaps of four corners, conditions (26) on each.
+Geometry   half-space x3 < 0; a sphere of radius R, rigid or a second half-space of that shape; blocks are
+           cubes of side ell, with sides along x1 and x2, and touch with four corners. The paper
+           leaves this out: its law is one of the plane.
+Equations  (10)-(17) in the half-space, gaps of four corners, conditions (26) on each; a corner presses the
+           second body where it stands.
 Model      square cells of the surface, products by FFT, from grid to grid to rtol
            (docs/theory/halfspace.md).
-Reference  Hertz for alpha -> 0.
+Reference  Hertz for alpha -> 0, with the moduli of both bodies.
 Look at    pressure, number of closed corners, moments; beside the unilateral law, radius and pressure of a
            sphere that is as small as its blocks.
 Units      R = 1 and P = 1: lengths over a_Hz, pressures over p_Hz of the sphere, loads are multiples of P; M
-           over p_Hz ell, psi as psi R/a_Hz, approach as d R/a_Hz^2.
+           over p_Hz ell, psi as psi R/a_Hz, approach as d R/a_Hz^2; in Hertz's
+           formulas 1/E* = 1/E1* + 1/E2* and E1* = 1.
 """
 
 import time
@@ -33,6 +36,10 @@ SHOWN = (
     "radius_diagonal",
     "approach",
     "error_estimate",
+)
+SECOND = (
+    "two numbers E2 (over the first body's modulus) and NU2 of a classical one, or four: E2, NU2, BETA2, "
+    "ALPHA2 (ell2 over a_Hz)"
 )
 KEPT = 128  # cells a side of which the records of the picture are made, at most
 
@@ -61,10 +68,40 @@ class Parameters(Checked):
         None, "period along x1 and x2 over a_Hz; without it there is one sphere", above=2
     )
 
+    second: tuple = option(
+        ("rigid",), f"the sphere: rigid, same as the half-space, or {SECOND}", str, nargs="+", metavar="BODY"
+    )
+
+    def relate(self):
+        self._numbers()
+
+    def _numbers(self):
+        """E, nu, beta and alpha of the second body; None of a rigid one."""
+        if self.second == ("rigid",):
+            return None
+        if self.second == ("same",):
+            return 1 - self.nu**2, self.nu, self.beta, self.alpha
+        words, allowed = " ".join(self.second), f"must be rigid, same, or {SECOND}"
+        try:
+            E, nu, beta, alpha = map(float, (*self.second, 0, 1) if len(self.second) == 2 else self.second)
+        except ValueError:
+            raise mb.BadArgument("second", words, allowed) from None
+        try:
+            mb.Cosserat(E, nu, alpha, beta=beta)
+        except mb.BadArgument as failure:
+            raise mb.BadArgument("second", words, f"has a {failure.name} that {failure.allowed}") from failure
+        return E * (1 - self.nu**2), nu, beta, alpha
+
+    @property
+    def E_star(self):
+        """That of both bodies; of the half-space alone it is 1."""
+        numbers = self._numbers()
+        return 1.0 if numbers is None else 1 / (1 + (1 - numbers[1] ** 2) / numbers[0])
+
     @property
     def a_Hz(self):
-        """Hertz's radius of the contact at the load 1, for R = 1 and E* = 1."""
-        return (3 / 4) ** (1 / 3)
+        """Hertz's radius of the contact at the load 1, for R = 1."""
+        return (3 / 4 / self.E_star) ** (1 / 3)
 
     @property
     def p_Hz(self):
@@ -72,6 +109,7 @@ class Parameters(Checked):
         return 3 / (2 * np.pi * self.a_Hz**2)
 
     def solid(self):
+        """The half-space's solid, of E* = 1."""
         return mb.Cosserat(
             E=1 - self.nu**2,
             nu=self.nu,
@@ -83,8 +121,13 @@ class Parameters(Checked):
 
     def problem(self):
         period = None if self.period is None else self.period * self.a_Hz
-        body = mb.HalfSpace(self.solid(), period)
-        return mb.Contact(body, mb.Sphere(R=1.0), LAWS[self.contact](), mb.Cells(nodes=self.cells))
+        body, obstacle, numbers = mb.HalfSpace(self.solid(), period), mb.Sphere(R=1.0), self._numbers()
+        if numbers is not None:
+            E, nu, beta, alpha = numbers
+            second = mb.Cosserat(E=E, nu=nu, ell=alpha * self.a_Hz, beta=beta)
+            second = self.solid() if self.second == ("same",) else second
+            obstacle = mb.Deformable(mb.HalfSpace(second, period), obstacle)
+        return mb.Contact(body, obstacle, LAWS[self.contact](), mb.Cells(nodes=self.cells))
 
     def resolved(self):
         return replace(self, rtol=RTOL if self.cells is None and self.rtol is None else self.rtol)

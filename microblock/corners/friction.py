@@ -236,7 +236,7 @@ class FrictionPath:
     def _require_positive(self, pivot: float) -> None:
         if not pivot > 0:
             raise NotConverged(
-                f"the answer is not unique at loads P = {self.P:.6g}, Q = {self.Q:.6g}; {UNIQUE}"
+                f"the answer may not be unique at loads P = {self.P:.6g}, Q = {self.Q:.6g}; {UNIQUE}"
             )
 
     def _remove(self, number: int) -> None:

@@ -16,7 +16,7 @@ or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
 3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else f' itself.
 
 Where H has forces that do nothing, `settled` of the flexibility brings them, after 1 and 3, to where q is
-least.
+least; such as do next to nothing, it brings nearer.
 
 It is the scheme GPCG of More and Toraldo (SIAM J. Optim. 1 (1991) 93) with the simplex in place of the box; 2
 takes and gives back all corners at once, as the primal-dual active set does, and 1 and 3 keep it from
@@ -86,7 +86,8 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     ----------
     flexibility : object with ``@`` and ``precondition``, both of arrays like g0. It may have
         ``on_face(there)``, which returns the preconditioner of corners that are there alone, and
-        ``settled(forces, g0)``, which returns forces with the same gaps and the least q
+        ``settled(forces, g0, slope)``, which returns forces of lower q; they have the same gaps unless
+        ``settling_displaces``
     g0 : array (corners, n), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
     start : array like g0, forces to begin with; scaled to the load
@@ -106,12 +107,12 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
     for step in range(OUTER_STEPS):
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
-        forces = problem.settled(forces)
+        forces, slope = problem.settled(forces, slope)
         face, before = forces > 0, face
         inner = FINAL if np.array_equal(face, before) else INNER
         trial, ahead = _face_step(problem, forces, slope, rtol, inner)
         forces, slope = _projected_search(problem, forces, slope, trial, ahead)
-        forces = problem.settled(forces)
+        forces, slope = problem.settled(forces, slope)
         kkt = problem.residual(forces, slope)[0]
         best = min(best, kkt)
         if kkt <= rtol:
@@ -166,10 +167,13 @@ class _Problem:
 
         return precondition
 
-    def settled(self, forces):
-        """Forces with the same H f and the least q, where H has such as do nothing."""
+    def settled(self, forces, slope):
+        """Forces of the least q that those which do (next to) nothing lead to, and their slope."""
         settle = getattr(self.H, "settled", None)
-        return forces if settle is None else self.kept(settle(self.spread(forces), self.all_gaps))
+        if settle is None:
+            return forces, slope
+        found = self.kept(settle(self.spread(forces), self.all_gaps, self.spread(slope)))
+        return found, self.slope(found) if getattr(self.H, "settling_displaces", False) else slope
 
     def slope(self, forces):
         """grad q: the gaps, up to the approach if that is free."""

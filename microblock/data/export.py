@@ -63,7 +63,8 @@ def cells(state: SurfaceState) -> dict[str, np.ndarray]:
     -------
     dict of arrays (n, n)
         Values at the centres of the cells: "x1", "x2", "weight" (the area of a cell), "pressure" of all
-        corners together, "m1", "m2" (micromoment), "psi1", "psi2", "displacement" and "closed".
+        corners together, "m1", "m2" (micromoment), "psi1", "psi2", "displacement", "counter_displacement" (of
+        a second body) and "closed".
     """
     x1, x2 = np.meshgrid(state.x1, state.x2, indexing="ij")
     return {
@@ -76,6 +77,7 @@ def cells(state: SurfaceState) -> dict[str, np.ndarray]:
         "psi1": state.psi[0],
         "psi2": state.psi[1],
         "displacement": state.displacement,
+        "counter_displacement": state.counter_displacement,
         "closed": state.closed,
     }
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ USUAL_RTOL = 1e-6
 LESS = 0.25  # of what seems enough, where the states without friction are solved anew
 POINTS = 16  # of the rule between two ends of panels, clustered towards both
 STEADY = 1e-9  # relative change of the load that is none
+NESTED = 1e-3  # of the contact, by which a smaller load's may stand out: edges have errors
 NARROWEST = 1e-12  # of the contact: less is no distance between two ends of panels
 
 
@@ -90,6 +92,7 @@ class FrictionPanels:
             if not first or memory.load > first[-1].load:
                 first.append(memory)
             found.append(PanelFriction(self.solver, plain, memory, tuple(first), dissipation))
+        plain.require_growing()
         return found, plain
 
 
@@ -110,6 +113,18 @@ class _Plain:
         if load not in self._known:
             self._known[load] = self._solver.at(load, self._rtol, fallback=False)
         return self._known[load]
+
+    def require_growing(self):
+        """NotConverged unless the contact of a load holds those of smaller ones: the sums rest on it."""
+        for low, high in pairwise(sorted(self._known)):
+            inner, outer = (self._known[load].zones_by_name["contact"] for load in (low, high))
+            size = outer[-1][1] - outer[0][0]
+            for left, right in inner:
+                if not any(a - NESTED * size <= left and right <= b + NESTED * size for a, b in outer):
+                    raise NotConverged(
+                        f"the contact at load {low:g} is not within that at load {high:g}, so that shear is "
+                        "no sum of pressures: take method=Cells()"
+                    )
 
     def scalars(self, load):
         """d, the integral of d over the loads up to this one, and that of p times the height."""

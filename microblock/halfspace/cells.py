@@ -7,7 +7,8 @@ on a cell and of their levers,
     p = sum f_c,   q = -sum (a, b) f_c,   m = q + t p,      gap_c = u + t.phi - (a, b).phi
 
 is the flexibility H of (a) in `microblock.corners.active_set`; t may differ from cell to cell. Four corners
-act in three degrees of freedom: H has a null space, forces up and down in turn.
+act in three degrees of freedom: H has a null space, forces up and down in turn. A second body
+(`microblock.halfspace.counter`) adds to the gaps, and leaves none.
 
 In Fourier space (u, phi) = C (p, m) with C = D R D^H, D = diag(1, -i, -i) and R real and symmetric. Of R six
 arrays are kept, and of its inverse, which is the preconditioner; where there are no images, R is that of the
@@ -18,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from scipy.fft import fft, ifft, irfft, next_fast_len, rfft, rfft2
@@ -30,6 +31,9 @@ from ..threads import workers
 from .kernels import kernels
 from .surface_law import NONE
 from .symbol import at_rest, symbol
+
+if TYPE_CHECKING:
+    from .counter import Counter
 
 SAME = 1e-12  # of the initial gaps: less than that is rounding of them
 SLAB = 32  # rows of wavenumbers that are multiplied at once
@@ -89,8 +93,10 @@ class Flexibility:
         Of one corner: from p to phi, or to the m that holds psi = 0.
     tilt : array (2, n1, n2)
         t; without components (0, n1, n2) for one corner.
-    soft : float
-        Rotation over displacement under short waves, W over U.
+    short : array (3,), or (4,) with a counter
+        Displacement, rotations and, second, what the second body twists, under short waves.
+    counter : Counter or None
+        What a second body adds; `inverse` knows of it.
     """
 
     offsets: Array
@@ -98,11 +104,13 @@ class Flexibility:
     inverse: Waves
     aside: Waves | None
     tilt: Array
-    soft: float = 1.0
+    short: Array
+    counter: Counter | None = None
 
     def __matmul__(self, forces: Array) -> Array:
         """Returns gaps from forces, arrays (corners, n1, n2)."""
-        return self.gaps(self.surface(forces))
+        found = self.gaps(self.surface(forces))
+        return found if self.counter is None else found + self.counter @ forces
 
     def surface(self, forces: Array) -> Array:
         """Returns (u, phi1, phi2), or u alone, from forces: array (3 or 1, n1, n2)."""
@@ -133,7 +141,7 @@ class Flexibility:
 
         Of E = (1, -a, -b) with the rows of the corners that a block has there, C^-1 acts between
         B = D E^T (E D E^T)^+ and its transpose: with all of them it is the inverse, with some of them it is
-        so for short waves, where C is like D.
+        so for short waves, where C is like D. With a second body E = (1, a b, -a, -b).
         """
         if len(self.offsets) == 1:
             return self.inverse
@@ -141,28 +149,34 @@ class Flexibility:
         backs = [
             self._back(np.array([kind >> number & 1 for number in range(len(there))])) for kind in range(16)
         ]
-        back = np.moveaxis(np.array(backs)[kinds], (2, 3), (0, 1))  # (3, corners, n1, n2)
+        back = np.moveaxis(np.array(backs)[kinds], (2, 3), (0, 1))  # (3 or 4, corners, n1, n2)
 
         def precondition(gaps: Array) -> Array:
             surface = np.einsum("scij,cij->sij", back, gaps)
-            surface[0] -= (self.tilt * surface[1:]).sum(axis=0)
+            surface[0] -= (self.tilt * surface[-2:]).sum(axis=0)
             found = self.inverse(surface)
-            found[1:] -= self.tilt * found[0]
+            found[-2:] -= self.tilt * found[0]
             return np.einsum("scij,sij->cij", back, found)
 
         return precondition
 
     def _back(self, there: Array) -> Array:
-        D = np.diag((1.0, self.soft, self.soft))
-        E = self._rows * there[:, None]
+        rows = self._rows if self.counter is None else np.insert(self._rows, 1, NONE, axis=1)
+        D, E = np.diag(self.short), rows * there[:, None]
         return D @ E.T @ np.linalg.pinv(E @ D @ E.T)
 
-    def settled(self, forces: Array, g0: Array) -> Array:
+    @property
+    def settling_displaces(self) -> bool:
+        """Whether what `settled` changes is felt, by a second body."""
+        return self.counter is not None and len(self.offsets) > 1
+
+    def settled(self, forces: Array, g0: Array, slope: Array | None = None) -> Array:
         """Returns forces with the same resultants and the least work on the initial gaps.
 
         The forces 1, -1, -1, 1 of a block do nothing but that work. It is g0-- - g0-+ - g0+- + g0++ for each,
         which no displacement changes: where it is positive, "--" or "++" is open; where it is 0 all four may
-        be closed, and the forces of least norm are taken.
+        be closed, and the forces of least norm are taken. On a second body they do something, and g0 is the
+        slope then: they take a step down it, which lowers the energy whatever other blocks do.
         """
         if len(forces) != len(NONE):
             return forces
@@ -171,6 +185,9 @@ class Flexibility:
         known = np.isfinite(work)
         size = SAME * np.abs(g0[:, known]).max(initial=0.0)
         least = -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2])
+        if self.counter is not None and slope is not None:
+            share = np.clip(-np.tensordot(NONE, slope, 1) / (16 * self.counter.twisted), *least)
+            return np.maximum(forces + np.where(known, share, 0.0) * NONE[:, None, None], 0.0)
         share = np.clip(-np.tensordot(NONE, forces, 1) / len(NONE), *least)
         share = np.where(work > size, least[0], np.where(work < -size, least[1], share))
         return np.maximum(forces + np.where(known, share, 0.0) * NONE[:, None, None], 0.0)
@@ -183,12 +200,18 @@ class Flexibility:
 
 
 def flexibility(
-    solid: Cosserat, offsets: Array, tilt: Array, width: float, periodic: bool, clamped: bool
+    solid: Cosserat,
+    offsets: Array,
+    tilt: Array,
+    width: float,
+    periodic: bool,
+    clamped: bool,
+    counter: Counter | None = None,
 ) -> Flexibility:
     """Returns the Flexibility of corners on cells of this width (length), as many as there are tilts."""
     count = tilt.shape[-1]
     length, near = (count if periodic else next_fast_len(parts * count, real=True) for parts in (2, 1))
-    size = (length, length)
+    size, back = (length, length), (near, near)
     if periodic:
         whole = _smooth(solid, length, width)
         for part, rest in zip(whole, (0.0, 0.0, 0.0, at_rest(solid), 0.0, at_rest(solid))):
@@ -196,14 +219,21 @@ def flexibility(
         whole = _held(whole) if clamped else whole
     else:
         whole = _embedded(solid, count, length, width, clamped)
+    displaced, rotated = short_waves(solid)
+    short = np.array((1.0, rotated / displaced, rotated / displaced))
     if len(offsets) == 1:
         smooth = _smooth(solid, near, width)
-        back = Waves((near, near), [[1 / (_held(smooth) if clamped else smooth)[0]]])
+        smooth = _held(smooth) if clamped else smooth
+        own = smooth[0] if counter is None else smooth[0] + counter.smooth(near, width)
         aside = Waves(size, [[one] for one in whole[1:3]], even=(0, 1))
-        return Flexibility(offsets, Waves(size, [whole[:1]]), back, aside, tilt)
-    displaced, rotated = short_waves(solid)
-    inverse = Waves((near, near), _symmetric(_smooth(solid, near, width, True)))
-    return Flexibility(offsets, Waves(size, _symmetric(whole)), inverse, None, tilt, rotated / displaced)
+        response, inverse = Waves(size, [whole[:1]]), Waves(back, [[1 / own]])
+        return Flexibility(offsets, response, inverse, aside, tilt, short, counter)
+    response, rows = Waves(size, _symmetric(whole)), _symmetric(_smooth(solid, near, width, True))
+    if counter is None:
+        return Flexibility(offsets, response, Waves(back, rows), None, tilt, short)
+    inverse = Waves(back, counter.with_inverse(rows, near, width, displaced), even=(2, 2))
+    short = counter.with_short(short, displaced, near, width)
+    return Flexibility(offsets, response, inverse, None, tilt, short, counter)
 
 
 def _symmetric(six: Six) -> list[list[Array]]:
@@ -212,16 +242,21 @@ def _symmetric(six: Six) -> list[list[Array]]:
     return [[u, v1, v2], [v1, w11, w12], [v2, w12, w22]]
 
 
-def _smooth(solid: Cosserat, length: int, width: float, inverse: bool = False) -> list[Array]:
-    """Returns R of the symbol, or its inverse, at the wavenumbers of a period, positive definite at each.
-
-    At k = 0 it is what half of the smallest wavenumber has, which stands for the mean.
+def wavenumbers(length: int, width: float) -> tuple[Array, Array, Array]:
+    """Returns k1, array (length, 1), k2, array (1, length//2 + 1), and k of a period of so many cells; at k =
+    0 half of the smallest, which stands for the mean.
     """
     step = 2 * np.pi / (length * width)
     k1 = (np.fft.fftfreq(length) * length * step)[:, None]
     k2 = (np.arange(length // 2 + 1) * step)[None, :]
     k = np.hypot(k1, k2)
     k[0, 0] = step / 2
+    return k1, k2, k
+
+
+def _smooth(solid: Cosserat, length: int, width: float, inverse: bool = False) -> list[Array]:
+    """Returns R of the symbol, or its inverse, at the wavenumbers of a period, positive definite at each."""
+    k1, k2, k = wavenumbers(length, width)
     U, V, W, other = np.array(symbol(solid, k)) / width**2
     V[0, 0], W[0, 0] = 0, (W[0, 0] + other[0, 0]) / 2
     other[0, 0] = W[0, 0]
@@ -246,12 +281,21 @@ def _embedded(solid: Cosserat, count: int, length: int, width: float, clamped: b
         moment = clamped and number > 0
         quarter *= (width / solid.ell) ** 2 if moment else (1 - solid.nu) / solid.mu / solid.ell
         odd1, odd2 = number in (1, 4), number in (2, 4)  # along x1: v1 and the component 12; along x2
-        column = np.zeros((length, length))
-        column[:count, :count] = quarter
-        column[:-count:-1, :count] = (-1) ** odd1 * quarter[1:]
-        column[:, :-count:-1] = (-1) ** odd2 * column[:, 1:count]
-        waves = rfft2(column)
-        found.append(-waves.imag if odd1 != odd2 else waves.real.copy())
+        found.append(embedded(quarter, length, odd1, odd2))
+    return found
+
+
+def embedded(quarter: Array, length: int, odd1: bool = False, odd2: bool = False) -> Array:
+    """Returns the transform of responses at distances of (i, j) cells, array (count, count), even or odd
+    along either axis, in a period of the length: its real part, or less its imaginary one where that is all.
+    """
+    count = len(quarter)
+    column = np.zeros((length, length))
+    column[:count, :count] = quarter
+    column[:-count:-1, :count] = (-1) ** odd1 * quarter[1:]
+    column[:, :-count:-1] = (-1) ** odd2 * column[:, 1:count]
+    waves = rfft2(column)
+    found: Array = -waves.imag if odd1 != odd2 else waves.real.copy()
     return found
 
 

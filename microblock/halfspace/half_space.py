@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..halfplane.kernels import is_classical
 from ..model.bodies import Unbounded
 from ..model.material import Cosserat
 from ..model.methods import Cells
@@ -23,7 +24,8 @@ class HalfSpace(Unbounded):
     Parameters
     ----------
     solid : Cosserat
-        Its ``alpha'`` and ``beta'`` act where blocks turn about the direction in which fields change.
+        Its ``alpha'`` and ``beta'`` act where blocks turn about the direction in which fields change. A
+        classical one, ``beta=0``, serves as the second of two bodies (`Deformable`).
     period : float, optional
         Length after which obstacle and loads repeat along x1 and along x2.
 
@@ -47,7 +49,8 @@ class HalfSpace(Unbounded):
 
     def __init__(self, solid: Cosserat, period: float | None = None) -> None:
         super().__init__(solid, period)
-        require_stable(solid)
+        if not is_classical(solid):
+            require_stable(solid)
 
     def check(self, obstacle: object) -> None:
         """Raises BadArgument unless the obstacle has heights over a surface."""

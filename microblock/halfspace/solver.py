@@ -22,11 +22,16 @@ from tqdm.auto import tqdm
 
 from ..corners import projected_gradients
 from ..errors import BOUNDED, NOT_YET, BadArgument, NotConverged
+from ..halfplane.counter import require_same_period
+from ..halfplane.kernels import is_classical
+from ..model.deformable import body_of
 from ..model.events import LoadPath
 from ..model.solver import Solver
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Interval
 from .cells import Flexibility, flexibility
+from .counter import Counter
+from .half_space import HalfSpace
 from .kernels import kernels
 from .obstacles import heights, repeated
 from .state import SurfaceState
@@ -68,10 +73,12 @@ class SurfaceSolver(Solver):
 
     usual_rtol = 1e-2
     most_corners = None
+    counter_bodies = (HalfSpace,)
     state_class = SurfaceState
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         super().__init__(contact, options)
+        self._require_bodies()
         self.surface_law = on_surface(self.law)
         self.period: float | None = self.body.period  # type: ignore[attr-defined]
         if self.period is not None and options.window is not None:
@@ -80,6 +87,14 @@ class SurfaceSolver(Solver):
             raise BadArgument("nodes", options.nodes, f"counts along each axis: at most {2 * MOST}")
         self._require_repeating()
         self._kept: dict[Grid, Flexibility] = {}
+
+    def _require_bodies(self) -> None:
+        """Raises BadArgument for a first body whose blocks nothing holds, and for bodies of two periods."""
+        if is_classical(self.solid):
+            raise BadArgument(
+                "beta", self.solid.beta, "must hold the rotation of blocks: a second body alone may have 0"
+            )
+        require_same_period(self.body, self.obstacle)
 
     def _require_repeating(self) -> None:
         """Raises BadArgument unless obstacle and psi0 fit the period: what is cut off must go on where it
@@ -177,8 +192,11 @@ class SurfaceSolver(Solver):
         tilt = law.tilt(*np.meshgrid(*grid.axes, indexing="ij"))
         if own not in self._kept:
             self._kept.clear()  # the last one alone: they are large
+            where = grid.width, grid.count, period is not None
+            second = body_of(self.obstacle)
+            counter = second and Counter.on(second.solid, self.solid.ell, law.offsets, *where)
             self._kept[own] = flexibility(
-                self.solid, law.offsets, tilt, grid.width, period is not None, law.clamped
+                self.solid, law.offsets, tilt, grid.width, period is not None, law.clamped, counter
             )
         return replace(self._kept[own], tilt=tilt)
 
@@ -193,9 +211,12 @@ class SurfaceSolver(Solver):
         found = projected_gradients.solve(H, g0, load=load, approach=approach, start=first, rtol=residual)
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
-        surface = H.surface(found.forces)
-        closed = found.gaps <= 2 * max(found.kkt, residual) * np.ptp(surface[0])
-        forces = self.surface_law.of_least_norm(found.forces, closed)
+        surface, forces, other = H.surface(found.forces), found.forces, np.zeros(g0.shape[1:])
+        if H.counter is not None:
+            other = H.counter.over(H.counter.displacement(H.counter.pressed(forces)))
+        closed = found.gaps <= 2 * max(found.kkt, residual) * np.ptp(surface[0] + other)
+        if H.counter is None:
+            forces = self.surface_law.of_least_norm(forces, closed)
         pressures = forces / area
         psi, moment = self._turned(H, forces, surface, area)
         return SurfaceState(
@@ -208,6 +229,7 @@ class SurfaceSolver(Solver):
             dict(zip(self.surface_law.names, pressures)),
             psi,
             surface[0],
+            other,
             moment,
             closed_corners(forces, closed),
             found.kkt,
@@ -279,7 +301,7 @@ class SurfaceSolver(Solver):
         rise = np.nanmean(np.where(np.isfinite(h), h, np.nanmax(h[np.isfinite(h)])), axis=1) - h.min()
         there = np.isfinite(h).any(axis=1)
         r, rise = r[there][1:], rise[there][1:]
-        needed = approach - h.min() if load is None else load / (2 * self.solid.E_star * r)
+        needed = approach - h.min() if load is None else load / (2 * self._modulus * r)
         enough = np.flatnonzero(rise >= needed)
         if lowest[-1] < np.min(needed):
             raise BadArgument(
@@ -298,6 +320,13 @@ class SurfaceSolver(Solver):
         if not np.isfinite(h).all():
             reach = min(reach, r[-1] * 1.05)
         return 3 * reach + 2 * ell, (float(middle[0]), float(middle[1]))
+
+    @property
+    def _modulus(self) -> float:
+        """E* of both bodies (stress)."""
+        second = body_of(self.obstacle)
+        compliance = 0.0 if second is None else 1 / second.solid.E_star
+        return float(1 / (1 / self.solid.E_star + compliance))
 
     def _touching_outside(
         self, state: SurfaceState, side: float, middle: tuple[float, float]
@@ -320,6 +349,10 @@ class SurfaceSolver(Solver):
         u, phi = self._surface_at(state, x1, x2)
         gaps += u - np.tensordot(self.surface_law.offsets, phi, 1)
         gaps += (self.surface_law.tilt(x1, x2) * phi[: len(self.surface_law.psi0)]).sum(axis=0)
+        counter = self._flexibility(_grid(state)).counter
+        if counter is not None:
+            forces = np.array(list(state.pressures.values())) * state.width**2
+            gaps += counter.at(forces, (state.x1, state.x2), x1, x2)
         low = gaps.min(axis=0) < -OVERLAP * abs(state.approach)
         if not low.any():
             return None

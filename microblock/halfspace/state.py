@@ -29,7 +29,8 @@ class SurfaceState(Shown):
     load : float
         Force; on a period, that of one period.
     approach : float
-        Approach of the obstacle from the surface far away, on a period from its mean (length).
+        Approach of the obstacle from the surface far away, on a period from its mean (length); of two bodies,
+        by how much they come closer far away, or in the mean.
     x1, x2 : arrays (n,)
         Centres of the cells along either axis (length).
     width : float
@@ -40,6 +41,9 @@ class SurfaceState(Shown):
         Microrotations about x1 and x2 (radians).
     displacement : array (n, n)
         Normal displacement into the body (length).
+    counter_displacement : array (n, n)
+        Displacement along x3 of the surface of a second body (`Deformable`) above the cells; 0 of a rigid
+        obstacle (length).
     micromoment : array (2, n, n)
         M1 and M2 of the corners' forces, or the reaction to psi = 0 (stress x length).
     closed : array (n, n) of int
@@ -63,6 +67,7 @@ class SurfaceState(Shown):
     pressures: dict[str, Array]
     psi: Array
     displacement: Array
+    counter_displacement: Array
     micromoment: Array
     closed: Array
     residual: float
@@ -104,7 +109,7 @@ class SurfaceState(Shown):
 
     @property
     def energy(self) -> float:
-        """Elastic energy: half the work of the corner forces from the unloaded state on."""
+        """Elastic energy of both bodies: half the work of the corner forces from the unloaded state on."""
         solver: Any = self.problem.solver
         gaps = solver.initial_gaps(self.x1, self.x2)
         lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
@@ -145,7 +150,8 @@ class SurfaceState(Shown):
         }
 
     def plot(self, path: Target = None) -> Figure:
-        """Returns a figure of the pressure, of the number of closed corners, and of both along x1.
+        """Returns a figure of the pressure, of the number of closed corners, and of both along x1; of two
+        bodies also what they are pressed in.
 
         Parameters
         ----------

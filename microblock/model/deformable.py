@@ -17,22 +17,22 @@ class Deformable:
     """Second body that is pressed on the first, as an obstacle that deforms.
 
     Its surface is smooth: it takes pressures and no moments. Each corner presses it where the corner stands,
-    A at x1 - ell/2 and B at x1 + ell/2 of the contact point x1. Heights, slope discontinuities and edges
-    are those of the shape.
+    A at x1 - ell/2 and B at x1 + ell/2 of the contact point x1, the four of a cube at x1 -+ ell/2 and x2 -+
+    ell/2. Heights, slope discontinuities and edges are those of the shape.
 
     Parameters
     ----------
-    body : HalfPlane or Body
-        The second body, of the kind of the first; its own solid may be another one, that of a half-plane also
-        a classical one (``beta=0``). A `Body` lies above its contact boundary, a straight and level one that
-        reaches over all corners below the shape.
+    body : HalfPlane, HalfSpace or Body
+        The second body, of the kind of the first; its own solid may be another one, that of a half-plane or
+        half-space also a classical one (``beta=0``). A `Body` lies above its contact boundary, a straight and
+        level one that reaches over all corners below the shape.
     shape : obstacle or callable
         Lower surface of the second body before it deforms, as any obstacle of `Contact`.
 
     Raises
     ------
     BadArgument
-        If the body is none, or the shape no obstacle along a line.
+        If the body is none, or the shape no obstacle over it: along a line, or over x1 and x2.
 
     Examples
     --------
@@ -52,12 +52,14 @@ class Deformable:
             raise BadArgument("body", self.body, "must be a body, as mb.HalfPlane(solid)")
         if isinstance(self.shape, Deformable):
             raise BadArgument("shape", self.shape, "must be that of the body, and is another body")
-        obstacles.check(self.shape)
+        getattr(self.body, "check", obstacles.check)(self.shape)
 
-    def height(self, x: Array) -> ArrayLike:
-        """Returns the height of the undeformed shape at the abscissae x, array (n,) (lengths)."""
+    def height(self, *x: Array) -> ArrayLike:
+        """Returns the height of the undeformed shape at places, an array for each direction along the surface
+        (lengths).
+        """
         height: Any = getattr(self.shape, "height", self.shape)
-        found: ArrayLike = height(x)
+        found: ArrayLike = height(*x)
         return found
 
     def __getattr__(self, name: str) -> Any:
@@ -77,3 +79,19 @@ def shape_of(obstacle: ObstacleLike) -> ObstacleLike:
 def body_of(obstacle: ObstacleLike) -> Any:
     """Returns the body of an obstacle that deforms; None of a rigid one."""
     return obstacle.body if isinstance(obstacle, Deformable) else None
+
+
+def require_same_kind(body: BodyLike, obstacle: ObstacleLike) -> None:
+    """Raises BadArgument for a second body over a line above a first one with a surface, or the other way
+    round.
+    """
+    counter = body_of(obstacle)
+    if counter is None or hasattr(counter, "check") == hasattr(body, "check"):
+        return
+    one, other = ("surface", "line") if hasattr(body, "check") else ("line", "surface")
+    raise BadArgument(
+        "obstacle",
+        obstacle,
+        f"has a second body, a {type(counter).__name__}, that meets obstacles over a {other}, and a "
+        f"{type(body).__name__} meets them over a {one}: take two of one kind",
+    )

@@ -1,4 +1,4 @@
-"""The figure of a state of a half-space: pressure and closed corners from above, and a cut."""
+"""The figure of a state of a half-space: pressure and closed corners from above, and cuts."""
 
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
@@ -10,7 +10,8 @@ CLOSED = ("#FFFFFF", "#C6DBEF", "#6BAED6", "#3182BD", "#08306B")  # none to four
 
 def draw(state):
     """The figure of a SurfaceState."""
-    figure, axes = plots.figure(1, 3, height=2.4, width=7.2)
+    second = bool(state.counter_displacement.any())
+    figure, axes = plots.figure(1, 3 + second, height=2.4, width=7.2 + 2.4 * second)
     half = state.width / 2
     box = (state.x1[0] - half, state.x1[-1] + half, state.x2[0] - half, state.x2[-1] + half)
     colour_map(axes[0], state.pressure, box, "$p$")
@@ -31,8 +32,24 @@ def draw(state):
     )
     axes[2].set(xlabel="distance", ylabel="stress", xlim=box[:2])
     axes[2].set_box_aspect(1)
-    figure.legend(handles=axes[2].get_legend_handles_labels()[0], loc="outside lower right", ncols=3)
+    if second:
+        surfaces(axes[3], state, box)
+    handles = [handle for axis in axes[2:] for handle in axis.get_legend_handles_labels()[0]]
+    figure.legend(handles=handles, loc="outside lower right", ncols=len(handles))
     return figure
+
+
+def surfaces(axis, state, box):
+    """What both bodies are pressed in along x1, through the middle of the cells."""
+    n = len(state.x2)
+    for values, label, look in (
+        (state.displacement, "first body", "-"),
+        (state.counter_displacement, "second body", "--"),
+    ):
+        axis.plot(state.x1, values[:, [(n - 1) // 2, n // 2]].mean(axis=1), look, color="k", label=label)
+    axis.set(xlabel="$x_1$", xlim=box[:2])
+    axis.set_title("displacement")
+    axis.set_box_aspect(1)
 
 
 def colour_map(axis, values, box, label, **look):

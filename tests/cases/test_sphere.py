@@ -46,6 +46,27 @@ def test_hertz_for_small_blocks():
     assert state["pressure_max"] == pytest.approx(exact["pressure_max"], rel=2e-3)
 
 
+@pytest.mark.parametrize("second", ["same", "0.5 0.2", "3 0.4 1.2 0.001"])
+def test_hertz_for_small_blocks_with_the_moduli_of_both_bodies(second):
+    parameters = sphere.Parameters(
+        alpha=1e-3, contact="unilateral", cells=64, second=tuple(second.split()), loads=(1.0, 0.5)
+    )
+    for state, load in zip(sphere.result(parameters)["states"], parameters.loads):
+        exact = sphere.reference(parameters, load)
+        # steps of the rim: a cell is 0.04
+        assert state["radius"] == pytest.approx(exact["radius"], rel=2e-2)
+        assert state["approach"] == pytest.approx(exact["approach"], rel=2e-3)
+        assert state["pressure_max"] == pytest.approx(exact["pressure_max"], rel=3e-3)
+
+
+@pytest.mark.parametrize("second", ["softer", "1", "1 0.7", "1 0.3 2.5 1", "1 2 3"])
+def test_second_bodies_that_are_none_are_refused_in_one_line(second, capsys):
+    with pytest.raises(SystemExit) as left:
+        raise SystemExit(main(["sphere", "--second", *second.split()]))
+    assert left.value.code == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+
+
 def test_blocks_widen_the_contact_and_soften_it():
     """As under the cylinder: beside the unilateral law the contact is wider, its centre less pressed."""
     (blocks,), (alone,) = (

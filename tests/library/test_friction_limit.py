@@ -194,7 +194,7 @@ def test_a_state_beside_two_others_is_not_taken_for_the_only_one():
     contact, history = drawn(52), coulomb.History(as_body(drawn(52)).reduced())
     f = contact.friction
     pairs = [(1.0, 0.0), (1.0, 0.9 * f), (1.0, -0.9 * f)]
-    with pytest.raises(mb.NotConverged, match="not unique") as failure:
+    with pytest.raises(mb.NotConverged, match="not (be )?unique") as failure:
         list(history.follow(pairs))
     load, shear = failure.value.reached
     path = FrictionPath(contact)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
+from microblock.halfplane import friction_panels
 from microblock.halfplane.friction_memory import Memory
 
 NU, F, P = 0.3, 0.3, np.pi / 8
@@ -173,3 +174,14 @@ def test_a_state_on_panels_has_all_that_a_state_has():
     history.plot()
     with pytest.raises(mb.BadArgument, match="panels without friction"):
         history.states[0].fields(0.0, -0.1)
+
+
+def test_contacts_that_do_not_grow_with_the_load_are_an_error():
+    """No such problem is known: the states of two loads are exchanged."""
+    solver = friction_panels.FrictionPanels(contact().solver, np.array([(0.5, 0.0), (1.0, 0.0)]))
+    memories = [Memory(), Memory().to(0.5, 0.0, F), Memory().to(1.0, 0.0, F)]
+    _, plain = solver._solutions(memories, 1e-3)
+    plain.require_growing()
+    plain._known = {0.5: plain.at(1.0), 1.0: plain.at(0.5)}
+    with pytest.raises(mb.NotConverged, match="load 0.5 is not within"):
+        plain.require_growing()

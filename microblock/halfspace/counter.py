@@ -1,0 +1,238 @@
+"""A second half-space under the corners of blocks: pressed, and displaced, where the corners stand.
+
+Corner (a, b) of the block at x presses the smooth surface of the second body at x + (ell/2)(a, b), and there
+the displacement u2 of that surface adds to its gap. In Fourier space that is U2 exp(i k.(s - s')) for the gap
+of a corner at s from the force of one at s'. These places are no multiples of a cell apart: a force on a cell
+is shared among the cells of the second surface about its place, by the weights of the polynomial through five
+of them along each axis, and the displacement of the corner is taken with the same weights. With S for these
+shares,
+
+    gaps = S^T U2 S forces
+
+is symmetric and positive whatever the size of the blocks; shares keep force and moment, and at multiples of a
+cell they are a shift. U2 is that of cells, as of the first body: on a period the symbol, else the
+displacement at the centre of a cell under the pressure on another, of a classical solid in closed form (Love
+1929).
+
+Forces 1, -1, -1, 1 on the corners of a block displace the second body alone, and the less the smaller the
+block: what they are is hardly determined, and steps of a solver towards them are many. So these gaps get
+HELD of what short waves displace times such forces besides, which falls with the width of the cells as other
+errors do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.fft import next_fast_len
+from scipy.sparse import csr_array
+
+from ..errors import BadArgument
+from ..halfplane.kernels import is_classical, normal_symbol, short_waves
+from ..model.material import Cosserat
+from ..model.types import AnyArray as Array
+from .cells import Waves, embedded, wavenumbers
+from .kernels import kernels
+from .surface_law import NONE
+
+NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
+OWN = 0.28  # of a cell's width, the distance at which a point displaces as the cell does its own centre
+HELD = 3e-3  # see above
+FLOOR = 1e-3  # of what short waves displace the first body by, for the twist in the preconditioner
+WIDEST = 2.0  # windows, beyond which blocks are too large for the cells of the second body
+
+
+@dataclass(frozen=True)
+class Counter:
+    """What a second body adds to the gaps of corners on cells.
+
+    Attributes
+    ----------
+    solid : Cosserat
+        Of the second body, also a classical one.
+    ell : float
+        Side of the first body's blocks (length).
+    offsets : array (corners, 2)
+        (a, b), places of the corners from the contact point over ell/2.
+    shares : dict of sparse arrays (m, n)
+        By a or b: of forces on the n cells of the contact points, along an axis, those on the m of the second
+        surface, ``beyond`` more on either side.
+    response : Waves
+        Of u2 to forces on the m x m cells.
+    beyond : int
+    held, twisted : float
+        The least and the most twist of a block, see `with_inverse` (length per force).
+    """
+
+    solid: Cosserat
+    ell: float
+    offsets: Array
+    shares: dict[float, Any]
+    response: Waves
+    beyond: int
+    held: float
+    twisted: float
+
+    @classmethod
+    def on(
+        cls, solid: Cosserat, ell: float, offsets: Array, width: float, count: int, periodic: bool
+    ) -> Counter:
+        """Returns the Counter of a solid on count x count cells of the contact points.
+
+        Raises
+        ------
+        BadArgument
+            If the corners stand farther outside of the cells than the cells of the second body reach.
+        """
+        apart = ell / 2 / width * np.abs(offsets).max()
+        if not periodic and apart > WIDEST / 2 * count:
+            raise BadArgument(
+                "ell",
+                ell,
+                f"is above {WIDEST:g} times the window of {count * width:g}, beside which corners press the "
+                "second body: give a wider one, Cells(window=(left, right))",
+            )
+        beyond = 0 if periodic or not apart else int(np.ceil(apart)) + 2
+        shares = {sign: _shares(sign * apart, count, beyond) for sign in np.unique(offsets).tolist()}
+        if periodic:
+            whole = _smooth(solid, count, width)
+            whole[0, 0] = 0
+        else:
+            whole = _without_images(solid, count + 2 * beyond, width)
+        response = Waves((len(whole), len(whole)), [[whole]])
+        held, (_, twist) = HELD * short_waves(solid)[0] / width, _seen(ell, len(whole), width)
+        twisted = held + float(np.max(whole * twist**2))
+        return cls(solid, ell, offsets, shares, response, beyond, held, twisted)
+
+    def __matmul__(self, forces: Array) -> Array:
+        """Returns gaps from forces, arrays (corners, n, n)."""
+        u2 = self.displacement(self.pressed(forces))
+        gaps = np.array([self.shares[a].T @ u2 @ self.shares[b] for a, b in self.offsets.tolist()])
+        if len(gaps) == len(NONE):
+            gaps += np.multiply.outer(NONE, self.held * np.tensordot(NONE, forces, 1))
+        return gaps
+
+    def pressed(self, forces: Array) -> Array:
+        """Returns the forces on cells of the second surface, array (m, m), from those of the corners."""
+        pairs = zip(self.offsets.tolist(), forces)
+        return np.sum([self.shares[a] @ own @ self.shares[b].T for (a, b), own in pairs], axis=0)
+
+    def displacement(self, forces: Array) -> Array:
+        """Returns u2 on the cells of the second surface from the forces there, arrays (m, m)."""
+        found: Array = self.response(forces[None])[0]
+        return found
+
+    def over(self, values: Array) -> Array:
+        """Returns values on the cells of the second surface at the contact points alone, array (n, n)."""
+        inside = slice(self.beyond, len(values) - self.beyond)
+        return values[inside, inside]
+
+    def at(self, forces: Array, axes: tuple[Array, Array], x1: Array, x2: Array) -> Array:
+        """Returns what the second body adds to the gaps of blocks at (x1, x2), anywhere, under the forces of
+        corners on cells with these centres along the axes, taken as points: array (corners, k).
+        """
+        pressed = self.pressed(forces)
+        width, places = axes[0][1] - axes[0][0], np.nonzero(pressed)
+        y1, y2 = (x[0] + (place - self.beyond) * width for x, place in zip(axes, places))
+        found = np.empty((len(self.offsets), len(x1)))
+        for own, (a, b) in zip(found, self.ell / 2 * self.offsets):
+            for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(y1) // 2**20):
+                r = np.hypot(x1[block, None] + a - y1, x2[block, None] + b - y2)
+                own[block] = kernel(self.solid, np.maximum(r, OWN * width)) @ pressed[places]
+        return found
+
+    def smooth(self, length: int, width: float) -> Array:
+        """Returns U2 at the wavenumbers of a period of so many cells, positive at each."""
+        return _smooth(self.solid, length, width)
+
+    def with_inverse(
+        self, rows: list[list[Array]], length: int, width: float, displaced: float
+    ) -> list[list[Array]]:
+        """Returns the inverse of R of both bodies from that of the first, between what four corners do.
+
+        Beside u and phi it is the twist w in gap = u + a b w - a phi1 - b phi2, second in the rows, from the
+        sum of a b f. The second body adds U2 v v^T, v from the shares of waves.
+        """
+        v, twist = _seen(self.ell, length, width)
+        U2, held = self.smooth(length, width), max(self.held, FLOOR * displaced / width)
+        answer = [sum(part * own for part, own in zip(row, v)) for row in rows]
+        whole = 1 / U2 + sum(own * each for own, each in zip(v, answer)) + twist**2 / held
+        answer.insert(1, twist / held)
+        nothing = np.zeros_like(U2)
+        found = [[*row[:1], nothing, *row[1:]] for row in rows]
+        found.insert(1, [nothing, nothing + 1 / held, nothing, nothing])
+        pairs = zip(found, answer)
+        return [[own - one * other / whole for own, other in zip(row, answer)] for row, one in pairs]
+
+    def with_short(self, short: Array, displaced: float, length: int, width: float) -> Array:
+        """Returns what short waves displace, twist and turn, over what the pressure displaces the first body
+        by: of the second body in the mean over all waves of such a length.
+        """
+        v, twist = _seen(self.ell, length, width)
+        seen = np.array([np.mean(each**2) for each in (v[0], twist, v[1], v[2])])
+        seen *= short_waves(self.solid)[0] / displaced
+        return np.insert(short, 1, 0.0) + np.maximum(seen, (0, FLOOR, 0, 0))
+
+
+def kernel(solid: Cosserat, r: Array) -> Array:
+    """Returns the displacement under a unit force at distances r, array like r (length per force)."""
+    c = (1 - solid.nu) / solid.mu
+    if is_classical(solid):
+        return c / (2 * np.pi * r)
+    found: Array = c / solid.ell * _table(solid)(r / solid.ell)[0]
+    return found
+
+
+def _smooth(solid: Cosserat, length: int, width: float) -> Array:
+    k = wavenumbers(length, width)[2]
+    return normal_symbol(solid, k.ravel()).reshape(k.shape) / width**2
+
+
+def _weights(shift: float) -> tuple[Array, Array]:
+    """Returns the cells that share a force so many cells beside their own, and the weights of each."""
+    first = int(np.rint(shift))
+    others = [np.delete(NODES, number) for number in range(len(NODES))]
+    weights = [np.prod((shift - first - rest) / (own - rest)) for own, rest in zip(NODES, others)]
+    return first + NODES, np.array(weights)
+
+
+def _seen(ell: float, length: int, width: float) -> tuple[tuple[Array, Array, Array], Array]:
+    """Returns what waves of u2 are to the gaps of four corners, as (u, phi1, phi2), and their twist."""
+    ways, weights = _weights(ell / 2 / width)
+    turns = (np.exp(1j * width * k[..., None] * ways) @ weights for k in wavenumbers(length, width)[:2])
+    (c1, s1), (c2, s2) = ((turn.real, turn.imag) for turn in turns)
+    return (c1 * c2, s1 * c2, c1 * s2), -s1 * s2
+
+
+def _shares(shift: float, count: int, beyond: int) -> Any:
+    """Returns the shares of forces that press so many cells beside their own, sparse (m, n)."""
+    ways, weights = _weights(shift)
+    m, cells = count + 2 * beyond, np.arange(count)
+    rows = (cells[:, None] + beyond + ways) % m  # on a period they go on where they began
+    places = rows.ravel(), np.repeat(cells, len(ways))
+    found = csr_array((np.tile(weights, count), places), shape=(m, count))
+    found.eliminate_zeros()
+    return found
+
+
+def _without_images(solid: Cosserat, count: int, width: float) -> Array:
+    """Returns the responses of cells without images in a doubled period."""
+    if is_classical(solid):
+        edges = (np.arange(count + 1) - 0.5) * width
+        whole = _love(edges[:, None], edges[None, :])
+        quarter = np.diff(np.diff(whole, axis=0), axis=1) * (1 - solid.nu) / solid.mu / (2 * np.pi * width**2)
+    else:
+        scale = (1 - solid.nu) / solid.mu / solid.ell
+        quarter = _table(solid).cells(count, width / solid.ell)[0] * scale
+    return embedded(quarter, next_fast_len(2 * count, real=True))
+
+
+def _love(x: Array, y: Array) -> Array:
+    """Returns the integral of 1/r over the rectangle from 0 to (x, y), neither of them 0."""
+    return x * np.arcsinh(y / np.abs(x)) + y * np.arcsinh(x / np.abs(y))
+
+
+def _table(solid: Cosserat) -> Any:
+    return kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
