@@ -7,7 +7,9 @@ import pytest
 
 import microblock as mb
 from cases.__main__ import main
+from cases.common.catalog import DATA
 from cases.scenes import friction_size
+from microblock.data.records import read_records
 
 
 def test_a_cycle_dissipates_what_finite_elements_say():
@@ -24,6 +26,9 @@ def test_a_cycle_dissipates_what_finite_elements_say():
     _, first, _, last = problem.history([(unit, share * 0.3 * unit) for share in (0, 1, -1, 1)]).states
     assert found["dissipation"] == pytest.approx((last.dissipation - first.dissipation) / unit, rel=0.03)
     assert estimate < 0.1
+    rows = read_records(DATA / "friction_dissipation.csv")  # the report draws it: it is of this code
+    (kept,) = (row for row in rows if row["contact"] == "microblock" and row["alpha"] == alpha)
+    assert found["dissipation"] == pytest.approx(kept["dissipation"], rel=estimate)
 
 
 def test_the_command_returns_measures_with_errors(tmp_path, capsys):
