@@ -21,7 +21,6 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from ..threads import workers
 from .counter_cells import CounterCells
 from .kernels import ODD, HalfPlane, symbol
 
@@ -82,8 +81,7 @@ class Flexibility:
         return np.array((m - b * p, a * p - m)) / (a - b)
 
     def _transformed(self, spectrum, values):
-        threads = {"workers": workers(values.size)}
-        waves = rfft(values, self.length, **threads)
+        waves = rfft(values, self.length)
         if len(spectrum) == 1:
             waves *= spectrum[0]
         else:
@@ -93,7 +91,7 @@ class Flexibility:
             waves[1] *= W
             waves[0] += crossed[1]
             waves[1] -= crossed[0]
-        return irfft(waves, self.length, overwrite_x=True, **threads)[..., : values.shape[-1]]
+        return irfft(waves, self.length, overwrite_x=True)[..., : values.shape[-1]]
 
 
 @dataclass(frozen=True)
@@ -180,7 +178,7 @@ class CellGrid:
         column[odd, : -self.count : -1] *= -1
         # kernel 4 is -m, over 1/ell instead of c, from a unit force
         scales = [self.width / (c * ell) if number == 4 else 1.0 for number in which]
-        waves = rfft(column, workers=workers(column.size))
+        waves = rfft(column)
         return [
             -1j * scale * wave.imag if turned else wave.real
             for wave, turned, scale in zip(waves, odd, scales)
