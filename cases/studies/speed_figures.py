@@ -47,7 +47,7 @@ CLASSICAL_NAMES = {
     "half-plane": (6, -18),
     "cells": (5, -1),
     "fitted fe": (0, 8),
-    "tamaas": (5, -4),
+    "tamaas": (-16, -58),
     "scikit-fem, order 1": (6, -6),
     "ContactBoundary, order 1": (6, 0),
     "AL, order 1": (-30, 22),
@@ -66,7 +66,7 @@ COST_NAMES = {
     "half-plane": ((-1, (6, 0)), (-1, (6, -5))),
     "cells": ((-2, (7, -4)), (-2, (7, -4))),
     "AL, order 1": ((-1, (-35, 6)), (-1, (-35, 12))),
-    "condensed, order 1": ((-1, (4, 2)), (-1, (4, 4))),
+    "condensed, order 1": ((-1, (4, 9)), (-1, (4, 4))),
 }
 COST_SECONDS, COST_MEMORY = (1e-2, 1e3), (1, 4e4)  # of the axes
 SIZE, TIME = "unknowns", "processor time (s)"

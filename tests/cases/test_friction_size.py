@@ -27,7 +27,9 @@ def test_a_cycle_dissipates_what_finite_elements_say():
     assert found["dissipation"] == pytest.approx((last.dissipation - first.dissipation) / unit, rel=0.03)
     assert estimate < 0.1
     rows = read_records(DATA / "friction_dissipation.csv")  # the report draws it: it is of this code
-    (kept,) = (row for row in rows if row["contact"] == "microblock" and row["alpha"] == alpha)
+    (kept,) = (
+        row for row in rows if (row["kind"], row["contact"], row["alpha"]) == ("size", "microblock", alpha)
+    )
     assert found["dissipation"] == pytest.approx(kept["dissipation"], rel=estimate)
 
 
