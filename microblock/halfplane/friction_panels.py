@@ -88,7 +88,8 @@ class FrictionPanels:
         plain = _Plain(self.solver, float(self.pairs[:, 0].max()), rtol)
         friction, dissipation, first, found = float(self.solver.law.friction), 0.0, [], []
         for memory in memories[1:]:
-            dissipation += sum(friction * abs(one.change) * plain.rubbed(one) for one in memory.slipped)
+            rubbed = sum(friction * abs(one.change) * plain.rubbed(one) for one in memory.slipped)
+            dissipation += max(0.0, rubbed)  # under a punch it is a difference of equal numbers
             if not first or memory.load > first[-1].load:
                 first.append(memory)
             found.append(PanelFriction(self.solver, plain, memory, tuple(first), dissipation))
