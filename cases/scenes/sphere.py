@@ -22,6 +22,7 @@ import numpy as np
 
 import microblock as mb
 
+from ..common import second_body
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned
 
@@ -67,9 +68,12 @@ class Parameters(Checked):
     period: float | None = option(
         None, "period along x1 and x2 over a_Hz; without it there is one sphere", above=2
     )
-
     second: tuple = option(
-        ("rigid",), f"the sphere: rigid, same as the half-space, or {SECOND}", str, nargs="+", metavar="BODY"
+        second_body.RIGID,
+        f"the sphere: rigid, same as the half-space, or {SECOND}",
+        str,
+        nargs="+",
+        metavar="BODY",
     )
 
     def relate(self):
@@ -77,20 +81,10 @@ class Parameters(Checked):
 
     def _numbers(self):
         """E, nu, beta and alpha of the second body; None of a rigid one."""
-        if self.second == ("rigid",):
-            return None
-        if self.second == ("same",):
+        if self.second == second_body.SAME:
             return 1 - self.nu**2, self.nu, self.beta, self.alpha
-        words, allowed = " ".join(self.second), f"must be rigid, same, or {SECOND}"
-        try:
-            E, nu, beta, alpha = map(float, (*self.second, 0, 1) if len(self.second) == 2 else self.second)
-        except ValueError:
-            raise mb.BadArgument("second", words, allowed) from None
-        try:
-            mb.Cosserat(E, nu, alpha, beta=beta)
-        except mb.BadArgument as failure:
-            raise mb.BadArgument("second", words, f"has a {failure.name} that {failure.allowed}") from failure
-        return E * (1 - self.nu**2), nu, beta, alpha
+        numbers = second_body.numbers(self.second, SECOND, rest=(0, 1))
+        return None if numbers is None else (numbers[0] * (1 - self.nu**2), *numbers[1:])
 
     @property
     def E_star(self):
@@ -124,9 +118,9 @@ class Parameters(Checked):
         body, obstacle, numbers = mb.HalfSpace(self.solid(), period), mb.Sphere(R=1.0), self._numbers()
         if numbers is not None:
             E, nu, beta, alpha = numbers
-            second = mb.Cosserat(E=E, nu=nu, ell=alpha * self.a_Hz, beta=beta)
-            second = self.solid() if self.second == ("same",) else second
-            obstacle = mb.Deformable(mb.HalfSpace(second, period), obstacle)
+            other = mb.Cosserat(E=E, nu=nu, ell=alpha * self.a_Hz, beta=beta)
+            other = self.solid() if self.second == second_body.SAME else other
+            obstacle = mb.Deformable(mb.HalfSpace(other, period), obstacle)
         return mb.Contact(body, obstacle, LAWS[self.contact](), mb.Cells(nodes=self.cells))
 
     def resolved(self):

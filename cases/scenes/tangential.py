@@ -23,6 +23,7 @@ import numpy as np
 import microblock as mb
 from microblock.data.records import column, grouped
 
+from ..common import second_body
 from ..common.case import of_kinds, profiles
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned
@@ -52,7 +53,7 @@ class Parameters(Checked):
     nu: float = poisson()
     beta: float = coupling()
     second: tuple = option(
-        ("rigid",),
+        second_body.RIGID,
         f"the cylinder: rigid, same as the half-plane, or {SECOND}",
         str,
         nargs="+",
@@ -74,21 +75,11 @@ class Parameters(Checked):
 
     def second_solid(self, ell):
         """The second body's solid, if blocks of the first have the side ell; None of a rigid one."""
-        if self.second == ("rigid",):
-            return None
-        if self.second == ("same",):
-            return self.solid(ell)
-        try:
-            E, nu, beta, alpha = map(float, self.second)
-        except ValueError:
-            raise mb.BadArgument(
-                "second", " ".join(self.second), f"must be rigid, same, or {SECOND}"
-            ) from None
-        try:
-            return mb.Cosserat(E=E * (1 - self.nu**2), nu=nu, ell=alpha, beta=beta)
-        except mb.BadArgument as failure:
-            words = f"has a {failure.name} that {failure.allowed}"
-            raise mb.BadArgument("second", " ".join(self.second), words) from failure
+        numbers = second_body.numbers(self.second, SECOND)
+        if numbers is None:
+            return None if self.second == second_body.RIGID else self.solid(ell)
+        E, nu, beta, alpha = numbers
+        return mb.Cosserat(E=E * (1 - self.nu**2), nu=nu, ell=alpha, beta=beta)
 
     def solid(self, ell):
         """The half-plane's solid, of E* = 1."""
@@ -97,8 +88,8 @@ class Parameters(Checked):
     @property
     def E_star(self):
         """That of both bodies together; with R = 1 and a_Hz = 1 it is the scale of all stresses."""
-        second = self.second_solid(1.0)
-        return 1.0 if second is None else 1 / (1 + 1 / second.E_star)
+        other = self.second_solid(1.0)
+        return 1.0 if other is None else 1 / (1 + 1 / other.E_star)
 
     @property
     def unit(self):
@@ -107,8 +98,8 @@ class Parameters(Checked):
 
     def problem(self, alpha):
         """The contact problem at one size of the blocks."""
-        second, cylinder = self.second_solid(alpha), mb.Cylinder(R=1.0)
-        obstacle = cylinder if second is None else mb.Deformable(mb.HalfPlane(second), cylinder)
+        other, cylinder = self.second_solid(alpha), mb.Cylinder(R=1.0)
+        obstacle = cylinder if other is None else mb.Deformable(mb.HalfPlane(other), cylinder)
         return mb.Contact(
             mb.HalfPlane(self.solid(alpha)), obstacle, LAWS[self.contact](friction=self.friction)
         )

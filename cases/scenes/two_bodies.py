@@ -22,18 +22,18 @@ from microblock.data.records import grouped
 
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import returned
+from ..common.second_body import RIGID, SAME, numbers
 from . import hertz
 
 RTOL = 1e-3
 ALPHA = 0.25
-RIGID, SAME = "rigid", "same"
 
 
 @dataclass(frozen=True)
 class Parameters(Checked):
     second: tuple = option(
-        (SAME,),
-        f"the second body: {RIGID}, {SAME} (the solid of the first), or its E, nu, beta (0: classical) and "
+        SAME,
+        "the second body: rigid, same (the solid of the first), or its E, nu, beta (0: classical) and "
         "ell over a_Hz",
         str,
         nargs="+",
@@ -67,23 +67,15 @@ class Parameters(Checked):
 
     def _numbers(self):
         """E, nu, beta and alpha of the second body; None of one that is rigid or the same."""
-        if self.second in ((RIGID,), (SAME,)):
-            return None
-        try:
-            modulus, nu, beta, alpha = map(float, self.second)
-            mb.Cosserat(modulus, nu, alpha, beta=beta)
-        except ValueError as failure:
-            words = f"must be {RIGID}, {SAME}, or four numbers E NU BETA ALPHA ({failure})"
-            raise mb.BadArgument("second", " ".join(map(str, self.second)), words) from None
-        return modulus, nu, beta, alpha
+        return numbers(self.second, "four numbers E NU BETA ALPHA")
 
     @property
     def E_star(self):
         """Modulus of both bodies (stress)."""
-        one, numbers = self.E / (1 - self.nu**2), self._numbers()
-        if self.second == (RIGID,):
+        one, given = self.E / (1 - self.nu**2), self._numbers()
+        if self.second == RIGID:
             return one
-        return 1 / (1 / one + (1 / one if numbers is None else (1 - numbers[1] ** 2) / numbers[0]))
+        return 1 / (1 / one + (1 / one if given is None else (1 - given[1] ** 2) / given[0]))
 
     @property
     def a_Hz(self):
@@ -114,9 +106,9 @@ class Parameters(Checked):
     @property
     def problem(self):
         """The contact problem."""
-        obstacle, numbers = self.shape, self._numbers()
-        if self.second != (RIGID,):
-            modulus, nu, beta, alpha = numbers or (self.E, self.nu, self.beta, self.alpha)
+        obstacle, given = self.shape, self._numbers()
+        if self.second != RIGID:
+            modulus, nu, beta, alpha = given or (self.E, self.nu, self.beta, self.alpha)
             solid = mb.Cosserat(modulus, nu, alpha * self.a_Hz, beta=beta)
             obstacle = mb.Deformable(mb.HalfPlane(solid), obstacle)
         return mb.Contact(mb.HalfPlane(self.solid), obstacle, self.law, mb.Panels(fallback=False))
@@ -152,7 +144,7 @@ def show(answer):
 def rows(parameters, answer):
     """A row a node along the contact line, of the first load; beside the second body as it is a rigid one."""
     found = []
-    for second in dict.fromkeys((parameters.second, (RIGID,))):
+    for second in dict.fromkeys((parameters.second, RIGID)):
         other = replace(parameters, second=second, loads=parameters.loads[:1])
         (state,) = solve(other)
         profile = hertz.observe(other, state, state.error_estimate)["profile"]
@@ -174,7 +166,7 @@ def figure(records):
     weaker ones at 0.81 and 0.31.
     """
     bodies = grouped(records, "body")
-    return hertz.over_x({"rigid" if body == RIGID else "deforms": nodes for body, nodes in bodies.items()})
+    return hertz.over_x({body if body == "rigid" else "deforms": nodes for body, nodes in bodies.items()})
 
 
 FIGURES = {"two_bodies": (rows, figure)}

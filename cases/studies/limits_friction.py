@@ -1,10 +1,10 @@
 """Maps of friction: up to which coefficient contact has one answer, by cells and by finite elements."""
 
 import numpy as np
-from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from microblock.errors import NotConverged
+from microblock.fem.meshes import rectangles
 
 from .limits_maps import Axis, Map, Outcome
 from .limits_states import CONTACTS, LOAD, NU
@@ -81,7 +81,7 @@ def square(friction, alpha, contact):
     """A square block pressed by a plane on all of its side, and sheared to full slip both ways: Newton's
     method against the condensed body, or, where that raises an error, against the balance of its energy.
     """
-    mesh = MakeStructured2DMesh(nx=COLUMNS, ny=COLUMNS, mapping=lambda x, y: (2 * x - 1, 2 * y - 2))
+    mesh = rectangles(np.linspace(-1, 1, COLUMNS + 1), np.linspace(-2, 0, COLUMNS + 1))
     body = mb.Body(mesh, _solid(alpha), 2, fixed="bottom", contact="top")
     states = _history(body, mb.Plane(), contact, friction, mb.Newton())
     try:

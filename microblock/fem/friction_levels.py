@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import NotConverged
-from ..model.history import FrictionState, History
+from ..model.history import FrictionState, History, change
 
 LEVELS = 4  # meshes, of which the last has squares an eighth as long as the first
 ORDERS = 0.5, 1.0  # that a measured order is taken for: edges within elements leave the first one
@@ -50,14 +50,9 @@ def history_to(rtol, follow):
 
 
 def _change(finer, coarser):
-    """The largest relative L2 change of pressure, M/ell and q/f, over the pressure."""
-    size = np.sqrt(finer.weights @ finer.pressure**2)
-    scales = {"pressure": 1.0, "micromoment": finer.solid.ell, "shear_traction": finer.law.friction}
-    changes = []
-    for name, scale in scales.items():
-        before = np.interp(finer.x, coarser.x, getattr(coarser, name))
-        changes.append(np.sqrt(finer.weights @ ((getattr(finer, name) - before) / scale) ** 2))
-    return float(max(changes) / size)
+    """The change of a state from the mesh before."""
+    ell, friction = finer.solid.ell, finer.law.friction
+    return change(finer.solution, coarser.solution, finer.weights, ell, friction)
 
 
 def _lacking(before, last):

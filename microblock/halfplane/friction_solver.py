@@ -19,7 +19,7 @@ from ..corners import active_set
 from ..corners.friction import FrictionalContact, FrictionPath, Moment
 from ..errors import BadArgument, NotConverged
 from ..model import picture
-from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent, ZoneErrors
+from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent, ZoneErrors, change
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
 from ..model.types import Array, Flags, Interval, Zones
@@ -394,18 +394,7 @@ def _difference(finer: FrictionCells, coarser: FrictionCells, problem: Problem, 
     shifts = problem.law.shifts(problem.ell)
     ends = distance_to_ends(finer.x, getattr(problem.obstacle, "ends", ()), shifts)
     weights: Array = finer.weights * np.broadcast_to(ends, len(finer.x))
-    total: Array = finer.pressures.sum(axis=0)
-    size = np.sqrt(weights @ total**2)
-    fields: list[tuple[Any, float]] = [
-        (lambda one: one.pressures.sum(axis=0), 1.0),
-        (lambda one: one.micromoment, problem.ell),
-        (lambda one: one.shear_traction, friction),
-    ]
-    changes = [
-        np.sqrt(weights @ ((own(finer) - np.interp(finer.x, coarser.x, own(coarser))) / scale) ** 2)
-        for own, scale in fields
-    ]
-    return float(max(changes) / size)
+    return change(finer, coarser, weights, problem.ell, friction)
 
 
 def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: Array) -> list[HistoryEvent]:

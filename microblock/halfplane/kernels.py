@@ -249,12 +249,13 @@ class HalfPlane(Unbounded):
             or not width[0] > 0
         ):
             raise BadArgument("x", x, "must be at least two ascending, equally spaced numbers")
-        U, V, W, fixed, _ = self.cells(len(x), width[0])
+        own = self.cells(len(x), width[0], (3,) if clamped else (0, 1, 2))
         apart = np.arange(len(x))[:, None] - np.arange(len(x))
         near, sign, half = np.abs(apart), np.sign(apart), self.solid.ell / 2
         if clamped:
-            matrix = np.block([[fixed[near], 0 * near], [0 * near, 0 * near]])
+            matrix = np.block([[own[0, near], 0 * near], [0 * near, 0 * near]])
         else:
+            U, V, W = own
             # (u.n, psi) from (force along n, moment): u = -u.n, p = -force, phi = ell psi/2, m = 2 M/ell
             matrix = np.block([[U[near], sign * V[near] / half], [-sign * V[near] / half, W[near] / half**2]])
         points = np.column_stack((x, np.zeros_like(x)))

@@ -26,6 +26,7 @@ from ..halfplane.counter import require_same_period
 from ..halfplane.kernels import is_classical
 from ..model.deformable import body_of
 from ..model.events import LoadPath
+from ..model.material import joint_modulus
 from ..model.solver import Solver
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Interval
@@ -325,8 +326,7 @@ class SurfaceSolver(Solver):
     def _modulus(self) -> float:
         """E* of both bodies (stress)."""
         second = body_of(self.obstacle)
-        compliance = 0.0 if second is None else 1 / second.solid.E_star
-        return float(1 / (1 / self.solid.E_star + compliance))
+        return joint_modulus(self.solid, second and second.solid)
 
     def _touching_outside(
         self, state: SurfaceState, side: float, middle: tuple[float, float]

@@ -13,6 +13,7 @@ from ..errors import BadArgument
 from .state import Solution, State, _to_read
 from .summary import Row, Shown, Summary, number, saved
 from .types import Array, ContactLike, Interval, Target
+from .zones import distance
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -57,6 +58,26 @@ class FrictionSolution(Solution):
         def work(self) -> float: ...
         @property
         def tangential_approach(self) -> float | None: ...
+
+
+def change(
+    finer: FrictionSolution, coarser: FrictionSolution, weights: Array, ell: float, friction: float
+) -> float:
+    """Returns the largest relative L2 change of pressure, M/ell and q/f from one discretisation to the next.
+
+    Parameters
+    ----------
+    finer, coarser : FrictionSolution
+    weights : array (n,)
+        Of the finer one's nodes (lengths).
+    ell, friction : float
+    """
+    fields = [
+        (one.pressures.sum(axis=0), one.micromoment / ell, one.shear_traction / friction)
+        for one in (finer, coarser)
+    ]
+    p, M, q = (own - np.interp(finer.x, coarser.x, other) for own, other in zip(*fields))
+    return distance(weights, p, M, fields[0][0], q)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

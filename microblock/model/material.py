@@ -261,3 +261,10 @@ def _coupling_ratio(mu: float, beta: float | None, eta: float | None, mu_c: floa
             raise Inadmissible(name, value, "must satisfy 0 <= beta < 2 (2 is the couple-stress limit)")
         return value / (2 - value)
     return value if name == "eta" else value / mu
+
+
+def joint_modulus(first: Cosserat, second: Cosserat | None) -> float:
+    """Returns the contact modulus E* of two bodies (stress): 1/E* is the sum of theirs, and without a second
+    one that of the first.
+    """
+    return first.E_star if second is None else 1 / (1 / first.E_star + 1 / second.E_star)

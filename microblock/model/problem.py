@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import BadArgument
 from .law import ACTS_IN
+from .material import joint_modulus
 from .obstacles import heights
 from .types import AngledLaw, Array, LawLike, ObstacleLike
 
@@ -58,10 +59,8 @@ class Problem:
 
     @property
     def E_star(self) -> float:
-        """Plane-strain contact modulus of both bodies: 1/E* is the sum of theirs (stress)."""
-        if self.counter is None:
-            return self.solid.E_star
-        return 1 / (1 / self.solid.E_star + 1 / self.counter.E_star)
+        """Plane-strain contact modulus of both bodies (stress)."""
+        return joint_modulus(self.solid, self.counter)
 
     @property
     def corners(self) -> range:

@@ -42,16 +42,18 @@ def layer_lengths(
     return psi / slope_psi, u1 / slope_u
 
 
-def distance(weights: Array, pressure: Array, moment: Array, total: Array) -> float:
-    """Returns max(|dp|, |dM|/ell)/|p| in L2, the norm of all error estimates; 0 without p.
+def distance(weights: Array, pressure: Array, moment: Array, total: Array, *shear: Array) -> float:
+    """Returns max(|dp|, |dM|/ell, |dq|/f)/|p| in L2, the norm of all error estimates; 0 without p.
 
     Parameters
     ----------
     weights, pressure, moment, total : arrays (n,)
         Weights of the quadrature rule (lengths), dp, dM/ell and p (stresses).
+    shear : array (n,), optional
+        dq/f (stress), with friction.
     """
-    size = weights @ total**2
-    return float(np.sqrt(max(weights @ pressure**2, weights @ moment**2) / size)) if size else 0.0
+    size, changes = weights @ total**2, (pressure, moment, *shear)
+    return float(np.sqrt(max(weights @ change**2 for change in changes) / size)) if size else 0.0
 
 
 def relative_error(values: Array, reference: Array, weights: Array, scale: float) -> float | None:
