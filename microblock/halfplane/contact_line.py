@@ -166,7 +166,9 @@ def fit(problem, load, zones, *, order, tolerance, steps=EDGE_STEPS):
         moved, error, meeting, crossing = _moved(problem, load, zones, found, tolerance)
         if error <= max(tolerance, ROUNDED):
             estimate = Estimate(None, error, _share(panels, noise, q))
-            state = PanelSolution(problem, load, zones, panels, q, float(approach), iteration + 1, estimate)
+            state = PanelSolution(
+                problem, load, zones, panels, q, float(approach), iteration + 1, estimate, further=moved
+            )
             if error <= tolerance:
                 good = good or state
                 if not crossing:

@@ -26,6 +26,11 @@ FIXED_ORDER_EDGES = 1e-9  # tolerance of the edges where the order is fixed: rou
 CROSSINGS = 6  # of edges of the two corners, in one fit
 AMENDMENTS = 8  # of zones that a fitted state shows wrong
 EDGE_SHARE = 0.1  # of rtol, to which the edges are driven
+COARSE_SHARE = 0.5  # the same of the coarser of two orders: the distance between the two has it
+# {order: (the least rtol that its distance to the next order came to under the smoothest obstacles, and how
+# far edges are driven on it where less is asked for: the next step leaves about the square of that)}
+ON_THE_WAY = {6: (1e-4, 1e-2), 10: (5e-7, 7e-4), 14: (4e-9, 6e-5)}
+SHORT_CUT = 14  # order from which on edges come by two orders on the way
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
 # cells: opposite edges of the two corners this near to each other may be joined or apart
 MEETING = 4.0
@@ -104,14 +109,16 @@ class LineSolver:
         """The state to rtol under a simple obstacle, looked at everywhere at its last order; None where that
         does not do.
         """
+        before, first = _on_the_way(orders, rtol)
         try:
-            return self._climb(
-                self._on(zones, orders, edges, conditions, last=True), rtol, edges, conditions, last=True
-            )
+            for order in before:
+                zones = self._fit(zones, order, ON_THE_WAY[order][1]).further
+            coarse = self._fit(zones, first, COARSE_SHARE * rtol)
+            return self._climb({first: coarse}, rtol, edges, conditions, last=True)
         except NotConverged:
             return None
 
-    def _on(self, zones, orders, edges, conditions, last=False):
+    def _on(self, zones, orders, edges, conditions):
         """{order: state} from these zones on: orders before the last are near it and fit soon, or not at
         all.
         """
@@ -119,10 +126,7 @@ class LineSolver:
         for order in orders[:-1]:
             states[order] = self._fit(zones, order, edges, steps=NEAR_STEPS)
             zones = states[order].zones
-        highest = orders[-1]
-        states[highest] = (
-            self._fit(zones, highest, edges) if last else self._settled(zones, highest, edges, conditions)
-        )
+        states[orders[-1]] = self._settled(zones, orders[-1], edges, conditions)
         return states
 
     def _fit(self, zones, order, edges, **steps):
@@ -200,7 +204,8 @@ class LineSolver:
 
         def at_order(order):
             if order not in states:
-                zones = states[max(states)].zones
+                coarser = states[max(states)]
+                zones = coarser.further if last else coarser.zones
                 states[order] = (
                     self._fit(zones, order, edges) if last else self._settled(zones, order, edges, conditions)
                 )
@@ -220,6 +225,16 @@ class LineSolver:
 
         fine, _ = refine(at_order, ORDERS[ORDERS.index(first) :], error, rtol)
         return states[fine.panels.order]
+
+
+def _on_the_way(orders, rtol):
+    """Orders on which edges are driven a part of the way, from the first of `orders` on, and the one from which
+    the order rises to rtol.
+    """
+    low = [order for order, (least, _) in ON_THE_WAY.items() if rtol < least]
+    first = max(orders[0], ORDERS[len(low)])
+    start = orders[0] if len(orders) == 1 else ORDERS[0]
+    return [order for order in ON_THE_WAY if start <= order < min(first, SHORT_CUT)], first
 
 
 def _orders_of(near, rtol):

@@ -61,6 +61,7 @@ class PanelSolution(LineSolution):
     iterations : int, steps of Newton's method
     estimate : Estimate; its discretisation is None where the order of the panels was prescribed
     least : ((corner, x, gap), ...), local minima of the gaps out of contact
+    further : zones after one more step of Newton's method, of a state that was fitted
     solver : PanelSolver
     """
 
@@ -73,6 +74,7 @@ class PanelSolution(LineSolution):
     iterations: int
     estimate: Estimate
     least: tuple = ()
+    further: Any = None
     solver: Any = None  # a Solver, which puts itself in
 
     method = "panels"

@@ -251,18 +251,21 @@ def _near_rows(problem, panels, x, target, panel, kernel):
     cuts, starts = np.unique(cut[by_cut], return_index=True)
     groups = np.split(by_cut, starts[1:])
     rules = [_cut_rule(panels.order, float(each) * SAME) for each in cuts]
-    sides = [
-        np.broadcast_to(rule.sides, (len(group), len(rule.sides))).ravel()
-        for rule, group in zip(rules, groups)
-    ]
-    counts = np.concatenate([np.full(len(group), len(rule.sides)) for rule, group in zip(rules, groups)])
-    sides, v0 = np.concatenate(sides), np.repeat(cut[by_cut] * SAME, counts)
-    x, target, panel = (np.repeat(values[by_cut], counts) for values in (x, target, panel))
-    difference = (
-        x - panels.x(panel, v0) - panels.h[panel] * sides * mean_slope(v0, v0 + sides, panels.root[panel])
+    of_pairs = [rule.sides for rule, group in zip(rules, groups) for _ in group]
+    sides, counts = np.concatenate(of_pairs), [len(own) for own in of_pairs]
+    x, target, panel, v0 = x[by_cut], target[by_cut], panel[by_cut], cut[by_cut] * SAME
+    # x of the panel is x(v0) + sides (slope + bend sides)
+    root, h = panels.root[panel], panels.h[panel]
+    slope, bend = np.where(root, 2 * v0, 1.0) * h, np.where(root, h, 0.0)
+    start, slope, bend, target = (
+        np.repeat(each, counts) for each in (x - panels.x(panel, v0), slope, bend, target)
     )
-    lever = problem.lever(panels.corner[panel], panels.x(panel, v0 + sides))
-    values, done = kernel(problem, difference, target, lever), 0
+    if problem.has_constant_levers:
+        lever = np.repeat(problem.lever(panels.corner[panel], x), counts)
+    else:
+        panel = np.repeat(panel, counts)
+        lever = problem.lever(panels.corner[panel], panels.x(panel, np.repeat(v0, counts) + sides))
+    values, done = kernel(problem, start - sides * (slope + bend * sides), target, lever), 0
     several = values.shape[:-1]
     found = np.empty((*several, len(cut), panels.order))
     for rule, group in zip(rules, groups):

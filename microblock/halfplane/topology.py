@@ -18,6 +18,7 @@ APART, OVERLAP = 0.3, 0.15  # of the way between such edges, where the other way
 # of the way to the next edge: half the distance at which two edges that have met are put on the other side
 CROSSED = 0.1
 MARGIN = 1.3  # of the coarse grid around the contact
+FARTHEST_OUT = 1.2  # cells from the middle of the last closed cell to the edge: 0.5 to 1 are met
 SNAP = 1.5  # cells within which an edge is taken for an end of the obstacle, to begin with
 # of what `tolerated` allows next to edges: overlap apart from them is not the panels' own error
 UNSEEN = 1e-3
@@ -36,46 +37,67 @@ def coarse(problem, body, load, cells):
     see them.
     """
     centre = 0.0 if problem.mirror else problem.picture.lowest
-    reach = 1.5 * classical(problem, load)[0][0][1] + problem.solid.ell
+    half = classical(problem, load)[0][0][1]
+    reach = 1.5 * half + problem.solid.ell
     for _ in range(12):
         around = np.linspace(-reach, reach, cells + 1 - cells % 2)
-        closed = _closed(problem, body, load, centre + around)
-        outer = np.abs(around[closed.any(axis=0)]).max(initial=0.0)
+        forces = _forces(problem, body, load, centre + around, np.abs(around) <= half)
+        outer = np.abs(around[(forces > 0).any(axis=0)]).max(initial=0.0)
         if outer > 0.95 * reach or outer == 0:
             reach *= 1.6
         elif MARGIN * 1.5 * outer < reach and outer > 3 * (around[1] - around[0]):
             reach = MARGIN * outer
         else:
             break
-    return set_apart(problem, _intervals(problem, centre + around, closed), around[1] - around[0])
+    return set_apart(problem, _intervals(problem, centre + around, forces), around[1] - around[0])
 
 
-def _closed(problem, body, load, x):
-    """Whether the corners of each cell are closed: array (corners, n)."""
+def _forces(problem, body, load, x, guess):
+    """Forces on the corners of each cell: array (corners, n). Those of the guessed cells (boolean array (n,))
+    are closed to begin with.
+    """
     compliance = body.compliance(x, clamped=problem.law.clamps_rotation)
     flexibility, gaps, share = compliance.corner_system(problem.law, problem.obstacle)
     if problem.counter is not None:
         flexibility = flexibility + counter_flexibility(problem, x, x[1] - x[0])
     if not problem.mirror or half_line(problem):
-        return active_set.solve(flexibility, gaps, load=load, c=share).closed.reshape(
-            len(problem.law.corners), -1
-        )
+        start = np.tile(guess, len(problem.law.corners))
+        forces = _pressed(active_set.solve(flexibility, gaps, load=load, c=share, start=start))
+        return forces.reshape(len(problem.law.corners), -1)
     n = len(x)  # corner B mirrors A
     folded = flexibility[:n, :n] + flexibility[:n, n:][:, ::-1]
-    closed = active_set.solve(folded, gaps[:n], load=load / 2, c=share[:n]).closed
-    return np.array((closed, closed[::-1]))
+    forces = _pressed(active_set.solve(folded, gaps[:n], load=load / 2, c=share[:n], start=guess))
+    return np.array((forces, forces[::-1]))
 
 
-def _intervals(problem, x, closed):
-    """{corner: intervals} of the closed cells; next to an end of the obstacle they reach to it."""
+def _pressed(state):
+    """Forces of a ContactState, above 0 wherever it is closed."""
+    return np.where(state.closed, np.maximum(state.forces, np.finfo(float).tiny), 0.0)
+
+
+def _intervals(problem, x, forces):
+    """{corner: intervals} of the cells with a force; next to an end of the obstacle they reach to it."""
     width, zones = x[1] - x[0], {}
     for corner in problem.corners:
         first, last = problem.ends.get(corner, (-np.inf, np.inf))
+        own = forces[corner]
         zones[corner] = tuple(
-            (_snap(x[i] - width / 2, first, width), _snap(x[j] + width / 2, last, width))
-            for i, j in runs(closed[corner])
+            (
+                _snap(x[i] - width * _beyond_middle(own[i : j + 1]), first, width),
+                _snap(x[j] + width * _beyond_middle(own[i : j + 1][::-1]), last, width),
+            )
+            for i, j in runs(own > 0)
         )
     return zones
+
+
+def _beyond_middle(forces):
+    """How far an edge lies beyond the middle of its cell, over a cell, from forces inwards: their squares grow
+    evenly.
+    """
+    if len(forces) < 2 or forces[0] >= forces[1]:
+        return 0.5
+    return min(forces[0] ** 2 / (forces[1] ** 2 - forces[0] ** 2), FARTHEST_OUT)
 
 
 def _snap(edge, end, width):

@@ -314,6 +314,11 @@ def micromoment(multipliers: Mapping[str, Array], levers: Mapping[str, Array], e
     return -ell / 2 * sum(levers[corner] * multiplier for corner, multiplier in multipliers.items())
 
 
+def has_constant_levers(law: object) -> bool:
+    """Returns whether levers are known to be the same at all x; of a law that a user adds they are not."""
+    return type(law) in (Microblock, Unilateral, Microclamped) and not callable(getattr(law, "psi0", None))
+
+
 def check(law: object) -> None:
     """Raises BadArgument unless this is a law."""
     if isinstance(law, type):

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import BadArgument
-from .law import ACTS_IN
+from .law import ACTS_IN, has_constant_levers
 from .material import joint_modulus
 from .obstacles import heights
 from .types import AngledLaw, Array, LawLike, ObstacleLike
@@ -151,6 +151,11 @@ class Problem:
         """Returns the levers of (29) of all corners at x, array (corners, ...); 0 where psi is prescribed."""
         values = list(self.law.levers(np.asarray(x)).values())
         return np.zeros(np.shape(values)) if self.law.clamps_rotation else np.array(values)
+
+    @property
+    def has_constant_levers(self) -> bool:
+        """Whether the levers are known to be the same at all x."""
+        return has_constant_levers(self.law)
 
     def lever(self, corner: NDArray[np.integer], x: Array) -> Array:
         """Returns levers of (29) for corner numbers and abscissae of the same shape."""
