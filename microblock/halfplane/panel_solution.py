@@ -4,7 +4,6 @@ its error.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -143,24 +142,20 @@ class PanelSolution(LineSolution):
         elif self.problem.mirror and corner == 1:
             return self.pressure(0, -x)
         found, own = np.zeros_like(x), np.flatnonzero(self.panels.corner == corner)
-        inside = [(left <= x) & (x <= right) for left, right in self.zones[corner]]
-        known = ~np.any(inside, axis=0) if len(own) else x == x
-        for slack, number in product((0.0, JOINT), own):
-            if known.all():
-                break
-            e, h = self.panels.e[number], self.panels.h[number]
-            along = (x - e) / h
-            here = (along >= -slack) & (along <= 1 + slack) & ~known
-            if here.any():
-                v = np.maximum(self.panels.parameter(number, e + h * np.abs(along[here])), NEXT_TO)
-                q = (
-                    lagrange(self.panels.points[0], v)
-                    @ self.q[number * self.panels.order : (number + 1) * self.panels.order]
-                )
-                found[here] = (q - self._anchored[number]) / self.panels.slope(
-                    number, v
-                ) + self.panels.logarithm(number, v)
-                known |= here
+        if not len(own):
+            return found
+        e, h = self.panels.e[own], self.panels.h[own]
+        starts = np.minimum(e, e + h)
+        along = np.argsort(starts)
+        here = np.flatnonzero(_within(x, self.zones[corner]))
+        number = along[np.maximum(np.searchsorted(starts[along], x[here], side="right") - 1, 0)]
+        on_it = np.abs((x[here] - e[number]) / h[number] - 0.5) <= 0.5 + JOINT
+        here, number = here[on_it], own[number[on_it]]
+        e, h = self.panels.e[number], self.panels.h[number]
+        v = np.maximum(self.panels.parameter(number, e + h * np.abs((x[here] - e) / h)), NEXT_TO)
+        rows = self.q.reshape(-1, self.panels.order)[number]
+        q = np.einsum("ij,ij->i", lagrange(self.panels.points[0], v), rows) - self._anchored[number]
+        found[here] = q / self.panels.slope(number, v) + self.panels.logarithm(number, v)
         return found
 
     @cached_property

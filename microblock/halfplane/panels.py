@@ -163,7 +163,7 @@ def _between(left, right, roots, first):
 
 def _short_enough(problem, anchor, length, root):
     """A panel, or the parts of one that is longer than the obstacle's features ask for."""
-    if abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
+    if abs(length) <= problem.least_scale or abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
         return [(anchor, length, root)]
     half = length / 2
     return _short_enough(problem, anchor, half, root) + _short_enough(problem, anchor + half, half, False)

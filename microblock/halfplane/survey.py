@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebpts1, chebval, chebvander
+from numpy.polynomial.chebyshev import chebpts1, chebvander
 
 from ..model.problem import half_line
 from ..model.zones import runs, zone_edges
@@ -181,7 +181,8 @@ def varies(problem):
 
 def _risen(problem, stretch, series, x):
     """What the gap has more than at first, at x in a stretch."""
-    values = chebval(stretch.parameter(x), series.T)
+    angles = np.arccos(np.clip(stretch.parameter(x), -1, 1))
+    values = series @ np.cos(np.arange(series.shape[1])[:, None] * angles)
     return (
         values[0]
         if len(values) == 1

@@ -92,8 +92,8 @@ def _intervals(problem, x, forces):
 
 
 def _beyond_middle(forces):
-    """How far an edge lies beyond the middle of its cell, over a cell, from forces inwards: their squares grow
-    evenly.
+    """How far an edge lies beyond the middle of its cell, over a cell, from forces inwards: their squares
+    grow evenly.
     """
     if len(forces) < 2 or forces[0] >= forces[1]:
         return 0.5

@@ -104,6 +104,11 @@ class Problem:
         angle = [] if self.picture.angle is None else [(self.picture.angle.edges, self.picture.angle.lengths)]
         return [(self.picture.edges + shift, self.picture.lengths) for shift in self.shifts] + angle
 
+    @cached_property
+    def least_scale(self) -> float:
+        """The shortest piece on which heights and psi0 are polynomials: no `scale` is less (length)."""
+        return min((float(own.min(initial=np.inf)) for _, own in self._pieces), default=np.inf)
+
     @property
     def reach(self) -> tuple[float, float]:
         """(left, right) of x, beyond which no corner touches; of problems with a picture."""
