@@ -346,8 +346,8 @@ def test_neighbours_cost_fewer_solutions_than_fresh_states(monkeypatch):
     moved = len(count)
     count.clear()
     session.problem.solve(load=1.06)
-    # two orders, one of them twice; afresh each starts from the edges of cells
-    assert moved <= 3 < len(count)
+    # two orders once each; afresh the first one twice, as it starts from the edges of cells
+    assert moved <= 2 < len(count)
 
 
 def test_refused_parameters_leave_the_session_as_it_was():
