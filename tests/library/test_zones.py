@@ -196,3 +196,45 @@ def test_crossed_edges_are_another_topology():
     with pytest.raises(NotConverged, match="cross"):
         zones = {0: ((-0.9, 0.95), (0.94, 1.02)), 1: ((-1.0, 0.9),)}
         contact_line.fit(line, 1.0, zones, order=6, tolerance=1e-3)
+
+
+@pytest.mark.parametrize("law", [Unilateral(), Microblock()], ids=["unilateral", "microblock"])
+@pytest.mark.parametrize("alpha", [0.02, 0.25, 2.0])
+def test_gauss_points_away_from_a_panel_leave_less_than_its_order_does(monkeypatch, law, alpha):
+    here = problem(alpha, law, obstacles.Cylinder(1.0))
+    fine = of_order(here, 22)
+
+    def pressures(order, near):
+        monkeypatch.setattr(panels, "NEAR", near)
+        own = panels.make_panels(fine.problem, fine.zones, order)
+        return contact_line.solve_zones(fine.problem, own, (LOAD,))[0][0]
+
+    # about what two orders differ by under a cylinder; quadrature may be a tenth of it
+    for order, discretisation in ((6, 3e-5), (10, 1e-7), (14, 7e-10)):
+        usual, careful = pressures(order, panels.NEAR), pressures(order, 3.0)
+        monkeypatch.undo()
+        assert np.linalg.norm(usual - careful) < discretisation / 10 * np.linalg.norm(careful)
+
+
+@pytest.mark.parametrize("rtol, most", [(1e-3, 3), (1e-6, 5), (1e-9, 6)])
+def test_a_cylinder_takes_few_solutions(monkeypatch, rtol, most):
+    count, solve = [], contact_line.solve_zones
+    monkeypatch.setattr(contact_line, "solve_zones", lambda *given: count.append(given) or solve(*given))
+    here = problem(0.25, Microblock(), obstacles.Cylinder(1.0))
+    state = here.solve(load=LOAD, rtol=rtol)
+    # from cells' edges: two on order 6, then one or two on each order that is needed; 4, 8 and 13 if edges
+    # are driven to the accuracy asked for on all orders
+    assert len(count) <= most and state.error_estimate <= rtol
+    fine = here.solve(load=LOAD, rtol=1e-10)
+    assert state.half_width == pytest.approx(fine.half_width, rel=rtol)
+
+
+def test_edges_of_cells_are_nearer_than_their_ends():
+    """Edges are right to a quarter of a cell, where the ends of cells are off by a half and more."""
+    here = problem(0.25, Microblock(), obstacles.Cylinder(1.0))
+    fine = of_order(here, 14)
+    for cells in (60, 70, 80, 90, 100):
+        ((left, right),) = topology.coarse(fine.problem, here.body, LOAD, cells)[0]
+        width = topology.MARGIN * 2 * right / cells
+        missed = np.abs(np.array((left, right)) - fine.zones[0][0]) / width
+        assert missed.max() < 0.25
