@@ -31,6 +31,8 @@ REACH = 1.2  # half-width of the contact boundary
 SPACING = 0.25  # of its elements at first
 ROOM = 0.6  # of the fewest unknowns: where the abscissa of the figure begins
 PICTURE = "cylinder", "microblock"
+# names of curves beside their first marks: which of these, and points right and up of it
+NAMES = {PICTURE: ("error_estimate", (6, 6)), ("cylinder", "unilateral"): ("difference", (0, -14))}
 
 
 @dataclass(frozen=True)
@@ -170,16 +172,16 @@ def figure(records):
         axis.loglog(unknowns[:-1], [row["difference"] for row in rows[:-1]], **look)
         estimates = [row["error_estimate"] for row in rows]
         axis.loglog(unknowns, estimates, "--", markerfacecolor="none", **look)
-        # the first of the problems starts at the left end, where there is no room for its name
-        place, shift = (-1, (0, -13)) if colour == plots.COLOURS[0] else (0, (0, 12))
-        plots.label(axis, unknowns[place], estimates[place], f"{obstacle},\n{law}", colour, shift)
+        # the cylinder's curves cross: names stand where neither runs
+        at, shift = NAMES.get((obstacle, law), ("error_estimate", (0, 12)))
+        plots.label(axis, unknowns[0], rows[0][at], f"{obstacle},\n{law}", colour, shift)
     least = min(column(kinds["state"], "unknowns"))
     for rtol in dict.fromkeys(column(kinds["state"], "rtol")):
         axis.axhline(rtol, color="0.6", linewidth=0.7, linestyle=":", zorder=0)
         plots.label(axis, ROOM * least, rtol, f"rtol {rtol:g}", "0.35", (2, 5))
     plots.plain_log(axis.xaxis)
     low, high = axis.get_ylim()
-    axis.set(xlabel="unknowns", ylabel="relative $L_2$ difference", ylim=(0.6 * low, 3 * high))
+    axis.set(xlabel="unknowns", ylabel="relative $L_2$ difference", ylim=(0.35 * low, 3 * high))
     axis.set_xlim(ROOM * least, None)
     plots.letter((body, axis), rf"displacements $\times$ {magnified:.2g}", "")
     return drawing

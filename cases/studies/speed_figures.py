@@ -63,7 +63,7 @@ ERRORS, SECONDS = (3, 3e-11), (4e-4, 400)  # of the axes: errors fall to the rig
 FAINT = 0.35  # opacity of the other problems
 # names in (a) and in (b): beside which mark they stand, points right and up
 COST_NAMES = {
-    "half-plane": ((-1, (6, 0)), (-1, (6, -5))),
+    "half-plane": ((-1, (6, 0)), (-1, (6, 2))),
     "cells": ((-2, (7, -4)), (-2, (7, -4))),
     "AL, order 1": ((-1, (-35, 6)), (-1, (-35, 12))),
     "condensed, order 1": ((-1, (4, 9)), (-1, (4, 4))),
