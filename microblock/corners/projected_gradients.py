@@ -50,6 +50,7 @@ INNER_STEPS = 60
 OUTER_STEPS = 300  # 5 to 40 are met
 SEARCH = 1, 1 / 4, 1 / 16  # parts of the way to the minimum on the face
 ROUNDING = 1e-14  # of the range of the normal displacement, to which products are good
+SAME = 1e-13  # of the load: a sum of forces that is this near to it is the load
 BACKTRACKS = 60  # halvings of alpha
 # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
 FLAT = 1e-6
@@ -106,11 +107,14 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     forces = problem.project(problem.first(start))
     slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
     for step in range(OUTER_STEPS):
-        forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
+        if step or start is None:  # the face of a start is better than what a first gradient makes of it
+            forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
         forces, slope = problem.settled(forces, slope)
         face, before = forces > 0, face
         inner = FINAL if np.array_equal(face, before) else INNER
         trial, ahead = _face_step(problem, forces, slope, rtol, inner)
+        if step == 0:
+            alpha = _curvature_step(trial - forces, ahead - slope) or alpha
         forces, slope = _projected_search(problem, forces, slope, trial, ahead)
         forces, slope = problem.settled(forces, slope)
         kkt = problem.residual(forces, slope)[0]
@@ -156,16 +160,9 @@ class _Problem:
         return self.kept(self.H @ self.spread(forces))
 
     def preconditioner(self, face):
-        """Of the corners numbered `face` alone, from values on them to values on them."""
-        whole = np.zeros(len(self.g0))
-        whole[face] = 1
-        on_face = getattr(self.H, "on_face", lambda _: self.H.precondition)(self.spread(whole) > 0)
-
-        def precondition(values):
-            whole[face] = values
-            return self.kept(on_face(self.spread(whole)))[face]
-
-        return precondition
+        """Of the corners of a boolean `face` alone, from values on them (0 elsewhere) to such values."""
+        on_face = getattr(self.H, "on_face", lambda _: self.H.precondition)(self.spread(face * 1.0) > 0)
+        return lambda values: self.kept(on_face(self.spread(values))) * face
 
     def settled(self, forces, slope):
         """Forces of the least q that those which do (next to) nothing lead to, and their slope."""
@@ -199,7 +196,10 @@ class _Problem:
         if self.load is None:
             return np.maximum(values, 0)
         kept = values[values > 0]
-        if not kept.sum() > self.load:  # tau < 0
+        whole = kept.sum()
+        if abs(whole - self.load) <= SAME * self.load:  # else rounding lifts all others above 0
+            return np.maximum(values, 0) * (self.load / whole)
+        if not whole > self.load:  # tau < 0
             kept = values
         while True:
             tau = (kept.sum() - self.load) / len(kept)
@@ -275,13 +275,18 @@ def _gradient_step(problem, forces, slope, alpha):
         ahead = problem.slope(moved)
         rise, rounding = _rise(problem, forces, change, slope, ahead)
         if rise <= -SHARE * length / alpha or abs(rise) <= rounding:
-            bend = change @ (ahead - slope)
-            return moved, ahead, length / bend if bend > 0 else 2 * alpha
-        alpha /= 2
+            return moved, ahead, _curvature_step(change, ahead - slope) or 2 * alpha
+        alpha = min(_curvature_step(change, ahead - slope) or alpha, alpha / 2)
     raise NotConverged(
         "no step of gradient projection lowers the energy: is the flexibility positive semidefinite? "
         "At a given approach it must be so with its level; give the load instead"
     )
+
+
+def _curvature_step(change, bend):
+    """|change|^2 over its product with what it adds to the slope, at least 1/|H|; 0 where that is unknown."""
+    curvature = change @ bend
+    return change @ change / curvature if curvature > 0 else 0.0
 
 
 def _rise(problem, forces, change, slope, ahead):
@@ -293,16 +298,14 @@ def _rise(problem, forces, change, slope, ahead):
 
 def _face_step(problem, forces, slope, rtol, inner):
     """2: forces and slope of the minimum on the face of the corners with force, nearly."""
-    face, free = np.flatnonzero(forces > 0), problem.load is not None
+    face, free = forces > 0, problem.load is not None
     precondition = problem.preconditioner(face)
-    ones = precondition(np.ones(len(face))) if free else 0.0
-    enough = max(
-        inner * np.abs(_on_face(slope, face, free)).max(), rtol * problem.residual(forces, slope)[1] / 4
-    )
-    forces, direction, before = forces.copy(), np.zeros(len(forces)), np.inf
+    ones = precondition(face * 1.0) if free else 0.0
+    residual = _on_face(slope, face, free)
+    enough = max(inner * _largest(residual), rtol * problem.residual(forces, slope)[1] / 4)
+    forces, slope, direction, before = forces.copy(), slope.copy(), np.zeros(len(forces)), np.inf
     for _ in range(INNER_STEPS):
-        residual = _on_face(slope, face, free)
-        if np.abs(residual).max() <= enough:
+        if _largest(residual) <= enough:
             break
         z = precondition(residual)
         if free:
@@ -310,7 +313,8 @@ def _face_step(problem, forces, slope, rtol, inner):
         product = residual @ z
         if not abs(product) > 0:  # underflow: nothing is left to gain
             break
-        direction[face] = product / before * direction[face] - z
+        direction *= product / before
+        direction -= z
         before = product
         answer = problem.displacement(direction)
         curvature = direction @ answer
@@ -324,14 +328,22 @@ def _face_step(problem, forces, slope, rtol, inner):
                 "and on a period must stay below the mean height of the obstacle; give the load instead",
             )
         forces += product / curvature * direction
-        slope = slope + product / curvature * answer
+        slope += product / curvature * answer
+        residual = _on_face(slope, face, free)
     return forces, slope
 
 
 def _on_face(slope, face, free):
-    """Slope on the face, less its mean if sum f = P."""
-    residual = slope[face]
-    return residual - residual.mean() if free else residual
+    """Slope on the face, less its mean if sum f = P; 0 elsewhere."""
+    residual = slope * face
+    if free:
+        residual -= residual.sum() / np.count_nonzero(face) * face
+    return residual
+
+
+def _largest(values):
+    """Largest absolute value."""
+    return max(values.max(), -values.min())
 
 
 def _projected_search(problem, forces, slope, trial, ahead):
