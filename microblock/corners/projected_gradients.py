@@ -117,7 +117,7 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
             alpha = _curvature_step(trial - forces, ahead - slope) or alpha
         forces, slope = _projected_search(problem, forces, slope, trial, ahead)
         forces, slope = problem.settled(forces, slope)
-        kkt = problem.residual(forces, slope)[0]
+        kkt = problem.residual(forces, slope)
         best = min(best, kkt)
         if kkt <= rtol:
             return problem.report(forces, slope, kkt, step + 1)
@@ -213,12 +213,15 @@ class _Problem:
                 return np.maximum(values - tau, 0)
             kept = above
 
+    def size(self, forces, slope):
+        """The range of the normal displacement, which `GridForces.kkt` is over."""
+        return max(np.ptp(slope - self.g0), LEAST * self.unit * forces.sum())
+
     def residual(self, forces, slope):
-        """`GridForces.kkt`, and the range of the normal displacement that it is over."""
-        gaps, displacement = slope - self.level(forces, slope), slope - self.g0
-        wrong = np.where(forces > 0, np.abs(gaps), -gaps).max()
-        size = max(np.ptp(displacement), LEAST * self.unit * forces.sum())
-        return (max(wrong, 0) / size if size else 0.0), size
+        """`GridForces.kkt`."""
+        gaps, size = slope - self.level(forces, slope), self.size(forces, slope)
+        wrong = max(-gaps.min(), (gaps * (forces > 0)).max())
+        return max(wrong, 0) / size if size else 0.0
 
     def report(self, forces, slope, kkt, steps):
         level = self.level(forces, slope)
@@ -293,7 +296,7 @@ def _rise(problem, forces, change, slope, ahead):
     """q at the end of a change less q at its beginning, and its rounding."""
     middle = (slope + ahead) / 2
     middle = middle - problem.level(forces, middle)  # the change has the sum zero, but for rounding
-    return change @ middle, ROUNDING * problem.residual(forces, ahead)[1] * np.abs(change).sum()
+    return change @ middle, ROUNDING * problem.size(forces, ahead) * np.abs(change).sum()
 
 
 def _face_step(problem, forces, slope, rtol, inner):
@@ -302,7 +305,7 @@ def _face_step(problem, forces, slope, rtol, inner):
     precondition = problem.preconditioner(face)
     ones = precondition(face * 1.0) if free else 0.0
     residual = _on_face(slope, face, free)
-    enough = max(inner * _largest(residual), rtol * problem.residual(forces, slope)[1] / 4)
+    enough = max(inner * _largest(residual), rtol * problem.size(forces, slope) / 4)
     forces, slope, direction, before = forces.copy(), slope.copy(), np.zeros(len(forces)), np.inf
     for _ in range(INNER_STEPS):
         if _largest(residual) <= enough:
