@@ -40,6 +40,7 @@ import numpy as np
 
 from ..errors import BadArgument, NotConverged, require_finite
 from ..threads import bounded
+from .exchange import exchange
 
 # of the decrease of q that the gradient promises; any number in (0, 1/2) is proven to do
 SHARE = 0.1
@@ -88,7 +89,8 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     flexibility : object with ``@`` and ``precondition``, both of arrays like g0. It may have
         ``on_face(there)``, which returns the preconditioner of corners that are there alone, and
         ``settled(forces, g0, slope)``, which returns forces of lower q; they have the same gaps unless
-        ``settling_displaces``
+        ``settling_displaces``. Its ``matrix``, if not None, is H on g0.ravel(): then a few factorisations are
+        tried first (`microblock.corners.exchange`)
     g0 : array (corners, n), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
     start : array like g0, forces to begin with; scaled to the load
@@ -105,6 +107,9 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     if load == 0 or (load is None and approach <= g0.min()):
         return _unloaded(g0, g0.min() if load == 0 else approach)
     forces = problem.project(problem.first(start))
+    exact = _exchanged(problem, forces, rtol)
+    if exact is not None:
+        return exact
     slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
     for step in range(OUTER_STEPS):
         if step or start is None:  # the face of a start is better than what a first gradient makes of it
@@ -130,6 +135,19 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     )
 
 
+def _exchanged(problem, forces, rtol):
+    """The state by a few factorisations where the matrix is at hand; None where that does not lead to it."""
+    matrix = problem.matrix
+    found = None if matrix is None else exchange(matrix, problem.g0, forces > 0, problem.load)
+    if found is None:
+        return None
+    forces, faces = found
+    problem.count["products"] += faces
+    slope = problem.g0 + matrix @ forces
+    kkt = problem.residual(forces, slope)
+    return problem.report(forces, slope, kkt, faces) if kkt <= rtol else None
+
+
 @dataclass(frozen=True)
 class _Problem:
     """(c) in the corners that can touch, and how often H was used."""
@@ -142,6 +160,15 @@ class _Problem:
     all_gaps: np.ndarray  # initial gaps, of all
     unit: float  # range of the normal displacement under a unit force on one corner
     count: Counter
+
+    @property
+    def matrix(self):
+        """H of the corners that can touch as a matrix, None if that is not at hand."""
+        whole = getattr(self.H, "matrix", None)
+        if whole is None or len(whole) == len(self.g0):
+            return whole
+        touch = np.flatnonzero(self.touch)
+        return whole[touch[:, None], touch]
 
     def spread(self, values):
         """Values of the corners that can touch among all, 0 at the others."""
@@ -247,9 +274,10 @@ def _problem(flexibility, g0, load, approach):
     require_finite(**({"load": load} if approach is None else {"approach": approach}))
     if load is not None and load < 0:
         raise BadArgument("load", load, "must not be negative")
-    touch = np.isfinite(g0)
+    touch, matrix = np.isfinite(g0), getattr(flexibility, "matrix", None)
     one = np.zeros(g0.shape)
     one.ravel()[np.argmax(touch)] = 1
+    response = flexibility @ one if matrix is None else matrix[:, np.argmax(touch)]
     return _Problem(
         flexibility,
         g0[touch] - (approach or 0.0),
@@ -257,7 +285,7 @@ def _problem(flexibility, g0, load, approach):
         load,
         approach,
         g0,
-        float(np.ptp(flexibility @ one)),
+        float(np.ptp(response)),
         Counter(products=1),
     )
 

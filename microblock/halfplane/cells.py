@@ -22,9 +22,11 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import next_fast_len, rfft
 
-from .convolution import convolution, free_period
+from .convolution import convolution, free_period, toeplitz_of
 from .counter_cells import CounterCells
 from .kernels import ODD, HalfPlane, symbol
+
+FEW = 256  # corners whose flexibility is also kept as a matrix: some factorisations are faster up to there
 
 
 @dataclass(frozen=True)
@@ -34,19 +36,38 @@ class Flexibility:
     Attributes
     ----------
     levers : array (corners, n)
-    response, inverse : functions of arrays (2, n), or (1, n) for one corner
-        From (p, m) to (u, phi), and approximately back; from p to u alone where only the normal displacement
-        counts (one corner). See `microblock.halfplane.convolution`
+    response, back : functions of arrays (2, n), or (1, n) for one corner
+        From (p, m) to (u, phi), and, when called, a function that goes approximately back; from p to u alone
+        where only the normal displacement counts (one corner). See `microblock.halfplane.convolution`
     aside : function of arrays (1, n), or None
         For one corner what p does besides: phi, or m where psi = 0 is prescribed
-    counter : CounterCells or None, what a second body adds to the gaps; `inverse` knows of it
+    counter : CounterCells or None, what a second body adds to the gaps; `back` knows of it
     """
 
     levers: np.ndarray
     response: Callable
-    inverse: Callable
+    back: Callable
     aside: Callable | None
     counter: CounterCells | None = None
+
+    @cached_property
+    def inverse(self):
+        """What `back` makes, when it is first needed."""
+        return self.back()
+
+    @cached_property
+    def matrix(self):
+        """H of the corners, all of the first one before those of the second, for at most FEW; else None."""
+        corners, n = self.levers.shape
+        if corners * n > FEW:
+            return None
+        kernels = [toeplitz_of(one, self.response.length, n) for one in self.response.spectrum]
+        if corners == 1:
+            matrix = kernels[0]
+        else:
+            (u, v, w), levers = kernels, self.levers
+            matrix = np.block([[u + v * b + a[:, None] * (w * b - v) for b in levers] for a in levers])
+        return matrix if self.counter is None else matrix + self.counter.matrix(n)
 
     @property
     def shape(self):
@@ -116,20 +137,27 @@ class CellGrid:
         levers, clamping = np.array(list(law.levers(self.x).values())), law.clamps_rotation
         length = self.count if self.periodic else free_period(self.count)
         back = self.count if self.periodic else next_fast_len(self.count, real=True)
-        other, added = None, 0.0
+        other = None
         if counter is not None:
             shifts = law.shifts(self.body.solid.ell)
             other = CounterCells.on(counter, shifts, self.width, self.count, (length, back), self.periodic)
-            added = other.smooth
-        spectrum, smooth = self._spectrum(length, len(levers), clamping), self._symbol(back)
+        spectrum = self._spectrum(length, len(levers), clamping)
         response = convolution(spectrum[: 3 if len(levers) == 2 else 1], length, not self.periodic)
-        if len(levers) == 2:
-            smooth = smooth if other is None else other.added(*smooth)
-            return Flexibility(levers, response, convolution(_inverse(*smooth), back, False), None, other)
-        normal = _clamped(*smooth)[0] if clamping else smooth[0]
-        inverse = convolution((1 / (normal + added),), back, False)
-        aside = spectrum[1] if clamping else -spectrum[1]
-        return Flexibility(levers, response, inverse, convolution((aside,), length, not self.periodic), other)
+        aside = None
+        if len(levers) == 1:
+            own = spectrum[1] if clamping else -spectrum[1]
+            aside = convolution((own,), length, not self.periodic)
+
+        def back_to_forces():
+            smooth = self._symbol(back)
+            if len(levers) == 2:
+                inverse = _inverse(*(smooth if other is None else other.added(*smooth)))
+            else:
+                added = 0.0 if other is None else other.smooth
+                inverse = (1 / ((_clamped(*smooth) if clamping else smooth)[0] + added),)
+            return convolution(inverse, back, False)
+
+        return Flexibility(levers, response, back_to_forces, aside, other)
 
     def _spectrum(self, length, corners, clamping):
         """What the forces of so many corners do: (U, iV, W), or of one corner (u, m) from p where psi = 0 is

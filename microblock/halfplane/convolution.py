@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 from scipy.fft import fft, irfft, next_fast_len, rfft
+from scipy.linalg import toeplitz
 
 from ..model.types import AnyArray as Array
 from ..threads import shared, workers
@@ -82,6 +83,13 @@ class Waves:
             waves[1] -= crossed[0]
         answer: Array = irfft(waves, self.length, overwrite_x=True)[:, : values.shape[1]]
         return answer
+
+
+def toeplitz_of(spectrum: Array, length: int, count: int) -> Array:
+    """Returns the matrix (count, count) of the product with one kernel, of its spectrum on a period."""
+    kernel = irfft(spectrum, length)
+    matrix: Array = toeplitz(kernel[:count], kernel[-np.arange(count)])
+    return matrix
 
 
 @dataclass(frozen=True)
