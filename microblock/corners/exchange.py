@@ -35,13 +35,14 @@ def exchange(H: Array, g0: Array, face: Array, load: float | None) -> tuple[Arra
         None where the approach is given.
     """
     largest = float(H.diagonal().max())
-    level = 0.0 if load is None else largest
+    level = 0.0 if load is None else largest - min(float(H.min()), 0.0)
+    lifted = H + level
     face = face if face.any() else g0 < 0
     for number in range(1, FACES + 1):
         closed = np.flatnonzero(face)
         own = g0[closed]
         sides = np.column_stack((own, np.ones(len(own))))
-        factor, found, failed = dposv(H[closed[:, None], closed] + level, sides, lower=1, overwrite_a=1)
+        factor, found, failed = dposv(lifted[closed[:, None], closed].T, sides, overwrite_a=1)
         if failed or factor.diagonal().min() ** 2 < FLAT * largest:
             return None
         pulled, pressed = found.T
