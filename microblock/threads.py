@@ -18,8 +18,7 @@ from __future__ import annotations
 
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
@@ -132,14 +131,3 @@ def workers(values: int) -> int:
     if values < MANY:
         return 1
     return max((number for hold in _holds for number in hold.before), default=1)
-
-
-def shared(work: Callable[[T], object], pieces: Iterable[T], threads: int) -> None:
-    """Calls `work` on each piece, in turn or by so many threads of Python, in any order."""
-    if threads < 2:
-        for piece in pieces:
-            work(piece)
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        for _ in pool.map(work, pieces):  # raises what one of them raised
-            pass

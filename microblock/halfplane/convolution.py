@@ -27,12 +27,13 @@ from scipy.fft import fft, irfft, next_fast_len, rfft
 from scipy.linalg import toeplitz
 
 from ..model.types import AnyArray as Array
-from ..threads import shared, workers
+from ..threads import workers
 
 LONG = 2**16  # cells of a doubled period from which `Halves` is faster; of another 4 times as many
 ROWS = 256  # of a transform in two steps, at most: its columns are read in long pieces
 BESIDE = 8  # values left free beside a row: columns at a distance of a power of two evict each other
-SLAB = 2**14  # values whose rows are transformed at once, which stay in the cache
+# values whose rows are transformed at once: they stay in the cache; enough to be shared by threads
+SLAB, SHARED = 2**14, 2**17
 
 
 def free_period(count: int) -> int:
@@ -178,20 +179,18 @@ class Half:
             own = fft(z[0])
             z[0] = fft(self.A[0] * own.conj() + self.D[0] * np.roll(own[::-1], 1))
         A, D, turn, rest = (one[1 - self.shift :] for one in (self.A, self.D, turn, z))
-        count, step = len(rest), max(1, SLAB // z.shape[1])
-
-        def both(first: int) -> None:
+        count, options = len(rest), {"overwrite_x": True, "workers": threads}
+        step = max(1, (SLAB if threads == 1 else SHARED) // z.shape[1])
+        for first in range(0, (count + 1) // 2, step):
             last = min(first + step, (count + 1) // 2)
             pair = slice(first, last), slice(count - last, count - first)
-            waves = [fft(rest[rows] * turn[rows], overwrite_x=True) for rows in pair]
+            waves = [fft(rest[rows] * turn[rows], **options) for rows in pair]
             found = [
-                fft(A[rows] * own.conj() + D[rows] * other[::-1, ::-1], overwrite_x=True)
+                fft(A[rows] * own.conj() + D[rows] * other[::-1, ::-1], **options)
                 for rows, own, other in zip(pair, waves, waves[::-1])
             ]
             for rows, own in zip(pair, found):  # a row in the middle is in both, and the same
                 np.multiply(own, turn[rows], out=rest[rows])
-
-        shared(both, range(0, (count + 1) // 2, step), threads)
 
 
 def _rows(length: int) -> int:

@@ -9,7 +9,7 @@ from microblock.corners import active_set, exchange, projected_gradients
 from microblock.halfplane import cells as cells_module
 from microblock.halfplane.cells import CellGrid
 from microblock.halfplane.convolution import LONG, Halves, Waves, convolution, free_period, toeplitz_of
-from microblock.threads import bounded, shared
+from microblock.threads import bounded
 
 SOLID = mb.Cosserat(E=2.0, nu=0.3, ell=0.2, beta=1.0)
 ROUNDING = 1e-13  # of transforms, relative to the largest value; it grows like log n
@@ -68,15 +68,6 @@ def test_long_products_are_the_same_with_either_number_of_threads():
         with threadpool_limits(number):
             found.append(bounded(product)(fields))
     assert np.array_equal(*found)  # every line has the same sums
-
-
-def test_shared_work_is_done_once_and_raises():
-    for threads in (1, 2):
-        done = []
-        shared(done.append, range(7), threads)
-        assert sorted(done) == list(range(7))
-        with pytest.raises(ZeroDivisionError):
-            shared(lambda piece: 1 / piece, (2, 1, 0), threads)
 
 
 LAWS = {
