@@ -48,6 +48,8 @@ ALL_KERNELS, ALL_ODD = 9, (1, 4, 5, 7)
 # leave (4 n)^(-2 p), rounding
 CELL_GAUSS = (0, 24), (16, 6), (256, 3), (4096, 2)
 BLOCK = 2**13  # cells that are looked up at once, which stay in the processor's cache
+# exp(-ONE) is 1, exp(-NOTHING) is 0 beside rounding; places between which Laplace integrals are added together
+ONE, NOTHING, TOGETHER = 1e-18, 80.0, 32
 FAR_TAIL = 40.0  # exp(-40) is nothing
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
@@ -364,9 +366,15 @@ def _laplace(solid, x):
     n).
     """
     t, weights, level = laplace_weights(solid)
+    order = np.argsort(t)
+    t, weights = t[order], weights[:, order]
+    below = np.concatenate((np.zeros((ALL_KERNELS, 1)), np.cumsum(weights, axis=1)), axis=1)
     values = np.empty((ALL_KERNELS, x.size))
-    for block in np.array_split(np.arange(x.size), 1 + x.size // 256):
-        values[:, block] = weights @ np.exp(-np.outer(t, x[block]))
+    for block in np.array_split(np.arange(x.size), 1 + x.size // TOGETHER):
+        own = x[block]
+        first, last = np.searchsorted(t, (ONE / own.max(), NOTHING / own.min()))
+        values[:, block] = weights[:, first:last] @ np.exp(-np.outer(t[first:last], own))
+        values[:, block] += below[:, first, None]
     values[[0, 3]] -= level
     values[[5, 7]] += step(solid.nu)
     return values
