@@ -8,9 +8,9 @@ Conditions (a) of `microblock.corners.active_set` with c = 1 are those of the mi
 
 or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
 
-1. gradient projection: f' = proj(f - alpha grad q), alpha halved until q falls by SHARE |f' - f|^2/alpha; it
+1. gradient projection: f' = proj(f - alpha grad q), alpha smaller until q falls by SHARE |f' - f|^2/alpha; it
    begins with the |f' - f|^2/(f' - f).H (f' - f) of the step before (Barzilai and Borwein, IMA J. Numer.
-   Anal. 8 (1988) 141);
+   Anal. 8 (1988) 141), and goes on with that of the step refused, or with half of alpha if that is less;
 2. conjugate gradients for (c) on the face {f'_i > 0} without the signs, zero-sum by a constraint
    preconditioner: coarsely while faces change, to FINAL on a face that stays;
 3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else f' itself.
@@ -52,7 +52,7 @@ OUTER_STEPS = 300  # 5 to 40 are met
 SEARCH = 1, 1 / 4, 1 / 16  # parts of the way to the minimum on the face
 ROUNDING = 1e-14  # of the range of the normal displacement, to which products are good
 SAME = 1e-13  # of the load: a sum of forces that is this near to it is the load
-BACKTRACKS = 60  # halvings of alpha
+BACKTRACKS = 60  # of alpha, each by half or more
 # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
 FLAT = 1e-6
 LEAST = 1e-3  # see `GridForces.kkt`
@@ -112,14 +112,11 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
         return exact
     slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
     for step in range(OUTER_STEPS):
-        if step or start is None:  # the face of a start is better than what a first gradient makes of it
-            forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
+        forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
         forces, slope = problem.settled(forces, slope)
         face, before = forces > 0, face
         inner = FINAL if np.array_equal(face, before) else INNER
         trial, ahead = _face_step(problem, forces, slope, rtol, inner)
-        if step == 0:
-            alpha = _curvature_step(trial - forces, ahead - slope) or alpha
         forces, slope = _projected_search(problem, forces, slope, trial, ahead)
         forces, slope = problem.settled(forces, slope)
         kkt = problem.residual(forces, slope)
