@@ -13,14 +13,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg.lapack import dposv
 
-from ..model.types import Array
+from ..model.types import AnyArray, Array
 
 FACES = 20  # that are tried; problems that need more are rare, and go on by another method
 FLAT = 1e-6  # of the largest response of a corner to itself: pivots below are rounding
 ROUNDING = 1e-14  # of the largest force, and of the range of the displacement: below it a sign means nothing
 
 
-def exchange(H: Array, g0: Array, face: Array, load: float | None) -> tuple[Array, int] | None:
+def exchange(H: Array, g0: Array, face: AnyArray, load: float | None) -> tuple[Array, int] | None:
     """Returns forces, array (m,), and the number of faces, or None if they do not settle.
 
     Parameters
@@ -37,7 +37,7 @@ def exchange(H: Array, g0: Array, face: Array, load: float | None) -> tuple[Arra
     largest = float(H.diagonal().max())
     level = 0.0 if load is None else largest - min(float(H.min()), 0.0)
     lifted = H + level
-    face = face if face.any() else g0 < 0
+    face = face if face.any() else np.less(g0, 0)
     for number in range(1, FACES + 1):
         closed = np.flatnonzero(face)
         own = g0[closed]

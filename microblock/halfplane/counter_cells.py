@@ -38,9 +38,7 @@ class CounterCells:
 
     @classmethod
     def on(cls, solid, shifts, width, count, lengths, periodic):
-        """Of a solid, on so many cells of a width; `lengths` are `length` and `back`, both the period if there
-        is one.
-        """
+        """Of a solid, on so many cells of a width; `lengths` are `length` and `back`."""
         length, back = lengths
         k = 2 * np.pi * np.arange(back // 2 + 1) / (back * width)
         ways = np.array([[one - other for other in shifts] for one in shifts])

@@ -48,7 +48,7 @@ ALL_KERNELS, ALL_ODD = 9, (1, 4, 5, 7)
 # leave (4 n)^(-2 p), rounding
 CELL_GAUSS = (0, 24), (16, 6), (256, 3), (4096, 2)
 BLOCK = 2**13  # cells that are looked up at once, which stay in the processor's cache
-# exp(-ONE) is 1, exp(-NOTHING) is 0 beside rounding; places between which Laplace integrals are added together
+# exp(-ONE) is 1, exp(-NOTHING) is 0 beside rounding; places whose Laplace integrals are added together
 ONE, NOTHING, TOGETHER = 1e-18, 80.0, 32
 FAR_TAIL = 40.0  # exp(-40) is nothing
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
