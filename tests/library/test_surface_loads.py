@@ -48,9 +48,7 @@ def test_waves_close_at_the_load_of_the_closed_form(law):
 
 
 @pytest.mark.parametrize(
-    ("law", "load"),
-    [(mb.Unilateral(), 1.1), (mb.Microblock((0.005, 0.0)), 1.01)],
-    ids=["one corner", "four"],
+    ("law", "load"), [(mb.Unilateral(), 1.1), (mb.Microblock((0.005, 0.0)), 1.01)], ids=["one corner", "four"]
 )
 def test_a_similar_state_saves_products(law, load):
     solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.02)
