@@ -34,6 +34,8 @@ ROWS = 256  # of a transform in two steps, at most: its columns are read in long
 BESIDE = 8  # values left free beside a row: columns at a distance of a power of two evict each other
 # values whose rows are transformed at once: they stay in the cache; enough to be shared by threads
 SLAB, SHARED = 2**14, 2**17
+# times as many values as other transforms need threads take a share: four short ones wait for each other
+LARGER = 8
 
 
 def free_period(count: int) -> int:
@@ -157,7 +159,7 @@ class Half:
 
     def __call__(self, z: Array) -> Array:
         """Returns the conjugate of w from z, both arrays (rows, columns) in the order of cells; z is lost."""
-        (rows, columns), threads = z.shape, workers(z.size)
+        (rows, columns), threads = z.shape, workers(z.size // LARGER)
         turn = _turn(rows, columns, self.shift)
         start = np.exp(-1j * np.pi * self.shift * np.arange(rows) / rows)[:, None]
         if self.shift:

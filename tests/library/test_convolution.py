@@ -8,8 +8,16 @@ import microblock as mb
 from microblock.corners import active_set, exchange, projected_gradients
 from microblock.halfplane import cells as cells_module
 from microblock.halfplane.cells import CellGrid
-from microblock.halfplane.convolution import LONG, Halves, Waves, convolution, free_period, toeplitz_of
-from microblock.threads import bounded
+from microblock.halfplane.convolution import (
+    LARGER,
+    LONG,
+    Halves,
+    Waves,
+    convolution,
+    free_period,
+    toeplitz_of,
+)
+from microblock.threads import MANY, bounded, workers
 
 SOLID = mb.Cosserat(E=2.0, nu=0.3, ell=0.2, beta=1.0)
 ROUNDING = 1e-13  # of transforms, relative to the largest value; it grows like log n
@@ -60,12 +68,12 @@ def test_long_products_are_those_of_short_ones(count):
 
 
 def test_long_products_are_the_same_with_either_number_of_threads():
-    length = 2 * LONG
-    product = convolution(random_spectrum(length), length, True)
-    fields = np.random.default_rng(3).standard_normal((2, LONG))
-    found = []
+    half, found = MANY * LARGER, []
+    product = convolution(random_spectrum(2 * half), 2 * half, True)
+    fields = np.random.default_rng(3).standard_normal((2, half))
     for number in (1, 2):
         with threadpool_limits(number):
+            assert bounded(workers)(half // LARGER) == number
             found.append(bounded(product)(fields))
     assert np.array_equal(*found)  # every line has the same sums
 
