@@ -175,7 +175,8 @@ def cells(scene, nodes):
 
 def on_cells(scene, nodes, window):
     """The problem on cells between -window and window, with all that further loads reuse."""
-    problem = scene.half_plane.with_(method=mb.Cells(nodes=nodes, window=(-window, window)))
+    method = mb.Cells(nodes=nodes, window=(-window, window))
+    problem = mb.Contact(mb.HalfPlane(scene.solid), OBSTACLE, scene.law, method)
     for size in halvings(nodes):
         problem.solver.prepare(size)
     return problem

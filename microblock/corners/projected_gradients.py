@@ -8,9 +8,9 @@ Conditions (a) of `microblock.corners.active_set` with c = 1 are those of the mi
 
 or, at a given approach d, of q(f) - d sum f on {f >= 0}. An outer step is
 
-1. gradient projection: f' = proj(f - alpha grad q), alpha halved until q falls by SHARE |f' - f|^2/alpha; it
+1. gradient projection: f' = proj(f - alpha grad q), alpha smaller until q falls by SHARE |f' - f|^2/alpha; it
    begins with the |f' - f|^2/(f' - f).H (f' - f) of the step before (Barzilai and Borwein, IMA J. Numer.
-   Anal. 8 (1988) 141);
+   Anal. 8 (1988) 141), and goes on with that of the step refused, or with half of alpha if that is less;
 2. conjugate gradients for (c) on the face {f'_i > 0} without the signs, zero-sum by a constraint
    preconditioner: coarsely while faces change, to FINAL on a face that stays;
 3. projected search: proj(f' + t (f_face - f')), t = 1, 1/4, ... until q does not rise, else f' itself.
@@ -40,6 +40,7 @@ import numpy as np
 
 from ..errors import BadArgument, NotConverged, require_finite
 from ..threads import bounded
+from .exchange import exchange
 
 # of the decrease of q that the gradient promises; any number in (0, 1/2) is proven to do
 SHARE = 0.1
@@ -50,7 +51,8 @@ INNER_STEPS = 60
 OUTER_STEPS = 300  # 5 to 40 are met
 SEARCH = 1, 1 / 4, 1 / 16  # parts of the way to the minimum on the face
 ROUNDING = 1e-14  # of the range of the normal displacement, to which products are good
-BACKTRACKS = 60  # halvings of alpha
+SAME = 1e-13  # of the load: a sum of forces that is this near to it is the load
+BACKTRACKS = 60  # of alpha, each by half or more
 # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
 FLAT = 1e-6
 LEAST = 1e-3  # see `GridForces.kkt`
@@ -87,7 +89,8 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     flexibility : object with ``@`` and ``precondition``, both of arrays like g0. It may have
         ``on_face(there)``, which returns the preconditioner of corners that are there alone, and
         ``settled(forces, g0, slope)``, which returns forces of lower q; they have the same gaps unless
-        ``settling_displaces``
+        ``settling_displaces``. Its ``matrix``, if not None, is H on g0.ravel(): then a few factorisations are
+        tried first (`microblock.corners.exchange`)
     g0 : array (corners, n), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
     start : array like g0, forces to begin with; scaled to the load
@@ -104,6 +107,9 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     if load == 0 or (load is None and approach <= g0.min()):
         return _unloaded(g0, g0.min() if load == 0 else approach)
     forces = problem.project(problem.first(start))
+    exact = _exchanged(problem, forces, rtol)
+    if exact is not None:
+        return exact
     slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
     for step in range(OUTER_STEPS):
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
@@ -113,7 +119,7 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
         trial, ahead = _face_step(problem, forces, slope, rtol, inner)
         forces, slope = _projected_search(problem, forces, slope, trial, ahead)
         forces, slope = problem.settled(forces, slope)
-        kkt = problem.residual(forces, slope)[0]
+        kkt = problem.residual(forces, slope)
         best = min(best, kkt)
         if kkt <= rtol:
             return problem.report(forces, slope, kkt, step + 1)
@@ -124,6 +130,19 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
         reached=best,
         iterations=OUTER_STEPS,
     )
+
+
+def _exchanged(problem, forces, rtol):
+    """The state by a few factorisations where the matrix is at hand; None where that does not lead to it."""
+    matrix = problem.matrix
+    found = None if matrix is None else exchange(matrix, problem.g0, forces > 0, problem.load)
+    if found is None:
+        return None
+    forces, faces = found
+    problem.count["products"] += faces
+    slope = problem.g0 + matrix @ forces
+    kkt = problem.residual(forces, slope)
+    return problem.report(forces, slope, kkt, faces) if kkt <= rtol else None
 
 
 @dataclass(frozen=True)
@@ -138,6 +157,15 @@ class _Problem:
     all_gaps: np.ndarray  # initial gaps, of all
     unit: float  # range of the normal displacement under a unit force on one corner
     count: Counter
+
+    @property
+    def matrix(self):
+        """H of the corners that can touch as a matrix, None if that is not at hand."""
+        whole = getattr(self.H, "matrix", None)
+        if whole is None or len(whole) == len(self.g0):
+            return whole
+        touch = np.flatnonzero(self.touch)
+        return whole[touch[:, None], touch]
 
     def spread(self, values):
         """Values of the corners that can touch among all, 0 at the others."""
@@ -156,16 +184,9 @@ class _Problem:
         return self.kept(self.H @ self.spread(forces))
 
     def preconditioner(self, face):
-        """Of the corners numbered `face` alone, from values on them to values on them."""
-        whole = np.zeros(len(self.g0))
-        whole[face] = 1
-        on_face = getattr(self.H, "on_face", lambda _: self.H.precondition)(self.spread(whole) > 0)
-
-        def precondition(values):
-            whole[face] = values
-            return self.kept(on_face(self.spread(whole)))[face]
-
-        return precondition
+        """Of the corners of a boolean `face` alone, from values on them (0 elsewhere) to such values."""
+        on_face = getattr(self.H, "on_face", lambda _: self.H.precondition)(self.spread(face * 1.0) > 0)
+        return lambda values: self.kept(on_face(self.spread(values))) * face
 
     def settled(self, forces, slope):
         """Forces of the least q that those which do (next to) nothing lead to, and their slope."""
@@ -199,7 +220,10 @@ class _Problem:
         if self.load is None:
             return np.maximum(values, 0)
         kept = values[values > 0]
-        if not kept.sum() > self.load:  # tau < 0
+        whole = kept.sum()
+        if abs(whole - self.load) <= SAME * self.load:  # else rounding lifts all others above 0
+            return np.maximum(values, 0) * (self.load / whole)
+        if not whole > self.load:  # tau < 0
             kept = values
         while True:
             tau = (kept.sum() - self.load) / len(kept)
@@ -213,12 +237,15 @@ class _Problem:
                 return np.maximum(values - tau, 0)
             kept = above
 
+    def size(self, forces, slope):
+        """The range of the normal displacement, which `GridForces.kkt` is over."""
+        return max(np.ptp(slope - self.g0), LEAST * self.unit * forces.sum())
+
     def residual(self, forces, slope):
-        """`GridForces.kkt`, and the range of the normal displacement that it is over."""
-        gaps, displacement = slope - self.level(forces, slope), slope - self.g0
-        wrong = np.where(forces > 0, np.abs(gaps), -gaps).max()
-        size = max(np.ptp(displacement), LEAST * self.unit * forces.sum())
-        return (max(wrong, 0) / size if size else 0.0), size
+        """`GridForces.kkt`."""
+        gaps, size = slope - self.level(forces, slope), self.size(forces, slope)
+        wrong = max(-gaps.min(), (gaps * (forces > 0)).max())
+        return max(wrong, 0) / size if size else 0.0
 
     def report(self, forces, slope, kkt, steps):
         level = self.level(forces, slope)
@@ -244,9 +271,10 @@ def _problem(flexibility, g0, load, approach):
     require_finite(**({"load": load} if approach is None else {"approach": approach}))
     if load is not None and load < 0:
         raise BadArgument("load", load, "must not be negative")
-    touch = np.isfinite(g0)
+    touch, matrix = np.isfinite(g0), getattr(flexibility, "matrix", None)
     one = np.zeros(g0.shape)
     one.ravel()[np.argmax(touch)] = 1
+    response = flexibility @ one if matrix is None else matrix[:, np.argmax(touch)]
     return _Problem(
         flexibility,
         g0[touch] - (approach or 0.0),
@@ -254,7 +282,7 @@ def _problem(flexibility, g0, load, approach):
         load,
         approach,
         g0,
-        float(np.ptp(flexibility @ one)),
+        float(np.ptp(response)),
         Counter(products=1),
     )
 
@@ -275,34 +303,37 @@ def _gradient_step(problem, forces, slope, alpha):
         ahead = problem.slope(moved)
         rise, rounding = _rise(problem, forces, change, slope, ahead)
         if rise <= -SHARE * length / alpha or abs(rise) <= rounding:
-            bend = change @ (ahead - slope)
-            return moved, ahead, length / bend if bend > 0 else 2 * alpha
-        alpha /= 2
+            return moved, ahead, _curvature_step(change, ahead - slope) or 2 * alpha
+        alpha = min(_curvature_step(change, ahead - slope) or alpha, alpha / 2)
     raise NotConverged(
         "no step of gradient projection lowers the energy: is the flexibility positive semidefinite? "
         "At a given approach it must be so with its level; give the load instead"
     )
 
 
+def _curvature_step(change, bend):
+    """|change|^2 over its product with what it adds to the slope, at least 1/|H|; 0 where that is unknown."""
+    curvature = change @ bend
+    return change @ change / curvature if curvature > 0 else 0.0
+
+
 def _rise(problem, forces, change, slope, ahead):
     """q at the end of a change less q at its beginning, and its rounding."""
     middle = (slope + ahead) / 2
     middle = middle - problem.level(forces, middle)  # the change has the sum zero, but for rounding
-    return change @ middle, ROUNDING * problem.residual(forces, ahead)[1] * np.abs(change).sum()
+    return change @ middle, ROUNDING * problem.size(forces, ahead) * np.abs(change).sum()
 
 
 def _face_step(problem, forces, slope, rtol, inner):
     """2: forces and slope of the minimum on the face of the corners with force, nearly."""
-    face, free = np.flatnonzero(forces > 0), problem.load is not None
+    face, free = forces > 0, problem.load is not None
     precondition = problem.preconditioner(face)
-    ones = precondition(np.ones(len(face))) if free else 0.0
-    enough = max(
-        inner * np.abs(_on_face(slope, face, free)).max(), rtol * problem.residual(forces, slope)[1] / 4
-    )
-    forces, direction, before = forces.copy(), np.zeros(len(forces)), np.inf
+    ones = precondition(face * 1.0) if free else 0.0
+    residual = _on_face(slope, face, free)
+    enough = max(inner * _largest(residual), rtol * problem.size(forces, slope) / 4)
+    forces, slope, direction, before = forces.copy(), slope.copy(), np.zeros(len(forces)), np.inf
     for _ in range(INNER_STEPS):
-        residual = _on_face(slope, face, free)
-        if np.abs(residual).max() <= enough:
+        if _largest(residual) <= enough:
             break
         z = precondition(residual)
         if free:
@@ -310,7 +341,8 @@ def _face_step(problem, forces, slope, rtol, inner):
         product = residual @ z
         if not abs(product) > 0:  # underflow: nothing is left to gain
             break
-        direction[face] = product / before * direction[face] - z
+        direction *= product / before
+        direction -= z
         before = product
         answer = problem.displacement(direction)
         curvature = direction @ answer
@@ -324,14 +356,22 @@ def _face_step(problem, forces, slope, rtol, inner):
                 "and on a period must stay below the mean height of the obstacle; give the load instead",
             )
         forces += product / curvature * direction
-        slope = slope + product / curvature * answer
+        slope += product / curvature * answer
+        residual = _on_face(slope, face, free)
     return forces, slope
 
 
 def _on_face(slope, face, free):
-    """Slope on the face, less its mean if sum f = P."""
-    residual = slope[face]
-    return residual - residual.mean() if free else residual
+    """Slope on the face, less its mean if sum f = P; 0 elsewhere."""
+    residual = slope * face
+    if free:
+        residual -= residual.sum() / np.count_nonzero(face) * face
+    return residual
+
+
+def _largest(values):
+    """Largest absolute value."""
+    return max(values.max(), -values.min())
 
 
 def _projected_search(problem, forces, slope, trial, ahead):

@@ -318,7 +318,7 @@ class CellSolver(Solver):
         return self._state(cells, flexibility, gaps, found)
 
     def _check_window(self, cells, forces):
-        if self.body.period is not None:
+        if self.body.period is not None or not np.any(forces[:, [0, -1]] > 0):
             return
         outside = self.problem.initial_gaps(np.array((cells.x[0] - cells.width, cells.x[-1] + cells.width)))
         if np.any((forces[:, [0, -1]] > 0) & np.isfinite(outside)):

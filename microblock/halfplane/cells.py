@@ -12,17 +12,21 @@ by cell.
 Without images U, V, W are those of cells of constant pressure, as in `HalfPlane.compliance`, embedded in a
 circulant of twice the length or more, which a product with padded forces does not see. On a period they are
 the symbol of `microblock.halfplane.kernels` itself at k = 2 pi m/period; the mean level of the surface is 0.
-The inverse symbol of the same (on the doubled length: of the periodic) half-plane is the preconditioner.
+The inverse symbol of the half-plane that repeats after the cells is the preconditioner.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
+from scipy.fft import next_fast_len, rfft
 
+from .convolution import convolution, free_period, toeplitz_of
 from .counter_cells import CounterCells
 from .kernels import ODD, HalfPlane, symbol
+
+FEW = 256  # corners whose flexibility is also kept as a matrix: some factorisations are faster up to there
 
 
 @dataclass(frozen=True)
@@ -32,19 +36,38 @@ class Flexibility:
     Attributes
     ----------
     levers : array (corners, n)
-    length : int, of the transforms
-    spectrum, inverse : tuples (U, iV, W) of arrays (length//2 + 1,), of H (length per force on a cell) and of
-        an approximate inverse; U alone where only the normal displacement counts (one corner)
-    aside : array (length//2 + 1,), for one corner what p does besides: phi, or m where psi = 0 is prescribed
-    counter : CounterCells or None, what a second body adds to the gaps; `inverse` knows of it
+    response, back : functions of arrays (2, n), or (1, n) for one corner
+        From (p, m) to (u, phi), and, when called, a function that goes approximately back; from p to u alone
+        where only the normal displacement counts (one corner). See `microblock.halfplane.convolution`
+    aside : function of arrays (1, n), or None
+        For one corner what p does besides: phi, or m where psi = 0 is prescribed
+    counter : CounterCells or None, what a second body adds to the gaps; `back` knows of it
     """
 
     levers: np.ndarray
-    length: int
-    spectrum: tuple
-    inverse: tuple
-    aside: np.ndarray
+    response: Callable
+    back: Callable
+    aside: Callable | None
     counter: CounterCells | None = None
+
+    @cached_property
+    def inverse(self):
+        """What `back` makes, when it is first needed."""
+        return self.back()
+
+    @cached_property
+    def matrix(self):
+        """H of the corners, all of the first one before those of the second, for at most FEW; else None."""
+        corners, n = self.levers.shape
+        if corners * n > FEW:
+            return None
+        kernels = [toeplitz_of(one, self.response.length, n) for one in self.response.spectrum]
+        if corners == 1:
+            matrix = kernels[0]
+        else:
+            (u, v, w), levers = kernels, self.levers
+            matrix = np.block([[u + v * b + a[:, None] * (w * b - v) for b in levers] for a in levers])
+        return matrix if self.counter is None else matrix + self.counter.matrix(n)
 
     @property
     def shape(self):
@@ -62,36 +85,21 @@ class Flexibility:
         it.
         """
         if len(self.levers) == 1:
-            return self._transformed(self.spectrum, forces[0]), None
-        return self._transformed(
-            self.spectrum, np.array((forces.sum(axis=0), (self.levers * forces).sum(axis=0)))
-        )
+            return self.response(forces)[0], None
+        return self.response(np.array((forces.sum(axis=0), (self.levers * forces).sum(axis=0))))
 
     def besides(self, forces):
         """phi, or where psi = 0 is prescribed m, from the forces of one corner; array (n,)."""
-        return self._transformed((self.aside,), forces[0])
+        return self.aside(forces)[0]
 
     def precondition(self, gaps):
         """Forces that leave about these gaps: E^-T C^-1 E^-1 for H = E C E^T, E = (1, lever) at each cell."""
         if len(self.levers) == 1:
-            return self._transformed(self.inverse, gaps[0])[None]
+            return self.inverse(gaps)
         (a, b), (gap_a, gap_b) = self.levers, gaps
         phi = (gap_a - gap_b) / (a - b)
-        p, m = self._transformed(self.inverse, np.array((gap_a - a * phi, phi)))
+        p, m = self.inverse(np.array((gap_a - a * phi, phi)))
         return np.array((m - b * p, a * p - m)) / (a - b)
-
-    def _transformed(self, spectrum, values):
-        waves = rfft(values, self.length)
-        if len(spectrum) == 1:
-            waves *= spectrum[0]
-        else:
-            U, iV, W = spectrum
-            crossed = iV * waves
-            waves[0] *= U
-            waves[1] *= W
-            waves[0] += crossed[1]
-            waves[1] -= crossed[0]
-        return irfft(waves, self.length, overwrite_x=True)[..., : values.shape[-1]]
 
 
 @dataclass(frozen=True)
@@ -126,34 +134,40 @@ class CellGrid:
 
     def flexibility(self, law, counter=None):
         """The `Flexibility` of a law's corners, with a second body of the solid `counter`."""
-        levers = np.array(list(law.levers(self.x).values()))
-        length = self.count if self.periodic else next_fast_len(2 * self.count, real=True)
-        smooth = self._symbol(length)
-        U, iV, W = smooth
+        levers, clamping = np.array(list(law.levers(self.x).values())), law.clamps_rotation
+        length = self.count if self.periodic else free_period(self.count)
+        back = self.count if self.periodic else next_fast_len(self.count, real=True)
         other = None
         if counter is not None:
             shifts = law.shifts(self.body.solid.ell)
-            other = CounterCells.on(counter, shifts, self.width, self.count, length, self.periodic)
-        clamping = law.clamps_rotation
-        if self.periodic:
-            mean = np.arange(len(U)) == 0
-            spectrum = (
-                np.where(mean, 0, U),
-                iV,
-                np.where(mean, _turning_at_rest(self.body.solid) / self.width, W),
-            )
-            if clamping:
-                spectrum = _clamped(*spectrum)
-        else:
-            which = {2: (0, 1, 2), 1: (3, 4) if clamping else (0, 1)}[len(levers)]
-            spectrum = self._embedded(length, which)
-        if len(levers) == 2:
-            both = smooth if other is None else other.added(*smooth)
-            return Flexibility(levers, length, tuple(spectrum), _inverse(*both), None, other)
-        besides = 0.0 if other is None else other.smooth
-        normal = _clamped(*smooth)[0] if clamping else U
-        aside = spectrum[1] if clamping else -spectrum[1]
-        return Flexibility(levers, length, (spectrum[0],), (1 / (normal + besides),), aside, other)
+            other = CounterCells.on(counter, shifts, self.width, self.count, (length, back), self.periodic)
+        spectrum = self._spectrum(length, len(levers), clamping)
+        response = convolution(spectrum[: 3 if len(levers) == 2 else 1], length, not self.periodic)
+        aside = None
+        if len(levers) == 1:
+            own = spectrum[1] if clamping else -spectrum[1]
+            aside = convolution((own,), length, not self.periodic)
+
+        def back_to_forces():
+            smooth = self._symbol(back)
+            if len(levers) == 2:
+                inverse = _inverse(*(smooth if other is None else other.added(*smooth)))
+            else:
+                added = 0.0 if other is None else other.smooth
+                inverse = (1 / ((_clamped(*smooth) if clamping else smooth)[0] + added),)
+            return convolution(inverse, back, False)
+
+        return Flexibility(levers, response, back_to_forces, aside, other)
+
+    def _spectrum(self, length, corners, clamping):
+        """What the forces of so many corners do: (U, iV, W), or of one corner (u, m) from p where psi = 0 is
+        prescribed, else at least (U, iV).
+        """
+        if not self.periodic:
+            return self._embedded(length, {2: (0, 1, 2), 1: (3, 4) if clamping else (0, 1)}[corners])
+        U, iV, W = self._symbol(length)
+        U[0], W[0] = 0, _turning_at_rest(self.body.solid) / self.width
+        return _clamped(U, iV, W) if clamping else (U, iV, W)
 
     def _symbol(self, length):
         """U, iV, W at the wavenumbers of a period of `length` cells, positive definite at every one."""
@@ -171,18 +185,16 @@ class CellGrid:
         """
         c, ell = (1 - self.body.solid.nu) / self.body.solid.mu, self.body.solid.ell
         kernels = self.body.cells(self.count, self.width, which)
-        column = np.zeros((len(which), length))
-        column[:, : self.count] = kernels
-        column[:, : -self.count : -1] = kernels[:, 1:]
-        odd = [number in ODD for number in which]
-        column[odd, : -self.count : -1] *= -1
-        # kernel 4 is -m, over 1/ell instead of c, from a unit force
-        scales = [self.width / (c * ell) if number == 4 else 1.0 for number in which]
-        waves = rfft(column)
-        return [
-            -1j * scale * wave.imag if turned else wave.real
-            for wave, turned, scale in zip(waves, odd, scales)
-        ]
+        found = []
+        for number, kernel in zip(which, kernels):
+            column, odd = np.zeros(length), number in ODD
+            column[: self.count] = kernel
+            column[: -self.count : -1] = -kernel[1:] if odd else kernel[1:]
+            wave = rfft(column, overwrite_x=True)
+            # kernel 4 is -m, over 1/ell instead of c, from a unit force
+            scale = self.width / (c * ell) if number == 4 else 1.0
+            found.append(-1j * scale * wave.imag if odd else wave.real.copy())
+        return tuple(found)
 
 
 def _clamped(U, iV, W):

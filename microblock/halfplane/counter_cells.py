@@ -14,6 +14,7 @@ import numpy as np
 from scipy.fft import irfft, rfft
 
 from .averages import normal_averages
+from .convolution import toeplitz_of
 from .kernels import normal_symbol
 
 
@@ -23,21 +24,23 @@ class CounterCells:
 
     Attributes
     ----------
-    length : int, of the transforms
+    length, back : int, cells of the period of products and of that of a preconditioner
     spectra : array (corners, corners, length//2 + 1), of gap a from force b (length per force on a cell)
-    smooth : array (length//2 + 1,), U2 at these wavenumbers, positive
-    phase : array (length//2 + 1,), k times the way from the right corner to the left one
+    smooth : array (back//2 + 1,), U2 at the wavenumbers of the preconditioner, positive
+    phase : array (back//2 + 1,), k times the way from the right corner to the left one
     """
 
     length: int
+    back: int
     spectra: np.ndarray
     smooth: np.ndarray
     phase: np.ndarray
 
     @classmethod
-    def on(cls, solid, shifts, width, count, length, periodic):
-        """Of a solid, on so many cells of a width, or of `length` on a period."""
-        k = 2 * np.pi * np.arange(length // 2 + 1) / (length * width)
+    def on(cls, solid, shifts, width, count, lengths, periodic):
+        """Of a solid, on so many cells of a width; `lengths` are `length` and `back`."""
+        length, back = lengths
+        k = 2 * np.pi * np.arange(back // 2 + 1) / (back * width)
         ways = np.array([[one - other for other in shifts] for one in shifts])
         smooth = normal_symbol(solid, np.concatenate((k[1:2] / 2, k[1:]))) / width
         if periodic:
@@ -49,15 +52,19 @@ class CounterCells:
             apart = np.where(np.abs(cells) < count, cells, 0.0) * width
             kernels = normal_averages(solid, apart - ways[..., None], width, width)
             spectra = rfft(np.where(np.abs(cells) < count, kernels, 0.0))
-        return cls(length, spectra, smooth, k * np.ptp(shifts))
+        return cls(length, back, spectra, smooth, k * np.ptp(shifts))
 
     def __matmul__(self, forces):
         waves = np.einsum("abk,bk->ak", self.spectra, rfft(forces, self.length))
         return irfft(waves, self.length)[:, : forces.shape[1]]
 
+    def matrix(self, count):
+        """The same product as a matrix, (corners count, corners count)."""
+        return np.block([[toeplitz_of(one, self.length, count) for one in row] for row in self.spectra])
+
     def added(self, U, iV, W):
         """The symbol of a body with corners half a block to the left and to the right, and of this one."""
         cosine, sine = np.cos(self.phase), np.sin(self.phase)
-        sine[-1:] *= self.length % 2  # odd: not seen at the shortest wave
+        sine[-1:] *= self.back % 2  # odd: not seen at the shortest wave
         half = self.smooth / 2
         return U + half * (1 + cosine), iV + 1j * half * sine, W + half * (1 - cosine)

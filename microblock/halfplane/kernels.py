@@ -47,6 +47,9 @@ ALL_KERNELS, ALL_ODD = 9, (1, 4, 5, 7)
 # from this many cells on, Gauss points on a cell: kernels are Laplace integrals, so that at n cells p points
 # leave (4 n)^(-2 p), rounding
 CELL_GAUSS = (0, 24), (16, 6), (256, 3), (4096, 2)
+BLOCK = 2**13  # cells that are looked up at once, which stay in the processor's cache
+# exp(-ONE) is 1, exp(-NOTHING) is 0 beside rounding; places whose Laplace integrals are added together
+ONE, NOTHING, TOGETHER = 1e-18, 80.0, 32
 FAR_TAIL = 40.0  # exp(-40) is nothing
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
@@ -282,16 +285,31 @@ class HalfPlane(Unbounded):
         solid = self.solid
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
         averages = np.empty((len(which), count))
-        ends = [near for near, _ in CELL_GAUSS[1:]] + [count]
-        for (near, order), far in zip(CELL_GAUSS, ends):
-            points, gauss = gauss_rule(order)
-            spread = np.arange(near, min(far, count))[:, None] + points - 0.5
-            averages[:, near:far] = table(spread * width / solid.ell, which) @ gauss
-        points, gauss = gauss_rule(CELL_GAUSS[0][1])
-        # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
-        averages[:, 0] = table(points**8 * width / 2 / solid.ell, which) @ (gauss * 8 * points**7)
+        for spans in _spans(count):
+            places, rules = zip(*(_cell_rule(*span) for span in spans))
+            ends = np.cumsum([own.size for own in places])[:-1]
+            values = table(np.concatenate(places) * width / solid.ell, which)
+            for (near, far, order), weights, own in zip(spans, rules, np.split(values, ends, axis=1)):
+                averages[:, near:far] = own.reshape(len(which), far - near, order) @ weights
         averages[[number in ODD for number in which], 0] = 0
         return c * averages
+
+
+def _spans(count):
+    """Lists of (first distance in cells, beyond the last one, Gauss points) that are looked up together."""
+    ends = [near for near, _ in CELL_GAUSS[1:]]
+    near = [(max(first, 1), min(last, count), order) for (first, order), last in zip(CELL_GAUSS, ends)]
+    yield [(0, 1, CELL_GAUSS[0][1]), *(span for span in near if span[0] < span[1])]
+    for first in range(ends[-1], count, BLOCK):
+        yield [(first, min(first + BLOCK, count), CELL_GAUSS[-1][1])]
+
+
+def _cell_rule(near, far, order):
+    """Places in cells, array ((far - near) order,), and weights, array (order,), of averages over cells."""
+    points, gauss = gauss_rule(order)
+    if not near:  # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
+        return points**8 / 2, gauss * 8 * points**7
+    return (np.arange(near, far)[:, None] + points - 0.5).ravel(), gauss
 
 
 @lru_cache(maxsize=64)
@@ -349,9 +367,15 @@ def _laplace(solid, x):
     n).
     """
     t, weights, level = laplace_weights(solid)
+    order = np.argsort(t)
+    t, weights = t[order], weights[:, order]
+    below = np.concatenate((np.zeros((ALL_KERNELS, 1)), np.cumsum(weights, axis=1)), axis=1)
     values = np.empty((ALL_KERNELS, x.size))
-    for block in np.array_split(np.arange(x.size), 1 + x.size // 256):
-        values[:, block] = weights @ np.exp(-np.outer(t, x[block]))
+    for block in np.array_split(np.arange(x.size), 1 + x.size // TOGETHER):
+        own = x[block]
+        first, last = np.searchsorted(t, (ONE / own.max(), NOTHING / own.min()))
+        values[:, block] = weights[:, first:last] @ np.exp(-np.outer(t[first:last], own))
+        values[:, block] += below[:, first, None]
     values[[0, 3]] -= level
     values[[5, 7]] += step(solid.nu)
     return values

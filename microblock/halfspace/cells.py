@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -146,10 +147,7 @@ class Flexibility:
         if len(self.offsets) == 1:
             return self.inverse
         kinds = np.tensordot(2 ** np.arange(len(there)), there, 1)
-        backs = [
-            self._back(np.array([kind >> number & 1 for number in range(len(there))])) for kind in range(16)
-        ]
-        back = np.moveaxis(np.array(backs)[kinds], (2, 3), (0, 1))  # (3 or 4, corners, n1, n2)
+        back = np.take(self._backs, kinds, axis=2)  # (3 or 4, corners, n1, n2), the cells side by side
 
         def precondition(gaps: Array) -> Array:
             surface = np.einsum("scij,cij->sij", back, gaps)
@@ -159,6 +157,12 @@ class Flexibility:
             return np.einsum("scij,sij->cij", back, found)
 
         return precondition
+
+    @cached_property
+    def _backs(self) -> Array:
+        """B of each set of corners, by the sum of their powers of two: array (3 or 4, corners, 16)."""
+        sets = np.arange(16)[:, None] >> np.arange(4) & 1
+        return np.stack([self._back(there) for there in sets], axis=2)
 
     def _back(self, there: Array) -> Array:
         rows = self._rows if self.counter is None else np.insert(self._rows, 1, NONE, axis=1)

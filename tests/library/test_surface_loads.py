@@ -47,14 +47,17 @@ def test_waves_close_at_the_load_of_the_closed_form(law):
     assert areas[-1] == 1 > areas[-2] > 0.9
 
 
-@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock((0.005, 0.0))], ids=["one corner", "four"])
-def test_a_similar_state_saves_products(law):
+@pytest.mark.parametrize(
+    ("law", "load"), [(mb.Unilateral(), 1.1), (mb.Microblock((0.005, 0.0)), 1.01)], ids=["one corner", "four"]
+)
+def test_a_similar_state_saves_products(law, load):
     solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.02)
     rough = mb.RoughSurface(1.0, 0.1, waves=(1, 8), seed=2)
     problem = mb.Contact(mb.HalfSpace(solid, 1.0), rough, law, mb.Cells(nodes=128))
     before = problem.solve(load=1.0)
-    alone, after = problem.solve(load=1.1), problem.solve(load=1.1, initial=before)
-    assert after.iterations < 0.9 * alone.iterations  # seen: 0.8 of some 36 and 59
+    alone, after = problem.solve(load=load), problem.solve(load=load, initial=before)
+    # seen: 28 of 34 and 39 of 56; four corners begin from coarser grids as well as from a tenth less load
+    assert after.iterations < 0.9 * alone.iterations
     # the residual of both, which relates to pressures as waves of two cells do
     assert after.pressure == pytest.approx(alone.pressure, abs=1e-5 * alone.pressure.max())
     assert after.approach == pytest.approx(alone.approach, rel=1e-7)

@@ -1,0 +1,215 @@
+"""Convolutions of one or two real fields on equal cells with kernels that are known in Fourier space.
+
+Two fields p, m answer with u = U p + i V m, phi = -i V p + W m at each wavenumber, U and W even in it, V odd,
+all real; one field answers with an even or an odd kernel. `Waves` does so with real transforms of the period,
+which is best while they stay in the processor's cache. For long periods `Halves` does: with z = p + i m and
+w = u + i phi
+
+    w = A z + D conj(z at the opposite wavenumber),     A = (U + W)/2 + V,   D = (U - W)/2,
+
+two real factors and one complex transform instead of two real ones. In a period of twice the length of the
+fields, which those without images need, the even wavenumbers are those of the length itself, and the odd ones
+are those of exp(-i pi t/length) times the field: no padding is transformed. A transform of rows x columns
+values is one along the columns, a factor exp(-2 pi i row column/length) and one along the rows (D. H. Bailey,
+J. Supercomput. 4 (1990) 23); the wavenumbers are left in the order in which they come, which the products do
+not mind. So every line that is transformed stays in the cache, and threads have lines to share.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from scipy.fft import fft, irfft, next_fast_len, rfft
+from scipy.linalg import toeplitz
+
+from ..model.types import AnyArray as Array
+from ..threads import workers
+
+LONG = 2**16  # cells of a doubled period from which `Halves` is faster; of another 4 times as many
+ROWS = 256  # of a transform in two steps, at most: its columns are read in long pieces
+BESIDE = 8  # values left free beside a row: columns at a distance of a power of two evict each other
+# values whose rows are transformed at once: they stay in the cache; enough to be shared by threads
+SLAB, SHARED = 2**14, 2**17
+# times as many values as other transforms need threads take a share: four short ones wait for each other
+LARGER = 8
+
+
+def free_period(count: int) -> int:
+    """Returns a good period in cells on which so many cells see no images."""
+    return 2 * next_fast_len(count) if 2 * count >= LONG else next_fast_len(2 * count, real=True)
+
+
+def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Callable[[Array], Array]:
+    """Returns the product with kernels.
+
+    Parameters
+    ----------
+    spectrum : (U, iV, W), or (U,) or (iV,) for one field, arrays (length//2 + 1,)
+        Of the kernels at the wavenumbers of the period, real or imaginary.
+    length : int
+        Cells of the period.
+    doubled : bool
+        Whether fields take no more than half of the period, as on `free_period`.
+
+    Returns
+    -------
+    function of fields, array (2 or 1, n), that returns an array of the same shape
+    """
+    parts = 2 if doubled else 1
+    if len(spectrum) < 3 or length < (LONG if doubled else 4 * LONG) or length % parts:
+        return Waves(spectrum, length)
+    return Halves.of(spectrum, length, parts)
+
+
+@dataclass(frozen=True)
+class Waves:
+    """By real transforms of the whole period; see `convolution`."""
+
+    spectrum: tuple[Array, ...]
+    length: int
+
+    def __call__(self, values: Array) -> Array:
+        """Returns the responses to fields, arrays (2 or 1, n)."""
+        waves = rfft(values, self.length)
+        if len(self.spectrum) == 1:
+            waves *= self.spectrum[0]
+        else:
+            U, iV, W = self.spectrum
+            crossed = iV * waves
+            waves[0] *= U
+            waves[1] *= W
+            waves[0] += crossed[1]
+            waves[1] -= crossed[0]
+        answer: Array = irfft(waves, self.length, overwrite_x=True)[:, : values.shape[1]]
+        return answer
+
+
+def toeplitz_of(spectrum: Array, length: int, count: int) -> Array:
+    """Returns the matrix (count, count) of the product with one kernel, of its spectrum on a period."""
+    kernel = irfft(spectrum, length)
+    matrix: Array = toeplitz(kernel[:count], kernel[-np.arange(count)])
+    return matrix
+
+
+@dataclass(frozen=True)
+class Halves:
+    """By complex transforms of the even wavenumbers and, on a doubled period, of the odd ones."""
+
+    halves: tuple[Half, ...]
+
+    @classmethod
+    def of(cls, spectrum: tuple[Array, ...], length: int, parts: int) -> Halves:
+        """Returns the halves of a spectrum, see `convolution`."""
+        U, iV, W = spectrum
+        made = []
+        for first in range(parts):
+            number = np.arange(first, length, parts)
+            place, sign = np.minimum(number, length - number), np.where(2 * number > length, -1.0, 1.0)
+            normal, rotation = U[place] / length, W[place] / length
+            A = (normal + rotation) / 2 + sign / length * iV[place].imag
+            made.append(Half.of(first, A, (normal - rotation) / 2))
+        return cls(tuple(made))
+
+    def __call__(self, values: Array) -> Array:
+        """Returns the responses to fields, arrays (2, n)."""
+        rows, columns = self.halves[0].A.shape
+        z = np.zeros((rows, columns + BESIDE), complex)[:, :columns]
+        pieces = list(_pieces(values.shape[1], columns))
+        for part, own in zip((z.real, z.imag), values):
+            for place, flat in pieces:
+                part[place] = own[flat].reshape(part[place].shape)
+        *before, last = self.halves
+        found = [half(z.copy()) for half in before]
+        w = last(z)  # conjugate
+        for one in found:
+            w += one
+        answer: Array = np.empty(values.shape)
+        for place, flat in pieces:
+            answer[0, flat] = w.real[place].ravel()
+            np.negative(w.imag[place].ravel(), out=answer[1, flat])
+        return answer
+
+
+@dataclass(frozen=True)
+class Half:
+    """The wavenumbers k + shift/2 of a period; see the module.
+
+    Attributes
+    ----------
+    shift : int
+        0 or 1.
+    A, D : array (rows, columns)
+        Over the number of wavenumbers; number k is at (k % rows, k // rows).
+    """
+
+    shift: int
+    A: Array
+    D: Array
+
+    @classmethod
+    def of(cls, shift: int, A: Array, D: Array) -> Half:
+        """Returns the half with A and D in the order of their wavenumbers, arrays (n,)."""
+        rows = _rows(len(A))
+        first, second = (np.ascontiguousarray(one.reshape(-1, rows).T) for one in (A, D))
+        return cls(shift, first, second)
+
+    def __call__(self, z: Array) -> Array:
+        """Returns the conjugate of w from z, both arrays (rows, columns) in the order of cells; z is lost."""
+        (rows, columns), threads = z.shape, workers(z.size // LARGER)
+        turn = _turn(rows, columns, self.shift)
+        start = np.exp(-1j * np.pi * self.shift * np.arange(rows) / rows)[:, None]
+        if self.shift:
+            z *= start
+        z = fft(z, axis=0, overwrite_x=True, workers=threads)
+        self._along_rows(z, turn, threads)
+        z = fft(z, axis=0, overwrite_x=True, workers=threads)
+        if self.shift:
+            z *= start
+        return z
+
+    def _along_rows(self, z: Array, turn: Array, threads: int) -> None:
+        """To the wavenumbers, through A z + D conj(z at the opposite wavenumber), and back.
+
+        What is transformed back is conjugate, so that forward transforms do it. Rows at the same distance
+        from both ends have each other's opposites, but the first one of wavenumbers without shift its own.
+        """
+        if not self.shift:
+            own = fft(z[0])
+            z[0] = fft(self.A[0] * own.conj() + self.D[0] * np.roll(own[::-1], 1))
+        A, D, turn, rest = (one[1 - self.shift :] for one in (self.A, self.D, turn, z))
+        count, options = len(rest), {"overwrite_x": True, "workers": threads}
+        step = max(1, (SLAB if threads == 1 else SHARED) // z.shape[1])
+        for first in range(0, (count + 1) // 2, step):
+            last = min(first + step, (count + 1) // 2)
+            pair = slice(first, last), slice(count - last, count - first)
+            waves = [fft(rest[rows] * turn[rows], **options) for rows in pair]
+            found = [
+                fft(A[rows] * own.conj() + D[rows] * other[::-1, ::-1], **options)
+                for rows, own, other in zip(pair, waves, waves[::-1])
+            ]
+            for rows, own in zip(pair, found):  # a row in the middle is in both, and the same
+                np.multiply(own, turn[rows], out=rest[rows])
+
+
+def _rows(length: int) -> int:
+    """Rows of a transform in two steps, a divisor of its length."""
+    most = min(ROWS, int(np.sqrt(length)))
+    return next(rows for rows in range(most, 0, -1) if length % rows == 0)
+
+
+@lru_cache(maxsize=2)
+def _turn(rows: int, columns: int, shift: int) -> Array:
+    """exp(-2 pi i (row + shift/2) column/length), array (rows, columns), of the two halves last used."""
+    angle = np.outer(np.arange(rows) + shift / 2, np.arange(columns))
+    return np.exp(-2j * np.pi / (rows * columns) * angle)
+
+
+def _pieces(count: int, columns: int) -> Any:
+    """Places of so many cells in rows of `columns`, and their numbers: the full rows and the last one."""
+    whole = count // columns
+    yield (slice(whole), slice(None)), slice(whole * columns)
+    yield (slice(whole, whole + 1), slice(count - whole * columns)), slice(whole * columns, count)
