@@ -28,7 +28,7 @@ from tqdm.auto import tqdm
 from ..errors import NotConverged
 from ..model.quadrature import lagrange
 from .between import of_body
-from .facets import lobatto, outward_sides
+from .facets import at_all_facets, elements_at, lobatto, mapped, outward_sides
 
 LEFT = 0.5  # of rtol, what elements that are not cut may add to a part of the estimate
 # times more, elements are cut at singular points of the surface that need it: one a pass would take three
@@ -95,39 +95,31 @@ def _surface(state, averaged):
     """Array (elements,): squares of what p and M/ell differ from averaged tractions, on the elements at the
     surface.
     """
-    mesh, ell = state.nodes.body.mesh, state.nodes.compliance.ell
-    traction = _traction(state, averaged)
-    above = {edge.nr: element.nr for element in mesh.Elements() for edge in element.edges}
-    found, size = np.zeros((2, mesh.ne)), 0.0
+    mesh, nodes, ell = state.nodes.body.mesh, state.nodes, state.nodes.compliance.ell
+    above, sides = elements_at(mesh, nodes.region), outward_sides(mesh, nodes.region)
     own = np.array((state.pressures.sum(axis=0), state.micromoment / ell))
-    xis, lengths = np.polynomial.legendre.leggauss(state.nodes.body.order + 2)
-    facets = list(state.nodes.region.Elements())
-    for facet, side, members in zip(facets, outward_sides(mesh, state.nodes.region), state.nodes.facets):
-        transformation = mesh.GetTrafo(facet)
-        mapped = [transformation(float(xi)) for xi in (1 + xis) / 2]
-        weights = (
-            lengths
-            / 2
-            * [point.measure for point in mapped]
-            * state.tamed(np.array([point.point[0] for point in mapped]))
-        )
-        between = lagrange(lobatto(len(members) - 1)[0], (1 + xis) / 2) @ own[:, members].T
-        seen = np.array([traction(point) for point in mapped]) * (1, side / ell)
-        found[:, above[facet.edges[0].nr]] += weights @ (between - seen) ** 2
-        size += weights @ between[:, 0] ** 2
-        x = np.array([point.point[0] for point in mapped])
-        found[:, above[facet.edges[0].nr]] += _beyond(state, members, x, weights, xis)
+    found, size = np.zeros((2, mesh.ne)), 0.0
+    xis, shares = np.polynomial.legendre.leggauss(nodes.body.order + 2)
+    xis, shares = (1 + xis) / 2, shares / 2
+    seen = _traction(state, averaged)(at_all_facets(mesh, nodes.region, xis)).reshape(-1, len(xis), 2)
+    seen = seen * np.column_stack((np.ones_like(sides), sides / ell))[:, None]
+    places, lengths, _ = mapped(mesh, nodes.region, xis)
+    orders = np.array([len(members) - 1 for members in nodes.facets])
+    for order in np.unique(orders):
+        here = np.flatnonzero(orders == order)
+        members, basis = np.array([nodes.facets[i] for i in here]), lagrange(lobatto(int(order))[0], xis)
+        x = places[here, :, 0]
+        weights = shares * lengths[here] * state.tamed(x.ravel()).reshape(x.shape)
+        between = own[:, members] @ basis.T
+        wrong = (between - np.moveaxis(seen[here], -1, 0)) ** 2 + _beyond(state, members, basis, x)
+        np.add.at(found, (slice(None), above[here]), np.sum(weights * wrong, axis=-1))
+        size += np.sum(weights * between[0] ** 2)
     for there in _at(mesh, _named(state)):
         found[:, there] *= UNSEEN**2
     for last, outside, square in _edges(state):
-        facet = next(
-            number for number, members in enumerate(state.nodes.facets) if {last, outside} <= set(members)
-        )
-        found[:, above[facets[facet].edges[0].nr]] += square * np.array(
-            (1, 1 / 4 if len(state.forces) == 2 else 0)
-        )
-    for facet, square in zip(facets, of_body(state)):
-        found[:, above[facet.edges[0].nr]] += square
+        facet = next(number for number, members in enumerate(nodes.facets) if {last, outside} <= set(members))
+        found[:, above[facet]] += square * np.array((1, 1 / 4 if len(state.forces) == 2 else 0))
+    np.add.at(found, (slice(None), above), of_body(state))
     return found[np.argmax(found.sum(axis=1))] / max(size, 1e-300)  # nothing may touch yet
 
 
@@ -237,16 +229,15 @@ def singular(state):
     return np.vstack((_named(state), _on_surface(state, np.concatenate(x))))
 
 
-def _beyond(state, members, x, weights, xis):
-    """Squares of p and of M/ell on a facet from corners that are beyond the end of the obstacle there, where
-    they have to vanish.
+def _beyond(state, members, basis, x):
+    """Squares of p and of M/ell at x, arrays (2, facets, n), from corners that are beyond the end of the
+    obstacle there, where they have to vanish.
     """
-    basis, wrong = lagrange(lobatto(len(members) - 1)[0], (1 + xis) / 2), []
-    levers = list(state.law.levers(x).values())
+    levers, wrong = np.reshape(list(state.law.levers(x.ravel()).values()), (-1, *x.shape)), np.zeros((2, 1, 1))
     for corner, (left, right) in state.problem.ends.items():
-        p = np.where((x < left) | (x > right), basis @ state.pressures[corner, members], 0.0)
-        wrong.append((p, levers[corner] / 2 * p))
-    return weights @ np.sum(wrong, axis=0).T ** 2 if wrong else np.zeros(2)
+        p = np.where((x < left) | (x > right), state.pressures[corner, members] @ basis.T, 0.0)
+        wrong = wrong + np.array((p, levers[corner] / 2 * p)) ** 2
+    return wrong
 
 
 def _named(state):
