@@ -10,6 +10,7 @@ logarithm of the distance, nearer to that place than the nodes: there the zone h
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from ..model.zones import joined, runs
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 AWAY = 0.4  # of the way from a valley to the next singular place: up to there its logarithm is read
 CLOSE = 0.02  # of that: nearer to the valley nodes do not follow the logarithm
+ROUNDED = 9  # digits of the places of nodes on a facet: those of straight facets of one order are alike
 LOOKED_AT = 40  # places on each facet, from which that is seen
 
 
@@ -69,12 +71,24 @@ class Facets:
         through its nodes.
         """
         found, place = np.zeros((*np.shape(values)[:-1], len(x))), self.below(x)
-        for number in np.unique(place):
-            own, here = self.members[number], place == number
-            start, length = self.left[number], self.right[number] - self.left[number]
-            basis = lagrange((self.nodes.points[own, 0] - start) / length, (x[here] - start) / length)
-            found[..., here] = values[..., own] @ basis.T
+        for shape, alike in self._alike:
+            here = alike[place]
+            number = place[here]
+            basis = lagrange(
+                np.array(shape), (x[here] - self.left[number]) / (self.right[number] - self.left[number])
+            )
+            own = np.array([self.members[i] if alike[i] else [0] * len(shape) for i in range(len(alike))])
+            found[..., here] = np.sum(np.asarray(values)[..., own[number]] * basis, axis=-1)
         return found
+
+    @cached_property
+    def _alike(self):
+        """[(places of nodes over the facet's length, whether each facet has its nodes there)], rounded."""
+        shapes = [
+            tuple(np.round((self.nodes.points[own, 0] - left) / (right - left), ROUNDED))
+            for own, left, right in zip(self.members, self.left, self.right)
+        ]
+        return [(shape, np.array([own == shape for own in shapes])) for shape in dict.fromkeys(shapes)]
 
     def initial_gaps(self, law, obstacle, corner, x):
         """Initial gaps of a corner at places on the facets, array (n,)."""

@@ -41,6 +41,7 @@ DEEPEST = 12
 UNSEEN = 4.0
 AT = 0.05  # of an element, which is at a point that lies no farther outside
 PASSES = 40  # of refinement
+TRIANGLE = 10  # netgen's type of an element
 MOST = 300_000  # unknowns
 
 
@@ -161,11 +162,11 @@ def refine_until(solver, load, approach, rtol, progress=False):
     NotConverged
         If that takes more than MOST unknowns or PASSES passes; `reached` is the smallest estimate.
     """
-    best, where = math.inf, f"load {load:g}" if approach is None else f"approach {approach:g}"
+    best, found, where = math.inf, None, f"load {load:g}" if approach is None else f"approach {approach:g}"
     with tqdm(desc=f"refined to {rtol:g}", unit=" passes", disable=not progress) as bar:
         for passes in range(1, PASSES + 1):
             try:
-                found = solver.at(load, approach)
+                found = solver.at(load, approach, found)
                 parts = estimate(found)
             except NotConverged as failure:
                 if best == math.inf:
@@ -214,10 +215,11 @@ def _finer(state, parts, rtol):
     worst = np.sqrt(np.max(parts.of_surface * there, axis=1, initial=0.0)) / (LEFT * rtol)
     deeper = np.where(np.arange(len(points)) < named, 2 * np.log2(np.maximum(worst, 1.0)), DEEPER)
     deeper = np.where(there.any(axis=1), np.clip(deeper, DEEPER, DEEPEST).astype(int), 0)
-    finer = cut(mesh, chosen, order)
+    finer = ng.Mesh(mesh.ngmesh.Copy())
+    _cut(finer, chosen)
     for done in range(deeper.max(initial=0)):
-        finer = cut(finer, np.any(_at(finer, points[deeper > done]), axis=0), order)
-    return finer
+        _cut(finer, np.any(_at(finer, points[deeper > done]), axis=0))
+    return finer.Curve(order)
 
 
 def singular(state):
@@ -257,14 +259,27 @@ def _at(mesh, points):
     """Whether points, array (k, 2), lie in each element of a mesh, or hardly outside, boolean array (k,
     elements); sides are taken for straight.
     """
-    places = np.array([vertex.point for vertex in mesh.vertices])
-    own = [[vertex.nr for vertex in element.vertices] for element in mesh.Elements()]
-    first = places[np.array([each[:3] for each in own])].transpose(1, 2, 0)
-    second = places[np.array([(each[0], each[-2], each[-1]) for each in own])].transpose(1, 2, 0)
+    first, second = _halves(mesh)
     found = np.zeros((len(points), mesh.ne), bool)
     for there, point in zip(found, points):
-        there[:] = _in_triangles(point, *first) | _in_triangles(point, *second)
+        there[:] = _in_triangles(point, *first)
+        if second is not None:
+            there |= _in_triangles(point, *second)
     return found
+
+
+def _halves(mesh):
+    """Corners of the triangles that elements consist of, two arrays (3, 2, elements); the second one is None
+    where no element is a quadrilateral.
+    """
+    places, faces = np.array(mesh.ngmesh.Coordinates())[:, :2], mesh.ngmesh.Elements2D().NumPy()
+    if np.all(faces["type"] == TRIANGLE):
+        return places[faces["nodes"][:, :3] - 1].transpose(1, 2, 0), None
+    own = [[vertex.nr for vertex in element.vertices] for element in mesh.Elements()]
+    return tuple(
+        places[np.array([[each[i] for i in part] for each in own])].transpose(1, 2, 0)
+        for part in ((0, 1, 2), (0, -2, -1))
+    )
 
 
 def _in_triangles(point, a, b, c):
@@ -279,13 +294,10 @@ def _twice_the_area(a, b, c):
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
-def cut(mesh, chosen, order):
-    """A copy of a mesh with the chosen elements cut, curved sides again of this order."""
-    finer = ng.Mesh(mesh.ngmesh.Copy())
-    for element, flag in zip(finer.Elements(), chosen):
-        finer.SetRefinementFlag(element, bool(flag))
-    finer.Refine()
-    return finer.Curve(order)
+def _cut(mesh, chosen):
+    """Cuts the chosen elements of a mesh."""
+    mesh.SetRefinementFlags(chosen.tolist())
+    mesh.Refine()
 
 
 def of_triangles(mesh):
