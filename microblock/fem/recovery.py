@@ -75,21 +75,24 @@ def estimate(state):
 
 
 def _averaged(body, fields):
-    """Gradients of u1, u2, psi, averaged between elements: six continuous functions."""
-    found = []
-    for field, order in zip(fields, (body.order, body.order, body.order_psi)):
-        mean = ng.GridFunction(ng.VectorH1(body.mesh, order=order))
-        mean.Set(ng.grad(field))
-        found.append(mean)
-    return found
+    """Gradients of u1, u2, psi, averaged between elements: three pairs of continuous functions."""
+    displacements, rotation = (
+        ng.GridFunction(ng.H1(body.mesh, order=order, dim=dim))  # twice as fast as a VectorH1 for each
+        for order, dim in ((body.order, 4), (body.order_psi, 2))
+    )
+    displacements.Set(ng.CF((ng.grad(fields.u1), ng.grad(fields.u2))))
+    rotation.Set(ng.grad(fields.psi))
+    return [(displacements[0], displacements[1]), (displacements[2], displacements[3]), rotation]
 
 
 def _energy_of_difference(body, fields, averaged):
     """Array (elements,)."""
-    wrong = [mean - ng.grad(field) for mean, field in zip(averaged, fields)]
+    wrong = [ng.CF(tuple(mean[i] for i in range(2))) - ng.grad(field) for mean, field in zip(averaged, fields)]
     gradient = ng.CF((wrong[0][0], wrong[0][1], wrong[1][0], wrong[1][1]), dims=(2, 2))
     density = body.solid.energy(gradient, ng.CF(0), wrong[2])
-    return ng.Integrate(density, body.mesh, ng.VOL, order=2 * body.order, element_wise=True).NumPy()
+    return ng.Integrate(
+        density.Compile(), body.mesh, ng.VOL, order=2 * body.order, element_wise=True
+    ).NumPy()
 
 
 def _surface(state, averaged):
