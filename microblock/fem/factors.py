@@ -100,9 +100,9 @@ class Cholmod(Factors):
         self._matrix, self._inner, count = matrix, inner, len(inner)
         free = np.concatenate((inner, contact))
         own = _lower(matrix, free)
-        order = np.array(amd.order(own[:count, :count], "L")).ravel() if count else np.arange(0)
-        self._order = order
-        factors = _factorised(own, np.concatenate((order, np.arange(count, len(free)))))
+        self._own = own[:count, :count]
+        self._order = np.array(amd.order(self._own, "L")).ravel() if count else np.arange(0)
+        factors = _factorised(own, np.concatenate((self._order, np.arange(count, len(free)))))
         # CHOLMOD orders once more, by postorder: the contact unknowns keep their order, with inner ones that
         # have nothing to do with those before between them
         place = _solved(factors, np.arange(len(free), dtype=float), 7).astype(int)
@@ -128,7 +128,7 @@ class Cholmod(Factors):
 
     @cached_property
     def _factors(self):
-        return _factorised(_lower(self._matrix, self._inner), self._order)
+        return _factorised(self._own, self._order)
 
     @cached_property
     def _across(self):
