@@ -150,9 +150,7 @@ class NodalSolution(AtNodes):
     @cached_property
     def _loads(self):
         """Nodal normal forces and moments, array (2 n,)."""
-        levers = np.array(list(self.law.levers(self.x).values()))
-        moments = self.compliance.ell / 2 * np.sum(levers * self.forces, axis=0)
-        return np.concatenate((-self.forces.sum(axis=0), moments))
+        return self.compliance.loads(self.law, self.forces)
 
     @cached_property
     def psi(self):
