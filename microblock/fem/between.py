@@ -71,24 +71,29 @@ class Facets:
         through its nodes.
         """
         found, place = np.zeros((*np.shape(values)[:-1], len(x))), self.below(x)
-        for shape, alike in self._alike:
-            here = alike[place]
-            number = place[here]
-            basis = lagrange(
-                np.array(shape), (x[here] - self.left[number]) / (self.right[number] - self.left[number])
-            )
-            own = np.array([self.members[i] if alike[i] else [0] * len(shape) for i in range(len(alike))])
-            found[..., here] = np.sum(np.asarray(values)[..., own[number]] * basis, axis=-1)
+        along = (x - self.left[place]) / (self.right - self.left)[place]
+        for shape, number, members in self._alike:
+            here = number[place] >= 0
+            if here.any():
+                own = members[number[place[here]]]
+                found[..., here] = np.sum(values[..., own] * lagrange(shape, along[here]), axis=-1)
         return found
 
     @cached_property
     def _alike(self):
-        """[(places of nodes over the facet's length, whether each facet has its nodes there)], rounded."""
-        shapes = [
-            tuple(np.round((self.nodes.points[own, 0] - left) / (right - left), ROUNDED))
-            for own, left, right in zip(self.members, self.left, self.right)
-        ]
-        return [(shape, np.array([own == shape for own in shapes])) for shape in dict.fromkeys(shapes)]
+        """[(places of nodes over the facet's length, rounded; number of each facet among those that have its
+        nodes there, or -1; their nodes)]: arrays (k,), (facets,), (n, k).
+        """
+        groups = {}
+        for i, (own, left, right) in enumerate(zip(self.members, self.left, self.right)):
+            shape = np.round((self.nodes.points[own, 0] - left) / (right - left), ROUNDED)
+            groups.setdefault(tuple(shape), []).append(i)
+        found = []
+        for shape, alike in groups.items():
+            number = np.full(len(self.members), -1)
+            number[alike] = np.arange(len(alike))
+            found.append((np.array(shape), number, np.array([self.members[i] for i in alike])))
+        return found
 
     def initial_gaps(self, law, obstacle, corner, x):
         """Initial gaps of a corner at places on the facets, array (n,)."""

@@ -140,7 +140,7 @@ def _lower(matrix, chosen):
     """The lower triangle of the rows and columns of a symmetric matrix that are chosen, as cvxopt's."""
     from cvxopt import spmatrix
 
-    part = tril(matrix[chosen][:, chosen], format="coo")
+    part = tril(matrix[chosen][:, chosen], format="csc").tocoo()  # sorted: cvxopt is faster then
     return spmatrix(part.data, part.row, part.col, part.shape)
 
 
