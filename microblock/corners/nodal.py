@@ -222,7 +222,7 @@ class NodalSolver(Solver):
     def _closed_near(self, other):
         """What is closed at the nearest node of another solution, boolean array (corners, nodes)."""
         x, borders = self.compliance.points[:, 0], (other.x[1:] + other.x[:-1]) / 2
-        return other.closed[:, np.searchsorted(borders, x)]
+        return other.closed if len(x) == len(other.x) else other.closed[:, np.searchsorted(borders, x)]
 
     def follow(self, load, rtol, initial):
         """The solution at a load at these nodes, whatever rtol; from the closed corners of a neighbour."""

@@ -219,9 +219,9 @@ def _finer(state, parts, rtol):
     deeper = np.where(np.arange(len(points)) < named, 2 * np.log2(np.maximum(worst, 1.0)), DEEPER)
     deeper = np.where(there.any(axis=1), np.clip(deeper, DEEPER, DEEPEST).astype(int), 0)
     finer = ng.Mesh(mesh.ngmesh.Copy())
-    _cut(finer, chosen)
+    cut(finer, chosen)
     for done in range(deeper.max(initial=0)):
-        _cut(finer, np.any(_at(finer, points[deeper > done]), axis=0))
+        cut(finer, np.any(_at(finer, points[deeper > done]), axis=0))
     return finer.Curve(order)
 
 
@@ -297,8 +297,8 @@ def _twice_the_area(a, b, c):
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
-def _cut(mesh, chosen):
-    """Cuts the chosen elements of a mesh."""
+def cut(mesh, chosen):
+    """Cuts the chosen elements of a mesh, boolean array (elements,)."""
     mesh.SetRefinementFlags(chosen.tolist())
     mesh.Refine()
 
