@@ -97,20 +97,8 @@ class PanelSolution(LineSolution):
 
     def moved_on(self, earlier, share):
         """With the zones moved on, if they are alike in both states and none is inverted."""
-        own, old = self.all_zones, earlier.all_zones
-        if not abs(share) <= FURTHEST or any(
-            len(old.get(corner, ())) != len(zones) for corner, zones in own.items()
-        ):
-            return self
-        moved = {
-            corner: tuple(
-                tuple(edge + share * (edge - before) for edge, before in zip(*pair))
-                for pair in zip(zones, old[corner])
-            )
-            for corner, zones in own.items()
-        }
-        apart = all(np.all(np.diff(np.ravel(zones)) > 0) for zones in moved.values())
-        return replace(self, zones={corner: moved[corner] for corner in self.zones}) if apart else self
+        moved = moved_on(self.all_zones, earlier.all_zones, share)
+        return replace(self, zones={corner: moved[corner] for corner in self.zones}) if moved else self
 
     @cached_property
     def _anchored(self):
