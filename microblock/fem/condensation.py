@@ -303,9 +303,6 @@ def _members(ends, orders):
 def _rows(rows, width):
     i = np.repeat(np.arange(len(rows)), [len(dofs) for dofs, _ in rows])
     return csr_matrix(
-        (
-            np.concatenate([shape for _, shape in rows]),
-            (i, np.concatenate([dofs for dofs, _ in rows])),
-        ),
+        (np.concatenate([shape for _, shape in rows]), (i, np.concatenate([dofs for dofs, _ in rows]))),
         shape=(len(rows), width),
     )

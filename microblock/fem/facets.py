@@ -319,8 +319,8 @@ def at_all_facets(mesh, region, xis):
 
 
 def mapped(mesh, region, xis):
-    """Points of all facets of a boundary of a 2D mesh at reference coordinates, array (facets, xis, 2), what a
-    unit of these is long there, array (facets, xis), and NGSolve's normals, array (facets, xis, 2).
+    """Points of all facets of a boundary of a 2D mesh at reference coordinates, array (facets, xis, 2), what
+    a unit of these is long there, array (facets, xis), and NGSolve's normals, array (facets, xis, 2).
     """
     there = at_all_facets(mesh, region, xis)
     points, normals, along = (
@@ -336,8 +336,8 @@ def elements_at(mesh, region):
 
 
 def outward_sides(mesh, region):
-    """For each facet of a boundary 1, or -1 where NGSolve's normal points inwards, array (facets,): it follows
-    the facet's own orientation.
+    """For each facet of a boundary 1, or -1 where NGSolve's normal points inwards, array (facets,): it
+    follows the facet's own orientation.
     """
     if mesh.dim == 1:
         return np.ones(len(list(region.Elements())))

@@ -87,12 +87,10 @@ def _averaged(body, fields):
 
 def _energy_of_difference(body, fields, averaged):
     """Array (elements,)."""
-    wrong = [ng.CF(tuple(mean[i] for i in range(2))) - ng.grad(field) for mean, field in zip(averaged, fields)]
+    wrong = [ng.CF((mean[0], mean[1])) - ng.grad(field) for mean, field in zip(averaged, fields)]
     gradient = ng.CF((wrong[0][0], wrong[0][1], wrong[1][0], wrong[1][1]), dims=(2, 2))
     density = body.solid.energy(gradient, ng.CF(0), wrong[2])
-    return ng.Integrate(
-        density.Compile(), body.mesh, ng.VOL, order=2 * body.order, element_wise=True
-    ).NumPy()
+    return ng.Integrate(density.Compile(), body.mesh, ng.VOL, order=2 * body.order, element_wise=True).NumPy()
 
 
 def _surface(state, averaged):
@@ -238,7 +236,8 @@ def _beyond(state, members, basis, x):
     """Squares of p and of M/ell at x, arrays (2, facets, n), from corners that are beyond the end of the
     obstacle there, where they have to vanish.
     """
-    levers, wrong = np.reshape(list(state.law.levers(x.ravel()).values()), (-1, *x.shape)), np.zeros((2, 1, 1))
+    levers = np.reshape(list(state.law.levers(x.ravel()).values()), (-1, *x.shape))
+    wrong = np.zeros((2, *x.shape))
     for corner, (left, right) in state.problem.ends.items():
         p = np.where((x < left) | (x > right), state.pressures[corner, members] @ basis.T, 0.0)
         wrong = wrong + np.array((p, levers[corner] / 2 * p)) ** 2

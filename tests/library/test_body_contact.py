@@ -228,7 +228,8 @@ def test_refinement_by_recovery_holds(law, rtol):
 def test_other_nodes_give_closed_corners_to_begin_with(law):
     """The state is the same, in fewer contact sets."""
     coarse, fine = (
-        pressed(mb.Body(ground(6.0, spacing=spacing), SOLID, 3, fixed="bottom"), law) for spacing in (0.25, 0.1)
+        pressed(mb.Body(ground(6.0, spacing=spacing), SOLID, 3, fixed="bottom"), law)
+        for spacing in (0.25, 0.1)
     )
     start = coarse.solve(load=P)
     afresh, from_other = fine.solve(load=P), fine.solve(load=P, initial=start)

@@ -8,10 +8,10 @@ import pytest
 from microblock.corners import active_set
 from microblock.errors import BadArgument, NotConverged
 from microblock.fem import meshes
+from microblock.fem.between import Facets
 from microblock.fem.body import Body, Loads
 from microblock.fem.condensation import Condensed
 from microblock.fem.facets import ContactFacets
-from microblock.fem.between import Facets
 from microblock.fem.recovery import cut
 from microblock.model.law import Microblock
 from microblock.model.material import Cosserat
@@ -117,9 +117,11 @@ def test_what_is_between_nodes_follows_from_those_of_each_facet(make):
     upper = np.unique(np.concatenate(facets.members))
     assert len(nodes.points) >= len(upper) and on.any()
     for own, each in zip(found, values):
-        for number, (members, left, right) in enumerate(zip(facets.members, facets.left, facets.right)):
+        for number, members in enumerate(facets.members):
             here = facets.below(x[on]) == number
-            polynomial = np.polynomial.Polynomial.fit(nodes.points[members, 0], each[members], len(members) - 1)
+            polynomial = np.polynomial.Polynomial.fit(
+                nodes.points[members, 0], each[members], len(members) - 1
+            )
             # rounding of polynomials of order 6 or less; places of curved facets' nodes are rounded to 1e-9
             assert own[here] == pytest.approx(polynomial(x[on][here]), abs=1e-8)
 

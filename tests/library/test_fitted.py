@@ -325,7 +325,9 @@ def test_a_neighbour_without_the_second_contact_does_not_hide_it():
 def test_known_edges_that_a_level_confirms_share_its_mesh(off, monkeypatch):
     """Edges of the half-plane do; those that are off by a hundredth do not, and are moved."""
     made, graded, known = [], fitted_mesh.graded, FittedSolver._of_half_plane
-    monkeypatch.setattr(fitted_mesh, "graded", lambda *given, **more: made.append(1) or graded(*given, **more))
+    monkeypatch.setattr(
+        fitted_mesh, "graded", lambda *given, **more: made.append(1) or graded(*given, **more)
+    )
     monkeypatch.setattr(
         FittedSolver,
         "_of_half_plane",
@@ -340,7 +342,9 @@ def test_known_edges_that_a_level_confirms_share_its_mesh(off, monkeypatch):
 
 
 def test_zones_are_moved_on_where_they_are_alike():
-    states = [on_block(solid_of(0.25), Cylinder(1.0), Microblock()).solve(load=P * k) for k in (1.0, 1.02, 1.04)]
+    states = [
+        on_block(solid_of(0.25), Cylinder(1.0), Microblock()).solve(load=P * k) for k in (1.0, 1.02, 1.04)
+    ]
     first, second, third = (state.solution for state in states)
     moved = second.moved_on(first, 1.0)
     assert moved.predicted and not second.predicted
