@@ -79,10 +79,13 @@ class Compliance:
             ]
         )
 
+    def loads(self, law, forces):
+        """Nodal forces along n and nodal moments, array (2 n,), of corner forces, array (corners, n)."""
+        levers = np.array(list(law.levers(self.points[:, 0]).values()))
+        return np.concatenate((-forces.sum(axis=0), self.ell / 2 * np.sum(levers * forces, axis=0)))
+
     def onto_corners(self, law):
-        """Changes of the gaps, one corner after the other, from (u.n, psi): array (corners n, 2 n);
-        transposed, of the forces.
-        """
+        """Changes of the gaps, one corner after the other, from (u.n, psi): array (corners n, 2 n)."""
         count, levers = len(self.weights), law.levers(self.points[:, 0])
         return np.vstack(
             [

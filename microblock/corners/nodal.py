@@ -147,10 +147,10 @@ class NodalSolution(AtNodes):
         levers = np.array(list(self.law.levers(self.x).values()))
         return self.compliance.ell / 2 * np.sum(levers * self.pressures, axis=0)
 
-    @property
+    @cached_property
     def _loads(self):
         """Nodal normal forces and moments, array (2 n,)."""
-        return self.compliance.onto_corners(self.law).T @ self.forces.ravel()
+        return self.compliance.loads(self.law, self.forces)
 
     @cached_property
     def psi(self):
@@ -204,10 +204,10 @@ class NodalSolver(Solver):
     def at(self, load, approach=None, initial=None):
         """The solution at the nodes as they are."""
         flexibility, gaps, share = self.system
-        alike = isinstance(initial, NodalSolution) and initial.closed.size == len(gaps)
-        start = initial.closed.ravel() if alike else None
-        found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
         count = len(self.law.corners)
+        alike = isinstance(initial, NodalSolution) and len(initial.closed) == count
+        start = self._closed_near(initial).ravel() if alike else None
+        found = active_set.solve(flexibility, gaps, load=load, approach=approach, c=share, start=start)
         return self.solution(
             self,
             found.load,
@@ -218,6 +218,11 @@ class NodalSolver(Solver):
             found.kkt,
             found.iterations,
         )
+
+    def _closed_near(self, other):
+        """What is closed at the nearest node of another solution, boolean array (corners, nodes)."""
+        x, borders = self.compliance.points[:, 0], (other.x[1:] + other.x[:-1]) / 2
+        return other.closed if len(x) == len(other.x) else other.closed[:, np.searchsorted(borders, x)]
 
     def follow(self, load, rtol, initial):
         """The solution at a load at these nodes, whatever rtol; from the closed corners of a neighbour."""

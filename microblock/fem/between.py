@@ -10,6 +10,7 @@ logarithm of the distance, nearer to that place than the nodes: there the zone h
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from ..model.zones import joined, runs
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 AWAY = 0.4  # of the way from a valley to the next singular place: up to there its logarithm is read
 CLOSE = 0.02  # of that: nearer to the valley nodes do not follow the logarithm
+ROUNDED = 9  # digits of the places of nodes on a facet: those of straight facets of one order are alike
 LOOKED_AT = 40  # places on each facet, from which that is seen
 
 
@@ -69,11 +71,28 @@ class Facets:
         through its nodes.
         """
         found, place = np.zeros((*np.shape(values)[:-1], len(x))), self.below(x)
-        for number in np.unique(place):
-            own, here = self.members[number], place == number
-            start, length = self.left[number], self.right[number] - self.left[number]
-            basis = lagrange((self.nodes.points[own, 0] - start) / length, (x[here] - start) / length)
-            found[..., here] = values[..., own] @ basis.T
+        along = (x - self.left[place]) / (self.right - self.left)[place]
+        for shape, number, members in self._alike:
+            here = number[place] >= 0
+            if here.any():
+                own = members[number[place[here]]]
+                found[..., here] = np.sum(values[..., own] * lagrange(shape, along[here]), axis=-1)
+        return found
+
+    @cached_property
+    def _alike(self):
+        """[(places of nodes over the facet's length, rounded; number of each facet among those that have its
+        nodes there, or -1; their nodes)]: arrays (k,), (facets,), (n, k).
+        """
+        groups = {}
+        for i, (own, left, right) in enumerate(zip(self.members, self.left, self.right)):
+            shape = np.round((self.nodes.points[own, 0] - left) / (right - left), ROUNDED)
+            groups.setdefault(tuple(shape), []).append(i)
+        found = []
+        for shape, alike in groups.items():
+            number = np.full(len(self.members), -1)
+            number[alike] = np.arange(len(alike))
+            found.append((np.array(shape), number, np.array([self.members[i] for i in alike])))
         return found
 
     def initial_gaps(self, law, obstacle, corner, x):

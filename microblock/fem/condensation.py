@@ -20,7 +20,7 @@ from ..model.quadrature import lagrange
 from ..threads import bounded, released
 from .body import CURVED, Body, Fields
 from .bulk import Bulk
-from .facets import interruptions, lobatto, outward_sides
+from .facets import interruptions, lobatto, mapped, outward_sides
 
 FLAT = 1e-12  # n1 below which a displacement along x1 does not enter the gaps
 HELD = "are rigid motions fixed, and psi where beta = 0?"
@@ -57,36 +57,45 @@ class ContactNodes:
 
     def _number_nodes(self):
         """Nodes and the rows of R."""
-        body, mesh = self.body, self.body.mesh
-        space = body.spaces[0]
-        outward = ng.specialcf.normal(2)
-        numbers, nodes, rows, self.facets = {}, [], [], []
-        for facet, side in zip(self.region.Elements(), outward_sides(mesh, self.region)):
-            element, dofs, transformation = space.GetFE(facet), space.GetDofNrs(facet), mesh.GetTrafo(facet)
-            order = len(dofs) - 1
-            xis, weights = lobatto(order)
-            # reference coordinate 0 is the second vertex
-            ends = {0.0: facet.vertices[1].nr, 1.0: facet.vertices[0].nr}
-            members = []
-            for j, (xi, weight) in enumerate(zip(xis, weights)):
-                mapped = transformation(xi)
-                key = ("vertex", ends[xi]) if xi in ends else (facet.nr, j)
-                if key not in numbers:
-                    numbers[key] = len(nodes)
-                    nodes.append([np.array(mapped.point[:2]), 0.0, np.zeros(2)])
-                    rows.append((dofs, element.CalcShape(float(xi))))
-                node = nodes[numbers[key]]
-                node[1] += weight * mapped.measure
-                node[2] += side * weight * mapped.measure * np.array(outward(mapped)[:2])
-                members.append(numbers[key])
-            self.facets.append(members)
-        order = np.lexsort(np.array([point for point, _, _ in nodes]).T[::-1])
+        space, facets = self.body.spaces[0], list(self.region.Elements())
+        dofs = [space.GetDofNrs(facet) for facet in facets]
+        orders = np.array([len(own) - 1 for own in dofs])
+        # reference coordinate 0 is the second vertex
+        ends = np.array([[vertex.nr for vertex in facet.vertices[::-1]] for facet in facets])
+        members = _members(ends, orders)
+        measured = self._measured(orders, members)
+        order = np.lexsort(measured[0].T[::-1])
         places = np.argsort(order)
-        self.facets = [places[members] for members in self.facets]
-        self.points, self.weights, normals = (np.array([nodes[i][part] for i in order]) for part in range(3))
+        self.facets = [places[own] for own in members]
+        self.points, self.weights, normals = (each[order] for each in measured)
         self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
-        self.apart = interruptions(mesh, self.region, self.points[:, 0])
-        self._values = _rows([rows[i] for i in order], space.ndof)
+        self.apart = interruptions(self.body.mesh, self.region, self.points[:, 0])
+        rows, shapes = [()] * len(order), {}
+        for facet, own, numbers, turned in zip(facets, dofs, self.facets, ends[:, 0] > ends[:, 1]):
+            key = len(own), turned  # functions of an edge depend on its order and direction alone
+            if key not in shapes:
+                xis, _ = lobatto(len(own) - 1)
+                shapes[key] = [np.array(space.GetFE(facet).CalcShape(float(xi))) for xi in xis]
+            for number, shape in zip(numbers, shapes[key]):
+                rows[number] = (own, shape)
+        self._values = _rows(rows, space.ndof)
+
+    def _measured(self, orders, members):
+        """Points, weights and normals times weights of the nodes of all facets, those of one order at a
+        time.
+        """
+        count = 1 + max(own.max() for own in members)
+        points, weights, normals = np.zeros((count, 2)), np.zeros(count), np.zeros((count, 2))
+        sides = outward_sides(self.body.mesh, self.region)
+        for order in np.unique(orders):
+            here = np.flatnonzero(orders == order)
+            there = np.array([members[i] for i in here])
+            xis, shares = lobatto(int(order))
+            place, lengths, outward = (each[here] for each in mapped(self.body.mesh, self.region, xis))
+            points[there] = place
+            np.add.at(weights, there, shares * lengths)
+            np.add.at(normals, there, (sides[here, None] * shares * lengths)[..., None] * outward)
+        return points, weights, normals
 
     def values(self, field):
         """u1, u2 or psi of a state of the body (a component of its space) at the nodes, array (n,)."""
@@ -281,12 +290,19 @@ def with_psi_constrained(body, boundary):
     return body.on(body.mesh, fixed={**body.fixed, "psi": psi})
 
 
+def _members(ends, orders):
+    """Numbers of the nodes of each facet: first those of the vertices, then the inner ones."""
+    vertices, numbers = np.unique(ends, return_inverse=True)
+    starts = len(vertices) + np.cumsum(orders - 1) - (orders - 1)
+    return [
+        np.concatenate((pair[:1], np.arange(start, start + order - 1), pair[1:]))
+        for pair, start, order in zip(numbers.reshape(-1, 2), starts, orders)
+    ]
+
+
 def _rows(rows, width):
     i = np.repeat(np.arange(len(rows)), [len(dofs) for dofs, _ in rows])
     return csr_matrix(
-        (
-            np.concatenate([np.asarray(shape) for _, shape in rows]),
-            (i, np.concatenate([np.asarray(dofs) for dofs, _ in rows])),
-        ),
+        (np.concatenate([shape for _, shape in rows]), (i, np.concatenate([dofs for dofs, _ in rows]))),
         shape=(len(rows), width),
     )

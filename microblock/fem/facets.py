@@ -312,30 +312,43 @@ def interruptions(mesh, region, x):
     return (np.diff(x) > 0) & ((place < 0) | (middle > right[place]))
 
 
+def at_all_facets(mesh, region, xis):
+    """The points of all facets of a boundary at reference coordinates, as NGSolve's functions take them."""
+    rule = ng.IntegrationRule(points=[(float(xi),) for xi in xis], weights=[0.0] * len(xis))
+    return mesh.MapToAllElements({ng.SEGM: rule}, region)
+
+
+def mapped(mesh, region, xis):
+    """Points of all facets of a boundary of a 2D mesh at reference coordinates, array (facets, xis, 2), what
+    a unit of these is long there, array (facets, xis), and NGSolve's normals, array (facets, xis, 2).
+    """
+    there = at_all_facets(mesh, region, xis)
+    points, normals, along = (
+        function(there).reshape(-1, len(xis), 2)
+        for function in (ng.CF((ng.x, ng.y)), ng.specialcf.normal(2), ng.specialcf.JacobianMatrix(2, 1))
+    )
+    return points, np.hypot(along[..., 0], along[..., 1]), normals
+
+
+def elements_at(mesh, region):
+    """Numbers of the elements of a 2D mesh at the facets of a boundary, array (facets,)."""
+    return np.array([mesh[facet.edges[0]].elements[0].nr for facet in region.Elements()])
+
+
 def outward_sides(mesh, region):
-    """For each facet of a boundary 1, or -1 where NGSolve's normal points inwards: it follows the facet's
-    own orientation.
+    """For each facet of a boundary 1, or -1 where NGSolve's normal points inwards, array (facets,): it
+    follows the facet's own orientation.
     """
     if mesh.dim == 1:
-        return [1.0 for _ in region.Elements()]
-    points = np.array([vertex.point for vertex in mesh.vertices])
-    facets = [(facet.edges[0].nr, [vertex.nr for vertex in facet.vertices]) for facet in region.Elements()]
-    wanted = {number for number, _ in facets}
-    inside = {
-        edge.nr: points[[vertex.nr for vertex in element.vertices]].mean(axis=0)
-        for element in mesh.Elements()
-        for edge in element.edges
-        if edge.nr in wanted
-    }
-    outward, sides = ng.specialcf.normal(2), []
-    for facet, (number, ends) in zip(region.Elements(), facets):
-        transformation = mesh.GetTrafo(facet)  # a mapped point does not keep it alive
-        sides.append(
-            1.0
-            if np.dot(points[ends].mean(axis=0) - inside[number], outward(transformation(0.5))) > 0
-            else -1.0
-        )
-    return sides
+        return np.ones(len(list(region.Elements())))
+    inside = [
+        [mesh[vertex].point for vertex in mesh[ng.ElementId(ng.VOL, int(number))].vertices]
+        for number in elements_at(mesh, region)
+    ]
+    ends = [[mesh[vertex].point for vertex in facet.vertices] for facet in region.Elements()]
+    away = np.mean(ends, axis=1) - [np.mean(own, axis=0) for own in inside]
+    _, _, normals = mapped(mesh, region, (0.5,))
+    return np.where(np.sum(away * normals[:, 0], axis=1) > 0, 1.0, -1.0)
 
 
 def _point_row(element, dofs, xi):

@@ -7,9 +7,10 @@ Softw. 35 (2008) 22), supernodal and 3 to 5 times faster, where cvxopt is instal
 
 import importlib.util
 from abc import ABC, abstractmethod
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
+from scipy.linalg import cho_solve
 from scipy.sparse import csc_matrix, tril
 from scipy.sparse.linalg import splu
 
@@ -87,69 +88,91 @@ class SuperLU(Factors):
 
 
 class Cholmod(Factors):
-    """By CHOLMOD, in the order of AMD for the inner unknowns."""
+    """By CHOLMOD, in the order of AMD for the inner unknowns.
+
+    cvxopt gives L away, and is left without: fields take the factors of the inner unknowns alone, made when
+    they are first asked for, and the block.
+    """
 
     def __init__(self, matrix, inner, contact):
         from cvxopt import amd, cholmod
 
-        self._free, count = np.concatenate((inner, contact)), len(inner)
-        self._own = _sparse(tril(matrix[self._free][:, self._free], format="csc").tocoo())
-        order = np.array(amd.order(self._own[:count, :count], "L")).ravel() if count else np.arange(0)
-        self._order = np.concatenate((order, np.arange(count, len(self._free))))
-        try:
-            self._factorise()
-        except ArithmeticError as failure:
-            raise Singular("the matrix is not positive definite") from failure
+        self._matrix, self._inner, count = matrix, inner, len(inner)
+        free = np.concatenate((inner, contact))
+        own = _lower(matrix, free)
+        self._own = own[:count, :count]
+        self._order = np.array(amd.order(self._own, "L")).ravel() if count else np.arange(0)
+        factors = _factorised(own, np.concatenate((self._order, np.arange(count, len(free)))))
         # CHOLMOD orders once more, by postorder: the contact unknowns keep their order, with inner ones that
         # have nothing to do with those before between them
-        place = self._solved(np.arange(len(self._free), dtype=float), 7).astype(int)
+        place = _solved(factors, np.arange(len(free), dtype=float), 7).astype(int)
         last = np.flatnonzero(place >= count)
-        self.contact = self._free[place[last]]
-        diagonal = np.array(cholmod.diag(self._factors)).ravel()
-        self.least = float((diagonal**2 / matrix.diagonal()[self._free[place]]).min())
-        factor = cholmod.getfactor(self._factors)
+        self.contact = free[place[last]]
+        diagonal = np.array(cholmod.diag(factors)).ravel()
+        self.least = float((diagonal**2 / matrix.diagonal()[free[place]]).min())
+        factor = cholmod.getfactor(factors)
         self.entries, columns = 2 * len(factor), factor[:, _dense(last)]
-        self._factors = None  # cvxopt gives L away, and is left with the pattern of a slower kind
         block = csc_matrix(tuple(np.array(part).ravel() for part in columns.CCS)[::-1], columns.size)
         self.block = block[last].toarray()
 
-    def _factorise(self):
-        from cvxopt import cholmod
-
-        before = dict(cholmod.options)
-        cholmod.options.update(nmethods=1, supernodal=2)  # in the order that is given; by blocks
-        try:
-            self._factors = cholmod.symbolic(self._own, p=_dense(self._order), uplo="L")
-        finally:
-            cholmod.options.clear()
-            cholmod.options.update(before)
-        cholmod.numeric(self._own, self._factors)
-
     def solve(self, right):
-        if self._factors is None:
-            self._factorise()
-        found = np.zeros_like(right)
-        found[self._free] = self._solved(right[self._free], 0)
+        found, inner, contact, across = np.zeros_like(right), self._inner, self.contact, self._across
+        found[inner] = self._of_inner(right[inner])
+        found[contact] = cho_solve((self.block, True), right[contact] - across.T @ found[inner])
+        found[inner] -= self._of_inner(across @ found[contact])
         return found
 
-    def _solved(self, right, system):
-        from cvxopt import cholmod
+    def _of_inner(self, right):
+        """What the inner unknowns are where the contact ones are 0."""
+        return _solved(self._factors, right, 0) if right.any() else right
 
-        values = _dense(right)
-        cholmod.solve(self._factors, values, sys=system)
-        return np.array(values).ravel()
+    @cached_property
+    def _factors(self):
+        return _factorised(self._own, self._order)
+
+    @cached_property
+    def _across(self):
+        """What links inner and contact unknowns."""
+        return self._matrix[self._inner][:, self.contact]
+
+
+def _lower(matrix, chosen):
+    """The lower triangle of the rows and columns of a symmetric matrix that are chosen, as cvxopt's."""
+    from cvxopt import spmatrix
+
+    part = tril(matrix[chosen][:, chosen], format="csc").tocoo()  # sorted: cvxopt is faster then
+    return spmatrix(part.data, part.row, part.col, part.shape)
+
+
+def _factorised(matrix, order):
+    """CHOLMOD's factors of the matrix with this lower triangle, in this order, by blocks."""
+    from cvxopt import cholmod
+
+    before = dict(cholmod.options)
+    cholmod.options.update(nmethods=1, supernodal=2)
+    try:
+        factors = cholmod.symbolic(matrix, p=_dense(order), uplo="L")
+        cholmod.numeric(matrix, factors)
+    except ArithmeticError as failure:
+        raise Singular("the matrix is not positive definite") from failure
+    finally:
+        cholmod.options.clear()
+        cholmod.options.update(before)
+    return factors
+
+
+def _solved(factors, right, system):
+    from cvxopt import cholmod
+
+    values = _dense(right)
+    cholmod.solve(factors, values, sys=system)
+    return np.array(values).ravel()
 
 
 @cache
 def usual():
     """The class of Factors that is taken: Cholmod where cvxopt is installed."""
     return Cholmod if importlib.util.find_spec("cvxopt") else SuperLU
-
-
-def _sparse(matrix):
-    from cvxopt import spmatrix
-
-    return spmatrix(matrix.data, matrix.row, matrix.col, matrix.shape)
 
 
 def _dense(values):

@@ -54,6 +54,8 @@ START, FINEST = 0.1, 1e-7
 # refinement level on which edges are looked for by elements of one order: order 4 locks as low orders do
 LOWEST_EVEN = 1
 LOCATED = 0.03  # error of the edges at which more order helps more than another step
+# of rtol: error of known edges, read on the first level, up to which the next one takes them as they are
+CONFIRMED = 0.5
 STEPS = 6  # of the edges on one refinement level
 LONGEST_MOVE = 0.4  # of an edge in one step, over the way to the next
 # of the way to the next edge, or of the layer if that is less, from where K0 and K1 are read
@@ -162,8 +164,9 @@ class FittedSolver(MeshFitter):
         def solve(solver):
             zones = near.zones if near else solver._of_half_plane(load, rtol) if solver._plain else None
             if zones:
+                known = near.predicted if near else self.domain == math.inf
                 try:
-                    return solver._refined(load, rtol, zones, 0, near is None and self.domain == math.inf)
+                    return solver._refined(load, rtol, zones, 0, known)
                 except NotConverged:
                     if near:
                         raise
@@ -190,7 +193,7 @@ class FittedSolver(MeshFitter):
         """The state to rtol from trial zones; of `known` ones, the edges are as good as rtol asks for."""
         self._require_level(zones, _first_level(rtol) + 1)
         if known:
-            return self._climb(load, rtol, zones, passes)
+            return self._climb(load, rtol, zones, passes, known)
         solver, zones, passes = self._settled(load, zones, passes)
         # edges from the lowest level would spoil the difference of higher ones
         first = _first_level(rtol)
@@ -198,8 +201,11 @@ class FittedSolver(MeshFitter):
             zones, passes = solver._pass(load, zones, *solver._levels[number]).moved, passes + 1
         return solver._climb(load, rtol, zones, passes)
 
-    def _climb(self, load, rtol, zones, passes):
-        """The state to rtol from zones whose edges are good to the first level."""
+    def _climb(self, load, rtol, zones, passes, known=False):
+        """The state to rtol from zones whose edges are good to the first level.
+
+        Known edges that this level confirms stay for the next one: what it reads of them is less accurate.
+        """
         coarse, best, first = None, math.inf, _first_level(rtol)
         for order, levels in self._levels[first:]:
             for _ in range(STEPS):
@@ -215,7 +221,8 @@ class FittedSolver(MeshFitter):
                         found = self._outside(state, trial)
                         if not found:
                             return state
-                zones = found or trial.moved
+                confirmed = known and coarse is None and trial.edge_error <= CONFIRMED * rtol
+                zones = found or (zones if confirmed else trial.moved)
                 if found:  # another topology: what was computed on the old one says nothing
                     coarse = None
                     continue

@@ -39,6 +39,8 @@ BELOW = 0.4  # grading of meshes with lines, whose fields below the surface are 
 class MeshFitter(GroundSolver):
     """What makes fitted meshes; a solver adds the `picture` of the obstacle at a load, `lines` and `even`."""
 
+    _last = None  # arguments of the last mesh, and the mesh
+
     @cached_property
     def _plain(self):
         """Whether one lowest place near x1 = 0 is all there is."""
@@ -106,9 +108,7 @@ class MeshFitter(GroundSolver):
         self._require_few(ground, tips, spacing, levels, order)
         sizes = self._sizes(ground, max(length for _, _, length in spacing))
         grading = BELOW if self.lines else GRADING
-        mesh = graded(
-            ground, [*tips, *self.lines], spacing=spacing, levels=levels, grading=grading, sizes=sizes
-        )
+        mesh = self._mesh(ground, (*tips, *self.lines), spacing, levels, grading, sizes)
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"
@@ -116,6 +116,14 @@ class MeshFitter(GroundSolver):
             np.full(mesh.ne, order) if self.even or not levels else falling_orders(mesh, ground, tips, order)
         )
         return Condensed(Body(mesh, self.solid, orders, fixed=supports))
+
+    def _mesh(self, ground, tips, *sizes):
+        """The graded mesh of these arguments; the last one is kept, for other orders on it."""
+        if self._last is None or self._last[0] != (ground, tips, *sizes):
+            names = ("spacing", "levels", "grading", "sizes")
+            mesh = graded(ground, tips, **dict(zip(names, sizes)))
+            self._last = (ground, tips, *sizes), mesh
+        return self._last[1]
 
     def _require_few(self, ground, tips, spacings, levels, order):
         """NotConverged for more contact nodes than a contact problem is solved on in reasonable time."""

@@ -28,7 +28,7 @@ from tqdm.auto import tqdm
 from ..errors import NotConverged
 from ..model.quadrature import lagrange
 from .between import of_body
-from .facets import lobatto, outward_sides
+from .facets import at_all_facets, elements_at, lobatto, mapped, outward_sides
 
 LEFT = 0.5  # of rtol, what elements that are not cut may add to a part of the estimate
 # times more, elements are cut at singular points of the surface that need it: one a pass would take three
@@ -41,6 +41,7 @@ DEEPEST = 12
 UNSEEN = 4.0
 AT = 0.05  # of an element, which is at a point that lies no farther outside
 PASSES = 40  # of refinement
+TRIANGLE = 10  # netgen's type of an element
 MOST = 300_000  # unknowns
 
 
@@ -74,60 +75,53 @@ def estimate(state):
 
 
 def _averaged(body, fields):
-    """Gradients of u1, u2, psi, averaged between elements: six continuous functions."""
-    found = []
-    for field, order in zip(fields, (body.order, body.order, body.order_psi)):
-        mean = ng.GridFunction(ng.VectorH1(body.mesh, order=order))
-        mean.Set(ng.grad(field))
-        found.append(mean)
-    return found
+    """Gradients of u1, u2, psi, averaged between elements: three pairs of continuous functions."""
+    displacements, rotation = (
+        ng.GridFunction(ng.H1(body.mesh, order=order, dim=dim))  # twice as fast as a VectorH1 for each
+        for order, dim in ((body.order, 4), (body.order_psi, 2))
+    )
+    displacements.Set(ng.CF((ng.grad(fields.u1), ng.grad(fields.u2))))
+    rotation.Set(ng.grad(fields.psi))
+    return [(displacements[0], displacements[1]), (displacements[2], displacements[3]), rotation]
 
 
 def _energy_of_difference(body, fields, averaged):
     """Array (elements,)."""
-    wrong = [mean - ng.grad(field) for mean, field in zip(averaged, fields)]
+    wrong = [ng.CF((mean[0], mean[1])) - ng.grad(field) for mean, field in zip(averaged, fields)]
     gradient = ng.CF((wrong[0][0], wrong[0][1], wrong[1][0], wrong[1][1]), dims=(2, 2))
     density = body.solid.energy(gradient, ng.CF(0), wrong[2])
-    return ng.Integrate(density, body.mesh, ng.VOL, order=2 * body.order, element_wise=True).NumPy()
+    return ng.Integrate(density.Compile(), body.mesh, ng.VOL, order=2 * body.order, element_wise=True).NumPy()
 
 
 def _surface(state, averaged):
     """Array (elements,): squares of what p and M/ell differ from averaged tractions, on the elements at the
     surface.
     """
-    mesh, ell = state.nodes.body.mesh, state.nodes.compliance.ell
-    traction = _traction(state, averaged)
-    above = {edge.nr: element.nr for element in mesh.Elements() for edge in element.edges}
-    found, size = np.zeros((2, mesh.ne)), 0.0
+    mesh, nodes, ell = state.nodes.body.mesh, state.nodes, state.nodes.compliance.ell
+    above, sides = elements_at(mesh, nodes.region), outward_sides(mesh, nodes.region)
     own = np.array((state.pressures.sum(axis=0), state.micromoment / ell))
-    xis, lengths = np.polynomial.legendre.leggauss(state.nodes.body.order + 2)
-    facets = list(state.nodes.region.Elements())
-    for facet, side, members in zip(facets, outward_sides(mesh, state.nodes.region), state.nodes.facets):
-        transformation = mesh.GetTrafo(facet)
-        mapped = [transformation(float(xi)) for xi in (1 + xis) / 2]
-        weights = (
-            lengths
-            / 2
-            * [point.measure for point in mapped]
-            * state.tamed(np.array([point.point[0] for point in mapped]))
-        )
-        between = lagrange(lobatto(len(members) - 1)[0], (1 + xis) / 2) @ own[:, members].T
-        seen = np.array([traction(point) for point in mapped]) * (1, side / ell)
-        found[:, above[facet.edges[0].nr]] += weights @ (between - seen) ** 2
-        size += weights @ between[:, 0] ** 2
-        x = np.array([point.point[0] for point in mapped])
-        found[:, above[facet.edges[0].nr]] += _beyond(state, members, x, weights, xis)
+    found, size = np.zeros((2, mesh.ne)), 0.0
+    xis, shares = np.polynomial.legendre.leggauss(nodes.body.order + 2)
+    xis, shares = (1 + xis) / 2, shares / 2
+    seen = _traction(state, averaged)(at_all_facets(mesh, nodes.region, xis)).reshape(-1, len(xis), 2)
+    seen = seen * np.column_stack((np.ones_like(sides), sides / ell))[:, None]
+    places, lengths, _ = mapped(mesh, nodes.region, xis)
+    orders = np.array([len(members) - 1 for members in nodes.facets])
+    for order in np.unique(orders):
+        here = np.flatnonzero(orders == order)
+        members, basis = np.array([nodes.facets[i] for i in here]), lagrange(lobatto(int(order))[0], xis)
+        x = places[here, :, 0]
+        weights = shares * lengths[here] * state.tamed(x.ravel()).reshape(x.shape)
+        between = own[:, members] @ basis.T
+        wrong = (between - np.moveaxis(seen[here], -1, 0)) ** 2 + _beyond(state, members, basis, x)
+        np.add.at(found, (slice(None), above[here]), np.sum(weights * wrong, axis=-1))
+        size += np.sum(weights * between[0] ** 2)
     for there in _at(mesh, _named(state)):
         found[:, there] *= UNSEEN**2
     for last, outside, square in _edges(state):
-        facet = next(
-            number for number, members in enumerate(state.nodes.facets) if {last, outside} <= set(members)
-        )
-        found[:, above[facets[facet].edges[0].nr]] += square * np.array(
-            (1, 1 / 4 if len(state.forces) == 2 else 0)
-        )
-    for facet, square in zip(facets, of_body(state)):
-        found[:, above[facet.edges[0].nr]] += square
+        facet = next(number for number, members in enumerate(nodes.facets) if {last, outside} <= set(members))
+        found[:, above[facet]] += square * np.array((1, 1 / 4 if len(state.forces) == 2 else 0))
+    np.add.at(found, (slice(None), above), of_body(state))
     return found[np.argmax(found.sum(axis=1))] / max(size, 1e-300)  # nothing may touch yet
 
 
@@ -169,11 +163,11 @@ def refine_until(solver, load, approach, rtol, progress=False):
     NotConverged
         If that takes more than MOST unknowns or PASSES passes; `reached` is the smallest estimate.
     """
-    best, where = math.inf, f"load {load:g}" if approach is None else f"approach {approach:g}"
+    best, found, where = math.inf, None, f"load {load:g}" if approach is None else f"approach {approach:g}"
     with tqdm(desc=f"refined to {rtol:g}", unit=" passes", disable=not progress) as bar:
         for passes in range(1, PASSES + 1):
             try:
-                found = solver.at(load, approach)
+                found = solver.at(load, approach, found)
                 parts = estimate(found)
             except NotConverged as failure:
                 if best == math.inf:
@@ -222,10 +216,11 @@ def _finer(state, parts, rtol):
     worst = np.sqrt(np.max(parts.of_surface * there, axis=1, initial=0.0)) / (LEFT * rtol)
     deeper = np.where(np.arange(len(points)) < named, 2 * np.log2(np.maximum(worst, 1.0)), DEEPER)
     deeper = np.where(there.any(axis=1), np.clip(deeper, DEEPER, DEEPEST).astype(int), 0)
-    finer = cut(mesh, chosen, order)
+    finer = ng.Mesh(mesh.ngmesh.Copy())
+    cut(finer, chosen)
     for done in range(deeper.max(initial=0)):
-        finer = cut(finer, np.any(_at(finer, points[deeper > done]), axis=0), order)
-    return finer
+        cut(finer, np.any(_at(finer, points[deeper > done]), axis=0))
+    return finer.Curve(order)
 
 
 def singular(state):
@@ -237,16 +232,16 @@ def singular(state):
     return np.vstack((_named(state), _on_surface(state, np.concatenate(x))))
 
 
-def _beyond(state, members, x, weights, xis):
-    """Squares of p and of M/ell on a facet from corners that are beyond the end of the obstacle there, where
-    they have to vanish.
+def _beyond(state, members, basis, x):
+    """Squares of p and of M/ell at x, arrays (2, facets, n), from corners that are beyond the end of the
+    obstacle there, where they have to vanish.
     """
-    basis, wrong = lagrange(lobatto(len(members) - 1)[0], (1 + xis) / 2), []
-    levers = list(state.law.levers(x).values())
+    levers = np.reshape(list(state.law.levers(x.ravel()).values()), (-1, *x.shape))
+    wrong = np.zeros((2, *x.shape))
     for corner, (left, right) in state.problem.ends.items():
-        p = np.where((x < left) | (x > right), basis @ state.pressures[corner, members], 0.0)
-        wrong.append((p, levers[corner] / 2 * p))
-    return weights @ np.sum(wrong, axis=0).T ** 2 if wrong else np.zeros(2)
+        p = np.where((x < left) | (x > right), state.pressures[corner, members] @ basis.T, 0.0)
+        wrong = wrong + np.array((p, levers[corner] / 2 * p)) ** 2
+    return wrong
 
 
 def _named(state):
@@ -266,14 +261,27 @@ def _at(mesh, points):
     """Whether points, array (k, 2), lie in each element of a mesh, or hardly outside, boolean array (k,
     elements); sides are taken for straight.
     """
-    places = np.array([vertex.point for vertex in mesh.vertices])
-    own = [[vertex.nr for vertex in element.vertices] for element in mesh.Elements()]
-    first = places[np.array([each[:3] for each in own])].transpose(1, 2, 0)
-    second = places[np.array([(each[0], each[-2], each[-1]) for each in own])].transpose(1, 2, 0)
+    first, second = _halves(mesh)
     found = np.zeros((len(points), mesh.ne), bool)
     for there, point in zip(found, points):
-        there[:] = _in_triangles(point, *first) | _in_triangles(point, *second)
+        there[:] = _in_triangles(point, *first)
+        if second is not None:
+            there |= _in_triangles(point, *second)
     return found
+
+
+def _halves(mesh):
+    """Corners of the triangles that elements consist of, two arrays (3, 2, elements); the second one is None
+    where no element is a quadrilateral.
+    """
+    places, faces = np.array(mesh.ngmesh.Coordinates())[:, :2], mesh.ngmesh.Elements2D().NumPy()
+    if np.all(faces["type"] == TRIANGLE):
+        return places[faces["nodes"][:, :3] - 1].transpose(1, 2, 0), None
+    own = [[vertex.nr for vertex in element.vertices] for element in mesh.Elements()]
+    return tuple(
+        places[np.array([[each[i] for i in part] for each in own])].transpose(1, 2, 0)
+        for part in ((0, 1, 2), (0, -2, -1))
+    )
 
 
 def _in_triangles(point, a, b, c):
@@ -288,13 +296,10 @@ def _twice_the_area(a, b, c):
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
-def cut(mesh, chosen, order):
-    """A copy of a mesh with the chosen elements cut, curved sides again of this order."""
-    finer = ng.Mesh(mesh.ngmesh.Copy())
-    for element, flag in zip(finer.Elements(), chosen):
-        finer.SetRefinementFlag(element, bool(flag))
-    finer.Refine()
-    return finer.Curve(order)
+def cut(mesh, chosen):
+    """Cuts the chosen elements of a mesh, boolean array (elements,)."""
+    mesh.SetRefinementFlags(chosen.tolist())
+    mesh.Refine()
 
 
 def of_triangles(mesh):

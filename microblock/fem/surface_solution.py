@@ -4,7 +4,7 @@ What it offers is what a solution on the contact line of a half-plane offers, so
 serves both.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import BadArgument
 from ..model.solver import Solver
 from ..model.state import ErrorParts, LineSolution
-from ..model.zones import distance, distance_to_ends
+from ..model.zones import distance, distance_to_ends, moved_on
 from .condensation import ContactNodes
 from .mesh_fields import BelowOnMesh
 
@@ -52,6 +52,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     unknowns : int, free unknowns of the bulk, and what the method adds
     computed_psi : array (nodes,), microrotation of the computed part
     found_fields : Fields of the computed part where the method has them; `fields` has them always
+    predicted : bool, whether the zones are those that a next state is expected to have (`moved_on`)
     """
 
     solver: Solver
@@ -67,6 +68,12 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     estimate: Estimate | None = None
     found_fields: object = None
     method: str = "fitted"
+    predicted: bool = False
+
+    def moved_on(self, earlier, share):
+        """With the zones moved on, if they are alike in both states and none is inverted."""
+        moved = moved_on(self.zones, earlier.zones, share)
+        return replace(self, zones=moved, predicted=True) if moved else self
 
     @property
     def problem(self):
@@ -96,7 +103,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     @property
     def _loads(self):
         """Nodal normal forces and moments of the computed part, array (2 n,)."""
-        return self.body.compliance.onto_corners(self.problem.law).T @ self.forces.ravel()
+        return self.body.compliance.loads(self.problem.law, self.forces)
 
     @property
     def _x(self):
@@ -224,9 +231,8 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
 def surface_solution(solver, body, load, found, zones, iterations, estimate=None, method="fitted"):
     """The SurfaceSolution of a ContactState `found` on a Condensed body."""
     law = solver.law
-    onto = body.compliance.onto_corners(law)
-    psi = body.compliance.matrix[len(body.weights) :] @ (onto.T @ found.forces)
     forces = found.forces.reshape(len(law.corners), -1)
+    psi = body.compliance.matrix[len(body.weights) :] @ body.compliance.loads(law, forces)
     return SurfaceSolution(
         solver,
         body,

@@ -12,7 +12,7 @@ from ..model.problem import Problem, half_line
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts, LineSolution, surface
 from ..model.types import CornerZones
-from ..model.zones import distance, zone_edges
+from ..model.zones import distance, moved_on, zone_edges
 from ..threads import bounded
 from .carried import carried
 from .counter import counter_log_response, counter_response
@@ -20,7 +20,6 @@ from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import Panels, log_response, response
 
 LOOKOUTS = 12  # points on either side of an edge at which gaps are looked at, clustered towards it
-FURTHEST = 2.0  # of the way between two states, by which zones are moved on
 JOINT = 1e-12  # of a panel: rounding may leave that between two
 AROUND = 0.6  # of the half-width of the contact, and two blocks, that pictures show on either side
 # points on a stretch of the surface out of contact, clustered towards its ends, where edges are
@@ -99,20 +98,8 @@ class PanelSolution(LineSolution):
 
     def moved_on(self, earlier, share):
         """With the zones moved on, if they are alike in both states and none is inverted."""
-        own, old = self.all_zones, earlier.all_zones
-        if not abs(share) <= FURTHEST or any(
-            len(old.get(corner, ())) != len(zones) for corner, zones in own.items()
-        ):
-            return self
-        moved = {
-            corner: tuple(
-                tuple(edge + share * (edge - before) for edge, before in zip(*pair))
-                for pair in zip(zones, old[corner])
-            )
-            for corner, zones in own.items()
-        }
-        apart = all(np.all(np.diff(np.ravel(zones)) > 0) for zones in moved.values())
-        return replace(self, zones={corner: moved[corner] for corner in self.zones}) if apart else self
+        moved = moved_on(self.all_zones, earlier.all_zones, share)
+        return replace(self, zones={corner: moved[corner] for corner in self.zones}) if moved else self
 
     @cached_property
     def _anchored(self):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 NEGLIGIBLE = 1e-13  # of the natural scale: some hundred rounding errors
 # of the way between two samples, to which a minimum is found: a parabola shows it no better
 REFINED = 1e-9
+FURTHEST = 2.0  # of the way between two states, by which zones are moved on
 SAME_END = 1e-9  # of a period, to which intervals reach its ends
 
 
@@ -223,6 +224,25 @@ def distance_to_ends(x: Array, ends: Sequence[float], shifts: Sequence[float]) -
     """
     distances = (2 * np.abs(x - end - shift) / (ends[-1] - ends[0]) for end in ends for shift in shifts)
     return cast(Array, np.min([np.ones_like(x), *distances], axis=0))
+
+
+def moved_on(own: CornerZones, earlier: CornerZones, share: float) -> CornerZones | None:
+    """Returns zones moved on by a share of the way from those of an earlier state; None if they are not alike
+    in both, if one would be inverted, or if that is too far.
+    """
+    if not abs(share) <= FURTHEST or any(
+        len(earlier.get(corner, ())) != len(zones) for corner, zones in own.items()
+    ):
+        return None
+    moved = {
+        corner: tuple(
+            tuple(edge + share * (edge - before) for edge, before in zip(*pair))
+            for pair in zip(zones, earlier[corner])
+        )
+        for corner, zones in own.items()
+    }
+    apart = all(np.all(np.diff(np.ravel(zones)) > 0) for zones in moved.values())
+    return cast(CornerZones, moved) if apart else None
 
 
 def zone_edges(zones: Mapping[int, Iterable[Interval]]) -> list[float]:

@@ -224,6 +224,19 @@ def test_refinement_by_recovery_holds(law, rtol):
     assert error < state.error_estimate < 6 * error
 
 
+@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock()])
+def test_other_nodes_give_closed_corners_to_begin_with(law):
+    """The state is the same, in fewer contact sets."""
+    coarse, fine = (
+        pressed(mb.Body(ground(6.0, spacing=spacing), SOLID, 3, fixed="bottom"), law)
+        for spacing in (0.25, 0.1)
+    )
+    start = coarse.solve(load=P)
+    afresh, from_other = fine.solve(load=P), fine.solve(load=P, initial=start)
+    assert from_other.iterations < afresh.iterations
+    assert from_other.pressure == pytest.approx(afresh.pressure, abs=1e-10)  # rounding; they are about 1
+
+
 @pytest.mark.parametrize("alpha, law", [(0.37, mb.Unilateral()), (0.05, mb.Microblock())])
 def test_two_kinds_of_mesh_agree_on_a_small_square(alpha, law):
     """Neither knows of the other: one is refined by recovery, the other follows the edges; their estimates

@@ -8,6 +8,7 @@ import pytest
 from microblock.corners import active_set
 from microblock.errors import BadArgument, NotConverged
 from microblock.fem import meshes
+from microblock.fem.between import Facets
 from microblock.fem.body import Body, Loads
 from microblock.fem.condensation import Condensed
 from microblock.fem.facets import ContactFacets
@@ -86,7 +87,9 @@ def test_a_graded_mesh_can_be_cut():
     """Where it is, in its own unit: it was made in another."""
     ground = meshes.Ground(4e-3, (-1e-3, 1e-3), half=False)
     mesh = meshes.graded(ground, [0.3e-3], spacing=0.3e-3, levels=0)
-    finer = cut(mesh, np.arange(mesh.ne) < 20, 3)
+    finer = ng.Mesh(mesh.ngmesh.Copy())
+    cut(finer, np.arange(mesh.ne) < 20)
+    finer.Curve(3)
     assert finer.ne > mesh.ne and ng.Integrate(1, finer) == pytest.approx(2 * (4e-3) ** 2, rel=1e-12)
 
 
@@ -100,6 +103,27 @@ def test_energy_is_half_the_work(make):
     energy = body.fields(*np.split(loads, 2)).energy()
     # integration on curved sides
     assert energy == pytest.approx(loads @ body.compliance.matrix @ loads / 2, rel=1e-7)
+
+
+@pytest.mark.parametrize("make", [graded_body, disc])
+def test_what_is_between_nodes_follows_from_those_of_each_facet(make):
+    """Facets of several orders, and curved ones, whose nodes lie elsewhere: all at once, and one by one."""
+    nodes = Condensed(make())
+    facets = Facets(nodes)
+    x = np.random.default_rng(0).uniform(facets.left[0], facets.right[-1], 200)
+    values = np.cos(nodes.points[:, 0]), nodes.points[:, 0] ** 2
+    on = facets.below(x) >= 0  # a boundary that faces downwards elsewhere
+    found = facets.interpolate(np.array(values), x[on])
+    upper = np.unique(np.concatenate(facets.members))
+    assert len(nodes.points) >= len(upper) and on.any()
+    for own, each in zip(found, values):
+        for number, members in enumerate(facets.members):
+            here = facets.below(x[on]) == number
+            polynomial = np.polynomial.Polynomial.fit(
+                nodes.points[members, 0], each[members], len(members) - 1
+            )
+            # rounding of polynomials of order 6 or less; places of curved facets' nodes are rounded to 1e-9
+            assert own[here] == pytest.approx(polynomial(x[on][here]), abs=1e-8)
 
 
 def test_nodes_lie_where_the_contact_facets_have_theirs():
@@ -166,6 +190,8 @@ def test_block_with_hole(obstacle, change):
         flexibility, gaps, share = body.compliance.corner_system(law, obstacle)
         state = active_set.solve(flexibility, gaps, load=0.05, c=share)
         loads = body.compliance.onto_corners(law).T @ state.forces
+        per_corner = state.forces.reshape(len(law.corners), -1)
+        assert body.compliance.loads(law, per_corner) == pytest.approx(loads, abs=1e-13)  # rounding
         energy = body.fields(*np.split(loads, 2)).energy()
         pressed = state.forces > 0
         work = state.forces[pressed] @ (state.approach * share[pressed] - gaps[pressed]) / 2

@@ -304,6 +304,17 @@ def test_sessions_on_fitted_meshes_start_from_the_last_zones():
         assert session.solve(**changes).error_estimate <= 1e-2
 
 
+def test_steps_of_a_slider_on_fitted_meshes_take_two_meshes():
+    """The zones of two steps tell those of the next: no mesh is needed to find them, and none to refine."""
+    session = Explorer(fitted(mb.Microblock(), 18.0), LOAD, rtol=1e-3)
+    first, second, third = (session.solve(load=load) for load in (1.02, 1.04, 1.06))
+    assert first.iterations > 2 and second.iterations == third.iterations == 2
+    afresh = session.problem.solve(load=1.06, rtol=1e-4)
+    # both errors together, edges within the distance at which a root of it is worth that
+    assert third.half_width == pytest.approx(afresh.half_width, rel=1e-3)
+    assert third.error_estimate <= 1e-3
+
+
 def rectangle_below():
     """Quadrilaterals of [-8, 8] x [-8, 0], finer towards the origin."""
     from ngsolve.meshes import MakeStructured2DMesh

@@ -321,6 +321,41 @@ def test_a_neighbour_without_the_second_contact_does_not_hide_it():
     assert len(state.zones["contact"]) == 2 and judged(state, 1e-5) <= state.error_estimate
 
 
+@pytest.mark.parametrize("off", [1.0, 1.01])
+def test_known_edges_that_a_level_confirms_share_its_mesh(off, monkeypatch):
+    """Edges of the half-plane do; those that are off by a hundredth do not, and are moved."""
+    made, graded, known = [], fitted_mesh.graded, FittedSolver._of_half_plane
+    monkeypatch.setattr(
+        fitted_mesh, "graded", lambda *given, **more: made.append(1) or graded(*given, **more)
+    )
+    monkeypatch.setattr(
+        FittedSolver,
+        "_of_half_plane",
+        lambda *given: {
+            corner: tuple((left * off, right * off) for left, right in own)
+            for corner, own in known(*given).items()
+        },
+    )
+    state = on_block(solid_of(0.25), Cylinder(1.0), Microblock()).solve(load=P, rtol=1e-3)
+    assert (len(made) == 1) == (off == 1)
+    assert judged(state) <= state.error_estimate <= 1e-3
+
+
+def test_zones_are_moved_on_where_they_are_alike():
+    states = [
+        on_block(solid_of(0.25), Cylinder(1.0), Microblock()).solve(load=P * k) for k in (1.0, 1.02, 1.04)
+    ]
+    first, second, third = (state.solution for state in states)
+    moved = second.moved_on(first, 1.0)
+    assert moved.predicted and not second.predicted
+    # the way is some 1e-2 long, its second difference 1e-4; edges of the states are good to 1e-4
+    for own, true in zip(moved.zones[0] + moved.zones[1], third.zones[0] + third.zones[1]):
+        assert own == pytest.approx(true, abs=3e-4)
+    assert second.moved_on(first, 3.0) is second  # too far
+    other = on_block(solid_of(2.0), Cylinder(1.0), Microblock()).solve(load=P).solution  # two zones
+    assert second.moved_on(other, 1.0) is second
+
+
 def with_picture(solver, **changes):
     """A solver with its picture of the obstacle changed."""
     return FittedSolver(solver.contact, solver.options, solver.obstacle, replace(solver.picture, **changes))
