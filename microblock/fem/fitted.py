@@ -49,7 +49,7 @@ from .surface_solution import Estimate, SurfaceSolution, difference, surface_sol
 LEVELS = ((4, 3), (5, 4), (7, 4), (9, 5), (11, 6), (13, 7))
 # a logarithm, or at an end 1/sqrt(r), between two nodes: sqrt(RATIO) a level in L2; levels of equal depth
 # would share that error and not see it
-LEVELS_AT_CORNERS = tuple((order, order) for order, _ in LEVELS)
+LEVELS_AT_CORNERS = tuple((order, order) for order in range(4, 13))
 COARSE = 12, 3  # elements over the reach and order of the first mesh, which knows no edges
 RATE = 0.5, -0.15  # digits that an order adds, and that order 0 lacks: where refinement begins, no more
 # of rtol, to which panels of a half-plane find the first zones; and the least that they are asked for
@@ -196,14 +196,15 @@ class FittedSolver(MeshFitter):
 
     def _refined(self, load, rtol, zones, passes, known=False):
         """The state to rtol from trial zones; of `known` ones, the edges are as good as rtol asks for."""
-        self._require_level(zones, _first_level(rtol) + 1)
+        self._require_level(zones, _first_level(self._levels, rtol) + 1)
         if known:
             return self._climb(load, rtol, zones, passes, known)
         solver, zones, passes = self._settled(load, zones, passes)
         # edges from the lowest level would spoil the difference of higher ones
-        first = _first_level(rtol)
-        for number in range(1, first):
-            zones, passes = solver._pass(load, zones, *solver._levels[number]).moved, passes + 1
+        levels = solver._levels[: _first_level(solver._levels, rtol) + 1]
+        for order, depth in levels[1:-1]:
+            if (levels[-1][0] - order) % 2 == 0:
+                zones, passes = solver._pass(load, zones, order, depth).moved, passes + 1
         return solver._climb(load, rtol, zones, passes)
 
     def _climb(self, load, rtol, zones, passes, known=False):
@@ -211,7 +212,7 @@ class FittedSolver(MeshFitter):
 
         Known edges that this level confirms stay for the next one: what it reads of them is less accurate.
         """
-        coarse, best, first = None, math.inf, _first_level(rtol)
+        coarse, best, first = None, math.inf, _first_level(self._levels, rtol)
         for order, levels in self._levels[first:]:
             for _ in range(STEPS):
                 trial = self._pass(load, zones, order, levels)
@@ -596,7 +597,7 @@ def _coefficients(r, p, weights, nearest, reach, furthest):
     return float(K[0] * math.sqrt(reach)), float(K[1] / math.sqrt(reach))
 
 
-def _first_level(rtol):
+def _first_level(levels, rtol):
     """Number of the level before the one that may reach rtol."""
     order = math.ceil((-math.log10(rtol) + RATE[1]) / RATE[0])
-    return min(sum(own < order for own, _ in LEVELS[1:]), len(LEVELS) - 2)
+    return min(sum(own < order for own, _ in levels[1:]), len(levels) - 2)
