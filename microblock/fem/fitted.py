@@ -196,12 +196,12 @@ class FittedSolver(MeshFitter):
 
     def _refined(self, load, rtol, zones, passes, known=False):
         """The state to rtol from trial zones; of `known` ones, the edges are as good as rtol asks for."""
-        self._require_level(zones, _first_level(self._levels, rtol) + 1)
+        self._require_level(zones, self._first_level(rtol) + 1)
         if known:
             return self._climb(load, rtol, zones, passes, known)
         solver, zones, passes = self._settled(load, zones, passes)
         # edges from the lowest level would spoil the difference of higher ones
-        levels = solver._levels[: _first_level(solver._levels, rtol) + 1]
+        levels = solver._levels[: solver._first_level(rtol) + 1]
         for order, depth in levels[1:-1]:
             if (levels[-1][0] - order) % 2 == 0:
                 zones, passes = solver._pass(load, zones, order, depth).moved, passes + 1
@@ -212,7 +212,7 @@ class FittedSolver(MeshFitter):
 
         Known edges that this level confirms stay for the next one: what it reads of them is less accurate.
         """
-        coarse, best, first = None, math.inf, _first_level(self._levels, rtol)
+        coarse, best, first = None, math.inf, self._first_level(rtol)
         for order, levels in self._levels[first:]:
             for _ in range(STEPS):
                 trial = self._pass(load, zones, order, levels)
@@ -255,6 +255,11 @@ class FittedSolver(MeshFitter):
     def _levels(self):
         sharp = getattr(self.obstacle, "kinks", ()) or getattr(self.obstacle, "ends", ())
         return LEVELS_AT_CORNERS if sharp else LEVELS
+
+    def _first_level(self, rtol):
+        """Number of the level before the one that may reach rtol."""
+        order = math.ceil((-math.log10(rtol) + RATE[1]) / RATE[0])
+        return min(sum(own < order for own, _ in self._levels[1:]), len(self._levels) - 2)
 
     def _settled(self, load, zones, passes):
         """The solver with orders on which the edges settle, the zones there, and the number of passes."""
@@ -595,9 +600,3 @@ def _coefficients(r, p, weights, nearest, reach, furthest):
     powers = r[:, None] ** (np.arange(terms) - 0.5) * scale[:, None]
     K = np.linalg.lstsq(powers, p[here] * scale, rcond=None)[0]
     return float(K[0] * math.sqrt(reach)), float(K[1] / math.sqrt(reach))
-
-
-def _first_level(levels, rtol):
-    """Number of the level before the one that may reach rtol."""
-    order = math.ceil((-math.log10(rtol) + RATE[1]) / RATE[0])
-    return min(sum(own < order for own, _ in levels[1:]), len(levels) - 2)

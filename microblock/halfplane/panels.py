@@ -279,11 +279,6 @@ def _near_rows(problem, panels, x, target, panel, kernel):
     return found
 
 
-def mean_slope(v, w, root):
-    """(w^2 - v^2)/(w - v), or 1 for panels without a root."""
-    return np.where(root, v + w, 1.0)
-
-
 @dataclass(frozen=True)
 class CutRule:
     """Quadrature on [0, 1] for a logarithm at v0: v - v0, array (n,), and weights times the basis there,

@@ -29,7 +29,7 @@ from ..model.fields import PointFields, points
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import zone_edges
 from ..threads import bounded
-from .panels import TINY, mean_slope
+from .panels import TINY
 
 TURN = np.exp(0.25j * np.pi)
 # over ell: depth at which fields "at" the surface are taken; less, and rounding shows in theta,2
@@ -255,13 +255,13 @@ def _sources(state, x1, nearest, points):
         """|v - v0| at a distance from x1."""
         share = (distance - start) / h
         other = np.sqrt(np.maximum(v0**2 + direction * share, 0))
-        return share / np.maximum(mean_slope(v0, other, root), TINY)
+        return share / np.maximum(_mean_slope(v0, other, root), TINY)
 
     sigma, gauss = gauss_rule(points)
     low, high = steps(first[level, half, None]), steps(last[level, half, None])
     step = low + (high - low) * sigma
     v = v0 + direction * step
-    distance = start + h * step * mean_slope(v0, v, root)
+    distance = start + h * step * _mean_slope(v0, v, root)
     q = np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel])
     numbers = panel[:, None]
     force = (
@@ -275,6 +275,11 @@ def _sources(state, x1, nearest, points):
     for number in np.unique(level):
         here = level == number
         yield distance[here].ravel(), weights[:, here].reshape(4, -1)
+
+
+def _mean_slope(v, w, root):
+    """(w^2 - v^2)/(w - v), or 1 for panels without a root."""
+    return np.where(root, v + w, 1.0)
 
 
 def _all_panels(state):
