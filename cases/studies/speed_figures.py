@@ -54,8 +54,8 @@ CLASSICAL_NAMES = {
 }
 LAW_NAMES = {
     "half-plane": (0, -20),
-    "cells": (4, 5),
-    "fitted fe": (5, -3),
+    "cells": (-35, -53),
+    "fitted fe": (6, -7),
     "condensed, order 4": (-4, 9),
     "AL, order 1": (-30, 9),
 }
