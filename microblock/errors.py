@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterable
 from dataclasses import fields
+from decimal import ROUND_CEILING, Context
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -83,11 +84,14 @@ class NotConverged(MicroblockError, RuntimeError):
     message : str
     reached : float, optional
     iterations : int, optional
+    rtol_reached : float, optional
 
     Attributes
     ----------
     reached : float or None
         The last load or approach (or the accuracy) that was reached, None if there is none.
+    rtol_reached : float or None
+        An rtol that is met when it is asked for, None where none is known.
     iterations : int
         Iterations spent at the point of failure.
 
@@ -98,9 +102,16 @@ class NotConverged(MicroblockError, RuntimeError):
     0.2
     """
 
-    def __init__(self, message: str, *, reached: float | None = None, iterations: int = 0) -> None:
+    def __init__(
+        self,
+        message: str,
+        *,
+        reached: float | None = None,
+        iterations: int = 0,
+        rtol_reached: float | None = None,
+    ) -> None:
         super().__init__(message)
-        self.reached, self.iterations = reached, iterations
+        self.reached, self.iterations, self.rtol_reached = reached, iterations, rtol_reached
 
 
 class MissingExtra(MicroblockError, ImportError):
@@ -121,6 +132,29 @@ class MissingExtra(MicroblockError, ImportError):
 
     def __init__(self, what: str, package: str, extra: str) -> None:
         super().__init__(f"{what} needs {package}: python -m pip install 'microblock[{extra}]'")
+
+
+def at_least(value: float) -> str:
+    """Returns a positive number in two digits, rounded up: as a bound, it holds for the number itself."""
+    return f"{float(Context(prec=2, rounding=ROUND_CEILING).create_decimal(repr(float(value)))):.1e}"
+
+
+def out_of_reach(
+    rtol: float, best: float, where: str = "", besides: str = "", iterations: int = 0
+) -> NotConverged:
+    """Returns the NotConverged of an rtol where the smallest error estimate is `best`: it advises an rtol
+    that is met when it is asked for, if there is one below 1, and what `besides` names.
+    """
+    figure = at_least(best)
+    met = float(figure) if float(figure) < 1 else None
+    advice = " or ".join([f"ask for rtol={figure}"] * (met is not None) + [besides] * bool(besides))
+    return NotConverged(
+        f"rtol = {rtol:g} was not reached{where}, the smallest error estimate was {figure}"
+        + f"; {advice}" * bool(advice),
+        reached=best,
+        rtol_reached=met,
+        iterations=iterations,
+    )
 
 
 def shown(value: object) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadArgument, NotConverged
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model.history import SLIDING, FrictionSolution, FrictionState, History, HistoryEvent
 from ..model.quadrature import gauss_rule
 from ..model.zones import common, without
@@ -77,10 +77,10 @@ class FrictionPanels:
             try:
                 solutions, plain = self._solutions(memories, LESS * rtol * rtol / worst)
             except NotConverged as failure:
-                raise _out_of_reach(rtol, worst) from failure
+                raise out_of_reach(rtol, worst) from failure
             worst = max(one.error_estimate for one in solutions)
         if worst > rtol:
-            raise _out_of_reach(rtol, worst)
+            raise out_of_reach(rtol, worst)
         states = [FrictionState(one) for one in solutions]
         return History(self.solver.contact, states, _events(memories, plain, friction))
 
@@ -95,13 +95,6 @@ class FrictionPanels:
             found.append(PanelFriction(self.solver, plain, memory, tuple(first), dissipation))
         plain.require_growing()
         return found, plain
-
-
-def _out_of_reach(rtol, best):
-    return NotConverged(
-        f"rtol = {rtol:g} was not reached, the smallest error estimate was {best:.1e}; ask for that",
-        reached=best,
-    )
 
 
 class _Plain:

@@ -17,7 +17,7 @@ from tqdm.auto import tqdm
 
 from ..corners import active_set
 from ..corners.friction import FrictionalContact, FrictionPath, Moment
-from ..errors import BadArgument, NotConverged
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
 from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent, ZoneErrors, change
 from ..model.problem import Problem
@@ -277,23 +277,17 @@ class FrictionSolver:
             except NotConverged as failure:
                 if not np.isfinite(best):
                     raise
-                raise self._out_of_reach(rtol, best) from failure
+                raise out_of_reach(rtol, best) from failure
             if level is not None:
                 finer = self._compared(finer, level)
-                best = max(one.change or 0.0 for one in finer.solutions)
+                best = min(best, max(one.change or 0.0 for one in finer.solutions))
             level = finer
             if best <= rtol:
                 states = [FrictionState(one) for one in level.solutions]
                 return History(self.solver.contact, states, level.events)
             if best < np.inf and best > rtol * FASTEST ** (len(FINENESS) - 1 - number):
                 break  # the levels that are left would not do
-        raise self._out_of_reach(rtol, best)
-
-    def _out_of_reach(self, rtol: float, best: float) -> NotConverged:
-        return NotConverged(
-            f"rtol = {rtol:g} was not reached, the smallest error estimate was {best:.1e}; ask for that",
-            reached=best,
-        )
+        raise out_of_reach(rtol, best)
 
     def level(self, number: int, before: _Level | None) -> _Level:
         """Returns the history on one level; its cells are small at the edges of the level before."""
