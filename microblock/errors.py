@@ -89,7 +89,7 @@ class NotConverged(MicroblockError, RuntimeError):
     Attributes
     ----------
     reached : float or None
-        The last load or approach (or the accuracy) that was reached, None if there is none.
+        The last load or approach that was reached, None if there is none.
     rtol_reached : float or None
         An rtol that is met when it is asked for, None where none is known.
     iterations : int
@@ -140,18 +140,25 @@ def at_least(value: float) -> str:
 
 
 def out_of_reach(
-    rtol: float, best: float, where: str = "", besides: str = "", iterations: int = 0
+    rtol: float,
+    best: float,
+    load: float | None = None,
+    approach: float | None = None,
+    besides: str = "",
+    iterations: int = 0,
 ) -> NotConverged:
-    """Returns the NotConverged of an rtol where the smallest error estimate is `best`: it advises an rtol
-    that is met when it is asked for, if there is one below 1, and what `besides` names.
+    """Returns the NotConverged of an rtol where the smallest error estimate is `best`, at a load or an
+    approach: it advises an rtol that is met when it is asked for, if there is one below 1, and what `besides`
+    names.
     """
-    figure = at_least(best)
+    figure, reached = at_least(best), approach if load is None else load
+    where = "" if reached is None else f" at {'approach' if load is None else 'load'} {reached:g}"
     met = float(figure) if float(figure) < 1 else None
     advice = " or ".join([f"ask for rtol={figure}"] * (met is not None) + [besides] * bool(besides))
     return NotConverged(
         f"rtol = {rtol:g} was not reached{where}, the smallest error estimate was {figure}"
         + f"; {advice}" * bool(advice),
-        reached=best,
+        reached=reached,
         rtol_reached=met,
         iterations=iterations,
     )

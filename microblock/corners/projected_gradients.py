@@ -38,7 +38,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import BadArgument, NotConverged, require_finite
+from ..errors import BadArgument, NotConverged, at_least, require_finite
 from ..threads import bounded
 from .exchange import exchange
 
@@ -124,10 +124,9 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
         if kkt <= rtol:
             return problem.report(forces, slope, kkt, step + 1)
     raise NotConverged(
-        f"relative residual {best:.1e} instead of {rtol:g} after {OUTER_STEPS} outer steps and "
+        f"relative residual {at_least(best)} instead of {rtol:g} after {OUTER_STEPS} outer steps and "
         f"{problem.count['products']} products on {forces.size} corners; take Cells(residual=...) larger, "
         "an `initial` state, or, where blocks are much smaller than a cell, the unilateral law",
-        reached=best,
         iterations=OUTER_STEPS,
     )
 

@@ -28,7 +28,7 @@ from functools import cached_property
 import numpy as np
 
 from ..corners import active_set
-from ..errors import BadArgument, NotConverged
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..halfplane import topology
 from ..halfplane.graded_cells import of_corners, trial_zones
 from ..halfplane.kernels import HalfPlane
@@ -244,11 +244,8 @@ class FittedSolver(MeshFitter):
                 "topology?",
                 iterations=passes,
             )
-        raise NotConverged(
-            f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was {best:.1e}; "
-            "ask for that, or fix the discretisation instead",
-            reached=best,
-            iterations=passes,
+        raise out_of_reach(
+            rtol, best, load, besides="fix the discretisation, Fitted(order=...)", iterations=passes
         )
 
     @property

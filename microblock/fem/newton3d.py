@@ -83,7 +83,6 @@ class NewtonSolver3D(Solver3D):
         raise NotConverged(
             f"gaps of {kkt:.1e} of the displacement are left after {UPDATES} updates of the multipliers: "
             "take a larger rho",
-            reached=kkt,
             iterations=steps,
         )
 
@@ -268,8 +267,7 @@ class Systems:
         if failed or not left <= 10 * linear:
             raise NotConverged(
                 f"conjugate gradients stand at the relative residual {left:.1e} after {LINEAR_STEPS} steps: "
-                f"take a smaller rho, or Condensed(); {HELD}",
-                reached=left,
+                f"take a smaller rho, or Condensed(); {HELD}"
             )
         return np.where(free, found, start if load is None else 0.0)
 

@@ -7,7 +7,7 @@ import numpy as np
 from tqdm.auto import tqdm
 
 from ..corners import projected_gradients
-from ..errors import BadArgument, NotConverged
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
 from ..model.deformable import body_of, shape_of
 from ..model.obstacles import heights
@@ -224,11 +224,8 @@ class CellSolver(Solver):
         state = solver.upto(load, rtol, doublings, approach=approach, residual=residual, progress=progress)
         if state.error_estimate <= rtol:
             return state
-        raise NotConverged(
-            f"error {state.error_estimate:.1e} instead of {rtol:g} on {len(state.x)} nodes; Panels() reach "
-            "more under smooth obstacles",
-            reached=state.error_estimate,
-        )
+        besides = f"take Panels() under a smooth obstacle: there were {len(state.x)} cells"
+        raise out_of_reach(rtol, state.error_estimate, load, approach, besides)
 
     def _with_window(self, load):
         """The solver on a window: its own, or all places where the obstacle could touch at the load."""

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from functools import cached_property
 
-from ..errors import BadArgument, MicroblockError, NotConverged, require_whole
+from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach, require_whole
 from ..model import picture
 from ..model.deformable import body_of, shape_of
 from ..model.methods import PANEL_ORDERS
@@ -138,17 +138,13 @@ class PanelSolver(Solver):
 
     def _reachable(self, load, rtol, failure):
         """The failure, with what can be had where rounding keeps the edges from an rtol."""
-        for looser in (each for each in LOOSER if each > rtol and failure.reached is None):
+        for looser in (each for each in LOOSER if each > rtol and failure.rtol_reached is None):
             try:
                 reached = self._solved(load, looser, None, None).error_estimate
             except NotConverged as other:
-                reached = other.reached
+                reached = other.rtol_reached
             if reached is not None:
-                return NotConverged(
-                    f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was "
-                    f"{reached:.1e}; ask for that",
-                    reached=reached,
-                )
+                return out_of_reach(rtol, reached, load)
         return failure
 
     def _solved(self, load, rtol, order, near, wider=1):

@@ -21,7 +21,7 @@ from scipy.sparse import csr_array
 from tqdm.auto import tqdm
 
 from ..corners import projected_gradients
-from ..errors import BOUNDED, NOT_YET, BadArgument, NotConverged
+from ..errors import BOUNDED, NOT_YET, BadArgument, NotConverged, out_of_reach
 from ..halfplane.counter import require_same_period
 from ..halfplane.kernels import is_classical
 from ..model.deformable import body_of
@@ -172,11 +172,8 @@ class SurfaceSolver(Solver):
                     return self._finished(grid, load, approach, state)
         if nodes is not None:
             return state
-        raise NotConverged(
-            f"error {state.error_estimate:.1e} instead of {goal:g} on {MOST} x {MOST} cells: ask for a "
-            "larger rtol, or fix Cells(nodes=...)",
-            reached=state.error_estimate,
-        )
+        besides = f"fix Cells(nodes=...): there were {MOST} x {MOST} cells"
+        raise out_of_reach(goal, state.error_estimate, load, approach, besides)
 
     def _finished(
         self, grid: Grid, load: float | None, approach: float | None, state: SurfaceState

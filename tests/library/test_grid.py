@@ -151,9 +151,9 @@ def test_indefinite_level_is_refused_by_name():
 def test_residual_out_of_reach(monkeypatch):
     monkeypatch.setattr(projected_gradients, "OUTER_STEPS", 2)
     cells = CellGrid(mb.HalfPlane(SOLID), -1.0, 1.0, 300)
-    with pytest.raises(NotConverged, match="relative residual") as failure:
+    with pytest.raises(NotConverged, match=r"relative residual \d\.\de-\d\d") as failure:
         projected_gradients.solve(cells.flexibility(mb.Unilateral()), cells.x[None] ** 2, load=0.5)
-    assert 1e-10 < failure.value.reached < 1 and failure.value.iterations == 2
+    assert failure.value.iterations == 2 and failure.value.reached is None  # which is a load
 
 
 def test_energy_never_rises(monkeypatch):
