@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import fields
 from decimal import ROUND_CEILING, Context
 from pathlib import Path
@@ -264,16 +265,37 @@ def require_whole(least: int, most: int | None = None, **arguments: object) -> N
             )
 
 
-def require_place(path: str | os.PathLike[str], name: str = "path") -> None:
-    """Raises BadArgument unless a file can have this path: in a folder that exists, and no folder itself."""
-    try:
-        where = Path(path)
-    except TypeError as failure:
-        raise BadArgument(name, path, "must name a file") from failure
+def require_place(
+    path: str | os.PathLike[str], name: str = "path", endings: Collection[str] | None = None
+) -> None:
+    """Raises BadArgument unless a file can have this path: in a folder that exists and can be written to, no
+    folder itself, and with one of the endings, or none, where they are given.
+    """
+    if not isinstance(path, (str, os.PathLike)) or not str(path) or "\0" in str(path):
+        raise BadArgument(name, path, "must name a file")
+    where = Path(path)
     if where.is_dir():
         raise BadArgument(name, str(path), "must name a file, and is a folder")
-    if not where.parent.is_dir():
-        raise BadArgument(name, str(path), f"must lie in a folder that exists, and {where.parent} does not")
+    if not os.access(where.parent, os.W_OK):
+        raise BadArgument(
+            name, str(path), f"must lie in a folder that can be written to, and {where.parent} is none"
+        )
+    ending = where.suffix[1:].lower()  # what follows a point may as well be a number's digits
+    if endings is not None and ending.isalpha() and ending not in endings:
+        raise BadArgument(
+            name, str(path), f"must end in .{', .'.join(sorted(endings))} or in none of its own"
+        )
+
+
+@contextmanager
+def writing(path: str | os.PathLike[str], name: str = "path") -> Iterator[None]:
+    """Context in which a file is written; raises BadArgument where the system refuses it."""
+    try:
+        yield
+    except OSError as failure:
+        raise BadArgument(
+            name, str(path), f"cannot be written to ({failure.strerror or failure})"
+        ) from failure
 
 
 def require_choice(known: Collection[str], **arguments: object) -> None:
@@ -300,6 +322,25 @@ def require_values(**arguments: Iterable[Any]) -> list[list[Any]]:
             found.append(list(value))
         except TypeError as failure:
             raise BadArgument(name, value, "must be a sequence") from failure
+    return found
+
+
+def require_flag(**arguments: object) -> None:
+    """Raises BadArgument for the first argument that is neither True nor False."""
+    require_kind((bool, np.bool_), "True or False", **arguments)
+
+
+def require_numbers(**arguments: Any) -> Any:
+    """Returns the one argument as an array (n,) of floats, one number as n = 1; raises BadArgument where it
+    holds anything but finite numbers, or has more dimensions.
+    """
+    ((name, values),) = arguments.items()
+    try:
+        found = np.atleast_1d(np.asarray(values, float))
+    except (TypeError, ValueError, OverflowError) as failure:
+        raise BadArgument(name, values, "must be a number, or an array (n,) of numbers") from failure
+    if found.ndim > 1 or not np.all(np.abs(found) <= LARGEST):
+        raise BadArgument(name, values, "must be a finite number, or an array (n,) of such")
     return found
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, require_choice, require_pair
+from ..errors import BadArgument, require_choice, require_numbers, require_pair
 from .obstacles import Cylinder, gap, returned
 from .summary import Row, Shown, Summary, call, intervals, number, saved
 from .types import (
@@ -554,7 +554,7 @@ class State(Shown):
         >>> state.pressure_at([0.0, 1.0]).round(2).tolist()
         [2.01, 0.0]
         """
-        places = _abscissae(x)
+        places = require_numbers(x=x)
         if corner is not None:
             return _like(x, self.solution.pressure(self._number(corner), places))
         total = np.zeros(len(places))
@@ -589,7 +589,7 @@ class State(Shown):
         >>> bool(state.gap_at("C", 1.0) > 0)
         True
         """
-        return _like(x, self.solution.gap(self._number(corner), _abscissae(x)))
+        return _like(x, self.solution.gap(self._number(corner), require_numbers(x=x)))
 
     def counter_displacement(self, x: ArrayLike) -> Array | float:
         """Returns the displacement along x2 of the surface of a second body (`Deformable`).
@@ -613,7 +613,7 @@ class State(Shown):
         >>> state.counter_displacement(0.0) > state.counter_displacement(1.0)
         True
         """
-        return _like(x, self.solution.counter_displacement(_abscissae(x)))
+        return _like(x, self.solution.counter_displacement(require_numbers(x=x)))
 
     def _number(self, corner: str) -> int:
         require_choice(self.law.corners, corner=corner)
@@ -825,17 +825,6 @@ class State(Shown):
         return saved(draw_body(self, field), path)
 
 
-def _abscissae(x: ArrayLike) -> Array:
-    """Returns x as an array (n,); raises BadArgument where it holds no numbers or has more dimensions."""
-    try:
-        found: Array = np.atleast_1d(np.asarray(x, float))
-    except (TypeError, ValueError) as failure:
-        raise BadArgument("x", x, "must be a number, or an array (n,) of numbers") from failure
-    if found.ndim > 1 or not np.isfinite(found).all():
-        raise BadArgument("x", x, "must be a finite number, or an array (n,) of such")
-    return found
-
-
 def _like(x: ArrayLike, found: Array) -> Array:
     """Returns values at x in its shape: of one number a float."""
     shaped: Array = np.reshape(found, np.shape(x))[()]
@@ -843,10 +832,11 @@ def _like(x: ArrayLike, found: Array) -> Array:
 
 
 def _window(window: Interval | None) -> Interval | None:
-    """Returns the window; raises BadArgument unless it is (left, right), or None."""
-    if window is not None:
-        require_pair(window=window)
-    return window
+    """Returns the window as a pair of floats; raises BadArgument unless it is (left, right), or None."""
+    if window is None:
+        return None
+    require_pair(window=window)
+    return float(window[0]), float(window[1])
 
 
 def _to_read(values: ArrayLike) -> Array:
