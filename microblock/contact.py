@@ -10,15 +10,15 @@ from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from .errors import (
     NOT_YET,
     BadArgument,
     plain,
     require_finite,
+    require_flag,
     require_kind,
     require_positive,
+    require_size,
     require_tolerance,
 )
 from .model import law as laws
@@ -26,6 +26,7 @@ from .model import obstacles
 from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
+from .model.material import Cosserat
 from .model.problem import require_even
 from .model.state import State
 from .model.summary import Row, Shown, Summary, short
@@ -33,7 +34,6 @@ from .model.types import BodyLike, LawLike, MethodLike, ObstacleLike
 from .threads import bounded
 
 if TYPE_CHECKING:
-    from .model.material import Cosserat
     from .model.solver import Solver
 
 
@@ -163,7 +163,7 @@ class Contact(Shown):
         """
         load, approach, rtol = plain(load), plain(approach), plain(rtol)
         self._require_frictionless()
-        self._check(load, approach, rtol, initial)
+        self._check(load, approach, rtol, initial, progress)
         start: Any = getattr(initial, "solution", initial)
         state = self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
         if approach is not None and not state.load > 0:
@@ -180,14 +180,21 @@ class Contact(Shown):
             )
 
     def _check(
-        self, load: float | None, approach: float | None, rtol: float | None, initial: State | None
+        self,
+        load: float | None,
+        approach: float | None,
+        rtol: float | None,
+        initial: State | None,
+        progress: bool,
     ) -> None:
+        require_flag(progress=progress)
         if (load is None) == (approach is None):
             raise BadArgument("load", load, "give either load or approach")
         if load is not None:
             require_positive(load=load)
         else:
             require_finite(approach=approach)
+            require_size(**({"approach": approach} if approach else {}))
         if rtol is not None:
             require_tolerance(rtol)
         if initial is not None:
@@ -223,7 +230,7 @@ class Contact(Shown):
         """
         load, rtol = plain(load), plain(rtol)
         self._require_frictionless()
-        self._check(load, None, rtol, None)
+        self._check(load, None, rtol, None, progress)
         if self.solver.has_fitted_zones:
             from .path import ZonePath  # here: a single state does without
 
@@ -284,8 +291,7 @@ class Contact(Shown):
             raise BadArgument(
                 "law", self.law, "has no friction: its states do not depend on a history, solve them"
             )
-        if not isinstance(coupled, (bool, np.bool_)):
-            raise BadArgument("coupled", coupled, "must be True or False")
+        require_flag(coupled=coupled, progress=progress)
         rtol = plain(rtol)
         if rtol is not None:
             require_tolerance(rtol)
@@ -322,6 +328,8 @@ class Contact(Shown):
         """
         if body is not None and solid is not None:
             raise BadArgument("solid", solid, "is that of the body: give one of the two")
+        if solid is not None:
+            require_kind(Cosserat, "a Cosserat", solid=solid)
         if body is None:
             body = self.body if solid is None or solid == self.solid else self.solver.resized(solid)
         return replace(

@@ -56,9 +56,9 @@ def profile(state: AnyState) -> dict[str, np.ndarray]:
         "closed". In the plane they ascend in x1.
     """
     corners = {f"pressure_{name}": own for name, own in state.pressures.items()}
-    found = {"weight": state.weights, "pressure": state.pressure, **corners}
+    found: dict[str, ArrayLike] = {"weight": state.weights, "pressure": state.pressure, **corners}
     if isinstance(state, State):
-        place = dict(zip(("x1", "x2"), state.solution.points.T))
+        place: dict[str, ArrayLike] = dict(zip(("x1", "x2"), state.solution.points.T))
         found |= {"micromoment": state.micromoment, "psi": state.psi}
         found |= {"displacement": state.solution.displacement}
         if body_of(state.obstacle) is not None:
@@ -140,18 +140,16 @@ def _nodes(state):
     return [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())]
 
 
-def _same_columns(rows):
+def _same_columns(what):
     """Rows that make a table, or BadArgument."""
-    events = Event, HistoryEvent
-    if not isinstance(rows, (list, tuple)) or not rows:
-        rows = [None]
-    elif all(map(_is_state, rows)):
+    rows = what if isinstance(what, (list, tuple)) else ()
+    if all(map(_is_state, rows)):
         rows = [{"state": number, **row} for number, state in enumerate(rows) for row in _nodes(state)]
-    rows = [asdict(row) if isinstance(row, events) else row for row in rows]
-    if not all(isinstance(row, Mapping) for row in rows):
+    rows = [asdict(row) if isinstance(row, (Event, HistoryEvent)) else row for row in rows]
+    if not rows or not all(isinstance(row, Mapping) for row in rows):
         raise BadArgument(
             "what",
-            rows,
+            what,
             "must be a state, a history, a load path, or a list of at least one state, event or dict, as "
             "sweep() returns it",
         )

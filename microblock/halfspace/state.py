@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import require_choice
 from ..model.summary import Row, Shown, Summary, number, saved
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Target
@@ -132,6 +133,7 @@ class SurfaceState(Shown):
         -----
         With an even number of cells the axis runs between two rows, of which the mean is taken.
         """
+        require_choice(("x1", "diagonal"), direction=direction)
         n = len(self.x1)
         if direction == "diagonal":
             pick = np.arange(n), np.arange(n)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..errors import BadArgument, require_positive
+from ..errors import BadArgument, require_finite, require_positive
 from .summary import Row, Shown, Summary, number
 from .types import ContactLike
 
@@ -45,6 +45,7 @@ class Event:
 
     def __post_init__(self) -> None:
         for name in ("load", "load_error", "x"):
+            require_finite(**{name: getattr(self, name)})
             object.__setattr__(self, name, float(getattr(self, name)))  # plain floats, not numpy's
 
 

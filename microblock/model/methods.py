@@ -13,6 +13,7 @@ from ..errors import (
     make_plain,
     require_choice,
     require_finite,
+    require_flag,
     require_kind,
     require_pair,
     require_positive,
@@ -62,6 +63,7 @@ class Panels:
 
     def __post_init__(self) -> None:
         make_plain(self)
+        require_flag(fallback=self.fallback)
         if self.order is not None:
             require_whole(*PANEL_ORDERS, order=self.order)
 
@@ -150,6 +152,7 @@ class Fitted:
 
     def __post_init__(self) -> None:
         make_plain(self)
+        require_flag(even=self.even)
         if self.order is not None:
             require_whole(1, ELEMENT_ORDER, order=self.order)
         if self.spacing is not None:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import microblock as mb
 from microblock.errors import LONGEST, shown
@@ -186,7 +187,9 @@ def test_samples_are_numbers():
         "function <lambda>",
         "obstacle as it is",
     )
-    refused(lambda: mb.Obstacle.from_samples([0, 1], None), "z", "2 finite numbers")
+    refused(lambda: mb.Obstacle.from_samples([0, 1], None), "z", "finite number")
+    refused(lambda: mb.Obstacle.from_samples([0, 1], [2]), "z", "2 finite numbers")
+    refused(lambda: mb.Obstacle.from_samples([0, 1], CubicSpline([0, 1], [0, 1])), "z", "obstacle as it is")
     refused(lambda: mb.Obstacle.from_samples("ab", [1, 2]), "x", "numbers")
     refused(
         lambda: mb.Obstacle.from_samples(np.arange(1000.0)[::-1], np.zeros(1000)),

@@ -126,7 +126,7 @@ def test_rows_and_paths_come_back_from_csv(tmp_path):
     ids=str,
 )
 def test_what_makes_no_table_is_refused_in_a_line(wrong, tmp_path):
-    words = "must be a state, a load path, or a list|must have the columns"
+    words = "must be a state, a history, a load path, or a list|must have the columns"
     with pytest.raises(mb.BadArgument, match=words) as refused:
         mb.to_csv(wrong, tmp_path / "wrong.csv")
     assert "\n" not in str(refused.value) and not list(tmp_path.iterdir())
