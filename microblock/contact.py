@@ -28,6 +28,7 @@ from .model.events import LoadPath
 from .model.history import History, pairs_of
 from .model.material import Cosserat
 from .model.problem import require_even
+from .model.progress import counting
 from .model.state import State
 from .model.summary import Row, Shown, Summary, short
 from .model.types import BodyLike, LawLike, MethodLike, ObstacleLike
@@ -139,7 +140,7 @@ class Contact(Shown):
         initial : State, optional
             A state of a similar problem to start from.
         progress : bool
-            Whether a bar is shown where the method counts its steps.
+            Whether a bar counts the steps of the method.
 
         Returns
         -------
@@ -165,7 +166,8 @@ class Contact(Shown):
         self._require_frictionless()
         self._check(load, approach, rtol, initial, progress)
         start: Any = getattr(initial, "solution", initial)
-        state = self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
+        with counting("solve", progress):
+            state = self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
         if approach is not None and not state.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
         return state
@@ -210,7 +212,7 @@ class Contact(Shown):
         rtol : float, optional
             Relative L2 error of the states, as in `solve`.
         progress : bool
-            Whether a bar counts the states that the events take.
+            Whether a bar counts what the events take; of panels as they are asked for, else at once.
 
         Returns
         -------
@@ -235,7 +237,11 @@ class Contact(Shown):
             from .path import ZonePath  # here: a single state does without
 
             return ZonePath(self, load, rtol, progress)
-        return self.solver.path(load, rtol, progress)
+        with counting("load path", progress):
+            path = self.solver.path(load, rtol, progress)
+            if progress:  # the events are what lasts
+                path.events
+        return path
 
     @bounded
     def history(
@@ -264,7 +270,7 @@ class Contact(Shown):
             all over the pressure. Without it half-planes take their usual one, and blocks stay on the mesh of
             their method; bodies on meshes of your own take none.
         progress : bool
-            Whether a bar is shown where the method counts its steps.
+            Whether a bar counts the steps of the method.
 
         Returns
         -------
@@ -295,7 +301,8 @@ class Contact(Shown):
         rtol = plain(rtol)
         if rtol is not None:
             require_tolerance(rtol)
-        return self.solver.history(pairs_of(pairs, friction), bool(coupled), rtol, progress)
+        with counting("history", progress):
+            return self.solver.history(pairs_of(pairs, friction), bool(coupled), rtol, progress)
 
     def with_(
         self,

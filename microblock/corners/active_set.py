@@ -44,6 +44,7 @@ import numpy as np
 from scipy.linalg.blas import dgemm
 
 from ..errors import BadArgument, NotConverged, require_finite
+from ..model.progress import counted
 from ..threads import bounded, released
 
 ROUNDING = 1e-14  # relative to its own terms, some rounding errors: below it a sign means nothing
@@ -419,6 +420,7 @@ def _pieces(problem, last):
     terms = np.abs(H).max(axis=1)
     budget = 1000 + 50 * len(g0)  # far above what is met, one or two for each corner
     for _ in range(budget):
+        counted()
         yield load, float(tableau[-1, -2] + load * tableau[-1, -1]), closed
         start, slope = tableau[:-1, -2:].T
         # corners just sorted have slopes >= 0: they do not end this piece

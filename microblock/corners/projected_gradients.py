@@ -39,6 +39,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import BadArgument, NotConverged, at_least, require_finite
+from ..model.progress import counted
 from ..threads import bounded
 from .exchange import exchange
 
@@ -112,6 +113,7 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
         return exact
     slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
     for step in range(OUTER_STEPS):
+        counted()
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
         forces, slope = problem.settled(forces, slope)
         face, before = forces > 0, face

@@ -36,6 +36,7 @@ from ..halfplane.line_solver import LooksTooNear
 from ..model import picture
 from ..model.methods import Panels
 from ..model.problem import Problem
+from ..model.progress import counted
 from ..model.zones import joined, runs, without, zone_edges
 from . import between
 from .fitted_mesh import MEETING, MeshFitter, _FittedMesh
@@ -405,6 +406,7 @@ class FittedSolver(MeshFitter):
 
     def _pass(self, load, zones, order, levels, spacing=None):
         """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
+        counted()
         mesh = self._fit_mesh(zones, order, levels, spacing)
         p = mesh.pressures(self.share(load))
         moved, squares = {}, 0.0

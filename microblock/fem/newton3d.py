@@ -24,6 +24,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from .. import cost
 from ..errors import NOT_YET, BadArgument, NotConverged
+from ..model.progress import counted
 from ..threads import bounded
 from .body3d import FIELDS, HELD, Body3D, Fields3D
 from .condensed3d import LINKED, of_factors
@@ -104,6 +105,7 @@ class NewtonSolver3D(Solver3D):
         unknowns[-1] = approach if load is None else unknowns[-1]
         seen = set()
         for step in range(NEWTON_STEPS):
+            counted()
             own = np.where(closed, nodes.weights, 0.0)
             force = own * np.where(closed, multipliers + rho * np.where(closed, g0, 0.0), 0.0)
             unknowns = self.system.solve(

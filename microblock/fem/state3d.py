@@ -201,7 +201,7 @@ class State3D(Shown):
         """
         from ..view.nodes_figure import draw
 
-        return saved(draw(self), path)
+        return saved(draw(self), path, self.warnings)
 
     def summary(self) -> Summary:
         """Returns load, approach, contact and pressure, for a notebook."""

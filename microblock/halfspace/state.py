@@ -162,7 +162,7 @@ class SurfaceState(Shown):
         """
         from ..view.surface_figure import draw
 
-        return saved(draw(self), path)
+        return saved(draw(self), path, self.warnings)
 
     def plot_blocks(self, path: Target = None) -> Figure:
         """Returns a figure of the rotated blocks about the contact, coloured by how many corners touch.
@@ -179,7 +179,7 @@ class SurfaceState(Shown):
         """
         from ..view.surface_blocks import draw
 
-        return saved(draw(self), path)
+        return saved(draw(self), path, self.warnings)
 
     def summary(self) -> Summary:
         """Returns load, approach, contact, pressure and error, for a notebook."""
@@ -195,4 +195,4 @@ class SurfaceState(Shown):
         )
         words = f"load {number(self.load)}, radius {number(self.radius)}"
         words += f", error estimate {number(self.error_estimate)}"
-        return Summary("Contact state of a half-space", words, rows)
+        return Summary("Contact state of a half-space", words, rows, tuple(self.warnings))

@@ -286,10 +286,11 @@ class Solution:
         """
         zones = self.zones_by_name["contact"]
         numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
-        if self.error_estimate is not None or min(numbers, default=FEWEST) >= FEWEST:
+        few = min(numbers, default=0)
+        if self.error_estimate is not None or few >= FEWEST:
             return []
-        where = "in contact" if len(numbers) == 1 else "in a zone of the contact"
-        return [f"only {min(numbers)} nodes {where} and no error estimate: {advice}"]
+        where = "in contact" if len(numbers) < 2 else "in a zone of the contact"
+        return [f"only {few} nodes {where} and no error estimate: {advice}"]
 
 
 class LineSolution(Solution):
@@ -751,7 +752,7 @@ class State(Shown):
         from ..view.state_figure import StateFigure  # here: whoever does not draw does not load matplotlib
 
         figure = StateFigure(self.law.corners).update(self, _window(window))
-        return saved(figure.drawing.captioned(self.caption), path)
+        return saved(figure.drawing.captioned(self.caption), path, self.warnings)
 
     def plot_blocks(self, path: Target = None, window: Interval | None = None) -> Figure:
         """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper.
@@ -768,7 +769,7 @@ class State(Shown):
         from ..view.state_figure import BlocksFigure
 
         figure = BlocksFigure(self.law.corners).update(self, _window(window))
-        return saved(figure.drawing.captioned(self.caption), path)
+        return saved(figure.drawing.captioned(self.caption), path, self.warnings)
 
     def plot_below(self, field: str = "psi", path: Target = None) -> Figure:
         """Returns a figure of a field below the contact.
@@ -797,7 +798,7 @@ class State(Shown):
             )
         from ..view.below import draw_below
 
-        return saved(draw_below(self, field), path)
+        return saved(draw_below(self, field), path, self.warnings)
 
     def plot_body(self, field: str = "psi", path: Target = None) -> Figure:
         """Returns a picture of a field in all of a body on a mesh.
@@ -822,7 +823,7 @@ class State(Shown):
             raise BadArgument("method", self.method, "has no mesh to show; use plot_below")
         from ..view.below import draw_body
 
-        return saved(draw_body(self, field), path)
+        return saved(draw_body(self, field), path, self.warnings)
 
 
 def _like(x: ArrayLike, found: Array) -> Array:

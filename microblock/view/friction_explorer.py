@@ -100,4 +100,4 @@ class FrictionExplorer(Shown):
     def summary(self):
         rows = (Row("load", "P", self.load), Row("shear", "Q/(fP)", self.shear))
         brief = f"load {number(self.load)}, shear {number(self.shear)} f P, {len(self.loop)} steps"
-        return Summary("Explorer of friction", brief, rows)
+        return Summary("Explorer of friction", brief, rows, tuple(self.state.warnings))
