@@ -344,15 +344,16 @@ def require_numbers(**arguments: Any) -> Any:
     return found
 
 
-def require_pair(**arguments: tuple[float, float]) -> None:
-    """Raises BadArgument for the first argument that is not (left, right), two finite numbers with left <
-    right.
+def require_pair(**arguments: tuple[float, float]) -> tuple[float, float]:
+    """Returns the one argument (left, right) as floats; raises BadArgument unless these are two finite
+    numbers, left < right.
     """
-    for name, value in arguments.items():
-        try:
-            left, right = value
-            require_finite(left=left, right=right)
-        except (TypeError, ValueError) as failure:  # a BadArgument is a ValueError
-            raise BadArgument(name, value, "must be (left, right), two finite numbers") from failure
-        if not left < right:
-            raise BadArgument(name, value, "must be (left, right), left < right")
+    ((name, value),) = arguments.items()
+    try:
+        left, right = value
+        require_finite(left=left, right=right)
+    except (TypeError, ValueError) as failure:  # a BadArgument is a ValueError
+        raise BadArgument(name, value, "must be (left, right), two finite numbers") from failure
+    if not left < right:
+        raise BadArgument(name, value, "must be (left, right), left < right")
+    return float(left), float(right)

@@ -162,7 +162,8 @@ class NewtonSolver3D(Solver3D):
             method="newton",
             found=fields,
         )
-        self.require_clear(found, gaps - self.initial_gaps + found.approach)
+        moved = np.subtract(gaps, self.initial_gaps, out=np.zeros_like(gaps), where=np.isfinite(gaps))
+        self.require_clear(found, moved + found.approach)
         return found
 
 
@@ -269,7 +270,8 @@ class Systems:
         if failed or not left <= 10 * linear:
             raise NotConverged(
                 f"conjugate gradients stand at the relative residual {left:.1e} after {LINEAR_STEPS} steps: "
-                f"take a smaller rho, or Condensed(); {HELD}"
+                f"take a smaller rho, or Condensed(); {HELD}",
+                reached=left,
             )
         return np.where(free, found, start if load is None else 0.0)
 

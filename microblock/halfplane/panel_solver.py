@@ -50,6 +50,8 @@ class PanelSolver(Solver):
                 "has no meaning on a half-plane, whose additive constant is arbitrary: give "
                 "the load, or take a Block or a period",
             )
+        if self.options.order is not None and rtol is not None:
+            raise BadArgument("rtol", rtol, "chooses the order: not together with Panels(order=...)")
         return self.at(
             load,
             self.usual_rtol if rtol is None else rtol,

@@ -390,7 +390,7 @@ def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
     """Returns whether values, arrays (..., places), are the same on opposite edges of a period."""
     along, edge = period * np.linspace(-0.5, 0.5, PLACES), np.full(PLACES, period / 2)
     inside = values(np.repeat(along, PLACES), np.tile(along, PLACES))
-    most = FITS * np.ptp(inside[np.isfinite(inside)]) if inside.size else 0.0
+    most = FITS * np.ptp(inside[np.isfinite(inside)]) if np.isfinite(inside).any() else 0.0
     pairs = (values(edge, along), values(-edge, along)), (values(along, edge), values(along, -edge))
     return all(np.allclose(one, other, rtol=0, atol=most) for one, other in pairs)
 

@@ -107,7 +107,7 @@ class Cells:
         if self.nodes is not None:
             require_whole(32, MOST_CELLS, nodes=self.nodes)
         if self.window is not None:
-            require_pair(window=self.window)
+            object.__setattr__(self, "window", require_pair(window=self.window))
         require_positive(residual=self.residual)
         if self.residual >= 1:
             raise BadArgument("residual", self.residual, "must lie between 0 and 1")

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import (
+    LARGEST,
     BadArgument,
     MicroblockError,
     make_plain,
@@ -485,7 +486,7 @@ def heights(obstacle: ObstacleLike, x: Array) -> Array:
             f"its height(x) is {above[wrong][0]:g} at x = {x[wrong][0]:.4g}: must be a number, "
             "or inf where there is no obstacle",
         )
-    return above
+    return np.where(above > LARGEST, np.inf, above)  # products of what is that high would overflow
 
 
 def check(obstacle: ObstacleLike) -> None:

@@ -834,10 +834,7 @@ def _like(x: ArrayLike, found: Array) -> Array:
 
 def _window(window: Interval | None) -> Interval | None:
     """Returns the window as a pair of floats; raises BadArgument unless it is (left, right), or None."""
-    if window is None:
-        return None
-    require_pair(window=window)
-    return float(window[0]), float(window[1])
+    return None if window is None else require_pair(window=window)
 
 
 def _to_read(values: ArrayLike) -> Array:
