@@ -6,7 +6,7 @@ import os
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields
-from decimal import ROUND_CEILING, Context
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -135,9 +135,14 @@ class MissingExtra(MicroblockError, ImportError):
         super().__init__(f"{what} needs {package}: python -m pip install 'microblock[{extra}]'")
 
 
-def at_least(value: float) -> str:
+def at_least(value: float, rounding: str = ROUND_CEILING) -> str:
     """Returns a positive number in two digits, rounded up: as a bound, it holds for the number itself."""
-    return f"{float(Context(prec=2, rounding=ROUND_CEILING).create_decimal(repr(float(value)))):.1e}"
+    return f"{float(Context(prec=2, rounding=rounding).create_decimal(repr(float(value)))):.1e}"
+
+
+def at_most(value: float) -> str:
+    """Returns a positive number in two digits, rounded down."""
+    return at_least(value, ROUND_FLOOR)
 
 
 def out_of_reach(

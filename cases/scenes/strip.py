@@ -19,7 +19,7 @@ import numpy as np
 
 import microblock as mb
 from microblock.data.records import column, versions
-from microblock.errors import out_of_reach
+from microblock.errors import at_most, out_of_reach
 from microblock.fem import meshes
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import METHODS, MonolithicNewton, NodalState
@@ -328,7 +328,7 @@ def warnings(parameters):
         longest = meshes.longest_element(parameters.solid, parameters.order)
         if 1 / parameters.elements > longest:
             found.append(
-                f"elements of order {parameters.order} longer than {longest:.2g} H do not resolve "
+                f"elements of order {parameters.order} longer than {at_most(longest)} H do not resolve "
                 "the layer: take more, or a higher order, or ask for an --rtol"
             )
     return found

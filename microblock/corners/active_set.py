@@ -200,7 +200,7 @@ def _follow(problem, loads):
     except (NotConverged, np.linalg.LinAlgError) as failure:
         reached = pieces[-1][0] if pieces else 0.0
         raise NotConverged(
-            f"path stopped at load {reached:g} on the way to {loads[-1]:g}: {failure}; ask for smaller "
+            f"path stopped at load {reached} on the way to {loads[-1]:g}: {failure}; ask for smaller "
             "loads, or for single states",
             reached=reached,
         ) from failure

@@ -124,7 +124,7 @@ class CellSolution(Solution):
         period, half = self.period, self.weights[0] / 2
         if period is None and not np.all((x >= self.x[0] - half) & (x <= self.x[-1] + half)):
             raise BadArgument(
-                "x", x, f"must lie within the cells, from {self.x[0] - half:g} to {self.x[-1] + half:g}"
+                "x", x, f"must lie within the cells, from {self.x[0] - half} to {self.x[-1] + half}"
             )
         place = _folded(x, period)
         raised, psi = (_polygon(place, self.x, own, period) for own in (self.displacement, self.psi))
@@ -170,7 +170,7 @@ class CellSolver(Solver):
         period = self.body.period
         own = getattr(self.obstacle, "period", None)
         if own is not None and abs(period / own - round(period / own)) > FITS:
-            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own:g}")
+            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
         x = period * np.concatenate(([-0.5, 0.5], np.linspace(-0.5, 0.5, PLACES)))
         above = heights(self.obstacle, x)
         known = above[np.isfinite(above)]

@@ -13,7 +13,7 @@ from ..model.methods import PANEL_ORDERS
 from ..model.problem import Problem
 from ..model.solver import Solver
 from . import contact_line
-from .cells_instead import by_cells
+from .cells_instead import OFFERED, by_cells
 from .coalescence import OUTER_AT_TOUCH
 from .counter import require_same_period
 from .friction_panels import FrictionPanels
@@ -139,14 +139,17 @@ class PanelSolver(Solver):
             return by_cells(self, self._picture(load), load, rtol, failure)
 
     def _reachable(self, load, rtol, failure):
-        """The failure, with what can be had where rounding keeps the edges from an rtol."""
-        for looser in (each for each in LOOSER if each > rtol and failure.rtol_reached is None):
+        """The failure, with an rtol that has been reached where rounding keeps the panels from what was asked
+        for: next to rounding an estimate that is asked for may be missed again.
+        """
+        known = failure.rtol_reached
+        tried = LOOSER if known is None else (known, 2 * known, 4 * known)
+        for looser in (each for each in tried if rtol < each < OFFERED):
             try:
-                reached = self._solved(load, looser, None, None).error_estimate
-            except NotConverged as other:
-                reached = other.rtol_reached
-            if reached is not None:
-                return out_of_reach(rtol, reached, load)
+                self._solved(load, looser, None, None)
+            except NotConverged:
+                continue
+            return out_of_reach(rtol, looser, load)
         return failure
 
     def _solved(self, load, rtol, order, near, wider=1):

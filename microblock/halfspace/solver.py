@@ -103,7 +103,7 @@ class SurfaceSolver(Solver):
         """
         own, period = getattr(self.obstacle, "period", None), self.period
         if own is not None and (period is None or abs(period / own - round(period / own)) > FITS):
-            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own:g}")
+            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
         if period is None:
             return
         if not _repeats(lambda x1, x2: heights(self.obstacle, x1, x2), period):

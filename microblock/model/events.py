@@ -135,4 +135,4 @@ def require_on_path(load: float, last: float) -> None:
     """Raises BadArgument unless a load lies on the path that ends with the load `last`."""
     require_positive(load=load)
     if load > last:
-        raise BadArgument("load", load, f"must lie between 0 and the end of the path, {last:g}")
+        raise BadArgument("load", load, f"must lie between 0 and the end of the path, {last}")

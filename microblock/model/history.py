@@ -293,7 +293,7 @@ def pairs_of(pairs: ArrayLike, friction: float) -> Array:
             raise BadArgument(
                 "pairs",
                 (float(P), float(Q)),
-                f"must have |Q| <= f P = {friction * P:.6g}: beyond it the obstacle slides on without end",
+                f"must have |Q| <= f P = {friction * P}: beyond it the obstacle slides on without end",
             )
     found[:, 1] = np.clip(found[:, 1], -friction * found[:, 0], friction * found[:, 0])
     return found

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, require_choice, require_numbers, require_pair
+from ..errors import BadArgument, at_least, require_choice, require_numbers, require_pair
 from .obstacles import Cylinder, gap, returned
 from .summary import Row, Shown, Summary, call, intervals, number, saved
 from .types import (
@@ -503,9 +503,8 @@ class State(Shown):
         if slope > STEEP:
             found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain")
         if self.error_estimate is not None and self.error_estimate > ROUGH:
-            found.append(
-                f"the error estimate is {self.error_estimate:.1g}: ask for a smaller rtol, or more nodes"
-            )
+            figure = at_least(self.error_estimate)
+            found.append(f"the error estimate is {figure}: ask for a smaller rtol, or more nodes")
         contact = self.zones["contact"]
         if contact and self.solution.has_edges and contact[-1][1] - contact[0][0] < 2 * ell:
             found.append("blocks are larger than the half-width of the contact")
@@ -698,7 +697,9 @@ class State(Shown):
     @property
     def caption(self) -> str:
         """Obstacle, law, load and error estimate in a line, as it stands above figures."""
-        error = "no error estimate" if self.error_estimate is None else f"error {self.error_estimate:.1g}"
+        error = (
+            "no error estimate" if self.error_estimate is None else f"error {at_least(self.error_estimate)}"
+        )
         return f"{call(self.obstacle)}, {call(self.law)}, load {number(self.load)}, {error}"
 
     def summary(self) -> Summary:

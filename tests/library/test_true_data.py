@@ -1,6 +1,7 @@
 """What leaves the library says what is true: messages, tables, bars, and what objects say of themselves."""
 
 import math
+import re
 from dataclasses import replace
 from html import escape
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.fem import meshes, meshes3d
+from microblock.fem import fitted, meshes, meshes3d
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 GROUND, CYLINDER, LAW = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock()
@@ -272,3 +273,60 @@ def test_an_obstacle_that_is_nowhere_is_refused(kind):
 
     with pytest.raises(mb.BadArgument):
         PROBLEMS[kind].with_(obstacle=nowhere).solve(load=0.1)
+
+
+# what is out of reach, (problem, what keeps it from being reached, rtol): small caps stand for long waits
+OUT_OF_REACH = {
+    "panels": (mb.Contact(GROUND, CYLINDER, LAW), {}, 1e-15),
+    "cells": (
+        mb.Contact(GROUND, CYLINDER, LAW, mb.Cells()),
+        {"microblock.halfplane.cell_solver.MOST": 512},
+        1e-6,
+    ),
+    "fitted": (
+        mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, LAW),
+        {"microblock.fem.fitted.LEVELS": fitted.LEVELS[:2]},
+        1e-5,
+    ),
+    "condensed": (mb.Contact(BODY, CYLINDER, LAW), {"microblock.fem.recovery.PASSES": 3}, 1e-4),
+    "half-space": (
+        mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(1.0), mb.Unilateral()),
+        {"microblock.halfspace.solver.MOST": 128},
+        1e-6,
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", OUT_OF_REACH)
+def test_the_rtol_that_a_message_advises_is_met(kind, monkeypatch):
+    problem, caps, rtol = OUT_OF_REACH[kind]
+    for name, cap in caps.items():
+        monkeypatch.setattr(name, cap)
+    with pytest.raises(mb.NotConverged) as caught:
+        problem.solve(load=0.1, rtol=rtol)
+    advised = caught.value.rtol_reached
+    assert caught.value.reached == 0.1 and f"ask for rtol={advised:.1e}" in str(caught.value)
+    assert rtol < problem.solve(load=0.1, rtol=advised).error_estimate <= advised
+
+
+def test_figures_that_bound_an_argument_are_within_its_bounds():
+    """With six digits 1/3 was 0.333333, and 0.123456789 was 0.123457: each was refused when it was given."""
+
+    def advised(call):
+        with pytest.raises(mb.BadArgument) as caught:
+            call()
+        return float(re.findall(r"-?\d+\.\d+", str(caught.value))[-1])
+
+    load = 0.1234567
+    path = PROBLEMS["condensed"].path(load=load)
+    assert path.at(advised(lambda: path.at(1.0))).load == pytest.approx(load)
+    friction, P = 0.3, 0.123456789
+    problem = mb.Contact(BODY, CYLINDER, mb.Unilateral(friction=friction))
+    Q = advised(lambda: problem.history([(P, 1.0)]))
+    assert problem.history([(P, Q)]).states
+    ends = mb.Contact(BODY, CYLINDER, LAW).solve(load=0.1)
+    end = advised(lambda: ends.gap_at("A", 5.0))
+    assert np.isfinite(ends.gap_at("A", end))
+    wave = mb.Wave(0.01, 1 / 3)
+    period = advised(lambda: mb.Contact(mb.HalfPlane(SOLID, 0.5), wave, mb.Unilateral()))
+    mb.Contact(mb.HalfPlane(SOLID, period), wave, mb.Unilateral())
