@@ -224,7 +224,11 @@ class PanelFriction(FrictionSolution):
 
     @cached_property
     def residual(self):
-        return self._own.residual
+        """Of the states of the sum, of the loads, and of what friction allows over the largest pressure."""
+        p, q, w = self.pressures[0], self.shear_traction, self.weights
+        beyond = (np.abs(q) - float(self.solver.law.friction) * p).max() / p.max()
+        missing = max(abs(w @ p - self.load), abs(w @ q - self.shear)) / self.load
+        return float(max(*(one.residual for one in self._states), beyond, missing))
 
     @property
     def iterations(self):

@@ -71,7 +71,6 @@ class FrictionCells(FrictionSolution):
     before: Zones | None = None
 
     method = "cells"
-    residual = 0.0
     tangential_approach = None
 
     @property
@@ -133,6 +132,11 @@ class FrictionCells(FrictionSolution):
     def dissipation(self) -> float:
         """Since the beginning."""
         return self.moment.dissipation
+
+    @property
+    def residual(self) -> float:
+        """That of contact, friction and loads on the cells."""
+        return self.moment.residual
 
     @property
     def iterations(self) -> int:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
+from microblock.corners.friction import FrictionalContact, FrictionPath
 from microblock.errors import at_least, out_of_reach
 
 
@@ -17,3 +18,65 @@ def test_figures_of_messages_are_not_below_what_they_stand_for():
     assert failure.rtol_reached == 0.011 and "ask for rtol=1.1e-02" in str(failure)
     failure = out_of_reach(1e-3, 1.7)  # no rtol is that large
     assert failure.rtol_reached is None and "ask for" not in str(failure)
+
+
+P, F = np.pi / 4, 0.3
+PAIRS = ((P, 0.0), (P, 0.7 * F * P), (0.8 * P, -0.2 * F * P))
+
+
+def solid(alpha=0.25, beta=1.0, nu=0.3):
+    """E* = 1: at the load P the classical contact of a cylinder, R = 1, is |x1| < 1."""
+    return mb.Cosserat(E=1 - nu**2, nu=nu, ell=alpha, beta=beta)
+
+
+def half_plane(law, second=False, method=None, alpha=0.25):
+    body = mb.HalfPlane(solid(alpha))
+    return mb.Contact(
+        body, mb.Deformable(body, mb.Cylinder(1.0)) if second else mb.Cylinder(1.0), law, method
+    )
+
+
+def on_block(method, law=mb.Microblock(friction=F)):
+    chosen = mb.Uniform(h=0.1, order=1, reach=0.6, newton=method)
+    return mb.Contact(mb.Block(solid(), 2.0), mb.Cylinder(1.0), law, chosen)
+
+
+SMALL = tuple((P / 9, Q / 9) for _, Q in PAIRS)  # on a block
+
+
+@pytest.mark.parametrize(
+    "problem, pairs, rtol",
+    [
+        (half_plane(mb.Microblock(friction=F)), PAIRS, 0.1),
+        (half_plane(mb.Microclamped(friction=F)), PAIRS, 0.1),
+        (half_plane(mb.Unilateral(friction=F), True, mb.Panels()), PAIRS[:2], 1e-4),
+        (on_block(None), SMALL, None),
+        (on_block(mb.Newton()), SMALL, None),
+    ],
+    ids=["cells", "clamped", "panels", "condensed", "newton"],
+)
+def test_the_residual_is_that_of_the_state(problem, pairs, rtol):
+    """It is none by decree."""
+    state = problem.history(pairs, rtol=rtol).states[1]
+    lost = max(
+        abs(state.weights @ state.pressure - state.normal),
+        abs(state.weights @ state.shear_traction - state.shear),
+    )
+    assert (
+        0.5 * lost / state.normal <= state.residual <= (1e-9 if rtol != 1e-4 else 1e-4)
+    )  # rounding; panels rtol
+    assert state.residual > 0
+
+
+@pytest.mark.parametrize("name", ["n", "t", "d", "D", "g"])
+def test_a_path_that_goes_astray_says_so(name):
+    """What is changed by a thousandth of the largest is off by about as much: gaps are sums."""
+    contact = FrictionalContact(
+        np.eye(3), np.full((3, 3), 0.1), np.eye(3), np.array([0.0, 0.1, 0.3]), 0.4, coupled=True
+    )
+    path = FrictionPath(contact)
+    assert path.to(1.0, 0.3).residual < 1e-14
+    value = np.asarray(getattr(path, name), float)
+    setattr(path, name, value + 1e-3 * np.abs(value).max())
+    residual = path.to(1.0, 0.3).residual  # no way to go
+    assert residual < 1e-14 if name == "g" else 1e-4 < residual < 1e-2
