@@ -15,8 +15,9 @@ from dataclasses import replace
 import numpy as np
 
 import microblock as mb
+from microblock import cost
 from microblock.corners.friction import FrictionPath
-from microblock.halfplane import friction_cells, friction_edges, friction_solver
+from microblock.halfplane import friction_edges, friction_solver
 from microblock.halfplane.friction_solver import FrictionSolver
 from microblock.model.zones import distance_to_ends
 
@@ -209,7 +210,8 @@ def edges(one, exact):
 
 def errors(count, rtol):
     """Prints ratios of errors and estimates of so many seeds, and a summary."""
-    friction_cells.MOST, friction_solver.FINENESS = FORCES, (*friction_solver.FINENESS, 0.005)
+    cost.CUBED = cost.LONGEST / FORCES**3 / PAIRS
+    friction_solver.FINENESS = (*friction_solver.FINENESS, 0.005)
     worst, ends = 0.0, []
     for seed in range(count):
         begun = time.perf_counter()

@@ -24,7 +24,7 @@ from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
 from ..model.types import Array, Flags, Interval, Zones
 from ..model.zones import common, distance_to_ends
-from .friction_cells import Feature, cells, fixed, stretches, touching
+from .friction_cells import Feature, cells, fixed, require_reach, stretches, touching
 from .friction_edges import FrictionEdges
 from .friction_events import events
 from .shear_cells import frictional_contact, surface, with_counter
@@ -281,7 +281,7 @@ class FrictionSolver:
             except NotConverged as failure:
                 if not np.isfinite(best):
                     raise
-                raise out_of_reach(rtol, best) from failure
+                raise out_of_reach(rtol, best, f" ({failure})") from failure
             if level is not None:
                 finer = self._compared(finer, level)
                 best = min(best, max(one.change or 0.0 for one in finer.solutions))
@@ -306,6 +306,7 @@ class FrictionSolver:
             features += known
             reach = (known[0].place, known[-1].place) if known else None
         edges = cells(self.problem, fineness if before else first / a, features, reach)
+        require_reach(len(edges), len(self.problem.law.corners), len(self.pairs))
         solutions, found = self._follow(edges)
         return _Level(edges, solutions, found, first if before is None else smallest)
 
