@@ -58,6 +58,7 @@ class FrictionCells(FrictionSolution):
     micromoment : array (n,), of corner forces and shear, or the reaction to psi = 0
     change : float or None, relative L2 change from the level before
     before : dict or None, zones of the level before
+    notes : tuple of str, why cells were taken
     """
 
     solver: Solver
@@ -69,6 +70,7 @@ class FrictionCells(FrictionSolution):
     micromoment: Array
     change: float | None = None
     before: Zones | None = None
+    notes: tuple[str, ...] = ()
 
     method = "cells"
     tangential_approach = None

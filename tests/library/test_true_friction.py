@@ -111,3 +111,43 @@ def test_memory_and_time_end_refinement_and_what_is_advised_is_met(monkeypatch):
     with pytest.raises(mb.NotConverged, match="GB of memory.*fewer features") as caught:
         problem.history(PAIRS)
     assert caught.value.rtol_reached is None and "rtol" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "law, second, pairs, method",
+    [
+        (mb.Unilateral(friction=F), True, PAIRS, "panels"),
+        (
+            mb.Unilateral(friction=F),
+            True,
+            ((P, 0.0), (1.1 * P, 0.5 * F * P)),
+            "cells",
+        ),  # shear grows too fast
+        (mb.Unilateral(friction=F), False, PAIRS[:2], "cells"),
+        (mb.Microblock(friction=F), False, PAIRS[:1], "cells"),
+    ],
+)
+def test_a_method_that_is_written_out_changes_nothing(law, second, pairs, method):
+    plain, named = half_plane(law, second), {"panels": mb.Panels(), "cells": mb.Cells()}
+    found = plain.history(pairs, rtol=0.05)
+    written = plain.with_(method=named[method]).history(pairs, rtol=0.05)
+    for one, other in zip(found.states, written.states):
+        assert one.method == other.method == method and one.problem == plain
+        for name in ("x", "pressure", "shear_traction", "slip", "psi"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+        assert one.error_estimate == other.error_estimate
+    if method == "cells":  # no silent choice of another method than the one that is named
+        with pytest.raises(mb.BadArgument, match=r"Cells\(\)"):
+            plain.with_(method=mb.Panels()).history(pairs, rtol=0.05)
+
+
+def test_cells_in_place_of_panels_are_named(monkeypatch):
+    def fails(*_):
+        raise mb.NotConverged("no zones")
+
+    monkeypatch.setattr("microblock.halfplane.friction_panels.FrictionPanels.history", fails)
+    for method in (None, mb.Panels()):
+        (state,) = half_plane(mb.Unilateral(friction=F), True, method).history(PAIRS[:1], rtol=0.1).states
+        assert state.method == "cells" and "cells instead of panels (no zones)" in state.warnings
+    with pytest.raises(mb.NotConverged, match="no zones"):
+        half_plane(mb.Unilateral(friction=F), True, mb.Panels(fallback=False)).history(PAIRS[:1])
