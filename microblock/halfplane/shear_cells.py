@@ -130,8 +130,14 @@ def frictional_contact(problem, edges, gaps, coupled=True):
         Initial gaps, averaged over the cells (lengths).
     coupled : bool
         Whether shear acts on gaps.
+
+    Raises
+    ------
+    BadArgument
+        For beta = 0: nothing holds the rotation of a half-plane then.
     """
     solid, law = problem.solid, problem.law
+    kernels(solid.nu, solid.beta, solid.curvature)  # which refuse a solid whose rotation nothing holds
     if len(law.corners) == 1:
         U, Y = averages(solid, edges, (3, 7) if law.clamps_rotation else (0, 5))
         normal, cross, tangential = U, -Y, U

@@ -7,6 +7,7 @@ import microblock as mb
 from microblock import cost
 from microblock.corners.friction import FrictionalContact, FrictionPath
 from microblock.errors import at_least, out_of_reach
+from microblock.fem import meshes
 from microblock.halfplane.friction_solver import FrictionSolver
 
 
@@ -151,3 +152,34 @@ def test_cells_in_place_of_panels_are_named(monkeypatch):
         assert state.method == "cells" and "cells instead of panels (no zones)" in state.warnings
     with pytest.raises(mb.NotConverged, match="no zones"):
         half_plane(mb.Unilateral(friction=F), True, mb.Panels(fallback=False)).history(PAIRS[:1])
+
+
+@pytest.mark.parametrize("law", [mb.Microblock, mb.Unilateral, mb.Microclamped])
+@pytest.mark.parametrize("method", [None, mb.Cells()])
+def test_a_rotation_that_nothing_holds_is_refused_by_name(law, method):
+    """As without friction; a second body alone may have beta = 0, since no block of its own rotates."""
+    free = mb.HalfPlane(solid(beta=0.0))
+    for one in (law(), law(friction=F)):
+        problem = mb.Contact(free, mb.Cylinder(1.0), one, method)
+        with pytest.raises(mb.BadArgument, match="beta = 0.0: .*rotation"):
+            problem.solve(load=P) if one == law() else problem.history(PAIRS, rtol=0.1)
+    second = mb.Contact(mb.HalfPlane(solid()), mb.Deformable(free, mb.Cylinder(1.0)), law(friction=F), method)
+    assert second.history([(P, 0.0)], rtol=0.3).states
+
+
+def test_a_body_on_which_nothing_holds_psi_says_so():
+    mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
+    body = mb.Body(mesh, solid(beta=0.0), order=1, fixed={"u1": "bottom", "u2": "bottom"})
+    for method in (mb.Condensed(), mb.Newton()):
+        with pytest.raises(mb.NotConverged, match="psi where beta = 0"):
+            mb.Contact(body, mb.Cylinder(1.0), mb.Unilateral(friction=F), method).history([(P / 9, 0.0)])
+
+
+@pytest.mark.parametrize(
+    "pairs", [PAIRS[:1], ((P, 0), (P, 0.8 * F * P), (P, 0)), ((P, 0), (P, -0.8 * F * P))]
+)
+def test_symmetric_pressing_sticks_nowhere_whatever_comes_after(pairs):
+    """Of large blocks two zones slip apart: which cell holds the obstacle is the cells' own business."""
+    state = half_plane(mb.Microblock(friction=F), alpha=1.0).history(pairs, rtol=0.1).states[0]
+    assert state.zones["stick"] == [] and state.zones["slip"] == state.zones["contact"]
+    assert len(state.zones["contact"]) == 2
