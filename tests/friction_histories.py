@@ -172,7 +172,7 @@ def measured(seed, rtol):
         except mb.NotConverged:
             break
         finer = finer if level is None else solver._compared(finer, level)
-        level, estimates = finer, [one.change or np.inf for one in finer.solutions]
+        level, estimates = finer, [one.error_estimate or np.inf for one in finer.solutions]
         if found is not None:
             more.append(level)
         elif max(estimates) <= rtol:
@@ -184,7 +184,7 @@ def measured(seed, rtol):
     pairs_of_states = list(zip(found.solutions, more[-1].solutions))
     f = float(contact.law.friction)
     ratio = max(
-        friction_solver._difference(exact, one, solver.problem, f) / one.change
+        friction_solver._difference(exact, one, solver.problem, f) / one.error_estimate
         for one, exact in pairs_of_states
     )
     return words, len(more), ratio, [each for pair in pairs_of_states for each in edges(*pair)]

@@ -17,17 +17,18 @@ from tqdm.auto import tqdm
 
 from ..corners import active_set
 from ..corners.friction import FrictionalContact, FrictionPath, Moment
-from ..errors import BadArgument, NotConverged, out_of_reach
+from ..errors import BadArgument, NotConverged, at_least, out_of_reach
 from ..model import picture
 from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent, ZoneErrors, change
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
+from ..model.state import ErrorParts
 from ..model.types import Array, Flags, Interval, Zones
 from ..model.zones import common, distance_to_ends
 from .friction_cells import Feature, cells, fixed, require_reach, stretches, touching
 from .friction_edges import FrictionEdges
 from .friction_events import events
-from .shear_cells import frictional_contact, surface, with_counter
+from .shear_cells import frictional_contact, shared, surface, with_counter
 
 if TYPE_CHECKING:
     from ..model.solver import Solver
@@ -44,6 +45,20 @@ USUAL_RTOL = 1e-2
 SAMPLES = 4  # Gauss points on a cell, for the mean of the initial gap
 
 
+@dataclass(frozen=True)
+class Errors(ErrorParts):
+    """Parts of the relative L2 error of pressure, M/ell and q/f.
+
+    Attributes
+    ----------
+    discretisation : float, change from the level before
+    shares : float, what a shear force of its own for each corner changes where blocks drag a second body
+    """
+
+    discretisation: float
+    shares: float
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class FrictionCells(FrictionSolution):
     """A solution at a pair of loads, on cells of constant tractions.
@@ -56,7 +71,7 @@ class FrictionCells(FrictionSolution):
     moment : Moment, forces and gaps
     psi, displacement : arrays (n,), averages over the cells
     micromoment : array (n,), of corner forces and shear, or the reaction to psi = 0
-    change : float or None, relative L2 change from the level before
+    estimate : Errors or None
     before : dict or None, zones of the level before
     notes : tuple of str, why cells were taken
     """
@@ -68,17 +83,12 @@ class FrictionCells(FrictionSolution):
     psi: Array
     displacement: Array
     micromoment: Array
-    change: float | None = None
+    estimate: Errors | None = None
     before: Zones | None = None
     notes: tuple[str, ...] = ()
 
     method = "cells"
     tangential_approach = None
-
-    @property
-    def error_estimate(self) -> float | None:
-        """Relative L2 change from the level before."""
-        return self.change
 
     @cached_property
     def x(self) -> Array:
@@ -230,7 +240,7 @@ class FrictionCells(FrictionSolution):
             return []
         return [
             "the shear on the second body is shared by the corners as without friction at the largest normal "
-            "force"
+            "force; error_parts say what that is worth"
         ]
 
 
@@ -276,7 +286,7 @@ class FrictionSolver:
             If rtol is out of reach.
         """
         rtol = USUAL_RTOL if rtol is None else rtol
-        level, best = None, np.inf
+        level, best, shares = None, np.inf, np.zeros(len(self.pairs))
         for number in tqdm(range(len(FINENESS)), unit=" levels", disable=not progress):
             try:
                 finer = self.level(number, level)
@@ -285,15 +295,20 @@ class FrictionSolver:
                     raise
                 raise out_of_reach(rtol, best, f" ({failure})") from failure
             if level is not None:
-                finer = self._compared(finer, level)
-                best = min(best, max(one.change or 0.0 for one in finer.solutions))
+                shares = self._worth_of_shares(finer) if number == 1 else shares
+                finer = self._compared(finer, level, shares)
+                best = min(best, max(cast(float, one.error_estimate) for one in finer.solutions))
             level = finer
             if best <= rtol:
                 states = [FrictionState(one) for one in level.solutions]
                 return History(self.solver.contact, states, level.events)
-            if best < np.inf and best > rtol * FASTEST ** (len(FINENESS) - 1 - number):
+            left = len(FINENESS) - 1 - number
+            if shares.max() > rtol or np.isfinite(best) and best > rtol * FASTEST**left:
                 break  # the levels that are left would not do
-        raise out_of_reach(rtol, best)
+        worth = (
+            f" (the corners' shares in the shear are worth {at_least(shares.max())})" if shares.any() else ""
+        )
+        raise out_of_reach(rtol, best, worth)
 
     def level(self, number: int, before: _Level | None) -> _Level:
         """Returns the history on one level; its cells are small at the edges of the level before."""
@@ -323,27 +338,44 @@ class FrictionSolver:
         """
         return Walk(self, self.level(1, self.level(0, None)).edges)
 
-    def on(self, edges: Array) -> tuple[FrictionalContact, FrictionalContact]:
-        """Returns the problem on cells, without and with what a second body adds to it."""
+    def on(self, edges: Array) -> tuple[FrictionalContact, FrictionalContact, FrictionalContact]:
+        """Returns the problem on cells with a rigid obstacle, and with what a second body adds to it: with
+        shares of the corners in the shear of a cell, and with a shear force for each corner.
+        """
         points, weights = gauss_rule(SAMPLES)
         places = edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * points
         gaps = self.problem.initial_gaps(places.ravel()).reshape(-1, *places.shape) @ weights
         own = frictional_contact(self.problem, edges, gaps, self.coupled)
-        return own, with_counter(own, self.problem, edges, self._shares(own, edges))
+        each = own if self.problem.counter is None else with_counter(own, self.problem, edges)
+        alone = each is own or len(self.problem.law.corners) == 1
+        return own, each if alone else shared(each, self._shares(each)), each
 
-    def _shares(self, contact: FrictionalContact, edges: Array) -> Array:
+    def _shares(self, contact: FrictionalContact) -> Array:
         """Shares of the corners in the shear that a second body carries: array (corners, n).
 
         Its compliance depends on them. They stay as they are without shear at the largest normal force, so
         that it has an energy.
         """
         count, load = len(self.problem.law.corners), float(self.pairs[:, 0].max())
-        if self.problem.counter is None or count == 1:
-            return np.ones((count, len(edges)))
-        whole = with_counter(contact, self.problem, edges, np.full((count, len(edges)), 1 / count))
-        forces = active_set.solve(whole.normal, whole.gaps, load=load).forces.reshape(count, -1)
+        forces = active_set.solve(contact.normal, contact.gaps, load=load).forces.reshape(count, -1)
         total = forces.sum(axis=0)
         return np.where(total > 0, forces / np.where(total > 0, total, 1.0), 1 / count)
+
+    def _worth_of_shares(self, level: _Level) -> Array:
+        """Relative L2 changes of the states of a level where each corner has a shear force of its own; they
+        are the same on all levels to some hundredths.
+        """
+        own, shared_by, each = self.on(level.edges)
+        if shared_by is each:
+            return np.zeros(len(self.pairs))
+        path, found = FrictionPath(each), []
+        for one in level.solutions:
+            moment = path.to(one.load, one.shear)
+            moment = replace(moment, tangential=moment.tangential.reshape(-1, len(level.edges)).sum(axis=0))
+            *_, moments = surface(self.problem, level.edges, own, moment)
+            other = replace(one, moment=moment, micromoment=moments)
+            found.append(_difference(other, one, self.problem, float(self.solver.law.friction)))
+        return np.array(found)
 
     def require_inside(self, edges: Array, moment: Moment) -> None:
         """NotConverged where a corner touches at the end of the cells and the obstacle goes on."""
@@ -360,12 +392,18 @@ class FrictionSolver:
                         f"the contact reaches x = {place:g}, beyond which no contact was expected"
                     )
 
-    def _compared(self, finer: _Level, coarser: _Level) -> _Level:
-        """The finer level with its changes from the coarser one."""
+    def _compared(self, finer: _Level, coarser: _Level, shares: Array | float = 0.0) -> _Level:
+        """The finer level with its changes from the coarser one, and what the corners' shares are worth."""
         friction = float(self.solver.law.friction)
         changed = [
-            replace(one, change=_difference(one, other, self.problem, friction), before=other.zones_by_name)
-            for one, other in zip(finer.solutions, coarser.solutions)
+            replace(
+                one,
+                estimate=Errors(_difference(one, other, self.problem, friction), float(worth)),
+                before=other.zones_by_name,
+            )
+            for one, other, worth in zip(
+                finer.solutions, coarser.solutions, np.broadcast_to(shares, len(self.pairs))
+            )
         ]
         return replace(
             finer, solutions=changed, events=_with_errors(finer.events, coarser.events, self.pairs)
@@ -426,7 +464,7 @@ class Walk:
 
     def __init__(self, solver: FrictionSolver, edges: Array) -> None:
         self._solver, self._edges = solver, edges
-        self._own, contact = solver.on(edges)
+        self._own, contact, _ = solver.on(edges)
         self.path = FrictionPath(contact)
 
     def to(self, load: float, shear: float) -> FrictionCells:

@@ -150,33 +150,34 @@ def frictional_contact(problem, edges, gaps, coupled=True):
     return FrictionalContact(normal, cross, tangential, np.ravel(gaps), law.friction, coupled)
 
 
-def with_counter(contact, problem, edges, shares):
-    """A FrictionalContact with the second body of a problem, if there is one.
-
-    `shares`, array (corners, n), are those of the corners in the shear of a cell.
+def with_counter(contact, problem, edges):
+    """A FrictionalContact with the second body of a problem: each corner presses and drags it where it
+    stands, so that cross and tangential compliances are those of a tangential force for each corner.
     """
-    if problem.counter is None:
-        return contact
-    normal, cross, tangential = _counter(problem, edges, shares)
+    n, places = len(edges), [-shift for shift in problem.shifts]
+    count = len(places)
+    normal, cross = np.empty((2, count, n, count, n))
+    for i, own in enumerate(places):
+        for j, other in enumerate(places):
+            normal[i, :, j], cross[i, :, j] = averages(problem.counter, edges, (0, 5), own - other)
+    normal, cross = (each.reshape(count * n, -1) for each in (normal, cross))
+    normal = (normal + normal.T) / 2
     return replace(
         contact,
         normal=contact.normal + normal,
-        cross=contact.cross + cross,
-        tangential=contact.tangential + tangential,
+        cross=np.tile(contact.cross, (count, 1)) + cross,
+        tangential=np.tile(contact.tangential, (count, count)) + normal,
     )
 
 
-def _counter(problem, edges, shares):
-    """What a second body adds to the three compliances: each corner presses and drags it where it stands."""
-    n, places = len(edges), [-shift for shift in problem.shifts]
-    normal, cross = np.empty((2, len(places), len(places), n, n))
-    for i, own in enumerate(places):
-        for j, other in enumerate(places):
-            normal[i, j], cross[i, j] = averages(problem.counter, edges, (0, 5), own - other)
-    tangential = np.einsum("in,ijnm,jm->nm", shares, normal, shares)
-    along = np.einsum("in,ijnm->njm", shares, cross).reshape(n, -1)
-    whole = normal.transpose(0, 2, 1, 3).reshape(len(places) * n, -1)
-    return (whole + whole.T) / 2, along, (tangential + tangential.T) / 2
+def shared(contact, shares):
+    """A FrictionalContact with a tangential force for each corner, of which corners have shares of that of
+    their cell, array (corners, n).
+    """
+    corners, n = shares.shape
+    cross = np.einsum("in,inm->nm", shares, contact.cross.reshape(corners, n, -1))
+    tangential = np.einsum("in,injm,jm->nm", shares, contact.tangential.reshape(corners, n, -1, n), shares)
+    return replace(contact, cross=cross, tangential=(tangential + tangential.T) / 2)
 
 
 def surface(problem, edges, own, moment):

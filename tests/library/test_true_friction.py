@@ -183,3 +183,20 @@ def test_symmetric_pressing_sticks_nowhere_whatever_comes_after(pairs):
     state = half_plane(mb.Microblock(friction=F), alpha=1.0).history(pairs, rtol=0.1).states[0]
     assert state.zones["stick"] == [] and state.zones["slip"] == state.zones["contact"]
     assert len(state.zones["contact"]) == 2
+
+
+@pytest.mark.parametrize("alpha, seen", [(0.1, 0.10)])
+def test_shares_of_corners_in_the_shear_are_in_the_estimate(alpha, seen):
+    """A shear force for each corner changes a state by some 10 to 20 %, which finer cells do not show."""
+    problem, pairs = half_plane(mb.Microblock(friction=F), True, alpha=alpha), ((P / 2, 0.0), (P / 2, 0.05))
+    states = problem.history(pairs, rtol=0.4).states
+    for state in states:
+        parts = state.error_parts
+        assert parts.shares == pytest.approx(seen, rel=0.3) and state.error_estimate == parts.total
+        assert any("shares" in words or "shared" in words for words in state.warnings)
+    with pytest.raises(mb.NotConverged, match="the corners' shares in the shear are worth") as caught:
+        problem.history(pairs, rtol=0.05)
+    again = problem.history(pairs, rtol=caught.value.rtol_reached).states
+    assert max(state.error_estimate for state in again) == caught.value.reached
+    rigid = half_plane(mb.Microblock(friction=F), alpha=alpha).history(pairs, rtol=0.2).states
+    assert all(state.error_parts.shares == 0 for state in rigid)
