@@ -28,7 +28,7 @@ from ..model.zones import common, distance_to_ends
 from .friction_cells import Feature, cells, fixed, require_reach, stretches, touching
 from .friction_edges import FrictionEdges
 from .friction_events import events
-from .shear_cells import frictional_contact, shared, surface, with_counter
+from .shear_cells import frictional_contact, surface, with_counter
 
 if TYPE_CHECKING:
     from ..model.solver import Solver
@@ -41,6 +41,9 @@ NARROWEST = 0.25  # times the square of the fineness: cells at edges, below whic
 JUMP = 0.5  # of the pressure, by which q/f jumps from one cell to the next where cells must be smaller
 DOUBTS = 4.0  # about the place of an edge, to which cells are as small as at it
 FASTEST = 8.0  # ratio of the changes of successive levels, at most
+# of a corner's tangential compliance, for itself: beside a stiff second body the sum of a block's two forces
+# alone has one, and the rest is rounding, 1e-7
+APART = 1e-4
 USUAL_RTOL = 1e-2
 SAMPLES = 4  # Gauss points on a cell, for the mean of the initial gap
 
@@ -338,26 +341,25 @@ class FrictionSolver:
         """
         return Walk(self, self.level(1, self.level(0, None)).edges)
 
-    def on(self, edges: Array) -> tuple[FrictionalContact, FrictionalContact, FrictionalContact]:
-        """Returns the problem on cells with a rigid obstacle, and with what a second body adds to it: with
-        shares of the corners in the shear of a cell, and with a shear force for each corner.
-        """
+    def on(self, edges: Array) -> tuple[FrictionalContact, FrictionalContact]:
+        """Returns the problem on cells, without and with what a second body adds to it."""
         points, weights = gauss_rule(SAMPLES)
         places = edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * points
         gaps = self.problem.initial_gaps(places.ravel()).reshape(-1, *places.shape) @ weights
         own = frictional_contact(self.problem, edges, gaps, self.coupled)
-        each = own if self.problem.counter is None else with_counter(own, self.problem, edges)
-        alone = each is own or len(self.problem.law.corners) == 1
-        return own, each if alone else shared(each, self._shares(each)), each
+        return own, with_counter(own, self.problem, edges, self._shares(own, edges))
 
-    def _shares(self, contact: FrictionalContact) -> Array:
+    def _shares(self, contact: FrictionalContact, edges: Array) -> Array:
         """Shares of the corners in the shear that a second body carries: array (corners, n).
 
         Its compliance depends on them. They stay as they are without shear at the largest normal force, so
         that it has an energy.
         """
         count, load = len(self.problem.law.corners), float(self.pairs[:, 0].max())
-        forces = active_set.solve(contact.normal, contact.gaps, load=load).forces.reshape(count, -1)
+        if self.problem.counter is None or count == 1:
+            return np.ones((count, len(edges)))
+        whole = with_counter(contact, self.problem, edges, np.full((count, len(edges)), 1 / count))
+        forces = active_set.solve(whole.normal, whole.gaps, load=load).forces.reshape(count, -1)
         total = forces.sum(axis=0)
         return np.where(total > 0, forces / np.where(total > 0, total, 1.0), 1 / count)
 
@@ -365,10 +367,12 @@ class FrictionSolver:
         """Relative L2 changes of the states of a level where each corner has a shear force of its own; they
         are the same on all levels to some hundredths.
         """
-        own, shared_by, each = self.on(level.edges)
-        if shared_by is each:
+        if self.problem.counter is None or len(self.problem.law.corners) == 1:
             return np.zeros(len(self.pairs))
-        path, found = FrictionPath(each), []
+        own, _ = self.on(level.edges)
+        each = with_counter(own, self.problem, level.edges)
+        softer = each.tangential + APART * np.diag(np.diag(each.tangential))
+        path, found = FrictionPath(replace(each, tangential=softer)), []
         for one in level.solutions:
             moment = path.to(one.load, one.shear)
             moment = replace(moment, tangential=moment.tangential.reshape(-1, len(level.edges)).sum(axis=0))
@@ -464,7 +468,7 @@ class Walk:
 
     def __init__(self, solver: FrictionSolver, edges: Array) -> None:
         self._solver, self._edges = solver, edges
-        self._own, contact, _ = solver.on(edges)
+        self._own, contact = solver.on(edges)
         self.path = FrictionPath(contact)
 
     def to(self, load: float, shear: float) -> FrictionCells:

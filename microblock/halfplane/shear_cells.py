@@ -150,34 +150,40 @@ def frictional_contact(problem, edges, gaps, coupled=True):
     return FrictionalContact(normal, cross, tangential, np.ravel(gaps), law.friction, coupled)
 
 
-def with_counter(contact, problem, edges):
-    """A FrictionalContact with the second body of a problem: each corner presses and drags it where it
-    stands, so that cross and tangential compliances are those of a tangential force for each corner.
+def with_counter(contact, problem, edges, shares=None):
+    """A FrictionalContact with the second body of a problem, if there is one.
+
+    `shares`, array (corners, n), are those of the corners in the shear of a cell. Without them each corner
+    has a tangential force of its own, and a row of the cross and tangential compliances.
     """
+    if problem.counter is None:
+        return contact
+    corners = len(problem.law.corners)
+    normal, cross, tangential = _counter(problem, edges, shares)
+    repeated = corners if shares is None else 1
+    return replace(
+        contact,
+        normal=contact.normal + normal,
+        cross=np.tile(contact.cross, (repeated, 1)) + cross,
+        tangential=np.tile(contact.tangential, (repeated, repeated)) + tangential,
+    )
+
+
+def _counter(problem, edges, shares):
+    """What a second body adds to the three compliances: each corner presses and drags it where it stands."""
     n, places = len(edges), [-shift for shift in problem.shifts]
     count = len(places)
     normal, cross = np.empty((2, count, n, count, n))
     for i, own in enumerate(places):
         for j, other in enumerate(places):
             normal[i, :, j], cross[i, :, j] = averages(problem.counter, edges, (0, 5), own - other)
-    normal, cross = (each.reshape(count * n, -1) for each in (normal, cross))
-    normal = (normal + normal.T) / 2
-    return replace(
-        contact,
-        normal=contact.normal + normal,
-        cross=np.tile(contact.cross, (count, 1)) + cross,
-        tangential=np.tile(contact.tangential, (count, count)) + normal,
-    )
-
-
-def shared(contact, shares):
-    """A FrictionalContact with a tangential force for each corner, of which corners have shares of that of
-    their cell, array (corners, n).
-    """
-    corners, n = shares.shape
-    cross = np.einsum("in,inm->nm", shares, contact.cross.reshape(corners, n, -1))
-    tangential = np.einsum("in,injm,jm->nm", shares, contact.tangential.reshape(corners, n, -1, n), shares)
-    return replace(contact, cross=cross, tangential=(tangential + tangential.T) / 2)
+    whole = normal.reshape(count * n, -1)
+    whole = (whole + whole.T) / 2
+    if shares is None:
+        return whole, cross.reshape(count * n, -1), whole
+    tangential = np.einsum("in,injm,jm->nm", shares, normal, shares)
+    along = np.einsum("in,injm->njm", shares, cross).reshape(n, -1)
+    return whole, along, (tangential + tangential.T) / 2
 
 
 def surface(problem, edges, own, moment):
