@@ -31,7 +31,7 @@ from .model.problem import require_even
 from .model.progress import counting
 from .model.state import State
 from .model.summary import Row, Shown, Summary, short
-from .model.types import BodyLike, LawLike, MethodLike, ObstacleLike
+from .model.types import Array, BodyLike, LawLike, MethodLike, ObstacleLike
 from .threads import bounded
 
 if TYPE_CHECKING:
@@ -102,7 +102,17 @@ class Contact(Shown):
     @cached_property
     def solver(self) -> Solver:
         """The Solver that the method stands for."""
-        options = self.body.methods[0]() if self.method is None else self.method
+        return self._solver_of(self.body.methods[0]() if self.method is None else self.method)
+
+    def _follower(self, pairs: Array) -> Solver:
+        """The Solver that follows a history: the usual one of the body, or the next where that cannot, unless
+        a method is named.
+        """
+        if self.method is not None or self.solver.follows(pairs):
+            return self.solver
+        return self._solver_of(self.body.methods[1]())
+
+    def _solver_of(self, options: MethodLike) -> Solver:
         solver: Any = getattr(self.body, "solvers", {}).get(type(options), options.solver)
         if isinstance(solver, str):
             module, _, name = solver.rpartition(".")
@@ -254,9 +264,9 @@ class Contact(Shown):
     ) -> History:
         """Returns the states along a history of normal and shear forces, under a law with friction.
 
-        On a half-plane cells follow it, `Cells()`, and without a method; `Panels()` has more digits, between
-        two equal bodies under the law `Unilateral`, while shear grows no faster than friction times a normal
-        force that grows.
+        Without a method `Panels()` follow it where they can: between two equal half-planes under the law
+        `Unilateral`, while shear grows no faster than friction times a normal force that grows. `Cells()`
+        follow all others on a half-plane; the states' `method` says which did.
 
         Parameters
         ----------
@@ -301,8 +311,9 @@ class Contact(Shown):
         rtol = plain(rtol)
         if rtol is not None:
             require_tolerance(rtol)
+        found = pairs_of(pairs, friction)
         with counting("history", progress):
-            return self.solver.history(pairs_of(pairs, friction), bool(coupled), rtol, progress)
+            return self._follower(found).history(found, bool(coupled), rtol, progress)
 
     def with_(
         self,

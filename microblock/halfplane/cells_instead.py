@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import MicroblockError, NotConverged, out_of_reach
+from ..model.history import FrictionState, History
 from ..model.methods import Cells
 from .cell_solver import FIRST, CellSolver, around
 
@@ -44,3 +45,20 @@ def by_cells(solver, found, load, rtol, failure):
         met = getattr(other, "rtol_reached", None) or failure.rtol_reached
         raise NotConverged(f"{failure}; uniform cells: {other}", reached=load, rtol_reached=met) from failure
     return replace(state, notes=(f"uniform cells instead of panels ({failure})",))
+
+
+def cells_follow(solver, pairs, coupled, rtol, progress, failure):
+    """The History of a half-plane's problem on cells; `failure` says why panels have none.
+
+    Raises
+    ------
+    NotConverged
+        If cells do not reach rtol either.
+    """
+    try:
+        found = CellSolver(solver.contact, Cells()).history(pairs, coupled, rtol, progress)
+    except NotConverged as other:
+        raise NotConverged(f"{failure}; cells: {other}", rtol_reached=other.rtol_reached) from failure
+    note = f"cells instead of panels ({failure})"
+    states = [FrictionState(replace(one.solution, notes=(note,))) for one in found.states]
+    return History(found.problem, states, found.events)

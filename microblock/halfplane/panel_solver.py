@@ -13,11 +13,10 @@ from ..model.methods import PANEL_ORDERS
 from ..model.problem import Problem
 from ..model.solver import Solver
 from . import contact_line
-from .cells_instead import OFFERED, by_cells
+from .cells_instead import OFFERED, by_cells, cells_follow
 from .coalescence import OUTER_AT_TOUCH
 from .counter import require_same_period
 from .friction_panels import FrictionPanels
-from .friction_solver import FrictionSolver
 from .kernels import HalfPlane
 from .line_solver import LineSolver, LooksTooNear
 from .panel_solution import PanelSolution
@@ -60,10 +59,20 @@ class PanelSolver(Solver):
             self.options.fallback,
         )
 
+    def follows(self, pairs):
+        try:
+            known = FrictionPanels(self, pairs).memories
+            return bool(known and self._pictured_problem(float(pairs[:, 0].max())))
+        except BadArgument:
+            return False
+
     def history(self, pairs, coupled, rtol, progress=False):
-        if self.contact.method is None:
-            return FrictionSolver(self, pairs, coupled).history(rtol, progress)
-        return FrictionPanels(self, pairs).history(rtol)
+        try:
+            return FrictionPanels(self, pairs).history(rtol)
+        except NotConverged as failure:
+            if not self.options.fallback:
+                raise
+            return cells_follow(self, pairs, coupled, rtol, progress, failure)
 
     def follow(self, load, rtol, initial):
         try:

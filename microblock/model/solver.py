@@ -167,6 +167,10 @@ class Solver:
             "by one",
         )
 
+    def follows(self, pairs: Array) -> bool:
+        """Returns whether the method is the one to follow a history, array (n, 2), where none is named."""
+        return True
+
     def history(self, pairs: Array, coupled: bool, rtol: float | None, progress: bool = False) -> History:
         """Returns the History through pairs (P, Q), array (n, 2), of a law with friction; raises BadArgument
         where the method cannot follow it.
