@@ -214,10 +214,9 @@ class CellSolver(Solver):
         nodes, residual = self.options.nodes, self.options.residual
         if nodes is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
-        if isinstance(initial, CellSolution) and nodes is not None:
-            return solver._solve(nodes, load, approach, initial, residual)
         if nodes is not None:
-            *_, last = solver._solutions(load, approach, halvings(nodes), residual, progress)
+            start = initial if isinstance(initial, CellSolution) else None
+            *_, last = solver._solutions(load, approach, halvings(nodes), residual, progress, start)
             return last
         rtol = self.usual_rtol if rtol is None else rtol
         doublings = FIRST * 2 ** np.arange(int(np.log2(MOST / FIRST)) + 1)
@@ -265,14 +264,19 @@ class CellSolver(Solver):
                 break
         return state
 
-    def _solutions(self, load, approach, sizes, residual, progress):
-        """Solutions on grids of the given sizes, each started from the one before."""
+    def _solutions(self, load, approach, sizes, residual, progress, start=None):
+        """Solutions on grids of the given sizes, each started from the one before, the first from `start`."""
         state, changes = None, []
         total = None if sizes[-1] == MOST else int(sum(sizes))
         with tqdm(total=total, unit=" cells", unit_scale=True, disable=not progress) as bar:
             for size in map(int, sizes):
                 enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL / size)
-                finer = self._solve(size, load, approach, state, enough)
+                try:
+                    finer = self._solve(size, load, approach, state or start, enough)
+                except BadArgument:  # an approach above the mean height that so few cells see
+                    if size == sizes[-1] or size > COARSEST:
+                        raise
+                    continue
                 if state is not None:
                     changes.append(
                         difference(finer, state, self.solid.ell, self.body.period, self._end_weights(finer.x))
