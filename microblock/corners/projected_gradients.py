@@ -287,7 +287,7 @@ class _Problem:
     def report(self, forces, slope, kkt, steps):
         level = self.level(forces, slope)
         if self.load is not None and forces.min() > 0 and self.even is not None:
-            level = float(self.even @ self.g0)  # of full contact, to rounding: an approach below has less load
+            level = float(self.even @ self.g0)  # to rounding: an approach below has less load
         gaps = np.full(self.touch.shape, np.inf)
         gaps[self.touch] = slope - level
         return GridForces(

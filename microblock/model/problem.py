@@ -84,10 +84,11 @@ class Problem:
     def _places(self) -> Array:
         """Contact points at which a corner meets a slope discontinuity or an edge, ascending, each once."""
         own = [*getattr(self.obstacle, "kinks", ()), *getattr(self.obstacle, "ends", ())]
-        angle = [] if self._angle is None else self._angle.singular
-        places = np.sort([*(place + shift for place in own for shift in self.shifts), *angle])
+        own_of_angle = () if self._angle is None else self._angle.singular
+        places = np.sort([*(place + shift for place in own for shift in self.shifts), *own_of_angle])
         far = np.diff(places) > SAME_PLACE * (np.abs(places).max(initial=0.0) + self.ell)
-        return places[np.concatenate((np.ones(min(len(places), 1), bool), far))]
+        first: Array = places[np.concatenate((np.ones(min(len(places), 1), bool), far))]
+        return first
 
     def _one_place(self, place: float) -> float:
         """Returns the first of the contact points that rounding alone keeps apart from a place."""
