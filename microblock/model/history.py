@@ -274,7 +274,7 @@ def pairs_of(pairs: ArrayLike, friction: float) -> Array:
     """
     try:
         found = np.array(cast(Any, pairs), float)
-    except (TypeError, ValueError) as failure:
+    except (TypeError, ValueError, OverflowError) as failure:
         raise BadArgument("pairs", pairs, "must be pairs (P, Q) of numbers") from failure
     if found.ndim != 2 or found.shape[1] != 2 or not len(found) or not np.isfinite(found).all():
         raise BadArgument("pairs", pairs, "must be one or more pairs (P, Q) of finite numbers")

@@ -829,7 +829,7 @@ def _abscissae(x: ArrayLike) -> Array:
     """Returns x as an array (n,); raises BadArgument where it holds no numbers or has more dimensions."""
     try:
         found: Array = np.atleast_1d(np.asarray(x, float))
-    except (TypeError, ValueError) as failure:
+    except (TypeError, ValueError, OverflowError) as failure:
         raise BadArgument("x", x, "must be a number, or an array (n,) of numbers") from failure
     if found.ndim > 1 or not np.isfinite(found).all():
         raise BadArgument("x", x, "must be a finite number, or an array (n,) of such")
