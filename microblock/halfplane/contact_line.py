@@ -194,10 +194,8 @@ def fit(problem, load, zones, *, order, tolerance, steps=EDGE_STEPS):
         zones, best = moved, min(error, best)
     if good or closest:
         return good or closest
-    raise NotConverged(
-        f"edges of the zones still off by {error:.1e} of the pressure at load {load:g}",
-        iterations=iteration + 1,
-    )
+    off = f"off by {error:.1e} of the pressure" if np.isfinite(error) else "where pressures do not fall"
+    raise NotConverged(f"edges of the zones still {off} at load {load:g}", iterations=iteration + 1)
 
 
 def _drawing_near(zones, moved):
