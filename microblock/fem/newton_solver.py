@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-import ngsolve as ng
 import numpy as np
 
 from ..corners.nodal import AtNodes, zones_of
@@ -120,8 +119,7 @@ class NewtonSolution(BelowOnMesh, AtNodes):
     @cached_property
     def energy(self):
         """Elastic energy, of displacements and rotations that supports prescribe as well."""
-        body = self.solver.body
-        return float(ng.Integrate(body.energy(*self.nodal.fields), body.mesh))
+        return float(self.fields.energy())
 
     def remarks(self):
         return self.few_nodes("take smaller elements") if self.has_edges else []
@@ -167,7 +165,7 @@ class NewtonSolver(Solver):
             )
         newton = self.newton("load" if approach is None else "approach")
         start = initial.nodal if isinstance(initial, NewtonSolution) else None
-        if start is not None and len(start.vector) != newton.space.ndof:
+        if start is not None and (start.vector is None or len(start.vector) != newton.space.ndof):
             start = None
         level = load if approach is None else approach
         if start is not None or level == 0:

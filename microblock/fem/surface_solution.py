@@ -97,7 +97,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         compliance.
         """
         if self.found_fields is not None:
-            return self.body.values(self.found_fields.u2)
+            return self.body.values("u2", self.found_fields)
         return self.body.compliance.matrix[: len(self._x)] @ self._loads
 
     @property
