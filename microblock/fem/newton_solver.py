@@ -122,7 +122,7 @@ class NewtonSolution(BelowOnMesh, AtNodes):
         return float(self.fields.energy())
 
     def remarks(self):
-        return self.few_nodes("take smaller elements") if self.has_edges else []
+        return self.overlap() + (self.few_nodes("take smaller elements") if self.has_edges else [])
 
     def interpolated(self, values, x):
         if self.has_edges:
@@ -139,6 +139,8 @@ class NewtonSolver(Solver):
     A law that prescribes psi adds psi = 0 on the contact boundary to the supports, where these do not
     prescribe it.
     """
+
+    verifies = True
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
