@@ -17,7 +17,7 @@ class BelowOnMesh:
 
     def overlap(self):
         """What is wrong, in a list of sentences, where a penalty lets corners far into the obstacle."""
-        inside = -self.surface().gaps.min() / np.ptp(self.displacement)
+        inside = -self.surface().gaps.min() / np.ptp(self.displacement) if self.solver.penalizes else 0.0
         if inside < OVERLAP:
             return []
         return [f"corners lie {inside:.1g} of the displacement inside the obstacle: take a larger rho"]

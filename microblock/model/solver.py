@@ -177,19 +177,20 @@ class Solver:
             "load": 0.0 if load is None else abs(state.load - load) / load,
             "approach": 0.0 if approach is None else abs(state.approach - approach) / moved,
             "sum of the pressures": abs(self.carried(state) - state.load) / state.load,
-            "residual": 0.0 if self._penalizes else state.residual,
+            "residual": 0.0 if self.penalizes else state.residual,
         }
         worst = max(off, key=lambda name: off[name])
         if not off[worst] <= max(SOLVED, state.error_estimate or 0.0):
             raise NotConverged(
-                f"at load {state.load:g} the {worst} is off by {off[worst]:.1e} of its size: take a smaller rho "
-                "where there is one, less stretched elements, or another method",
+                f"at load {state.load:g} the {worst} is off by {off[worst]:.1e} of its size: take a smaller "
+                "rho where there is one, less stretched elements, or another method",
                 reached=off[worst],
                 iterations=state.iterations,
             )
 
     @property
-    def _penalizes(self) -> bool:
+    def penalizes(self) -> bool:
+        """Whether gaps of closed corners are those of a penalty."""
         return getattr(getattr(self.options, "newton", self.options), "kind", None) == "penalty"
 
     def carried(self, state: Any) -> float:
