@@ -180,6 +180,7 @@ class Contact(Shown):
             state = self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
         if approach is not None and not state.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
+        self.solver.require_solved(state, load, approach)
         return state
 
     def _require_frictionless(self) -> None:

@@ -185,6 +185,7 @@ class NodalSolver(Solver):
     """
 
     solution = NodalSolution
+    verifies = True
     most_corners = None
     # power of the nodes' distance with which loads converge at which edges of two corners cross; of most
     # solids it is 0.5 to 0.8

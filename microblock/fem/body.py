@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import ngsolve as ng
@@ -15,11 +16,11 @@ from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
-from .meshes import require_sound
+from .meshes import Travelling, bonus_orders, require_sound
 
 USUAL_CONTACT = "contact"  # the name of the contact boundary
 FIELDS = ("u1", "u2", "psi")
-CURVED = 4  # more integration orders for the energy, for elements with curved sides
+GIVEN = 4  # more integration orders than a field has, for loads, which are functions of the user
 SINGULAR = 1e-8  # relative residual of a direct solve beyond which the matrix counts as singular
 # of the constant 1, from which on a coefficient is that of a vertex and not the rounding of an edge's
 OWN = 0.25
@@ -131,7 +132,7 @@ class Body(Shown):
 
     def __reduce__(self):
         """A copy, or what comes out of a file, is made anew: NGSolve loses orders of single elements."""
-        return _made_anew, (self._made_of,)
+        return _arrived, (self._made_of | {"mesh": Travelling(self.mesh)},)
 
     @property
     def _made_of(self):
@@ -329,13 +330,29 @@ class Body(Shown):
 
     def potential(self, u1, u2, psi, loads=Loads()):
         """Potential energy (8) as integrals, for ``ngsolve.Variation`` or ``Integrate``."""
-        potential = self.energy(u1, u2, psi) * ng.dx
-        potential -= (loads.force[0] * u1 + loads.force[1] * u2 + loads.couple * psi) * ng.dx
+        potential = self.energy(u1, u2, psi) * self.dx
+        more = {"bonus_intorder": self.order + GIVEN}
+        potential -= (loads.force[0] * u1 + loads.force[1] * u2 + loads.couple * psi) * ng.dx(**more)
         for boundary, (t1, t2) in loads.traction.items():
-            potential -= (t1 * u1 + t2 * u2) * ng.ds(self.boundary(boundary))
+            potential -= (t1 * u1 + t2 * u2) * ng.ds(definedon=self.boundary(boundary), **more)
         for boundary, micromoment in loads.micromoment.items():
-            potential -= micromoment * psi * ng.ds(self.boundary(boundary))
+            potential -= micromoment * psi * ng.ds(definedon=self.boundary(boundary), **more)
         return potential
+
+    @cached_property
+    def bonus(self):
+        """Orders of integration beyond NGSolve's, of forms as of what is made of their solutions."""
+        return bonus_orders(self.mesh)
+
+    @property
+    def dx(self):
+        """The integral over the body in forms: exact for the energy where elements are affine."""
+        return ng.dx(bonus_intorder=self.bonus)
+
+    def integrated(self, density, **options):
+        """The integral over the body of a quadratic function of fields, by the rule of `dx`."""
+        order = 2 * max(self.order, self.order_psi) + self.bonus
+        return ng.Integrate(density, self.mesh, order=order, **options)
 
     @bounded
     def solve(self, loads=Loads()):
@@ -419,10 +436,10 @@ class Fields:
 
     def __reduce__(self):
         """A copy, or what comes out of a file, has its values on a body made anew."""
-        values = [
-            part.vec.FV().NumPy()[dofs] for part, dofs in zip(self, _dofs_by_element(self.body), strict=True)
-        ]
-        return _fields_anew, (self.body, values, self.forces, self.mirrored)
+        numbers = dofs_by_element(self.body)
+        values = np.concatenate([part.vec.FV().NumPy() for part in self])[numbers]
+        forces = None if self.forces is None else self.forces[numbers]
+        return _fields_anew, (self.body, values, forces, self.mirrored)
 
     def unfolded(self):
         """The same fields of the half x1 > 0 of a symmetric body, with values at points of the whole one."""
@@ -518,8 +535,7 @@ class Fields:
 
     def energy(self):
         """Elastic energy of the whole body (in 1D: per area)."""
-        order = 2 * max(self.body.order, self.body.order_psi) + CURVED
-        return (1 + self.mirrored) * ng.Integrate(self.body.energy(*self), self.body.mesh, order=order)
+        return (1 + self.mirrored) * self.body.integrated(self.body.energy(*self))
 
 
 def region(mesh, pattern, argument="boundary"):
@@ -572,19 +588,24 @@ def _made_anew(arguments):
     return Body(**arguments)
 
 
+def _arrived(arguments):
+    """The same of a copy, or of what comes out of a file."""
+    return _made_anew(arguments | {"mesh": arguments["mesh"].mesh})
+
+
 def _fields_anew(body, values, forces, mirrored):
-    """The Fields of these values of the unknowns of each component, element by element."""
-    state = ng.GridFunction(body.space)
-    for part, dofs, own in zip(state.components, _dofs_by_element(body), values, strict=True):
-        part.vec.FV().NumPy()[dofs] = own
-    fields = Fields(body, state.components, forces)
+    """The Fields of these values and forces of the unknowns, element by element."""
+    state, numbers = ng.GridFunction(body.space), dofs_by_element(body)
+    state.vec.FV().NumPy()[numbers] = values
+    exerted = None if forces is None else np.zeros(body.space.ndof)
+    if forces is not None:
+        exerted[numbers] = forces
+    fields = Fields(body, state.components, exerted)
     fields.mirrored = mirrored
     return fields
 
 
-def _dofs_by_element(body):
-    """Numbers of the unknowns of each component, element by element: a copy of a mesh keeps the order of its
-    elements but not that of its edges, of which those of the coarser meshes are forgotten."""
-    return [
-        np.concatenate([space.GetDofNrs(element) for element in space.Elements()]) for space in body.spaces
-    ]
+def dofs_by_element(body):
+    """Numbers of the unknowns of a body, element by element: a copy of a mesh keeps the order of its elements
+    but not that of its edges, of which those of the coarser meshes are forgotten."""
+    return np.concatenate([body.space.GetDofNrs(element) for element in body.space.Elements()])

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import ngsolve as ng
@@ -15,9 +16,9 @@ from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
 from . import energy3d
-from .body import CURVED, USUAL_CONTACT, region
+from .body import GIVEN, USUAL_CONTACT, dofs_by_element, region
 from .bulk import UNSOLVED
-from .meshes import require_sound
+from .meshes import Travelling, bonus_orders, require_sound
 
 FIELDS = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
 PARTS = "xyz"  # what NGSolve calls the components of a vector space
@@ -118,7 +119,7 @@ class Body3D(Shown):
 
     def __reduce__(self):
         """A copy, or what comes out of a file, is made anew."""
-        return _made_anew, (self._made_of,)
+        return _arrived, (self._made_of | {"mesh": Travelling(self.mesh)},)
 
     @property
     def _made_of(self):
@@ -169,10 +170,10 @@ class Body3D(Shown):
         first = FIELDS.index(field) * self.width
         return range(first, first + self.width)
 
-    @property
+    @cached_property
     def bonus(self):
-        """Orders of integration beyond NGSolve's, for curved elements."""
-        return CURVED if self.mesh.GetCurveOrder() > 1 else 0
+        """Orders of integration beyond NGSolve's, of forms as of what is made of their solutions."""
+        return bonus_orders(self.mesh)
 
     def bulk(self, **options):
         """The bilinear form of the second variation of (10), assembled."""
@@ -207,7 +208,7 @@ class Body3D(Shown):
         """The linear form of dead loads, its vector."""
         v, chi = self.space.TestFunction()
         form = ng.LinearForm(self.space)
-        more = {"bonus_intorder": self.order + CURVED}  # loads are functions of the user
+        more = {"bonus_intorder": self.order + GIVEN}
         form += (ng.CF(tuple(loads.force)) * v + ng.CF(tuple(loads.couple)) * chi) * ng.dx(**more)
         for test, given in ((v, loads.traction), (chi, loads.micromoment)):
             for pattern, values in given.items():
@@ -257,8 +258,8 @@ class Fields3D:
 
     def __reduce__(self):
         """A copy, or what comes out of a file, has its values on a body made anew."""
-        values = self.state.vec.FV().NumPy()[_by_element(self.body)]
-        return _fields_anew, (self.body, values, self.forces[_by_element(self.body)])
+        numbers = dofs_by_element(self.body)
+        return _fields_anew, (self.body, self.state.vec.FV().NumPy()[numbers], self.forces[numbers])
 
     @property
     def gamma(self):
@@ -278,7 +279,7 @@ class Fields3D:
     def energy(self):
         """Elastic energy of the whole body."""
         density = energy3d.energy(self.body.solid, self.gamma, ng.Grad(self.psi))
-        return ng.Integrate(density, self.body.mesh, order=2 * self.body.order + self.body.bonus + 2)
+        return ng.Integrate(density, self.body.mesh, order=2 * self.body.order + self.body.bonus)
 
     def reaction(self, boundary):
         """The Reaction3D of the supports on a boundary, from nodal forces: together they balance the loads.
@@ -318,13 +319,13 @@ def _made_anew(arguments):
     return Body3D(**arguments)
 
 
+def _arrived(arguments):
+    """The same of a copy, or of what comes out of a file."""
+    return _made_anew(arguments | {"mesh": arguments["mesh"].mesh})
+
+
 def _fields_anew(body, values, forces):
     """The Fields3D of these values and forces of the unknowns, element by element."""
-    state, numbers, exerted = ng.GridFunction(body.space), _by_element(body), np.zeros(body.space.ndof)
+    state, numbers, exerted = ng.GridFunction(body.space), dofs_by_element(body), np.zeros(body.space.ndof)
     state.vec.FV().NumPy()[numbers], exerted[numbers] = values, forces
     return Fields3D(body, state, exerted)
-
-
-def _by_element(body):
-    """Numbers of the unknowns element by element: a copy of a mesh keeps the order of its elements."""
-    return np.concatenate([body.space.GetDofNrs(element) for element in body.space.Elements()])

@@ -52,6 +52,8 @@ class Within:
 class GroundSolver(Solver):
     """What solvers of a Block have in common, whatever their mesh."""
 
+    verifies = True
+
     def __init__(self, contact, options):
         super().__init__(contact, options)
         if self.domain == math.inf:

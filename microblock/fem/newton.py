@@ -58,7 +58,7 @@ class NodalState(Shown):
     iterations : int
     kkt : float
         Largest relative residual of equilibrium, closed gaps, open multipliers and load.
-    vector : NGSolve vector of all unknowns, to start from
+    vector : NGSolve vector of all unknowns, to start from; None in a copy, whose mesh numbers edges anew
 
     Examples
     --------
@@ -89,6 +89,9 @@ class NodalState(Shown):
     iterations: int
     kkt: float
     vector: object
+
+    def __getstate__(self):
+        return vars(self) | {"vector": None}
 
     def reaction(self, boundary):
         """Force and moment about the origin that the body's supports on a boundary exert on it

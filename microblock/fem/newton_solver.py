@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-import ngsolve as ng
 import numpy as np
 
 from ..corners.nodal import AtNodes, zones_of
@@ -120,11 +119,10 @@ class NewtonSolution(BelowOnMesh, AtNodes):
     @cached_property
     def energy(self):
         """Elastic energy, of displacements and rotations that supports prescribe as well."""
-        body = self.solver.body
-        return float(ng.Integrate(body.energy(*self.nodal.fields), body.mesh))
+        return float(self.fields.energy())
 
     def remarks(self):
-        return self.few_nodes("take smaller elements") if self.has_edges else []
+        return self.overlap() + (self.few_nodes("take smaller elements") if self.has_edges else [])
 
     def interpolated(self, values, x):
         if self.has_edges:
@@ -141,6 +139,8 @@ class NewtonSolver(Solver):
     A law that prescribes psi adds psi = 0 on the contact boundary to the supports, where these do not
     prescribe it.
     """
+
+    verifies = True
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -167,7 +167,7 @@ class NewtonSolver(Solver):
             )
         newton = self.newton("load" if approach is None else "approach")
         start = initial.nodal if isinstance(initial, NewtonSolution) else None
-        if start is not None and len(start.vector) != newton.space.ndof:
+        if start is not None and (start.vector is None or len(start.vector) != newton.space.ndof):
             start = None
         level = load if approach is None else approach
         if start is not None or level == 0:

@@ -94,7 +94,7 @@ def _energy_of_difference(body, fields, averaged):
     wrong = [ng.CF((mean[0], mean[1])) - ng.grad(field) for mean, field in zip(averaged, fields)]
     gradient = ng.CF((wrong[0][0], wrong[0][1], wrong[1][0], wrong[1][1]), dims=(2, 2))
     density = body.solid.energy(gradient, ng.CF(0), wrong[2])
-    return ng.Integrate(density.Compile(), body.mesh, ng.VOL, order=2 * body.order, element_wise=True).NumPy()
+    return body.integrated(density.Compile(), element_wise=True).NumPy()
 
 
 def _surface(state, averaged):

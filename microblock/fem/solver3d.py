@@ -20,7 +20,7 @@ TOUCHING = 1e-6  # of the range of the displacement, by which an obstacle lies i
 class Solver3D(Solver):
     """States of a Body3D on its contact nodes, exact for the discrete problem."""
 
-    most_corners = None
+    most_corners, verifies = None, True
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -93,6 +93,10 @@ class Solver3D(Solver):
         if law.psi0:
             levers = levers + law.tilt(x1, x2)
         return np.concatenate((np.ones((len(levers), 1, len(x1))), levers), axis=1)
+
+    def carried(self, state):
+        """Returns the resultant of a state's pressures, force."""
+        return float(state.weights @ state.pressure)
 
     def path(self, last, rtol, progress=False):
         """Raises BadArgument: there is none."""

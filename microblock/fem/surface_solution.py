@@ -84,7 +84,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         return self.body.body.order
 
     def remarks(self):
-        return self.few_nodes("take a smaller h, or Fitted() with rtol=")
+        return self.overlap() + self.few_nodes("take a smaller h, or Fitted() with rtol=")
 
     @cached_property
     def displacement(self):
@@ -97,7 +97,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         compliance.
         """
         if self.found_fields is not None:
-            return self.body.values(self.found_fields.u2)
+            return self.body.values("u2", self.found_fields)
         return self.body.compliance.matrix[: len(self._x)] @ self._loads
 
     @property

@@ -67,6 +67,8 @@ class LoadPath(Shown):
         an event at half of that load, with as large an error; what else happens below is not looked for.
     events : list of Event
         Zones that are born, merge, split or vanish, ascending in load.
+    warnings : list of str
+        Sentences on what `events` may leave out.
 
     Examples
     --------
@@ -90,6 +92,10 @@ class LoadPath(Shown):
         @property
         @abstractmethod
         def events(self) -> Sequence[Event]: ...
+
+    @property
+    def warnings(self) -> list[str]:
+        return []
 
     def at(self, load: float) -> State:
         """Returns the State at a load on the path.
@@ -128,7 +134,8 @@ class LoadPath(Shown):
             Row("events", "", words),
             *listed,
         )
-        return Summary("Load path", f"up to load {number(self.last)}, events: {words}", rows)
+        warnings = () if events is None else tuple(self.warnings)
+        return Summary("Load path", f"up to load {number(self.last)}, events: {words}", rows, warnings)
 
 
 def require_on_path(load: float, last: float) -> None:
