@@ -60,8 +60,8 @@ class Picture:
 
     Attributes
     ----------
-    samples : array (n, 3)
-        x1, x2 and f of all that was looked at.
+    samples, valleys : arrays (n, 3), (k, 3)
+        x1, x2 and f where f was below the bound as it stood then.
     bound, radius : float
         Approach that is not exceeded, and radius of the disc that says so (lengths).
 
@@ -82,6 +82,7 @@ class Picture:
         self.gaps, self.ell, self.needed, self.obstacle = gaps, ell, needed, obstacle
         self.samples = self.valleys = self._starts = np.empty((0, 3))
         self._lengths = np.empty(0)
+        self.bound, self.radius = np.inf, 0.0
         self._draw = np.random.default_rng(0)
         if window is not None:
             self.look(window.middle, window.side, FINE)
@@ -112,6 +113,14 @@ class Picture:
         found: Array = self.samples[self.samples[:, 2] < approach]
         return found
 
+    def separate(self, approach: float) -> Array:
+        """Returns the places of valleys below an approach that stand apart, array (k, 2)."""
+        return self._apart(self.valleys[self.valleys[:, 2] < approach, :2])
+
+    def _apart(self, places: Array) -> Array:
+        first = np.unique(np.rint(places / (SAME * self.radius)), axis=0, return_index=True)[1]
+        return places[first]
+
     def look(self, middle: Sequence[float] | Array, side: float, count: int) -> None:
         """Adds samples of a square in so many rows and columns."""
         rows, columns = ((np.arange(count) + self._draw.random(count)) / count - 0.5 for _ in range(2))
@@ -121,10 +130,9 @@ class Picture:
         for number in (0, 1, 2, 3, 5, 6, 7, 8):  # of a level face one sample, or few
             other = padded[number // 3 :, number % 3 :][:count, :count]
             lower &= (f < other) if number < 4 else (f <= other)
-        found = np.column_stack([each.ravel() for each in (x1, x2, f)])
-        starts = found[lower.ravel()]
+        low, starts = (np.column_stack((x1[there], x2[there], f[there])) for there in (f < self.bound, lower))
         starts = starts[np.argsort(starts[:, 2])[:VALLEYS]]
-        self.samples = np.vstack((self.samples, found[np.isfinite(found[:, 2])]))
+        self.samples = np.vstack((self.samples, low))
         self._starts = np.vstack((self._starts, starts))
         self._lengths = np.append(self._lengths, np.full(len(starts), side / count))
 
@@ -162,18 +170,17 @@ class Picture:
         if side < 8 * np.hypot(*self.lowest[:2]):
             self._refuse(FALLS)
         self._bound(side)
-        for _ in range(2):  # again about what is lower still
-            middle, reach = self.lowest[:2], FARTHEST * max(self.ell, self.radius)
+        away = reach = 0.0
+        while reach <= 4 * away:  # and again about what is lower still, farther while it could touch there
+            middle, reach = self.lowest[:2], FARTHEST * max(self.ell, self.radius, away)
             self.look(middle, NEAR * self.radius, FINE)
             for side in self.radius * 2.0 ** np.arange(1, np.ceil(np.log2(reach / self.radius))):
                 self.look(middle, side, COARSE)
             self.follow()
             self._bound(reach)
-            if np.hypot(*(self.lowest[:2] - middle)) < self.radius:
-                break
-        away = np.abs(self.low(self.bound)[:, :2] - self.lowest[:2]).max(initial=0.0)
-        if away > reach / 8:
-            self._refuse(f"{RISES}: at a distance of {away:.2g} it could still touch")
+            away = np.abs(self.low(self.bound)[:, :2] - middle).max(initial=0.0)
+            if reach > WIDEST * self.ell:
+                self._refuse(f"{RISES}: at a distance of {away:.2g} it could still touch")
 
     def _refuse(self, what: str) -> None:
         raise BadArgument("obstacle", self.obstacle, f"must {what}; {BOUNDED}")
@@ -187,8 +194,7 @@ class Picture:
             new = low[away > SAME * self.radius]
             if not len(new):
                 return
-            _, first = np.unique(np.rint(new / (SAME * self.radius)), axis=0, return_index=True)
-            for place in new[first[:VALLEYS]]:
+            for place in self._apart(new)[:VALLEYS]:
                 apart = np.abs(place - seen[0]).max()
                 for side in self.radius * 2.0 ** np.arange(np.ceil(np.log2(4 * apart / self.radius) + 1)):
                     self.look(place, side, COARSE)

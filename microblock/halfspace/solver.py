@@ -53,7 +53,8 @@ LOOKED = 256  # low places outside of the window at which gaps are computed
 OVERLAP = 1e-6  # of the approach: a gap that is more negative is a contact
 TIP = 0.05  # of the approach: what a place may be lower than the cells about it
 SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
-SLOWEST, FASTEST = 1.6, 2.5  # ratio of successive changes from grid to grid that the estimate takes
+USUAL, FASTEST = 1.6, 2.5  # ratio of successive changes from grid to grid
+BLIND = 4.0  # the same at most, while contacts have few cells
 FITS = 1e-6  # of their range, heights and psi0 at both ends of a period may differ; so may periods
 PLACES = 65  # on an edge of a period, at which they are compared
 ROUNDING = 1e-12  # of the range of the displacement
@@ -220,24 +221,32 @@ class SurfaceSolver(Solver):
                     continue
                 if state.error_estimate <= goal and not len(self._touching(state, picture)[1]):
                     return self._finished(grid, load, approach, state)
-                finer = MOST // count  # at best each spot has as many times the cells, and twice ...
-                if _share_of_spots(before, SPOT / 2 / finer**2) > goal or (
-                    not blind and state.error_estimate > goal * finer ** np.log2(FASTEST)
-                ):
+                doublings = np.log2(MOST / count)
+                few = (
+                    SPOT / 2 / 4**doublings
+                )  # cells, of which more than twice as many would have to become SPOT
+                if _share_of_spots(before, few) > goal:
+                    break
+                if _estimate(changes) > goal * (BLIND if blind else FASTEST) ** doublings:
                     break
         if nodes is not None:
             return state
-        raise self._out_of_reach(state, goal)
+        raise self._out_of_reach(picture, state, goal)
 
-    def _out_of_reach(self, state: SurfaceState, goal: float) -> NotConverged:
+    def _out_of_reach(self, picture: Picture, state: SurfaceState, goal: float) -> NotConverged:
         """Returns the error for a goal that no grid reaches."""
         reached = float(f"{1.05 * state.error_estimate:.1e}")  # upwards
-        number, apart = label(state.pressure > 0, np.ones((3, 3)))[1], np.ptp(_pressing(state), axis=0).max()
         words = f"error {reached:g} instead of {goal:g} on {len(state.x1)} x {len(state.x1)} cells"
-        if number > 1:
-            words += f" for {number} separate contacts within {apart:.3g}, which one grid takes together"
+        places, (outside, hidden) = picture.separate(state.approach), self._touching(state, picture)
+        if len(places) > 1:
+            words += (
+                f"; contacts at up to {len(places)} places within {np.ptp(_around(places), axis=0).max():.3g}"
+            )
+            words += " are on one grid"
+        for warning in _warnings(self.period is None and _reaches(state, 1), outside, hidden):
+            words += f"; {warning}"
         ways = [f"ask for rtol={reached:g}"] * (reached < 1) + ["fix Cells(nodes=...)"]
-        ways += ["solve parts apart, Cells(window=(left, right))"] * (number > 1 and self.period is None)
+        ways += ["solve parts apart, Cells(window=(left, right))"] * (len(places) > 1 and self.period is None)
         return NotConverged(f"{words}: {', or '.join(ways)}", reached=reached)
 
     def _finished(
@@ -497,13 +506,15 @@ def _share_of_spots(state: SurfaceState, least: float) -> float:
     return float(state.pressure[small].sum() / state.pressure.sum())
 
 
-def _estimate(changes: list[float]) -> float | None:
-    """Returns the error of the last grid from successive changes; None without any."""
-    if not changes:
-        return None
-    ratio = changes[-2] / changes[-1] if len(changes) > 1 and changes[-1] > 0 else SLOWEST
+def _estimate(changes: list[float]) -> float:
+    """Returns the error of the last grid from successive changes.
+
+    Errors of two grids that fall by a ratio r and are alike leave r - 1 times the finer one as change, errors
+    like those of the edge's steps, which have nothing to do with each other, sqrt(1 + r^2) times.
+    """
+    ratio = changes[-2] / changes[-1] if len(changes) > 1 and changes[-1] > 0 else USUAL
     last = max(changes[-1], changes[-2] / FASTEST) if len(changes) > 1 else changes[-1]
-    return last / (min(max(ratio, SLOWEST), FASTEST) - 1)
+    return last / min(max(ratio - 0.5, 0.5), 1.4)
 
 
 def _grid(state: SurfaceState) -> Grid:
