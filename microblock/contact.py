@@ -145,8 +145,10 @@ class Contact(Shown):
             Approach of the obstacle (length), in place of the load. A half-plane without a period and an
             unbounded block do not take it, since their rigid-body constant is arbitrary.
         rtol : float, optional
-            Relative L2 error of pressure and micromoment that is asked for. Without it the usual one of the
-            method is taken (1e-3; 1e-2 of cells), or the discretisation that the method or the mesh fixes.
+            Relative error that is asked for, in L2 over the surface, of what the state's `pressure_at`
+            returns and of the micromoment over ell, both over the pressure; for punches and wedges with the
+            weight that makes the norm finite. Without it the usual one of the method is taken (1e-3; 1e-2 of
+            cells), or the discretisation that the method or the mesh fixes; those refuse it.
         initial : State, optional
             A state of a similar problem to start from.
         progress : bool
@@ -221,7 +223,7 @@ class Contact(Shown):
         load : float
             Last load of the path, force per thickness.
         rtol : float, optional
-            Relative L2 error of the states, as in `solve`.
+            Relative error of the states, as of `solve`.
         progress : bool
             Whether a bar counts what the events take; of panels as they are asked for, else at once.
 
@@ -277,8 +279,8 @@ class Contact(Shown):
         coupled : bool
             Whether shear tractions act on the gaps. Uncoupled, pressures still act on the tangential problem.
         rtol : float, optional
-            Relative L2 error of pressure, of micromoment over ell and of shear traction over the friction,
-            all over the pressure. Without it half-planes take their usual one, and blocks stay on the mesh of
+            Relative error as of `solve`, and of the shear traction over the friction, too, over the pressure.
+            Without it half-planes take their usual one, and blocks stay on the mesh of
             their method; bodies on meshes of your own take none.
         progress : bool
             Whether a bar counts the steps of the method.

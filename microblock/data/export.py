@@ -121,7 +121,7 @@ def to_csv(
     if _is_state(what):
         rows = _nodes(what)
     elif isinstance(what, LoadPath):
-        rows = [asdict(event) for event in what.events]
+        rows = [{**asdict(event), "warnings": "; ".join(what.warnings)} for event in what.events]
     else:
         rows = _same_columns(what.states if isinstance(what, History) else what)
     write_records(path, rows)

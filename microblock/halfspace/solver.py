@@ -22,7 +22,7 @@ from scipy.sparse import csr_array
 from tqdm.auto import tqdm
 
 from ..corners import projected_gradients
-from ..errors import NOT_YET, BadArgument, NotConverged
+from ..errors import NOT_YET, BadArgument, NotConverged, at_least
 from ..halfplane.counter import require_same_period
 from ..halfplane.kernels import is_classical
 from ..model.deformable import body_of
@@ -235,8 +235,8 @@ class SurfaceSolver(Solver):
 
     def _out_of_reach(self, picture: Picture, state: SurfaceState, goal: float) -> NotConverged:
         """Returns the error for a goal that no grid reaches."""
-        reached = float(f"{1.05 * state.error_estimate:.1e}")  # upwards
-        words = f"error {reached:g} instead of {goal:g} on {len(state.x1)} x {len(state.x1)} cells"
+        reached = at_least(state.error_estimate)
+        words = f"error {reached} instead of {goal:g} on {len(state.x1)} x {len(state.x1)} cells"
         places, (outside, hidden) = picture.separate(state.approach), self._touching(state, picture)
         if len(places) > 1:
             words += (
@@ -245,9 +245,9 @@ class SurfaceSolver(Solver):
             words += " are on one grid"
         for warning in _warnings(self.period is None and _reaches(state, 1), outside, hidden):
             words += f"; {warning}"
-        ways = [f"ask for rtol={reached:g}"] * (reached < 1) + ["fix Cells(nodes=...)"]
+        ways = [f"ask for rtol={reached}"] * (float(reached) < 1) + ["fix Cells(nodes=...)"]
         ways += ["solve parts apart, Cells(window=(left, right))"] * (len(places) > 1 and self.period is None)
-        return NotConverged(f"{words}: {', or '.join(ways)}", reached=state.load, rtol_reached=reached)
+        return NotConverged(f"{words}: {', or '.join(ways)}", reached=state.load, rtol_reached=float(reached))
 
     def _finished(
         self, grid: Grid, load: float | None, approach: float | None, state: SurfaceState

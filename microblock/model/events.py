@@ -61,7 +61,7 @@ class LoadPath(Shown):
     last : float
         Load at the end of the path (force per thickness).
     rtol : float or None
-        Relative L2 error of the states.
+        Relative error of the states, as of `Contact.solve`.
     first : float
         Load from which zones are followed. A zone that is there by then and did not begin at first touch is
         an event at half of that load, with as large an error; what else happens below is not looked for.

@@ -141,7 +141,7 @@ class Solver:
         load, approach : float or None
             Force per thickness; approach of the obstacle (length).
         rtol : float or None
-            Relative L2 error of pressure and micromoment; None for the usual one of the method.
+            Relative error as of `Contact.solve`; None for the usual one of the method.
         initial : Solution or None
             A solution of a similar problem; one of another kind is passed over.
         progress : bool

@@ -162,7 +162,7 @@ class Solution:
     estimate : ErrorParts or None
         Parts of the error estimate; None where nothing is estimated.
     error_estimate : float or None
-        Relative L2 error of pressure and micromoment; None where a mesh or an order was prescribed.
+        Relative error as of `State`; None where a mesh or an order was prescribed.
     notes : tuple of str
         Sentences on how the solution was computed, such as a fallback that was taken.
     has_edges : bool
@@ -355,7 +355,9 @@ class State(Shown):
     half_width : float
         Half of the distance between the outermost edges of the contact (length).
     error_estimate : float or None
-        Relative L2 error of pressure and micromoment, None where the discretisation was prescribed.
+        Relative error in L2 over the surface of what `pressure_at` returns and of the micromoment over ell,
+        both over the pressure, with friction also of the shear traction over the friction; for punches and
+        wedges with the weight that makes the norm finite. None where the discretisation was prescribed.
     error_parts : ErrorParts or None
         The parts of which the estimate is the sum.
     residual : float
@@ -443,7 +445,7 @@ class State(Shown):
 
     @property
     def error_estimate(self) -> float | None:
-        """Relative L2 error, or None."""
+        """Estimate of the relative error, or None."""
         return self.solution.error_estimate
 
     @property
