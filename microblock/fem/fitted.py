@@ -41,7 +41,7 @@ from ..model.zones import joined, runs, without, zone_edges
 from . import between
 from .fitted_mesh import MEETING, MeshFitter, _FittedMesh
 from .fitted_path import FittedPath
-from .ground import Within
+from .ground import WITHIN, Within
 from .surface_solution import Estimate, SurfaceSolution, difference, surface_solution
 
 # (order, levels of elements at the edges). Orders from 5 on are odd: an even one has nearly the error of the
@@ -240,11 +240,7 @@ class FittedSolver(MeshFitter):
                     break
             coarse = state
         if best == math.inf:
-            raise NotConverged(
-                f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
-                "topology?",
-                iterations=passes,
-            )
+            raise self._unsettled(load, zones, passes)
         raise out_of_reach(
             rtol, best, load, besides="fix the discretisation, Fitted(order=...)", iterations=passes
         )
@@ -280,10 +276,8 @@ class FittedSolver(MeshFitter):
             zones = trial.moved
             state = self._state(load, trial, passes)
             zones = self._other_zones(state, trial, CONDITIONS * LOCATED) or zones
-        raise NotConverged(
-            f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
-            "topology, or beta close to 2? Take another load, or the half-plane",
-            iterations=passes,
+        raise self._unsettled(
+            load, zones, passes, ", or beta close to 2? Take another load, or the half-plane"
         )
 
     def of_order(self, load, order, spacing=None):
@@ -345,7 +339,7 @@ class FittedSolver(MeshFitter):
             found = active_set.solve(*system[:2], load=self.share(load), c=system[2])
             x, closed = body.points[:, 0], found.closed.reshape(len(self.law.corners), -1)
             widest = np.abs(x[closed.any(axis=0)]).max()
-            if widest > 0.95 * ground.reach[1]:
+            if 0.95 * ground.reach[1] < widest < 0.95 * WITHIN * self.domain:
                 outer *= 1.6
             elif 2.5 * widest < ground.reach[1]:
                 outer = max(widest, 2 * cell)

@@ -53,8 +53,8 @@ class FittedPath(LoadPath):
         coarse, fine = self._seen
         seen = coarse | fine
         return [
-            f"one of two meshes alone sees {zone} {kind} at about load {seen[kind, zone, count][0]:.3g}, which "
-            "is left out: look at states around it"
+            f"one of two meshes alone sees {zone} {kind}, at about load {seen[kind, zone, count][0]:.3g}: it "
+            "is left out; look at states around it"
             for kind, zone, count in sorted(coarse.keys() ^ fine.keys(), key=lambda key: seen[key])
         ]
 

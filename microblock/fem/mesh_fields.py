@@ -17,10 +17,12 @@ class BelowOnMesh:
 
     def overlap(self):
         """What is wrong, in a list of sentences, where a penalty lets corners far into the obstacle."""
-        inside = -self.surface().gaps.min() / np.ptp(self.displacement) if self.solver.penalizes else 0.0
-        if inside < OVERLAP:
+        inside, moved = -self.surface().gaps.min(), np.abs(self.displacement).max()
+        if not self.solver.penalizes or inside <= OVERLAP * moved:
             return []
-        return [f"corners lie {inside:.1g} of the displacement inside the obstacle: take a larger rho"]
+        return [
+            f"corners lie {inside / moved:.1g} of the displacement inside the obstacle: take a larger rho"
+        ]
 
     def reaction_on(self, boundary):
         """Force (2 components) and moment that the body's supports on a boundary exert on it, from nodal
