@@ -20,7 +20,6 @@ from .types import AngledLaw, Array, LawLike, ObstacleLike
 if TYPE_CHECKING:
     from .material import Cosserat
     from .picture import Picture
-    from .proxy import Proxy
 
 MIRRORED = np.geomspace(1e-3, 1e4, 43)  # of ell: places at which evenness is looked at
 SAME_HEIGHT = 1e-9  # of their size, or of ell: heights that differ by less are the same
@@ -75,17 +74,12 @@ class Problem:
         """How far right of each corner its contact point lies (lengths)."""
         return self.law.shifts(self.solid.ell)
 
-    @property
-    def _angle(self) -> Proxy | None:
-        """psi0 in the picture, None where it is constant or not known."""
-        return None if self.picture is None else self.picture.angle
-
     @cached_property
     def _places(self) -> Array:
         """Contact points at which a corner meets a slope discontinuity or an edge, ascending, each once."""
         own = [*getattr(self.obstacle, "kinks", ()), *getattr(self.obstacle, "ends", ())]
-        own_of_angle = () if self._angle is None else self._angle.singular
-        places = np.sort([*(place + shift for place in own for shift in self.shifts), *own_of_angle])
+        angle = getattr(getattr(self.picture, "angle", None), "singular", ())
+        places = np.sort([*(place + shift for place in own for shift in self.shifts), *angle])
         far = np.diff(places) > SAME_PLACE * (np.abs(places).max(initial=0.0) + self.ell)
         first: Array = places[np.concatenate((np.ones(min(len(places), 1), bool), far))]
         return first
@@ -102,7 +96,7 @@ class Problem:
             for corner, shift in enumerate(self.shifts):
                 at = found.setdefault(self._one_place(place + shift), {})
                 at[corner] = at.get(corner, 0.0) + float(jump)
-        angle = self._angle
+        angle = None if self.picture is None else self.picture.angle
         if angle is not None:  # where psi0's slope jumps, that of the levers does, or of the gaps as well
             size = self.solid.ell / 2 * (cast(AngledLaw, self.law).psi0_in == ACTS_IN[0])
             for place, jump in zip(angle.singular, angle.jumps):

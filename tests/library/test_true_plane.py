@@ -1,5 +1,8 @@
 """What states of half-planes say is so: their readings, their estimates, and why a state is refused."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -140,6 +143,14 @@ def drawn(number):
     return mb.Contact(body, obstacle, law), float(solid.E_star * height * 10 ** rng.uniform(-1.3, 1.2))
 
 
+def moment(state, x):
+    """Of the corners' pressures at x, of a reaction as a polygon."""
+    if len(state.pressures) > 1:
+        levers = state.law.levers(x)
+        return state.solid.ell / 2 * sum(levers[name] * state.pressure_at(x, name) for name in levers)
+    return np.interp(x, state.x, state.micromoment)
+
+
 @pytest.mark.parametrize("number", range(8))
 def test_estimates_hold_for_what_is_read(number):
     """Against cells some thirty times finer: pressure, and micromoment over ell."""
@@ -149,7 +160,7 @@ def test_estimates_hold_for_what_is_read(number):
     finer = problem.with_(method=mb.Cells(nodes=max(2**14, 16 * len(state.x)))).solve(load=load)
     x = np.linspace(-period / 2, period / 2, 100001)[1:]
     total = finer.pressure_at(x)
-    moments = [one.solution.moment(x) / ell for one in (state, finer)]
+    moments = [moment(one, x) / ell for one in (state, finer)]
     error = max(difference(state.pressure_at(x), total), difference(total + np.subtract(*moments), total))
     assert error <= state.error_estimate <= 1e-2
 
@@ -186,3 +197,54 @@ def test_just_before_a_zone_is_born(load):
     assert len(state.zones["contact"]) == 2 + (load > 0.5598)
     exact, x = problem.solve(load=load, rtol=1e-7), np.linspace(-0.3, 0.3, 20001)
     assert difference(state.pressure_at(x), exact.pressure_at(x)) <= state.error_estimate + 1e-7
+
+
+def bumpy(x):
+    return np.asarray(x) ** 2 / 20 + 0.002 * np.cos(9 * np.asarray(x))
+
+
+USES = {  # what happens to a problem before it is asked again
+    "copied": copy.copy,
+    "copied deeply": copy.deepcopy,
+    "pickled": lambda problem: pickle.loads(pickle.dumps(problem)),
+    "solved by another method": lambda problem: problem.with_(method=OTHER).solve(load=0.4) and problem,
+    "asked for a path": lambda problem: problem.path(load=0.3).at(0.2) and problem,
+}
+OTHER = mb.Cells(nodes=128)
+CALM = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1))
+AGAIN = mb.HalfPlane(CALM.solid, period=1.0)
+ASKED = {  # body, obstacle, method, and the tolerances that are asked for
+    "panels": (CALM, mb.Cylinder(R=10), None, (1e-3, 1e-6)),
+    "rough panels": (CALM, bumpy, None, (1e-3,)),
+    "panels, second body": (CALM, mb.Deformable(CALM, mb.Cylinder(R=10)), None, (1e-3,)),
+    "cells": (CALM, bumpy, mb.Cells(), (2e-2, 5e-3)),
+    "cells of a number": (CALM, bumpy, mb.Cells(nodes=200, window=(-0.8, 0.8)), (None,)),
+    "period": (AGAIN, WAVE, None, (2e-2, 2e-3)),
+    "period of a number": (AGAIN, WAVE, mb.Cells(nodes=150), (None,)),
+    "period, second body": (AGAIN, mb.Deformable(AGAIN, WAVE), None, (2e-2, 5e-3)),
+}
+
+
+@pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock()])
+@pytest.mark.parametrize("name", ASKED)
+def test_what_was_asked_before_changes_no_answer(name, law):
+    """In shuffled order, after copies, pickles, paths and other methods, and from any state."""
+    body, obstacle, method, tolerances = ASKED[name]
+    rng = np.random.default_rng((SEED, 34, [*ASKED].index(name)))
+    questions = [{"load": load, "rtol": rtol} for load in (0.2, 0.8, 0.21) for rtol in tolerances]
+    fresh = [mb.Contact(body, obstacle, law, method).solve(**asked) for asked in questions]
+    follows = method is None and body is CALM and law == mb.Unilateral()  # paths of the others take long
+    uses = [use for name, use in USES.items() if follows or name != "asked for a path"]
+    uses = [use for use in uses if body is AGAIN or use is not USES["solved by another method"]]
+    problem, before = mb.Contact(body, obstacle, law, method), None
+    for number in rng.permutation([*range(len(questions))] * 2):
+        problem, asked, expected = uses[rng.integers(len(uses))](problem), questions[number], fresh[number]
+        state = problem.solve(**asked)
+        left, right = expected.zones["contact"][0]
+        x = left + (right - left) * (np.arange(2000) + 0.5) / 2000  # not at edges, where roots begin
+        assert difference(state.pressure_at(x), expected.pressure_at(x)) == 0
+        if before is not None:
+            state = problem.solve(**asked, initial=pickle.loads(pickle.dumps(before)))
+            error = difference(state.pressure_at(x), expected.pressure_at(x))
+            assert error <= state.error_estimate + expected.error_estimate  # each is as good as it says
+        before = state
