@@ -148,10 +148,12 @@ def at_most(value: float) -> str:
 def out_of_reach(
     rtol: float,
     best: float,
-    load: float | None = None,
-    approach: float | None = None,
+    why: str = "",
     besides: str = "",
     iterations: int = 0,
+    *,
+    load: float | None = None,
+    approach: float | None = None,
 ) -> NotConverged:
     """Returns the NotConverged of an rtol where the smallest error estimate is `best`, at a load or an
     approach: it advises an rtol that is met when it is asked for, if there is one below 1, and what `besides`
@@ -162,7 +164,7 @@ def out_of_reach(
     met = float(figure) if float(figure) < 1 else None
     advice = " or ".join([f"ask for rtol={figure}"] * (met is not None) + [besides] * bool(besides))
     return NotConverged(
-        f"rtol = {rtol:g} was not reached{where}, the smallest error estimate was {figure}"
+        f"rtol = {rtol:g} was not reached{where}{why}, the smallest error estimate was {figure}"
         + f"; {advice}" * bool(advice),
         reached=reached,
         rtol_reached=met,

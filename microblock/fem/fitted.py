@@ -242,7 +242,7 @@ class FittedSolver(MeshFitter):
         if best == math.inf:
             raise self._unsettled(load, zones, passes)
         raise out_of_reach(
-            rtol, best, load, besides="fix the discretisation, Fitted(order=...)", iterations=passes
+            rtol, best, load=load, besides="fix the discretisation, Fitted(order=...)", iterations=passes
         )
 
     @property

@@ -178,7 +178,7 @@ def refine_until(solver, load, approach, rtol, progress=False):
                 if best == math.inf:
                     raise
                 stopped = f"take another mesh: on the next one, {failure}"
-                raise out_of_reach(rtol, best, load, approach, stopped, passes) from failure
+                raise out_of_reach(rtol, best, "", stopped, passes, load=load, approach=approach) from failure
             bar.update()
             bar.set_postfix(estimate=f"{parts.total:.1e}", unknowns=found.unknowns)
             best = min(best, parts.total)
@@ -189,7 +189,7 @@ def refine_until(solver, load, approach, rtol, progress=False):
             triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
             solver = solver.on(triangles or _finer(found, parts, rtol))
     besides = f"raise the order of the body ({found.unknowns} unknowns)"
-    raise out_of_reach(rtol, best, load, approach, besides, passes)
+    raise out_of_reach(rtol, best, "", besides, passes, load=load, approach=approach)
 
 
 def marked(found, rtol):

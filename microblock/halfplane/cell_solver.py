@@ -241,7 +241,7 @@ class CellSolver(Solver):
         if state.error_estimate <= rtol:
             return state
         besides = f"take Panels() under a smooth obstacle: there were {len(state.x)} cells"
-        raise out_of_reach(rtol, state.error_estimate, load, approach, besides)
+        raise out_of_reach(rtol, state.error_estimate, besides=besides, load=load, approach=approach)
 
     def _with_window(self, load):
         """The solver on a window: its own, or all places where the obstacle could touch at the load."""

@@ -40,7 +40,7 @@ def by_cells(solver, found, load, rtol, failure):
     try:
         state = cells.upto(load, rtol if rtol >= OFFERED / 10 else OFFERED, sizes, max(4 * FIRST, least))
         if state.error_estimate > rtol:
-            raise out_of_reach(rtol, min(state.error_estimate, failure.rtol_reached or np.inf), load)
+            raise out_of_reach(rtol, min(state.error_estimate, failure.rtol_reached or np.inf), load=load)
     except MicroblockError as other:
         met = getattr(other, "rtol_reached", None) or failure.rtol_reached
         raise NotConverged(f"{failure}; uniform cells: {other}", reached=load, rtol_reached=met) from failure

@@ -158,7 +158,7 @@ class PanelSolver(Solver):
                 self._solved(load, looser, None, None)
             except NotConverged:
                 continue
-            return out_of_reach(rtol, looser, load)
+            return out_of_reach(rtol, looser, load=load)
         return failure
 
     def _solved(self, load, rtol, order, near, wider=1):

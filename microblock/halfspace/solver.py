@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.ndimage import label, minimum_filter
@@ -235,7 +235,7 @@ class SurfaceSolver(Solver):
 
     def _out_of_reach(self, picture: Picture, state: SurfaceState, goal: float) -> NotConverged:
         """Returns the error for a goal that no grid reaches."""
-        reached = at_least(state.error_estimate)
+        reached = at_least(cast(float, state.error_estimate))
         words = f"error {reached} instead of {goal:g} on {len(state.x1)} x {len(state.x1)} cells"
         places, (outside, hidden) = picture.separate(state.approach), self._touching(state, picture)
         if len(places) > 1:

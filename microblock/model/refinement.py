@@ -59,4 +59,4 @@ def refine(
                 return fine, estimate
             best = min(best, estimate)
         coarse = fine
-    raise out_of_reach(rtol, best, load, besides="fix the discretisation instead")
+    raise out_of_reach(rtol, best, load=load, besides="fix the discretisation instead")
