@@ -34,6 +34,10 @@ class MicroblockError(Exception):
     True
     """
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy, or what comes from another process, has the message, not what it was made of."""
+        return type(self).__new__, (type(self), *self.args), vars(self)
+
 
 class BadArgument(MicroblockError, ValueError):
     """An argument is outside its range; the message names it, its value and what is allowed.
@@ -133,6 +137,27 @@ class MissingExtra(MicroblockError, ImportError):
 
     def __init__(self, what: str, package: str, extra: str) -> None:
         super().__init__(f"{what} needs {package}: python -m pip install 'microblock[{extra}]'")
+
+
+class Named(dict[str, Any]):
+    """Values by the names that are known; another name raises BadArgument.
+
+    Parameters
+    ----------
+    what : str
+        What the names are of.
+    values : mapping
+    """
+
+    def __init__(self, what: str, values: Any) -> None:
+        super().__init__(values)
+        self.what = what
+
+    def __missing__(self, name: object) -> Any:
+        raise BadArgument(self.what, name, f"must be one of {', '.join(self)}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Named, (self.what, dict(self))
 
 
 def at_least(value: float, rounding: str = ROUND_CEILING) -> str:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, at_least, require_choice, require_numbers, require_pair
+from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair
 from .obstacles import Cylinder, gap, returned
 from .summary import Row, Shown, Summary, call, intervals, number, saved
 from .types import (
@@ -422,7 +422,7 @@ class State(Shown):
     @cached_property
     def pressures(self) -> dict[str, Array]:
         """Pressures of the corners at `x`, arrays (n,)."""
-        return dict(zip(self.law.corners, map(_to_read, self.solution.pressures)))
+        return Named("corner", zip(self.law.corners, map(_to_read, self.solution.pressures)))
 
     @cached_property
     def pressure(self) -> Array:
@@ -432,7 +432,7 @@ class State(Shown):
     @cached_property
     def zones(self) -> Zones:
         """Intervals of x1 by the name of the zone."""
-        period, found = self.solution.period, {}
+        period, found = self.solution.period, Named("zone", {})
         for name, pairs in self.solution.zones_by_name.items():
             own = [(float(left), float(right)) for left, right in pairs]
             found[name] = own if period is None else over_the_end(own, period)

@@ -129,9 +129,9 @@ def _cells(row: Row) -> tuple[str, str, str]:
 
 def saved(drawing: Any, path: Target, warnings: Iterable[str] = ()) -> Figure:
     """Returns a Figure, with what a state warns of above it, written to the path if there is one."""
-    above = drawing.get_suptitle()
     if warnings:
-        drawing.captioned("\n".join([above] * bool(above) + [f"Warning: {text}" for text in warnings]))
+        lines = [drawing.get_suptitle(), *(f"Warning: {text}" for text in warnings)]
+        drawing.captioned("\n".join(lines).strip())
     if path is not None:
         drawing.savefig(path)
     figure: Figure = drawing

@@ -1,6 +1,8 @@
 """What leaves the library says what is true: messages, tables, bars, and what objects say of themselves."""
 
+import copy
 import math
+import pickle
 import re
 from dataclasses import replace
 from html import escape
@@ -330,3 +332,27 @@ def test_figures_that_bound_an_argument_are_within_its_bounds():
     wave = mb.Wave(0.01, 1 / 3)
     period = advised(lambda: mb.Contact(mb.HalfPlane(SOLID, 0.5), wave, mb.Unilateral()))
     mb.Contact(mb.HalfPlane(SOLID, period), wave, mb.Unilateral())
+
+
+def test_unknown_names_are_refused_by_name():
+    state = PROBLEMS["cells"].solve(load=0.1)
+    for table, what in ((state.zones, "zone"), (state.pressures, "corner")):
+        with pytest.raises(mb.BadArgument, match="must be one of") as caught:
+            table["Z"]
+        assert caught.value.name == what and table.get("Z") is None and "Z" not in table
+        copied = pickle.loads(pickle.dumps(table))
+        assert copied.keys() == table.keys() == dict(table).keys()
+
+
+@pytest.mark.parametrize(
+    "failure",
+    [
+        mb.BadArgument("R", -1, "must be positive"),
+        mb.NotConverged("no luck", reached=0.2, rtol_reached=0.1, iterations=3),
+        mb.MissingExtra("explore()", "ipywidgets", "notebook"),
+    ],
+)
+def test_errors_come_back_from_other_processes(failure):
+    """Of BadArgument a raw TypeError came back: it was made anew of its message alone."""
+    for back in (pickle.loads(pickle.dumps(failure)), copy.copy(failure)):
+        assert type(back) is type(failure) and str(back) == str(failure) and vars(back) == vars(failure)
