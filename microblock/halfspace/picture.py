@@ -30,7 +30,7 @@ from ..model.types import AnyArray as Array
 Gaps: TypeAlias = Callable[[Array, Array], Array]  # initial gaps of corners at places: (corners, ...)
 
 NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares
-WIDEST = 1e15  # of ell: squares beyond it are not looked at
+WIDEST = 1e12  # of ell: squares beyond it are not looked at
 COARSE, FINE = 32, 320  # rows and columns of squares; of that about the contact
 NEAR = 8.0  # radii of the disc: its side
 BESIDE = 7  # squares about a given window, each twice as wide
@@ -191,10 +191,11 @@ class Picture:
             self.follow()
             self._bound(reach)
             away = np.abs(self.low(self.bound)[:, :2] - middle).max(initial=0.0)
+            if max(reach, np.hypot(*self.lowest[:2])) > WIDEST * self.ell:
+                falls = np.hypot(*(self.lowest[:2] - middle)) > self.radius
+                self._refuse(FALLS if falls else f"{RISES}: at a distance of {away:.2g} it could still touch")
             if reach > 8 * away:
                 break
-            if reach > WIDEST * self.ell:
-                self._refuse(f"{RISES}: at a distance of {away:.2g} it could still touch")
 
     def _refuse(self, what: str) -> None:
         raise BadArgument("obstacle", self.obstacle, f"must {what}; {BOUNDED}")
