@@ -30,13 +30,15 @@ from ..model.types import AnyArray as Array
 Gaps: TypeAlias = Callable[[Array, Array], Array]  # initial gaps of corners at places: (corners, ...)
 
 NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares
-WIDEST = 1e15  # of ell: squares beyond it are not looked at
+WIDEST = 1e12  # of ell: squares beyond it are not looked at
 COARSE, FINE = 32, 320  # rows and columns of squares; of that about the contact
 NEAR = 8.0  # radii of the disc: its side
+BESIDE = 7  # squares about a given window, each twice as wide
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
-STEPS = 60  # towards a valley, each half of the one before once nothing lower is beside it
+NARROW = 1e-5  # of the disc's radius, to which places of valleys are known
+STEPS = 90  # towards a valley, each a quarter of the one before once less is nearer
 EQUAL = 1e-6  # of the bound above the lowest place, by which others of the same height may differ
-SAME = 0.01  # of the disc's radius, between two valleys
+SAME = 0.25  # of the disc's radius, between two valleys
 
 RISES = "rise in every direction"
 FALLS = "have a lowest place: without one it falls without end"
@@ -57,6 +59,8 @@ class Picture:
         To be named in errors.
     window : optional
         Square with a `middle` and a `side`, in which a contact is looked for instead of everywhere.
+    repeats : bool
+        Whether it is a period, so that nothing else is beside it.
 
     Attributes
     ----------
@@ -78,14 +82,17 @@ class Picture:
         needed: tuple[float, float] | float,
         obstacle: object,
         window: Any = None,
+        repeats: bool = False,
     ) -> None:
         self.gaps, self.ell, self.needed, self.obstacle = gaps, ell, needed, obstacle
         self.samples = self.valleys = self._starts = np.empty((0, 3))
         self._lengths = np.empty(0)
-        self.bound, self.radius = np.inf, 0.0
+        self.bound, self.radius = np.inf, window.side / FINE if window else 0.0
         self._draw = np.random.default_rng(0)
         if window is not None:
             self.look(window.middle, window.side, FINE)
+            for times in 2.0 ** np.arange(1, 1 if repeats else BESIDE):
+                self.look(window.middle, times * window.side, COARSE)
             self.follow()
             if not len(self.samples):
                 raise BadArgument("obstacle", obstacle, "must have a finite height within the window")
@@ -108,18 +115,20 @@ class Picture:
             :, :2
         ]
 
-    def low(self, approach: float) -> Array:
-        """Returns the samples at which f is below an approach, array (m, 3)."""
-        found: Array = self.samples[self.samples[:, 2] < approach]
+    def low(self, approach: float, among: Array | None = None) -> Array:
+        """Returns the samples, or others, at which f is below an approach, array (m, 3)."""
+        samples = self.samples if among is None else among
+        found: Array = samples[samples[:, 2] < approach]
         return found
 
     def separate(self, approach: float) -> Array:
         """Returns the places of valleys below an approach that stand apart, array (k, 2)."""
-        return self._apart(self.valleys[self.valleys[:, 2] < approach, :2])
-
-    def _apart(self, places: Array) -> Array:
-        first = np.unique(np.rint(places / (SAME * self.radius)), axis=0, return_index=True)[1]
-        return places[first]
+        low, found = self.low(approach, self.valleys), []
+        low = low[np.argsort(low[:, 2]), :2]
+        while len(low):
+            found.append(low[0])
+            low = low[np.abs(low - low[0]).max(axis=1) > SAME * self.radius]
+        return np.array(found).reshape(-1, 2)
 
     def look(self, middle: Sequence[float] | Array, side: float, count: int) -> None:
         """Adds samples of a square in so many rows and columns."""
@@ -140,13 +149,16 @@ class Picture:
         """Follows lower samples of squares down to their valleys and adds these."""
         places, step, rows = self._starts, self._lengths, np.arange(len(self._starts))
         ways = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b])
-        for _ in range(STEPS if len(places) else 0):
+        ways = np.vstack((ways, ways / 4))  # which turn across a valley that falls along it
+        for _ in range(STEPS):
+            if not np.any(step > NARROW * self.radius):
+                break
             around = places[:, None, :2] + step[:, None, None] * ways
             f = self._least(around[..., 0], around[..., 1])
             best = rows, np.argmin(f, axis=1)
             lower = f[best] < places[:, 2]
             places = np.where(lower[:, None], np.column_stack((around[best], f[best])), places)
-            step = np.where(lower, step, step / 2)
+            step = np.where(lower & (best[1] < len(ways) // 2), step, step / 4)
         self.samples, self.valleys = (np.vstack((all, places)) for all in (self.samples, self.valleys))
         self._starts, self._lengths = self._starts[:0], self._lengths[:0]
 
@@ -170,8 +182,8 @@ class Picture:
         if side < 8 * np.hypot(*self.lowest[:2]):
             self._refuse(FALLS)
         self._bound(side)
-        away = reach = 0.0
-        while reach <= 4 * away:  # and again about what is lower still, farther while it could touch there
+        away = 0.0
+        while True:  # about what is lower still, and farther while it could touch there
             middle, reach = self.lowest[:2], FARTHEST * max(self.ell, self.radius, away)
             self.look(middle, NEAR * self.radius, FINE)
             for side in self.radius * 2.0 ** np.arange(1, np.ceil(np.log2(reach / self.radius))):
@@ -179,8 +191,11 @@ class Picture:
             self.follow()
             self._bound(reach)
             away = np.abs(self.low(self.bound)[:, :2] - middle).max(initial=0.0)
-            if reach > WIDEST * self.ell:
-                self._refuse(f"{RISES}: at a distance of {away:.2g} it could still touch")
+            if max(reach, np.hypot(*self.lowest[:2])) > WIDEST * self.ell:
+                falls = np.hypot(*(self.lowest[:2] - middle)) > self.radius
+                self._refuse(FALLS if falls else f"{RISES}: at a distance of {away:.2g} it could still touch")
+            if reach > 8 * away:
+                break
 
     def _refuse(self, what: str) -> None:
         raise BadArgument("obstacle", self.obstacle, f"must {what}; {BOUNDED}")
@@ -189,12 +204,11 @@ class Picture:
         """Looks about other valleys that could touch: each may have another beside it."""
         seen = self.lowest[None, :2]
         while len(seen) <= VALLEYS:
-            low = self.valleys[self.valleys[:, 2] < self.bound, :2]
-            away = np.abs(low[:, None] - seen).max(axis=2).min(axis=1)
-            new = low[away > SAME * self.radius]
+            low = self.separate(self.bound)
+            new = low[np.abs(low[:, None] - seen).max(axis=2).min(axis=1) > SAME * self.radius][:VALLEYS]
             if not len(new):
                 return
-            for place in self._apart(new)[:VALLEYS]:
+            for place in new:
                 apart = np.abs(place - seen[0]).max()
                 for side in self.radius * 2.0 ** np.arange(np.ceil(np.log2(4 * apart / self.radius) + 1)):
                     self.look(place, side, COARSE)

@@ -337,7 +337,7 @@ class SurfaceSolver(Solver):
             softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
             plain = load / (2 * joint_modulus(self.solid, second and second.solid))
             needed = plain, softer * plain
-        return Picture(self._gaps, self.solid.ell, needed, self.obstacle, window)
+        return Picture(self._gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
 
     def _gaps(self, x1: Array, x2: Array) -> Array:
         """Returns the initial gaps of all corners of blocks at places, array (corners, ...)."""
@@ -447,7 +447,8 @@ def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
     """Returns whether values, arrays (..., places), are the same on opposite edges of a period."""
     along, edge = period * np.linspace(-0.5, 0.5, PLACES), np.full(PLACES, period / 2)
     inside = values(np.repeat(along, PLACES), np.tile(along, PLACES))
-    most = FITS * np.ptp(inside[np.isfinite(inside)]) if np.isfinite(inside).any() else 0.0
+    finite = inside[np.isfinite(inside)]
+    most = FITS * np.ptp(finite) if finite.size else 0.0
     pairs = (values(edge, along), values(-edge, along)), (values(along, edge), values(along, -edge))
     return all(np.allclose(one, other, rtol=0, atol=most) for one, other in pairs)
 
