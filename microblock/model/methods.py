@@ -81,7 +81,8 @@ class Cells:
         Where the obstacle may touch (length); without it wherever it is low enough at the load. Not on a
         period.
     residual : float
-        Relative residual to which the contact problem is solved.
+        Relative residual to which the contact problem is solved; pressures are good to some ten times that,
+        which the error estimate counts.
 
     Raises
     ------

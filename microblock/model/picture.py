@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 BOUND = 2.0  # of what a classical half-plane would ask for
 SCALES = 1e-3, 1e5  # of ell, between which an obstacle is sampled
+REACH = 1e9  # of ell, as far as an obstacle has to rise
 PER_DECADE = 400  # places on either side; of an obstacle that is known as formulas KNOWN
 KNOWN = 24
 FAR = 100.0  # half-widths, at least
@@ -203,7 +204,7 @@ class Seen(Obstacle):
 
 def classical(problem: Problem, load: float, centre: float) -> tuple[float, float]:
     """Returns (half-width, rise): the obstacle rises by the approach of a classical parabolic contact."""
-    half = problem.solid.ell * np.geomspace(1e-9, 1e9, 721)
+    half = problem.solid.ell * np.geomspace(1 / REACH, REACH, 721)
     around = centre + np.outer((-1.0, 0.0, 1.0), half).ravel()
     above = np.minimum(heights(problem.obstacle, around), 1e300).reshape(3, -1)
     rises = np.ptp(above, axis=0)
@@ -211,7 +212,9 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
     enough = np.flatnonzero(rises >= rise)
     if not len(enough):
         raise BadArgument(
-            "obstacle", problem.obstacle, f"does not rise enough to carry the load {load:g}: {BOUNDED}"
+            "obstacle",
+            problem.obstacle,
+            f"does not rise enough to carry the load {load:g} within {half[-1]:.1g}: {BOUNDED}",
         )
     n = enough[0]
     return float(np.interp(rise, rises[n - 1 : n + 1], half[n - 1 : n + 1]) if n else half[0]), rise

@@ -78,6 +78,7 @@ class Problem:
     def _places(self) -> Array:
         """Contact points at which a corner meets a slope discontinuity or an edge, ascending, each once."""
         own = [*getattr(self.obstacle, "kinks", ()), *getattr(self.obstacle, "ends", ())]
+        own += getattr(self.picture, "tips", ())
         angle = getattr(getattr(self.picture, "angle", None), "singular", ())
         places = np.sort([*(place + shift for place in own for shift in self.shifts), *angle])
         far = np.diff(places) > SAME_PLACE * (np.abs(places).max(initial=0.0) + self.ell)
