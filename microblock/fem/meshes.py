@@ -39,6 +39,8 @@ CORNERS = {
     ng.PYRAMID: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)],  # its tip is singular
     ng.HEX: [(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)],
 }
+LOCKS = 0.02  # see `locking`: 0.01 to 0.04 were seen
+LOCKED = 0.05
 FIRST = 0.4  # of the reach: within it of a tip the orders begin to fall
 
 
@@ -53,6 +55,31 @@ def longest_element(solid, order):
     if solid.beta == 0:
         return math.inf
     return solid.ell / math.sqrt(solid.eta) if order == 1 else HELD * order**POWER * solid.layer_length
+
+
+def locking(solid, order, depth, half_width):
+    """What is wrong, in a list of sentences, where elements of this order, `depth` deep below a contact of
+    this half-width, are too stiff for a nearly incompressible solid.
+
+    What they miss of fields without change of volume costs energy like lambda (depth/half_width)^(2 order),
+    beside mu. LOCKS times that were approaches off at order 1, largest pressures at orders 2 and 3, within
+    a factor of 3, on triangles, quadrilaterals, tetrahedra and hexahedra.
+    """
+    off = LOCKS * solid.lam / solid.mu * min(depth / half_width, 1.0) ** (2 * order)
+    if off < LOCKED:
+        return []
+    return [
+        f"elements of order {order} lock where nu = {solid.nu:.4g}: approach and pressures are off by about "
+        f"{min(off, 1.0):.0%}; take order {max(3, order + 1)}, or smaller elements"
+    ]
+
+
+def locking_below(body, region, zones):
+    """The same of the deepest elements below contact zones, intervals of x1, of a body in the plane."""
+    ends = np.array([[body.mesh[end].point[0] for end in facet.vertices] for facet in region.Elements()])
+    below = np.any([(ends.min(1) < right) & (left < ends.max(1)) for left, right in zones], axis=0)
+    depth = thicknesses(body.mesh, region)[1][below].max(initial=0.0)
+    return locking(body.solid, body.order, depth, max((right - left) / 2 for left, right in zones))
 
 
 def thicknesses(mesh, region):
