@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import NamedTuple
 
 import ngsolve as ng
@@ -16,10 +15,11 @@ from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
-from .meshes import Travelling, bonus_orders, require_sound
+from .meshes import Travelling, body_anew, require_sound
 
 USUAL_CONTACT = "contact"  # the name of the contact boundary
 FIELDS = ("u1", "u2", "psi")
+CURVED = 4  # more integration orders, with which energies of curved elements of order 1 err by 4e-9
 GIVEN = 4  # more integration orders than a field has, for loads, which are functions of the user
 SINGULAR = 1e-8  # relative residual of a direct solve beyond which the matrix counts as singular
 # of the constant 1, from which on a coefficient is that of a vertex and not the rounding of an edge's
@@ -132,7 +132,7 @@ class Body(Shown):
 
     def __reduce__(self):
         """A copy, or what comes out of a file, is made anew: NGSolve loses orders of single elements."""
-        return _arrived, (self._made_of | {"mesh": Travelling(self.mesh)},)
+        return body_anew, (type(self), self._made_of | {"mesh": Travelling(self.mesh)})
 
     @property
     def _made_of(self):
@@ -339,14 +339,17 @@ class Body(Shown):
             potential -= micromoment * psi * ng.ds(definedon=self.boundary(boundary), **more)
         return potential
 
-    @cached_property
+    @property
     def bonus(self):
-        """Orders of integration beyond NGSolve's, of forms as of what is made of their solutions."""
-        return bonus_orders(self.mesh)
+        """Integration orders beyond NGSolve's, of forms as of what is made of their solutions: on curved
+        elements the energy is no polynomial. On quadrilaterals that are no parallelograms NGSolve's rule is a
+        part of the discretisation.
+        """
+        return CURVED if self.mesh.GetCurveOrder() > 1 else 0
 
     @property
     def dx(self):
-        """The integral over the body in forms: exact for the energy where elements are affine."""
+        """The integral over the body, in forms."""
         return ng.dx(bonus_intorder=self.bonus)
 
     def integrated(self, density, **options):
@@ -586,11 +589,6 @@ def solve_linear(matrix, freedofs, rhs, what):
 def _made_anew(arguments):
     """The Body of these arguments, by name."""
     return Body(**arguments)
-
-
-def _arrived(arguments):
-    """The same of a copy, or of what comes out of a file."""
-    return _made_anew(arguments | {"mesh": arguments["mesh"].mesh})
 
 
 def _fields_anew(body, values, forces, mirrored):

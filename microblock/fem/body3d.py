@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import NamedTuple
 
 import ngsolve as ng
@@ -16,9 +15,9 @@ from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
 from . import energy3d
-from .body import GIVEN, USUAL_CONTACT, dofs_by_element, region
+from .body import CURVED, GIVEN, USUAL_CONTACT, dofs_by_element, region
 from .bulk import UNSOLVED
-from .meshes import Travelling, bonus_orders, require_sound
+from .meshes import Travelling, body_anew, require_sound
 
 FIELDS = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
 PARTS = "xyz"  # what NGSolve calls the components of a vector space
@@ -119,7 +118,7 @@ class Body3D(Shown):
 
     def __reduce__(self):
         """A copy, or what comes out of a file, is made anew."""
-        return _arrived, (self._made_of | {"mesh": Travelling(self.mesh)},)
+        return body_anew, (type(self), self._made_of | {"mesh": Travelling(self.mesh)})
 
     @property
     def _made_of(self):
@@ -170,10 +169,13 @@ class Body3D(Shown):
         first = FIELDS.index(field) * self.width
         return range(first, first + self.width)
 
-    @cached_property
+    @property
     def bonus(self):
-        """Orders of integration beyond NGSolve's, of forms as of what is made of their solutions."""
-        return bonus_orders(self.mesh)
+        """Integration orders beyond NGSolve's, of forms as of what is made of their solutions: on curved
+        elements the energy is no polynomial. On quadrilaterals that are no parallelograms NGSolve's rule is a
+        part of the discretisation.
+        """
+        return CURVED if self.mesh.GetCurveOrder() > 1 else 0
 
     def bulk(self, **options):
         """The bilinear form of the second variation of (10), assembled."""
@@ -317,11 +319,6 @@ def rigid_motions(body):
 def _made_anew(arguments):
     """The Body3D of these arguments, by name."""
     return Body3D(**arguments)
-
-
-def _arrived(arguments):
-    """The same of a copy, or of what comes out of a file."""
-    return _made_anew(arguments | {"mesh": arguments["mesh"].mesh})
 
 
 def _fields_anew(body, values, forces):

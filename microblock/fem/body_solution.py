@@ -62,7 +62,11 @@ class BodySolution(BelowOnMesh, NodalSolution):
 
         All of it on a mesh that was prescribed alone: an estimate speaks for itself.
         """
-        coarse = [] if self.error_estimate is not None else self._unresolved() + self._missed
+        coarse = (
+            []
+            if self.error_estimate is not None
+            else self._unresolved() + self.locking(self.nodes) + self._missed
+        )
         return self._far_inside() + self.few_nodes("ask for rtol=") + coarse
 
     def _far_inside(self):

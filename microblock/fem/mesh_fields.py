@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..errors import BadArgument
+from . import meshes
 
 CUTS = 4  # of each side of an element
 OVERLAP = 0.01  # of the displacement: where pressures of a penalty miss some per cent
@@ -14,6 +15,12 @@ class BelowOnMesh:
     """
 
     mirrored = False
+
+    def locking(self, nodes):
+        """What is wrong, in a list of sentences, where elements below these contact nodes lock."""
+        zones = self.zones_by_name["contact"]
+        known = self.error_estimate is not None or not zones or not self.has_edges
+        return [] if known else meshes.locking_below(nodes.body, nodes.region, zones)
 
     def overlap(self):
         """What is wrong, in a list of sentences, where a penalty lets corners far into the obstacle."""

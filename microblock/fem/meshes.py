@@ -39,12 +39,8 @@ CORNERS = {
     ng.PYRAMID: [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)],  # its tip is singular
     ng.HEX: [(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)],
 }
-# points inside of all kinds of elements, at which the Jacobian matrix of one that is not affine differs
-INSIDE = [(0.1, 0.1, 0.1), (0.5, 0.2, 0.1), (0.2, 0.4, 0.2), (0.1, 0.2, 0.6)]
-AFFINE = 1e-6  # of the Jacobian matrix: rounding of small elements far from the origin makes up to 1e-8
-CURVED = (
-    4  # more integration orders: from 0.3 of an element's side that a corner is off, energies err by 6e-8
-)
+LOCKS = 0.02  # see `locking`: 0.01 to 0.04 were seen
+LOCKED = 0.05
 FIRST = 0.4  # of the reach: within it of a tip the orders begin to fall
 
 
@@ -59,6 +55,31 @@ def longest_element(solid, order):
     if solid.beta == 0:
         return math.inf
     return solid.ell / math.sqrt(solid.eta) if order == 1 else HELD * order**POWER * solid.layer_length
+
+
+def locking(solid, order, depth, half_width):
+    """What is wrong, in a list of sentences, where elements of this order, `depth` deep below a contact of
+    this half-width, are too stiff for a nearly incompressible solid.
+
+    What they miss of fields without change of volume costs energy like lambda (depth/half_width)^(2 order),
+    beside mu. LOCKS times that were approaches off at order 1, largest pressures at orders 2 and 3, within
+    a factor of 3, on triangles, quadrilaterals, tetrahedra and hexahedra.
+    """
+    off = LOCKS * solid.lam / solid.mu * min(depth / half_width, 1.0) ** (2 * order)
+    if off < LOCKED:
+        return []
+    return [
+        f"elements of order {order} lock where nu = {solid.nu:.4g}: approach and pressures are off by about "
+        f"{min(off, 1.0):.0%}; take order {max(3, order + 1)}, or smaller elements"
+    ]
+
+
+def locking_below(body, region, zones):
+    """The same of the deepest elements below contact zones, intervals of x1, of a body in the plane."""
+    ends = np.array([[body.mesh[end].point[0] for end in facet.vertices] for facet in region.Elements()])
+    below = np.any([(ends.min(1) < right) & (left < ends.max(1)) for left, right in zones], axis=0)
+    depth = thicknesses(body.mesh, region)[1][below].max(initial=0.0)
+    return locking(body.solid, body.order, depth, max((right - left) / 2 for left, right in zones))
 
 
 def thicknesses(mesh, region):
@@ -80,32 +101,25 @@ def thicknesses(mesh, region):
     return np.array(numbers), np.array(found)
 
 
-def bonus_orders(mesh):
-    """Integration orders beyond NGSolve's that quadratic functions of the fields take: 0 where elements are
-    affine; in others, curved ones and quadrilaterals that are no parallelograms, these are no polynomials.
-    """
-    rule = ng.IntegrationRule(INSIDE, [0.0] * len(INSIDE))
-    slopes = np.asarray(
-        ng.specialcf.JacobianMatrix(mesh.dim)(mesh.MapToAllElements(dict.fromkeys(CORNERS, rule), ng.VOL))
-    ).reshape(mesh.ne, len(INSIDE), -1)
-    varying = np.ptp(slopes, axis=1).max(axis=1) > AFFINE * np.abs(slopes).max(axis=(1, 2))
-    return CURVED if varying.any() else 0
-
-
+@dataclass
 class Travelling:
     """A mesh as it goes into copies and files: NGSolve mixes up the curves of a refined mesh there, which are
     made anew.
     """
 
-    def __init__(self, mesh):
-        self.mesh = mesh
+    mesh: ng.Mesh
 
     def __reduce__(self):
-        return _arrived, (self.mesh, self.mesh.GetCurveOrder())
+        return _curved_anew, (self.mesh, self.mesh.GetCurveOrder())
 
 
-def _arrived(mesh, curved):
-    return Travelling(mesh.Curve(curved) if curved > 1 else mesh)
+def _curved_anew(mesh, order):
+    return Travelling(mesh.Curve(order) if order > 1 else mesh)
+
+
+def body_anew(kind, arguments):
+    """A body of this class in a copy, or out of a file: its arguments by name, the mesh as `Travelling`."""
+    return kind(**arguments | {"mesh": arguments["mesh"].mesh})
 
 
 def require_sound(mesh, dims=(1, 2)):

@@ -122,7 +122,11 @@ class NewtonSolution(BelowOnMesh, AtNodes):
         return float(self.fields.energy())
 
     def remarks(self):
-        return self.overlap() + (self.few_nodes("take smaller elements") if self.has_edges else [])
+        return (
+            self.overlap()
+            + self.locking(self._facets)
+            + (self.few_nodes("take smaller elements") if self.has_edges else [])
+        )
 
     def interpolated(self, values, x):
         if self.has_edges:

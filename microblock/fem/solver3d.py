@@ -14,7 +14,7 @@ from .condensed3d import condensed3d
 from .state3d import State3D
 
 RESIDUAL = 1e-9  # relative, of the contact conditions
-TOUCHING = 1e-6  # of the range of the displacement, by which an obstacle lies in a node that cannot move
+TOUCHING = 1e-6  # of the largest displacement, by which an obstacle lies in a node that cannot move
 
 
 class Solver3D(Solver):
@@ -48,7 +48,7 @@ class Solver3D(Solver):
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
         surface = H.surface(H.loads(found.forces))
-        size = np.ptp(surface[0])
+        size = np.abs(surface[0]).max()
         closed = found.gaps <= 2 * max(found.kkt, RESIDUAL) * size
         forces = self.of_least_norm(found.forces, closed)
         loads = H.loads(forces)
@@ -120,7 +120,7 @@ class Solver3D(Solver):
         """BadArgument where the obstacle lies in nodes whose displacement supports hold."""
         held = ~self.nodes.free["u3"]
         gaps = (self.initial_gaps + added)[:, held] - state.approach
-        if gaps.size and gaps.min() < -TOUCHING * np.ptp(state.displacement):
+        if gaps.size and gaps.min() < -TOUCHING * np.abs(state.displacement).max():
             raise BadArgument(
                 "obstacle",
                 self.obstacle,

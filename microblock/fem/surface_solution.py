@@ -84,7 +84,11 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         return self.body.body.order
 
     def remarks(self):
-        return self.overlap() + self.few_nodes("take a smaller h, or Fitted() with rtol=")
+        return (
+            self.overlap()
+            + self.locking(self.body)
+            + self.few_nodes("take a smaller h, or Fitted() with rtol=")
+        )
 
     @cached_property
     def displacement(self):
