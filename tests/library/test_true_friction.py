@@ -1,5 +1,8 @@
 """Histories with friction say what is true: estimates, residuals, advice, and the method that was taken."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -9,6 +12,7 @@ from microblock.corners.friction import FrictionalContact, FrictionPath
 from microblock.errors import at_least, out_of_reach
 from microblock.fem import meshes
 from microblock.halfplane.friction_solver import FrictionSolver
+from tests.judges import SEED
 
 
 def test_figures_of_messages_are_not_below_what_they_stand_for():
@@ -200,3 +204,101 @@ def test_shares_of_corners_in_the_shear_are_in_the_estimate(alpha, seen):
     assert max(state.error_estimate for state in again) == caught.value.reached
     rigid = half_plane(mb.Microblock(friction=F), alpha=alpha).history(pairs, rtol=0.2).states
     assert all(state.error_parts.shares == 0 for state in rigid)
+
+
+def drawn(number, moduli=1.0, length=1.0, shift=0.0, sign=1):
+    """(Contact, pairs) of a seed, in other units, at another place (half-widths), or mirrored."""
+    draw = np.random.default_rng((SEED, 19, number))
+    alpha, f, nu = np.exp(draw.uniform(-2.5, 0)), draw.uniform(0.1, 0.6), draw.uniform(0, 0.4)
+    law = (mb.Microblock, mb.Microclamped, mb.Unilateral)[number % 3](friction=f)
+    flat, steep = draw.uniform(0.2, 1.0, 2)
+
+    def height(x):
+        own = sign * (np.asarray(x, float) / length - shift)
+        return length * np.where(own > 0, flat, steep) * own**2
+
+    body = mb.HalfPlane(mb.Cosserat(moduli * (1 - nu**2), nu, alpha * length, beta=draw.uniform(0.2, 1.8)))
+    obstacle = (
+        height if number % 2 else mb.Deformable(body.of(mb.Cosserat(moduli, 0.2, length, beta=1.0)), height)
+    )
+    if number % 3 == 0:
+        obstacle = height  # shares of corners have an estimate that hides what is asked here
+    loads, shares = 0.4 * draw.uniform(0.7, 1.0, 3), np.append(0, draw.uniform(-0.9, 0.9, 2))
+    pairs = [(P * moduli * length, sign * s * f * P * moduli * length) for P, s in zip(loads, shares)]
+    return mb.Contact(body, obstacle, law), pairs
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_units_places_and_mirrors_change_nothing(number):
+    problem, pairs = drawn(number)
+    states = problem.history(pairs, rtol=0.1).states
+    for change, cells in (
+        ({"moduli": 1e9, "length": 1e-6}, True),
+        ({"shift": 1e3}, False),  # cells and their edges are others
+        ({"sign": -1}, False),
+    ):
+        other, own = drawn(number, **change)
+        moduli, length, shift, sign = ({"moduli": 1, "length": 1, "shift": 0, "sign": 1} | change).values()
+        for one, another in zip(states, other.history(own, rtol=0.1).states):
+            x = sign * (another.x / length - shift)
+            order = np.argsort(x)
+            p, q = (
+                np.interp(one.x, x[order], values[order] / moduli, 0, 0)
+                for values in (another.pressure, sign * another.shear_traction)
+            )
+            size = np.sqrt(one.weights @ one.pressure**2)
+            apart = max(
+                np.sqrt(one.weights @ (p - one.pressure) ** 2),
+                np.sqrt(one.weights @ (q - one.shear_traction) ** 2) / problem.law.friction,
+            )
+            # the kernel's table between its points, or what both say of themselves
+            assert apart < size * (1e-6 if cells else one.error_estimate + another.error_estimate)
+            dissipated = another.dissipation / moduli / length**2
+            assert dissipated == pytest.approx(one.dissipation, rel=1e-4 if cells else 0.1, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", [None, mb.Newton()], ids=["condensed", "newton"])
+def test_units_and_mirrors_change_nothing_on_meshes(method):
+    def states(moduli, length, sign):
+        chosen = mb.Uniform(h=0.1 * length, order=1, reach=0.6 * length, newton=method)
+        own = mb.Cosserat(E=moduli, nu=0.3, ell=0.25 * length, beta=1)
+        problem = mb.Contact(
+            mb.Block(own, 2.0 * length), mb.Cylinder(length), mb.Microblock(friction=F), chosen
+        )
+        size = moduli * length
+        return problem.history([(P * size, sign * Q * size) for P, Q in SMALL]).states
+
+    plain = states(1.0, 1.0, 1)
+    for moduli, length, sign in ((1e9, 1e-6, 1), (1.0, 1.0, -1)):
+        for one, other in zip(plain, states(moduli, length, sign)):
+            for name in ("pressure", "shear_traction"):
+                factor = sign if name == "shear_traction" else 1
+                np.testing.assert_allclose(
+                    factor * getattr(other, name)[::sign] / moduli, getattr(one, name), atol=1e-9
+                )
+
+
+@pytest.mark.parametrize(
+    "make, rtol",
+    [
+        (lambda: half_plane(mb.Microblock(friction=F)), 0.1),
+        (lambda: half_plane(mb.Unilateral(friction=F), True), 1e-3),
+        (lambda: on_block(None), None),
+        (lambda: on_block(mb.Newton()), None),
+    ],
+    ids=["cells", "panels", "condensed", "newton"],
+)
+def test_what_was_asked_before_changes_nothing(make, rtol):
+    """Shuffled, after copies, pickles and other questions, to rounding."""
+    size = 1.0 if rtol else 1 / 9
+    asked = [[(size * P * share, size * Q * share) for P, Q in PAIRS[:2]] for share in (1.0, 0.6, 0.9)]
+    fresh = [make().history(pairs, rtol=rtol).states for pairs in asked]
+    one, draw = make(), np.random.default_rng((SEED, 20))
+    for number in draw.permutation(np.repeat(np.arange(3), 2)):
+        one = draw.choice([lambda own: own, copy.deepcopy, lambda own: pickle.loads(pickle.dumps(own))])(one)
+        one.with_(law=mb.Unilateral()).solve(load=size * P * draw.uniform(0.5, 1.5))
+        for state, other in zip(one.history(asked[number], rtol=rtol).states, fresh[number]):
+            for name in ("x", "pressure", "shear_traction", "slip", "psi", "micromoment"):
+                value = getattr(other, name)
+                np.testing.assert_allclose(getattr(state, name), value, atol=1e-11 * np.abs(value).max())
+            assert (state.error_estimate, state.method) == (other.error_estimate, other.method)
