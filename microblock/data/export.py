@@ -211,12 +211,12 @@ def to_vtk(
     >>> meshio.read(body).point_data["stress"].shape
     (20, 4)
     """
+    if not isinstance(state, History) and not _is_state(state):
+        raise BadArgument("state", state, "must be a state, or a history of states")
     require_place(path, endings=("vtu",))
     path = str(path).removesuffix(".vtu")
     if isinstance(state, History):
         return _write_series(state.states, path, x1, x2)
-    if not _is_state(state):
-        raise BadArgument("state", state, "must be a state, or a history of states")
     surface, body = (Path(f"{path}_{part}.vtu") for part in ("surface", "body"))
     fields = getattr(state if not isinstance(state, State) else state.solution, "fields", None)
     on_grid = fields is not None and not hasattr(fields, "body")
