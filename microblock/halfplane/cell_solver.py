@@ -15,7 +15,7 @@ from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
 from ..model.solver import Solver
 from ..model.state import Solution
-from ..model.zones import contact_zones, distance, distance_to_ends, runs
+from ..model.zones import contact_zones, distance_to_ends, runs
 from .cells import CellGrid
 from .counter import require_same_period
 from .friction_solver import FrictionSolver
@@ -34,7 +34,6 @@ PLACES = 257  # on a period, at which its range is taken
 # ratio of successive changes from grid to grid, in the mean of so many: 2 is expected, with a logarithm or an
 # end of the obstacle 1.41
 SLOWEST, FASTEST, LUCK = 1.4, 1.75, 4
-TINY = 1e-300
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -123,12 +122,15 @@ class CellSolution(Solution):
         slope = np.where((here > 0) & (there > 0), there - here, 0.0)
         return np.where(inside, here + np.abs(along - cell) * slope, 0.0)
 
-    def moment(self, x):
-        """Micromoment at x, array (n,): of the corners' pressures there, of a reaction a polygon."""
-        if len(self.pressures) == 1:
-            return _polygon(_folded(x, self.period), self.x, self.micromoment, self.period)
-        own = [self.pressure(corner, x) for corner in range(len(self.pressures))]
-        return self.problem.ell / 2 * np.sum(self.problem.levers(x) * own, axis=0)
+    def pressure_and_moment(self, x):
+        """Total pressure and micromoment over ell at x, array (2, n): of the corners' pressures there, of a
+        reaction a polygon.
+        """
+        own = np.array([self.pressure(corner, x) for corner in range(len(self.pressures))])
+        if len(own) > 1:
+            return np.array((own.sum(axis=0), (self.problem.levers(x) * own).sum(axis=0) / 2))
+        reaction = _polygon(_folded(x, self.period), self.x, self.micromoment, self.period)
+        return np.array((own[0], reaction / self.problem.ell))
 
     def gap(self, corner, x):
         """Gap of a corner at x, array (n,): displacement and rotation as polygons through the cells' centres.
@@ -286,10 +288,9 @@ class CellSolver(Solver):
         total = None if sizes[-1] == MOST else int(sum(sizes))
         with tqdm(total=total, unit=" cells", unit_scale=True, disable=not progress) as bar:
             for size in map(int, sizes):
-                coarse = max(residual, min(COARSE_RESIDUAL / size, ENOUGH * rtol))
-                enough = residual if size == sizes[-1] else coarse
+                coarse = 0.0 if size == sizes[-1] else min(COARSE_RESIDUAL / size, ENOUGH * rtol)
                 try:
-                    finer = self._solve(size, load, approach, state or start, enough)
+                    finer = self._solve(size, load, approach, state or start, max(residual, coarse))
                 except BadArgument:  # an approach above the mean height that so few cells see
                     if size == sizes[-1] or size > COARSEST:
                         raise
@@ -373,16 +374,14 @@ class CellSolver(Solver):
 
 def difference(finer, coarser, ends):
     """max(|dp|, |dM|/ell)/|p| in L2 of what two states say at all x, with the weight `ends` of places."""
-    points, weights = gauss_rule(2)  # exact for squares of polygons that break at centres and ends of cells
-    half = finer.weights[0] / 2
-    x = (finer.x[:, None] + half * np.concatenate((points - 1, points))).ravel()
-    weights = np.tile(half * weights, 2 * len(finer.x)) * ends(x)
-
-    def total(state):
-        return sum(state.pressure(corner, x) for corner in range(len(state.pressures)))
-
-    moment = (finer.moment(x) - coarser.moment(x)) / finer.problem.ell
-    return distance(weights, total(finer) - total(coarser), moment, total(finer))
+    points, _ = gauss_rule(2)  # exact for squares of polygons that break at centres and ends of cells
+    size, change = 0.0, 0.0
+    for offset in np.concatenate((points - 1, points)):
+        x = finer.x + finer.weights[0] / 2 * offset
+        fine = finer.pressure_and_moment(x)
+        size += ends(x) @ fine[0] ** 2
+        change = change + (fine - coarser.pressure_and_moment(x)) ** 2 @ ends(x)
+    return float(np.sqrt(change.max() / size)) if size else 0.0
 
 
 def _estimate(changes, residual):
@@ -395,7 +394,7 @@ def _estimate(changes, residual):
     if not changes:
         return None
     own = changes[-LUCK:]
-    ratio = (own[0] / max(own[-1], TINY)) ** (1 / max(len(own) - 1, 1))
+    ratio = (own[0] / max(own[-1], np.finfo(float).tiny)) ** (1 / max(len(own) - 1, 1))
     ratio = float(np.clip(ratio, SLOWEST, FASTEST))
     last = max(change / ratio**back for back, change in enumerate(own[:-3:-1]))
     return last / (ratio - 1) + PER_RESIDUAL * residual

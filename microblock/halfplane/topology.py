@@ -182,7 +182,7 @@ def crossed(problem, zones, edges):
     Returns None where they are edges of two zones of one corner, or nothing would be left.
     """
     (left, right), middle = edges, sum(edges) / 2
-    gone = {edges, (-right, -left) if problem.mirror else edges}
+    gone = (edges, (-right, -left)) if problem.mirror else (edges,)
     rest = {corner: tuple(pair for pair in pairs if pair not in gone) for corner, pairs in zones.items()}
     if rest != zones and any(rest.values()):
         return rest

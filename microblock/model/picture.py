@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 BOUND = 2.0  # of what a classical half-plane would ask for
 SCALES = 1e-3, 1e5  # of ell, between which an obstacle is sampled
-REACH = 1e9  # of ell, as far as an obstacle has to rise
 PER_DECADE = 400  # places on either side; of an obstacle that is known as formulas KNOWN
 KNOWN = 24
 FAR = 100.0  # half-widths, at least
@@ -204,7 +203,7 @@ class Seen(Obstacle):
 
 def classical(problem: Problem, load: float, centre: float) -> tuple[float, float]:
     """Returns (half-width, rise): the obstacle rises by the approach of a classical parabolic contact."""
-    half = problem.solid.ell * np.geomspace(1 / REACH, REACH, 721)
+    half = problem.solid.ell * np.geomspace(1e-9, 1e9, 721)
     around = centre + np.outer((-1.0, 0.0, 1.0), half).ravel()
     above = np.minimum(heights(problem.obstacle, around), 1e300).reshape(3, -1)
     rises = np.ptp(above, axis=0)

@@ -82,8 +82,7 @@ class Problem:
         angle = getattr(getattr(self.picture, "angle", None), "singular", ())
         places = np.sort([*(place + shift for place in own for shift in self.shifts), *angle])
         far = np.diff(places) > SAME_PLACE * (np.abs(places).max(initial=0.0) + self.ell)
-        first: Array = places[np.concatenate((np.ones(min(len(places), 1), bool), far))]
-        return first
+        return np.concatenate((places[:1], places[1:][far]))
 
     def _one_place(self, place: float) -> float:
         """Returns the first of the contact points that rounding alone keeps apart from a place."""
