@@ -184,7 +184,7 @@ class Picture:
         self._bound(side)
         away = 0.0
         while True:  # about what is lower still, and farther while it could touch there
-            middle, reach = self.lowest[:2], FARTHEST * max(self.ell, self.radius, away)
+            (*middle, least), reach = self.lowest, FARTHEST * max(self.ell, self.radius, away)
             self.look(middle, NEAR * self.radius, FINE)
             for side in self.radius * 2.0 ** np.arange(1, np.ceil(np.log2(reach / self.radius))):
                 self.look(middle, side, COARSE)
@@ -192,7 +192,7 @@ class Picture:
             self._bound(reach)
             away = np.abs(self.low(self.bound)[:, :2] - middle).max(initial=0.0)
             if max(reach, np.hypot(*self.lowest[:2])) > WIDEST * self.ell:
-                falls = np.hypot(*(self.lowest[:2] - middle)) > self.radius
+                falls = least - self.lowest[2] > EQUAL * (self.bound - least)
                 self._refuse(FALLS if falls else f"{RISES}: at a distance of {away:.2g} it could still touch")
             if reach > 8 * away:
                 break

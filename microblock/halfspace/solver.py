@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import label, minimum_filter
@@ -53,11 +53,10 @@ LOOKED = 256  # low places outside of the window at which gaps are computed
 OVERLAP = 1e-6  # of the approach: a gap that is more negative is a contact
 TIP = 0.05  # of the approach: what a place may be lower than the cells about it
 SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
-USUAL, FASTEST = 1.6, 2.5  # ratio of successive changes from grid to grid
+USUAL, FASTEST = 1.4, 2.5  # ratio of successive changes from grid to grid
 BLIND = 4.0  # the same at most, while contacts have few cells
 FITS = 1e-6  # of their range, heights and psi0 at both ends of a period may differ; so may periods
 PLACES = 65  # on an edge of a period, at which they are compared
-ROUNDING = 1e-12  # of the range of the displacement
 SHORTEST = 1e4  # over ell, a wavenumber of which only the short waves' stiffness is felt
 NO_WINDOW = (
     "no window holds the contact after {} tries, the last of side {:g}; give Cells(window=(left, right))"
@@ -199,18 +198,11 @@ class SurfaceSolver(Solver):
         before, changes = None, list[float]()
         with tqdm(total=len(sizes), unit=" grids", disable=not progress) as bar:
             for count in sizes:
-                last, residual = count == sizes[-1], COARSE_RESIDUAL / count
+                least = self.options.residual if count == sizes[-1] else 1.0
+                residual = min(COARSE_RESIDUAL / count, least)
                 grid = Grid(count, window.side / count, window.middle)
-                before, state = (
-                    state,
-                    self._solved(
-                        grid,
-                        load,
-                        approach,
-                        min(self.options.residual, residual) if last else residual,
-                        _start(state, near, grid),
-                    ),
-                )
+                start = _start(state, near, grid)
+                before, state = state, self._solved(grid, load, approach, residual, start)
                 bar.update()
                 if before is None or before.width != 2 * state.width:
                     continue
@@ -221,13 +213,9 @@ class SurfaceSolver(Solver):
                     continue
                 if state.error_estimate <= goal and not len(self._touching(state, picture)[1]):
                     return self._finished(grid, load, approach, state)
-                doublings = np.log2(MOST / count)
-                few = (
-                    SPOT / 2 / 4**doublings
-                )  # cells, of which more than twice as many would have to become SPOT
-                if _share_of_spots(before, few) > goal:
-                    break
-                if _estimate(changes) > goal * (BLIND if blind else FASTEST) ** doublings:
+                finer = np.log2(MOST / count)
+                late = _estimate(changes) > goal * (BLIND if blind else FASTEST) ** finer
+                if late or _share_of_spots(before, SPOT / 2 / 4**finer) > goal:  # out of reach of MOST
                     break
         if nodes is not None:
             return state
@@ -235,19 +223,18 @@ class SurfaceSolver(Solver):
 
     def _out_of_reach(self, picture: Picture, state: SurfaceState, goal: float) -> NotConverged:
         """Returns the error for a goal that no grid reaches."""
-        reached = at_least(cast(float, state.error_estimate))
-        words = f"error {reached} instead of {goal:g} on {len(state.x1)} x {len(state.x1)} cells"
+        figure = at_least(state.error_estimate or 0.0)
+        met = float(figure) if goal < float(figure) < 1 else None
+        words = f"error {figure} instead of {goal:g} on {len(state.x1)} x {len(state.x1)} cells"
         places, (outside, hidden) = picture.separate(state.approach), self._touching(state, picture)
+        cut = self.period is None and _reaches(state, 1)
+        ways = [f"ask for rtol={figure}"] * (met is not None) + ["fix Cells(nodes=...)"]
         if len(places) > 1:
-            words += (
-                f"; contacts at up to {len(places)} places within {np.ptp(_around(places), axis=0).max():.3g}"
-            )
-            words += " are on one grid"
-        for warning in _warnings(self.period is None and _reaches(state, 1), outside, hidden):
-            words += f"; {warning}"
-        ways = [f"ask for rtol={reached}"] * (float(reached) < 1) + ["fix Cells(nodes=...)"]
-        ways += ["solve parts apart, Cells(window=(left, right))"] * (len(places) > 1 and self.period is None)
-        return NotConverged(f"{words}: {', or '.join(ways)}", reached=state.load, rtol_reached=float(reached))
+            apart = np.ptp(_around(places), axis=0).max()
+            words += f"; contacts at up to {len(places)} places within {apart:.3g} are on one grid"
+            ways += ["solve parts apart, Cells(window=(left, right))"] * (self.period is None)
+        words = "; ".join((words, *_warnings(cut, outside, hidden)))
+        return NotConverged(f"{words}: {', or '.join(ways)}", reached=state.load, rtol_reached=met)
 
     def _finished(
         self, grid: Grid, load: float | None, approach: float | None, state: SurfaceState
@@ -286,7 +273,7 @@ class SurfaceSolver(Solver):
         surface, forces, other = H.surface(found.forces), found.forces, np.zeros(g0.shape[1:])
         if H.counter is not None:
             other = H.counter.over(H.counter.displacement(H.counter.pressed(forces)))
-        closed = found.gaps <= 2 * max(found.kkt, ROUNDING) * np.ptp(surface[0] + other)
+        closed = found.gaps <= 2 * found.kkt * np.ptp(surface[0] + other)
         if H.counter is None:
             forces = self.surface_law.of_least_norm(forces, closed)
         pressures = forces / area
@@ -325,18 +312,15 @@ class SurfaceSolver(Solver):
     def _given_window(self) -> Grid | None:
         """Returns the period, or the window of the options; None without one."""
         left, right = self.options.window or (0.0, 0.0)
-        if self.period is not None:
-            left, right = -self.period / 2, self.period / 2
-        return Grid(1, right - left, ((left + right) / 2,) * 2) if right > left else None
+        side = self.period or right - left
+        return Grid(1, side, ((left + right) / 2,) * 2) if side else None
 
     def _picture(self, load: float | None, approach: float | None, window: Grid | None) -> Picture:
         """Returns the Picture of the obstacle for a load or an approach."""
-        second, needed = body_of(self.obstacle), approach
-        if load is not None:
-            short = np.array([SHORTEST / self.solid.ell])
-            softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
-            plain = load / (2 * joint_modulus(self.solid, second and second.solid))
-            needed = plain, softer * plain
+        second, short = body_of(self.obstacle), np.array([SHORTEST / self.solid.ell])
+        softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
+        plain = (load or 0.0) / (2 * joint_modulus(self.solid, second and second.solid))
+        needed = (plain, softer * plain) if approach is None else approach
         return Picture(self._gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
 
     def _gaps(self, x1: Array, x2: Array) -> Array:
@@ -371,10 +355,9 @@ class SurfaceSolver(Solver):
         """Returns places of the picture at which a gap is negative, outside of the window, and between cells
         that do not see them: arrays (k, 2).
         """
-        low = picture.low(state.approach)
-        grid = _grid(state)
-        if self.period is not None:
-            low[:, :2] = (low[:, :2] + self.period / 2) % self.period - self.period / 2
+        low, grid = picture.low(state.approach), _grid(state)
+        if self.period:
+            low[:, :2] -= self.period * np.rint(low[:, :2] / self.period)
         away = np.abs(low[:, :2] - grid.middle)
         out = away.max(axis=1) > grid.side / 2
         inside, outside = low[~out], low[out]
@@ -384,7 +367,7 @@ class SurfaceSolver(Solver):
             outside = outside[np.argpartition(gaps, LOOKED)[:LOOKED]]
         coarse = _coarser(state)
         u, phi = self._surface_at(coarse, *outside[:, :2].T)
-        beyond = 0.0
+        beyond: Any = 0.0
         counter = self._flexibility(_grid(coarse)).counter if len(outside) else None
         if counter is not None:
             forces = np.array(list(coarse.pressures.values())) * coarse.width**2
@@ -485,11 +468,11 @@ def _overlaps(old: Array, new: Array) -> csr_array:
 def _change(coarse: SurfaceState, fine: SurfaceState, ell: float) -> float:
     """Returns max(|dp|, |dM|/ell)/|p| in L2 between two grids, interpolated at the cells of the finer one."""
     places = np.meshgrid(fine.x1, fine.x2, indexing="ij", sparse=True)
-    pressure, *moments = (
+    pressure, first, second = (
         np.linalg.norm(coarse.interpolated(one, *places) - other)
         for one, other in zip((coarse.pressure, *coarse.micromoment), (fine.pressure, *fine.micromoment))
     )
-    return float(max(pressure, np.hypot(*moments) / ell) / np.linalg.norm(fine.pressure))
+    return float(max(pressure, np.hypot(first, second) / ell) / np.linalg.norm(fine.pressure))
 
 
 def _spots(state: SurfaceState) -> Array:

@@ -383,7 +383,7 @@ def test_blocks_are_drawn_where_they_are(tmp_path):
     """Where four corners are closed all of a top lie on the paraboloid."""
     from microblock.view import surface_blocks
 
-    cells = mb.Cells(nodes=64, residual=1e-10)
+    cells = mb.Cells(nodes=64, window=(-0.528, 0.528), residual=1e-10)
     state = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(R), mb.Microblock(), cells).solve(load=1.0)
     x1, x2 = surface_blocks._places(state, SOLID.ell)
     assert np.unique(np.round(np.diff(np.unique(x1)), 9)) == pytest.approx(SOLID.ell)
