@@ -8,7 +8,15 @@ import ngsolve as ng
 import numpy as np
 
 from .. import cost
-from ..errors import BadArgument, NotConverged, require_flag, require_kind, require_whole
+from ..errors import (
+    NUMBERS,
+    BadArgument,
+    NotConverged,
+    require_finite,
+    require_flag,
+    require_kind,
+    require_whole,
+)
 from ..model.fields import PointFields
 from ..model.fields import points as at_points
 from ..model.material import Cosserat
@@ -25,6 +33,16 @@ SINGULAR = 1e-8  # relative residual of a direct solve beyond which the matrix c
 # of the constant 1, from which on a coefficient is that of a vertex and not the rounding of an edge's
 OWN = 0.25
 SAME = 1e-9  # of the largest of prescribed values, within which two of them are one
+
+
+def require_numbers(**arguments):
+    """BadArgument for a number among values, or in tuples and mappings of them, that is not finite."""
+    for name, value in arguments.items():
+        inner = value.values() if isinstance(value, Mapping) else value if isinstance(value, tuple) else ()
+        for one in inner:
+            require_numbers(**{name: one})
+        if isinstance(value, NUMBERS):
+            require_finite(**{name: value})
 
 
 @dataclass(frozen=True)
@@ -50,6 +68,9 @@ class Loads:
     couple: object = 0
     traction: Mapping = field(default_factory=dict)
     micromoment: Mapping = field(default_factory=dict)
+
+    def __post_init__(self):
+        require_numbers(**vars(self))
 
 
 class Body(Shown):
@@ -122,6 +143,7 @@ class Body(Shown):
             require_whole(1, **{name: value})
         self.order, self.order_psi = orders[0], orders[2]
         self.prescribed = dict(prescribed or {})
+        require_numbers(prescribed=self.prescribed)
         self.fixed = self._patterns(fixed)
         self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
         self.space = self.spaces[0] * self.spaces[1] * self.spaces[2]

@@ -15,7 +15,7 @@ from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
 from . import energy3d
-from .body import CURVED, GIVEN, USUAL_CONTACT, dofs_by_element, region
+from .body import CURVED, GIVEN, USUAL_CONTACT, dofs_by_element, region, require_numbers
 from .bulk import UNSOLVED
 from .meshes import Travelling, body_anew, require_sound
 
@@ -49,6 +49,9 @@ class Loads3D:
     couple: tuple = (0, 0, 0)
     traction: Mapping = field(default_factory=dict)
     micromoment: Mapping = field(default_factory=dict)
+
+    def __post_init__(self):
+        require_numbers(**vars(self))
 
 
 class Body3D(Shown):

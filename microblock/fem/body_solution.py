@@ -116,8 +116,8 @@ class BodySolution(BelowOnMesh, NodalSolution):
 
     @property
     def micromoment(self):
-        """M of (29); where psi is prescribed, the reaction to it."""
-        if self.law.clamps_rotation:
+        """M of (29); where the law or supports of the contact boundary hold psi, the reaction to it."""
+        if "psi" in self.nodes.body.held_on(self.nodes.boundary):
             return self.nodes.reaction(self.fields) / self.weights
         return super().micromoment
 

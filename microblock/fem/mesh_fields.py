@@ -18,9 +18,15 @@ class BelowOnMesh:
 
     def locking(self, nodes):
         """What is wrong, in a list of sentences, where elements below these contact nodes lock."""
-        zones = self.zones_by_name["contact"]
-        known = self.error_estimate is not None or not zones or not self.has_edges
-        return [] if known else meshes.locking_below(nodes.body, nodes.region, zones)
+        body, zones = nodes.body, self.zones_by_name["contact"]
+        if self.error_estimate is not None or not zones or not self.has_edges:
+            return []
+        ends = np.array(
+            [[body.mesh[v].point[0] for v in facet.vertices] for facet in nodes.region.Elements()]
+        )
+        below = np.any([(ends.min(1) < right) & (left < ends.max(1)) for left, right in zones], axis=0)
+        depth = meshes.thicknesses(body.mesh, nodes.region)[1][below].max(initial=0.0)
+        return meshes.locking(body.solid, body.order, depth, max(right - left for left, right in zones) / 2)
 
     def overlap(self):
         """What is wrong, in a list of sentences, where a penalty lets corners far into the obstacle."""

@@ -84,10 +84,11 @@ class NewtonSolution(BelowOnMesh, AtNodes):
 
     @cached_property
     def micromoment(self):
-        """M of (29); where the law prescribes psi, the reaction to it."""
-        if self.law.clamps_rotation:
-            return (self._facets.reaction(self.fields) / self._facets.weights)[self._order]
-        return self.nodal.micromoment[self._order]
+        """M of (29); where the law or supports of the contact boundary hold psi, the reaction to it."""
+        facets, found = self._facets, self.nodal.micromoment
+        if "psi" in facets.body.held_on(self.solver.body.contact):
+            found = found + facets.reaction(self.fields) / facets.weights
+        return found[self._order]
 
     @cached_property
     def pressures(self):

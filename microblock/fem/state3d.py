@@ -137,13 +137,10 @@ class State3D(Shown):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What the state has no estimate for, in words."""
-        own = self._few(), self._long(), *self._locking(), self._beyond(), self._between()
+        body, half_width = self.nodes.body, float(np.sqrt(self.contact_area / np.pi))
+        locked = locking(body.solid, body.order, self._depth, half_width)
+        own = self._few(), self._long(), *locked, self._beyond(), self._between()
         return tuple(words for words in own if words)
-
-    def _locking(self) -> list[str]:
-        """Whether the elements below the contact are too stiff for a nearly incompressible solid."""
-        body, half_width = self.nodes.body, np.sqrt(self.contact_area / np.pi)
-        return locking(body.solid, body.order, self._depth, half_width)
 
     @property
     def _depth(self) -> float:
