@@ -1,6 +1,4 @@
-"""What a computation would take is estimated before it is begun, against the memory there is: none is
-exhausted.
-"""
+"""What a computation would take, of time and of memory, is estimated before it is begun."""
 
 import math
 import os
@@ -19,6 +17,11 @@ ENTRY = 12  # bytes of an entry of a sparse matrix
 COPIES = 3
 # bytes for each pair of contact nodes: 25 numbers, of flexibility, factors and their copies
 DENSE = 200
+# bytes for each pair of forces along a history of friction: 54 were seen
+FORCES = 64
+# seconds of a pair of loads, over the cube of the number of forces: 2e-10 to 1e-9 were seen
+CUBED = 1e-9
+LONGEST = 1800.0  # seconds of a computation that is begun
 
 
 def available():
@@ -44,12 +47,28 @@ def of_nodes(count):
     return DENSE * count * count  # inf where it overflows
 
 
+def of_forces(count):
+    """Bytes for the dense matrices of so many forces along a history of friction."""
+    return FORCES * count * count
+
+
+def of_history(forces, pairs):
+    """Seconds to follow a history through so many pairs of loads."""
+    return CUBED * pairs * forces**3
+
+
 def too_much(needed):
     """What is wrong with so many bytes, in words; an empty string if they are there."""
     there = available()
     if needed <= max(SHARE * there, LITTLE):
         return ""
     return f"would take {needed / GIGABYTE:.2g} GB of memory, and {there / GIGABYTE:.2g} GB are available"
+
+
+def require_time(seconds, what, advice):
+    """NotConverged for what would take too long, before it is begun."""
+    if seconds > LONGEST:
+        raise NotConverged(f"{what} would take some {seconds / 60:.2g} minutes: {advice}")
 
 
 def require_room(needed, what, advice):

@@ -255,28 +255,12 @@ def of_body(solver, pairs, coupled, rtol):
             moment.normal.reshape(count, -1),
             contact.gaps.reshape(count, -1),
             solver.together(moment.closed),
-            _residual(contact, moment),
+            moment.residual,
             len(path.changes),
             moment=moment,
         )
         states.append(FrictionState(solution))
     return History(solver.contact, states, _events(path, states[-1], pairs))
-
-
-def _residual(contact, moment):
-    """The largest violated condition of contact, friction and loads of a Moment, over the largest force, of
-    gaps over the largest compression: gaps are computed anew, as those of the path are sums.
-    """
-    n, t = moment.normal, moment.tangential
-    moved = contact.normal @ n + (contact.cross.T @ t if contact.coupled else 0.0)
-    gaps = np.where(np.isfinite(contact.gaps), contact.gaps - moment.approach + moved, np.inf)
-    pressed = n.reshape(-1, len(t)).sum(axis=0)
-    forces = np.concatenate((-n, np.abs(t) - contact.friction * pressed))
-    loads = abs(n.sum() - moment.load), abs(t.sum() - moment.shear)
-    lengths = np.where(moment.closed, np.abs(gaps), -gaps)
-    return float(
-        max(forces.max() / n.max(), max(loads) / moment.load, lengths.max() / np.abs(moved).max(), 0.0)
-    )
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import NotConverged
+from .. import cost
 from ..model.problem import Problem
 from ..model.types import Array
 from ..model.zones import joined
@@ -23,7 +23,6 @@ SMALLEST = 2e-4  # cell for the sake of the picture, over the half-width
 # cells at the first touch and at slope discontinuities: times the square of the fineness; LOGARITHM times the
 # fineness is their length over the distance from these, as long as that is shorter
 FIRST_TOUCH, TIP, LOGARITHM = 0.25, 0.01, 3.0
-MOST = 2600  # forces: of corners, and tangential ones
 
 
 @dataclass(frozen=True)
@@ -46,11 +45,6 @@ def cells(
     At the distance r from the nearest feature a cell has the length `fineness` times the root of r a, a the
     half-width of a classical contact: so pressures that begin like a square root are resolved alike
     everywhere. Beyond `reach` (left, right), outside of all contact, cells grow with the distance.
-
-    Raises
-    ------
-    NotConverged
-        If there are too many.
     """
     assert problem.picture is not None
     a = problem.picture.half_width
@@ -79,13 +73,17 @@ def cells(
             edges[[0, -1]] = first, last
             found.append(np.column_stack((edges[:-1], edges[1:])))
     made = np.concatenate(found)
-    made = made[made[:, 1] > made[:, 0]]
-    most = MOST // (len(problem.law.corners) + 1)
-    if len(made) > most:
-        raise NotConverged(
-            f"{len(made)} cells would be needed, and {most} are in reach; ask for a larger rtol"
-        )
-    return made
+    return made[made[:, 1] > made[:, 0]]
+
+
+def require_reach(count: int, corners: int, pairs: int) -> None:
+    """NotConverged where the memory there is, or half an hour, is not enough for a history on so many cells
+    with a force for each corner and a tangential one.
+    """
+    what, forces = f"a history on {count} cells", (corners + 1) * count
+    advice = "take fewer pairs, smaller loads, or an obstacle with fewer features"
+    cost.require_room(cost.of_forces(forces), what, advice)
+    cost.require_time(cost.of_history(forces, pairs), what, advice)
 
 
 def _size(
