@@ -27,7 +27,7 @@ COARSEST = 1024
 COARSE_RESIDUAL = 0.01  # of the coarser grids, over their nodes: far below what the next one changes
 RESIDUAL = 1e-9  # of the state
 PER_RESIDUAL = 10.0  # error of the pressures for a residual; 2 to 40 are met
-ENOUGH = 1e-3  # of rtol: residual that it asks for
+ENOUGH = 1e-3  # of rtol: residual of states that only follow others
 AROUND = 0.05  # of the low stretches, left free on either side
 FITS = 1e-6  # of their range, heights at both ends of a period may differ; so may periods
 PLACES = 257  # on a period, at which its range is taken
@@ -275,22 +275,20 @@ class CellSolver(Solver):
         """The first state on grids of these sizes that has rtol and at least so many cells, or that of the
         last grid.
         """
-        for state in self._solutions(load, approach, sizes, residual, progress, rtol=rtol):
+        for state in self._solutions(load, approach, sizes, residual, progress):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= least:
                 break
         return state
 
-    def _solutions(self, load, approach, sizes, residual, progress, start=None, rtol=1.0):
-        """Solutions on grids of given sizes, each started from the one before, the first from `start`; the
-        last one has the residual, others what rtol asks for.
-        """
+    def _solutions(self, load, approach, sizes, residual, progress, start=None):
+        """Solutions on grids of given sizes, each started from the one before, the first from `start`."""
         state, changes = None, []
         total = None if sizes[-1] == MOST else int(sum(sizes))
         with tqdm(total=total, unit=" cells", unit_scale=True, disable=not progress) as bar:
             for size in map(int, sizes):
-                coarse = 0.0 if size == sizes[-1] else min(COARSE_RESIDUAL / size, ENOUGH * rtol)
+                enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL / size)
                 try:
-                    finer = self._solve(size, load, approach, state or start, max(residual, coarse))
+                    finer = self._solve(size, load, approach, state or start, enough)
                 except BadArgument:  # an approach above the mean height that so few cells see
                     if size == sizes[-1] or size > COARSEST:
                         raise

@@ -248,3 +248,22 @@ def test_what_was_asked_before_changes_no_answer(name, law):
             error = difference(state.pressure_at(x), expected.pressure_at(x))
             assert error <= state.error_estimate + expected.error_estimate  # each is as good as it says
         before = state
+
+
+def test_a_loose_residual_is_in_the_estimate():
+    """Pressures that are solved for to a tenth are not good to a hundredth."""
+    methods = (mb.Cells(nodes=1024, residual=residual) for residual in (0.1, 1e-9))
+    loose, tight = (mb.Contact(AGAIN, WAVE, mb.Microblock(), one).solve(load=3.0) for one in methods)
+    x = np.linspace(-0.5, 0.5, 20001)
+    error = difference(loose.pressure_at(x), tight.pressure_at(x))
+    assert loose.residual > 1e-6 and error <= loose.error_estimate
+
+
+def test_messages_name_what_is_asked_too_much():
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=1e-12)
+    with pytest.raises(mb.BadArgument, match="does not rise enough .* within 0.001"):  # 1e9 blocks
+        mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=1), mb.Unilateral()).solve(load=1.0)
+    state = mb.Contact(AGAIN, WAVE, mb.Unilateral()).solve(load=0.5)
+    for x in (10**400, [0.0, np.inf]):  # no float holds the first
+        with pytest.raises(mb.BadArgument, match="must be a"):
+            state.pressure_at(x)
