@@ -42,7 +42,7 @@ from .surface_law import closed_corners, on_surface
 from .symbol import symbol
 
 FIRST, MOST = 32, 1024  # cells a side of the coarsest and of the finest grid that rtol may ask for
-COARSE_RESIDUAL = 1e-3  # of all grids at most, over their cells a side
+COARSE_RESIDUAL = 1e-3  # of the coarser grids, over their cells a side
 WINDOW_CELLS = 48  # cells a side, on which the window is found
 FILLED = 0.3  # of such a window, that the contact must fill
 WIDENED = 1.5  # times, where the contact reaches the rim of the window
@@ -198,8 +198,7 @@ class SurfaceSolver(Solver):
         before, changes = None, list[float]()
         with tqdm(total=len(sizes), unit=" grids", disable=not progress) as bar:
             for count in sizes:
-                least = self.options.residual if count == sizes[-1] else 1.0
-                residual = min(COARSE_RESIDUAL / count, least)
+                residual = self.options.residual if count == sizes[-1] else COARSE_RESIDUAL / count
                 grid = Grid(count, window.side / count, window.middle)
                 start = _start(state, near, grid)
                 before, state = state, self._solved(grid, load, approach, residual, start)
@@ -208,7 +207,8 @@ class SurfaceSolver(Solver):
                     continue
                 changes.append(_change(before, state, self.solid.ell))
                 blind = _share_of_spots(before, SPOT)
-                state = replace(state, error_estimate=_estimate(changes) + blind)
+                loose = max(state.residual * count - COARSE_RESIDUAL, 0.0)  # as short waves feel it
+                state = replace(state, error_estimate=_estimate(changes) + blind + loose)
                 if nodes is not None or len(changes) < 2:
                     continue
                 if state.error_estimate <= goal and not len(self._touching(state, picture)[1]):
@@ -272,7 +272,8 @@ class SurfaceSolver(Solver):
         surface, forces, other = H.surface(found.forces), found.forces, np.zeros(g0.shape[1:])
         if H.counter is not None:
             other = H.counter.over(H.counter.displacement(H.counter.pressed(forces)))
-        closed = found.gaps <= 2 * found.kkt * np.ptp(surface[0] + other)
+        least = min(2 * found.kkt, COARSE_RESIDUAL / grid.count)  # beyond that touching is a matter of force
+        closed = found.gaps <= least * np.ptp(surface[0] + other)
         if H.counter is None:
             forces = self.surface_law.of_least_norm(forces, closed)
         pressures = forces / area
