@@ -30,7 +30,7 @@ from ..model.types import AnyArray as Array
 Gaps: TypeAlias = Callable[[Array, Array], Array]  # initial gaps of corners at places: (corners, ...)
 
 NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares
-WIDEST = 1e12  # of ell: squares beyond it are not looked at
+WIDEST = 1e15  # of ell: squares beyond it are not looked at
 COARSE, FINE = 32, 320  # rows and columns of squares; of that about the contact
 NEAR = 8.0  # radii of the disc: its side
 BESIDE = 7  # squares about a given window, each twice as wide
