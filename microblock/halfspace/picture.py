@@ -36,7 +36,7 @@ NEAR = 8.0  # radii of the disc: its side
 BESIDE = 7  # squares about a given window, each twice as wide
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
 NARROW = 1e-5  # of the disc's radius, to which places of valleys are known
-STEPS = 90  # towards a valley, each a quarter of the one before once less is nearer
+STEPS = 200  # towards a valley, each a quarter of the one before once less is nearer
 EQUAL = 1e-6  # of the bound above the lowest place, by which others of the same height may differ
 SAME = 0.25  # of the disc's radius, between two valleys
 
