@@ -54,7 +54,7 @@ class Errors(ErrorParts):
 
     Attributes
     ----------
-    discretisation : float, change from the level before
+    discretisation : float, change from the level before, or what is lost where q/f jumps if that is more
     shares : float, what a shear force of its own for each corner changes where blocks drag a second body
     """
 
@@ -182,14 +182,39 @@ class FrictionCells(FrictionSolution):
         """Zones of the corners, "contact", "full", "stick" and "slip"."""
         return self._fitted[0]
 
-    @property
-    def jumps(self) -> list[float]:
-        """Places in contact at which q/f changes from one cell to the next by more than half of the pressure:
-        from slip one way to slip the other way, or where such a place has been frozen.
+    @cached_property
+    def _jumping(self) -> NDArray[np.integer[Any]]:
+        """Numbers of the cells in contact from which to the next q/f changes by more than half of the
+        pressure: from slip one way to slip the other way, or where such a place has been frozen.
         """
         p, q = self.pressures.sum(axis=0), self.shear_traction / cast(Any, self.problem.law).friction
         jumping = (p[1:] > 0) & (p[:-1] > 0) & (np.abs(np.diff(q)) > JUMP * (p[1:] + p[:-1]) / 2)
-        return [float(each) for each in self.edges[1:][jumping, 0]]
+        return np.flatnonzero(jumping)
+
+    @property
+    def jumps(self) -> list[float]:
+        """Places at which q/f jumps from one cell to the next."""
+        return [float(each) for each in self.edges[1:][self._jumping, 0]]
+
+    @property
+    def lost_in_jumps(self) -> float:
+        """Relative L2 error of q/f where it jumps: the place is known to a cell, and half of the jump is lost
+        on one to either side of it. Two levels that lose the same do not differ.
+        """
+        p, f, at = self.pressures.sum(axis=0), cast(Any, self.problem.law).friction, self._jumping
+        half = (self.shear_traction[at + 1] - self.shear_traction[at]) / f / 2
+        lost = half**2 @ (self.norm[at] + self.norm[at + 1])
+        return float(np.sqrt(lost / (self.norm @ p**2)))
+
+    @cached_property
+    def norm(self) -> Array:
+        """Weights of the norm of errors, array (n,): lengths of the cells, next to an edge of the obstacle
+        times the distance from it.
+        """
+        own = self.problem
+        ends = distance_to_ends(self.x, getattr(own.obstacle, "ends", ()), own.law.shifts(own.ell))
+        weights: Array = self.weights * np.broadcast_to(ends, len(self.x))
+        return weights
 
     @property
     def doubts(self) -> dict[float, float]:
@@ -217,9 +242,12 @@ class FrictionCells(FrictionSolution):
         return number, (x >= self.edges[number, 0]) & (x <= self.edges[number, 1])
 
     def pressure(self, corner: int, x: Array) -> Array:
-        """Pressure of a corner at x, array (n,): that of the cell in which x lies."""
+        """Pressure of a corner at x, array (n,): a polygon through the centres of cells, as the estimate
+        compares them; 0 where the corner is open.
+        """
         number, inside = self._cell(x)
-        return np.where(inside, self.pressures[corner][number], 0.0)
+        closed = self.moment.closed.reshape(-1, len(self.x))[corner][number]
+        return np.where(inside & closed, np.interp(x, self.x, self.pressures[corner]), 0.0)
 
     def gap(self, corner: int, x: Array) -> Array:
         """Gap of a corner at x, array (n,): what it has over the initial one as a polygon through the cells'
@@ -402,7 +430,9 @@ class FrictionSolver:
         changed = [
             replace(
                 one,
-                estimate=Errors(_difference(one, other, self.problem, friction), float(worth)),
+                estimate=Errors(
+                    max(_difference(one, other, self.problem, friction), one.lost_in_jumps), float(worth)
+                ),
                 before=other.zones_by_name,
             )
             for one, other, worth in zip(
@@ -431,13 +461,8 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
 
 
 def _difference(finer: FrictionCells, coarser: FrictionCells, problem: Problem, friction: float) -> float:
-    """The largest relative L2 change of pressure, M/ell and q/f, next to an edge of the obstacle with the
-    distance from it as weight.
-    """
-    shifts = problem.law.shifts(problem.ell)
-    ends = distance_to_ends(finer.x, getattr(problem.obstacle, "ends", ()), shifts)
-    weights: Array = finer.weights * np.broadcast_to(ends, len(finer.x))
-    return change(finer, coarser, weights, problem.ell, friction)
+    """The largest relative change of pressure, M/ell and q/f."""
+    return change(finer, coarser, finer.norm, problem.ell, friction)
 
 
 def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: Array) -> list[HistoryEvent]:
