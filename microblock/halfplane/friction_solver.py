@@ -15,17 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm.auto import tqdm
 
+from .. import cost
 from ..corners import active_set
 from ..corners.friction import FrictionalContact, FrictionPath, Moment
 from ..errors import BadArgument, NotConverged, at_least, out_of_reach
 from ..model import picture
-from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent, ZoneErrors, change
+from ..model.history import FrictionState, History, HistoryEvent, OfMoment, ZoneErrors, change
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
 from ..model.state import ErrorParts
 from ..model.types import Array, Flags, Interval, Zones
 from ..model.zones import common, distance_to_ends
-from .friction_cells import Feature, cells, fixed, require_reach, stretches, touching
+from .friction_cells import Feature, cells, fixed, stretches, touching
 from .friction_edges import FrictionEdges
 from .friction_events import events
 from .shear_cells import frictional_contact, surface, with_counter
@@ -63,7 +64,7 @@ class Errors(ErrorParts):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrictionCells(FrictionSolution):
+class FrictionCells(OfMoment):
     """A solution at a pair of loads, on cells of constant tractions.
 
     Attributes
@@ -108,49 +109,19 @@ class FrictionCells(FrictionSolution):
         """Of each corner, array (corners, n)."""
         return self.moment.normal.reshape(-1, len(self.x)) / self.weights
 
-    @cached_property
-    def shear_traction(self) -> Array:
-        """q, array (n,)."""
-        return self.moment.tangential / self.weights
-
     @property
     def load(self) -> float:
         """P."""
         return self.moment.load
 
     @property
-    def shear(self) -> float:
-        """Q."""
-        return self.moment.shear
-
-    @property
-    def slip(self) -> Array:
-        """Relative tangential displacement since first contact, array (n,)."""
-        return self.moment.slip
-
-    @property
     def approach(self) -> float:
-        """Up to a constant."""
+        """Up to a constant where the rigid motion is arbitrary."""
         return self.moment.approach
 
     @property
-    def energy(self) -> float:
-        """Elastic energy, up to a constant."""
-        return self.moment.energy
-
-    @property
-    def work(self) -> float:
-        """Work of the loads, up to the same constant."""
-        return self.moment.work
-
-    @property
-    def dissipation(self) -> float:
-        """Since the beginning."""
-        return self.moment.dissipation
-
-    @property
     def residual(self) -> float:
-        """That of contact, friction and loads on the cells."""
+        """That of contact, friction and loads."""
         return self.moment.residual
 
     @property
@@ -354,7 +325,7 @@ class FrictionSolver:
             features += known
             reach = (known[0].place, known[-1].place) if known else None
         edges = cells(self.problem, fineness if before else first / a, features, reach)
-        require_reach(len(edges), len(self.problem.law.corners), len(self.pairs))
+        cost.require_history(len(edges), (len(self.problem.law.corners) + 1) * len(edges), len(self.pairs))
         solutions, found = self._follow(edges)
         return _Level(edges, solutions, found, first if before is None else smallest)
 
@@ -406,7 +377,7 @@ class FrictionSolver:
             moment = replace(moment, tangential=moment.tangential.reshape(-1, len(level.edges)).sum(axis=0))
             *_, moments = surface(self.problem, level.edges, own, moment)
             other = replace(one, moment=moment, micromoment=moments)
-            found.append(_difference(other, one, self.problem, float(self.solver.law.friction)))
+            found.append(_difference(other, one))
         return np.array(found)
 
     def require_inside(self, edges: Array, moment: Moment) -> None:
@@ -426,18 +397,14 @@ class FrictionSolver:
 
     def _compared(self, finer: _Level, coarser: _Level, shares: Array | float = 0.0) -> _Level:
         """The finer level with its changes from the coarser one, and what the corners' shares are worth."""
-        friction = float(self.solver.law.friction)
+        shares = np.broadcast_to(shares, len(self.pairs))
         changed = [
             replace(
                 one,
-                estimate=Errors(
-                    max(_difference(one, other, self.problem, friction), one.lost_in_jumps), float(worth)
-                ),
+                estimate=Errors(max(_difference(one, other), one.lost_in_jumps), float(worth)),
                 before=other.zones_by_name,
             )
-            for one, other, worth in zip(
-                finer.solutions, coarser.solutions, np.broadcast_to(shares, len(self.pairs))
-            )
+            for one, other, worth in zip(finer.solutions, coarser.solutions, shares)
         ]
         return replace(
             finer, solutions=changed, events=_with_errors(finer.events, coarser.events, self.pairs)
@@ -460,9 +427,10 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
     return found
 
 
-def _difference(finer: FrictionCells, coarser: FrictionCells, problem: Problem, friction: float) -> float:
+def _difference(finer: FrictionCells, coarser: FrictionCells) -> float:
     """The largest relative change of pressure, M/ell and q/f."""
-    return change(finer, coarser, finer.norm, problem.ell, friction)
+    problem: Any = finer.problem
+    return change(finer, coarser, finer.norm, problem.ell, float(problem.law.friction))
 
 
 def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: Array) -> list[HistoryEvent]:
