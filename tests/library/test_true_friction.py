@@ -323,3 +323,15 @@ def test_pressures_between_centres_are_those_the_estimate_speaks_of():
     exact = 2 * P / np.pi * np.sqrt(np.maximum(1 - x**2, 0))
     off = state.pressure_at(x.ravel()).reshape(x.shape) - exact
     assert np.sqrt((widths * off**2).sum() / (widths * exact**2).sum()) < 1e-3 < state.error_estimate
+
+
+@pytest.mark.parametrize("number", range(3))
+def test_what_a_refusal_advises_is_met(number):
+    """Its figure was rounded down, and so refused again, without end."""
+    problem, pairs = drawn(number)
+    with pytest.raises(mb.NotConverged, match="ask for rtol=") as caught:
+        problem.with_(method=mb.Cells()).history(pairs[:2], rtol=1e-6)
+    rtol = caught.value.rtol_reached
+    assert f"ask for rtol={rtol:.1e}" in str(caught.value)
+    states = problem.with_(method=mb.Cells()).history(pairs[:2], rtol=rtol).states
+    assert max(state.error_estimate for state in states) == caught.value.reached <= rtol
