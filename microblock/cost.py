@@ -47,16 +47,6 @@ def of_nodes(count):
     return DENSE * count * count  # inf where it overflows
 
 
-def of_forces(count):
-    """Bytes for the dense matrices of so many forces along a history of friction."""
-    return FORCES * count * count
-
-
-def of_history(forces, pairs):
-    """Seconds to follow a history through so many pairs of loads."""
-    return CUBED * pairs * forces**3
-
-
 def too_much(needed):
     """What is wrong with so many bytes, in words; an empty string if they are there."""
     there = available()
@@ -65,14 +55,17 @@ def too_much(needed):
     return f"would take {needed / GIGABYTE:.2g} GB of memory, and {there / GIGABYTE:.2g} GB are available"
 
 
-def require_time(seconds, what, advice):
-    """NotConverged for what would take too long, before it is begun."""
-    if seconds > LONGEST:
-        raise NotConverged(f"{what} would take some {seconds / 60:.2g} minutes: {advice}")
-
-
 def require_room(needed, what, advice):
     """NotConverged unless so many bytes are there, before they are asked for."""
     words = too_much(needed)
     if words:
         raise NotConverged(f"{what} {words}: {advice}")
+
+
+def require_history(cells, forces, pairs):
+    """NotConverged where a history on so many cells would take more memory than there is, or too long."""
+    what, advice = f"a history on {cells} cells", "take fewer pairs, smaller loads, or fewer features"
+    require_room(FORCES * forces**2, what, advice)
+    seconds = CUBED * pairs * forces**3
+    if seconds > LONGEST:
+        raise NotConverged(f"{what} would take some {seconds / 60:.2g} minutes: {advice}")

@@ -182,10 +182,8 @@ def measured(seed, rtol):
     if not more:
         return words, 0, None, None
     pairs_of_states = list(zip(found.solutions, more[-1].solutions))
-    f = float(contact.law.friction)
     ratio = max(
-        friction_solver._difference(exact, one, solver.problem, f) / one.error_estimate
-        for one, exact in pairs_of_states
+        friction_solver._difference(exact, one) / one.error_estimate for one, exact in pairs_of_states
     )
     return words, len(more), ratio, [each for pair in pairs_of_states for each in edges(*pair)]
 

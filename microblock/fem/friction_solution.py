@@ -12,7 +12,7 @@ from ..errors import BadArgument
 from ..halfplane.friction_events import events
 from ..model import law as laws
 from ..model.deformable import body_of
-from ..model.history import FrictionSolution, FrictionState, History
+from ..model.history import FrictionSolution, FrictionState, History, OfMoment
 from .body_solution import BodySolution
 from .friction import FrictionFacets, MonolithicFriction
 from .newton_solver import NewtonSolution
@@ -117,7 +117,7 @@ class NewtonFrictionSolution(_AtNodes, NewtonSolution):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BodyFrictionSolution(_AtNodes, BodySolution):
+class BodyFrictionSolution(OfMoment, _AtNodes, BodySolution):
     """A solution on the contact nodes of a condensed body at a pair of loads.
 
     Attributes
@@ -133,21 +133,6 @@ class BodyFrictionSolution(_AtNodes, BodySolution):
         return slip_nodes(self.solver)
 
     @property
-    def shear(self):
-        """Q, per thickness."""
-        return self.moment.shear
-
-    @property
-    def shear_traction(self):
-        """q at the nodes, array (n,)."""
-        return self.moment.tangential / self.weights
-
-    @property
-    def slip(self):
-        """Way of the obstacle over the surface since first contact, array (n,)."""
-        return self.moment.slip
-
-    @property
     def touching(self):
         """Nodes in contact, boolean array (n,)."""
         return self.closed.any(axis=0)
@@ -156,21 +141,6 @@ class BodyFrictionSolution(_AtNodes, BodySolution):
     def sticks(self):
         """Nodes that stick, boolean array (n,)."""
         return self.moment.stick
-
-    @property
-    def energy(self):
-        """Elastic energy per thickness."""
-        return self.moment.energy
-
-    @property
-    def work(self):
-        """Of the loads since the beginning."""
-        return self.moment.work
-
-    @property
-    def dissipation(self):
-        """Since the beginning."""
-        return self.moment.dissipation
 
     @property
     def tangential_approach(self):

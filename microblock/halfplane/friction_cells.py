@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import cost
 from ..model.problem import Problem
 from ..model.types import Array
 from ..model.zones import joined
@@ -74,16 +73,6 @@ def cells(
             found.append(np.column_stack((edges[:-1], edges[1:])))
     made = np.concatenate(found)
     return made[made[:, 1] > made[:, 0]]
-
-
-def require_reach(count: int, corners: int, pairs: int) -> None:
-    """NotConverged where the memory there is, or half an hour, is not enough for a history on so many cells
-    with a force for each corner and a tangential one.
-    """
-    what, forces = f"a history on {count} cells", (corners + 1) * count
-    advice = "take fewer pairs, smaller loads, or an obstacle with fewer features"
-    cost.require_room(cost.of_forces(forces), what, advice)
-    cost.require_time(cost.of_history(forces, pairs), what, advice)
 
 
 def _size(

@@ -15,17 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm.auto import tqdm
 
+from .. import cost
 from ..corners import active_set
 from ..corners.friction import FrictionalContact, FrictionPath, Moment
 from ..errors import BadArgument, NotConverged, at_least, out_of_reach
 from ..model import picture
-from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent, ZoneErrors, change
+from ..model.history import FrictionState, History, HistoryEvent, OfMoment, ZoneErrors, change
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
 from ..model.state import ErrorParts
 from ..model.types import Array, Flags, Interval, Zones
 from ..model.zones import common, distance_to_ends
-from .friction_cells import Feature, cells, fixed, require_reach, stretches, touching
+from .friction_cells import Feature, cells, fixed, stretches, touching
 from .friction_edges import FrictionEdges
 from .friction_events import events
 from .shear_cells import frictional_contact, surface, with_counter
@@ -54,7 +55,7 @@ class Errors(ErrorParts):
 
     Attributes
     ----------
-    discretisation : float, change from the level before
+    discretisation : float, change from the level before, or what is lost where q/f jumps if that is more
     shares : float, what a shear force of its own for each corner changes where blocks drag a second body
     """
 
@@ -63,7 +64,7 @@ class Errors(ErrorParts):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FrictionCells(FrictionSolution):
+class FrictionCells(OfMoment):
     """A solution at a pair of loads, on cells of constant tractions.
 
     Attributes
@@ -108,49 +109,19 @@ class FrictionCells(FrictionSolution):
         """Of each corner, array (corners, n)."""
         return self.moment.normal.reshape(-1, len(self.x)) / self.weights
 
-    @cached_property
-    def shear_traction(self) -> Array:
-        """q, array (n,)."""
-        return self.moment.tangential / self.weights
-
     @property
     def load(self) -> float:
         """P."""
         return self.moment.load
 
     @property
-    def shear(self) -> float:
-        """Q."""
-        return self.moment.shear
-
-    @property
-    def slip(self) -> Array:
-        """Relative tangential displacement since first contact, array (n,)."""
-        return self.moment.slip
-
-    @property
     def approach(self) -> float:
-        """Up to a constant."""
+        """Up to a constant where the rigid motion is arbitrary."""
         return self.moment.approach
 
     @property
-    def energy(self) -> float:
-        """Elastic energy, up to a constant."""
-        return self.moment.energy
-
-    @property
-    def work(self) -> float:
-        """Work of the loads, up to the same constant."""
-        return self.moment.work
-
-    @property
-    def dissipation(self) -> float:
-        """Since the beginning."""
-        return self.moment.dissipation
-
-    @property
     def residual(self) -> float:
-        """That of contact, friction and loads on the cells."""
+        """That of contact, friction and loads."""
         return self.moment.residual
 
     @property
@@ -182,14 +153,39 @@ class FrictionCells(FrictionSolution):
         """Zones of the corners, "contact", "full", "stick" and "slip"."""
         return self._fitted[0]
 
-    @property
-    def jumps(self) -> list[float]:
-        """Places in contact at which q/f changes from one cell to the next by more than half of the pressure:
-        from slip one way to slip the other way, or where such a place has been frozen.
+    @cached_property
+    def _jumping(self) -> NDArray[np.integer[Any]]:
+        """Numbers of the cells in contact from which to the next q/f changes by more than half of the
+        pressure: from slip one way to slip the other way, or where such a place has been frozen.
         """
         p, q = self.pressures.sum(axis=0), self.shear_traction / cast(Any, self.problem.law).friction
         jumping = (p[1:] > 0) & (p[:-1] > 0) & (np.abs(np.diff(q)) > JUMP * (p[1:] + p[:-1]) / 2)
-        return [float(each) for each in self.edges[1:][jumping, 0]]
+        return np.flatnonzero(jumping)
+
+    @property
+    def jumps(self) -> list[float]:
+        """Places at which q/f jumps from one cell to the next."""
+        return [float(each) for each in self.edges[1:][self._jumping, 0]]
+
+    @property
+    def lost_in_jumps(self) -> float:
+        """Relative L2 error of q/f where it jumps: the place is known to a cell, and half of the jump is lost
+        on one to either side of it. Two levels that lose the same do not differ.
+        """
+        p, f, at = self.pressures.sum(axis=0), cast(Any, self.problem.law).friction, self._jumping
+        half = (self.shear_traction[at + 1] - self.shear_traction[at]) / f / 2
+        lost = half**2 @ (self.norm[at] + self.norm[at + 1])
+        return float(np.sqrt(lost / (self.norm @ p**2)))
+
+    @cached_property
+    def norm(self) -> Array:
+        """Weights of the norm of errors, array (n,): lengths of the cells, next to an edge of the obstacle
+        times the distance from it.
+        """
+        own = self.problem
+        ends = distance_to_ends(self.x, getattr(own.obstacle, "ends", ()), own.law.shifts(own.ell))
+        weights: Array = self.weights * np.broadcast_to(ends, len(self.x))
+        return weights
 
     @property
     def doubts(self) -> dict[float, float]:
@@ -217,9 +213,12 @@ class FrictionCells(FrictionSolution):
         return number, (x >= self.edges[number, 0]) & (x <= self.edges[number, 1])
 
     def pressure(self, corner: int, x: Array) -> Array:
-        """Pressure of a corner at x, array (n,): that of the cell in which x lies."""
+        """Pressure of a corner at x, array (n,): a polygon through the centres of cells, as the estimate
+        compares them; 0 where the corner is open.
+        """
         number, inside = self._cell(x)
-        return np.where(inside, self.pressures[corner][number], 0.0)
+        closed = self.moment.closed.reshape(-1, len(self.x))[corner][number]
+        return np.where(inside & closed, np.interp(x, self.x, self.pressures[corner]), 0.0)
 
     def gap(self, corner: int, x: Array) -> Array:
         """Gap of a corner at x, array (n,): what it has over the initial one as a polygon through the cells'
@@ -326,7 +325,7 @@ class FrictionSolver:
             features += known
             reach = (known[0].place, known[-1].place) if known else None
         edges = cells(self.problem, fineness if before else first / a, features, reach)
-        require_reach(len(edges), len(self.problem.law.corners), len(self.pairs))
+        cost.require_history(len(edges), (len(self.problem.law.corners) + 1) * len(edges), len(self.pairs))
         solutions, found = self._follow(edges)
         return _Level(edges, solutions, found, first if before is None else smallest)
 
@@ -378,7 +377,7 @@ class FrictionSolver:
             moment = replace(moment, tangential=moment.tangential.reshape(-1, len(level.edges)).sum(axis=0))
             *_, moments = surface(self.problem, level.edges, own, moment)
             other = replace(one, moment=moment, micromoment=moments)
-            found.append(_difference(other, one, self.problem, float(self.solver.law.friction)))
+            found.append(_difference(other, one))
         return np.array(found)
 
     def require_inside(self, edges: Array, moment: Moment) -> None:
@@ -398,16 +397,14 @@ class FrictionSolver:
 
     def _compared(self, finer: _Level, coarser: _Level, shares: Array | float = 0.0) -> _Level:
         """The finer level with its changes from the coarser one, and what the corners' shares are worth."""
-        friction = float(self.solver.law.friction)
+        shares = np.broadcast_to(shares, len(self.pairs))
         changed = [
             replace(
                 one,
-                estimate=Errors(_difference(one, other, self.problem, friction), float(worth)),
+                estimate=Errors(max(_difference(one, other), one.lost_in_jumps), float(worth)),
                 before=other.zones_by_name,
             )
-            for one, other, worth in zip(
-                finer.solutions, coarser.solutions, np.broadcast_to(shares, len(self.pairs))
-            )
+            for one, other, worth in zip(finer.solutions, coarser.solutions, shares)
         ]
         return replace(
             finer, solutions=changed, events=_with_errors(finer.events, coarser.events, self.pairs)
@@ -430,14 +427,10 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
     return found
 
 
-def _difference(finer: FrictionCells, coarser: FrictionCells, problem: Problem, friction: float) -> float:
-    """The largest relative L2 change of pressure, M/ell and q/f, next to an edge of the obstacle with the
-    distance from it as weight.
-    """
-    shifts = problem.law.shifts(problem.ell)
-    ends = distance_to_ends(finer.x, getattr(problem.obstacle, "ends", ()), shifts)
-    weights: Array = finer.weights * np.broadcast_to(ends, len(finer.x))
-    return change(finer, coarser, weights, problem.ell, friction)
+def _difference(finer: FrictionCells, coarser: FrictionCells) -> float:
+    """The largest relative change of pressure, M/ell and q/f."""
+    problem: Any = finer.problem
+    return change(finer, coarser, finer.norm, problem.ell, float(problem.law.friction))
 
 
 def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: Array) -> list[HistoryEvent]:

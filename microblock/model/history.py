@@ -18,6 +18,8 @@ from .zones import distance
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ..corners.friction import Moment
+
 ZoneErrors: TypeAlias = "dict[str, list[Interval] | None]"  # of the left and right ends, by the zone's name
 SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what a user has multiplied
 
@@ -58,6 +60,42 @@ class FrictionSolution(Solution):
         def work(self) -> float: ...
         @property
         def tangential_approach(self) -> float | None: ...
+
+
+class OfMoment(FrictionSolution):
+    """Base of solutions with the shear and the energies of a `corners.friction.Moment`, `moment`."""
+
+    moment: Moment
+
+    @property
+    def shear(self) -> float:
+        """Q."""
+        return self.moment.shear
+
+    @property
+    def shear_traction(self) -> Array:
+        """q, array (n,)."""
+        return self.moment.tangential / self.weights
+
+    @property
+    def slip(self) -> Array:
+        """Relative tangential displacement since first contact, array (n,)."""
+        return self.moment.slip
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy, up to a constant where the rigid motion is arbitrary."""
+        return self.moment.energy
+
+    @property
+    def work(self) -> float:
+        """Work of the loads, up to the same constant."""
+        return self.moment.work
+
+    @property
+    def dissipation(self) -> float:
+        """Since the beginning."""
+        return self.moment.dissipation
 
 
 def change(

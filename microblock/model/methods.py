@@ -33,7 +33,8 @@ KINDS = ("al", "penalty")
 class Panels:
     """Panels of a half-plane's contact line, fitted to the zones: the method with the most digits.
 
-    They follow histories of friction between two equal bodies under the law `Unilateral`.
+    They follow histories of friction between two equal bodies under the law `Unilateral`, also where no
+    method is named.
 
     Parameters
     ----------
