@@ -202,7 +202,7 @@ class Body(Shown):
                 "order", "one for each element", "belongs to one mesh: give one order for all elements"
             )
         other = {"mesh": mesh, "solid": solid or self.solid, "fixed": self.fixed if fixed is None else fixed}
-        return _made_anew(self._made_of | other)
+        return Body(**self._made_of | other)
 
     def of(self, solid):
         """The same body of another solid; the same one is not condensed again."""
@@ -606,11 +606,6 @@ def solve_linear(matrix, freedofs, rhs, what):
     if not left.Norm() <= SINGULAR * max(scale.Norm(), 1e-300):
         raise NotConverged(f"singular matrix of {what}")
     return solution
-
-
-def _made_anew(arguments):
-    """The Body of these arguments, by name."""
-    return Body(**arguments)
 
 
 def _fields_anew(body, values, forces, mirrored):

@@ -129,7 +129,7 @@ class Body3D(Shown):
 
     def of(self, solid):
         """The same body of another solid; the same one is not factorised again."""
-        return self if solid == self.solid else _made_anew(self._made_of | {"solid": solid})
+        return self if solid == self.solid else Body3D(**self._made_of | {"solid": solid})
 
     def check(self, obstacle):
         """BadArgument unless the obstacle has heights over a surface."""
@@ -317,11 +317,6 @@ def rigid_motions(body):
             motion.components[1].Set(axis)
         found.append(motion.vec.FV().NumPy().copy())
     return found
-
-
-def _made_anew(arguments):
-    """The Body3D of these arguments, by name."""
-    return Body3D(**arguments)
 
 
 def _fields_anew(body, values, forces):

@@ -203,6 +203,11 @@ class ContactFacets:
         }
 
     @property
+    def psi_held(self):
+        """Whether supports hold or prescribe psi on the contact boundary."""
+        return "psi" in self.body.held_on(self._made_of[3])
+
+    @property
     def first_touch(self):
         """Approach at which the first corner touches the undeformed body."""
         return min(

@@ -448,6 +448,8 @@ class MonolithicNewton:
         kept = ng.GridFunction(self.space)
         kept.vec.data = unknowns.vec
         facets, forces = self.facets, self._shared(now.forces)
+        # what supports exert balances the corner that carries, not the shares
+        carried = now.forces if facets.psi_held else forces
         return NodalState(
             level=level,
             approach=self._first + float(kept.vec[self._approach]),
@@ -458,7 +460,7 @@ class MonolithicNewton:
             multipliers=forces,
             closed=now.closed,
             traction=law.traction(forces),
-            micromoment=law.micromoment(forces, facets.levers, self.body.solid.ell),
+            micromoment=law.micromoment(carried, facets.levers, self.body.solid.ell),
             iterations=iterations,
             kkt=now.kkt,
             vector=kept.vec,

@@ -86,7 +86,7 @@ class NewtonSolution(BelowOnMesh, AtNodes):
     def micromoment(self):
         """M of (29); where the law or supports of the contact boundary hold psi, the reaction to it."""
         facets, found = self._facets, self.nodal.micromoment
-        if "psi" in facets.body.held_on(self.solver.body.contact):
+        if facets.psi_held:
             found = found + facets.reaction(self.fields) / facets.weights
         return found[self._order]
 

@@ -20,7 +20,7 @@ TOUCHING = 1e-6  # of the largest displacement, by which an obstacle lies in a n
 class Solver3D(Solver):
     """States of a Body3D on its contact nodes, exact for the discrete problem."""
 
-    most_corners, verifies = None, True
+    most_corners, verifies, state_class = None, True, State3D
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
