@@ -144,7 +144,7 @@ class NewtonSolver3D(Solver3D):
         state = ng.GridFunction(nodes.body.space)
         state.vec.FV().NumPy()[:] = unknowns[:-1]
         exerted = self.system.product(unknowns[:-1]) - nodes.onto.T @ loads.ravel()
-        fields = Fields3D(nodes.body, state, exerted)
+        fields = Fields3D(nodes.body, state.components, exerted)
         unbalanced = np.abs(exerted[np.array(nodes.body.space.FreeDofs())]).max() / np.abs(loads).max()
         if law.clamped:  # but what planes of symmetry exert
             loads[1:] = nodes.moments_of(exerted)

@@ -173,7 +173,7 @@ class State3D(Shown):
         if not low.any():
             return ""
         # an unknown of a vertex is the value there
-        values = self.fields.state.vec.FV().NumPy().reshape(len(FIELDS), -1)[:, numbers[low]]
+        values = self.fields.values.reshape(len(FIELDS), -1)[:, numbers[low]]
         u3, psi1, psi2 = (values[FIELDS.index(name)] for name in ("u3", "psi1", "psi2"))
         half = self.problem.solid.ell / 2
         inside = -self._gaps(places[low], np.array((-u3, -half * psi2, half * psi1))).min()
