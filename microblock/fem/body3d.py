@@ -8,6 +8,7 @@ from typing import NamedTuple
 import ngsolve as ng
 import numpy as np
 
+from ..corners.coulomb import UNSOLVED
 from ..errors import BadArgument, NotConverged, require_kind, require_whole
 from ..halfspace.obstacles import heights
 from ..halfspace.symbol import require_stable
@@ -16,7 +17,6 @@ from ..model.methods import Condensed, Newton
 from ..threads import bounded
 from . import energy3d
 from .body import GIVEN, USUAL_CONTACT, BodyFields, MeshBody, require_finite_within
-from .bulk import UNSOLVED
 from .meshes import require_sound
 
 FIELDS = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
@@ -94,7 +94,8 @@ class Body3D(MeshBody):
 
     solvers = {Condensed: "fem.solver3d.Solver3D", Newton: "fem.newton3d.NewtonSolver3D"}
     methods = (Condensed, Newton)
-    names, prescribed, periodic, element_orders = FIELDS, MappingProxyType({}), False, None
+    names, periodic, element_orders = FIELDS, False, None
+    prescribed: Mapping = MappingProxyType({})
 
     def __init__(self, mesh, solid: Cosserat, order=1, *, fixed=(), contact=USUAL_CONTACT):
         require_sound(mesh, dims=(3,))
@@ -130,9 +131,9 @@ class Body3D(MeshBody):
         heights(obstacle, np.zeros(2), np.zeros(2))
 
     def unknowns_of(self, field):
-        """Numbers of the unknowns of a field, a range."""
+        """Slice of the unknowns of a field."""
         first = FIELDS.index(field) * self.width
-        return range(first, first + self.width)
+        return slice(first, first + self.width)
 
     def bulk(self, **options):
         """The bilinear form of the second variation of (10), assembled."""

@@ -243,6 +243,11 @@ class NodalFriction:
         )
 
     @property
+    def offset(self):
+        """Displacement of the obstacle along e1 (length)."""
+        return self.reached.iterate.shift
+
+    @property
     def slip(self):
         """How far the obstacle has moved over the surface since first contact, array (n,)."""
         return self.reached.slip
