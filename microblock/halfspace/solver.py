@@ -28,7 +28,6 @@ from ..errors import NOT_YET, BadArgument, NotConverged, at_least
 from ..halfplane.counter import require_same_period
 from ..halfplane.kernels import is_classical
 from ..model.deformable import body_of
-from ..model.events import LoadPath
 from ..model.material import joint_modulus
 from ..model.solver import Solver
 from ..model.types import AnyArray as Array
@@ -127,23 +126,6 @@ class SurfaceSolver(Solver):
         if not _repeats(self.surface_law.tilt, period):
             psi0 = getattr(self.law, "psi0", None)
             raise BadArgument("psi0", psi0, f"must repeat with the period, {period:g}")
-
-    @property
-    def has_level(self) -> bool:  # type: ignore[override]
-        return True
-
-    def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
-        """Raises BadArgument: events of a surface are not followed."""
-        raise BadArgument(
-            "method",
-            type(self.options).__name__,
-            "cannot follow events on a HalfSpace: solve the loads one by one, each with the state before as "
-            "`initial`",
-        )
-
-    def state(self, solution: Any) -> Any:
-        """Returns the SurfaceState that `solve` has made."""
-        return solution
 
     def initial_gaps(self, x1: Array, x2: Array) -> Array:
         """Returns the initial gaps of all corners at cells with these centres, array (corners, n, n)."""
