@@ -22,6 +22,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from ..errors import NotConverged
+from ..model.progress import counted
 from .friction import UNIQUE, Change
 
 MAX_ITERATIONS = 60
@@ -397,6 +398,7 @@ class FrictionNewton:
         visits = {}
         most = MAX_ITERATIONS + 2 * self.system.nodes * single
         for _ in range(most):
+            counted()
             on = Piece(self, before, sets)
             now = on.at(level)
             found = self._carrying(self.sets(now, before), now, before)

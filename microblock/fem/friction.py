@@ -274,7 +274,7 @@ class NodalFriction:
             micromoment=self.micromoment,
             iterations=len(reached.changes),
             kkt=self.residual,
-            vector=np.zeros(0),  # none to start from: a history starts from the unloaded body
+            vector=None,  # none to start from: a history starts from the unloaded body
         )
 
     @cached_property

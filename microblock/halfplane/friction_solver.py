@@ -231,7 +231,7 @@ class FrictionCells(OfMoment):
         """
         low, high = self.edges[0, 0], self.edges[-1, 1]
         if not np.all((x >= low) & (x <= high)):
-            raise BadArgument("x", x, f"must lie within the cells, from {low:g} to {high:g}")
+            raise BadArgument("x", x, f"must lie within the cells, from {low} to {high}")
         over = self.moment.raised.reshape(-1, len(self.x))[corner]
         initial = self.problem.initial_gap(np.full(len(x), corner), x) - self.approach
         return initial + np.interp(x, self.x, over)

@@ -110,7 +110,7 @@ def test_memory_and_time_end_refinement_and_what_is_advised_is_met(monkeypatch):
         problem.history(PAIRS)
     assert caught.value.rtol_reached > 0.01
     states = problem.history(PAIRS, rtol=caught.value.rtol_reached).states
-    assert max(state.error_estimate for state in states) == caught.value.reached
+    assert max(state.error_estimate for state in states) <= caught.value.rtol_reached
     monkeypatch.setattr(cost, "LITTLE", 1e5)
     monkeypatch.setattr(cost, "available", lambda: 1e5)
     with pytest.raises(mb.NotConverged, match="GB of memory.*fewer features") as caught:
@@ -201,7 +201,7 @@ def test_shares_of_corners_in_the_shear_are_in_the_estimate(alpha, seen):
     with pytest.raises(mb.NotConverged, match="the corners' shares in the shear are worth") as caught:
         problem.history(pairs, rtol=0.05)
     again = problem.history(pairs, rtol=caught.value.rtol_reached).states
-    assert max(state.error_estimate for state in again) == caught.value.reached
+    assert max(state.error_estimate for state in again) <= caught.value.rtol_reached
     rigid = half_plane(mb.Microblock(friction=F), alpha=alpha).history(pairs, rtol=0.2).states
     assert all(state.error_parts.shares == 0 for state in rigid)
 
