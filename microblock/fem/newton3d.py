@@ -261,7 +261,7 @@ class Systems:
         left, size, before, failed = right - product(found), np.linalg.norm(right), np.inf, False
         # with a large rho `right` is a small difference of large numbers: what is left is to be small beside
         # the internal forces, and is solved for again as long as rounding lets it shrink
-        while not failed and 10 * linear * size < (now := np.linalg.norm(left)) < before / 2:
+        while not failed and linear * size < (now := np.linalg.norm(left)) < before / 2:
             step, failed = cg(system, left, rtol=0, atol=linear * size, maxiter=LINEAR_STEPS, M=inverse)
             found, before = found + step, now
             left, size = right - product(found), np.linalg.norm(self.product(found[:-1])[free[:-1]])
