@@ -63,7 +63,7 @@ class AtNodes(Solution):
             raise BadArgument(
                 "x",
                 x,
-                f"must lie on the contact boundary, from {self.x[0]:g} to {self.x[-1]:g}"
+                f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}"
                 + ("" if self.apart is None or not self.apart.any() else " without its interruptions"),
             )
         x2, n1, n2, displacement, psi = (

@@ -8,7 +8,15 @@ import ngsolve as ng
 import numpy as np
 
 from .. import cost
-from ..errors import NUMBERS, BadArgument, NotConverged, require_finite, require_kind, require_whole
+from ..errors import (
+    NUMBERS,
+    BadArgument,
+    NotConverged,
+    require_finite,
+    require_flag,
+    require_kind,
+    require_whole,
+)
 from ..model.fields import PointFields
 from ..model.fields import points as at_points
 from ..model.material import Cosserat
@@ -125,6 +133,8 @@ class Body(Shown):
         require_sound(mesh)
         require_kind(Cosserat, "a Cosserat", solid=solid)
         require_kind(str, "the name of a boundary", contact=contact)
+        require_kind((Mapping, type(None)), "{field: {boundary: value}}", prescribed=prescribed)
+        require_flag(periodic=periodic)
         self.mesh, self.solid, self.periodic, self.contact = mesh, solid, periodic, contact
         self.element_orders = None if isinstance(order, int | np.integer) else self._graded(order, order_psi)
         order = order if self.element_orders is None else int(self.element_orders.max())
@@ -242,7 +252,7 @@ class Body(Shown):
 
     def _patterns(self, fixed):
         """{field: pattern of all boundaries where it is fixed or prescribed}."""
-        if not isinstance(fixed, (str, Mapping)) and fixed != ():
+        if not isinstance(fixed, (str, Mapping)) and not (isinstance(fixed, tuple) and not fixed):
             raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
         patterns = (
             {name: [fixed] for name in FIELDS}

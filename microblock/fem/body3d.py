@@ -154,7 +154,7 @@ class Body3D(Shown):
 
     def _patterns(self, fixed):
         """{field: pattern of all boundaries where it is 0}."""
-        if not isinstance(fixed, (str, Mapping)) and fixed != ():
+        if not isinstance(fixed, (str, Mapping)) and not (isinstance(fixed, tuple) and not fixed):
             raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
         patterns = dict.fromkeys(FIELDS, fixed) if isinstance(fixed, str) else dict(fixed)
         for name, pattern in patterns.items():

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from ..corners.nodal import NodalSolution
-from ..errors import BadArgument
+from ..errors import BadArgument, at_most
 from ..model.zones import distance, distance_to_ends
 from . import between, meshes
 from .mesh_fields import BelowOnMesh
@@ -109,9 +109,8 @@ class BodySolution(BelowOnMesh, NodalSolution):
             longest = meshes.longest_element(self.problem.solid, int(order))
             if across[pressed & (orders[numbers] == order)].max() > longest:
                 return [
-                    f"elements of order {order} that reach deeper than {longest:.2g} below the contact do "
-                    "not resolve the "
-                    "layer at the surface: cut them, take a higher order, or ask for an rtol"
+                    f"elements of order {order} that reach deeper than {at_most(longest)} below the "
+                    "contact do not resolve the layer: cut them, take a higher order, or ask for an rtol"
                 ]
         return []
 

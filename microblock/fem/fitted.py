@@ -28,7 +28,7 @@ from functools import cached_property
 import numpy as np
 
 from ..corners import active_set
-from ..errors import BadArgument, NotConverged
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..halfplane import topology
 from ..halfplane.graded_cells import of_corners, trial_zones
 from ..halfplane.kernels import HalfPlane
@@ -36,6 +36,7 @@ from ..halfplane.line_solver import LooksTooNear
 from ..model import picture
 from ..model.methods import Panels
 from ..model.problem import Problem
+from ..model.progress import counted
 from ..model.zones import joined, runs, without, zone_edges
 from . import between
 from .fitted_mesh import MEETING, MeshFitter, _FittedMesh
@@ -240,11 +241,8 @@ class FittedSolver(MeshFitter):
             coarse = state
         if best == math.inf:
             raise self._unsettled(load, zones, passes)
-        raise NotConverged(
-            f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was {best:.1e}; "
-            "ask for that, or fix the discretisation instead",
-            reached=best,
-            iterations=passes,
+        raise out_of_reach(
+            rtol, best, load=load, besides="fix the discretisation, Fitted(order=...)", iterations=passes
         )
 
     @property
@@ -402,6 +400,7 @@ class FittedSolver(MeshFitter):
 
     def _pass(self, load, zones, order, levels, spacing=None):
         """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
+        counted()
         mesh = self._fit_mesh(zones, order, levels, spacing)
         p = mesh.pressures(self.share(load))
         moved, squares = {}, 0.0

@@ -129,7 +129,7 @@ class GroundSolver(Solver):
         require_finite(approach=approach)
         lowest = self._first_touch()
         if not approach > lowest:
-            raise BadArgument("approach", approach, f"must lie above that of first touch, {lowest:g}")
+            raise BadArgument("approach", approach, f"must lie above that of first touch, {lowest}")
         return lowest
 
     def _first_touch(self):

@@ -10,7 +10,7 @@ import numpy as np
 from ngsolve.meshes import MakeStructured2DMesh
 
 from .. import cost
-from ..errors import BadArgument, NotConverged, require_finite, require_pair, require_positive
+from ..errors import BadArgument, NotConverged, at_least, require_finite, require_pair, require_positive
 
 HELD, POWER = 0.9, 1.6  # layers that an element of order 2, 4, 6 holds: 2.7, 8.3, 16
 # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
@@ -227,7 +227,7 @@ class Ground:
         left, right = self.reach
         if not (-self.far < left < right < self.far and (left == 0 or not self.half)):
             raise BadArgument(
-                "reach", self.reach, f"must be an interval within {self.far:g} of x1 = 0, from it on a half"
+                "reach", self.reach, f"must be an interval within {self.far} of x1 = 0, from it on a half"
             )
 
     @property
@@ -347,9 +347,7 @@ def uniform(ground, h, quads=True):
     require_finite(h=h)
     reach = ground.reach[1]
     if not 0 < h <= reach:
-        raise BadArgument(
-            "h", h, f"must be positive and no longer than the region of equal squares, {reach:g}"
-        )
+        raise BadArgument("h", h, f"must be positive and no longer than the region of equal squares, {reach}")
 
     def elements(length):
         count = _uniform_count(reach, ground.far, length)
@@ -406,7 +404,7 @@ def _require_room(name, length, elements):
             name,
             length,
             f"makes {elements(length)[1]:.2g} elements, whose matrices {words}: take {name} of "
-            f"{least:.1g} or more, a larger ell where it follows from that, or a half-plane without a mesh",
+            f"{at_least(least)} or more, a larger ell where it follows from that, or a half-plane",
         )
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from .. import cost
 from ..errors import BadArgument, NotConverged, require_choice, require_finite, require_kind, require_positive
 from ..model import law
+from ..model.progress import counted
 from ..model.summary import Row, Shown, Summary, number
 from ..threads import bounded
 from .body import Body, Fields, Loads
@@ -238,6 +239,7 @@ class MonolithicNewton:
         self._bulk.assemble()
         unknowns, visits, factor, best = self._first_guess(level, start), {}, None, None
         for iteration in range(MAX_ITERATIONS + 1):
+            counted()
             now = self._look(unknowns, level)
             if self.control == "load" and not any(now.active):
                 self._touch(unknowns)  # else the approach would be free

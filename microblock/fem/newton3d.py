@@ -24,6 +24,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from .. import cost
 from ..errors import NOT_YET, BadArgument, NotConverged
+from ..model.progress import counted
 from ..model.solver import SOLVED
 from ..threads import bounded
 from .body3d import FIELDS, HELD, Body3D, Fields3D
@@ -84,7 +85,6 @@ class NewtonSolver3D(Solver3D):
         raise NotConverged(
             f"gaps of {kkt:.1e} of the displacement are left after {UPDATES} updates of the multipliers: "
             "take a larger rho",
-            reached=kkt,
             iterations=steps,
         )
 
@@ -106,6 +106,7 @@ class NewtonSolver3D(Solver3D):
         unknowns[-1] = approach if load is None else unknowns[-1]
         seen = set()
         for step in range(NEWTON_STEPS):
+            counted()
             own = np.where(closed, nodes.weights, 0.0)
             force = own * np.where(closed, multipliers + rho * np.where(closed, g0, 0.0), 0.0)
             unknowns = self.system.solve(
@@ -163,7 +164,8 @@ class NewtonSolver3D(Solver3D):
             method="newton",
             found=fields,
         )
-        self.require_clear(found, gaps - self.initial_gaps + found.approach)
+        moved = np.subtract(gaps, self.initial_gaps, out=np.zeros_like(gaps), where=np.isfinite(gaps))
+        self.require_clear(found, moved + found.approach)
         return found
 
 
@@ -269,8 +271,7 @@ class Systems:
         if not off <= max(10 * linear, SOLVED):
             raise NotConverged(
                 f"conjugate gradients stand at the relative residual {off:.1e} after {LINEAR_STEPS} steps: "
-                f"take a smaller rho, or Condensed(); {HELD}",
-                reached=off,
+                f"take a smaller rho, or Condensed(); {HELD}"
             )
         return np.where(free, found, start if load is None else 0.0)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import at_most
 from ..model.summary import Row, Shown, Summary, number, saved
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Target
@@ -161,7 +162,7 @@ class State3D(Shown):
             return ""
         return (
             f"elements of order {body.order} that reach {self._depth:.2g} below the contact, more than "
-            f"{longest:.2g}, do not resolve the layer at the surface: take shorter ones or a higher order"
+            f"{at_most(longest)}, do not resolve the layer: take shorter ones, or a higher order"
         )
 
     def _beyond(self) -> str:
@@ -209,7 +210,7 @@ class State3D(Shown):
         """
         from ..view.nodes_figure import draw
 
-        return saved(draw(self), path)
+        return saved(draw(self), path, self.warnings)
 
     def summary(self) -> Summary:
         """Returns load, approach, contact and pressure, for a notebook."""

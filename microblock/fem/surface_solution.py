@@ -209,9 +209,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
             For x beyond the contact boundary.
         """
         if not np.all((x >= self.x[0]) & (x <= self.x[-1])):
-            raise BadArgument(
-                "x", x, f"must lie on the contact boundary, from {self.x[0]:g} to {self.x[-1]:g}"
-            )
+            raise BadArgument("x", x, f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}")
         side, number = np.abs(x) if self.problem.mirror else x, np.full(len(x), corner)
         raised, psi = (self.body.interpolate(own, side) for own in (self._raised, self.computed_psi))
         psi = np.where(x < 0, -psi, psi) if self.problem.mirror else psi

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..errors import BadArgument, require_positive
+from ..errors import BadArgument, require_finite, require_positive
 from .summary import Row, Shown, Summary, number
 from .types import ContactLike
 
@@ -45,6 +45,7 @@ class Event:
 
     def __post_init__(self) -> None:
         for name in ("load", "load_error", "x"):
+            require_finite(**{name: getattr(self, name)})
             object.__setattr__(self, name, float(getattr(self, name)))  # plain floats, not numpy's
 
 
@@ -60,7 +61,7 @@ class LoadPath(Shown):
     last : float
         Load at the end of the path (force per thickness).
     rtol : float or None
-        Relative L2 error of the states.
+        Relative error of the states, as of `Contact.solve`.
     first : float
         Load from which zones are followed. A zone that is there by then and did not begin at first touch is
         an event at half of that load, with as large an error; what else happens below is not looked for.
@@ -141,4 +142,4 @@ def require_on_path(load: float, last: float) -> None:
     """Raises BadArgument unless a load lies on the path that ends with the load `last`."""
     require_positive(load=load)
     if load > last:
-        raise BadArgument("load", load, f"must lie between 0 and the end of the path, {last:g}")
+        raise BadArgument("load", load, f"must lie between 0 and the end of the path, {last}")

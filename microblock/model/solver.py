@@ -141,7 +141,7 @@ class Solver:
         load, approach : float or None
             Force per thickness; approach of the obstacle (length).
         rtol : float or None
-            Relative L2 error of pressure and micromoment; None for the usual one of the method.
+            Relative error as of `Contact.solve`; None for the usual one of the method.
         initial : Solution or None
             A solution of a similar problem; one of another kind is passed over.
         progress : bool
@@ -207,6 +207,10 @@ class Solver:
             "cannot follow events; in the plane Panels(), Fitted() and Condensed() can. Solve the loads one "
             "by one",
         )
+
+    def follows(self, pairs: Array) -> bool:
+        """Returns whether the method is the one to follow a history, array (n, 2), where none is named."""
+        return True
 
     def history(self, pairs: Array, coupled: bool, rtol: float | None, progress: bool = False) -> History:
         """Returns the History through pairs (P, Q), array (n, 2), of a law with friction; raises BadArgument
