@@ -155,10 +155,10 @@ def kernels(nu, beta, clamped=False):
         f = ends[0] + (ends[1] - ends[0]) * near + hankel(u, 1)
         if clamped:
             return f, 0, 0, 0
-        slope = -hankel(lambda x: at(x / r)[2] * x / r, 1)  # of phi over ln r, times r
+        slope = -hankel(lambda x: at(x / r)[2] * x / r, 1)  # of phi over ln r
         w = hankel(lambda x: at(x / r)[3] / r, 1)
         turn = hankel(lambda x: (at(x / r)[4] - at(x / r)[3]) / r, 1)
-        return f, slope / r, w * (1 + r), turn * (1 + r) ** 2
+        return f, slope, w * (1 + r), turn * (1 + r) ** 2
 
     rows = np.array([integrals(r) for r in radii]) / (2 * pi)
     phi = CubicSpline(np.log(radii), rows[:, 1]).antiderivative()(np.log(radii))
