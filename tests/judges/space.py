@@ -18,6 +18,7 @@ from math import inf, pi, sqrt
 import numpy as np
 from scipy.fft import irfft2, next_fast_len, rfft2
 from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import splu
 from scipy.special import erfc, j0, j1, jn_zeros, jv, yv
@@ -297,26 +298,72 @@ class Island:
         return np.einsum("xi,cij,yj->cxy", self.bx, values.reshape(len(values), NODES, NODES), self.by)
 
 
-class Model:
-    """The response of all islands to the forces of all corners, and the initial gaps."""
+class Sheet:
+    """All cells of a period; without a mean displacement."""
 
-    def __init__(self, height, boxes, n, nu, beta, law, period=None):
+    def __init__(self, period, n, nu, beta, law):
+        self.n, self.sides, self.area = (n, n), (period / n, period / n), (period / n) ** 2
+        self.x = self.y = (np.arange(n) + 0.5) * period / n
+        waves = np.fft.fftfreq(n, 1 / n)
+        total = 0.0
+        for i in (-1, 0, 1):  # three by three aliases of the cells' edges
+            for j in (-1, 0, 1):
+                a, b = waves[:, None] + i * n, waves[None, : n // 2 + 1] + j * n
+                total = total + self._symbols(2 * pi / period * a, 2 * pi / period * b, nu, beta, law) * np.sinc(a / n) * np.sinc(b / n)
+        total[:, :, 0, 0] = 0
+        if law == "microblock":  # a uniform moment turns all blocks alike
+            total[1, 1, 0, 0] = total[2, 2, 0, 0] = symbols(nu, beta)(1e-6)[3]
+        self.kernel = total
+        self.scale = period / n
+
+    @staticmethod
+    def _symbols(k1, k2, nu, beta, law):
+        k = np.maximum(np.hypot(k1, k2), 1e-30)
+        u, clamped, v, w, along = symbols(nu, beta)(np.maximum(k, 1e-6))
+        if law != "microblock":
+            return np.array([[clamped if law == "microclamped" else u]])
+        c, s = k1 / k, k2 / k
+        psi1, psi2 = -1j * v * s, 1j * v * c
+        cross = (along - w) * c * s
+        return np.array([[u, -psi1, -psi2], [psi1, w * s * s + along * c * c, cross], [psi2, cross, w * c * c + along * s * s]])
+
+    def own(self, loads):
+        return irfft2(np.einsum("abij,bij->aij", self.kernel, rfft2(loads)), self.n)
+
+    def gathered(self, loads):
+        return np.zeros((len(loads), 1))
+
+    def spread(self, values):
+        return 0.0
+
+
+class Model:
+    """The response of all islands to the forces of all corners, and the initial gaps; without boxes of a whole period."""
+
+    def __init__(self, height, boxes, n, nu, beta, law, period=None, features=()):
         self.law, self.period = law, period
         moments = law == "microblock"
-        table = kernels(nu, beta, law == "microclamped")
         self.corners = [(a, b) for a in (-1, 1) for b in (-1, 1)] if moments else [(0, 0)]
-        self.islands = [Island(box, n, table, moments) for box in boxes]
-        self.height = [self._heights(height, each) for each in self.islands]
         self.far = {}
-        for i, first in enumerate(self.islands):
-            for j, other in enumerate(self.islands[: i + 1]):
-                if i != j or period:
-                    self.far[i, j] = self._coupling(table, first, other, moments, i == j)
-        self.near = {pair for pair in self.far if self._near(*pair)}
+        if not boxes:
+            self.islands = [Sheet(period, n, nu, beta, law)]
+        else:
+            table = kernels(nu, beta, law == "microclamped")
+            self.islands = [Island(box, self._cells(box, n, features), table, moments) for box in boxes]
+            for i, first in enumerate(self.islands):
+                for j, other in enumerate(self.islands[: i + 1]):
+                    if i != j or period:
+                        self.far[i, j] = self._coupling(table, first, other, moments, i == j)
+        self.height = [self._heights(height, each) for each in self.islands]
 
-    def _near(self, i, j):
-        a, b = self.islands[i].box, self.islands[j].box
-        return i != j and a.gap(b) < max(a.a, a.b, b.a, b.b)
+    def _cells(self, box, n, features):
+        """At least n/6 cells across the narrowest feature (x, y, width) in the box, if 400 are enough."""
+        widths = [w for x, y, w in features if abs(x - box.x) < box.a + self.reach and abs(y - box.y) < box.b + self.reach]
+        return min(400, max(n, int(n / 6 * 2 * max(box.a, box.b) / min(widths, default=inf))))
+
+    @property
+    def reach(self):
+        return 0.5 if len(self.corners) > 1 else 0.0
 
     def _heights(self, height, island):
         return np.array([height(*np.meshgrid(island.x + a / 2, island.y + b / 2, indexing="ij")) for a, b in self.corners])
@@ -439,7 +486,9 @@ class Solved:
 
     def touches_rim(self):
         """Whether pressure reaches the last cells of an island where the obstacle goes on."""
-        for h, force in zip(self.model.height, self.forces):
+        for island, force in zip(self.model.islands, self.forces):
+            if isinstance(island, Sheet):
+                continue
             rim = np.ones(force.shape[1:], bool)
             rim[1:-1, 1:-1] = False
             if (force[:, rim] > 0).any():
@@ -511,7 +560,7 @@ class Answer:
     solved: Solved | None = None
 
 
-def answer(height, boxes, load, solid, law, owner=None, period=None, n=96):
+def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, features=()):
     """The state under height(x1, x2) at places that `boxes` contain, all of them: (x, y, half-widths) of obstacle points.
 
     solid = (E, nu, beta, ell); owner(x, y) is the number of the summit that a place of the obstacle belongs to. Errors
@@ -521,30 +570,30 @@ def answer(height, boxes, load, solid, law, owner=None, period=None, n=96):
     mu = E / 2 / (1 + nu)
     scaled = lambda x, y: height(ell * x, ell * y) / ell
     sites = [Box(*(v / ell for v in box)) for box in boxes]
+    features = [tuple(v / ell for v in each) for each in features]
     if law == "microblock":
         sites = [Box(s.x - a / 2, s.y - b / 2, s.a, s.b) for s in sites for a in (-1, 1) for b in (-1, 1)]
-    model = lambda boxes, n: Model(scaled, boxes, n, nu, beta, law, period and period / ell)
+    model = lambda boxes, n: Model(scaled, boxes, n, nu, beta, law, period and period / ell, features)
     force = load / mu / ell**2
-    sites, found = merged(sites), None
-    for n0 in (32, 40, 48, 56):
-        found = gradients(model(sites, n0), force, 1e-4)
-        sites = merged(_regrown(found, sites))
+    sites = merged(sites)
+    for n0 in (32, 40, 48, 56) if sites else ():
+        sites = _regrown(gradients(model(sites, n0), force, 1e-4), sites)
     pair = []
     for cells in (n // 2, n):
-        for _ in range(3):
-            pair_found = gradients(model(sites, cells), force)
-            if not pair_found.touches_rim():
+        for _ in range(4):
+            found = gradients(model(sites, cells), force)
+            if not found.touches_rim():
                 break
-            sites = [Box(s.x, s.y, 1.15 * s.a, 1.15 * s.b) for s in sites]
-        pair.append(pair_found)
+            sites = _regrown(found, sites)
+        pair.append(found)
     return _answer(pair, owner, mu, ell)
 
 
 def _regrown(found, sites):
     """Boxes about what presses; where that reaches the rim, larger than before."""
     if found.touches_rim():
-        return [Box(s.x, s.y, 1.3 * s.a, 1.3 * s.b) for s in sites]
-    return found.pressed()
+        return merged(Box(s.x, s.y, 1.3 * s.a, 1.3 * s.b) for s in sites)
+    return merged(found.pressed())
 
 
 def _answer(pair, owner, mu, ell):
@@ -563,15 +612,30 @@ def _answer(pair, owner, mu, ell):
     return Answer(**fine, errors=errors, residual=residual, solved=pair[-1])
 
 
+def coupled_hertz(E, nu, radii, levels, places, load):
+    """Approach and loads of Hertz contacts so far apart that each feels the others as point loads."""
+    star = E / (1 - nu**2)
+    x, y = np.transpose(places)
+    apart = np.hypot(x[:, None] - x, y[:, None] - y)
+    far = np.divide(1, pi * star * apart, out=np.zeros_like(apart), where=apart > 0)
+    radii, levels = np.asarray(radii), np.asarray(levels)
+
+    def loads(approach):
+        each = np.zeros(len(radii))
+        for _ in range(200):
+            depth = np.maximum(approach - levels - far @ each, 0)
+            each, before = 4 / 3 * star * np.sqrt(radii) * depth**1.5, each
+            if np.abs(each - before).max() <= 1e-13 * load:
+                break
+        return each
+
+    low, high = levels.min(), levels.min() + 2 * len(radii) * (3 * load / 4 / star / sqrt(radii.min())) ** (2 / 3)
+    approach = brentq(lambda d: loads(d).sum() - load, low, high, xtol=1e-300, rtol=1e-13)
+    return approach, loads(approach)
+
+
 def hertz(E, nu, R, load):
     """Radius, peak pressure and approach of classical contact with a sphere."""
     star = E / (1 - nu**2)
     a = (3 * load * R / 4 / star) ** (1 / 3)
     return a, 3 * load / (2 * pi * a * a), a * a / R
-
-
-if __name__ == "__main__":
-    E, nu, R, P = 0.91, 0.3, 1.0, 0.01
-    a, p0, d = hertz(E, nu, R, P)
-    got = answer(lambda x, y: (x * x + y * y) / 2, [(0, 0, 1.5 * a, 1.5 * a)], P, (E, nu, 1.0, 1e-7), "unilateral")
-    print(got.approach / d, got.peak / p0, got.errors, got.residual)
