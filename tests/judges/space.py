@@ -359,7 +359,7 @@ class Model:
     def _cells(self, box, n, features):
         """At least n/6 cells across the narrowest feature (x, y, width) in the box, if 400 are enough."""
         widths = [w for x, y, w in features if abs(x - box.x) < box.a + self.reach and abs(y - box.y) < box.b + self.reach]
-        return min(400, max(n, int(n / 6 * 2 * max(box.a, box.b) / min(widths, default=inf))))
+        return min(4 * n, max(n, int(n / 6 * 2 * max(box.a, box.b) / min(widths, default=inf))))
 
     @property
     def reach(self):
@@ -473,30 +473,25 @@ class Solved:
         parts = [self.model._resultants(f)[1:] for f in self.forces] if len(self.model.corners) > 1 else []
         return sqrt(sum(i.area * (m**2).sum() for i, m in zip(self.model.islands, parts)))
 
-    def pressed(self):
-        """Boxes about what presses, with a rim of two cells and 6 %."""
-        boxes = []
+    def regrown(self):
+        """Boxes about what presses, with a rim of two cells and 6 %; half as large again where the rim presses."""
+        boxes, again = [], False
         for island, force in zip(self.model.islands, self.forces):
-            i, j = np.nonzero(force.sum(0) > 0)
-            if len(i):
+            on = force.sum(0) > 0
+            i, j = np.nonzero(on)
+            if isinstance(island, Sheet) or not len(i):
+                continue
+            if on[[0, -1]].any() or on[:, [0, -1]].any():
+                boxes.append(Box(island.box.x, island.box.y, 1.4 * island.box.a, 1.4 * island.box.b))
+                again = True
+            else:
                 (l, r), (u, v) = island.x[[i.min(), i.max()]], island.y[[j.min(), j.max()]]
                 a, b = (1.06 * (r - l) / 2 + 2 * island.sides[0], 1.06 * (v - u) / 2 + 2 * island.sides[1])
                 boxes.append(Box((l + r) / 2, (u + v) / 2, a, b))
-        return boxes
-
-    def touches_rim(self):
-        """Whether pressure reaches the last cells of an island where the obstacle goes on."""
-        for island, force in zip(self.model.islands, self.forces):
-            if isinstance(island, Sheet):
-                continue
-            rim = np.ones(force.shape[1:], bool)
-            rim[1:-1, 1:-1] = False
-            if (force[:, rim] > 0).any():
-                return True
-        return False
+        return merged(boxes), again
 
 
-def gradients(model, load, tolerance=1e-7, limit=1500):
+def gradients(model, load, tolerance=3e-6, limit=500):
     """Polonsky and Keer's projected conjugate gradients, on pressures scaled by each island's own compliance."""
     finite = [np.isfinite(h) for h in model.height]
     height = np.concatenate([np.where(f, h, 0).ravel() for f, h in zip(finite, model.height)])
@@ -576,24 +571,18 @@ def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, featu
     model = lambda boxes, n: Model(scaled, boxes, n, nu, beta, law, period and period / ell, features)
     force = load / mu / ell**2
     sites = merged(sites)
-    for n0 in (32, 40, 48, 56) if sites else ():
-        sites = _regrown(gradients(model(sites, n0), force, 1e-4), sites)
+    for cells in (24, 32) if sites else ():
+        sites, _ = gradients(model(sites, cells), force, 1e-4).regrown()
     pair = []
     for cells in (n // 2, n):
         for _ in range(4):
             found = gradients(model(sites, cells), force)
-            if not found.touches_rim():
+            boxes, again = found.regrown()
+            if not again:
                 break
-            sites = _regrown(found, sites)
+            sites = boxes
         pair.append(found)
     return _answer(pair, owner, mu, ell)
-
-
-def _regrown(found, sites):
-    """Boxes about what presses; where that reaches the rim, larger than before."""
-    if found.touches_rim():
-        return merged(Box(s.x, s.y, 1.3 * s.a, 1.3 * s.b) for s in sites)
-    return merged(found.pressed())
 
 
 def _answer(pair, owner, mu, ell):
