@@ -555,11 +555,11 @@ class Answer:
     solved: Solved | None = None
 
 
-def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, features=()):
+def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, features=(), fixed=False):
     """The state under height(x1, x2) at places that `boxes` contain, all of them: (x, y, half-widths) of obstacle points.
 
     solid = (E, nu, beta, ell); owner(x, y) is the number of the summit that a place of the obstacle belongs to. Errors
-    are differences of grids of n/2 and n cells along each box, made to fit what presses.
+    are differences of grids of n/2 and n cells along each box, which is made to fit what presses unless it is `fixed`.
     """
     E, nu, beta, ell = solid
     mu = E / 2 / (1 + nu)
@@ -571,14 +571,14 @@ def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, featu
     model = lambda boxes, n: Model(scaled, boxes, n, nu, beta, law, period and period / ell, features)
     force = load / mu / ell**2
     sites = merged(sites)
-    for cells in (24, 32) if sites else ():
+    for cells in (24, 32) if sites and not fixed else ():
         sites, _ = gradients(model(sites, cells), force, 1e-4).regrown()
     pair = []
     for cells in (n // 2, n):
         for _ in range(4):
             found = gradients(model(sites, cells), force)
             boxes, again = found.regrown()
-            if not again:
+            if fixed or not again:
                 break
             sites = boxes
         pair.append(found)

@@ -58,11 +58,12 @@ class Scene:
 class Owner:
     """The number of the summit that is nearest to a place."""
 
-    def __init__(self, summits):
-        self.summits, self.count = summits, len(summits)
+    def __init__(self, summits, period=None):
+        self.summits, self.count, self.period = summits, len(summits), period
 
     def __call__(self, x, y):
-        return np.argmin([(x - a) ** 2 + (y - b) ** 2 for a, b in self.summits], axis=0)
+        nearest = lambda d: d - self.period * np.round(d / self.period) if self.period else d
+        return np.argmin([nearest(x - a) ** 2 + nearest(y - b) ** 2 for a, b in self.summits], axis=0)
 
 
 def paraboloids(summits, radii, levels):
@@ -217,7 +218,7 @@ def wavy(rng):
         places, R = ((x0, y0),), 1 / (4 * pi**2 * height_)
     a = log(rng, 1e-3, 0.3)
     load = 4 / 3 * E / (1 - nu**2) * a**3 / R * len(places)
-    boxes = [(x, y, 1.5 * a, 1.5 * a) for x, y in places] if a < 0.06 and ell < 0.3 * a * 10 else []
+    boxes = [(x, y, 1.5 * a, 1.5 * a) for x, y in places] if a < 0.06 else []
     return Scene("wavy", height, boxes, load, (E, nu, beta, ell), law, places, period=1.0, note=f"Hertz radius {a:.1e} of 1")
 
 
@@ -237,7 +238,8 @@ def ends(rng):
     else:
         height = lambda x, y: np.where(np.hypot(x - x0, y - y0) <= c / 2, ((x - x0) ** 2 + (y - y0) ** 2) / 2, inf)
         name = "sphere cut round"
-    box = (x0, y0, 1.5 * a, 1.5 * a) if name == "sphere cut by a plane" else (x0, y0, 1.03 * c, 1.03 * c)
+    side = c if "punch" in name else c / 2  # boxes end where the obstacle does: cells of any size fit it
+    box = (x0 - 0.75 * a + side / 2, y0, 0.75 * a + side / 2, 1.5 * a) if "plane" in name else (x0, y0, side, side)
     return Scene("ends", height, [box], load, solid, law, ((x0, y0),), norm=False, note=name)
 
 
@@ -268,8 +270,9 @@ def truth(s):
     """The second code's figures, or None where no state exists."""
     if s.boxes is None:
         return None
-    n = 64 if s.boxes else 256
-    a = space.answer(s.height, s.boxes, s.load, s.solid, s.law, Owner(s.summits), s.period, n, s.features)
+    n = (64 if s.norm else 160) if s.boxes else 256
+    owner = Owner(s.summits, s.period)
+    a = space.answer(s.height, s.boxes, s.load, s.solid, s.law, owner, s.period, n, s.features, fixed=not s.norm)
     loads = [float(v) for v in a.loads]
     bars = {name: 2 * float(v) + 1e-4 for name, v in a.errors.items()}  # twice the change, 1e-4 of kernels and iteration
     return {"approach": float(a.approach), "norm": float(a.norm), "peak": float(a.peak), "loads": loads, "bars": bars, "residual": float(a.residual)}
@@ -305,11 +308,11 @@ def figures(state, s):
     else:
         x, y = (g.ravel() for g in np.meshgrid(state.x1, state.x2, indexing="ij"))
     x, y, area = x / length, y / length, np.ravel(state.weights) / length**2
-    pressure, owner = np.ravel(state.pressure) / stress, Owner(s.summits)
+    pressure, owner = np.ravel(state.pressure) / stress, Owner(s.summits, s.period)
     loads = np.zeros(owner.count)
     for name, force in state.pressures.items():
         arm = np.array([{"-": -0.5, "+": 0.5}[c] for c in name]) * s.solid[3] if len(name) == 2 else (0.0, 0.0)
-        place = _folded(x + arm[0], y + arm[1], s)
+        place = x + arm[0], y + arm[1]
         loads += np.bincount(owner(*place), np.ravel(force) / stress * area, owner.count)
     return {
         "approach": float(state.approach) / length,
@@ -317,16 +320,6 @@ def figures(state, s):
         "peak": float(pressure.max()),
         "loads": loads.tolist(),
     }
-
-
-def _folded(x, y, s):
-    if s.period is None:
-        return x, y
-    x0, y0 = np.mean(s.summits, axis=0)
-    shift = lambda v, m: m + (v - m + 0.25 * s.period) % s.period - 0.25 * s.period
-    if len(s.summits) == 1:
-        return x, y
-    return (shift(v, m - 0.25 * s.period) for v, m in zip((x, y), s.summits[0]))
 
 
 def outcome(s, true, rtol=RTOL):
