@@ -57,7 +57,12 @@ def _element(degree):
     t, w = (t + 1) / 2, w / 2
     inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * nodes - 1, degree))
     value = np.polynomial.chebyshev.chebvander(2 * t - 1, degree) @ inverse
-    slope = np.stack([np.polynomial.chebyshev.chebval(2 * t - 1, np.polynomial.chebyshev.chebder(c)) for c in np.eye(degree + 1)])
+    slope = np.stack(
+        [
+            np.polynomial.chebyshev.chebval(2 * t - 1, np.polynomial.chebyshev.chebder(c))
+            for c in np.eye(degree + 1)
+        ]
+    )
     return value, 2 * slope.T @ inverse, w
 
 
@@ -114,7 +119,10 @@ def hankel(function, order, step=0.001, terms=5000):
     zeros = jn_zeros(order, terms)
     t = step * zeros / pi
     x = zeros * np.tanh(pi / 2 * np.sinh(t))
-    slope = np.tanh(pi / 2 * np.sinh(t)) + t * pi / 2 * np.cosh(t) / np.cosh(np.minimum(pi / 2 * np.sinh(t), 300)) ** 2
+    slope = (
+        np.tanh(pi / 2 * np.sinh(t))
+        + t * pi / 2 * np.cosh(t) / np.cosh(np.minimum(pi / 2 * np.sinh(t), 300)) ** 2
+    )
     weight = pi * yv(order, zeros) / jv(order + 1, zeros) * jv(order, x) * slope
     return function(x) @ weight
 
@@ -273,7 +281,9 @@ class Island:
             self.n = tuple(n if side == longer else max(16, n // 4) for side in (box.a, box.b))
         self.sides = 2 * box.a / self.n[0], 2 * box.b / self.n[1]
         self.area = self.sides[0] * self.sides[1]
-        self.x, self.y = (m + (np.arange(k) - (k - 1) / 2) * s for m, k, s in zip((box.x, box.y), self.n, self.sides))
+        self.x, self.y = (
+            m + (np.arange(k) - (k - 1) / 2) * s for m, k, s in zip((box.x, box.y), self.n, self.sides)
+        )
         full = cell_kernels(table, self.n, self.sides, moments)
         self.shape = tuple(next_fast_len(2 * k, real=True) for k in self.n)
         kernel = np.zeros((*full.shape[:2], *self.shape))
@@ -282,14 +292,18 @@ class Island:
         self.scale = full[0, 0, self.n[0], self.n[1]]
         self.kernel = rfft2(kernel)
         nodes = np.cos(pi * (np.arange(NODES) + 0.5) / NODES)
-        self.nodes = [g.ravel() for g in np.meshgrid(box.x + box.a * nodes, box.y + box.b * nodes, indexing="ij")]
+        self.nodes = [
+            g.ravel() for g in np.meshgrid(box.x + box.a * nodes, box.y + box.b * nodes, indexing="ij")
+        ]
         van = np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, NODES - 1))
         self.bx = np.polynomial.chebyshev.chebvander((self.x - box.x) / box.a, NODES - 1) @ van
         self.by = np.polynomial.chebyshev.chebvander((self.y - box.y) / box.b, NODES - 1) @ van
 
     def own(self, loads):
         spectrum = rfft2(loads, self.shape)
-        return irfft2(np.einsum("abij,bij->aij", self.kernel, spectrum), self.shape)[:, : self.n[0], : self.n[1]]
+        return irfft2(np.einsum("abij,bij->aij", self.kernel, spectrum), self.shape)[
+            :, : self.n[0], : self.n[1]
+        ]
 
     def gathered(self, loads):
         return np.einsum("xi,cxy,yj->cij", self.bx, loads * self.area, self.by).reshape(len(loads), -1)
@@ -309,7 +323,9 @@ class Sheet:
         for i in (-1, 0, 1):  # three by three aliases of the cells' edges
             for j in (-1, 0, 1):
                 a, b = waves[:, None] + i * n, waves[None, : n // 2 + 1] + j * n
-                total = total + self._symbols(2 * pi / period * a, 2 * pi / period * b, nu, beta, law) * np.sinc(a / n) * np.sinc(b / n)
+                total = total + self._symbols(
+                    2 * pi / period * a, 2 * pi / period * b, nu, beta, law
+                ) * np.sinc(a / n) * np.sinc(b / n)
         total[:, :, 0, 0] = 0
         if law == "microblock":  # a uniform moment turns all blocks alike
             total[1, 1, 0, 0] = total[2, 2, 0, 0] = symbols(nu, beta)(1e-6)[3]
@@ -325,7 +341,13 @@ class Sheet:
         c, s = k1 / k, k2 / k
         psi1, psi2 = -1j * v * s, 1j * v * c
         cross = (along - w) * c * s
-        return np.array([[u, -psi1, -psi2], [psi1, w * s * s + along * c * c, cross], [psi2, cross, w * c * c + along * s * s]])
+        return np.array(
+            [
+                [u, -psi1, -psi2],
+                [psi1, w * s * s + along * c * c, cross],
+                [psi2, cross, w * c * c + along * s * s],
+            ]
+        )
 
     def own(self, loads):
         return irfft2(np.einsum("abij,bij->aij", self.kernel, rfft2(loads)), self.n)
@@ -358,7 +380,11 @@ class Model:
 
     def _cells(self, box, n, features):
         """At least n/6 cells across the narrowest feature (x, y, width) in the box, if 400 are enough."""
-        widths = [w for x, y, w in features if abs(x - box.x) < box.a + self.reach and abs(y - box.y) < box.b + self.reach]
+        widths = [
+            w
+            for x, y, w in features
+            if abs(x - box.x) < box.a + self.reach and abs(y - box.y) < box.b + self.reach
+        ]
         return min(4 * n, max(n, int(n / 6 * 2 * max(box.a, box.b) / min(widths, default=inf))))
 
     @property
@@ -366,12 +392,18 @@ class Model:
         return 0.5 if len(self.corners) > 1 else 0.0
 
     def _heights(self, height, island):
-        return np.array([height(*np.meshgrid(island.x + a / 2, island.y + b / 2, indexing="ij")) for a, b in self.corners])
+        return np.array(
+            [height(*np.meshgrid(island.x + a / 2, island.y + b / 2, indexing="ij")) for a, b in self.corners]
+        )
 
     def _coupling(self, table, first, other, moments, same):
         """Kernel from nodes or cells of `other` to those of `first`: of the smaller box nodes, of the larger cells."""
         near = not same and first.box.gap(other.box) < max(first.box.a, first.box.b, other.box.a, other.box.b)
-        large, small = (first, other) if max(first.box.a, first.box.b) >= max(other.box.a, other.box.b) else (other, first)
+        large, small = (
+            (first, other)
+            if max(first.box.a, first.box.b) >= max(other.box.a, other.box.b)
+            else (other, first)
+        )
 
         def places(island):
             if near and island is large:
@@ -384,7 +416,10 @@ class Model:
             return point_kernels(table, dx, dy, moments)
         shifts = self.period * np.arange(-8, 9)
         total = sum(
-            self._image(table, dx - s, dy - t, moments) for s in shifts for t in shifts if not (same and s == 0 and t == 0)
+            self._image(table, dx - s, dy - t, moments)
+            for s in shifts
+            for t in shifts
+            if not (same and s == 0 and t == 0)
         )
         far = table.table(np.log(table.ends[1]))[0]  # force(r)/r far away: the classical compliance
         total[0, 0] += far * lattice(dx / self.period, dy / self.period) / self.period
@@ -498,7 +533,9 @@ def gradients(model, load, tolerance=3e-6, limit=500):
     open_ = np.concatenate([f.ravel() for f in finite])
     size = [h.size for h in model.height]
     area = np.repeat([i.area for i in model.islands], size)
-    scale = np.repeat([sqrt(i.area / i.scale) for i in model.islands], size) / np.sqrt(area)  # of sqrt(area) p
+    scale = np.repeat([sqrt(i.area / i.scale) for i in model.islands], size) / np.sqrt(
+        area
+    )  # of sqrt(area) p
     shapes, cuts = [h.shape for h in model.height], np.cumsum(size)[:-1]
 
     def split(p):
@@ -590,7 +627,9 @@ def _answer(pair, owner, mu, ell):
         loads = ()
         if owner is not None:
             count = owner.count
-            loads = tuple(s.load(lambda x, y, k=k: owner(ell * x, ell * y) == k) * mu * ell**2 for k in range(count))
+            loads = tuple(
+                s.load(lambda x, y, k=k: owner(ell * x, ell * y) == k) * mu * ell**2 for k in range(count)
+            )
         return {"approach": s.approach * ell, "norm": s.norm * mu * ell, "peak": s.peak * mu, "loads": loads}
 
     coarse, fine = map(figures, pair)
@@ -618,7 +657,10 @@ def coupled_hertz(E, nu, radii, levels, places, load):
                 break
         return each
 
-    low, high = levels.min(), levels.min() + 2 * len(radii) * (3 * load / 4 / star / sqrt(radii.min())) ** (2 / 3)
+    low, high = (
+        levels.min(),
+        levels.min() + 2 * len(radii) * (3 * load / 4 / star / sqrt(radii.min())) ** (2 / 3),
+    )
     approach = brentq(lambda d: loads(d).sum() - load, low, high, xtol=1e-300, rtol=1e-13)
     return approach, loads(approach)
 

@@ -117,7 +117,16 @@ def summits(rng):
     levels = [rng.uniform(0, 0.5) * depth if rng.random() < 0.4 else 0.0 for _ in range(count)]
     reach, _ = _reach(solid, radii, levels, load)
     height = paraboloids(places, radii, levels)
-    return Scene("summits", height, _boxes(places, reach), load, solid, law, tuple(places), note=f"{count} in {spread / a:.0f} a")
+    return Scene(
+        "summits",
+        height,
+        _boxes(places, reach),
+        load,
+        solid,
+        law,
+        tuple(places),
+        note=f"{count} in {spread / a:.0f} a",
+    )
 
 
 def _outside(r, a):
@@ -151,31 +160,60 @@ def ridge(rng):
     draw = rng.random()
     if draw < 0.25:  # a cylinder: nothing rises along it
         turn = rng.uniform(0, pi)
-        return Scene("ridge", lambda x, y: (x * cos(turn) + y * sin(turn)) ** 2 / 2, None, load, solid, law, note="cylinder")
+        return Scene(
+            "ridge",
+            lambda x, y: (x * cos(turn) + y * sin(turn)) ** 2 / 2,
+            None,
+            load,
+            solid,
+            law,
+            note="cylinder",
+        )
     ratio, turn = log(rng, 5, 200 if draw < 0.6 else 20), 0.0 if draw < 0.6 else rng.uniform(0, pi)
     c, s = cos(turn), sin(turn)
     height = lambda x, y: (x * c + y * s) ** 2 / 2 + (y * c - x * s) ** 2 / (2 * ratio)
     depth = 1.6 * space.hertz(*solid[:2], sqrt(ratio), load)[2]  # of an ellipsoid at most that of this sphere
     p, q = sqrt(2 * depth), sqrt(2 * depth * ratio)
     box = (0, 0, np.hypot(p * c, q * s), np.hypot(p * s, q * c))
-    return Scene("ridge", height, [box], load, solid, law, note=f"ellipsoid {ratio:.0f}:1 turned by {turn:.2f}")
+    return Scene(
+        "ridge", height, [box], load, solid, law, note=f"ellipsoid {ratio:.0f}:1 turned by {turn:.2f}"
+    )
 
 
 def saddle(rng):
     a, load, solid, law = _base(rng, 0.01, 0.1)
     draw, k = rng.random(), log(rng, 0.01, 1)
     if draw < 0.4:
-        return Scene("saddle", lambda x, y: x * x / 2 - k * y * y / 2, None, load, solid, law, note="falls for ever")
+        return Scene(
+            "saddle", lambda x, y: x * x / 2 - k * y * y / 2, None, load, solid, law, note="falls for ever"
+        )
     if draw < 0.6:
         m = log(rng, 1e-2, 1) * a**2
-        return Scene("saddle", lambda x, y: np.minimum((x * x + y * y) / 2, m), None, load, solid, law, note="rises to a level")
+        return Scene(
+            "saddle",
+            lambda x, y: np.minimum((x * x + y * y) / 2, m),
+            None,
+            load,
+            solid,
+            law,
+            note="rises to a level",
+        )
     b = a * log(rng, 2, 200)  # two summits of curvature 1 and k, a saddle between them
     height = lambda x, y: x * x / 2 + k * (y * y - b * b) ** 2 / (8 * b * b)
     places = ((0.0, -b), (0.0, b))
     depth = space.hertz(*solid[:2], k**-0.5, load)[2] * 1.3
     p, q = sqrt(2 * depth), b - sqrt(max(b * b - sqrt(8 * b * b * depth / k), 0))
     boxes = [(x, y, p, max(q, sqrt(2 * depth / k))) for x, y in places]
-    return Scene("saddle", height, boxes, load, solid, law, places, note=f"two summits at {b / a:.1f} a, curvature {k:.2f}")
+    return Scene(
+        "saddle",
+        height,
+        boxes,
+        load,
+        solid,
+        law,
+        places,
+        note=f"two summits at {b / a:.1f} a, curvature {k:.2f}",
+    )
 
 
 def _sphere(rng, kind, a, solid, law, **more):
@@ -219,7 +257,17 @@ def wavy(rng):
     a = log(rng, 1e-3, 0.3)
     load = 4 / 3 * E / (1 - nu**2) * a**3 / R * len(places)
     boxes = [(x, y, 1.5 * a, 1.5 * a) for x, y in places] if a < 0.06 else []
-    return Scene("wavy", height, boxes, load, (E, nu, beta, ell), law, places, period=1.0, note=f"Hertz radius {a:.1e} of 1")
+    return Scene(
+        "wavy",
+        height,
+        boxes,
+        load,
+        (E, nu, beta, ell),
+        law,
+        places,
+        period=1.0,
+        note=f"Hertz radius {a:.1e} of 1",
+    )
 
 
 def ends(rng):
@@ -236,10 +284,16 @@ def ends(rng):
         height = lambda x, y: np.where(x - x0 <= c / 2, ((x - x0) ** 2 + (y - y0) ** 2) / 2, inf)
         name = "sphere cut by a plane"
     else:
-        height = lambda x, y: np.where(np.hypot(x - x0, y - y0) <= c / 2, ((x - x0) ** 2 + (y - y0) ** 2) / 2, inf)
+        height = lambda x, y: np.where(
+            np.hypot(x - x0, y - y0) <= c / 2, ((x - x0) ** 2 + (y - y0) ** 2) / 2, inf
+        )
         name = "sphere cut round"
     side = c if "punch" in name else c / 2  # boxes end where the obstacle does: cells of any size fit it
-    box = (x0 - 0.75 * a + side / 2, y0, 0.75 * a + side / 2, 1.5 * a) if "plane" in name else (x0, y0, side, side)
+    box = (
+        (x0 - 0.75 * a + side / 2, y0, 0.75 * a + side / 2, 1.5 * a)
+        if "plane" in name
+        else (x0, y0, side, side)
+    )
     return Scene("ends", height, [box], load, solid, law, ((x0, y0),), norm=False, note=name)
 
 
@@ -258,7 +312,9 @@ def units(rng):
 def scene(k):
     """Scene k of 200."""
     rng = np.random.default_rng((SEED, 3, k))
-    order = np.random.default_rng((SEED, 3)).permutation(sum(n for _, n in KINDS))  # kinds mixed: a part shows all
+    order = np.random.default_rng((SEED, 3)).permutation(
+        sum(n for _, n in KINDS)
+    )  # kinds mixed: a part shows all
     kind = np.repeat([name for name, _ in KINDS], [n for _, n in KINDS])[order[k]]
     return globals()[kind](rng)
 
@@ -272,10 +328,21 @@ def truth(s):
         return None
     n = (64 if s.norm else 160) if s.boxes else 256
     owner = Owner(s.summits, s.period)
-    a = space.answer(s.height, s.boxes, s.load, s.solid, s.law, owner, s.period, n, s.features, fixed=not s.norm)
+    a = space.answer(
+        s.height, s.boxes, s.load, s.solid, s.law, owner, s.period, n, s.features, fixed=not s.norm
+    )
     loads = [float(v) for v in a.loads]
-    bars = {name: 2 * float(v) + 1e-4 for name, v in a.errors.items()}  # twice the change, 1e-4 of kernels and iteration
-    return {"approach": float(a.approach), "norm": float(a.norm), "peak": float(a.peak), "loads": loads, "bars": bars, "residual": float(a.residual)}
+    bars = {
+        name: 2 * float(v) + 1e-4 for name, v in a.errors.items()
+    }  # twice the change, 1e-4 of kernels and iteration
+    return {
+        "approach": float(a.approach),
+        "norm": float(a.norm),
+        "peak": float(a.peak),
+        "loads": loads,
+        "bars": bars,
+        "residual": float(a.residual),
+    }
 
 
 # ---- the library's ---------------------------------------------------------------------------------------------------
@@ -311,7 +378,9 @@ def figures(state, s):
     pressure, owner = np.ravel(state.pressure) / stress, Owner(s.summits, s.period)
     loads = np.zeros(owner.count)
     for name, force in state.pressures.items():
-        arm = np.array([{"-": -0.5, "+": 0.5}[c] for c in name]) * s.solid[3] if len(name) == 2 else (0.0, 0.0)
+        arm = (
+            np.array([{"-": -0.5, "+": 0.5}[c] for c in name]) * s.solid[3] if len(name) == 2 else (0.0, 0.0)
+        )
         place = x + arm[0], y + arm[1]
         loads += np.bincount(owner(*place), np.ravel(force) / stress * area, owner.count)
     return {
@@ -381,7 +450,9 @@ def main(arguments=None):
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--json", type=Path)
-    parser.add_argument("--truth", type=Path, default=TRUTH, help="the judge's answers, computed and added where missing")
+    parser.add_argument(
+        "--truth", type=Path, default=TRUTH, help="the judge's answers, computed and added where missing"
+    )
     parser.add_argument("--judge-only", action="store_true")
     options = parser.parse_args(arguments)
     known = json.loads(options.truth.read_text()) if options.truth.exists() else {}
@@ -393,7 +464,9 @@ def main(arguments=None):
             known[str(k)] = truth(s)
             options.truth.write_text(json.dumps(known, indent=0))
             if options.judge_only:
-                print(k, s.kind, s.law, s.note, known[str(k)], round(time.perf_counter() - start, 1), flush=True)
+                print(
+                    k, s.kind, s.law, s.note, known[str(k)], round(time.perf_counter() - start, 1), flush=True
+                )
         if options.judge_only:
             continue
         rows[k] = outcome(s, known[str(k)])
