@@ -21,7 +21,7 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import splu
-from scipy.special import erfc, j0, j1, jn_zeros, jv, yv
+from scipy.special import erfc, jn_zeros, jv, yv
 
 CURVATURE = 2.0  # gamma' of (12); alpha' = beta' = 0
 DEGREE = 12  # of the elements in depth; 16 changes symbols by less than 1e-10
@@ -114,17 +114,17 @@ def symbols(nu, beta):
 # ---- kernels ---------------------------------------------------------------------------------------------------------
 
 
-def hankel(function, order, step=0.001, terms=5000):
-    """Integral of function(x) J_order(x) over x > 0 (Ogata 2005), function of arrays (..., x) smooth in ln x."""
+@lru_cache
+def ogata(order, step=0.001, terms=5000):
+    """Nodes x and weights of integrals of f(x) J_order(x) over x > 0 (Ogata 2005), f smooth in ln x."""
     zeros = jn_zeros(order, terms)
     t = step * zeros / pi
-    x = zeros * np.tanh(pi / 2 * np.sinh(t))
-    slope = (
-        np.tanh(pi / 2 * np.sinh(t))
-        + t * pi / 2 * np.cosh(t) / np.cosh(np.minimum(pi / 2 * np.sinh(t), 300)) ** 2
-    )
-    weight = pi * yv(order, zeros) / jv(order + 1, zeros) * jv(order, x) * slope
-    return function(x) @ weight
+    inner = np.minimum(pi / 2 * np.sinh(t), 300)
+    x = zeros * np.tanh(inner)
+    slope = np.tanh(inner) + t * pi / 2 * np.cosh(t) / np.cosh(inner) ** 2
+    weights = pi * yv(order, zeros) / jv(order + 1, zeros) * jv(order, x) * slope
+    counts = abs(weights) > 1e-25  # far out the nodes are the zeros themselves
+    return x[counts], weights[counts]
 
 
 @dataclass(frozen=True)
@@ -158,16 +158,18 @@ def kernels(nu, beta, clamped=False):
     column = 1 if clamped else 0
     ends = [at(k)[column] * k for k in (1e-6, 1e6)]
 
+    x, weights = ogata(1)
+
     def integrals(r):
+        values = at(x / r)
         near = 1 - (sqrt(1 + 1 / r**2) - 1 / r)  # of (1 - exp(-k))/k, which has both ends right
-        u = lambda x: (at(x / r)[column] * x / r - ends[0] + (ends[1] - ends[0]) * np.expm1(-x / r)) / x
-        f = ends[0] + (ends[1] - ends[0]) * near + hankel(u, 1)
+        rest = (values[column] * x / r - ends[0] + (ends[1] - ends[0]) * np.expm1(-x / r)) / x
+        f = ends[0] + (ends[1] - ends[0]) * near + rest @ weights
         if clamped:
             return f, 0, 0, 0
-        slope = -hankel(lambda x: at(x / r)[2] * x / r, 1)  # of phi over ln r
-        w = hankel(lambda x: at(x / r)[3] / r, 1)
-        turn = hankel(lambda x: (at(x / r)[4] - at(x / r)[3]) / r, 1)
-        return f, slope, w * (1 + r), turn * (1 + r) ** 2
+        _, _, v, w, along = values
+        slope = -(v * x / r) @ weights  # of phi over ln r
+        return f, slope, w @ weights * (1 + r) / r, (along - w) @ weights * (1 + r) ** 2 / r
 
     rows = np.array([integrals(r) for r in radii]) / (2 * pi)
     phi = CubicSpline(np.log(radii), rows[:, 1]).antiderivative()(np.log(radii))
