@@ -102,7 +102,7 @@ class Back:
 def compared(mb, method, k, seconds):
     """Lines about problem k of a method."""
     p = fresh.draw(method, k)
-    plain = _solved(mb, lambda: (fresh.contact(mb, p, method), p.load), p.rtol, seconds)
+    plain = _solved(mb, lambda: moved(mb, p, Change("plain"), method), p.rtol, seconds)
     if isinstance(plain, str):
         return [f"{method} {k} {p}: plain {plain}"]
     lines = []

@@ -1,6 +1,6 @@
 """200 surfaces in three dimensions, drawn by program, and what microblock says of them, beside the second code `space`.
 
-    python -m tests.judges.space_scenes [--first K] [--count N] [--json FILE] [--truth FILE]
+    python -m tests.judges.space_scenes [--first K] [--count N] [--json FILE] [--truth FILE] [--follow]
 
 prints a line for each scene and the count of each outcome: right, warned, error (a typed one), wrong (silently), crash, nan,
 slow. Right is: approach, L2 norm of the pressure and load on each summit within max(rtol, estimate) and the judge's own bar.
@@ -408,6 +408,7 @@ def outcome(s, true, rtol=RTOL, seconds=SECONDS):
         row["class"] = _verdict(row, s, true, rtol)
     except mb.MicroblockError as error:
         row["class"], row["message"] = "error", f"{type(error).__name__}: {error}"
+        row["rtol_reached"] = getattr(error, "rtol_reached", None)
     except TooLong:
         row["class"] = "slow"
     except Exception as error:
@@ -416,6 +417,16 @@ def outcome(s, true, rtol=RTOL, seconds=SECONDS):
         signal.setitimer(signal.ITIMER_PROF, 0)
     row["seconds"] = time.process_time() - start
     return row
+
+
+def followed(s, true, row, seconds=SECONDS):
+    """The outcome of what a refusal advises: the rtol that it says works."""
+    advised = row.get("rtol_reached")
+    if row["class"] != "error" or not advised or advised >= 1:
+        return row
+    again = outcome(s, true, advised, seconds)
+    again["class"] = "advice broken" if again["class"] == "error" else again["class"]
+    return again | {"message": f"asked for {advised:.2g} as advised; {again['message']}"}
 
 
 def _verdict(row, s, true, rtol):
@@ -454,6 +465,7 @@ def main(arguments=None):
         "--truth", type=Path, default=TRUTH, help="the judge's answers, computed and added where missing"
     )
     parser.add_argument("--seconds", type=float, default=SECONDS)
+    parser.add_argument("--follow", action="store_true", help="ask again with the rtol that a refusal advises")
     parser.add_argument("--judge-only", action="store_true")
     options = parser.parse_args(arguments)
     known = json.loads(options.truth.read_text()) if options.truth.exists() else {}
@@ -471,6 +483,8 @@ def main(arguments=None):
         if options.judge_only:
             continue
         rows[k] = outcome(s, known[str(k)], seconds=options.seconds)
+        if options.follow:
+            rows[k] = followed(s, known[str(k)], rows[k], options.seconds)
         classes[rows[k]["class"]] += 1
         print(line(k, s, rows[k], known[str(k)]), flush=True)
         if options.json:
