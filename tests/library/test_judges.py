@@ -92,7 +92,7 @@ def test_scenes_are_drawn_again_the_same():
     assert (first.load, first.solid, first.summits) == (again.load, again.solid, again.summits)
 
 
-QUICK = (3, 7, 8, 10, 19, 23, 31)  # one of most kinds, whose states or refusals take a second
+QUICK = (3, 7, 10, 19, 31)  # kinds whose states or refusals take a second: far summits, large blocks, a punch, a saddle
 
 
 @pytest.mark.parametrize("k", QUICK)
@@ -106,7 +106,7 @@ def test_scene_is_not_silently_wrong(k):
 
 @pytest.mark.parametrize("method", ["panels", "fitted"])
 def test_fresh_state_holds_its_estimate(method):
-    row = fresh.record(mb, method, 0 if method == "panels" else 3)
+    row = fresh.record(mb, method, 1 if method == "panels" else 3)
     assert row["class"] != "crash", row
     assert row["class"] != "state" or row["error"] <= fresh.allowed(row)
 
