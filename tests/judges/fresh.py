@@ -2,14 +2,15 @@
 
     python -m tests.judges.fresh [--method NAME] [--first K] [--count N] [--json FILE]
 
-prints a line for each state and for each method: how many errors exceed max(rtol, estimate), and median and 90 % of the
-estimate over the true error. The error is the larger of the relative L2 errors of what `pressure_at` returns and of the
-micromoment over ell, at Gauss points between all edges that state or truth have; under punches with the distance
-to their edges as weight, as the library says (docs/theory/halfplane.md).
+prints a line for each state and for each method: how many errors exceed max(rtol, estimate), and median and
+90 % of the estimate over the true error. The error is the larger of the relative L2 errors of what
+`pressure_at` returns and of the micromoment over ell, at Gauss points between all edges that state or truth
+have; under punches with the distance to their edges as weight, as the library says
+(docs/theory/halfplane.md).
 
-Truth: panels <- fitted elements on a block without bounds, or panels at rtol/1000 where those do not come; cells <- panels,
-with a period the second code `plane`; fitted <- panels; body <- fitted elements at rtol/30; half-space <- the second
-code `space`.
+Truth: panels <- fitted elements on a block without bounds, or panels at rtol/1000 where those do not come;
+cells <- panels, with a period the second code `plane`; fitted <- panels; body <- fitted elements at
+rtol/30; half-space <- the second code `space`.
 """
 
 from __future__ import annotations
@@ -26,8 +27,7 @@ from pathlib import Path
 import numpy as np
 from scipy.interpolate import RegularGridInterpolator
 
-from . import SEED
-from . import plane, space, space_scenes
+from . import SEED, plane, space, space_scenes
 
 METHODS = ("panels", "cells", "fitted", "body", "half-space")
 SECONDS = 30  # of the processor, for a state, and again for its truth
@@ -53,7 +53,9 @@ class Problem:
     singular: tuple = ()  # edges of the obstacle
 
     def __str__(self):
-        return f"{self.kind:9s}{self.law:13s}ell/a {self.solid[3] / self.scale:.1e} nu {self.solid[1]:.2f} beta {self.solid[2]:.2f} psi0 {self.psi0:+.3f} rtol {self.rtol:.0e}"
+        _, nu, beta, ell = self.solid
+        named = f"{self.kind:9s}{self.law:13s}ell/a {ell / self.scale:.1e}"
+        return f"{named} nu {nu:.2f} beta {beta:.2f} psi0 {self.psi0:+.3f} rtol {self.rtol:.0e}"
 
 
 def log(rng, low, high):
@@ -71,12 +73,18 @@ def _obstacle(rng, a, draw):
         return {"height": lambda x: slope * abs(x), "obstacle": ("Wedge", (slope,))}
     if draw == "punch":
         tilt = a / R * rng.uniform(0, 0.1)
-        height = lambda x: np.where(abs(x) <= a, tilt * x, inf)
+
+        def height(x):
+            return np.where(abs(x) <= a, tilt * x, inf)
+
         return {"height": height, "obstacle": ("Punch", (a, tilt)), "singular": (-a, a)}
     if draw == "twins":
         d, z = a * log(rng, 0.5, 4), a * a / R * rng.uniform(0, 0.2)
         S = R * log(rng, 0.3, 1)
-        height = lambda x: np.minimum((x + d) ** 2 / (2 * R), z + (x - d) ** 2 / (2 * S))
+
+        def height(x):
+            return np.minimum((x + d) ** 2 / (2 * R), z + (x - d) ** 2 / (2 * S))
+
         A, B, C = 1 / (2 * R) - 1 / (2 * S), d / R + d / S, d * d / (2 * R) - d * d / (2 * S) - z
         kinks = [-C / B] if A == 0 else [v for v in np.roots([A, B, C]).real]
         jumps = [(k - d) / S - (k + d) / R for k in kinks]
@@ -144,14 +152,17 @@ def _periodic(rng, material, law, rtol):
     else:
         m = np.arange(1, int(rng.integers(3, 9)))
         c, t = m**-2.0 * amplitude, rng.uniform(0, 2 * pi, len(m))
-        height = lambda x: np.sum(c * np.cos(2 * pi * m * np.asarray(x)[..., None] + t), axis=-1)
+
+        def height(x):
+            return np.sum(c * np.cos(2 * pi * m * np.asarray(x)[..., None] + t), axis=-1)
+
         obstacle, kind = None, "rough"
     return Problem(
         kind, height, load, (E, nu, beta, ell), law, 0.0, rtol, 0.25, obstacle=obstacle, period=1.0
     )
 
 
-# ---- states of the library -------------------------------------------------------------------------------------------
+# ---- states of the library ----
 
 
 def obstacle(mb, p):
@@ -204,7 +215,9 @@ class Cells:
 
 
 def truth(mb, method, p):
-    """A state that is better than what is asked by a factor of ten or more, of another method; and its name."""
+    """A state that is better than what is asked by a factor of ten or more, of another method; and its
+    name.
+    """
     if p.period:
         return Cells(p), "plane"
     best = {"panels": p.rtol / 30, "cells": 1e-6, "fitted": 1e-6, "body": p.rtol / 30}[method]
@@ -223,7 +236,7 @@ def truth(mb, method, p):
         return None, "none"
 
 
-# ---- the error -------------------------------------------------------------------------------------------------------
+# ---- the error ----
 
 
 def points(state, true, p):
@@ -254,13 +267,18 @@ def error(state, true, p):
     apart = plane.norm(state.pressure_at(x) - total, w)
     moment = 0.0
     if p.law == "microblock":
-        arm = lambda s: (1 + p.psi0) / 2 * s.pressure_at(x, "A") - (1 - p.psi0) / 2 * s.pressure_at(x, "B")
+
+        def arm(s):
+            return (1 + p.psi0) / 2 * s.pressure_at(x, "A") - (1 - p.psi0) / 2 * s.pressure_at(x, "B")
+
         moment = plane.norm(arm(state) - arm(true), w)
     return max(apart, moment) / size
 
 
 def half_space(mb, k):
-    """State k of the half-space: single contacts that one grid holds, and its error beside the second code's."""
+    """State k of the half-space: single contacts that one grid holds, and its error beside the second
+    code's.
+    """
     rng = np.random.default_rng((SEED, 10 + METHODS.index("half-space"), k))
     E, nu, beta = space_scenes.MATERIALS[rng.integers(4)]
     a, name, rtol = log(rng, 0.01, 0.3), space.LAWS[rng.integers(3)], log(rng, 5e-3, 3e-2)
@@ -297,7 +315,7 @@ def half_space(mb, k):
 
 
 def _reader(state):
-    """Pressure and micromoment of a half-space's state at places: by pressure_at, or constant on its cells."""
+    """Pressure of a half-space's state at places: by pressure_at, or constant on its cells."""
     if hasattr(state, "pressure_at"):
         return lambda x, y: state.pressure_at(np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()])).reshape(
             x.shape
@@ -319,7 +337,10 @@ def _between_cells(solved, mu, ell):
     """The second code's pressure, linear between the middles of its cells."""
     grids = [(i.x * ell, i.y * ell) for i in solved.model.islands]
     values = [np.pad(f.sum(0) * mu, 1) for f in solved.forces]
-    outer = lambda v: np.r_[2 * v[0] - v[1], v, 2 * v[-1] - v[-2]]
+
+    def outer(v):
+        return np.r_[2 * v[0] - v[1], v, 2 * v[-1] - v[-2]]
+
     parts = [
         RegularGridInterpolator((outer(x), outer(y)), v, bounds_error=False, fill_value=0.0)
         for (x, y), v in zip(grids, values)
@@ -345,7 +366,7 @@ def _surface_error(values, solved, mu, ell):
     return sqrt(apart / size)
 
 
-# ---- the record ------------------------------------------------------------------------------------------------------
+# ---- the record ----
 
 
 class TooLong(Exception):
@@ -412,7 +433,23 @@ def summary(rows):
     beyond = [r for r in states if r["error"] > allowed(r)]
     dull = [r["estimate"] / r["error"] for r in states if r["estimate"] and r["error"] > 2 * r["bar"]]
     median, high = np.quantile(dull, [0.5, 0.9]) if dull else (np.nan, np.nan)
-    return f"{len(states)} states, {len(beyond)} beyond max(rtol, estimate) ({sum(not r['warnings'] for r in beyond)} without a warning), worst {max((r['error'] / allowed(r) for r in states), default=0):.2f}; estimate/error median {median:.2f}, 90 % {high:.2f} (of {len(dull)}); {dict(classes)}"
+    quiet = sum(not r["warnings"] for r in beyond)
+    worst = max((r["error"] / allowed(r) for r in states), default=0)
+    return (
+        f"{len(states)} states, {len(beyond)} beyond max(rtol, estimate) ({quiet} without a warning), "
+        f"worst {worst:.2f}; "
+        f"estimate/error median {median:.2f}, 90 % {high:.2f} (of {len(dull)}); {dict(classes)}"
+    )
+
+
+def line(method, row):
+    text = f"{method} {row['k']:2d} {row['class']:9s} {row.get('seconds', 0):5.1f} s {row['text']}"
+    if row["class"] != "state":
+        return f"{text} {row.get('message', '')[:110]}"
+    ratio = row["error"] / allowed(row)
+    said = f"error {row['error']:.1e} estimate {row['estimate'] or np.nan:.1e}"
+    other = f"truth {row.get('truth', 'space')} {row['bar']:.0e} {'BEYOND ' * (ratio > 1)}{ratio:.2f}"
+    return f"{text} {said} {other} {'; '.join(row['warnings'])[:60]}"
 
 
 def main(arguments=None):
@@ -430,14 +467,7 @@ def main(arguments=None):
         for k in range(options.first, options.first + options.count):
             row = record(mb, method, k)
             rows.append(row)
-            mark = ""
-            if row["class"] == "state":
-                ratio = row["error"] / allowed(row)
-                mark = f"error {row['error']:.1e} estimate {row['estimate'] or np.nan:.1e} truth {row.get('truth', 'space')} {row['bar']:.0e} {'BEYOND' if ratio > 1 else ''} {ratio:.2f} {'; '.join(row['warnings'])[:60]}"
-            print(
-                f"{method} {k:2d} {row['class']:9s} {row.get('seconds', 0):5.1f} s {row['text']} {mark}{row.get('message', '')[:110]}",
-                flush=True,
-            )
+            print(line(method, row), flush=True)
         print(f"== {method}: {summary(rows)}", flush=True)
         if options.json:
             options.json.write_text(json.dumps(record_of, indent=1, default=float))

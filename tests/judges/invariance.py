@@ -1,9 +1,11 @@
-"""A tenth of all problems drawn by program, in other units, moved and mirrored: the same state must come back.
+"""A tenth of all problems drawn by program, in other units, moved and mirrored: the same state must come
+back.
 
     python -m tests.judges.invariance [--method NAME] [--count N] [--seconds S]
 
-prints a line where a moved state differs from the plain one by more than the larger of both estimates, or is refused where
-the plain one is not; where only units differ, also differences above 1e-6 that the estimates cover ("not free of scale").
+prints a line where a moved state differs from the plain one by more than the larger of both estimates, or
+is refused where the plain one is not; where only units differ, also differences above 1e-6 that the
+estimates cover ("not free of scale").
 """
 
 from __future__ import annotations
@@ -90,7 +92,10 @@ class Back:
     def __init__(self, state, p, change):
         self.state, self.change = state, change
         self.a, self.b = change.sign * change.length, change.shift * p.scale * change.length
-        back = lambda zone: tuple(sorted((np.array(zone) - self.b) / self.a))
+
+        def back(zone):
+            return tuple(sorted((np.array(zone) - self.b) / self.a))
+
         self.zones = {name: [back(zone) for zone in zones] for name, zones in state.zones.items()}
 
     def pressure_at(self, x, corner=None):

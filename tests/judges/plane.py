@@ -1,4 +1,6 @@
-"""A second code for frictionless contact on a half-plane with a period: equal cells, symbols of `space`, no library."""
+"""A second code for frictionless contact on a half-plane with a period: equal cells, symbols of `space`, no
+library.
+"""
 
 from __future__ import annotations
 

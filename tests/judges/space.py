@@ -1,10 +1,12 @@
-"""A second code for frictionless contact of a rigid surface with a Cosserat half-space; it imports nothing of the library.
+"""A second code for frictionless contact of a rigid surface with a Cosserat half-space; it imports nothing
+of the library.
 
-Symbols: the energy (11), (12) of fields exp(i k x1) is minimised in depth with spectral elements, for each wavenumber.
-Kernels: Hankel transforms of the symbols (Ogata's rule) give functions of r/ell alone; their integrals over rectangles
-are integrals along the edges, by the divergence theorem, for whatever ratio of cell and ell.
-Contact: rectangular grids ("islands") at places that the caller names, coupled through Chebyshev nodes; projected
-conjugate gradients of Polonsky and Keer on the forces of all corners at the load.
+Symbols: the energy (11), (12) of fields exp(i k x1) is minimised in depth with spectral elements, for each
+wavenumber. Kernels: Hankel transforms of the symbols (Ogata's rule) give functions of r/ell alone; their
+integrals over rectangles are integrals along the edges, by the divergence theorem, for whatever ratio of
+cell and ell. Contact: rectangular grids ("islands") at places that the caller names, coupled through
+Chebyshev nodes; projected conjugate gradients of Polonsky and Keer on the forces of all corners at the
+load.
 
 Units inside: mu = 1, ell = 1. Axes: x3 points out of the body, pressures are positive, `w = -u3`.
 """
@@ -28,11 +30,13 @@ DEGREE = 12  # of the elements in depth; 16 changes symbols by less than 1e-10
 LAWS = ("unilateral", "microblock", "microclamped")
 
 
-# ---- symbols ---------------------------------------------------------------------------------------------------------
+# ---- symbols ----
 
 
 def _plane(k, lam, mu_c):
-    """Hessian of the energy in (u1, u3, psi2, and their derivatives in depth), gamma_ij = u_i,j + e_ijk psi_k."""
+    """Hessian of the energy in (u1, u3, psi2, and their derivatives in depth), gamma_ij = u_i,j + e_ijk
+    psi_k.
+    """
     u1, u3, psi, u1z, u3z, psiz = np.eye(6, dtype=complex)
     g11, g33, g13, g31 = 1j * k * u1, u3z, u1z - psi, 1j * k * u3 + psi
     terms = [(lam, g11 + g33), (2, g11), (2, g33), (1, g13 + g31), (mu_c, g13 - g31)]
@@ -51,7 +55,9 @@ def _across(k, lam, mu_c):
 
 @lru_cache
 def _element(degree):
-    """Values and derivatives of Lagrange polynomials of Chebyshev-Lobatto nodes on [0, 1] at Gauss points; weights."""
+    """Values and derivatives of Lagrange polynomials of Chebyshev-Lobatto nodes on [0, 1] at Gauss points;
+    weights.
+    """
     nodes = (1 - np.cos(pi * np.arange(degree + 1) / degree)) / 2
     t, w = np.polynomial.legendre.leggauss(degree + 2)
     t, w = (t + 1) / 2, w / 2
@@ -67,7 +73,9 @@ def _element(degree):
 
 
 def compliance(hessian, k, top, degree=DEGREE):
-    """Values of the fields `top` at the surface under unit loads conjugate to them; the bottom is clamped at 20/k."""
+    """Values of the fields `top` at the surface under unit loads conjugate to them; the bottom is clamped
+    at 20/k.
+    """
     edges = [0.0, min(1.0, 1.0 / k)]
     while edges[-1] < 20 / k:  # what reaches the bottom is exp(-40) of what counts
         edges.append(2 * edges[-1])
@@ -89,7 +97,9 @@ def compliance(hessian, k, top, degree=DEGREE):
 
 
 def symbol(k, nu, beta):
-    """U, U under psi = 0, v, W across and W along k of one wavenumber: w = U p - i v M_perp, psi_perp = i v p + W M_perp."""
+    """U, U under psi = 0, v, W across and W along k of one wavenumber: w = U p - i v M_perp, psi_perp = i v
+    p + W M_perp.
+    """
     lam, mu_c = 2 * nu / (1 - 2 * nu), beta / (2 - beta)
     s = compliance(_plane(k, lam, mu_c), k, [1, 2])
     clamped = s[0, 0].real - abs(s[0, 1]) ** 2 / s[1, 1].real
@@ -99,7 +109,9 @@ def symbol(k, nu, beta):
 
 @lru_cache
 def symbols(nu, beta):
-    """Splines in ln k of k U, k Uc, (1 + k) v, (1 + k) W, (1 + k) W_par, which tend to constants at both ends."""
+    """Splines in ln k of k U, k Uc, (1 + k) v, (1 + k) W, (1 + k) W_par, which tend to constants at both
+    ends.
+    """
     k = np.geomspace(1e-6, 1e6, 133)
     u, c, v, w, along = np.transpose([symbol(each, nu, beta) for each in k])
     spline = CubicSpline(np.log(k), np.transpose([k * u, k * c, (1 + k) * v, (1 + k) * w, (1 + k) * along]))
@@ -111,7 +123,7 @@ def symbols(nu, beta):
     return at
 
 
-# ---- kernels ---------------------------------------------------------------------------------------------------------
+# ---- kernels ----
 
 
 @lru_cache
@@ -131,7 +143,7 @@ def ogata(order, step=0.001, terms=5000):
 class Kernels:
     """Functions of r that all kernels are made of, in a table over ln r; lengths in ell, stresses in mu.
 
-    force(r) = int_0^r G s ds of the displacement G(r) under a unit force, rotation phi(r) with psi = (-d2, d1) phi,
+    force(r) = int_0^r G s ds of the displacement G(r) under a unit force, phi(r) with psi = (-d2, d1) phi,
     moment(r) as force(r) for the isotropic part of psi under moments, turn(r) its rest: d_j(x_i/r turn).
     """
 
@@ -178,7 +190,8 @@ def kernels(nu, beta, clamped=False):
 
 
 def cell_kernels(table, n, sides, moments):
-    """Integrals of the kernels over cells at offsets (-n1..n1-1, -n2..n2-1): array (3, 3) or (1, 1) of (2 n1, 2 n2).
+    """Integrals of the kernels over cells at offsets (-n1..n1-1, -n2..n2-1): array (3, 3) or (1, 1) of (2
+    n1, 2 n2).
 
     Components are (w, psi1, psi2) under (p, M1, M2).
     """
@@ -237,7 +250,7 @@ def lattice(x, y):
     return (erfc(root * r) / r).sum(-1) + waves.sum(-1) + near - 2.0
 
 
-# ---- islands ---------------------------------------------------------------------------------------------------------
+# ---- islands ----
 
 NODES = 7  # Chebyshev nodes along a side: what lies a side away is met to 1e-5
 
@@ -362,7 +375,9 @@ class Sheet:
 
 
 class Model:
-    """The response of all islands to the forces of all corners, and the initial gaps; without boxes of a whole period."""
+    """The response of all islands to the forces of all corners, and the initial gaps; without boxes of a
+    whole period.
+    """
 
     def __init__(self, height, boxes, n, nu, beta, law, period=None, features=()):
         self.law, self.period = law, period
@@ -399,7 +414,9 @@ class Model:
         )
 
     def _coupling(self, table, first, other, moments, same):
-        """Kernel from nodes or cells of `other` to those of `first`: of the smaller box nodes, of the larger cells."""
+        """Kernel from nodes or cells of `other` to those of `first`: of the smaller box nodes, of the
+        larger cells.
+        """
         near = not same and first.box.gap(other.box) < max(first.box.a, first.box.b, other.box.a, other.box.b)
         large, small = (
             (first, other)
@@ -511,7 +528,9 @@ class Solved:
         return sqrt(sum(i.area * (m**2).sum() for i, m in zip(self.model.islands, parts)))
 
     def regrown(self):
-        """Boxes about what presses, with a rim of two cells and 6 %; half as large again where the rim presses."""
+        """Boxes about what presses, with a rim of two cells and 6 %; half as large again where the rim
+        presses.
+        """
         boxes, again = [], False
         for island, force in zip(self.model.islands, self.forces):
             on = force.sum(0) > 0
@@ -522,14 +541,19 @@ class Solved:
                 boxes.append(Box(island.box.x, island.box.y, 1.4 * island.box.a, 1.4 * island.box.b))
                 again = True
             else:
-                (l, r), (u, v) = island.x[[i.min(), i.max()]], island.y[[j.min(), j.max()]]
-                a, b = (1.06 * (r - l) / 2 + 2 * island.sides[0], 1.06 * (v - u) / 2 + 2 * island.sides[1])
-                boxes.append(Box((l + r) / 2, (u + v) / 2, a, b))
+                (left, right), (low, high) = island.x[[i.min(), i.max()]], island.y[[j.min(), j.max()]]
+                a, b = (
+                    1.06 * (right - left) / 2 + 2 * island.sides[0],
+                    1.06 * (high - low) / 2 + 2 * island.sides[1],
+                )
+                boxes.append(Box((left + right) / 2, (low + high) / 2, a, b))
         return merged(boxes), again
 
 
 def gradients(model, load, tolerance=3e-6, limit=500):
-    """Polonsky and Keer's projected conjugate gradients, on pressures scaled by each island's own compliance."""
+    """Polonsky and Keer's projected conjugate gradients, on pressures scaled by each island's own
+    compliance.
+    """
     finite = [np.isfinite(h) for h in model.height]
     height = np.concatenate([np.where(f, h, 0).ravel() for f, h in zip(finite, model.height)])
     open_ = np.concatenate([f.ravel() for f in finite])
@@ -552,7 +576,7 @@ def gradients(model, load, tolerance=3e-6, limit=500):
     p = np.where(open_, np.sqrt(np.maximum(reach - (height - low), 0)) + (height <= low), 0.0)
     p *= load / (area @ p)
     t, before, delta = np.zeros_like(p), 1.0, 0.0
-    for step in range(limit):
+    for step in range(limit):  # noqa: B007
         displacement = times(p)
         gap = displacement + height
         on = p > 0
@@ -578,12 +602,14 @@ def gradients(model, load, tolerance=3e-6, limit=500):
     return Solved(model, split(p), split(g), level, max(error, worst), step)
 
 
-# ---- answers ---------------------------------------------------------------------------------------------------------
+# ---- answers ----
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a state must say: approach, L2 norm and peak of pressure, load on each summit; and how far two grids differ."""
+    """What a state must say: approach, L2 norm and peak of pressure, load on each summit; and how far two
+    grids differ.
+    """
 
     approach: float
     norm: float
@@ -595,19 +621,27 @@ class Answer:
 
 
 def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, features=(), fixed=False):
-    """The state under height(x1, x2) at places that `boxes` contain, all of them: (x, y, half-widths) of obstacle points.
+    """The state under height(x1, x2) at places that `boxes` contain, all of them: (x, y, half-widths) of
+    obstacle points.
 
-    solid = (E, nu, beta, ell); owner(x, y) is the number of the summit that a place of the obstacle belongs to. Errors
-    are differences of grids of n/2 and n cells along each box, which is made to fit what presses unless it is `fixed`.
+    solid = (E, nu, beta, ell); owner(x, y) is the number of the summit that a place belongs to. Errors
+    are differences of grids of n/2 and n cells along each box, which is made to fit what presses unless it
+    is `fixed`.
     """
     E, nu, beta, ell = solid
     mu = E / 2 / (1 + nu)
-    scaled = lambda x, y: height(ell * x, ell * y) / ell
+
+    def scaled(x, y):
+        return height(ell * x, ell * y) / ell
+
     sites = [Box(*(v / ell for v in box)) for box in boxes]
     features = [tuple(v / ell for v in each) for each in features]
     if law == "microblock":
         sites = [Box(s.x - a / 2, s.y - b / 2, s.a, s.b) for s in sites for a in (-1, 1) for b in (-1, 1)]
-    model = lambda boxes, n: Model(scaled, boxes, n, nu, beta, law, period and period / ell, features)
+
+    def model(boxes, n):
+        return Model(scaled, boxes, n, nu, beta, law, period and period / ell, features)
+
     force = load / mu / ell**2
     sites = merged(sites)
     for cells in (24, 32) if sites and not fixed else ():

@@ -1,9 +1,11 @@
-"""200 surfaces in three dimensions, drawn by program, and what microblock says of them, beside the second code `space`.
+"""200 surfaces in three dimensions, drawn by program, and what microblock says of them, beside the second
+code `space`.
 
     python -m tests.judges.space_scenes [--first K] [--count N] [--json FILE] [--truth FILE] [--follow]
 
-prints a line for each scene and the count of each outcome: right, warned, error (a typed one), wrong (silently), crash, nan,
-slow. Right is: approach, L2 norm of the pressure and load on each summit within max(rtol, estimate) and the judge's own bar.
+prints a line for each scene and the count of each outcome: right, warned, error (a typed one), wrong
+(silently), crash, nan, slow. Right is: approach, L2 norm of the pressure and load on each summit within
+max(rtol, estimate) and the judge's own bar.
 """
 
 from __future__ import annotations
@@ -15,13 +17,12 @@ import sys
 import time
 from collections import Counter
 from dataclasses import dataclass, replace
-from math import cos, inf, log10, pi, sin, sqrt
+from math import cos, inf, pi, sin, sqrt
 from pathlib import Path
 
 import numpy as np
 
-from . import SEED
-from . import space
+from . import SEED, space
 
 RTOL = 1e-2
 SECONDS = 120  # of the processor; longer is an outcome of its own
@@ -35,7 +36,9 @@ KINDS = (
 
 @dataclass(frozen=True)
 class Scene:
-    """A surface, its load and its solid; `boxes` (x, y, half-widths) contain every contact, None where none exists."""
+    """A surface, its load and its solid; `boxes` (x, y, half-widths) contain every contact, None where none
+    exists.
+    """
 
     kind: str
     height: object
@@ -62,7 +65,9 @@ class Owner:
         self.summits, self.count, self.period = summits, len(summits), period
 
     def __call__(self, x, y):
-        nearest = lambda d: d - self.period * np.round(d / self.period) if self.period else d
+        def nearest(d):
+            return d - self.period * np.round(d / self.period) if self.period else d
+
         return np.argmin([nearest(x - a) ** 2 + nearest(y - b) ** 2 for a, b in self.summits], axis=0)
 
 
@@ -90,7 +95,9 @@ def _base(rng, low=0.005, high=0.3):
 
 
 def _reach(solid, radii, levels, load):
-    """Half-widths that contain the contact of each summit: where the height is below the approach of one alone."""
+    """Half-widths that contain the contact of each summit: where the height is below the approach of one
+    alone.
+    """
     E, nu = solid[:2]
     depth = min(z + space.hertz(E, nu, r, load)[2] for r, z in zip(radii, levels))
     return [sqrt(2 * r * max(depth - z, 0)) for r, z in zip(radii, levels)], depth
@@ -171,7 +178,10 @@ def ridge(rng):
         )
     ratio, turn = log(rng, 5, 200 if draw < 0.6 else 20), 0.0 if draw < 0.6 else rng.uniform(0, pi)
     c, s = cos(turn), sin(turn)
-    height = lambda x, y: (x * c + y * s) ** 2 / 2 + (y * c - x * s) ** 2 / (2 * ratio)
+
+    def height(x, y):
+        return (x * c + y * s) ** 2 / 2 + (y * c - x * s) ** 2 / (2 * ratio)
+
     depth = 1.6 * space.hertz(*solid[:2], sqrt(ratio), load)[2]  # of an ellipsoid at most that of this sphere
     p, q = sqrt(2 * depth), sqrt(2 * depth * ratio)
     box = (0, 0, np.hypot(p * c, q * s), np.hypot(p * s, q * c))
@@ -199,7 +209,10 @@ def saddle(rng):
             note="rises to a level",
         )
     b = a * log(rng, 2, 200)  # two summits of curvature 1 and k, a saddle between them
-    height = lambda x, y: x * x / 2 + k * (y * y - b * b) ** 2 / (8 * b * b)
+
+    def height(x, y):
+        return x * x / 2 + k * (y * y - b * b) ** 2 / (8 * b * b)
+
     places = ((0.0, -b), (0.0, b))
     depth = space.hertz(*solid[:2], k**-0.5, load)[2] * 1.3
     p, q = sqrt(2 * depth), b - sqrt(max(b * b - sqrt(8 * b * b * depth / k), 0))
@@ -218,7 +231,10 @@ def saddle(rng):
 
 def _sphere(rng, kind, a, solid, law, **more):
     load = 4 / 3 * solid[0] / (1 - solid[1] ** 2) * a**3
-    height = lambda x, y: (x * x + y * y) / 2
+
+    def height(x, y):
+        return (x * x + y * y) / 2
+
     reach, _ = _reach(solid, [1.0], [0.0], load)
     return Scene(kind, height, _boxes([(0.0, 0.0)], reach), load, solid, law, **more)
 
@@ -248,11 +264,17 @@ def wavy(rng):
     x0, y0 = rng.uniform(-0.5, 0.5, 2)
     product = rng.random() < 0.4
     if product:
-        height = lambda x, y: height_ * (1 - np.cos(2 * pi * (x - x0)) * np.cos(2 * pi * (y - y0)))
+
+        def height(x, y):
+            return height_ * (1 - np.cos(2 * pi * (x - x0)) * np.cos(2 * pi * (y - y0)))
+
         places = ((x0, y0), (x0 + 0.5, y0 + 0.5))
         R = 1 / (4 * pi**2 * height_)
     else:
-        height = lambda x, y: height_ * (2 - np.cos(2 * pi * (x - x0)) - np.cos(2 * pi * (y - y0)))
+
+        def height(x, y):
+            return height_ * (2 - np.cos(2 * pi * (x - x0)) - np.cos(2 * pi * (y - y0)))
+
         places, R = ((x0, y0),), 1 / (4 * pi**2 * height_)
     a = log(rng, 1e-3, 0.3)
     load = 4 / 3 * E / (1 - nu**2) * a**3 / R * len(places)
@@ -275,18 +297,28 @@ def ends(rng):
     x0, y0 = a * rng.uniform(-50, 50, 2)
     draw, c = rng.random(), a * rng.uniform(0.5, 1.2)
     if draw < 0.3:
-        height = lambda x, y: np.where(np.hypot(x - x0, y - y0) <= c, 0.0, inf)
+
+        def height(x, y):
+            return np.where(np.hypot(x - x0, y - y0) <= c, 0.0, inf)
+
         name = "round punch"
     elif draw < 0.55:
-        height = lambda x, y: np.where(np.maximum(abs(x - x0), abs(y - y0)) <= c, 0.0, inf)
+
+        def height(x, y):
+            return np.where(np.maximum(abs(x - x0), abs(y - y0)) <= c, 0.0, inf)
+
         name = "square punch"
     elif draw < 0.8:
-        height = lambda x, y: np.where(x - x0 <= c / 2, ((x - x0) ** 2 + (y - y0) ** 2) / 2, inf)
+
+        def height(x, y):
+            return np.where(x - x0 <= c / 2, ((x - x0) ** 2 + (y - y0) ** 2) / 2, inf)
+
         name = "sphere cut by a plane"
     else:
-        height = lambda x, y: np.where(
-            np.hypot(x - x0, y - y0) <= c / 2, ((x - x0) ** 2 + (y - y0) ** 2) / 2, inf
-        )
+
+        def height(x, y):
+            return np.where(np.hypot(x - x0, y - y0) <= c / 2, ((x - x0) ** 2 + (y - y0) ** 2) / 2, inf)
+
         name = "sphere cut round"
     side = c if "punch" in name else c / 2  # boxes end where the obstacle does: cells of any size fit it
     box = (
@@ -303,7 +335,10 @@ def units(rng):
         scene = summits(rng)
     length, stress = (1e-6, 1e9) if rng.random() < 0.6 else (1.0, 1.0)
     s, t = rng.uniform(-1e3, 1e3, 2) * (scene.solid[3] + 0.1)
-    moved = lambda x, y: scene.height(x - s, y - t)
+
+    def moved(x, y):
+        return scene.height(x - s, y - t)
+
     boxes = [(x + s, y + t, p, q) for x, y, p, q in scene.boxes]
     places = tuple((x + s, y + t) for x, y in scene.summits)
     return replace(scene, kind="units", height=moved, boxes=boxes, summits=places, unit=(stress, length))
@@ -319,7 +354,7 @@ def scene(k):
     return globals()[kind](rng)
 
 
-# ---- the judge's answer ----------------------------------------------------------------------------------------------
+# ---- the judge's answer ----
 
 
 def truth(s):
@@ -345,7 +380,7 @@ def truth(s):
     }
 
 
-# ---- the library's ---------------------------------------------------------------------------------------------------
+# ---- the library's ----
 
 
 class TooLong(Exception):
@@ -452,7 +487,8 @@ def _verdict(row, s, true, rtol):
 def line(k, s, row, true):
     ratio = "" if row["ratio"] is None else f"{row['ratio']:.2g} of the bar"
     bar = "" if true is None else f"judge {max(true['bars'].values()):.0e}"
-    text = f"{k:3d} {row['class']:6s} {row['seconds']:6.1f} s  {s.kind:8s}{s.law:13s}{s.note:36s} {ratio:18s} {bar}"
+    text = f"{k:3d} {row['class']:6s} {row['seconds']:6.1f} s  {s.kind:8s}{s.law:13s}{s.note:36s}"
+    text = f"{text} {ratio:18s} {bar}"
     return text + (f"  {row['message'][:90]}" if row["class"] != "right" else "")
 
 
@@ -465,7 +501,9 @@ def main(arguments=None):
         "--truth", type=Path, default=TRUTH, help="the judge's answers, computed and added where missing"
     )
     parser.add_argument("--seconds", type=float, default=SECONDS)
-    parser.add_argument("--follow", action="store_true", help="ask again with the rtol that a refusal advises")
+    parser.add_argument(
+        "--follow", action="store_true", help="ask again with the rtol that a refusal advises"
+    )
     parser.add_argument("--judge-only", action="store_true")
     options = parser.parse_args(arguments)
     known = json.loads(options.truth.read_text()) if options.truth.exists() else {}

@@ -28,7 +28,9 @@ def test_symbols_do_not_change_with_the_degree_in_depth():
 
 def test_symbols_of_long_waves_are_classical():
     u = space.symbol(1e-4, NU, 1.0)[0]
-    assert u * 1e-4 == pytest.approx(2 * (1 - NU) / 2, rel=1e-3)  # 2/E* at mu = 1; the next term is of order k ell
+    assert u * 1e-4 == pytest.approx(
+        2 * (1 - NU) / 2, rel=1e-3
+    )  # 2/E* at mu = 1; the next term is of order k ell
 
 
 def test_cells_far_away_act_as_points():
@@ -71,11 +73,15 @@ def test_full_contact_of_a_wave_in_two_directions():
     x = np.meshgrid(sheet.x, sheet.y, indexing="ij")
     wave = np.cos(2 * pi * x[0]) * np.cos(2 * pi * x[1])
     k = 2 * pi * sqrt(2)
-    assert sheet.own(wave[None])[0] == pytest.approx(space.symbol(k, NU, 1.0)[0] * wave, rel=1e-2)  # sinc of cells
+    assert sheet.own(wave[None])[0] == pytest.approx(
+        space.symbol(k, NU, 1.0)[0] * wave, rel=1e-2
+    )  # sinc of cells
 
 
 def test_lattice_of_charges():
-    assert space.lattice(np.array(0.0), np.array(0.0)) == pytest.approx(-3.900264920, abs=1e-8)  # square lattice
+    assert space.lattice(np.array(0.0), np.array(0.0)) == pytest.approx(
+        -3.900264920, abs=1e-8
+    )  # square lattice
 
 
 def test_plane_in_full_contact():
@@ -92,7 +98,13 @@ def test_scenes_are_drawn_again_the_same():
     assert (first.load, first.solid, first.summits) == (again.load, again.solid, again.summits)
 
 
-QUICK = (3, 7, 10, 19, 31)  # kinds whose states or refusals take a second: far summits, large blocks, a punch, a saddle
+QUICK = (
+    3,
+    7,
+    10,
+    19,
+    31,
+)  # kinds whose states or refusals take a second: far summits, large blocks, a punch, a saddle
 
 
 @pytest.mark.parametrize("k", QUICK)
