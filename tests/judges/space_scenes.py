@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import signal
 import sys
 import time
@@ -443,7 +444,6 @@ def outcome(s, true, rtol=RTOL, seconds=SECONDS):
         row["class"] = _verdict(row, s, true, rtol)
     except mb.MicroblockError as error:
         row["class"], row["message"] = "error", f"{type(error).__name__}: {error}"
-        row["rtol_reached"] = getattr(error, "rtol_reached", None)
     except TooLong:
         row["class"] = "slow"
     except Exception as error:
@@ -456,9 +456,10 @@ def outcome(s, true, rtol=RTOL, seconds=SECONDS):
 
 def followed(s, true, row, seconds=SECONDS):
     """The outcome of what a refusal advises: the rtol that it says works."""
-    advised = row.get("rtol_reached")
-    if row["class"] != "error" or not advised or advised >= 1:
+    said = re.search(r"ask for rtol=([0-9.e+-]+)", row["message"])
+    if row["class"] != "error" or not said:
         return row
+    advised = float(said[1].rstrip("."))
     again = outcome(s, true, advised, seconds)
     again["class"] = "advice broken" if again["class"] == "error" else again["class"]
     return again | {"message": f"asked for {advised:.2g} as advised; {again['message']}"}
