@@ -17,11 +17,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import label, minimum_filter
 from scipy.sparse import csr_array
 from tqdm.auto import tqdm
 
 from ..corners import projected_gradients
-from ..errors import BOUNDED, NOT_YET, BadArgument, NotConverged
+from ..errors import NOT_YET, BadArgument, NotConverged
 from ..halfplane.counter import require_same_period
 from ..halfplane.kernels import is_classical
 from ..model.deformable import body_of
@@ -29,29 +30,37 @@ from ..model.events import LoadPath
 from ..model.material import joint_modulus
 from ..model.solver import Solver
 from ..model.types import AnyArray as Array
-from ..model.types import ContactLike, Interval
+from ..model.types import ContactLike
 from .cells import Flexibility, flexibility
 from .counter import Counter
 from .half_space import HalfSpace
 from .kernels import kernels
 from .obstacles import heights, repeated
+from .picture import FINE, Picture
 from .state import SurfaceState
 from .surface_law import closed_corners, on_surface
+from .symbol import symbol
 
 FIRST, MOST = 32, 1024  # cells a side of the coarsest and of the finest grid that rtol may ask for
 COARSE_RESIDUAL = 1e-3  # of the coarser grids, over their cells a side
 WINDOW_CELLS = 48  # cells a side, on which the window is found
+FILLED = 0.3  # of such a window, that the contact must fill
 WIDENED = 1.5  # times, where the contact reaches the rim of the window
-TRIES = 30  # windows
+TRIES = 60  # windows
 RIM = 2  # cells at the rim that must not press
 SPARE = 0.08  # of the contact's size, free on either side
-LOOKED = 96  # places along either axis, and as many radii and directions, at which gaps outside are looked at
-FARTHEST = 1e3  # times the window, to which gaps are looked at
+LOOKED = 256  # low places outside of the window at which gaps are computed
 OVERLAP = 1e-6  # of the approach: a gap that is more negative is a contact
-SLOWEST, FASTEST = 1.6, 2.5  # ratio of successive changes from grid to grid that the estimate takes
+TIP = 0.05  # of the approach: what a place may be lower than the cells about it
+SPOT = 64  # cells of a contact, with fewer of which two grids may agree by themselves
+USUAL, FASTEST = 1.4, 2.5  # ratio of successive changes from grid to grid
+BLIND = 4.0  # the same at most, while contacts have few cells
 FITS = 1e-6  # of their range, heights and psi0 at both ends of a period may differ; so may periods
 PLACES = 65  # on an edge of a period, at which they are compared
-DISTANCES = np.geomspace(1e-4, 1e5, 121)  # of ell, at which an obstacle is looked at
+SHORTEST = 1e4  # over ell, a wavenumber of which only the short waves' stiffness is felt
+NO_WINDOW = (
+    "no window holds the contact after {} tries, the last of side {:g}; give Cells(window=(left, right))"
+)
 
 
 @dataclass(frozen=True)
@@ -67,6 +76,11 @@ class Grid:
         """Centres along x1 and along x2, arrays (count,)."""
         x = self.width * (np.arange(self.count) - (self.count - 1) / 2)
         return self.middle[0] + x, self.middle[1] + x
+
+    @property
+    def side(self) -> float:
+        """Of all cells together (length)."""
+        return self.count * self.width
 
 
 class SurfaceSolver(Solver):
@@ -131,8 +145,7 @@ class SurfaceSolver(Solver):
 
     def initial_gaps(self, x1: Array, x2: Array) -> Array:
         """Returns the initial gaps of all corners at cells with these centres, array (corners, n, n)."""
-        obstacle = self.obstacle if self.period is None else repeated(self.obstacle, self.period)
-        return self.surface_law.initial_gaps(obstacle, self.solid.ell, *np.meshgrid(x1, x2, indexing="ij"))
+        return self._gaps(*np.meshgrid(x1, x2, indexing="ij"))
 
     def solve(
         self,
@@ -146,37 +159,81 @@ class SurfaceSolver(Solver):
         nodes = self.options.nodes
         if nodes is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
-        side, middle = self._window(load, approach)
-        sizes = (
-            _halvings(nodes)
-            if nodes is not None
-            else [FIRST * 2**i for i in range(int(np.log2(MOST / FIRST)) + 1)]
-        )
-        goal = self.usual_rtol if rtol is None else rtol
         similar = isinstance(initial, SurfaceState) and tuple(initial.pressures) == self.surface_law.names
-        near = initial if similar else None
+        near, goal = initial if similar else None, self.usual_rtol if rtol is None else rtol
+        fixed = self._given_window()
+        picture = self._picture(load, approach, fixed)
+        box = _around(picture.deepest)
+        for _ in range(TRIES):
+            window = fixed or self._window(picture, load, approach, box)
+            if fixed is None:
+                picture.look(window.middle, window.side, FINE)
+                picture.follow()
+            state = self._refined(picture, window, load, approach, goal, near, progress)
+            outside, hidden = self._touching(state, picture)
+            cut = self.period is None and _reaches(state, 1)
+            if fixed or not (cut or len(outside)):
+                return replace(
+                    state, seen_width=2 * window.side / FINE, warnings=_warnings(cut, outside, hidden)
+                )
+            box = _around(np.vstack((box, _pressing(state), outside)))
+        raise NotConverged(NO_WINDOW.format(TRIES, window.side))
+
+    def _refined(
+        self,
+        picture: Picture,
+        window: Grid,
+        load: float | None,
+        approach: float | None,
+        goal: float,
+        near: SurfaceState | None,
+        progress: bool,
+    ) -> SurfaceState:
+        """Returns the state of a window on the grid of which the estimate is below the goal, or on that of as
+        many nodes as are fixed.
+        """
+        nodes = self.options.nodes
+        sizes = _halvings(nodes or MOST)
         state: Any = None
         before, changes = None, list[float]()
         with tqdm(total=len(sizes), unit=" grids", disable=not progress) as bar:
             for count in sizes:
-                last = count == sizes[-1]
-                residual = self.options.residual if last else COARSE_RESIDUAL / count
-                grid = Grid(count, side / count, middle)
+                residual = self.options.residual if count == sizes[-1] else COARSE_RESIDUAL / count
+                grid = Grid(count, window.side / count, window.middle)
                 start = _start(state, near, grid)
                 before, state = state, self._solved(grid, load, approach, residual, start)
                 bar.update()
-                if before is not None and before.width == 2 * state.width:
-                    changes.append(_change(before, state, self.solid.ell))
-                state = replace(state, error_estimate=_estimate(changes))
-                if nodes is None and len(changes) > 1 and state.error_estimate <= goal:
+                if before is None or before.width != 2 * state.width:
+                    continue
+                changes.append(_change(before, state, self.solid.ell))
+                blind = _share_of_spots(before, SPOT)
+                loose = max(state.residual * count - COARSE_RESIDUAL, 0.0)  # as short waves feel it
+                state = replace(state, error_estimate=_estimate(changes) + blind + loose)
+                if nodes is not None or len(changes) < 2:
+                    continue
+                if state.error_estimate <= goal and not len(self._touching(state, picture)[1]):
                     return self._finished(grid, load, approach, state)
+                finer = np.log2(MOST / count)
+                late = _estimate(changes) > goal * (BLIND if blind else FASTEST) ** finer
+                if late or _share_of_spots(before, SPOT / 2 / 4**finer) > goal:  # out of reach of MOST
+                    break
         if nodes is not None:
             return state
-        raise NotConverged(
-            f"error {state.error_estimate:.1e} instead of {goal:g} on {MOST} x {MOST} cells: ask for a "
-            "larger rtol, or fix Cells(nodes=...)",
-            reached=state.error_estimate,
-        )
+        raise self._out_of_reach(picture, state, goal)
+
+    def _out_of_reach(self, picture: Picture, state: SurfaceState, goal: float) -> NotConverged:
+        """Returns the error for a goal that no grid reaches."""
+        reached = float(f"{1.05 * (state.error_estimate or 0.0):.1e}")  # upwards
+        words = f"error {reached:g} instead of {goal:g} on {len(state.x1)} x {len(state.x1)} cells"
+        places, (outside, hidden) = picture.separate(state.approach), self._touching(state, picture)
+        cut = self.period is None and _reaches(state, 1)
+        ways = [f"ask for rtol={reached:g}"] * (goal < reached < 1) + ["fix Cells(nodes=...)"]
+        if len(places) > 1:
+            apart = np.ptp(_around(places), axis=0).max()
+            words += f"; contacts at up to {len(places)} places within {apart:.3g} are on one grid"
+            ways += ["solve parts apart, Cells(window=(left, right))"] * (self.period is None)
+        words = "; ".join((words, *_warnings(cut, outside, hidden)))
+        return NotConverged(f"{words}: {', or '.join(ways)}", reached=reached)
 
     def _finished(
         self, grid: Grid, load: float | None, approach: float | None, state: SurfaceState
@@ -215,7 +272,8 @@ class SurfaceSolver(Solver):
         surface, forces, other = H.surface(found.forces), found.forces, np.zeros(g0.shape[1:])
         if H.counter is not None:
             other = H.counter.over(H.counter.displacement(H.counter.pressed(forces)))
-        closed = found.gaps <= 2 * max(found.kkt, residual) * np.ptp(surface[0] + other)
+        least = min(2 * found.kkt, COARSE_RESIDUAL / grid.count)  # beyond that touching is a matter of force
+        closed = found.gaps <= least * np.ptp(surface[0] + other)
         if H.counter is None:
             forces = self.surface_law.of_least_norm(forces, closed)
         pressures = forces / area
@@ -251,112 +309,91 @@ class SurfaceSolver(Solver):
 
     # the window
 
-    def _window(self, load: float | None, approach: float | None) -> tuple[float, tuple[float, float]]:
-        """Returns (side, middle) of the square of cells."""
-        if self.period is not None:
-            return self.period, (0.0, 0.0)
-        if self.options.window is not None:
-            left, right = self.options.window
-            return right - left, ((left + right) / 2,) * 2
-        middle: Any
-        side, middle = self._first_window(load, approach)
+    def _given_window(self) -> Grid | None:
+        """Returns the period, or the window of the options; None without one."""
+        left, right = self.options.window or (0.0, 0.0)
+        side = self.period or right - left
+        return Grid(1, side, ((left + right) / 2,) * 2) if side else None
+
+    def _picture(self, load: float | None, approach: float | None, window: Grid | None) -> Picture:
+        """Returns the Picture of the obstacle for a load or an approach."""
+        second, short = body_of(self.obstacle), np.array([SHORTEST / self.solid.ell])
+        softer = 1 + self.solid.E_star * float(short[0] * np.max(symbol(self.solid, short)[2:]))
+        plain = (load or 0.0) / (2 * joint_modulus(self.solid, second and second.solid))
+        needed = (plain, softer * plain) if approach is None else approach
+        return Picture(self._gaps, self.solid.ell, needed, self.obstacle, window, self.period is not None)
+
+    def _gaps(self, x1: Array, x2: Array) -> Array:
+        """Returns the initial gaps of all corners of blocks at places, array (corners, ...)."""
+        obstacle = self.obstacle if self.period is None else repeated(self.obstacle, self.period)
+        return self.surface_law.initial_gaps(obstacle, self.solid.ell, x1, x2)
+
+    def _window(self, picture: Picture, load: float | None, approach: float | None, box: Array) -> Grid:
+        """Returns the Grid of the square that holds the contact and a box, array (2, 2) of the least and
+        largest x1 and x2.
+        """
+        side = max(3 * picture.radius, 1.5 * np.ptp(box, axis=0).max())
+        middle = (
+            np.rint(box.mean(axis=0) / side * WINDOW_CELLS) * side / WINDOW_CELLS
+        )  # symmetric where it is
         for _ in range(TRIES):
-            grid = Grid(WINDOW_CELLS, side / WINDOW_CELLS, middle)
+            grid = Grid(WINDOW_CELLS, side / WINDOW_CELLS, tuple(middle))
             state = self._solved(grid, load, approach, COARSE_RESIDUAL / WINDOW_CELLS, None)
-            box: Any = _box(state, grid)
-            outside = self._touching_outside(state, side, middle)
-            if outside is not None:
-                box = tuple((min(a, c), max(b, d)) for (a, b), (c, d) in zip(box, outside))
-            size = max(b - a for a, b in box)
-            reaches = any(
-                a < m - side / 2 + (RIM + 0.5) * grid.width or b > m + side / 2 - (RIM + 0.5) * grid.width
-                for (a, b), m in zip(box, middle)
-            )
-            if outside is None and not reaches and size >= 0.6 * side:
-                return side, middle
-            middle = tuple((a + b) / 2 for a, b in box)
-            wider = WIDENED * max(size, side) if reaches and outside is None else 0.0
-            side = max(wider, size * (1 + 2 * SPARE) + 2 * (RIM + 1) * size / WINDOW_CELLS)
-            if not reaches and outside is None:
-                return side, middle
-        raise NotConverged(
-            f"no window holds the contact after {TRIES} tries, the last of side {side:g}; give "
-            "Cells(window=(left, right))"
-        )
+            outside = self._touching(state, picture)[0]
+            box = _around(np.vstack((box, outside)))
+            held = _around(np.vstack((box, _pressing(state))))
+            size = np.ptp(held, axis=0).max()
+            middle, before = held.mean(axis=0), (side, middle)
+            side = size * (1 + 2 * SPARE) + 2 * (RIM + 1) * size / WINDOW_CELLS
+            if _reaches(state, RIM) and not len(outside):
+                side = WIDENED * before[0]
+            elif not len(outside) and size >= FILLED * before[0]:
+                return Grid(WINDOW_CELLS, side / WINDOW_CELLS, tuple(middle))
+        raise NotConverged(NO_WINDOW.format(TRIES, side))
 
-    def _first_window(self, load: float | None, approach: float | None) -> tuple[float, tuple[float, float]]:
-        """Returns (side, middle) about the lowest place, as wide as a classical contact or an approach."""
-        ell, turns = self.solid.ell, np.linspace(0, 2 * np.pi, 32, endpoint=False)
-        middle = np.zeros(2)
-        for _ in range(6):  # the lowest place seen on all scales, from there on again
-            r = np.concatenate(([0.0], ell * DISTANCES))
-            x1, x2 = middle[0] + np.outer(r, np.cos(turns)), middle[1] + np.outer(r, np.sin(turns))
-            h = heights(self.obstacle, x1, x2)
-            place = np.unravel_index(np.argmin(h), h.shape)
-            if h[place] >= h[0, 0]:
-                break
-            middle = np.array((x1[place], x2[place]))
-        if place[0] == len(r) - 1 and h[place] < h[0, 0]:
-            raise BadArgument("obstacle", self.obstacle, "must be lowest somewhere: it falls without end")
-        lowest = np.where(np.isfinite(h), h, np.inf).min(axis=1) - h.min()
-        rise = np.nanmean(np.where(np.isfinite(h), h, np.nanmax(h[np.isfinite(h)])), axis=1) - h.min()
-        there = np.isfinite(h).any(axis=1)
-        r, rise = r[there][1:], rise[there][1:]
-        needed = approach - h.min() if load is None else load / (2 * self._modulus * r)
-        enough = np.flatnonzero(rise >= needed)
-        if lowest[-1] < np.min(needed):
-            raise BadArgument(
-                "obstacle",
-                self.obstacle,
-                f"must rise in every direction to carry the load {load:g}: {BOUNDED}",
-            )
-        if len(enough):
-            reach = r[enough[0]]
-        elif not np.all(there):  # a flat face: all of it
-            reach = r[-1]
-        else:
-            raise BadArgument(
-                "obstacle", self.obstacle, f"does not rise enough to carry the load {load:g}: {BOUNDED}"
-            )
-        if not np.isfinite(h).all():
-            reach = min(reach, r[-1] * 1.05)
-        return 3 * reach + 2 * ell, (float(middle[0]), float(middle[1]))
-
-    @property
-    def _modulus(self) -> float:
-        """E* of both bodies (stress)."""
-        second = body_of(self.obstacle)
-        return joint_modulus(self.solid, second and second.solid)
-
-    def _touching_outside(
-        self, state: SurfaceState, side: float, middle: tuple[float, float]
-    ) -> tuple[Interval, Interval] | None:
-        """Returns the box of places outside of the window at which a gap is negative; None without any."""
-        square = side * np.linspace(-3, 3, LOOKED)
-        r, turns = (
-            side * np.geomspace(0.5, FARTHEST, LOOKED),
-            np.linspace(0, 2 * np.pi, LOOKED, endpoint=False),
-        )
-        x1 = middle[0] + np.concatenate((np.repeat(square, LOOKED), np.outer(r, np.cos(turns)).ravel()))
-        x2 = middle[1] + np.concatenate((np.tile(square, LOOKED), np.outer(r, np.sin(turns)).ravel()))
-        out = np.maximum(np.abs(x1 - middle[0]), np.abs(x2 - middle[1])) > side / 2
-        x1, x2 = x1[out], x2[out]
-        gaps = self.surface_law.initial_gaps(self.obstacle, self.solid.ell, x1, x2) - state.approach
-        low = gaps.min(axis=0) < 0
-        if not low.any():
-            return None
-        x1, x2, gaps = x1[low], x2[low], gaps[:, low]
-        u, phi = self._surface_at(state, x1, x2)
-        gaps += u - np.tensordot(self.surface_law.offsets, phi, 1)
-        gaps += (self.surface_law.tilt(x1, x2) * phi[: len(self.surface_law.psi0)]).sum(axis=0)
-        counter = self._flexibility(_grid(state)).counter
+    def _touching(self, state: SurfaceState, picture: Picture) -> tuple[Array, Array]:
+        """Returns places of the picture at which a gap is negative, outside of the window, and between cells
+        that do not see them: arrays (k, 2).
+        """
+        low, grid = picture.low(state.approach), _grid(state)
+        if self.period:
+            low[:, :2] -= self.period * np.rint(low[:, :2] / self.period)
+        away = np.abs(low[:, :2] - grid.middle)
+        out = away.max(axis=1) > grid.side / 2
+        inside, outside = low[~out], low[out]
+        if len(outside) > LOOKED:  # where the displacement of a point load leaves the least gaps
+            r = np.maximum(np.hypot(*away[out].T), state.width)
+            gaps = outside[:, 2] + state.load / (np.pi * self.solid.E_star * r)
+            outside = outside[np.argpartition(gaps, LOOKED)[:LOOKED]]
+        coarse = _coarser(state)
+        u, phi = self._surface_at(coarse, *outside[:, :2].T)
+        beyond: Any = 0.0
+        counter = self._flexibility(_grid(coarse)).counter if len(outside) else None
         if counter is not None:
-            forces = np.array(list(state.pressures.values())) * state.width**2
-            gaps += counter.at(forces, (state.x1, state.x2), x1, x2)
-        low = gaps.min(axis=0) < -OVERLAP * abs(state.approach)
-        if not low.any():
-            return None
-        return (float(x1[low].min()), float(x1[low].max())), (float(x2[low].min()), float(x2[low].max()))
+            forces = np.array(list(coarse.pressures.values())) * coarse.width**2
+            beyond = counter.at(forces, (coarse.x1, coarse.x2), *outside[:, :2].T)
+        outside = outside[self._overlap(state, outside, u, phi, beyond)]
+        i, j = (
+            np.clip(np.rint((x - axis[0]) / state.width).astype(int), 0, grid.count - 1)
+            for x, axis in zip(inside[:, :2].T, grid.axes)
+        )
+        cells = self.initial_gaps(*grid.axes).min(axis=0)
+        near = minimum_filter(cells, 3, mode="nearest" if self.period is None else "wrap")[i, j]
+        hidden = inside[:, 2] < near - TIP * (state.approach - picture.lowest[2])
+        inside, i, j = inside[hidden], i[hidden], j[hidden]
+        half = self.solid.ell / 2 * (len(self.surface_law.offsets) > 1)
+        psi1, psi2 = state.psi[:, i, j]
+        u = (state.displacement + state.counter_displacement)[i, j]
+        inside = inside[self._overlap(state, inside, u, np.array((-half * psi2, half * psi1)), 0.0)]
+        return outside[:, :2], inside[:, :2]
+
+    def _overlap(self, state: SurfaceState, places: Array, u: Array, phi: Array, beyond: Any) -> Array:
+        """Returns whether a gap is negative at places displaced by u and turned by phi, boolean (k,)."""
+        law, (x1, x2) = self.surface_law, places[:, :2].T
+        gaps = self._gaps(x1, x2) - state.approach + u - np.tensordot(law.offsets, phi, 1) + beyond
+        gaps += (law.tilt(x1, x2) * phi[: len(law.psi0)]).sum(axis=0)
+        below: Array = gaps.min(axis=0) < -OVERLAP * abs(state.approach)
+        return below
 
     def _surface_at(self, state: SurfaceState, x1: Array, x2: Array) -> tuple[Array, Array]:
         """Returns u, array (n,), and the phi that corners see, array (2, n), at places outside, under the
@@ -393,7 +430,8 @@ def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
     """Returns whether values, arrays (..., places), are the same on opposite edges of a period."""
     along, edge = period * np.linspace(-0.5, 0.5, PLACES), np.full(PLACES, period / 2)
     inside = values(np.repeat(along, PLACES), np.tile(along, PLACES))
-    most = FITS * np.ptp(inside[np.isfinite(inside)]) if inside.size else 0.0
+    finite = inside[np.isfinite(inside)]
+    most = FITS * np.ptp(finite) if finite.size else 0.0
     pairs = (values(edge, along), values(-edge, along)), (values(along, edge), values(along, -edge))
     return all(np.allclose(one, other, rtol=0, atol=most) for one, other in pairs)
 
@@ -427,39 +465,88 @@ def _overlaps(old: Array, new: Array) -> csr_array:
     return csr_array((shares, places), shape=(len(new), len(old)))
 
 
-def _means(values: Array) -> Array:
-    """Returns means over 2 x 2 cells, of the last two axes."""
-    n = values.shape[-1] // 2
-    return values.reshape(*values.shape[:-2], n, 2, n, 2).mean(axis=(-3, -1))
-
-
 def _change(coarse: SurfaceState, fine: SurfaceState, ell: float) -> float:
-    """Returns max(|dp|, |dM|/ell)/|p| in L2 between two grids, on the cells of the coarser."""
-    size = np.linalg.norm(coarse.pressure)
-    pressure = np.linalg.norm(_means(fine.pressure) - coarse.pressure)
-    moment = np.linalg.norm(_means(fine.micromoment) - coarse.micromoment) / ell
-    return float(max(pressure, moment) / size)
+    """Returns max(|dp|, |dM|/ell)/|p| in L2 between two grids, interpolated at the cells of the finer one."""
+    places = np.meshgrid(fine.x1, fine.x2, indexing="ij", sparse=True)
+    pressure, first, second = (
+        np.linalg.norm(coarse.interpolated(one, *places) - other)
+        for one, other in zip((coarse.pressure, *coarse.micromoment), (fine.pressure, *fine.micromoment))
+    )
+    return float(max(pressure, np.hypot(first, second) / ell) / np.linalg.norm(fine.pressure))
 
 
-def _estimate(changes: list[float]) -> float | None:
-    """Returns the error of the last grid from successive changes; None without any."""
-    if not changes:
-        return None
-    ratio = changes[-2] / changes[-1] if len(changes) > 1 and changes[-1] > 0 else SLOWEST
+def _spots(state: SurfaceState) -> Array:
+    """Returns for each cell of how many its spot consists, connected cells that press; array (n, n)."""
+    n, repeats = len(state.x1), 1 if state.period is None else 2  # on a period spots go on beyond its rim
+    labels = label(np.tile(state.pressure > 0, (repeats, repeats)), np.ones((3, 3)))[0]
+    sizes = np.bincount(labels.ravel())[labels] * (labels > 0)
+    found: Array = sizes.reshape(repeats, n, repeats, n).max(axis=(0, 2))
+    return found
+
+
+def _share_of_spots(state: SurfaceState, least: float) -> float:
+    """Returns the share of the load on spots of fewer cells."""
+    small = _spots(state) < least
+    return float(state.pressure[small].sum() / state.pressure.sum())
+
+
+def _estimate(changes: list[float]) -> float:
+    """Returns the error of the last grid from successive changes.
+
+    Errors of two grids that fall by a ratio r and are alike leave r - 1 times the finer one as change, errors
+    like those of the edge's steps, which have nothing to do with each other, sqrt(1 + r^2) times.
+    """
+    ratio = changes[-2] / changes[-1] if len(changes) > 1 and changes[-1] > 0 else USUAL
     last = max(changes[-1], changes[-2] / FASTEST) if len(changes) > 1 else changes[-1]
-    return last / (min(max(ratio, SLOWEST), FASTEST) - 1)
+    return last / min(max(ratio - 0.5, 0.5), 1.4)
 
 
 def _grid(state: SurfaceState) -> Grid:
     return Grid(len(state.x1), state.width, (float(state.x1.mean()), float(state.x2.mean())))
 
 
-def _box(state: SurfaceState, grid: Grid) -> tuple[Interval, Interval]:
-    """Returns the rectangle of the cells that press: ((left, right), (lower, upper))."""
-    there = state.closed > 0
-    half = grid.width / 2
-    found = []
-    for axis, x in zip((1, 0), grid.axes):
-        own = x[there.any(axis=axis)]
-        found.append((float(own[0] - half), float(own[-1] + half)))
-    return found[0], found[1]
+def _warnings(cut: bool, outside: Array, hidden: Array) -> tuple[str, ...]:
+    """Returns what a fixed window, or fixed nodes, leave out."""
+    words = ["the window cuts the contact: cells at its rim press"] * cut
+    for places, where in ((outside, "outside of the window"), (hidden, "between cells")):
+        if len(places):
+            words.append(
+                f"the obstacle would touch {where} as well, as at ({places[0, 0]:.4g}, {places[0, 1]:.4g})"
+            )
+    return tuple(words)
+
+
+def _pressing(state: SurfaceState) -> Array:
+    """Returns the corners of the rectangle of cells that press, array (2, 2)."""
+    i, j = np.nonzero(state.closed)
+    centres = np.column_stack((state.x1[i], state.x2[j]))
+    return _around(centres) + state.width / 2 * np.array([[-1], [1]])
+
+
+def _around(places: Array) -> Array:
+    """Returns the least and the largest x1 and x2 of places, array (2, 2)."""
+    return np.array((places.min(axis=0), places.max(axis=0)))
+
+
+def _reaches(state: SurfaceState, rim: int) -> bool:
+    """Returns whether cells press among so many at the rim."""
+    inner = state.closed[rim:-rim, rim:-rim]
+    return int(np.count_nonzero(inner)) < int(np.count_nonzero(state.closed))
+
+
+def _coarser(state: SurfaceState) -> SurfaceState:
+    """Returns a state with the forces of several cells on one."""
+    n = len(state.x1)
+    parts = max(part for part in range(1, max(n // WINDOW_CELLS, 1) + 1) if n % part == 0)
+
+    def means(values: Array) -> Array:
+        return values.reshape(*values.shape[:-2], n // parts, parts, n // parts, parts).mean(axis=(-3, -1))
+
+    return replace(
+        state,
+        x1=state.x1.reshape(-1, parts).mean(axis=1),
+        x2=state.x2.reshape(-1, parts).mean(axis=1),
+        width=state.width * parts,
+        pressures={name: means(own) for name, own in state.pressures.items()},
+        micromoment=means(state.micromoment),
+    )

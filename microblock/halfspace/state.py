@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import BadArgument, require_choice
 from ..model.summary import Row, Shown, Summary, number, saved
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Target
@@ -49,13 +50,15 @@ class SurfaceState(Shown):
     closed : array (n, n) of int
         Number of closed corners at each cell: those with a force, and all four where no gap is open.
     error_estimate : float or None
-        Relative L2 error of pressure and micromoment, as means over the cells of the grid before; None where
-        there is no such grid.
+        Relative error in L2 over the surface of what `pressure_at` returns, and of the micromoment over ell,
+        with the share of the load on spots of few cells. None where there is no coarser grid.
     residual : float
         Largest relative residual of the contact conditions.
     iterations : int
         Products with the flexibility on the last grid.
     warnings : tuple of str
+    seen_width : float or None
+        Width of a summit of the obstacle that is always seen within the cells, between them as well (length).
     """
 
     problem: ContactLike
@@ -74,6 +77,7 @@ class SurfaceState(Shown):
     iterations: int
     error_estimate: float | None = None
     warnings: tuple[str, ...] = ()
+    seen_width: float | None = None
 
     method = "cells"
 
@@ -81,6 +85,49 @@ class SurfaceState(Shown):
     def pressure(self) -> Array:
         """Total pressure, array (n, n) (stress)."""
         return np.sum(list(self.pressures.values()), axis=0)
+
+    @property
+    def period(self) -> float | None:
+        """Of the body (length)."""
+        return getattr(self.problem.body, "period", None)
+
+    def pressure_at(self, points: Array, corner: str | None = None) -> Array:
+        """Returns the pressure between the centres of cells, linear along either axis: array (k,).
+
+        Parameters
+        ----------
+        points : array (k, 2) or (k, 3)
+            x1 and x2 of places on the surface (lengths).
+        corner : str, optional
+            One of `pressures`; without it their sum.
+
+        Raises
+        ------
+        BadArgument
+            If the points are no such array of finite numbers, or there is no such corner.
+        """
+        try:
+            points = np.asarray(points, float)
+        except (TypeError, ValueError):
+            points = np.empty(0)
+        if points.ndim != 2 or points.shape[1] not in (2, 3) or not np.isfinite(points).all():
+            raise BadArgument("points", points, "must be an array (k, 2) or (k, 3) of finite numbers")
+        if corner is not None:
+            require_choice(self.pressures, corner=corner)
+        return self.interpolated(self.pressure if corner is None else self.pressures[corner], *points.T[:2])
+
+    def interpolated(self, values: Array, x1: Array, x2: Array) -> Array:
+        """Returns values on the cells, array (n, n), between their centres; 0 beyond the cells."""
+        n, (i, j) = len(self.x1), ((x - axis[0]) / self.width for x, axis in ((x1, self.x1), (x2, self.x2)))
+        inside = True
+        if self.period is None:
+            inside = (np.abs(i - (n - 1) / 2) <= n / 2) & (np.abs(j - (n - 1) / 2) <= n / 2)
+            i, j = (np.clip(each, 0, n - 1) for each in (i, j))
+        first, second = (np.floor(each).astype(int) for each in (i, j))
+        s, t = i - first, j - second
+        (a, b), (c, d) = ((each % n, (each + 1) % n) for each in (first, second))
+        low, high = (1 - t) * values[a, c] + t * values[a, d], (1 - t) * values[b, c] + t * values[b, d]
+        return np.where(inside, (1 - s) * low + s * high, 0.0)
 
     @property
     def weights(self) -> Array:
@@ -188,9 +235,10 @@ class SurfaceState(Shown):
             Row("largest pressure", "p", float(self.pressure.max()), "stress"),
             Row("largest micromoment", "|M|", float(np.hypot(*self.micromoment).max()), "stress x length"),
             Row("error estimate", "", self.error_estimate, "relative"),
+            Row("narrowest summit seen", "", self.seen_width, "length"),
             Row("largest relative residual", "", self.residual),
             Row("unknowns", "", self.unknowns),
         )
         words = f"load {number(self.load)}, radius {number(self.radius)}"
         words += f", error estimate {number(self.error_estimate)}"
-        return Summary("Contact state of a half-space", words, rows)
+        return Summary("Contact state of a half-space", words, rows, self.warnings)

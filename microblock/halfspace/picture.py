@@ -1,0 +1,240 @@
+"""The obstacle as far as a contact can be: samples of the initial gaps, and a bound on the approach.
+
+f is the least of the initial gaps of a block's corners. A disc A of radius a that carries the load P like a
+flat punch is displaced by P/(2 E* a); since no gap is negative, reciprocity gives for one corner
+
+    approach <= P/(2 E* a) + <h>_A,
+
+<h>_A the mean of the height under the punch's pressure, which is the mean over a hemisphere projected on A.
+It holds for each disc; of a sphere the least over all radii is Hertz' approach times 4/3. No place with f
+above it can touch. With corners the disc loads all four of a block alike, or one of them, which yields at
+most `softer` times as much; and as the energy of the least forces is convex in P, twice the mean approach up
+to 2 P bounds that at P.
+
+Samples lie in squares about the lowest place, each twice as wide, in rows and columns at random distances:
+whatever is two spacings wide has a sample. Samples that no neighbour undercuts are followed down to their
+valley, and squares about valleys below the bound look for others beside them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..errors import BOUNDED, BadArgument
+from ..model.quadrature import gauss_rule
+from ..model.types import AnyArray as Array
+
+Gaps: TypeAlias = Callable[[Array, Array], Array]  # initial gaps of corners at places: (corners, ...)
+
+NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares
+WIDEST = 1e12  # of ell: squares beyond it are not looked at
+COARSE, FINE = 32, 320  # rows and columns of squares; of that about the contact
+NEAR = 8.0  # radii of the disc: its side
+BESIDE = 7  # squares about a given window, each twice as wide
+VALLEYS = 64  # of a square that are followed down; about which others are looked for
+NARROW = 1e-5  # of the disc's radius, to which places of valleys are known
+STEPS = 90  # towards a valley, each a quarter of the one before once less is nearer
+EQUAL = 1e-6  # of the bound above the lowest place, by which others of the same height may differ
+SAME = 0.25  # of the disc's radius, between two valleys
+
+RISES = "rise in every direction"
+FALLS = "have a lowest place: without one it falls without end"
+
+
+class Picture:
+    """Samples of f and what they say of a contact under a load or at an approach.
+
+    Parameters
+    ----------
+    gaps : function
+        Initial gaps of the corners of blocks at places (x1, x2), array (corners, ...) (lengths).
+    ell : float
+        Side of the blocks (length).
+    needed : (float, float) or float
+        P/(2 E*) for all corners of a block alike and for one of them (length^2); or the approach (length).
+    obstacle : object
+        To be named in errors.
+    window : optional
+        Square with a `middle` and a `side`, in which a contact is looked for instead of everywhere.
+    repeats : bool
+        Whether it is a period, so that nothing else is beside it.
+
+    Attributes
+    ----------
+    samples, valleys : arrays (n, 3), (k, 3)
+        x1, x2 and f where f was below the bound as it stood then.
+    bound, radius : float
+        Approach that is not exceeded, and radius of the disc that says so (lengths).
+
+    Raises
+    ------
+    BadArgument
+        If the obstacle is nowhere, falls without end, or could touch without end.
+    """
+
+    def __init__(
+        self,
+        gaps: Gaps,
+        ell: float,
+        needed: tuple[float, float] | float,
+        obstacle: object,
+        window: Any = None,
+        repeats: bool = False,
+    ) -> None:
+        self.gaps, self.ell, self.needed, self.obstacle = gaps, ell, needed, obstacle
+        self.samples = self.valleys = self._starts = np.empty((0, 3))
+        self._lengths = np.empty(0)
+        self.bound, self.radius = np.inf, window.side / FINE if window else 0.0
+        self._draw = np.random.default_rng(0)
+        if window is not None:
+            self.look(window.middle, window.side, FINE)
+            for times in 2.0 ** np.arange(1, 1 if repeats else BESIDE):
+                self.look(window.middle, times * window.side, COARSE)
+            self.follow()
+            if not len(self.samples):
+                raise BadArgument("obstacle", obstacle, "must have a finite height within the window")
+            self._bound(window.side)
+        else:
+            self._everywhere()
+            self._beside_valleys()
+
+    @property
+    def lowest(self) -> Array:
+        """x1, x2 and f of the lowest sample."""
+        row: Array = self.samples[np.argmin(self.samples[:, 2])]
+        return row
+
+    @property
+    def deepest(self) -> Array:
+        """Places as low as the lowest one, array (k, 2): all of them touch, symmetric if the obstacle is."""
+        row = self.lowest
+        return np.vstack((row, self.valleys[self.valleys[:, 2] - row[2] < EQUAL * (self.bound - row[2])]))[
+            :, :2
+        ]
+
+    def low(self, approach: float, among: Array | None = None) -> Array:
+        """Returns the samples, or others, at which f is below an approach, array (m, 3)."""
+        samples = self.samples if among is None else among
+        found: Array = samples[samples[:, 2] < approach]
+        return found
+
+    def separate(self, approach: float) -> Array:
+        """Returns the places of valleys below an approach that stand apart, array (k, 2)."""
+        low, found = self.low(approach, self.valleys), []
+        low = low[np.argsort(low[:, 2]), :2]
+        while len(low):
+            found.append(low[0])
+            low = low[np.abs(low - low[0]).max(axis=1) > SAME * self.radius]
+        return np.array(found).reshape(-1, 2)
+
+    def look(self, middle: Sequence[float] | Array, side: float, count: int) -> None:
+        """Adds samples of a square in so many rows and columns."""
+        rows, columns = ((np.arange(count) + self._draw.random(count)) / count - 0.5 for _ in range(2))
+        x1, x2 = np.meshgrid(middle[0] + side * rows, middle[1] + side * columns, indexing="ij")
+        f = self._least(x1, x2)
+        padded, lower = np.pad(f, 1, constant_values=np.inf), np.isfinite(f)
+        for number in (0, 1, 2, 3, 5, 6, 7, 8):  # of a level face one sample, or few
+            other = padded[number // 3 :, number % 3 :][:count, :count]
+            lower &= (f < other) if number < 4 else (f <= other)
+        low, starts = (np.column_stack((x1[there], x2[there], f[there])) for there in (f < self.bound, lower))
+        starts = starts[np.argsort(starts[:, 2])[:VALLEYS]]
+        self.samples = np.vstack((self.samples, low))
+        self._starts = np.vstack((self._starts, starts))
+        self._lengths = np.append(self._lengths, np.full(len(starts), side / count))
+
+    def follow(self) -> None:
+        """Follows lower samples of squares down to their valleys and adds these."""
+        places, step, rows = self._starts, self._lengths, np.arange(len(self._starts))
+        ways = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b])
+        ways = np.vstack((ways, ways / 4))  # which turn across a valley that falls along it
+        for _ in range(STEPS):
+            if not np.any(step > NARROW * self.radius):
+                break
+            around = places[:, None, :2] + step[:, None, None] * ways
+            f = self._least(around[..., 0], around[..., 1])
+            best = rows, np.argmin(f, axis=1)
+            lower = f[best] < places[:, 2]
+            places = np.where(lower[:, None], np.column_stack((around[best], f[best])), places)
+            step = np.where(lower & (best[1] < len(ways) // 2), step, step / 4)
+        self.samples, self.valleys = (np.vstack((all, places)) for all in (self.samples, self.valleys))
+        self._starts, self._lengths = self._starts[:0], self._lengths[:0]
+
+    def _least(self, x1: Array, x2: Array) -> Array:
+        with np.errstate(all="ignore"):  # far away heights overflow
+            found: Array = self.gaps(x1, x2).min(axis=0)
+        return found
+
+    def _everywhere(self) -> None:
+        """Looks at squares about the middle, then about the lowest place, as far as the bound asks for."""
+        side, inside = NEAREST * self.ell, False
+        while not inside or side < FARTHEST * max(self.ell, self.radius):
+            self.look(np.zeros(2), side, COARSE)
+            side *= 2
+            if len(self.samples) and side > FARTHEST * self.ell:
+                self._bound(side)
+                inside = 8 * np.hypot(*self.lowest[:2]) < side
+            if side > WIDEST * self.ell:
+                self._refuse(RISES if inside else FALLS if len(self.samples) else "have finite heights")
+        self.follow()
+        if side < 8 * np.hypot(*self.lowest[:2]):
+            self._refuse(FALLS)
+        self._bound(side)
+        away = 0.0
+        while True:  # about what is lower still, and farther while it could touch there
+            (*middle, least), reach = self.lowest, FARTHEST * max(self.ell, self.radius, away)
+            self.look(middle, NEAR * self.radius, FINE)
+            for side in self.radius * 2.0 ** np.arange(1, np.ceil(np.log2(reach / self.radius))):
+                self.look(middle, side, COARSE)
+            self.follow()
+            self._bound(reach)
+            away = np.abs(self.low(self.bound)[:, :2] - middle).max(initial=0.0)
+            if max(reach, np.hypot(*self.lowest[:2])) > WIDEST * self.ell:
+                falls = least - self.lowest[2] > EQUAL * (self.bound - least)
+                self._refuse(FALLS if falls else f"{RISES}: at a distance of {away:.2g} it could still touch")
+            if reach > 8 * away:
+                break
+
+    def _refuse(self, what: str) -> None:
+        raise BadArgument("obstacle", self.obstacle, f"must {what}; {BOUNDED}")
+
+    def _beside_valleys(self) -> None:
+        """Looks about other valleys that could touch: each may have another beside it."""
+        seen = self.lowest[None, :2]
+        while len(seen) <= VALLEYS:
+            low = self.separate(self.bound)
+            new = low[np.abs(low[:, None] - seen).max(axis=2).min(axis=1) > SAME * self.radius][:VALLEYS]
+            if not len(new):
+                return
+            for place in new:
+                apart = np.abs(place - seen[0]).max()
+                for side in self.radius * 2.0 ** np.arange(np.ceil(np.log2(4 * apart / self.radius) + 1)):
+                    self.look(place, side, COARSE)
+            seen = np.vstack((seen, new))
+            self.follow()
+
+    def _bound(self, widest: float) -> None:
+        """Sets bound and radius by discs about the lowest place up to a width."""
+        lowest = self.lowest
+        radii = widest / 2 * 2.0 ** (-np.arange(FINE) / 2)
+        (z, weights), turns = gauss_rule(8), 2 * np.pi * (np.arange(16) + 0.5) / 16
+        r, shares = np.sqrt(1 - z**2), np.repeat(weights, 16) / 16
+        x1, x2 = (
+            lowest[axis] + radii[:, None] * np.outer(r, way(turns)).ravel()
+            for axis, way in enumerate((np.cos, np.sin))
+        )
+        with np.errstate(all="ignore"):
+            means = self.gaps(x1, x2) @ shares - lowest[2]
+        corners = len(means) > 1
+        means = np.array((means.mean(axis=0), means.min(axis=0)))
+        if np.ndim(self.needed):
+            sums = (np.array(self.needed)[:, None] / radii + means).min(axis=0)
+            best = int(np.argmin(sums))
+            above = (1 + corners) * float(sums[best])
+        else:
+            enough = np.flatnonzero(means[1] < self.needed - lowest[2])
+            best = max(int(enough[0]) - 1, 0) if len(enough) else FINE - 1
+            above = self.needed - lowest[2]
+        self.radius, self.bound = float(radii[best]), float(lowest[2] + above)
