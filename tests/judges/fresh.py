@@ -468,9 +468,9 @@ def main(arguments=None):
             row = record(mb, method, k)
             rows.append(row)
             print(line(method, row), flush=True)
+            if options.json:
+                options.json.write_text(json.dumps(record_of, indent=1, default=float))
         print(f"== {method}: {summary(rows)}", flush=True)
-        if options.json:
-            options.json.write_text(json.dumps(record_of, indent=1, default=float))
     return record_of
 
 

@@ -81,7 +81,7 @@ def moved(mb, p, change, method):
     solid = (E * change.stress, nu, beta, ell * change.length)
     period = p.period and p.period * change.length
     q = replace(p, solid=solid, psi0=p.psi0 * change.sign, scale=p.scale * change.length, period=period)
-    plain = fresh.contact(mb, replace(q, kind="given", obstacle=None, kinks=(), height=body.height), method)
+    plain = fresh.contact(mb, replace(q, kind="given", obstacle=("Cylinder", (1.0,))), method)
     problem = mb.Contact(plain.body, body, plain.law, plain.method)
     return problem, p.load * change.stress * change.length
 

@@ -399,8 +399,9 @@ def problem(mb, s):
     solid = mb.Cosserat(E=E * stress, nu=nu, beta=beta, ell=ell * length)
     law = {"unilateral": mb.Unilateral, "microblock": mb.Microblock, "microclamped": mb.Microclamped}[s.law]()
     height = s.height if length == 1 else lambda x, y: s.height(x / length, y / length) * length
-    method = mb.Cells(window=s.window) if s.window else None
-    return mb.Contact(mb.HalfSpace(solid, s.period), height, law, method), s.load * stress * length**2
+    method = mb.Cells(window=tuple(length * v for v in s.window)) if s.window else None
+    body = mb.HalfSpace(solid, s.period and s.period * length)
+    return mb.Contact(body, height, law, method), s.load * stress * length**2
 
 
 def figures(state, s):
