@@ -30,13 +30,13 @@ from ..model.types import AnyArray as Array
 Gaps: TypeAlias = Callable[[Array, Array], Array]  # initial gaps of corners at places: (corners, ...)
 
 NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares
-WIDEST = 1e12  # of ell: squares beyond it are not looked at
+WIDEST = 1e15  # of ell: squares beyond it are not looked at
 COARSE, FINE = 32, 320  # rows and columns of squares; of that about the contact
 NEAR = 8.0  # radii of the disc: its side
 BESIDE = 7  # squares about a given window, each twice as wide
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
 NARROW = 1e-5  # of the disc's radius, to which places of valleys are known
-STEPS = 90  # towards a valley, each a quarter of the one before once less is nearer
+STEPS = 200  # towards a valley, each a quarter of the one before once less is nearer
 EQUAL = 1e-6  # of the bound above the lowest place, by which others of the same height may differ
 SAME = 0.25  # of the disc's radius, between two valleys
 

@@ -1,12 +1,14 @@
 """Contact on square cells of the half-space, from coarse grids to finer ones.
 
-1. A window is found about the lowest place of the obstacle: cells on it that press near its rim, and places
-   outside at which a gap is negative, widen it; then it is cut to the contact.
+1. The picture of the obstacle (`microblock.halfspace.picture`) says where a contact can be. A window about
+   its lowest places grows while cells press near its rim, or a gap outside of it is negative, and shrinks to
+   the contact until that fills it.
 2. Grids of 32, 64, ... cells a side are solved (`microblock.corners.projected_gradients`), each started from
-   the one before, until the estimate is below rtol.
+   the one before, until the estimate is below rtol and no place between the cells would touch. Then places
+   outside are looked at again.
 
-The estimate compares means over the cells of the grid before: successive changes fall by a factor between
-that of the edge of the contact, which cells cut into steps, and that of the smooth inside.
+The estimate is of what `SurfaceState.pressure_at` returns. Two grids whose contacts have few cells agree by
+themselves, so the load on such spots counts as error.
 """
 
 from __future__ import annotations
@@ -333,9 +335,8 @@ class SurfaceSolver(Solver):
         largest x1 and x2.
         """
         side = max(3 * picture.radius, 1.5 * np.ptp(box, axis=0).max())
-        middle = (
-            np.rint(box.mean(axis=0) / side * WINDOW_CELLS) * side / WINDOW_CELLS
-        )  # symmetric where it is
+        width = side / WINDOW_CELLS
+        middle = np.rint(box.mean(axis=0) / width) * width  # symmetric where the obstacle is
         for _ in range(TRIES):
             grid = Grid(WINDOW_CELLS, side / WINDOW_CELLS, tuple(middle))
             state = self._solved(grid, load, approach, COARSE_RESIDUAL / WINDOW_CELLS, None)
@@ -365,34 +366,39 @@ class SurfaceSolver(Solver):
             r = np.maximum(np.hypot(*away[out].T), state.width)
             gaps = outside[:, 2] + state.load / (np.pi * self.solid.E_star * r)
             outside = outside[np.argpartition(gaps, LOOKED)[:LOOKED]]
-        coarse = _coarser(state)
+        coarse, least = _coarser(state), picture.lowest[2]
         u, phi = self._surface_at(coarse, *outside[:, :2].T)
         beyond: Any = 0.0
-        counter = self._flexibility(_grid(coarse)).counter if len(outside) else None
-        if counter is not None:
+        if body_of(self.obstacle) is not None and len(outside):
+            counter: Any = self._flexibility(_grid(coarse)).counter
             forces = np.array(list(coarse.pressures.values())) * coarse.width**2
             beyond = counter.at(forces, (coarse.x1, coarse.x2), *outside[:, :2].T)
-        outside = outside[self._overlap(state, outside, u, phi, beyond)]
+        outside = outside[self._overlap(state, least, outside, u, phi, beyond)]
         i, j = (
             np.clip(np.rint((x - axis[0]) / state.width).astype(int), 0, grid.count - 1)
             for x, axis in zip(inside[:, :2].T, grid.axes)
         )
         cells = self.initial_gaps(*grid.axes).min(axis=0)
         near = minimum_filter(cells, 3, mode="nearest" if self.period is None else "wrap")[i, j]
-        hidden = inside[:, 2] < near - TIP * (state.approach - picture.lowest[2])
+        hidden = inside[:, 2] < near - TIP * (state.approach - least)
         inside, i, j = inside[hidden], i[hidden], j[hidden]
         half = self.solid.ell / 2 * (len(self.surface_law.offsets) > 1)
         psi1, psi2 = state.psi[:, i, j]
         u = (state.displacement + state.counter_displacement)[i, j]
-        inside = inside[self._overlap(state, inside, u, np.array((-half * psi2, half * psi1)), 0.0)]
+        phi = np.array((-half * psi2, half * psi1))
+        inside = inside[self._overlap(state, least, inside, u, phi, 0.0)]
         return outside[:, :2], inside[:, :2]
 
-    def _overlap(self, state: SurfaceState, places: Array, u: Array, phi: Array, beyond: Any) -> Array:
-        """Returns whether a gap is negative at places displaced by u and turned by phi, boolean (k,)."""
+    def _overlap(
+        self, state: SurfaceState, least: float, places: Array, u: Array, phi: Array, beyond: Any
+    ) -> Array:
+        """Returns whether a gap is negative at places displaced by u and turned by phi, boolean (k,), of an
+        obstacle of a least height.
+        """
         law, (x1, x2) = self.surface_law, places[:, :2].T
         gaps = self._gaps(x1, x2) - state.approach + u - np.tensordot(law.offsets, phi, 1) + beyond
         gaps += (law.tilt(x1, x2) * phi[: len(law.psi0)]).sum(axis=0)
-        below: Array = gaps.min(axis=0) < -OVERLAP * abs(state.approach)
+        below: Array = gaps.min(axis=0) < -OVERLAP * (state.approach - least)
         return below
 
     def _surface_at(self, state: SurfaceState, x1: Array, x2: Array) -> tuple[Array, Array]:
