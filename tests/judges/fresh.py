@@ -369,7 +369,7 @@ def _surface_error(values, solved, mu, ell):
 # ---- the record ----
 
 
-class TooLong(Exception):
+class TooLong(BaseException):  # not an Exception, which a library may catch
     pass
 
 

@@ -384,7 +384,7 @@ def truth(s):
 # ---- the library's ----
 
 
-class TooLong(Exception):
+class TooLong(BaseException):  # not an Exception, which a library may catch
     pass
 
 
