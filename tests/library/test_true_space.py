@@ -101,7 +101,9 @@ def test_light_loads_beside_a_second_body():
 @pytest.mark.parametrize("law", LAWS, ids=str)
 @pytest.mark.parametrize("ell", [0.02, 0.5, 5.0])
 @pytest.mark.parametrize(
-    "obstacle", [SPHERE, mb.Ellipsoid(1.0, 4.0), mb.Cone(0.5), summits((0, 0, 0), (1.0, 0.5, 0.05))], ids=str
+    "obstacle",
+    [SPHERE, mb.Ellipsoid(1.0, 4.0), mb.Cone(0.5), summits((0, 0, 0), (1.0, 0.5, 0.05))],
+    ids=["sphere", "ellipsoid", "cone", "summits"],
 )
 def test_the_approach_is_below_its_bound(law, ell, obstacle):
     one = problem(obstacle, law, ell, nodes=48)
