@@ -12,8 +12,8 @@ from dataclasses import fields  # noqa: E402
 from pathlib import Path  # noqa: E402
 
 from microblock import __version__  # noqa: E402
-from microblock.data.records import check_writable, json_text, write_json  # noqa: E402
-from microblock.errors import BadArgument, MicroblockError  # noqa: E402
+from microblock.data.records import json_text, write_json  # noqa: E402
+from microblock.errors import BadArgument, MicroblockError, require_place  # noqa: E402
 
 from .common.case import run  # noqa: E402
 from .common.catalog import PROGRAM, case, headlines  # noqa: E402
@@ -80,7 +80,7 @@ def main(words=None):
     try:
         parameters = module.Parameters(**arguments)
         if json_path not in (None, "-"):
-            check_writable("json", json_path)
+            require_place(json_path, "json")
         out = None if out is None else _folder(out)
         before = _files(out)
         result = run(module, parameters, out, quiet=json_path == "-")
@@ -107,7 +107,7 @@ def _folder(out):
         Path(out).mkdir(parents=True, exist_ok=True)
     except OSError as failure:
         raise BadArgument("out", out, f"is no folder that can be made ({failure.strerror})") from failure
-    check_writable("out", Path(out) / "figure")
+    require_place(Path(out) / "figure", "out")
     return Path(out)
 
 

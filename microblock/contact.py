@@ -10,15 +10,15 @@ from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from .errors import (
     NOT_YET,
     BadArgument,
     plain,
     require_finite,
+    require_flag,
     require_kind,
     require_positive,
+    require_size,
     require_tolerance,
 )
 from .model import law as laws
@@ -26,14 +26,15 @@ from .model import obstacles
 from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
+from .model.material import Cosserat
 from .model.problem import require_even
+from .model.progress import counting
 from .model.state import State
 from .model.summary import Row, Shown, Summary, short
-from .model.types import BodyLike, LawLike, MethodLike, ObstacleLike
+from .model.types import Array, BodyLike, LawLike, MethodLike, ObstacleLike
 from .threads import bounded
 
 if TYPE_CHECKING:
-    from .model.material import Cosserat
     from .model.solver import Solver
 
 
@@ -101,7 +102,17 @@ class Contact(Shown):
     @cached_property
     def solver(self) -> Solver:
         """The Solver that the method stands for."""
-        options = self.body.methods[0]() if self.method is None else self.method
+        return self._solver_of(self.body.methods[0]() if self.method is None else self.method)
+
+    def _follower(self, pairs: Array) -> Solver:
+        """The Solver that follows a history: the usual one of the body, or the next where that cannot, unless
+        a method is named.
+        """
+        if self.method is not None or self.solver.follows(pairs):
+            return self.solver
+        return self._solver_of(self.body.methods[1]())
+
+    def _solver_of(self, options: MethodLike) -> Solver:
         solver: Any = getattr(self.body, "solvers", {}).get(type(options), options.solver)
         if isinstance(solver, str):
             module, _, name = solver.rpartition(".")
@@ -134,12 +145,14 @@ class Contact(Shown):
             Approach of the obstacle (length), in place of the load. A half-plane without a period and an
             unbounded block do not take it, since their rigid-body constant is arbitrary.
         rtol : float, optional
-            Relative L2 error of pressure and micromoment that is asked for. Without it the usual one of the
-            method is taken (1e-3; 1e-2 of cells), or the discretisation that the method or the mesh fixes.
+            Relative error that is asked for, in L2 over the surface, of what the state's `pressure_at`
+            returns and of the micromoment over ell, both over the pressure; for punches and wedges with the
+            weight that makes the norm finite. Without it the usual one of the method is taken (1e-3; 1e-2 of
+            cells), or the discretisation that the method or the mesh fixes; those refuse it.
         initial : State, optional
             A state of a similar problem to start from.
         progress : bool
-            Whether a bar is shown where the method counts its steps.
+            Whether a bar counts the steps of the method.
 
         Returns
         -------
@@ -163,11 +176,13 @@ class Contact(Shown):
         """
         load, approach, rtol = plain(load), plain(approach), plain(rtol)
         self._require_frictionless()
-        self._check(load, approach, rtol, initial)
+        self._check(load, approach, rtol, initial, progress)
         start: Any = getattr(initial, "solution", initial)
-        state = self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
+        with counting("solve", progress):
+            state = self.solver.state(self.solver.solve(load, approach, rtol, start, progress))
         if approach is not None and not state.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
+        self.solver.require_solved(state, load, approach)
         return state
 
     def _require_frictionless(self) -> None:
@@ -180,14 +195,21 @@ class Contact(Shown):
             )
 
     def _check(
-        self, load: float | None, approach: float | None, rtol: float | None, initial: State | None
+        self,
+        load: float | None,
+        approach: float | None,
+        rtol: float | None,
+        initial: State | None,
+        progress: bool,
     ) -> None:
+        require_flag(progress=progress)
         if (load is None) == (approach is None):
             raise BadArgument("load", load, "give either load or approach")
         if load is not None:
             require_positive(load=load)
         else:
             require_finite(approach=approach)
+            require_size(**({"approach": approach} if approach else {}))
         if rtol is not None:
             require_tolerance(rtol)
         if initial is not None:
@@ -201,9 +223,9 @@ class Contact(Shown):
         load : float
             Last load of the path, force per thickness.
         rtol : float, optional
-            Relative L2 error of the states, as in `solve`.
+            Relative error of the states, as of `solve`.
         progress : bool
-            Whether a bar counts the states that the events take.
+            Whether a bar counts what the events take; of panels as they are asked for, else at once.
 
         Returns
         -------
@@ -223,12 +245,16 @@ class Contact(Shown):
         """
         load, rtol = plain(load), plain(rtol)
         self._require_frictionless()
-        self._check(load, None, rtol, None)
+        self._check(load, None, rtol, None, progress)
         if self.solver.has_fitted_zones:
             from .path import ZonePath  # here: a single state does without
 
             return ZonePath(self, load, rtol, progress)
-        return self.solver.path(load, rtol, progress)
+        with counting("load path", progress):
+            path = self.solver.path(load, rtol, progress)
+            if progress:  # the events are what lasts
+                path.events
+        return path
 
     @bounded
     def history(
@@ -241,9 +267,9 @@ class Contact(Shown):
     ) -> History:
         """Returns the states along a history of normal and shear forces, under a law with friction.
 
-        On a half-plane cells follow it, `Cells()`, and without a method; `Panels()` has more digits, between
-        two equal bodies under the law `Unilateral`, while shear grows no faster than friction times a normal
-        force that grows.
+        Without a method `Panels()` follow it where they can: between two equal half-planes under the law
+        `Unilateral`, while shear grows no faster than friction times a normal force that grows. `Cells()`
+        follow all others on a half-plane; the states' `method` says which did.
 
         Parameters
         ----------
@@ -253,11 +279,11 @@ class Contact(Shown):
         coupled : bool
             Whether shear tractions act on the gaps. Uncoupled, pressures still act on the tangential problem.
         rtol : float, optional
-            Relative L2 error of pressure, of micromoment over ell and of shear traction over the friction,
-            all over the pressure. Without it half-planes take their usual one, and blocks stay on the mesh of
+            Relative error as of `solve`, and of the shear traction over the friction, too, over the pressure.
+            Without it half-planes take their usual one, and blocks stay on the mesh of
             their method; bodies on meshes of your own take none.
         progress : bool
-            Whether a bar is shown where the method counts its steps.
+            Whether a bar counts the steps of the method.
 
         Returns
         -------
@@ -284,12 +310,13 @@ class Contact(Shown):
             raise BadArgument(
                 "law", self.law, "has no friction: its states do not depend on a history, solve them"
             )
-        if not isinstance(coupled, (bool, np.bool_)):
-            raise BadArgument("coupled", coupled, "must be True or False")
+        require_flag(coupled=coupled, progress=progress)
         rtol = plain(rtol)
         if rtol is not None:
             require_tolerance(rtol)
-        return self.solver.history(pairs_of(pairs, friction), bool(coupled), rtol, progress)
+        found = pairs_of(pairs, friction)
+        with counting("history", progress):
+            return self._follower(found).history(found, bool(coupled), rtol, progress)
 
     def with_(
         self,
@@ -322,6 +349,8 @@ class Contact(Shown):
         """
         if body is not None and solid is not None:
             raise BadArgument("solid", solid, "is that of the body: give one of the two")
+        if solid is not None:
+            require_kind(Cosserat, "a Cosserat", solid=solid)
         if body is None:
             body = self.body if solid is None or solid == self.solid else self.solver.resized(solid)
         return replace(

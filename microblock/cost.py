@@ -1,6 +1,4 @@
-"""What a computation would take is estimated before it is begun, against the memory there is: none is
-exhausted.
-"""
+"""What a computation would take, of time and of memory, is estimated before it is begun."""
 
 import math
 import os
@@ -19,6 +17,11 @@ ENTRY = 12  # bytes of an entry of a sparse matrix
 COPIES = 3
 # bytes for each pair of contact nodes: 25 numbers, of flexibility, factors and their copies
 DENSE = 200
+# bytes for each pair of forces along a history of friction: 54 were seen
+FORCES = 64
+# seconds of a pair of loads, over the cube of the number of forces: 2e-10 to 1e-9 were seen
+CUBED = 1e-9
+LONGEST = 1800.0  # seconds of a computation that is begun
 
 
 def available():
@@ -57,3 +60,12 @@ def require_room(needed, what, advice):
     words = too_much(needed)
     if words:
         raise NotConverged(f"{what} {words}: {advice}")
+
+
+def require_history(cells, forces, pairs):
+    """NotConverged where a history on so many cells would take more memory than there is, or too long."""
+    what, advice = f"a history on {cells} cells", "take fewer pairs, smaller loads, or fewer features"
+    require_room(FORCES * forces**2, what, advice)
+    seconds = CUBED * pairs * forces**3
+    if seconds > LONGEST:
+        raise NotConverged(f"{what} would take some {seconds / 60:.2g} minutes: {advice}")

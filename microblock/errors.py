@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import fields
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -31,6 +33,10 @@ class MicroblockError(Exception):
     >>> issubclass(mb.BadArgument, mb.MicroblockError) and issubclass(mb.NotConverged, mb.MicroblockError)
     True
     """
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy, or what comes from another process, has the message, not what it was made of."""
+        return type(self).__new__, (type(self), *self.args), vars(self)
 
 
 class BadArgument(MicroblockError, ValueError):
@@ -83,11 +89,14 @@ class NotConverged(MicroblockError, RuntimeError):
     message : str
     reached : float, optional
     iterations : int, optional
+    rtol_reached : float, optional
 
     Attributes
     ----------
     reached : float or None
-        The last load or approach (or the accuracy) that was reached, None if there is none.
+        The last load or approach that was reached, None if there is none.
+    rtol_reached : float or None
+        An rtol that is met when it is asked for, None where none is known.
     iterations : int
         Iterations spent at the point of failure.
 
@@ -98,9 +107,16 @@ class NotConverged(MicroblockError, RuntimeError):
     0.2
     """
 
-    def __init__(self, message: str, *, reached: float | None = None, iterations: int = 0) -> None:
+    def __init__(
+        self,
+        message: str,
+        *,
+        reached: float | None = None,
+        iterations: int = 0,
+        rtol_reached: float | None = None,
+    ) -> None:
         super().__init__(message)
-        self.reached, self.iterations = reached, iterations
+        self.reached, self.iterations, self.rtol_reached = reached, iterations, rtol_reached
 
 
 class MissingExtra(MicroblockError, ImportError):
@@ -121,6 +137,64 @@ class MissingExtra(MicroblockError, ImportError):
 
     def __init__(self, what: str, package: str, extra: str) -> None:
         super().__init__(f"{what} needs {package}: python -m pip install 'microblock[{extra}]'")
+
+
+class Named(dict[str, Any]):
+    """Values by the names that are known; another name raises BadArgument.
+
+    Parameters
+    ----------
+    what : str
+        What the names are of.
+    values : mapping
+    """
+
+    def __init__(self, what: str, values: Any) -> None:
+        super().__init__(values)
+        self.what = what
+
+    def __missing__(self, name: object) -> Any:
+        raise BadArgument(self.what, name, f"must be one of {', '.join(self)}")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Named, (self.what, dict(self))
+
+
+def at_least(value: float, rounding: str = ROUND_CEILING) -> str:
+    """Returns a positive number in two digits, rounded up: as a bound, it holds for the number itself."""
+    return f"{float(Context(prec=2, rounding=rounding).create_decimal(repr(float(value)))):.1e}"
+
+
+def at_most(value: float) -> str:
+    """Returns a positive number in two digits, rounded down."""
+    return at_least(value, ROUND_FLOOR)
+
+
+def out_of_reach(
+    rtol: float,
+    best: float,
+    why: str = "",
+    besides: str = "",
+    iterations: int = 0,
+    *,
+    load: float | None = None,
+    approach: float | None = None,
+) -> NotConverged:
+    """Returns the NotConverged of an rtol where the smallest error estimate is `best`, at a load or an
+    approach: it advises an rtol that is met when it is asked for, if there is one below 1, and what `besides`
+    names.
+    """
+    figure, reached = at_least(best), approach if load is None else load
+    where = "" if reached is None else f" at {'approach' if load is None else 'load'} {reached:g}"
+    met = float(figure) if float(figure) < 1 else None
+    advice = " or ".join([f"ask for rtol={figure}"] * (met is not None) + [besides] * bool(besides))
+    return NotConverged(
+        f"rtol = {rtol:g} was not reached{where}{why}, the smallest error estimate was {figure}"
+        + f"; {advice}" * bool(advice),
+        reached=reached,
+        rtol_reached=met,
+        iterations=iterations,
+    )
 
 
 def shown(value: object) -> str:
@@ -223,16 +297,37 @@ def require_whole(least: int, most: int | None = None, **arguments: object) -> N
             )
 
 
-def require_place(path: str | os.PathLike[str], name: str = "path") -> None:
-    """Raises BadArgument unless a file can have this path: in a folder that exists, and no folder itself."""
-    try:
-        where = Path(path)
-    except TypeError as failure:
-        raise BadArgument(name, path, "must name a file") from failure
+def require_place(
+    path: str | os.PathLike[str], name: str = "path", endings: Collection[str] | None = None
+) -> None:
+    """Raises BadArgument unless a file can have this path: in a folder that exists and can be written to, no
+    folder itself, and with one of the endings, or none, where they are given.
+    """
+    if not isinstance(path, (str, os.PathLike)) or not str(path) or "\0" in str(path):
+        raise BadArgument(name, path, "must name a file")
+    where = Path(path)
     if where.is_dir():
         raise BadArgument(name, str(path), "must name a file, and is a folder")
-    if not where.parent.is_dir():
-        raise BadArgument(name, str(path), f"must lie in a folder that exists, and {where.parent} does not")
+    if not os.access(where.parent, os.W_OK):
+        raise BadArgument(
+            name, str(path), f"must lie in a folder that can be written to, and {where.parent} is none"
+        )
+    ending = where.suffix[1:].lower()  # what follows a point may as well be a number's digits
+    if endings is not None and ending.isalpha() and ending not in endings:
+        raise BadArgument(
+            name, str(path), f"must end in .{', .'.join(sorted(endings))} or in none of its own"
+        )
+
+
+@contextmanager
+def writing(path: str | os.PathLike[str], name: str = "path") -> Iterator[None]:
+    """Context in which a file is written; raises BadArgument where the system refuses it."""
+    try:
+        yield
+    except OSError as failure:
+        raise BadArgument(
+            name, str(path), f"cannot be written to ({failure.strerror or failure})"
+        ) from failure
 
 
 def require_choice(known: Collection[str], **arguments: object) -> None:
@@ -262,15 +357,35 @@ def require_values(**arguments: Iterable[Any]) -> list[list[Any]]:
     return found
 
 
-def require_pair(**arguments: tuple[float, float]) -> None:
-    """Raises BadArgument for the first argument that is not (left, right), two finite numbers with left <
-    right.
+def require_flag(**arguments: object) -> None:
+    """Raises BadArgument for the first argument that is neither True nor False."""
+    require_kind((bool, np.bool_), "True or False", **arguments)
+
+
+def require_numbers(**arguments: Any) -> Any:
+    """Returns the one argument as an array (n,) of floats, one number as n = 1; raises BadArgument where it
+    holds anything but finite numbers, or has more dimensions.
     """
-    for name, value in arguments.items():
-        try:
-            left, right = value
-            require_finite(left=left, right=right)
-        except (TypeError, ValueError) as failure:  # a BadArgument is a ValueError
-            raise BadArgument(name, value, "must be (left, right), two finite numbers") from failure
-        if not left < right:
-            raise BadArgument(name, value, "must be (left, right), left < right")
+    ((name, values),) = arguments.items()
+    try:
+        found = np.atleast_1d(np.asarray(values, float))
+    except (TypeError, ValueError, OverflowError) as failure:
+        raise BadArgument(name, values, "must be a number, or an array (n,) of numbers") from failure
+    if found.ndim > 1 or not np.all(np.abs(found) <= LARGEST):
+        raise BadArgument(name, values, "must be a finite number, or an array (n,) of such")
+    return found
+
+
+def require_pair(**arguments: tuple[float, float]) -> tuple[float, float]:
+    """Returns the one argument (left, right) as floats; raises BadArgument unless these are two finite
+    numbers, left < right.
+    """
+    ((name, value),) = arguments.items()
+    try:
+        left, right = value
+        require_finite(left=left, right=right)
+    except (TypeError, ValueError) as failure:  # a BadArgument is a ValueError
+        raise BadArgument(name, value, "must be (left, right), two finite numbers") from failure
+    if not left < right:
+        raise BadArgument(name, value, "must be (left, right), left < right")
+    return float(left), float(right)

@@ -79,7 +79,8 @@ class ZonePath(LoadPath):
     last : float
         Load at the end of the path (force per thickness).
     rtol : float, optional
-        Relative L2 error of the states, without it the usual one; events have their own `load_error`.
+        Relative error of the states as of `Contact.solve`, without it the usual one; events have their own
+        `load_error`.
     progress : bool
         Whether a bar counts the solutions.
     """

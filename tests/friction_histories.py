@@ -15,8 +15,9 @@ from dataclasses import replace
 import numpy as np
 
 import microblock as mb
+from microblock import cost
 from microblock.corners.friction import FrictionPath
-from microblock.halfplane import friction_cells, friction_edges, friction_solver
+from microblock.halfplane import friction_edges, friction_solver
 from microblock.halfplane.friction_solver import FrictionSolver
 from microblock.model.zones import distance_to_ends
 
@@ -171,7 +172,7 @@ def measured(seed, rtol):
         except mb.NotConverged:
             break
         finer = finer if level is None else solver._compared(finer, level)
-        level, estimates = finer, [one.change or np.inf for one in finer.solutions]
+        level, estimates = finer, [one.error_estimate or np.inf for one in finer.solutions]
         if found is not None:
             more.append(level)
         elif max(estimates) <= rtol:
@@ -181,10 +182,8 @@ def measured(seed, rtol):
     if not more:
         return words, 0, None, None
     pairs_of_states = list(zip(found.solutions, more[-1].solutions))
-    f = float(contact.law.friction)
     ratio = max(
-        friction_solver._difference(exact, one, solver.problem, f) / one.change
-        for one, exact in pairs_of_states
+        friction_solver._difference(exact, one) / one.error_estimate for one, exact in pairs_of_states
     )
     return words, len(more), ratio, [each for pair in pairs_of_states for each in edges(*pair)]
 
@@ -209,7 +208,8 @@ def edges(one, exact):
 
 def errors(count, rtol):
     """Prints ratios of errors and estimates of so many seeds, and a summary."""
-    friction_cells.MOST, friction_solver.FINENESS = FORCES, (*friction_solver.FINENESS, 0.005)
+    cost.CUBED = cost.LONGEST / FORCES**3 / PAIRS
+    friction_solver.FINENESS = (*friction_solver.FINENESS, 0.005)
     worst, ends = 0.0, []
     for seed in range(count):
         begun = time.perf_counter()

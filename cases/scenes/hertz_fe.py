@@ -3,6 +3,7 @@
 import math
 
 import microblock as mb
+from microblock.errors import at_most
 from microblock.model.refinement import refine
 
 DEFAULTS = {"domain": "inf", "method": "condensed", "mesh": "fitted"}
@@ -56,7 +57,7 @@ def warnings(parameters):
     if parameters.h <= longest:
         return []
     return [
-        f"elements of order {parameters.order} longer than {longest:.2g} a_Hz do not resolve the layer "
+        f"elements of order {parameters.order} longer than {at_most(longest)} a_Hz do not resolve the layer "
         "at the surface: take a smaller h, a higher order, or --mesh fitted"
     ]
 

@@ -19,6 +19,7 @@ import numpy as np
 
 import microblock as mb
 from microblock.data.records import column, versions
+from microblock.errors import at_most, out_of_reach
 from microblock.fem import meshes
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import METHODS, MonolithicNewton, NodalState
@@ -327,7 +328,7 @@ def warnings(parameters):
         longest = meshes.longest_element(parameters.solid, parameters.order)
         if 1 / parameters.elements > longest:
             found.append(
-                f"elements of order {parameters.order} longer than {longest:.2g} H do not resolve "
+                f"elements of order {parameters.order} longer than {at_most(longest)} H do not resolve "
                 "the layer: take more, or a higher order, or ask for an --rtol"
             )
     return found
@@ -346,11 +347,8 @@ def result(parameters, quiet=True):
         asked, (solution, estimate, passes) = _as_good_as_it_gets(asked, failure)
         warned.append(f"computed to rtol = {asked.rtol:g}: {failure}")
     if demanded and asked.rtol and estimate > asked.rtol:
-        raise mb.NotConverged(
-            f"rtol = {asked.rtol:g} was not reached: rho = {asked.rho:g} leaves an error "
-            f"of {estimate:.1e}; take another rho, or the augmented Lagrangian",
-            reached=estimate,
-        )
+        besides = f"take another penalty than rho = {asked.rho:g}, or the augmented Lagrangian"
+        raise out_of_reach(asked.rtol, estimate, besides=besides)
     observed = observe(solution, estimate)
     try:
         compared = errors(solution)

@@ -44,6 +44,7 @@ import numpy as np
 from scipy.linalg.blas import dgemm
 
 from ..errors import BadArgument, NotConverged, require_finite
+from ..model.progress import counted
 from ..threads import bounded, released
 
 ROUNDING = 1e-14  # relative to its own terms, some rounding errors: below it a sign means nothing
@@ -199,7 +200,7 @@ def _follow(problem, loads):
     except (NotConverged, np.linalg.LinAlgError) as failure:
         reached = pieces[-1][0] if pieces else 0.0
         raise NotConverged(
-            f"path stopped at load {reached:g} on the way to {loads[-1]:g}: {failure}; ask for smaller "
+            f"path stopped at load {reached} on the way to {loads[-1]:g}: {failure}; ask for smaller "
             "loads, or for single states",
             reached=reached,
         ) from failure
@@ -419,6 +420,7 @@ def _pieces(problem, last):
     terms = np.abs(H).max(axis=1)
     budget = 1000 + 50 * len(g0)  # far above what is met, one or two for each corner
     for _ in range(budget):
+        counted()
         yield load, float(tableau[-1, -2] + load * tableau[-1, -1]), closed
         start, slope = tableau[:-1, -2:].T
         # corners just sorted have slopes >= 0: they do not end this piece

@@ -22,6 +22,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from ..errors import NotConverged
+from ..model.progress import counted
 from .friction import UNIQUE, Change
 
 MAX_ITERATIONS = 60
@@ -35,7 +36,9 @@ MANY = 6  # nodes that change at once, beyond which not all subsets of them are 
 MOST_EVENTS = 60  # times the number of nodes, on one leg, before it counts as going astray
 STICKS = 2  # in place of the direction of slip
 UNSOLVED = 1e-6  # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
-SINGULAR = "the equations are singular: is the body supported, and does something stick?"
+SINGULAR = (
+    "the equations are singular: is the body supported, psi where beta = 0 as well, and does something stick?"
+)
 # no pivoting: a stiffness is positive definite
 SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
 AT_ONCE = 64  # right-hand sides of the body's factors: more take memory alone
@@ -395,6 +398,7 @@ class FrictionNewton:
         visits = {}
         most = MAX_ITERATIONS + 2 * self.system.nodes * single
         for _ in range(most):
+            counted()
             on = Piece(self, before, sets)
             now = on.at(level)
             found = self._carrying(self.sets(now, before), now, before)

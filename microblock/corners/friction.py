@@ -94,6 +94,9 @@ class Moment:
     approach, offset : float
         d and D (length).
     energy, work, dissipation : float
+    residual : float
+        The largest violated condition of contact, friction and loads over the largest force, and of gaps and
+        slip over the largest displacement: these are computed anew, as those of the path are sums.
     """
 
     load: float
@@ -112,6 +115,7 @@ class Moment:
     energy: float
     work: float
     dissipation: float
+    residual: float
 
 
 @dataclass(frozen=True)
@@ -503,26 +507,35 @@ class FrictionPath:
         self.P, self.Q = self.P + step * dP, self.Q + step * dQ
 
     def _moment(self) -> Moment:
-        own = self.contact
-        energy = self.n @ own.normal @ self.n / 2 + self.t @ own.tangential @ self.t / 2
-        energy += self.t @ own.cross @ self.n
-        slip = np.where(np.isnan(self.first), 0.0, self.r - np.nan_to_num(self.first))
-        bound, t = own.friction * self._sum(self.n), np.abs(self.t)
+        own, touching, first = self.contact, self._touching(), self.first
+        pressed, dragged, beside = own.normal @ self.n, own.tangential @ self.t, own.cross @ self.n
+        energy = (self.n @ pressed + self.t @ dragged) / 2 + self.t @ beside
+        raised = pressed + own.cross.T @ self.t if own.coupled else pressed
+        bound = own.friction * self._sum(self.n)
         return Moment(
             load=self.P,
             shear=self.Q,
             normal=self.n.copy(),
             gaps=self.g.copy(),
             tangential=self.t.copy(),
-            slip=slip,
-            raised=own.normal @ self.n + (own.cross.T @ self.t if own.coupled else 0.0),
+            slip=np.where(np.isnan(first), 0.0, self.r - np.nan_to_num(first)),
+            raised=raised,
             closed=self.closed.copy(),
             stick=self.stick.copy(),
-            at_limit=self._touching() & (bound - t <= AT_LIMIT * bound.max(initial=0.0)),
+            at_limit=touching & (bound - np.abs(self.t) <= AT_LIMIT * bound.max(initial=0.0)),
             pieces=len(self.changes),
             approach=self.d,
             offset=self.D,
             energy=float(energy),
             work=self.work,
             dissipation=self.dissipation,
+            residual=self._residual(raised, beside + dragged, bound),
         )
+
+    def _residual(self, raised: Array, displaced: Array, bound: Array) -> float:
+        gaps = np.where(np.isfinite(self.contact.gaps), self.contact.gaps - self.d + raised, np.inf)
+        short = np.where(self.sigma != 0, np.abs(np.abs(self.t) - bound), np.abs(self.t) - bound)
+        forces = -self.n.min(), short.max(), abs(self.n.sum() - self.P), abs(self.t.sum() - self.Q)
+        lengths = np.where(self.closed, np.abs(gaps), -gaps).max(), np.abs(self.D - displaced - self.r).max()
+        size = max(np.abs(raised).max(), np.abs(displaced).max())
+        return float(max(0.0, max(forces) / self.n.max(), max(lengths) / size))

@@ -63,7 +63,7 @@ class AtNodes(Solution):
             raise BadArgument(
                 "x",
                 x,
-                f"must lie on the contact boundary, from {self.x[0]:g} to {self.x[-1]:g}"
+                f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}"
                 + ("" if self.apart is None or not self.apart.any() else " without its interruptions"),
             )
         x2, n1, n2, displacement, psi = (
@@ -143,7 +143,13 @@ class NodalSolution(AtNodes):
 
     @cached_property
     def micromoment(self):
-        """M of (29); 0 where psi is prescribed, whose reaction a compliance does not know."""
+        """M of (29); where the law prescribes psi, the reaction to it: with it the body whose nodes may
+        rotate does not.
+        """
+        if self.law.clamps_rotation:
+            rows = self.solver.body.compliance(False).matrix[len(self.x) :]
+            turned, across = np.split(rows, 2, axis=1)
+            return np.linalg.lstsq(across, -turned @ self._loads[: len(self.x)], rcond=None)[0] / self.weights
         levers = np.array(list(self.law.levers(self.x).values()))
         return self.compliance.ell / 2 * np.sum(levers * self.pressures, axis=0)
 
@@ -185,6 +191,7 @@ class NodalSolver(Solver):
     """
 
     solution = NodalSolution
+    verifies = True
     most_corners = None
     # power of the nodes' distance with which loads converge at which edges of two corners cross; of most
     # solids it is 0.5 to 0.8

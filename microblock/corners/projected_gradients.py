@@ -35,10 +35,12 @@ practice.
 
 from collections import Counter
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from ..errors import BadArgument, NotConverged, require_finite
+from ..errors import BadArgument, NotConverged, at_least, require_finite
+from ..model.progress import counted
 from ..threads import bounded
 from .exchange import exchange
 
@@ -56,6 +58,9 @@ BACKTRACKS = 60  # of alpha, each by half or more
 # of the response of a corner to itself: curvatures below are rounding, eigenvalues of H are above 0.01
 FLAT = 1e-6
 LEAST = 1e-3  # see `GridForces.kkt`
+# of the range of the gaps: approaches nearer to full contact than FULL leave the load to rounding, others ask
+# for residuals of CLEAR times their distance from it
+FULL, CLEAR = 1e-9, 1e-2
 
 
 @dataclass(frozen=True)
@@ -106,12 +111,15 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     problem = _problem(flexibility, g0, load, approach)
     if load == 0 or (load is None and approach <= g0.min()):
         return _unloaded(g0, g0.min() if load == 0 else approach)
+    if load is None:
+        rtol = min(rtol, CLEAR * problem.below_full())
     forces = problem.project(problem.first(start))
     exact = _exchanged(problem, forces, rtol)
     if exact is not None:
         return exact
     slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
     for step in range(OUTER_STEPS):
+        counted()
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
         forces, slope = problem.settled(forces, slope)
         face, before = forces > 0, face
@@ -124,10 +132,9 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
         if kkt <= rtol:
             return problem.report(forces, slope, kkt, step + 1)
     raise NotConverged(
-        f"relative residual {best:.1e} instead of {rtol:g} after {OUTER_STEPS} outer steps and "
+        f"relative residual {at_least(best)} instead of {rtol:g} after {OUTER_STEPS} outer steps and "
         f"{problem.count['products']} products on {forces.size} corners; take Cells(residual=...) larger, "
         "an `initial` state, or, where blocks are much smaller than a cell, the unilateral law",
-        reached=best,
         iterations=OUTER_STEPS,
     )
 
@@ -178,6 +185,37 @@ class _Problem:
     def kept(self, whole):
         """Those of the corners that can touch."""
         return whole.ravel() if len(self.g0) == whole.size else whole[self.touch]
+
+    @cached_property
+    def even(self):
+        """Forces that displace nothing, on a period an even pressure; None where all forces displace."""
+        precondition = getattr(self.H, "precondition", None)
+        if precondition is None or len(self.g0) < self.touch.size:
+            return None
+        forces = self.kept(precondition(np.ones(self.touch.shape)))
+        displaced = _largest(self.displacement(forces)) > LEAST * self.unit * forces.max()
+        return None if displaced or forces.min() < 0 else forces / forces.sum()
+
+    def below_full(self):
+        """How far the given approach stays below that of full contact, in which no more load presses deeper:
+        over the range of the initial gaps; inf where no contact is full.
+
+        Raises
+        ------
+        BadArgument
+            If it does not stay below.
+        """
+        if self.even is None:
+            return np.inf
+        below, size = float(self.even @ self.g0), np.ptp(self.g0)
+        if below <= FULL * size:
+            raise BadArgument(
+                "approach",
+                self.approach,
+                f"must stay below the mean height of the obstacle, {self.approach + below:.10g} on these "
+                "cells, where the contact is full and more load presses no deeper; give the load instead",
+            )
+        return below / size
 
     def displacement(self, forces):
         self.count["products"] += 1
@@ -249,6 +287,8 @@ class _Problem:
 
     def report(self, forces, slope, kkt, steps):
         level = self.level(forces, slope)
+        if self.load is not None and forces.min() > 0 and self.even is not None:
+            level = float(self.even @ self.g0)  # to rounding: an approach below has less load
         gaps = np.full(self.touch.shape, np.inf)
         gaps[self.touch] = slope - level
         return GridForces(
@@ -352,8 +392,7 @@ def _face_step(problem, forces, slope, rtol, inner):
             raise BadArgument(
                 "approach",
                 problem.approach,
-                "needs a flexibility that is positive definite with its level, "
-                "and on a period must stay below the mean height of the obstacle; give the load instead",
+                "needs a flexibility that is positive definite with its level; give the load instead",
             )
         forces += product / curvature * direction
         slope += product / curvature * answer

@@ -1,103 +1,106 @@
-"""Results for other programs: states, load paths and studies as CSV, surface and fields as VTK files.
+"""Results for other programs: states, histories, load paths and studies as CSV, surface and fields as VTK
+files.
 
 Everything is in the units of the problem. Fields of bodies are written by NGSolve, the rest by meshio (extra
 `vtk`).
 """
+
+from __future__ import annotations
 
 import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, MissingExtra, require_kind, require_place
+from ..errors import BadArgument, MissingExtra, require_numbers, require_place, writing
 from ..halfspace.state import SurfaceState
-from ..model.events import LoadPath
+from ..model.deformable import body_of
+from ..model.events import Event, LoadPath
+from ..model.history import FrictionState, History, HistoryEvent
 from ..model.state import State
 from ..model.zones import zone_edges
-from .records import write_records
+from .records import write_records, write_text
+
+if TYPE_CHECKING:
+    from ..fem.state3d import State3D
+
+AnyState: TypeAlias = "State | SurfaceState | State3D"
 
 ACROSS, DOWN = 81, 41  # points of the grid below a contact, if none is given
 REACH = 1.5  # of the contact: width and depth of that grid
 FINEST = 3  # halvings of an element at most
+TABLES = "csv", "txt", "dat"  # endings of tables
 
 
-def profile(state: State) -> dict[str, np.ndarray]:
-    """Return what a state has along the contact surface.
+def profile(state: AnyState) -> dict[str, np.ndarray]:
+    """Return what a state has on the contact surface.
 
     Parameters
     ----------
-    state : State
-        A state of any method.
+    state : State, SurfaceState or State3D
+        A state of any body and method.
 
     Returns
     -------
     dict of arrays (n,)
-        Values at the nodes, ascending in x1: "x1", "x2", "weight" (the length of the surface that a node
-        stands for), "pressure" of all corners together and of each ("pressure_A" and "pressure_B", or
-        "pressure_C"), "micromoment", "psi".
+        Values at the nodes, or at the centres of the cells: "x1", "x2" ("x3" in three dimensions), "weight"
+        (the length or area of the surface that a node stands for), "pressure" of all corners together and of
+        each ("pressure_A", "pressure_--", ...), "micromoment" and "psi" ("m1", "m2", "psi1" and "psi2" in
+        three dimensions), "displacement" into the body; with friction "shear_traction" and "slip", of a
+        second body its "counter_displacement", and in three dimensions the number of corners that are
+        "closed". In the plane they ascend in x1.
     """
     corners = {f"pressure_{name}": own for name, own in state.pressures.items()}
-    return {
-        "x1": np.asarray(state.x, float),
-        "x2": state.solution.points[:, 1],
-        "weight": state.weights,
-        "pressure": state.pressure,
-        **corners,
-        "micromoment": state.micromoment,
-        "psi": state.psi,
-    }
+    found: dict[str, ArrayLike] = {"weight": state.weights, "pressure": state.pressure, **corners}
+    if isinstance(state, State):
+        place: dict[str, ArrayLike] = dict(zip(("x1", "x2"), state.solution.points.T))
+        found |= {"micromoment": state.micromoment, "psi": state.psi}
+        found |= {"displacement": state.solution.displacement}
+        if body_of(state.obstacle) is not None:
+            found |= {"counter_displacement": state.counter_displacement(state.x)}
+        if isinstance(state, FrictionState):
+            found |= {"shear_traction": state.shear_traction, "slip": state.slip}
+    else:
+        place = dict(zip(("x1", "x2", "x3"), _places(state)))
+        found |= dict(zip(("m1", "m2", "psi1", "psi2"), (*state.micromoment, *state.psi)))
+        found |= {"displacement": state.displacement, "closed": state.closed}
+        if isinstance(state, SurfaceState):
+            found |= {"counter_displacement": state.counter_displacement}
+    return {name: np.asarray(values, float).ravel() for name, values in (place | found).items()}
 
 
-def cells(state: SurfaceState) -> dict[str, np.ndarray]:
-    """Return what a state of a half-space has on its cells.
-
-    Parameters
-    ----------
-    state : SurfaceState
-
-    Returns
-    -------
-    dict of arrays (n, n)
-        Values at the centres of the cells: "x1", "x2", "weight" (the area of a cell), "pressure" of all
-        corners together, "m1", "m2" (micromoment), "psi1", "psi2", "displacement", "counter_displacement" (of
-        a second body) and "closed".
-    """
+def _places(state):
+    """x1, x2 and x3 of a state in three dimensions."""
+    if not isinstance(state, SurfaceState):
+        return state.nodes.points.T
     x1, x2 = np.meshgrid(state.x1, state.x2, indexing="ij")
-    return {
-        "x1": x1,
-        "x2": x2,
-        "weight": state.weights,
-        "pressure": state.pressure,
-        "m1": state.micromoment[0],
-        "m2": state.micromoment[1],
-        "psi1": state.psi[0],
-        "psi2": state.psi[1],
-        "displacement": state.displacement,
-        "counter_displacement": state.counter_displacement,
-        "closed": state.closed,
-    }
+    return x1, x2, np.zeros_like(x1)
 
 
 def to_csv(
-    what: State | SurfaceState | LoadPath | Sequence[Mapping[str, object]], path: str | os.PathLike
+    what: AnyState | History | LoadPath | Sequence[AnyState | Event | HistoryEvent | Mapping[str, object]],
+    path: str | os.PathLike,
 ) -> None:
-    """Write a state, the events of a load path, or the rows of a study as CSV, with the versions in each row.
+    """Write states, events or the rows of a study as CSV, with the versions in each row.
 
     `microblock.data.records.read_records` reads it back: numbers digit by digit, None as None, anything else
     as its text.
 
     Parameters
     ----------
-    what : state, load path, or list of dict
-        Of a state the table has its `profile`, a row a node, with load, approach and error estimate; of one
-        of a half-space its `cells`, a row a cell. Of a load path: a row an event, with load, load_error,
-        kind, zone and x. Of dicts with the same keys, as `sweep` returns them, it has a row a dict.
+    what : state, History, LoadPath, or list of states, of events or of dict
+        Of a state the table has its `profile`, a row a node or a cell, and in each row load, approach, error
+        estimate, energy, residual, method and warnings; with friction also shear force, tangential approach,
+        dissipation and work. Of a history, or of a list of states, the column "state" before them counts
+        from 0. Of a load path, or a list of events: a row an event. Of dicts with the same keys, as `sweep`
+        returns them, it has a row a dict.
     path : str or path
-        Where to write it, with its ending.
+        Where to write it, with its ending: ".csv", ".txt", ".dat" or none.
 
     Raises
     ------
@@ -114,31 +117,41 @@ def to_csv(
     >>> round(sum(row["weight"]*row["pressure"] for row in rows), 9)
     1.0
     """
-    require_place(path)
-    if isinstance(what, State):
-        rows = _nodes(what, profile(what))
-    elif isinstance(what, SurfaceState):
-        rows = _nodes(what, cells(what))
+    require_place(path, endings=TABLES)
+    if _is_state(what):
+        rows = _nodes(what)
     elif isinstance(what, LoadPath):
-        rows = [asdict(event) for event in what.events]
+        rows = [{**asdict(event), "warnings": "; ".join(what.warnings)} for event in what.events]
     else:
-        rows = _same_columns(what)
+        rows = _same_columns(what.states if isinstance(what, History) else what)
     write_records(path, rows)
 
 
-def _nodes(state, columns):
-    columns = {name: np.asarray(values, float).ravel().tolist() for name, values in columns.items()}
-    common = {"load": float(state.load), "approach": state.approach, "error_estimate": state.error_estimate}
+def _is_state(what):
+    return isinstance(what, State) or hasattr(what, "pressures") and hasattr(what, "micromoment")
+
+
+def _nodes(state):
+    """A row {column: value} for each node of a state."""
+    columns = {name: values.tolist() for name, values in profile(state).items()}
+    names = ["load", "approach", "error_estimate", "energy", "residual", "method"]
+    names += ["shear", "tangential_approach", "dissipation", "work"] * isinstance(state, FrictionState)
+    common = {name: getattr(state, name) for name in names} | {"warnings": "; ".join(state.warnings)}
     return [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())]
 
 
-def _same_columns(rows):
+def _same_columns(what):
     """Rows that make a table, or BadArgument."""
-    if not isinstance(rows, (list, tuple)) or not rows or not all(isinstance(row, Mapping) for row in rows):
+    rows = what if isinstance(what, (list, tuple)) else ()
+    if all(map(_is_state, rows)):
+        rows = [{"state": number, **row} for number, state in enumerate(rows) for row in _nodes(state)]
+    rows = [asdict(row) if isinstance(row, (Event, HistoryEvent)) else row for row in rows]
+    if not rows or not all(isinstance(row, Mapping) for row in rows):
         raise BadArgument(
             "what",
-            rows,
-            "must be a state, a load path, or a list of at least one dict, as sweep() returns it",
+            what,
+            "must be a state, a history, a load path, or a list of at least one state, event or dict, as "
+            "sweep() returns it",
         )
     for number, row in enumerate(rows):
         if row.keys() != rows[0].keys():
@@ -149,25 +162,28 @@ def _same_columns(rows):
 
 
 def to_vtk(
-    state: State | SurfaceState,
+    state: AnyState | History,
     path: str | os.PathLike,
     x1: ArrayLike | None = None,
     x2: ArrayLike | None = None,
 ) -> list[Path]:
     """Write a state as VTK files: the contact surface, and the fields below it where the state has them.
 
-    The surface consists of lines, with the `profile` at its nodes. The body has u (3 components), psi, stress
-    (11, 12, 21, 22) and couple stress (2): of a half-plane on a grid, of a mesh on its elements, which are
-    cut into smaller ones by their order (of a symmetric problem on the half that was computed). States on
-    cells have the surface alone.
+    The surface consists of lines, in three dimensions of triangles or quadrilaterals, with the `profile` at
+    its nodes. The body has u (3 components), psi, stress (11, 12, 21, 22) and couple stress (2), in three
+    dimensions psi (3), stress and couple stress (9, by rows): of a half-plane on a grid, of a mesh on its
+    elements, which are cut into smaller ones by their order (of a symmetric problem on the half that was
+    computed). States on cells, and those on panels with friction, have the surface alone.
 
     Parameters
     ----------
-    state : State
-        A state of any method; one of a half-space has the surface alone, with its `cells`.
+    state : State, SurfaceState, State3D or History
+        A state of any body and method. Of a history the states have files of their own, and one more is
+        their series in time, the number of the state, for ParaView.
     path : str or path
-        The beginning of the files' names, to which "_surface.vtu" and "_body.vtu" are added; an ending ".vtu"
-        of its own is left out.
+        The beginning of the files' names, to which "_surface.vtu" and "_body.vtu" are added, of a history
+        the number of the state before them, and ".pvd" of the series; an ending ".vtu" of its own is left
+        out.
     x1, x2 : array_like, optional
         The grid of a half-plane, ascending, with x2 <= 0. By default it is 1.5 times as wide and as deep as
         the contact, and finer towards the surface.
@@ -175,12 +191,13 @@ def to_vtk(
     Returns
     -------
     list of Path
-        The files that were written.
+        The files that were written, that of a series first.
 
     Raises
     ------
     BadArgument
-        If a grid is given for a state that has nodes of its own, or if points lie above the surface.
+        If no file can be there, a grid is given for a state that has nodes of its own, or points lie above
+        the surface.
     MissingExtra
         If meshio is not installed.
 
@@ -194,35 +211,41 @@ def to_vtk(
     >>> meshio.read(body).point_data["stress"].shape
     (20, 4)
     """
-    require_kind((State, SurfaceState), "a state", state=state)
-    require_place(path if Path(path).suffix else f"{path}.vtu")
+    if not isinstance(state, History) and not _is_state(state):
+        raise BadArgument("state", state, "must be a state, or a history of states")
+    require_place(path, endings=("vtu",))
     path = str(path).removesuffix(".vtu")
+    if isinstance(state, History):
+        return _write_series(state.states, path, x1, x2)
     surface, body = (Path(f"{path}_{part}.vtu") for part in ("surface", "body"))
-    if state.method != "panels" and (x1 is not None or x2 is not None):
+    fields = getattr(state if not isinstance(state, State) else state.solution, "fields", None)
+    on_grid = fields is not None and not hasattr(fields, "body")
+    if not on_grid and (x1 is not None or x2 is not None):
         raise BadArgument(
-            "x1, x2",
-            (x1, x2),
-            "belong to a state on the contact line of a half-plane; others have their own nodes",
+            "x1" if x2 is None else "x2",
+            x1 if x2 is None else x2,
+            "belongs to a state of panels without friction; others have their own nodes, or no fields",
         )
-    if isinstance(state, SurfaceState):
-        _write_cells(state, surface)
-        return [surface]
+    grid = _grid(state, x1, x2) if on_grid else ()
     _write_surface(state, surface)
-    if state.method == "panels":
-        _write_grid(state, body, *_grid(state, x1, x2))
-    elif hasattr(state.solution, "fields"):
-        _write_mesh(state.fields, body)
-    else:
+    if fields is None:
         return [surface]
+    (_write_grid if on_grid else _write_mesh)(fields, body, *grid)
     return [surface, body]
 
 
-def _write_cells(state, path):
-    """The surface of a half-space: values at the centres of its cells, quadrilaterals between them."""
-    data = {name: values.ravel() for name, values in cells(state).items()}
-    numbers = np.arange(state.pressure.size).reshape(state.pressure.shape)
-    points = np.column_stack((data.pop("x1"), data.pop("x2"), np.zeros(numbers.size)))
-    _write(path, points, [("quad", _quadrilaterals(numbers))], data)
+def _write_series(states, path, x1, x2):
+    """Files of states, and a collection of them in ParaView's format."""
+    sets = [to_vtk(state, f"{path}_{number}", x1, x2) for number, state in enumerate(states)]
+    lines = [
+        f'<DataSet timestep="{number}" part="{part}" file="{file.name}"/>'
+        for number, files in enumerate(sets)
+        for part, file in enumerate(files)
+    ]
+    series = Path(f"{path}.pvd")
+    header = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>\n'
+    write_text(series, header + "\n".join(lines) + "\n</Collection></VTKFile>\n")
+    return [series, *(file for files in sets for file in files)]
 
 
 def _quadrilaterals(numbers):
@@ -233,26 +256,41 @@ def _quadrilaterals(numbers):
 
 def _write_surface(state, path):
     data = profile(state)
-    x1, numbers = data["x1"], np.arange(len(data["x1"]) - 1)
-    middle = (x1[:-1] + x1[1:]) / 2
-    if state.method == "panels":  # its nodes lie in contact alone: no line across a gap
+    x1 = data["x1"]
+    x2, x3 = (data.pop(name, np.zeros_like(x1)) for name in ("x2", "x3"))
+    if isinstance(state, SurfaceState):
+        kind, cells = "quad", _quadrilaterals(np.arange(len(x1)).reshape(state.pressure.shape))
+    elif isinstance(state, State):
+        kind, cells = "line", _lines(state, x1)
+    else:
+        kind, cells = "triangle", state.nodes.triangles
+    if not len(cells):  # the surface of a column is one point
+        kind, cells = "vertex", np.arange(len(x1))[:, None]
+    _write(path, np.column_stack((x1, x2, x3)), [(kind, cells)], data)
+
+
+def _lines(state, x1):
+    """Numbers of the ends of lines between neighbouring nodes, but across no gap."""
+    numbers, middle = np.arange(len(x1) - 1), (x1[:-1] + x1[1:]) / 2
+    if state.method == "panels":  # its nodes lie in contact alone
         intervals = [zone for zones in state.zones.values() for zone in zones]
         numbers = numbers[np.any([(left <= middle) & (middle <= right) for left, right in intervals], axis=0)]
-    points = np.column_stack((x1, data.pop("x2"), np.zeros_like(x1)))
-    _write(path, points, [("line", np.column_stack((numbers, numbers + 1)))], data)
+    elif state.solution.apart is not None:
+        numbers = numbers[~state.solution.apart]
+    return np.column_stack((numbers, numbers + 1))
 
 
 def _grid(state, x1, x2):
     """Abscissae and depths of the grid, those that are given or the usual ones."""
     edges = zone_edges({"contact": state.zones["contact"]})
     middle, reach = (edges[-1] + edges[0]) / 2, REACH * (edges[-1] - edges[0]) / 2
-    x1 = middle + reach * np.linspace(-1, 1, ACROSS) if x1 is None else np.asarray(x1, float)
-    return x1, -2 * reach * np.linspace(1, 0, DOWN) ** 2 if x2 is None else np.asarray(x2, float)
+    across = middle + reach * np.linspace(-1, 1, ACROSS) if x1 is None else require_numbers(x1=x1)
+    return across, -2 * reach * np.linspace(1, 0, DOWN) ** 2 if x2 is None else require_numbers(x2=x2)
 
 
-def _write_grid(state, path, x1, x2):
+def _write_grid(fields, path, x1, x2):
     across, down = (part.ravel() for part in np.meshgrid(x1, x2))
-    found, zero = state.fields(across, down), np.zeros_like(across)
+    found, zero = fields(across, down), np.zeros_like(across)
     numbers = np.arange(across.size).reshape(len(x2), len(x1))
     data = {
         "u": np.column_stack((*found.u, zero)),
@@ -270,19 +308,26 @@ def _write(path, points, cells, data):
     except ModuleNotFoundError as failure:
         raise MissingExtra("to_vtk()", "meshio", "vtk") from failure
     data = {name: np.ascontiguousarray(values) for name, values in data.items()}
-    meshio.Mesh(points, cells, point_data=data).write(path)
+    with writing(path):
+        meshio.Mesh(points, cells, point_data=data).write(path)
 
 
 def _write_mesh(fields, path):
     import ngsolve as ng  # here, for half-planes do without it
 
-    body, stress = fields.body, fields.stress
-    pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), FINEST)
+    body = fields.body
+    pieces = min(math.ceil(math.log2(max(body.order, getattr(body, "order_psi", 1)))), FINEST)
+    stress, couples = (
+        ng.CF(tuple(one[i, j] for i in range(one.dims[0]) for j in range(one.dims[1])))
+        if len(one.dims) == 2
+        else one
+        for one in (fields.stress, fields.couple_stress)
+    )
     data = {
-        "u": ng.CF((fields.u1, fields.u2, 0)),
+        "u": fields.u if body.mesh.dim == 3 else ng.CF((fields.u1, fields.u2, 0)),
         "psi": fields.psi,
-        "stress": ng.CF(tuple(stress[i, j] for i in (0, 1) for j in (0, 1))),
-        "couple_stress": fields.couple_stress,
+        "stress": stress,
+        "couple_stress": couples,
     }
     ng.VTKOutput(
         body.mesh,

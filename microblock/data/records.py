@@ -12,7 +12,7 @@ from importlib import metadata
 from pathlib import Path
 
 from .. import __version__
-from ..errors import BadArgument, NotConverged
+from ..errors import NotConverged, writing
 
 
 @cache
@@ -48,17 +48,23 @@ def write_text(path: str | os.PathLike, text: str) -> None:
         A device or pipe is written to as it is.
     text : str
         What to write, with its ends of lines.
+
+    Raises
+    ------
+    BadArgument
+        If the system refuses to write there.
     """
     path = Path(path)
-    if path.exists() and not path.is_file():
-        path.write_text(text)
-        return
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        temporary.write_text(text, newline="")
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with writing(path):
+        if path.exists() and not path.is_file():
+            path.write_text(text)
+            return
+        temporary = path.with_name(f".{path.name}.{os.getpid()}")
+        try:
+            temporary.write_text(text, newline="")
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
 
 
 def write_json(path: str | os.PathLike, result: object) -> None:
@@ -125,7 +131,8 @@ def write_records(path: str | os.PathLike, rows: Sequence[Mapping[str, object]])
     """
     known = {f"version_{name}": version for name, version in versions().items()}
     text = io.StringIO(newline="")
-    table = csv.DictWriter(text, fieldnames=[*rows[0], *(name for name in known if name not in rows[0])])
+    names = rows[0] if rows else ()
+    table = csv.DictWriter(text, fieldnames=[*names, *(name for name in known if name not in names)])
     table.writeheader()
     table.writerows({**known, **row} for row in rows)
     write_text(path, text.getvalue())
@@ -182,26 +189,6 @@ def grouped(rows: Sequence[Mapping[str, object]], name: str) -> dict[object, lis
         {value: the records that have it}, in the order in which the values come.
     """
     return {value: [row for row in rows if row[name] == value] for value in dict.fromkeys(column(rows, name))}
-
-
-def check_writable(name: str, path: str | os.PathLike) -> None:
-    """Check that a file can be written, before the work and not after it.
-
-    Parameters
-    ----------
-    name : str
-        The argument, for the message.
-    path : str or path
-        The file.
-
-    Raises
-    ------
-    BadArgument
-        If its folder does not exist or cannot be written to, or if the path is a folder.
-    """
-    parent = Path(path).resolve().parent
-    if not parent.is_dir() or not os.access(parent, os.W_OK) or Path(path).is_dir():
-        raise BadArgument(name, str(path), "must be a file in an existing folder that can be written to")
 
 
 def _number(cell):

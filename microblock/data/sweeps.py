@@ -23,7 +23,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from tqdm import tqdm
 
-from ..errors import BadArgument, MissingExtra, NotConverged, require_values, require_whole
+from ..errors import (
+    BadArgument,
+    MissingExtra,
+    NotConverged,
+    require_flag,
+    require_place,
+    require_values,
+    require_whole,
+    writing,
+)
 from .records import software
 
 if TYPE_CHECKING:
@@ -97,6 +106,9 @@ def sweep(
     >>> [row["area"] for row in rows]
     [3, 6]
     """
+    if not callable(function):
+        raise BadArgument("function", function, "must be a function")
+    require_flag(retry=retry, quiet=quiet)
     points = _points(over)
     if executor is not None and workers is not None:
         raise BadArgument("workers", workers, "belongs to local processes, not to an executor")
@@ -322,10 +334,9 @@ def _opened(path):
     if path is None:
         yield {}, lambda record: None
         return
-    try:
+    require_place(path, "records")
+    with writing(path, "records"):
         file = open(path, "a+b", buffering=0)
-    except OSError as failure:
-        raise BadArgument("records", str(path), f"cannot be written to ({failure.strerror})") from failure
     with file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -8,22 +8,41 @@ import ngsolve as ng
 import numpy as np
 
 from .. import cost
-from ..errors import BadArgument, NotConverged, require_kind, require_whole
+from ..errors import (
+    NUMBERS,
+    BadArgument,
+    NotConverged,
+    require_finite,
+    require_flag,
+    require_kind,
+    require_whole,
+)
 from ..model.fields import PointFields
 from ..model.fields import points as at_points
 from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
-from .meshes import require_sound
+from .meshes import Travelling, body_anew, require_sound
 
 USUAL_CONTACT = "contact"  # the name of the contact boundary
 FIELDS = ("u1", "u2", "psi")
-CURVED = 4  # more integration orders for the energy, for elements with curved sides
+CURVED = 4  # more integration orders, with which energies of curved elements of order 1 err by 4e-9
+GIVEN = 4  # more integration orders than a field has, for loads, which are functions of the user
 SINGULAR = 1e-8  # relative residual of a direct solve beyond which the matrix counts as singular
 # of the constant 1, from which on a coefficient is that of a vertex and not the rounding of an edge's
 OWN = 0.25
 SAME = 1e-9  # of the largest of prescribed values, within which two of them are one
+
+
+def require_numbers(**arguments):
+    """BadArgument for a number among values, or in tuples and mappings of them, that is not finite."""
+    for name, value in arguments.items():
+        inner = value.values() if isinstance(value, Mapping) else value if isinstance(value, tuple) else ()
+        for one in inner:
+            require_numbers(**{name: one})
+        if isinstance(value, NUMBERS):
+            require_finite(**{name: value})
 
 
 @dataclass(frozen=True)
@@ -49,6 +68,9 @@ class Loads:
     couple: object = 0
     traction: Mapping = field(default_factory=dict)
     micromoment: Mapping = field(default_factory=dict)
+
+    def __post_init__(self):
+        require_numbers(**vars(self))
 
 
 class Body(Shown):
@@ -111,6 +133,8 @@ class Body(Shown):
         require_sound(mesh)
         require_kind(Cosserat, "a Cosserat", solid=solid)
         require_kind(str, "the name of a boundary", contact=contact)
+        require_kind((Mapping, type(None)), "{field: {boundary: value}}", prescribed=prescribed)
+        require_flag(periodic=periodic)
         self.mesh, self.solid, self.periodic, self.contact = mesh, solid, periodic, contact
         self.element_orders = None if isinstance(order, int | np.integer) else self._graded(order, order_psi)
         order = order if self.element_orders is None else int(self.element_orders.max())
@@ -119,6 +143,7 @@ class Body(Shown):
             require_whole(1, **{name: value})
         self.order, self.order_psi = orders[0], orders[2]
         self.prescribed = dict(prescribed or {})
+        require_numbers(prescribed=self.prescribed)
         self.fixed = self._patterns(fixed)
         self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
         self.space = self.spaces[0] * self.spaces[1] * self.spaces[2]
@@ -129,7 +154,7 @@ class Body(Shown):
 
     def __reduce__(self):
         """A copy, or what comes out of a file, is made anew: NGSolve loses orders of single elements."""
-        return _made_anew, (self._made_of,)
+        return body_anew, (type(self), self._made_of | {"mesh": Travelling(self.mesh)})
 
     @property
     def _made_of(self):
@@ -177,7 +202,7 @@ class Body(Shown):
                 "order", "one for each element", "belongs to one mesh: give one order for all elements"
             )
         other = {"mesh": mesh, "solid": solid or self.solid, "fixed": self.fixed if fixed is None else fixed}
-        return _made_anew(self._made_of | other)
+        return Body(**self._made_of | other)
 
     def of(self, solid):
         """The same body of another solid; the same one is not condensed again."""
@@ -227,7 +252,7 @@ class Body(Shown):
 
     def _patterns(self, fixed):
         """{field: pattern of all boundaries where it is fixed or prescribed}."""
-        if not isinstance(fixed, (str, Mapping)) and fixed != ():
+        if not isinstance(fixed, (str, Mapping)) and not (isinstance(fixed, tuple) and not fixed):
             raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
         patterns = (
             {name: [fixed] for name in FIELDS}
@@ -327,13 +352,32 @@ class Body(Shown):
 
     def potential(self, u1, u2, psi, loads=Loads()):
         """Potential energy (8) as integrals, for ``ngsolve.Variation`` or ``Integrate``."""
-        potential = self.energy(u1, u2, psi) * ng.dx
-        potential -= (loads.force[0] * u1 + loads.force[1] * u2 + loads.couple * psi) * ng.dx
+        potential = self.energy(u1, u2, psi) * self.dx
+        more = {"bonus_intorder": self.order + GIVEN}
+        potential -= (loads.force[0] * u1 + loads.force[1] * u2 + loads.couple * psi) * ng.dx(**more)
         for boundary, (t1, t2) in loads.traction.items():
-            potential -= (t1 * u1 + t2 * u2) * ng.ds(self.boundary(boundary))
+            potential -= (t1 * u1 + t2 * u2) * ng.ds(definedon=self.boundary(boundary), **more)
         for boundary, micromoment in loads.micromoment.items():
-            potential -= micromoment * psi * ng.ds(self.boundary(boundary))
+            potential -= micromoment * psi * ng.ds(definedon=self.boundary(boundary), **more)
         return potential
+
+    @property
+    def bonus(self):
+        """Integration orders beyond NGSolve's, of forms as of what is made of their solutions: on curved
+        elements the energy is no polynomial. On quadrilaterals that are no parallelograms NGSolve's rule is a
+        part of the discretisation.
+        """
+        return CURVED if self.mesh.GetCurveOrder() > 1 else 0
+
+    @property
+    def dx(self):
+        """The integral over the body, in forms."""
+        return ng.dx(bonus_intorder=self.bonus)
+
+    def integrated(self, density, **options):
+        """The integral over the body of a quadratic function of fields, by the rule of `dx`."""
+        order = 2 * max(self.order, self.order_psi) + self.bonus
+        return ng.Integrate(density, self.mesh, order=order, **options)
 
     @bounded
     def solve(self, loads=Loads()):
@@ -417,10 +461,10 @@ class Fields:
 
     def __reduce__(self):
         """A copy, or what comes out of a file, has its values on a body made anew."""
-        values = [
-            part.vec.FV().NumPy()[dofs] for part, dofs in zip(self, _dofs_by_element(self.body), strict=True)
-        ]
-        return _fields_anew, (self.body, values, self.forces, self.mirrored)
+        numbers = dofs_by_element(self.body)
+        values = np.concatenate([part.vec.FV().NumPy() for part in self])[numbers]
+        forces = None if self.forces is None else self.forces[numbers]
+        return _fields_anew, (self.body, values, forces, self.mirrored)
 
     def unfolded(self):
         """The same fields of the half x1 > 0 of a symmetric body, with values at points of the whole one."""
@@ -516,8 +560,7 @@ class Fields:
 
     def energy(self):
         """Elastic energy of the whole body (in 1D: per area)."""
-        order = 2 * max(self.body.order, self.body.order_psi) + CURVED
-        return (1 + self.mirrored) * ng.Integrate(self.body.energy(*self), self.body.mesh, order=order)
+        return (1 + self.mirrored) * self.body.integrated(self.body.energy(*self))
 
 
 def region(mesh, pattern, argument="boundary"):
@@ -565,24 +608,19 @@ def solve_linear(matrix, freedofs, rhs, what):
     return solution
 
 
-def _made_anew(arguments):
-    """The Body of these arguments, by name."""
-    return Body(**arguments)
-
-
 def _fields_anew(body, values, forces, mirrored):
-    """The Fields of these values of the unknowns of each component, element by element."""
-    state = ng.GridFunction(body.space)
-    for part, dofs, own in zip(state.components, _dofs_by_element(body), values, strict=True):
-        part.vec.FV().NumPy()[dofs] = own
-    fields = Fields(body, state.components, forces)
+    """The Fields of these values and forces of the unknowns, element by element."""
+    state, numbers = ng.GridFunction(body.space), dofs_by_element(body)
+    state.vec.FV().NumPy()[numbers] = values
+    exerted = None if forces is None else np.zeros(body.space.ndof)
+    if forces is not None:
+        exerted[numbers] = forces
+    fields = Fields(body, state.components, exerted)
     fields.mirrored = mirrored
     return fields
 
 
-def _dofs_by_element(body):
-    """Numbers of the unknowns of each component, element by element: a copy of a mesh keeps the order of its
-    elements but not that of its edges, of which those of the coarser meshes are forgotten."""
-    return [
-        np.concatenate([space.GetDofNrs(element) for element in space.Elements()]) for space in body.spaces
-    ]
+def dofs_by_element(body):
+    """Numbers of the unknowns of a body, element by element: a copy of a mesh keeps the order of its elements
+    but not that of its edges, of which those of the coarser meshes are forgotten."""
+    return np.concatenate([body.space.GetDofNrs(element) for element in body.space.Elements()])

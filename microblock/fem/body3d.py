@@ -15,9 +15,9 @@ from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
 from . import energy3d
-from .body import CURVED, USUAL_CONTACT, region
+from .body import CURVED, GIVEN, USUAL_CONTACT, dofs_by_element, region, require_numbers
 from .bulk import UNSOLVED
-from .meshes import require_sound
+from .meshes import Travelling, body_anew, require_sound
 
 FIELDS = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
 PARTS = "xyz"  # what NGSolve calls the components of a vector space
@@ -49,6 +49,9 @@ class Loads3D:
     couple: tuple = (0, 0, 0)
     traction: Mapping = field(default_factory=dict)
     micromoment: Mapping = field(default_factory=dict)
+
+    def __post_init__(self):
+        require_numbers(**vars(self))
 
 
 class Body3D(Shown):
@@ -118,7 +121,7 @@ class Body3D(Shown):
 
     def __reduce__(self):
         """A copy, or what comes out of a file, is made anew."""
-        return _made_anew, (self._made_of,)
+        return body_anew, (type(self), self._made_of | {"mesh": Travelling(self.mesh)})
 
     @property
     def _made_of(self):
@@ -126,7 +129,7 @@ class Body3D(Shown):
 
     def of(self, solid):
         """The same body of another solid; the same one is not factorised again."""
-        return self if solid == self.solid else _made_anew(self._made_of | {"solid": solid})
+        return self if solid == self.solid else Body3D(**self._made_of | {"solid": solid})
 
     def check(self, obstacle):
         """BadArgument unless the obstacle has heights over a surface."""
@@ -151,7 +154,7 @@ class Body3D(Shown):
 
     def _patterns(self, fixed):
         """{field: pattern of all boundaries where it is 0}."""
-        if not isinstance(fixed, (str, Mapping)) and fixed != ():
+        if not isinstance(fixed, (str, Mapping)) and not (isinstance(fixed, tuple) and not fixed):
             raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
         patterns = dict.fromkeys(FIELDS, fixed) if isinstance(fixed, str) else dict(fixed)
         for name, pattern in patterns.items():
@@ -171,7 +174,10 @@ class Body3D(Shown):
 
     @property
     def bonus(self):
-        """Orders of integration beyond NGSolve's, for curved elements."""
+        """Integration orders beyond NGSolve's, of forms as of what is made of their solutions: on curved
+        elements the energy is no polynomial. On quadrilaterals that are no parallelograms NGSolve's rule is a
+        part of the discretisation.
+        """
         return CURVED if self.mesh.GetCurveOrder() > 1 else 0
 
     def bulk(self, **options):
@@ -207,7 +213,7 @@ class Body3D(Shown):
         """The linear form of dead loads, its vector."""
         v, chi = self.space.TestFunction()
         form = ng.LinearForm(self.space)
-        more = {"bonus_intorder": self.order + CURVED}  # loads are functions of the user
+        more = {"bonus_intorder": self.order + GIVEN}
         form += (ng.CF(tuple(loads.force)) * v + ng.CF(tuple(loads.couple)) * chi) * ng.dx(**more)
         for test, given in ((v, loads.traction), (chi, loads.micromoment)):
             for pattern, values in given.items():
@@ -257,8 +263,8 @@ class Fields3D:
 
     def __reduce__(self):
         """A copy, or what comes out of a file, has its values on a body made anew."""
-        values = self.state.vec.FV().NumPy()[_by_element(self.body)]
-        return _fields_anew, (self.body, values, self.forces[_by_element(self.body)])
+        numbers = dofs_by_element(self.body)
+        return _fields_anew, (self.body, self.state.vec.FV().NumPy()[numbers], self.forces[numbers])
 
     @property
     def gamma(self):
@@ -278,7 +284,7 @@ class Fields3D:
     def energy(self):
         """Elastic energy of the whole body."""
         density = energy3d.energy(self.body.solid, self.gamma, ng.Grad(self.psi))
-        return ng.Integrate(density, self.body.mesh, order=2 * self.body.order + self.body.bonus + 2)
+        return ng.Integrate(density, self.body.mesh, order=2 * self.body.order + self.body.bonus)
 
     def reaction(self, boundary):
         """The Reaction3D of the supports on a boundary, from nodal forces: together they balance the loads.
@@ -313,18 +319,8 @@ def rigid_motions(body):
     return found
 
 
-def _made_anew(arguments):
-    """The Body3D of these arguments, by name."""
-    return Body3D(**arguments)
-
-
 def _fields_anew(body, values, forces):
     """The Fields3D of these values and forces of the unknowns, element by element."""
-    state, numbers, exerted = ng.GridFunction(body.space), _by_element(body), np.zeros(body.space.ndof)
+    state, numbers, exerted = ng.GridFunction(body.space), dofs_by_element(body), np.zeros(body.space.ndof)
     state.vec.FV().NumPy()[numbers], exerted[numbers] = values, forces
     return Fields3D(body, state, exerted)
-
-
-def _by_element(body):
-    """Numbers of the unknowns element by element: a copy of a mesh keeps the order of its elements."""
-    return np.concatenate([body.space.GetDofNrs(element) for element in body.space.Elements()])

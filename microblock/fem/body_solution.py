@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from ..corners.nodal import NodalSolution
-from ..errors import BadArgument
+from ..errors import BadArgument, at_most
 from ..model.zones import distance, distance_to_ends
 from . import between, meshes
 from .mesh_fields import BelowOnMesh
@@ -62,7 +62,11 @@ class BodySolution(BelowOnMesh, NodalSolution):
 
         All of it on a mesh that was prescribed alone: an estimate speaks for itself.
         """
-        coarse = [] if self.error_estimate is not None else self._unresolved() + self._missed
+        coarse = (
+            []
+            if self.error_estimate is not None
+            else self._unresolved() + self.locking(self.nodes) + self._missed
+        )
         return self._far_inside() + self.few_nodes("ask for rtol=") + coarse
 
     def _far_inside(self):
@@ -105,16 +109,15 @@ class BodySolution(BelowOnMesh, NodalSolution):
             longest = meshes.longest_element(self.problem.solid, int(order))
             if across[pressed & (orders[numbers] == order)].max() > longest:
                 return [
-                    f"elements of order {order} that reach deeper than {longest:.2g} below the contact do "
-                    "not resolve the "
-                    "layer at the surface: cut them, take a higher order, or ask for an rtol"
+                    f"elements of order {order} that reach deeper than {at_most(longest)} below the "
+                    "contact do not resolve the layer: cut them, take a higher order, or ask for an rtol"
                 ]
         return []
 
     @property
     def micromoment(self):
-        """M of (29); where psi is prescribed, the reaction to it."""
-        if self.law.clamps_rotation:
+        """M of (29); where the law or supports of the contact boundary hold psi, the reaction to it."""
+        if "psi" in self.nodes.body.held_on(self.nodes.boundary):
             return self.nodes.reaction(self.fields) / self.weights
         return super().micromoment
 

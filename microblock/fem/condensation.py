@@ -11,24 +11,24 @@ from functools import cached_property
 import ngsolve as ng
 import numpy as np
 from scipy.linalg.lapack import dpotri
-from scipy.sparse import csr_matrix
+from scipy.sparse import bmat, csr_matrix, diags
 
 from .. import cost
 from ..corners.compliance import Compliance
 from ..errors import BadArgument, require_kind
 from ..model.quadrature import lagrange
 from ..threads import bounded, released
-from .body import CURVED, Body, Fields
+from .body import FIELDS, Body, Fields
 from .bulk import Bulk
-from .facets import interruptions, lobatto, mapped, outward_sides
+from .facets import interruptions, lobatto, mapped, nodal_moments, outward_sides
 
 FLAT = 1e-12  # n1 below which a displacement along x1 does not enter the gaps
 HELD = "are rigid motions fixed, and psi where beta = 0?"
 
 
 class ContactNodes:
-    """The Gauss-Lobatto points of the facets of a boundary: p + 1 on a facet of order p, those on shared
-    vertices once.
+    """The Gauss-Lobatto points of the facets of a boundary: p + 1 on a facet of order p, the lower one of u
+    and psi, those on shared vertices once.
 
     Nodes are in the order of x1.
 
@@ -56,10 +56,10 @@ class ContactNodes:
         return type(self), (self.body, self.boundary)
 
     def _number_nodes(self):
-        """Nodes and the rows of R."""
-        space, facets = self.body.spaces[0], list(self.region.Elements())
-        dofs = [space.GetDofNrs(facet) for facet in facets]
-        orders = np.array([len(own) - 1 for own in dofs])
+        """Nodes and the rows of R, of u1, of u2 and of psi."""
+        facets, spaces = list(self.region.Elements()), self.body.spaces[1:]
+        dofs = [[space.GetDofNrs(facet) for facet in facets] for space in spaces]
+        orders = np.min([[len(own) - 1 for own in of_field] for of_field in dofs], axis=0)
         # reference coordinate 0 is the second vertex
         ends = np.array([[vertex.nr for vertex in facet.vertices[::-1]] for facet in facets])
         members = _members(ends, orders)
@@ -70,15 +70,21 @@ class ContactNodes:
         self.points, self.weights, normals = (each[order] for each in measured)
         self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
         self.apart = interruptions(self.body.mesh, self.region, self.points[:, 0])
-        rows, shapes = [()] * len(order), {}
-        for facet, own, numbers, turned in zip(facets, dofs, self.facets, ends[:, 0] > ends[:, 1]):
-            key = len(own), turned  # functions of an edge depend on its order and direction alone
+        falling = ends[:, 0] > ends[:, 1]
+        u, psi = (self._values_of(space, facets, own, falling) for space, own in zip(spaces, dofs))
+        self._values = [u, u, psi]
+
+    def _values_of(self, space, facets, dofs, falling):
+        """Values at the nodes from the unknowns of a space, sparse (n, unknowns)."""
+        rows, shapes = [()] * len(self.points), {}
+        for facet, own, numbers, turned in zip(facets, dofs, self.facets, falling):
+            key = len(own), len(numbers), turned  # functions of an edge depend on its order and direction
             if key not in shapes:
-                xis, _ = lobatto(len(own) - 1)
+                xis, _ = lobatto(len(numbers) - 1)
                 shapes[key] = [np.array(space.GetFE(facet).CalcShape(float(xi))) for xi in xis]
             for number, shape in zip(numbers, shapes[key]):
                 rows[number] = (own, shape)
-        self._values = _rows(rows, space.ndof)
+        return _rows(rows, space.ndof)
 
     def _measured(self, orders, members):
         """Points, weights and normals times weights of the nodes of all facets, those of one order at a
@@ -97,9 +103,9 @@ class ContactNodes:
             np.add.at(normals, there, (sides[here, None] * shares * lengths)[..., None] * outward)
         return points, weights, normals
 
-    def values(self, field):
-        """u1, u2 or psi of a state of the body (a component of its space) at the nodes, array (n,)."""
-        return self._values @ field.vec.FV().NumPy()
+    def values(self, name, fields):
+        """u1, u2 or psi (its name) of Fields of the body at the nodes, array (n,)."""
+        return self._values[FIELDS.index(name)] @ getattr(fields, name).vec.FV().NumPy()
 
     @cached_property
     def interpolation(self):
@@ -204,7 +210,6 @@ class Condensed(ContactNodes):
         (s11, s12), (s21, s22) = solid.stress(gradient, psi)
         m = solid.couple_stress(kappa)
         varied, turned = self.body.gradients(v1, v2, chi)
-        bonus = CURVED if self.body.mesh.GetCurveOrder() > 1 else 0  # as for the energy of the fields
         self.form = ng.BilinearForm(space, symmetric=True, condense=True)
         density = (
             s11 * varied[0, 0]
@@ -214,7 +219,7 @@ class Condensed(ContactNodes):
             + m[0] * turned[0]
             + m[1] * turned[1]
         )
-        self.form += density.Compile() * ng.dx(bonus_intorder=bonus)
+        self.form += density.Compile() * self.body.dx
         self.form.Assemble()
 
     def _factorise(self):
@@ -225,16 +230,11 @@ class Condensed(ContactNodes):
 
     def _onto(self):
         """R, (u.n, psi) at the nodes from all unknowns, sparse (2 n, unknowns)."""
-        n, width = len(self.weights), self.body.spaces[0].ndof
-        values = self._values.tocoo()
-        parts = [
-            (values.row, values.col + i * width, values.data * self.normals[values.row, i])
-            for i in range(2)
-            if np.abs(self.normals[:, i]).max() > FLAT
+        un = [
+            diags(part) @ values if np.abs(part).max() > FLAT else csr_matrix(values.shape)
+            for part, values in zip(self.normals.T, self._values)
         ]
-        parts.append((values.row + n, values.col + 2 * width, values.data))
-        row, column, data = (np.concatenate(pieces) for pieces in zip(*parts))
-        return csr_matrix((data, (row, column)), shape=(2 * n, self.body.space.ndof))
+        return bmat([[*un, None], [None, None, self._values[-1]]], format="csr")
 
     def _matrix(self):
         with released(len(self._bulk.block)):
@@ -254,11 +254,9 @@ class Condensed(ContactNodes):
     @bounded
     def reaction(self, fields):
         """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""
-        width = self.body.spaces[0].ndof
         vector = np.concatenate([component.vec.FV().NumPy() for component in fields])
-        held = (self._bulk.matrix @ vector)[2 * width :]
-        used = np.unique(self._values.indices)
-        return np.linalg.solve(self._values[:, used].toarray().T, held[used])
+        orders = [len(members) - 1 for members in self.facets]
+        return nodal_moments(self._values[-1], self.body, self.region, orders, self._bulk.matrix @ vector)
 
 
 def require_pressed(body, boundary, condensed=False):

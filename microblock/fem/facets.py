@@ -6,6 +6,7 @@ term (31) and the augmented Lagrangian term (37). With Gauss's rule the multipli
 (37) is integrated, and gaps are checked, at Gauss points: for comparison, as pressures then oscillate.
 """
 
+import itertools
 from copy import copy
 from functools import lru_cache
 
@@ -202,6 +203,11 @@ class ContactFacets:
         }
 
     @property
+    def psi_held(self):
+        """Whether supports hold or prescribe psi on the contact boundary."""
+        return "psi" in self.body.held_on(self._made_of[3])
+
+    @property
     def first_touch(self):
         """Approach at which the first corner touches the undeformed body."""
         return min(
@@ -228,12 +234,9 @@ class ContactFacets:
         return self._values[name] @ function.vec.FV().NumPy()
 
     def reaction(self, fields):
-        """Nodal moments, array (n,), that hold psi where it is prescribed; least squares where psi has more
-        unknowns.
-        """
-        values, space = self._values["psi"], self.body.spaces[FIELDS.index("psi")]
-        used = np.unique(values.indices)
-        return np.linalg.lstsq(values[:, used].toarray().T, fields.forces[-space.ndof :][used], rcond=None)[0]
+        """Nodal moments, array (n,), that hold psi where it is prescribed."""
+        orders = itertools.repeat(self.order)
+        return nodal_moments(self._values["psi"], self.body, self.region, orders, fields.forces)
 
     def interpolate(self, values):
         """Grid function of the multiplier space with these values (array (n,)) at the nodes."""
@@ -301,6 +304,19 @@ class ContactFacets:
         if mask.all():
             return term
         return ng.IfPos(self.interpolate(mask.astype(float)) - 0.5, term, otherwise)
+
+
+def nodal_moments(values, body, region, orders, forces):
+    """Nodal moments, array (n,), of what is exerted in all unknowns of a body: its work on psi.
+
+    `values` are those of psi at the nodes from its unknowns, sparse (n, unknowns), and `orders` those of the
+    nodes' polynomials on the facets. On these polynomials, a constant among them, the work is exact; psi of a
+    higher order has more of them than there are nodes.
+    """
+    space = body.spaces[-1]  # hierarchical: the first unknowns of a facet are those of the lower orders
+    facets = [space.GetDofNrs(facet)[: order + 1] for facet, order in zip(region.Elements(), orders)]
+    used = np.unique(np.concatenate(facets))
+    return splu(values[:, used].T.tocsc()).solve(forces[-space.ndof :][used])
 
 
 def interruptions(mesh, region, x):

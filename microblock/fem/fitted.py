@@ -28,7 +28,7 @@ from functools import cached_property
 import numpy as np
 
 from ..corners import active_set
-from ..errors import BadArgument, NotConverged
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..halfplane import topology
 from ..halfplane.graded_cells import of_corners, trial_zones
 from ..halfplane.kernels import HalfPlane
@@ -36,11 +36,12 @@ from ..halfplane.line_solver import LooksTooNear
 from ..model import picture
 from ..model.methods import Panels
 from ..model.problem import Problem
+from ..model.progress import counted
 from ..model.zones import joined, runs, without, zone_edges
 from . import between
 from .fitted_mesh import MEETING, MeshFitter, _FittedMesh
 from .fitted_path import FittedPath
-from .ground import Within
+from .ground import WITHIN, Within
 from .surface_solution import Estimate, SurfaceSolution, difference, surface_solution
 
 # (order, levels of elements at the edges). Orders from 5 on are odd: an even one has nearly the error of the
@@ -239,16 +240,9 @@ class FittedSolver(MeshFitter):
                     break
             coarse = state
         if best == math.inf:
-            raise NotConverged(
-                f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
-                "topology?",
-                iterations=passes,
-            )
-        raise NotConverged(
-            f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was {best:.1e}; "
-            "ask for that, or fix the discretisation instead",
-            reached=best,
-            iterations=passes,
+            raise self._unsettled(load, zones, passes)
+        raise out_of_reach(
+            rtol, best, load=load, besides="fix the discretisation, Fitted(order=...)", iterations=passes
         )
 
     @property
@@ -282,10 +276,8 @@ class FittedSolver(MeshFitter):
             zones = trial.moved
             state = self._state(load, trial, passes)
             zones = self._other_zones(state, trial, CONDITIONS * LOCATED) or zones
-        raise NotConverged(
-            f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of "
-            "topology, or beta close to 2? Take another load, or the half-plane",
-            iterations=passes,
+        raise self._unsettled(
+            load, zones, passes, ", or beta close to 2? Take another load, or the half-plane"
         )
 
     def of_order(self, load, order, spacing=None):
@@ -347,7 +339,7 @@ class FittedSolver(MeshFitter):
             found = active_set.solve(*system[:2], load=self.share(load), c=system[2])
             x, closed = body.points[:, 0], found.closed.reshape(len(self.law.corners), -1)
             widest = np.abs(x[closed.any(axis=0)]).max()
-            if widest > 0.95 * ground.reach[1]:
+            if 0.95 * ground.reach[1] < widest < 0.95 * WITHIN * self.domain:
                 outer *= 1.6
             elif 2.5 * widest < ground.reach[1]:
                 outer = max(widest, 2 * cell)
@@ -408,6 +400,7 @@ class FittedSolver(MeshFitter):
 
     def _pass(self, load, zones, order, levels, spacing=None):
         """One mesh fitted to trial zones, the gaps closed on them, and where the edges should go."""
+        counted()
         mesh = self._fit_mesh(zones, order, levels, spacing)
         p = mesh.pressures(self.share(load))
         moved, squares = {}, 0.0

@@ -16,6 +16,7 @@ from .meshes import GRADING, RATIO, Ground, falling_orders, graded
 from .meshes import SLIVER as TOLD
 
 FAR = 1000.0  # size of an unbounded domain over the reach
+LAST = 0.99  # of the contact boundary of a bounded block, up to which zones may reach
 BEYOND = 1.3  # reach of the contact boundary over the outermost edge
 SPACING = 0.7  # of the elements on the surface, over the half-width
 LAYERS = 8.0  # of them, over the layer length: order 5 sees a layer of an eighth of the element
@@ -49,10 +50,8 @@ class MeshFitter(GroundSolver):
 
     def _around(self, outer):
         """The ground with a contact boundary around x1 = 0."""
-        reach = BEYOND * outer
+        reach = min(BEYOND * outer, WITHIN * self.domain)
         far = FAR * reach if self.domain == math.inf else self.domain
-        if not reach < far:
-            raise BadArgument("size", self.domain, f"must be larger than the contact of half-width {outer:g}")
         return Ground(far, (0.0 if self.symmetric else -reach, reach), self.symmetric)
 
     def _ground(self, zones):
@@ -60,15 +59,28 @@ class MeshFitter(GroundSolver):
         edges = zone_edges(zones)
         if self._plain:
             return self._around(max(map(abs, edges)))
-        most = WITHIN * self.domain
-        clusters, (left, right) = _clusters(zones), np.clip(self.problem.reach, -most, most)
-        reach = (float(min(left, clusters[0][0])), float(max(right, clusters[-1][1])))
+        most, (left, right), clusters = WITHIN * self.domain, self.problem.reach, _clusters(zones)
+        reach = np.clip((min(left, clusters[0][0]), max(right, clusters[-1][1])), -most, most).tolist()
         far = FAR * max(map(abs, reach)) if self.domain == math.inf else self.domain
-        if not -far < reach[0] < reach[1] < far:
-            raise BadArgument(
-                "size", self.domain, f"must be larger than the contact from {edges[0]:g} to {edges[-1]:g}"
-            )
-        return Ground(far, reach, False)
+        return Ground(far, tuple(reach), False)
+
+    @property
+    def _furthest(self):
+        """Distance from x1 = 0 up to which zones are looked for; inf on an unbounded block."""
+        return LAST * WITHIN * self.domain
+
+    def _unsettled(self, load, zones, passes, words="?"):
+        """What to raise where zones still change."""
+        edges = zone_edges(zones)
+        if max(map(abs, edges), default=0.0) > self._furthest:
+            where = f"from {edges[0]:.3g} to {edges[-1]:.3g}"
+            allowed = f"must be larger: at load {load:g} the contact, {where}, reaches the end of the surface"
+            return BadArgument("size", self.domain, allowed)
+        return NotConverged(
+            f"zones still changing after {passes} meshes at load {load:g}: is it next to a change of topology"
+            f"{words}",
+            iterations=passes,
+        )
 
     def _spacings(self, ground, zones, spacing):
         """Lengths of elements on parts of the contact boundary, as `graded` takes them."""
@@ -165,6 +177,7 @@ class MeshFitter(GroundSolver):
 
     def _fit_mesh(self, zones, order, levels, spacing=None):
         """A mesh with vertices at the edges of trial zones, and the corners that are closed on them."""
+        zones = {corner: _cut_off(own, self._furthest) for corner, own in zones.items()}
         edges = zone_edges(zones)
         if not edges:
             raise NotConverged("no contact")
@@ -260,6 +273,12 @@ def _clusters(zones):
         (left - (BEYOND - 1) * (right - left) / 2, right + (BEYOND - 1) * (right - left) / 2)
         for left, right in found
     ]
+
+
+def _cut_off(intervals, end):
+    """Intervals as far as they are nearer to 0 than `end`."""
+    cut = ((max(left, -end), min(right, end)) for left, right in intervals)
+    return tuple((left, right) for left, right in cut if left < right)
 
 
 def _told_apart(zones):

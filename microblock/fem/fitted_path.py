@@ -21,7 +21,7 @@ class FittedPath(LoadPath):
     Events are those of two meshes of equal elements, node by node, without steps to choose. Where zones meet
     on the axis the load misses its limit by h^(2 s) (docs/theory/halfplane.md): it is extrapolated with that,
     and the correction is the error; for all other events, which converge faster, it bounds the error. Events
-    that one mesh alone sees are left out.
+    that one mesh alone sees are left out; `warnings` name their loads.
     """
 
     @bounded
@@ -33,8 +33,7 @@ class FittedPath(LoadPath):
     @bounded
     def events(self):
         """Zones that are born, merge, split or vanish, ascending in load."""
-        solver = self.problem.solver
-        coarse, fine = (self._on_mesh(solver, count) for count in COUNTS)
+        solver, (coarse, fine) = self.problem.solver, self._seen
         slowest, found = 2 ** (2 * coalescence_exponent(self.problem.solid)) - 1, []
         for (kind, zone, number), (load, x) in fine.items():
             if (kind, zone, number) in coarse:
@@ -42,6 +41,22 @@ class FittedPath(LoadPath):
                 load += correction if solver.symmetric and x == 0 and load > 0 else 0.0
                 found.append(Event(load, abs(correction), kind, zone, x))
         return sorted(found, key=lambda event: event.load)
+
+    @cached_property
+    @bounded
+    def _seen(self):
+        """What each of the two meshes sees."""
+        return [self._on_mesh(self.problem.solver, count) for count in COUNTS]
+
+    @property
+    def warnings(self):
+        coarse, fine = self._seen
+        seen = coarse | fine
+        return [
+            f"one of two meshes alone sees {zone} {kind}, at about load {seen[kind, zone, count][0]:.3g}: it "
+            "is left out; look at states around it"
+            for kind, zone, count in sorted(coarse.keys() ^ fine.keys(), key=lambda key: seen[key])
+        ]
 
     def _on_mesh(self, solver, count):
         """{(kind, zone, how many of that kind before): (load, x)} on one mesh."""

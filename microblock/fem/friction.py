@@ -273,9 +273,22 @@ class NodalFriction:
             traction=-self.pressures.sum(axis=0),
             micromoment=self.micromoment,
             iterations=len(reached.changes),
-            kkt=reached.residual,
-            vector=np.zeros(0),  # none to start from: a history starts from the unloaded body
+            kkt=self.residual,
+            vector=None,  # none to start from: a history starts from the unloaded body
         )
+
+    @cached_property
+    def residual(self):
+        """The largest violated condition of contact and friction over the largest pressure, of equilibrium
+        of body and obstacle over the largest force.
+        """
+        newton, loads = self.newton, self.reached.iterate.loads
+        left, size = (
+            self.fields.forces[newton._free],
+            newton.facets.nodes.weights.max() * self.pressures.max(),
+        )
+        missing = 0.0 if newton.prescribed[0] else np.abs(loads - self.reached.level).max() / loads[0]
+        return float(max(self.reached.residual, np.abs(left).max() / size, missing))
 
     @cached_property
     def fields(self):

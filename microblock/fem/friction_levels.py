@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import NotConverged
+from ..errors import out_of_reach
 from ..model.history import FrictionState, History, change
 
 LEVELS = 4  # meshes, of which the last has squares an eighth as long as the first
@@ -42,11 +42,7 @@ def history_to(rtol, follow):
             pairs = zip(last.states, errors)
             states = [FrictionState(replace(one.solution, recovered=float(error))) for one, error in pairs]
             return History(last.problem, states, last.events)
-    raise NotConverged(
-        f"rtol = {rtol:g} was not reached, the smallest error estimate was {best:.1e}: ask for that, or take "
-        "shorter squares, Uniform(h=...)",
-        reached=best,
-    )
+    raise out_of_reach(rtol, best, besides="take shorter squares, Uniform(h=...)")
 
 
 def _change(finer, coarser):

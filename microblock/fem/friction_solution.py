@@ -12,7 +12,7 @@ from ..errors import BadArgument
 from ..halfplane.friction_events import events
 from ..model import law as laws
 from ..model.deformable import body_of
-from ..model.history import FrictionSolution, FrictionState, History
+from ..model.history import FrictionSolution, FrictionState, History, OfMoment
 from .body_solution import BodySolution
 from .friction import FrictionFacets, MonolithicFriction
 from .newton_solver import NewtonSolution
@@ -117,7 +117,7 @@ class NewtonFrictionSolution(_AtNodes, NewtonSolution):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BodyFrictionSolution(_AtNodes, BodySolution):
+class BodyFrictionSolution(OfMoment, _AtNodes, BodySolution):
     """A solution on the contact nodes of a condensed body at a pair of loads.
 
     Attributes
@@ -133,21 +133,6 @@ class BodyFrictionSolution(_AtNodes, BodySolution):
         return slip_nodes(self.solver)
 
     @property
-    def shear(self):
-        """Q, per thickness."""
-        return self.moment.shear
-
-    @property
-    def shear_traction(self):
-        """q at the nodes, array (n,)."""
-        return self.moment.tangential / self.weights
-
-    @property
-    def slip(self):
-        """Way of the obstacle over the surface since first contact, array (n,)."""
-        return self.moment.slip
-
-    @property
     def touching(self):
         """Nodes in contact, boolean array (n,)."""
         return self.closed.any(axis=0)
@@ -156,21 +141,6 @@ class BodyFrictionSolution(_AtNodes, BodySolution):
     def sticks(self):
         """Nodes that stick, boolean array (n,)."""
         return self.moment.stick
-
-    @property
-    def energy(self):
-        """Elastic energy per thickness."""
-        return self.moment.energy
-
-    @property
-    def work(self):
-        """Of the loads since the beginning."""
-        return self.moment.work
-
-    @property
-    def dissipation(self):
-        """Since the beginning."""
-        return self.moment.dissipation
 
     @property
     def tangential_approach(self):
@@ -255,28 +225,12 @@ def of_body(solver, pairs, coupled, rtol):
             moment.normal.reshape(count, -1),
             contact.gaps.reshape(count, -1),
             solver.together(moment.closed),
-            _residual(contact, moment),
+            moment.residual,
             len(path.changes),
             moment=moment,
         )
         states.append(FrictionState(solution))
     return History(solver.contact, states, _events(path, states[-1], pairs))
-
-
-def _residual(contact, moment):
-    """The largest violated condition of contact, friction and loads of a Moment, over the largest force, of
-    gaps over the largest compression: gaps are computed anew, as those of the path are sums.
-    """
-    n, t = moment.normal, moment.tangential
-    moved = contact.normal @ n + (contact.cross.T @ t if contact.coupled else 0.0)
-    gaps = np.where(np.isfinite(contact.gaps), contact.gaps - moment.approach + moved, np.inf)
-    pressed = n.reshape(-1, len(t)).sum(axis=0)
-    forces = np.concatenate((-n, np.abs(t) - contact.friction * pressed))
-    loads = abs(n.sum() - moment.load), abs(t.sum() - moment.shear)
-    lengths = np.where(moment.closed, np.abs(gaps), -gaps)
-    return float(
-        max(forces.max() / n.max(), max(loads) / moment.load, lengths.max() / np.abs(moved).max(), 0.0)
-    )
 
 
 @dataclass(frozen=True)

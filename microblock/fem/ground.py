@@ -52,6 +52,8 @@ class Within:
 class GroundSolver(Solver):
     """What solvers of a Block have in common, whatever their mesh."""
 
+    verifies = True
+
     def __init__(self, contact, options):
         super().__init__(contact, options)
         if self.domain == math.inf:
@@ -127,7 +129,7 @@ class GroundSolver(Solver):
         require_finite(approach=approach)
         lowest = self._first_touch()
         if not approach > lowest:
-            raise BadArgument("approach", approach, f"must lie above that of first touch, {lowest:g}")
+            raise BadArgument("approach", approach, f"must lie above that of first touch, {lowest}")
         return lowest
 
     def _first_touch(self):

@@ -3,8 +3,10 @@
 import numpy as np
 
 from ..errors import BadArgument
+from . import meshes
 
 CUTS = 4  # of each side of an element
+OVERLAP = 0.01  # of the displacement: where pressures of a penalty miss some per cent
 
 
 class BelowOnMesh:
@@ -13,6 +15,27 @@ class BelowOnMesh:
     """
 
     mirrored = False
+
+    def locking(self, nodes):
+        """What is wrong, in a list of sentences, where elements below these contact nodes lock."""
+        body, zones = nodes.body, self.zones_by_name["contact"]
+        if self.error_estimate is not None or not zones or not self.has_edges:
+            return []
+        ends = np.array(
+            [[body.mesh[v].point[0] for v in facet.vertices] for facet in nodes.region.Elements()]
+        )
+        below = np.any([(ends.min(1) < right) & (left < ends.max(1)) for left, right in zones], axis=0)
+        depth = meshes.thicknesses(body.mesh, nodes.region)[1][below].max(initial=0.0)
+        return meshes.locking(body.solid, body.order, depth, max(right - left for left, right in zones) / 2)
+
+    def overlap(self):
+        """What is wrong, in a list of sentences, where a penalty lets corners far into the obstacle."""
+        inside, moved = -self.surface().gaps.min(), np.abs(self.displacement).max()
+        if not self.solver.penalizes or inside <= OVERLAP * moved:
+            return []
+        return [
+            f"corners lie {inside / moved:.1g} of the displacement inside the obstacle: take a larger rho"
+        ]
 
     def reaction_on(self, boundary):
         """Force (2 components) and moment that the body's supports on a boundary exert on it, from nodal

@@ -42,7 +42,7 @@ def graded(reach, step, far, growth=1.5):
     """
     require_positive(reach=reach, step=step, far=far, growth=growth)
     if far < reach:
-        raise BadArgument("far", far, f"must be at least reach = {reach:g}")
+        raise BadArgument("far", far, f"must be at least reach = {reach}")
     if growth < 1:
         raise BadArgument("growth", growth, "must be at least 1")
     count = max(1, math.ceil(reach / step - WHOLE))

@@ -16,6 +16,7 @@ import numpy as np
 from .. import cost
 from ..errors import BadArgument, NotConverged, require_choice, require_finite, require_kind, require_positive
 from ..model import law
+from ..model.progress import counted
 from ..model.summary import Row, Shown, Summary, number
 from ..threads import bounded
 from .body import Body, Fields, Loads
@@ -57,7 +58,7 @@ class NodalState(Shown):
     iterations : int
     kkt : float
         Largest relative residual of equilibrium, closed gaps, open multipliers and load.
-    vector : NGSolve vector of all unknowns, to start from
+    vector : NGSolve vector of all unknowns, to start from; None in a copy, whose mesh numbers edges anew
 
     Examples
     --------
@@ -88,6 +89,9 @@ class NodalState(Shown):
     iterations: int
     kkt: float
     vector: object
+
+    def __getstate__(self):
+        return vars(self) | {"vector": None}
 
     def reaction(self, boundary):
         """Force and moment about the origin that the body's supports on a boundary exert on it
@@ -235,6 +239,7 @@ class MonolithicNewton:
         self._bulk.assemble()
         unknowns, visits, factor, best = self._first_guess(level, start), {}, None, None
         for iteration in range(MAX_ITERATIONS + 1):
+            counted()
             now = self._look(unknowns, level)
             if self.control == "load" and not any(now.active):
                 self._touch(unknowns)  # else the approach would be free
@@ -443,6 +448,8 @@ class MonolithicNewton:
         kept = ng.GridFunction(self.space)
         kept.vec.data = unknowns.vec
         facets, forces = self.facets, self._shared(now.forces)
+        # what supports exert balances the corner that carries, not the shares
+        carried = now.forces if facets.psi_held else forces
         return NodalState(
             level=level,
             approach=self._first + float(kept.vec[self._approach]),
@@ -453,7 +460,7 @@ class MonolithicNewton:
             multipliers=forces,
             closed=now.closed,
             traction=law.traction(forces),
-            micromoment=law.micromoment(forces, facets.levers, self.body.solid.ell),
+            micromoment=law.micromoment(carried, facets.levers, self.body.solid.ell),
             iterations=iterations,
             kkt=now.kkt,
             vector=kept.vec,

@@ -82,7 +82,7 @@ def load_path(newton, levels, *, start=None):
                 step /= 2
                 if abs(step) < SMALLEST_STEP * abs(whole) or whole == 0:
                     raise NotConverged(
-                        f"load stepping stopped at {newton.control} {reached:g} on the way to "
+                        f"load stepping stopped at {newton.control} {reached} on the way to "
                         f"{target:g}: {failure}",
                         reached=reached,
                         iterations=failure.iterations,

@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-import ngsolve as ng
 import numpy as np
 
 from ..corners.nodal import AtNodes, zones_of
@@ -85,10 +84,11 @@ class NewtonSolution(BelowOnMesh, AtNodes):
 
     @cached_property
     def micromoment(self):
-        """M of (29); where the law prescribes psi, the reaction to it."""
-        if self.law.clamps_rotation:
-            return (self._facets.reaction(self.fields) / self._facets.weights)[self._order]
-        return self.nodal.micromoment[self._order]
+        """M of (29); where the law or supports of the contact boundary hold psi, the reaction to it."""
+        facets, found = self._facets, self.nodal.micromoment
+        if facets.psi_held:
+            found = found + facets.reaction(self.fields) / facets.weights
+        return found[self._order]
 
     @cached_property
     def pressures(self):
@@ -120,11 +120,14 @@ class NewtonSolution(BelowOnMesh, AtNodes):
     @cached_property
     def energy(self):
         """Elastic energy, of displacements and rotations that supports prescribe as well."""
-        body = self.solver.body
-        return float(ng.Integrate(body.energy(*self.nodal.fields), body.mesh))
+        return float(self.fields.energy())
 
     def remarks(self):
-        return self.few_nodes("take smaller elements") if self.has_edges else []
+        return (
+            self.overlap()
+            + self.locking(self._facets)
+            + (self.few_nodes("take smaller elements") if self.has_edges else [])
+        )
 
     def interpolated(self, values, x):
         if self.has_edges:
@@ -141,6 +144,8 @@ class NewtonSolver(Solver):
     A law that prescribes psi adds psi = 0 on the contact boundary to the supports, where these do not
     prescribe it.
     """
+
+    verifies = True
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -167,7 +172,7 @@ class NewtonSolver(Solver):
             )
         newton = self.newton("load" if approach is None else "approach")
         start = initial.nodal if isinstance(initial, NewtonSolution) else None
-        if start is not None and len(start.vector) != newton.space.ndof:
+        if start is not None and (start.vector is None or len(start.vector) != newton.space.ndof):
             start = None
         level = load if approach is None else approach
         if start is not None or level == 0:

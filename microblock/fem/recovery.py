@@ -25,7 +25,7 @@ import ngsolve as ng
 import numpy as np
 from tqdm.auto import tqdm
 
-from ..errors import NotConverged
+from ..errors import NotConverged, out_of_reach
 from ..model.quadrature import lagrange
 from .between import of_body
 from .facets import at_all_facets, elements_at, lobatto, mapped, outward_sides
@@ -94,7 +94,7 @@ def _energy_of_difference(body, fields, averaged):
     wrong = [ng.CF((mean[0], mean[1])) - ng.grad(field) for mean, field in zip(averaged, fields)]
     gradient = ng.CF((wrong[0][0], wrong[0][1], wrong[1][0], wrong[1][1]), dims=(2, 2))
     density = body.solid.energy(gradient, ng.CF(0), wrong[2])
-    return ng.Integrate(density.Compile(), body.mesh, ng.VOL, order=2 * body.order, element_wise=True).NumPy()
+    return body.integrated(density.Compile(), element_wise=True).NumPy()
 
 
 def _surface(state, averaged):
@@ -165,9 +165,10 @@ def refine_until(solver, load, approach, rtol, progress=False):
     Raises
     ------
     NotConverged
-        If that takes more than MOST unknowns or PASSES passes; `reached` is the smallest estimate.
+        If that takes more than MOST unknowns or PASSES passes; `rtol_reached` is the smallest
+        estimate, rounded up.
     """
-    best, found, where = math.inf, None, f"load {load:g}" if approach is None else f"approach {approach:g}"
+    best, found = math.inf, None
     with tqdm(desc=f"refined to {rtol:g}", unit=" passes", disable=not progress) as bar:
         for passes in range(1, PASSES + 1):
             try:
@@ -176,12 +177,8 @@ def refine_until(solver, load, approach, rtol, progress=False):
             except NotConverged as failure:
                 if best == math.inf:
                     raise
-                raise NotConverged(
-                    f"rtol = {rtol:g} was not reached at {where}, the smallest error estimate was "
-                    f"{best:.1e}; on the next mesh: {failure}",
-                    reached=best,
-                    iterations=passes,
-                ) from failure
+                stopped = f"take another mesh: on the next one, {failure}"
+                raise out_of_reach(rtol, best, "", stopped, passes, load=load, approach=approach) from failure
             bar.update()
             bar.set_postfix(estimate=f"{parts.total:.1e}", unknowns=found.unknowns)
             best = min(best, parts.total)
@@ -191,12 +188,8 @@ def refine_until(solver, load, approach, rtol, progress=False):
                 break
             triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None
             solver = solver.on(triangles or _finer(found, parts, rtol))
-    raise NotConverged(
-        f"rtol = {rtol:g} was not reached at {where} with {found.unknowns} unknowns, the smallest error "
-        f"estimate was {best:.1e}; ask for that, or raise the order",
-        reached=best,
-        iterations=passes,
-    )
+    besides = f"raise the order of the body ({found.unknowns} unknowns)"
+    raise out_of_reach(rtol, best, "", besides, passes, load=load, approach=approach)
 
 
 def marked(found, rtol):

@@ -1,7 +1,7 @@
 """A body condensed to its contact nodes for friction: displacements along the surface beside u.n and psi."""
 
 import numpy as np
-from scipy.sparse import csr_matrix, vstack
+from scipy.sparse import vstack
 
 from ..corners.friction import FrictionalContact
 from ..errors import BadArgument
@@ -46,11 +46,9 @@ class SlipNodes(Condensed):
                 self.body,
                 "must have a flat contact boundary along x1: on others Newton() follows friction",
             )
-        values = self._values.tocoo()
-        shape = len(self.weights), self.body.space.ndof
-        return csr_matrix(
-            vstack((super()._onto(), csr_matrix((values.data, (values.row, values.col)), shape)))
-        )
+        along = self._values[0].copy()
+        along.resize(len(self.weights), self.body.space.ndof)
+        return vstack((super()._onto(), along), format="csr")
 
     def _matrix(self):
         """The part of the response that `Compliance` has."""

@@ -14,13 +14,13 @@ from .condensed3d import condensed3d
 from .state3d import State3D
 
 RESIDUAL = 1e-9  # relative, of the contact conditions
-TOUCHING = 1e-6  # of the range of the displacement, by which an obstacle lies in a node that cannot move
+TOUCHING = 1e-6  # of the largest displacement, by which an obstacle lies in a node that cannot move
 
 
 class Solver3D(Solver):
     """States of a Body3D on its contact nodes, exact for the discrete problem."""
 
-    most_corners = None
+    most_corners, verifies, state_class = None, True, State3D
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -48,7 +48,7 @@ class Solver3D(Solver):
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
         surface = H.surface(H.loads(found.forces))
-        size = np.ptp(surface[0])
+        size = np.abs(surface[0]).max()
         closed = found.gaps <= 2 * max(found.kkt, RESIDUAL) * size
         forces = self.of_least_norm(found.forces, closed)
         loads = H.loads(forces)
@@ -94,6 +94,10 @@ class Solver3D(Solver):
             levers = levers + law.tilt(x1, x2)
         return np.concatenate((np.ones((len(levers), 1, len(x1))), levers), axis=1)
 
+    def carried(self, state):
+        """Returns the resultant of a state's pressures, force."""
+        return float(state.weights @ state.pressure)
+
     def path(self, last, rtol, progress=False):
         """Raises BadArgument: there is none."""
         raise BadArgument(
@@ -116,7 +120,7 @@ class Solver3D(Solver):
         """BadArgument where the obstacle lies in nodes whose displacement supports hold."""
         held = ~self.nodes.free["u3"]
         gaps = (self.initial_gaps + added)[:, held] - state.approach
-        if gaps.size and gaps.min() < -TOUCHING * np.ptp(state.displacement):
+        if gaps.size and gaps.min() < -TOUCHING * np.abs(state.displacement).max():
             raise BadArgument(
                 "obstacle",
                 self.obstacle,

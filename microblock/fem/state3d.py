@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..errors import at_most
 from ..model.summary import Row, Shown, Summary, number, saved
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Target
 from .body3d import FIELDS, Fields3D
-from .meshes import longest_element
+from .meshes import locking, longest_element
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from .nodes3d import ContactNodes3D
 
 FEWEST = 25  # nodes in contact, below which a state says that they are few
-BETWEEN = 0.05  # of the range of the displacement, penetration between nodes from which on a state says so
+BETWEEN = 0.05  # of the largest displacement, penetration between nodes from which on a state says so
 BESIDE = 1e-3  # the same at vertices beside the contact boundary
 
 
@@ -136,7 +137,16 @@ class State3D(Shown):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What the state has no estimate for, in words."""
-        return tuple(words for words in (self._few(), self._long(), self._beyond(), self._between()) if words)
+        body, half_width = self.nodes.body, float(np.sqrt(self.contact_area / np.pi))
+        locked = locking(body.solid, body.order, self._depth, half_width)
+        own = self._few(), self._long(), *locked, self._beyond(), self._between()
+        return tuple(words for words in own if words)
+
+    @property
+    def _depth(self) -> float:
+        """How deep the deepest element below the contact reaches."""
+        pressed = [bool(np.any(self.closed[own] > 0)) for own in self.nodes.facets]
+        return float(self.nodes.depths[pressed].max())
 
     def _few(self) -> str:
         count = np.count_nonzero(self.closed)
@@ -148,12 +158,11 @@ class State3D(Shown):
         """Whether the elements below the contact are too long for the layer at the surface."""
         body = self.nodes.body
         longest = longest_element(body.solid, body.order)
-        deepest = self.nodes.depths[[np.any(self.closed[own] > 0) for own in self.nodes.facets]].max()
-        if deepest <= longest:
+        if self._depth <= longest:
             return ""
         return (
-            f"elements of order {body.order} that reach {deepest:.2g} below the contact, more than "
-            f"{longest:.2g}, do not resolve the layer at the surface: take shorter ones or a higher order"
+            f"elements of order {body.order} that reach {self._depth:.2g} below the contact, more than "
+            f"{at_most(longest)}, do not resolve the layer: take shorter ones, or a higher order"
         )
 
     def _beyond(self) -> str:
@@ -168,7 +177,7 @@ class State3D(Shown):
         u3, psi1, psi2 = (values[FIELDS.index(name)] for name in ("u3", "psi1", "psi2"))
         half = self.problem.solid.ell / 2
         inside = -self._gaps(places[low], np.array((-u3, -half * psi2, half * psi1))).min()
-        if inside <= BESIDE * np.ptp(self.displacement):
+        if inside <= BESIDE * np.abs(self.displacement).max():
             return ""
         return (
             f"beside the contact boundary the obstacle reaches {inside:.2g} into the surface: name all that "
@@ -179,7 +188,7 @@ class State3D(Shown):
         """Whether the obstacle reaches into the surface between the nodes."""
         places, values = self.nodes.between
         inside = -self._gaps(places, np.array([values @ part for part in self.surface])).min()
-        if inside <= BETWEEN * np.ptp(self.displacement):
+        if inside <= BETWEEN * np.abs(self.displacement).max():
             return ""
         return f"between nodes the obstacle reaches {inside:.2g} into the surface: take a finer mesh"
 
@@ -201,7 +210,7 @@ class State3D(Shown):
         """
         from ..view.nodes_figure import draw
 
-        return saved(draw(self), path)
+        return saved(draw(self), path, self.warnings)
 
     def summary(self) -> Summary:
         """Returns load, approach, contact and pressure, for a notebook."""

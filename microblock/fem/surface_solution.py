@@ -84,7 +84,11 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         return self.body.body.order
 
     def remarks(self):
-        return self.few_nodes("take a smaller h, or Fitted() with rtol=")
+        return (
+            self.overlap()
+            + self.locking(self.body)
+            + self.few_nodes("take a smaller h, or Fitted() with rtol=")
+        )
 
     @cached_property
     def displacement(self):
@@ -97,7 +101,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         compliance.
         """
         if self.found_fields is not None:
-            return self.body.values(self.found_fields.u2)
+            return self.body.values("u2", self.found_fields)
         return self.body.compliance.matrix[: len(self._x)] @ self._loads
 
     @property
@@ -205,9 +209,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
             For x beyond the contact boundary.
         """
         if not np.all((x >= self.x[0]) & (x <= self.x[-1])):
-            raise BadArgument(
-                "x", x, f"must lie on the contact boundary, from {self.x[0]:g} to {self.x[-1]:g}"
-            )
+            raise BadArgument("x", x, f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}")
         side, number = np.abs(x) if self.problem.mirror else x, np.full(len(x), corner)
         raised, psi = (self.body.interpolate(own, side) for own in (self._raised, self.computed_psi))
         psi = np.where(x < 0, -psi, psi) if self.problem.mirror else psi

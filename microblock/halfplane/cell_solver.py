@@ -7,14 +7,15 @@ import numpy as np
 from tqdm.auto import tqdm
 
 from ..corners import projected_gradients
-from ..errors import BadArgument, NotConverged
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
 from ..model.deformable import body_of, shape_of
 from ..model.obstacles import heights
 from ..model.problem import Problem
+from ..model.quadrature import gauss_rule
 from ..model.solver import Solver
 from ..model.state import Solution
-from ..model.zones import contact_zones, distance, distance_to_ends, runs
+from ..model.zones import contact_zones, distance_to_ends, runs
 from .cells import CellGrid
 from .counter import require_same_period
 from .friction_solver import FrictionSolver
@@ -24,13 +25,15 @@ FIRST, MOST = 128, 2**21  # cells of the coarsest and finest grid that rtol may 
 # at which halving a given number of cells ends, after two halvings at the earliest
 COARSEST = 1024
 COARSE_RESIDUAL = 0.01  # of the coarser grids, over their nodes: far below what the next one changes
-RESIDUAL = 1e-9  # of the state; its pressures are good to some ten times that
+RESIDUAL = 1e-9  # of the state
+PER_RESIDUAL = 10.0  # error of the pressures for a residual; 2 to 40 are met
 ENOUGH = 1e-3  # of rtol: residual of states that only follow others
 AROUND = 0.05  # of the low stretches, left free on either side
 FITS = 1e-6  # of their range, heights at both ends of a period may differ; so may periods
 PLACES = 257  # on a period, at which its range is taken
-# ratio of successive changes from grid to grid taken for the slowest convergence; 2 is expected
-SLOWEST = 1.4
+# ratio of successive changes from grid to grid, in the mean of so many: 2 is expected, with a logarithm or an
+# end of the obstacle 1.41
+SLOWEST, FASTEST, LUCK = 1.4, 1.75, 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,11 +110,27 @@ class CellSolution(Solution):
         return contact_zones(self.all_zones, self.solver.law.corners)
 
     def pressure(self, corner, x):
-        """Pressure of a corner at x, array (n,): that of the cell in which x lies."""
-        x = _folded(x, self.period)
-        number = np.floor((x - self.x[0]) / self.weights[0] + 0.5)
-        inside = (number >= 0) & (number < len(self.x))
-        return np.where(inside, self.pressures[corner][np.clip(number, 0, len(self.x) - 1).astype(int)], 0.0)
+        """Pressure of a corner at x, array (n,): a polygon through the centres of a zone's cells, even from
+        the outer ones to its edges, so that its integral is that of the cells, and 0 outside.
+        """
+        x, own = _folded(x, self.period), self.pressures[corner]
+        along, last = (x - self.x[0]) / self.weights[0], len(own) - 1
+        cell = np.floor(along + 0.5)
+        inside, beside = (cell >= 0) & (cell <= last), cell + np.sign(along - cell)
+        beside = np.clip(beside, 0, last) if self.period is None else beside % len(own)
+        here, there = own[np.clip(cell, 0, last).astype(int)], own[beside.astype(int)]
+        slope = np.where((here > 0) & (there > 0), there - here, 0.0)
+        return np.where(inside, here + np.abs(along - cell) * slope, 0.0)
+
+    def pressure_and_moment(self, x):
+        """Total pressure and micromoment over ell at x, array (2, n): of the corners' pressures there, of a
+        reaction a polygon.
+        """
+        own = np.array([self.pressure(corner, x) for corner in range(len(self.pressures))])
+        if len(own) > 1:
+            return np.array((own.sum(axis=0), (self.problem.levers(x) * own).sum(axis=0) / 2))
+        reaction = _polygon(_folded(x, self.period), self.x, self.micromoment, self.period)
+        return np.array((own[0], reaction / self.problem.ell))
 
     def gap(self, corner, x):
         """Gap of a corner at x, array (n,): displacement and rotation as polygons through the cells' centres.
@@ -124,7 +143,7 @@ class CellSolution(Solution):
         period, half = self.period, self.weights[0] / 2
         if period is None and not np.all((x >= self.x[0] - half) & (x <= self.x[-1] + half)):
             raise BadArgument(
-                "x", x, f"must lie within the cells, from {self.x[0] - half:g} to {self.x[-1] + half:g}"
+                "x", x, f"must lie within the cells, from {self.x[0] - half} to {self.x[-1] + half}"
             )
         place = _folded(x, period)
         raised, psi = (_polygon(place, self.x, own, period) for own in (self.displacement, self.psi))
@@ -170,7 +189,7 @@ class CellSolver(Solver):
         period = self.body.period
         own = getattr(self.obstacle, "period", None)
         if own is not None and abs(period / own - round(period / own)) > FITS:
-            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own:g}")
+            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
         x = period * np.concatenate(([-0.5, 0.5], np.linspace(-0.5, 0.5, PLACES)))
         above = heights(self.obstacle, x)
         known = above[np.isfinite(above)]
@@ -214,21 +233,18 @@ class CellSolver(Solver):
         nodes, residual = self.options.nodes, self.options.residual
         if nodes is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
-        if isinstance(initial, CellSolution) and nodes is not None:
-            return solver._solve(nodes, load, approach, initial, residual)
         if nodes is not None:
-            *_, last = solver._solutions(load, approach, halvings(nodes), residual, progress)
+            start = initial if isinstance(initial, CellSolution) else None
+            *_, last = solver._solutions(load, approach, halvings(nodes), residual, progress, start)
             return last
         rtol = self.usual_rtol if rtol is None else rtol
         doublings = FIRST * 2 ** np.arange(int(np.log2(MOST / FIRST)) + 1)
         state = solver.upto(load, rtol, doublings, approach=approach, residual=residual, progress=progress)
         if state.error_estimate <= rtol:
             return state
-        raise NotConverged(
-            f"error {state.error_estimate:.1e} instead of {rtol:g} on {len(state.x)} nodes; Panels() reach "
-            "more under smooth obstacles",
-            reached=state.error_estimate,
-        )
+        panels = "" if solver.has_level else "take Panels() under a smooth obstacle"  # none on a period
+        why = f" on {len(state.x)} cells"
+        raise out_of_reach(rtol, state.error_estimate, why, panels, load=load, approach=approach)
 
     def _with_window(self, load):
         """The solver on a window: its own, or all places where the obstacle could touch at the load."""
@@ -265,21 +281,24 @@ class CellSolver(Solver):
                 break
         return state
 
-    def _solutions(self, load, approach, sizes, residual, progress):
-        """Solutions on grids of the given sizes, each started from the one before."""
+    def _solutions(self, load, approach, sizes, residual, progress, start=None):
+        """Solutions on grids of given sizes, each started from the one before, the first from `start`."""
         state, changes = None, []
         total = None if sizes[-1] == MOST else int(sum(sizes))
         with tqdm(total=total, unit=" cells", unit_scale=True, disable=not progress) as bar:
             for size in map(int, sizes):
                 enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL / size)
-                finer = self._solve(size, load, approach, state, enough)
+                try:
+                    finer = self._solve(size, load, approach, state or start, enough)
+                except BadArgument:  # an approach above the mean height that so few cells see
+                    if size == sizes[-1] or size > COARSEST:
+                        raise
+                    continue
                 if state is not None:
-                    changes.append(
-                        difference(finer, state, self.solid.ell, self.body.period, self._end_weights(finer.x))
-                    )
+                    changes.append(difference(finer, state, self._end_weights))
                 state = finer
                 bar.update(size)
-                yield replace(state, change=_estimate(changes))
+                yield replace(state, change=_estimate(changes, state.residual))
 
     def _end_weights(self, x):
         """1, and towards ends of the obstacle, where the pressure has no bound, falling with the distance."""
@@ -352,30 +371,32 @@ class CellSolver(Solver):
         )
 
 
-def difference(finer, coarser, ell, period=None, weights=1.0):
-    """max(|dp|, |dM|/ell)/|p| in L2 with these weights on the centres of the finer grid, both states as
-    polygons.
-    """
+def difference(finer, coarser, ends):
+    """max(|dp|, |dM|/ell)/|p| in L2 of what two states say at all x, with the weight `ends` of places."""
+    points, _ = gauss_rule(2)  # exact for squares of polygons that break at centres and ends of cells
+    size, change = 0.0, 0.0
+    for offset in np.concatenate((points - 1, points)):
+        x = finer.x + finer.weights[0] / 2 * offset
+        fine = finer.pressure_and_moment(x)
+        size += ends(x) @ fine[0] ** 2
+        change = change + (fine - coarser.pressure_and_moment(x)) ** 2 @ ends(x)
+    return float(np.sqrt(change.max() / size)) if size else 0.0
 
-    def change(name):
-        fine, coarse = (np.atleast_2d(getattr(state, name)).sum(axis=0) for state in (finer, coarser))
-        return fine - _polygon(finer.x, coarser.x, coarse, period)
 
-    weights = np.broadcast_to(weights, len(finer.x))
-    return distance(weights, change("pressures"), change("micromoment") / ell, finer.pressures.sum(axis=0))
-
-
-def _estimate(changes):
+def _estimate(changes, residual):
     """Error of the last state from the changes from grid to grid, a geometric series of a ratio between
-    SLOWEST and 2.
+    SLOWEST and FASTEST, and from its residual; None without changes.
 
-    A last change that is more than twice smaller than the one before is luck, where a cell falls on an edge.
+    The ratio is that of the last LUCK changes in the mean: one that is much less than the change before is
+    luck, where a cell falls on an edge.
     """
     if not changes:
         return None
-    before, last = changes[-2:] if len(changes) > 1 else (2 * changes[-1], changes[-1])
-    last = max(last, before / 2)
-    return last / (max(before / last, SLOWEST) - 1) if last else 0.0
+    own = changes[-LUCK:]
+    ratio = (own[0] / max(own[-1], np.finfo(float).tiny)) ** (1 / max(len(own) - 1, 1))
+    ratio = float(np.clip(ratio, SLOWEST, FASTEST))
+    last = max(change / ratio**back for back, change in enumerate(own[:-3:-1]))
+    return last / (ratio - 1) + PER_RESIDUAL * residual
 
 
 def around(found, ell):

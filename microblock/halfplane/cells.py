@@ -22,6 +22,7 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import next_fast_len, rfft
 
+from ..errors import BadArgument
 from .convolution import convolution, free_period, toeplitz_of
 from .counter_cells import CounterCells
 from .kernels import ODD, HalfPlane, symbol
@@ -166,7 +167,9 @@ class CellGrid:
         if not self.periodic:
             return self._embedded(length, {2: (0, 1, 2), 1: (3, 4) if clamping else (0, 1)}[corners])
         U, iV, W = self._symbol(length)
-        U[0], W[0] = 0, _turning_at_rest(self.body.solid) / self.width
+        U[0] = 0
+        if corners == 2 and not np.isfinite(W[0]):
+            raise BadArgument("beta", self.body.solid.beta, "must be positive: nothing holds the rotation")
         return _clamped(U, iV, W) if clamping else (U, iV, W)
 
     def _symbol(self, length):
@@ -175,6 +178,8 @@ class CellGrid:
         k[0] = k[1] / 2  # stands for the mean
         U, V, W = symbol(self.body.solid, k)
         V[0] = 0
+        if self.periodic:  # an even moment rotates all blocks alike, however long the layer is
+            W[0] = _turning_at_rest(self.body.solid)
         if length % 2 == 0:
             V[-1] = 0  # odd: not seen at the shortest wave
         return U / self.width, 1j * V / self.width, W / self.width

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import MicroblockError, NotConverged
+from ..errors import MicroblockError, NotConverged, out_of_reach
+from ..model.history import FrictionState, History
 from ..model.methods import Cells
 from .cell_solver import FIRST, CellSolver, around
 
@@ -26,7 +27,7 @@ def by_cells(solver, found, load, rtol, failure):
         If cells do not reach rtol either: with what they do reach.
     """
     # better than what cells would be tried for
-    if failure.reached is not None and failure.reached < OFFERED:
+    if failure.rtol_reached is not None and failure.rtol_reached < OFFERED:
         raise failure
     window = around(found, solver.solid.ell)
     least = FEATURE * (window[1] - window[0]) / min(found.lengths.min(initial=np.inf), window[1] - window[0])
@@ -38,18 +39,26 @@ def by_cells(solver, found, load, rtol, failure):
         ) from failure
     try:
         state = cells.upto(load, rtol if rtol >= OFFERED / 10 else OFFERED, sizes, max(4 * FIRST, least))
+        if state.error_estimate > rtol:
+            raise out_of_reach(rtol, min(state.error_estimate, failure.rtol_reached or np.inf), load=load)
     except MicroblockError as other:
-        raise NotConverged(f"{failure}; uniform cells: {other}", reached=failure.reached) from failure
-    if state.error_estimate <= rtol:
-        return replace(state, notes=(f"uniform cells instead of panels ({failure})",))
-    best = min(state.error_estimate, failure.reached or np.inf)
-    raise NotConverged(
-        f"{failure}; uniform cells have an error estimate of {state.error_estimate:.1e}: "
-        f"ask for {_above(best):.0e}",
-        reached=best,
-    ) from failure
+        met = getattr(other, "rtol_reached", None) or failure.rtol_reached
+        raise NotConverged(f"{failure}; uniform cells: {other}", reached=load, rtol_reached=met) from failure
+    return replace(state, notes=(f"uniform cells instead of panels ({failure})",))
 
 
-def _above(estimate):
-    """A power of ten above an estimate."""
-    return min(0.5, 10.0 ** np.ceil(np.log10(estimate)))
+def cells_follow(solver, pairs, coupled, rtol, progress, failure):
+    """The History of a half-plane's problem on cells; `failure` says why panels have none.
+
+    Raises
+    ------
+    NotConverged
+        If cells do not reach rtol either.
+    """
+    try:
+        found = CellSolver(solver.contact, Cells()).history(pairs, coupled, rtol, progress)
+    except NotConverged as other:
+        raise NotConverged(f"{failure}; cells: {other}", rtol_reached=other.rtol_reached) from failure
+    note = f"cells instead of panels ({failure})"
+    states = [FrictionState(replace(one.solution, notes=(note,))) for one in found.states]
+    return History(found.problem, states, found.events)

@@ -10,6 +10,7 @@ from numpy.polynomial.legendre import legvander
 
 from ..errors import NotConverged
 from ..model.problem import half_line
+from ..model.progress import counted
 from ..threads import released
 from .carried import decay, meeting_exponent
 from .coalescence import extrapolated
@@ -153,6 +154,7 @@ def fit(problem, load, zones, *, order, tolerance, steps=EDGE_STEPS):
     """
     best, idle, zones, earlier, good, closest = np.inf, 0, _within_ends(problem, zones), None, None, None
     for iteration in range(steps):
+        counted()
         if any(np.any(np.diff(np.ravel(intervals)) <= 0) for intervals in zones.values()):
             raise NotConverged(
                 f"edges of the zones cross at load {load:g}: another topology of the zones",
@@ -192,10 +194,8 @@ def fit(problem, load, zones, *, order, tolerance, steps=EDGE_STEPS):
         zones, best = moved, min(error, best)
     if good or closest:
         return good or closest
-    raise NotConverged(
-        f"edges of the zones still off by {error:.1e} of the pressure at load {load:g}",
-        iterations=iteration + 1,
-    )
+    off = f"off by {error:.1e} of the pressure" if np.isfinite(error) else "where pressures do not fall"
+    raise NotConverged(f"edges of the zones still {off} at load {load:g}", iterations=iteration + 1)
 
 
 def _drawing_near(zones, moved):

@@ -26,6 +26,9 @@ STEPS = 20  # of Gauss and Newton
 SHARP = 1e-4  # of a cell, at which they end
 APART = 3  # cells outside of a zone that must belong to no other of its kind
 AGREE = 1 / 4  # of a cell, to which both fits agree
+# cells of a stick zone, and of its limit what it is below it: less of both is none. The cells of levels that
+# do not sum up to the shear force are 1e-3 off
+FEWEST, NEXT_TO = 6, 1e-2
 LEFT = 1 / 8  # of a cell, at least in doubt: fits may agree and be off together
 SAME = 1e-9  # relative, by which an edge may be off the obstacle's
 
@@ -125,10 +128,9 @@ class FrictionEdges:
                 for run in self._runs(closed)
             ]
         found = contact_zones(own, corners)
-        stick = [
-            (self._stick_edge(run, -1, found), self._stick_edge(run, 1, found))
-            for run in self._runs(self.stick)
-        ]
+        runs_of_stick = self._runs(self.stick)
+        ends = [(self._stick_edge(run, -1, found), self._stick_edge(run, 1, found)) for run in runs_of_stick]
+        stick = [pair for run, pair in zip(runs_of_stick, ends) if self._is_zone(run)]
         found["stick"] = common(stick, found["contact"])
         slip = found["contact"]
         for left, right in found["stick"]:
@@ -142,6 +144,18 @@ class FrictionEdges:
             cuts = np.flatnonzero(self.cells[first + 1 : last + 1, 0] > self.cells[first:last, 1]) + first
             found += zip([first, *(cuts + 1).tolist()], [*cuts.tolist(), last])
         return found
+
+    def _is_zone(self, run: tuple[int, int]) -> bool:
+        """Whether a run of sticking cells is a zone: a few that are next to their limit, or between slip one
+        way and slip the other way, stick for the sake of the sum. Where all slips, both ways, the obstacle
+        may be anywhere between two places, and the cell that would turn first holds it.
+        """
+        (first, last), touching = run, np.flatnonzero(self.closed.any(axis=0))
+        bound = self.friction * self.pressures.sum(axis=0)[first : last + 1]
+        left = bound - np.abs(self.shear[first : last + 1])
+        sides = self.shear[touching[touching < first][-1:]], self.shear[touching[touching > last][:1]]
+        turns = all(map(len, sides)) and sides[0][0] * sides[1][0] < 0
+        return last - first + 1 >= FEWEST or not (turns or left.max() < NEXT_TO * bound.max())
 
     def _stick_edge(self, run: tuple[int, int], side: int, zones: Zones) -> float:
         """An end of a stick zone: where slip begins, or an end of contact."""

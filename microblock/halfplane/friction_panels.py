@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BadArgument, NotConverged
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model.history import SLIDING, FrictionSolution, FrictionState, History, HistoryEvent
 from ..model.quadrature import gauss_rule
 from ..model.zones import common, without
@@ -58,6 +58,14 @@ class FrictionPanels:
         require_superposition(solver.contact, solver.options.order)
         self.solver, self.pairs = solver, pairs
 
+    @cached_property
+    def memories(self):
+        """The Memory at each pair, and the first one; BadArgument where shear is no sum of pressures."""
+        found = [Memory()]
+        for P, Q in self.pairs:
+            found.append(found[-1].to(float(P), float(Q), float(self.solver.law.friction)))
+        return found
+
     def history(self, rtol):
         """Returns the History to rtol.
 
@@ -67,20 +75,17 @@ class FrictionPanels:
             If rtol is out of reach.
         """
         rtol = USUAL_RTOL if rtol is None else rtol
-        friction = float(self.solver.law.friction)
-        memories = [Memory()]
-        for P, Q in self.pairs:
-            memories.append(memories[-1].to(float(P), float(Q), friction))
+        friction, memories = float(self.solver.law.friction), self.memories
         solutions, plain = self._solutions(memories, rtol)
         worst = max(one.error_estimate for one in solutions)
         if worst > rtol:  # shear is a sum of several states
             try:
                 solutions, plain = self._solutions(memories, LESS * rtol * rtol / worst)
             except NotConverged as failure:
-                raise _out_of_reach(rtol, worst) from failure
+                raise out_of_reach(rtol, worst) from failure
             worst = max(one.error_estimate for one in solutions)
         if worst > rtol:
-            raise _out_of_reach(rtol, worst)
+            raise out_of_reach(rtol, worst)
         states = [FrictionState(one) for one in solutions]
         return History(self.solver.contact, states, _events(memories, plain, friction))
 
@@ -95,13 +100,6 @@ class FrictionPanels:
             found.append(PanelFriction(self.solver, plain, memory, tuple(first), dissipation))
         plain.require_growing()
         return found, plain
-
-
-def _out_of_reach(rtol, best):
-    return NotConverged(
-        f"rtol = {rtol:g} was not reached, the smallest error estimate was {best:.1e}; ask for that",
-        reached=best,
-    )
 
 
 class _Plain:
@@ -231,7 +229,11 @@ class PanelFriction(FrictionSolution):
 
     @cached_property
     def residual(self):
-        return self._own.residual
+        """Of the states of the sum, of the loads, and of what friction allows over the largest pressure."""
+        p, q, w = self.pressures[0], self.shear_traction, self.weights
+        beyond = (np.abs(q) - float(self.solver.law.friction) * p).max() / p.max()
+        missing = max(abs(w @ p - self.load), abs(w @ q - self.shear)) / self.load
+        return float(max(*(one.residual for one in self._states), beyond, missing))
 
     @property
     def iterations(self):
@@ -298,6 +300,23 @@ class PanelFriction(FrictionSolution):
         for pair in stick:
             slip = without(slip, *pair)
         return {**found, "stick": stick, "slip": slip}
+
+    @cached_property
+    def zone_errors(self):
+        """What the pressure's error leaves to the edges: a root of the distance from an edge that is off by a
+        share of its zone is off by more than that share, and has that of its zone's width to the power 3/2.
+        """
+        errors = {}
+        for one in (self.plain.at(load) for load in (self.memory.stuck, self.load) if load):
+            zones = one.zones_by_name["contact"]
+            size = zones[-1][1] - zones[0][0]
+            for zone in zones:
+                own = one.error_estimate * size / 2 * np.sqrt(size / (zone[1] - zone[0]))
+                errors |= dict.fromkeys(zone, own)
+        return {
+            name: [tuple(errors[end] for end in zone) for zone in zones]
+            for name, zones in self.zones_by_name.items()
+        }
 
     def _gap_under(self, load):
         """Gaps at `x` under a load without friction, 0 in its contact."""

@@ -15,13 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm.auto import tqdm
 
+from .. import cost
 from ..corners import active_set
 from ..corners.friction import FrictionalContact, FrictionPath, Moment
-from ..errors import BadArgument, NotConverged
+from ..errors import BadArgument, NotConverged, at_least, out_of_reach
 from ..model import picture
-from ..model.history import FrictionSolution, FrictionState, History, HistoryEvent, ZoneErrors, change
+from ..model.history import FrictionState, History, HistoryEvent, OfMoment, ZoneErrors, change
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
+from ..model.state import ErrorParts
 from ..model.types import Array, Flags, Interval, Zones
 from ..model.zones import common, distance_to_ends
 from .friction_cells import Feature, cells, fixed, stretches, touching
@@ -40,12 +42,29 @@ NARROWEST = 0.25  # times the square of the fineness: cells at edges, below whic
 JUMP = 0.5  # of the pressure, by which q/f jumps from one cell to the next where cells must be smaller
 DOUBTS = 4.0  # about the place of an edge, to which cells are as small as at it
 FASTEST = 8.0  # ratio of the changes of successive levels, at most
+# of a corner's tangential compliance, for itself: beside a stiff second body the sum of a block's two forces
+# alone has one, and the rest is rounding, 1e-7
+APART = 1e-4
 USUAL_RTOL = 1e-2
 SAMPLES = 4  # Gauss points on a cell, for the mean of the initial gap
 
 
+@dataclass(frozen=True)
+class Errors(ErrorParts):
+    """Parts of the relative L2 error of pressure, M/ell and q/f.
+
+    Attributes
+    ----------
+    discretisation : float, change from the level before, or what is lost where q/f jumps if that is more
+    shares : float, what a shear force of its own for each corner changes where blocks drag a second body
+    """
+
+    discretisation: float
+    shares: float
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class FrictionCells(FrictionSolution):
+class FrictionCells(OfMoment):
     """A solution at a pair of loads, on cells of constant tractions.
 
     Attributes
@@ -56,8 +75,9 @@ class FrictionCells(FrictionSolution):
     moment : Moment, forces and gaps
     psi, displacement : arrays (n,), averages over the cells
     micromoment : array (n,), of corner forces and shear, or the reaction to psi = 0
-    change : float or None, relative L2 change from the level before
+    estimate : Errors or None
     before : dict or None, zones of the level before
+    notes : tuple of str, why cells were taken
     """
 
     solver: Solver
@@ -67,17 +87,12 @@ class FrictionCells(FrictionSolution):
     psi: Array
     displacement: Array
     micromoment: Array
-    change: float | None = None
+    estimate: Errors | None = None
     before: Zones | None = None
+    notes: tuple[str, ...] = ()
 
     method = "cells"
-    residual = 0.0
     tangential_approach = None
-
-    @property
-    def error_estimate(self) -> float | None:
-        """Relative L2 change from the level before."""
-        return self.change
 
     @cached_property
     def x(self) -> Array:
@@ -94,45 +109,20 @@ class FrictionCells(FrictionSolution):
         """Of each corner, array (corners, n)."""
         return self.moment.normal.reshape(-1, len(self.x)) / self.weights
 
-    @cached_property
-    def shear_traction(self) -> Array:
-        """q, array (n,)."""
-        return self.moment.tangential / self.weights
-
     @property
     def load(self) -> float:
         """P."""
         return self.moment.load
 
     @property
-    def shear(self) -> float:
-        """Q."""
-        return self.moment.shear
-
-    @property
-    def slip(self) -> Array:
-        """Relative tangential displacement since first contact, array (n,)."""
-        return self.moment.slip
-
-    @property
     def approach(self) -> float:
-        """Up to a constant."""
+        """Up to a constant where the rigid motion is arbitrary."""
         return self.moment.approach
 
     @property
-    def energy(self) -> float:
-        """Elastic energy, up to a constant."""
-        return self.moment.energy
-
-    @property
-    def work(self) -> float:
-        """Work of the loads, up to the same constant."""
-        return self.moment.work
-
-    @property
-    def dissipation(self) -> float:
-        """Since the beginning."""
-        return self.moment.dissipation
+    def residual(self) -> float:
+        """That of contact, friction and loads."""
+        return self.moment.residual
 
     @property
     def iterations(self) -> int:
@@ -163,14 +153,39 @@ class FrictionCells(FrictionSolution):
         """Zones of the corners, "contact", "full", "stick" and "slip"."""
         return self._fitted[0]
 
-    @property
-    def jumps(self) -> list[float]:
-        """Places in contact at which q/f changes from one cell to the next by more than half of the pressure:
-        from slip one way to slip the other way, or where such a place has been frozen.
+    @cached_property
+    def _jumping(self) -> NDArray[np.integer[Any]]:
+        """Numbers of the cells in contact from which to the next q/f changes by more than half of the
+        pressure: from slip one way to slip the other way, or where such a place has been frozen.
         """
         p, q = self.pressures.sum(axis=0), self.shear_traction / cast(Any, self.problem.law).friction
         jumping = (p[1:] > 0) & (p[:-1] > 0) & (np.abs(np.diff(q)) > JUMP * (p[1:] + p[:-1]) / 2)
-        return [float(each) for each in self.edges[1:][jumping, 0]]
+        return np.flatnonzero(jumping)
+
+    @property
+    def jumps(self) -> list[float]:
+        """Places at which q/f jumps from one cell to the next."""
+        return [float(each) for each in self.edges[1:][self._jumping, 0]]
+
+    @property
+    def lost_in_jumps(self) -> float:
+        """Relative L2 error of q/f where it jumps: the place is known to a cell, and half of the jump is lost
+        on one to either side of it. Two levels that lose the same do not differ.
+        """
+        p, f, at = self.pressures.sum(axis=0), cast(Any, self.problem.law).friction, self._jumping
+        half = (self.shear_traction[at + 1] - self.shear_traction[at]) / f / 2
+        lost = half**2 @ (self.norm[at] + self.norm[at + 1])
+        return float(np.sqrt(lost / (self.norm @ p**2)))
+
+    @cached_property
+    def norm(self) -> Array:
+        """Weights of the norm of errors, array (n,): lengths of the cells, next to an edge of the obstacle
+        times the distance from it.
+        """
+        own = self.problem
+        ends = distance_to_ends(self.x, getattr(own.obstacle, "ends", ()), own.law.shifts(own.ell))
+        weights: Array = self.weights * np.broadcast_to(ends, len(self.x))
+        return weights
 
     @property
     def doubts(self) -> dict[float, float]:
@@ -198,9 +213,12 @@ class FrictionCells(FrictionSolution):
         return number, (x >= self.edges[number, 0]) & (x <= self.edges[number, 1])
 
     def pressure(self, corner: int, x: Array) -> Array:
-        """Pressure of a corner at x, array (n,): that of the cell in which x lies."""
+        """Pressure of a corner at x, array (n,): a polygon through the centres of cells, as the estimate
+        compares them; 0 where the corner is open.
+        """
         number, inside = self._cell(x)
-        return np.where(inside, self.pressures[corner][number], 0.0)
+        closed = self.moment.closed.reshape(-1, len(self.x))[corner][number]
+        return np.where(inside & closed, np.interp(x, self.x, self.pressures[corner]), 0.0)
 
     def gap(self, corner: int, x: Array) -> Array:
         """Gap of a corner at x, array (n,): what it has over the initial one as a polygon through the cells'
@@ -213,7 +231,7 @@ class FrictionCells(FrictionSolution):
         """
         low, high = self.edges[0, 0], self.edges[-1, 1]
         if not np.all((x >= low) & (x <= high)):
-            raise BadArgument("x", x, f"must lie within the cells, from {low:g} to {high:g}")
+            raise BadArgument("x", x, f"must lie within the cells, from {low} to {high}")
         over = self.moment.raised.reshape(-1, len(self.x))[corner]
         initial = self.problem.initial_gap(np.full(len(x), corner), x) - self.approach
         return initial + np.interp(x, self.x, over)
@@ -224,7 +242,7 @@ class FrictionCells(FrictionSolution):
             return []
         return [
             "the shear on the second body is shared by the corners as without friction at the largest normal "
-            "force"
+            "force; error_parts say what that is worth"
         ]
 
 
@@ -270,30 +288,29 @@ class FrictionSolver:
             If rtol is out of reach.
         """
         rtol = USUAL_RTOL if rtol is None else rtol
-        level, best = None, np.inf
+        level, best, shares = None, np.inf, np.zeros(len(self.pairs))
         for number in tqdm(range(len(FINENESS)), unit=" levels", disable=not progress):
             try:
                 finer = self.level(number, level)
             except NotConverged as failure:
                 if not np.isfinite(best):
                     raise
-                raise self._out_of_reach(rtol, best) from failure
+                raise out_of_reach(rtol, best, f" ({failure})") from failure
             if level is not None:
-                finer = self._compared(finer, level)
-                best = max(one.change or 0.0 for one in finer.solutions)
+                shares = self._worth_of_shares(finer) if number == 1 else shares
+                finer = self._compared(finer, level, shares)
+                best = min(best, max(cast(float, one.error_estimate) for one in finer.solutions))
             level = finer
             if best <= rtol:
                 states = [FrictionState(one) for one in level.solutions]
                 return History(self.solver.contact, states, level.events)
-            if best < np.inf and best > rtol * FASTEST ** (len(FINENESS) - 1 - number):
+            left = len(FINENESS) - 1 - number
+            if shares.max() > rtol or np.isfinite(best) and best > rtol * FASTEST**left:
                 break  # the levels that are left would not do
-        raise self._out_of_reach(rtol, best)
-
-    def _out_of_reach(self, rtol: float, best: float) -> NotConverged:
-        return NotConverged(
-            f"rtol = {rtol:g} was not reached, the smallest error estimate was {best:.1e}; ask for that",
-            reached=best,
+        worth = (
+            f" (the corners' shares in the shear are worth {at_least(shares.max())})" if shares.any() else ""
         )
+        raise out_of_reach(rtol, best, worth)
 
     def level(self, number: int, before: _Level | None) -> _Level:
         """Returns the history on one level; its cells are small at the edges of the level before."""
@@ -308,6 +325,7 @@ class FrictionSolver:
             features += known
             reach = (known[0].place, known[-1].place) if known else None
         edges = cells(self.problem, fineness if before else first / a, features, reach)
+        cost.require_history(len(edges), (len(self.problem.law.corners) + 1) * len(edges), len(self.pairs))
         solutions, found = self._follow(edges)
         return _Level(edges, solutions, found, first if before is None else smallest)
 
@@ -344,6 +362,24 @@ class FrictionSolver:
         total = forces.sum(axis=0)
         return np.where(total > 0, forces / np.where(total > 0, total, 1.0), 1 / count)
 
+    def _worth_of_shares(self, level: _Level) -> Array:
+        """Relative L2 changes of the states of a level where each corner has a shear force of its own; they
+        are the same on all levels to some hundredths.
+        """
+        if self.problem.counter is None or len(self.problem.law.corners) == 1:
+            return np.zeros(len(self.pairs))
+        own, _ = self.on(level.edges)
+        each = with_counter(own, self.problem, level.edges)
+        softer = each.tangential + APART * np.diag(np.diag(each.tangential))
+        path, found = FrictionPath(replace(each, tangential=softer)), []
+        for one in level.solutions:
+            moment = path.to(one.load, one.shear)
+            moment = replace(moment, tangential=moment.tangential.reshape(-1, len(level.edges)).sum(axis=0))
+            *_, moments = surface(self.problem, level.edges, own, moment)
+            other = replace(one, moment=moment, micromoment=moments)
+            found.append(_difference(other, one))
+        return np.array(found)
+
     def require_inside(self, edges: Array, moment: Moment) -> None:
         """NotConverged where a corner touches at the end of the cells and the obstacle goes on."""
         closed = np.asarray(moment.closed.reshape(-1, len(edges)).any(axis=0))
@@ -359,12 +395,16 @@ class FrictionSolver:
                         f"the contact reaches x = {place:g}, beyond which no contact was expected"
                     )
 
-    def _compared(self, finer: _Level, coarser: _Level) -> _Level:
-        """The finer level with its changes from the coarser one."""
-        friction = float(self.solver.law.friction)
+    def _compared(self, finer: _Level, coarser: _Level, shares: Array | float = 0.0) -> _Level:
+        """The finer level with its changes from the coarser one, and what the corners' shares are worth."""
+        shares = np.broadcast_to(shares, len(self.pairs))
         changed = [
-            replace(one, change=_difference(one, other, self.problem, friction), before=other.zones_by_name)
-            for one, other in zip(finer.solutions, coarser.solutions)
+            replace(
+                one,
+                estimate=Errors(max(_difference(one, other), one.lost_in_jumps), float(worth)),
+                before=other.zones_by_name,
+            )
+            for one, other, worth in zip(finer.solutions, coarser.solutions, shares)
         ]
         return replace(
             finer, solutions=changed, events=_with_errors(finer.events, coarser.events, self.pairs)
@@ -387,14 +427,10 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
     return found
 
 
-def _difference(finer: FrictionCells, coarser: FrictionCells, problem: Problem, friction: float) -> float:
-    """The largest relative L2 change of pressure, M/ell and q/f, next to an edge of the obstacle with the
-    distance from it as weight.
-    """
-    shifts = problem.law.shifts(problem.ell)
-    ends = distance_to_ends(finer.x, getattr(problem.obstacle, "ends", ()), shifts)
-    weights: Array = finer.weights * np.broadcast_to(ends, len(finer.x))
-    return change(finer, coarser, weights, problem.ell, friction)
+def _difference(finer: FrictionCells, coarser: FrictionCells) -> float:
+    """The largest relative change of pressure, M/ell and q/f."""
+    problem: Any = finer.problem
+    return change(finer, coarser, finer.norm, problem.ell, float(problem.law.friction))
 
 
 def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: Array) -> list[HistoryEvent]:

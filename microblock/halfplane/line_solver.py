@@ -58,7 +58,7 @@ class LineSolver:
         Raises
         ------
         NotConverged
-            With `reached`, the best estimate, if zones were found but rtol is out of reach; else no zones
+            With `rtol_reached`, the best estimate, if zones exist but rtol is out of reach; else no zones
             fit.
         """
         allowed = ORDERS if order is None else (order,)
@@ -75,7 +75,7 @@ class LineSolver:
                 states = self._on(zones, orders, edges, conditions)
                 return states[order] if order is not None else self._climb(states, rtol, edges, conditions)
             except NotConverged as objection:
-                if objection.reached is not None:  # on zones that hold: others are none
+                if objection.rtol_reached is not None:  # on zones that hold: others are none
                     raise
                 failure = objection
         raise NotConverged(f"no zones fit at load {self.load:g}: {failure}") from failure
@@ -224,7 +224,7 @@ class LineSolver:
             states[fine.panels.order] = replace(fine, estimate=parts)
             return parts.total
 
-        fine, _ = refine(at_order, ORDERS[ORDERS.index(first) :], error, rtol)
+        fine, _ = refine(at_order, ORDERS[ORDERS.index(first) :], error, rtol, self.load)
         return states[fine.panels.order]
 
 

@@ -6,18 +6,17 @@ import math
 from dataclasses import replace
 from functools import cached_property
 
-from ..errors import BadArgument, MicroblockError, NotConverged, require_whole
+from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach, require_whole
 from ..model import picture
 from ..model.deformable import body_of, shape_of
 from ..model.methods import PANEL_ORDERS
 from ..model.problem import Problem
 from ..model.solver import Solver
 from . import contact_line
-from .cells_instead import by_cells
+from .cells_instead import OFFERED, by_cells, cells_follow
 from .coalescence import OUTER_AT_TOUCH
 from .counter import require_same_period
 from .friction_panels import FrictionPanels
-from .friction_solver import FrictionSolver
 from .kernels import HalfPlane
 from .line_solver import LineSolver, LooksTooNear
 from .panel_solution import PanelSolution
@@ -50,6 +49,8 @@ class PanelSolver(Solver):
                 "has no meaning on a half-plane, whose additive constant is arbitrary: give "
                 "the load, or take a Block or a period",
             )
+        if self.options.order is not None and rtol is not None:
+            raise BadArgument("rtol", rtol, "chooses the order: not together with Panels(order=...)")
         return self.at(
             load,
             self.usual_rtol if rtol is None else rtol,
@@ -58,10 +59,20 @@ class PanelSolver(Solver):
             self.options.fallback,
         )
 
+    def follows(self, pairs):
+        try:
+            known = FrictionPanels(self, pairs).memories
+            return bool(known and self._pictured_problem(float(pairs[:, 0].max())))
+        except BadArgument:
+            return False
+
     def history(self, pairs, coupled, rtol, progress=False):
-        if self.contact.method is None:
-            return FrictionSolver(self, pairs, coupled).history(rtol, progress)
-        return FrictionPanels(self, pairs).history(rtol)
+        try:
+            return FrictionPanels(self, pairs).history(rtol)
+        except NotConverged as failure:
+            if not self.options.fallback:
+                raise
+            return cells_follow(self, pairs, coupled, rtol, progress, failure)
 
     def follow(self, load, rtol, initial):
         try:
@@ -137,18 +148,17 @@ class PanelSolver(Solver):
             return by_cells(self, self._picture(load), load, rtol, failure)
 
     def _reachable(self, load, rtol, failure):
-        """The failure, with what can be had where rounding keeps the edges from an rtol."""
-        for looser in (each for each in LOOSER if each > rtol and failure.reached is None):
+        """The failure, with an rtol that has been reached where rounding keeps the panels from what was asked
+        for: next to rounding an estimate that is asked for may be missed again.
+        """
+        known = failure.rtol_reached
+        tried = LOOSER if known is None else (known, 2 * known, 4 * known)
+        for looser in (each for each in tried if rtol < each < OFFERED):
             try:
-                reached = self._solved(load, looser, None, None).error_estimate
-            except NotConverged as other:
-                reached = other.reached
-            if reached is not None:
-                return NotConverged(
-                    f"rtol = {rtol:g} was not reached at load {load:g}, the smallest error estimate was "
-                    f"{reached:.1e}; ask for that",
-                    reached=reached,
-                )
+                self._solved(load, looser, None, None)
+            except NotConverged:
+                continue
+            return out_of_reach(rtol, looser, load=load)
         return failure
 
     def _solved(self, load, rtol, order, near, wider=1):

@@ -130,8 +130,14 @@ def frictional_contact(problem, edges, gaps, coupled=True):
         Initial gaps, averaged over the cells (lengths).
     coupled : bool
         Whether shear acts on gaps.
+
+    Raises
+    ------
+    BadArgument
+        For beta = 0: nothing holds the rotation of a half-plane then.
     """
     solid, law = problem.solid, problem.law
+    kernels(solid.nu, solid.beta, solid.curvature)  # which refuse a solid whose rotation nothing holds
     if len(law.corners) == 1:
         U, Y = averages(solid, edges, (3, 7) if law.clamps_rotation else (0, 5))
         normal, cross, tangential = U, -Y, U
@@ -144,33 +150,40 @@ def frictional_contact(problem, edges, gaps, coupled=True):
     return FrictionalContact(normal, cross, tangential, np.ravel(gaps), law.friction, coupled)
 
 
-def with_counter(contact, problem, edges, shares):
+def with_counter(contact, problem, edges, shares=None):
     """A FrictionalContact with the second body of a problem, if there is one.
 
-    `shares`, array (corners, n), are those of the corners in the shear of a cell.
+    `shares`, array (corners, n), are those of the corners in the shear of a cell. Without them each corner
+    has a tangential force of its own, and a row of the cross and tangential compliances.
     """
     if problem.counter is None:
         return contact
+    corners = len(problem.law.corners)
     normal, cross, tangential = _counter(problem, edges, shares)
+    repeated = corners if shares is None else 1
     return replace(
         contact,
         normal=contact.normal + normal,
-        cross=contact.cross + cross,
-        tangential=contact.tangential + tangential,
+        cross=np.tile(contact.cross, (repeated, 1)) + cross,
+        tangential=np.tile(contact.tangential, (repeated, repeated)) + tangential,
     )
 
 
 def _counter(problem, edges, shares):
     """What a second body adds to the three compliances: each corner presses and drags it where it stands."""
     n, places = len(edges), [-shift for shift in problem.shifts]
-    normal, cross = np.empty((2, len(places), len(places), n, n))
+    count = len(places)
+    normal, cross = np.empty((2, count, n, count, n))
     for i, own in enumerate(places):
         for j, other in enumerate(places):
-            normal[i, j], cross[i, j] = averages(problem.counter, edges, (0, 5), own - other)
-    tangential = np.einsum("in,ijnm,jm->nm", shares, normal, shares)
-    along = np.einsum("in,ijnm->njm", shares, cross).reshape(n, -1)
-    whole = normal.transpose(0, 2, 1, 3).reshape(len(places) * n, -1)
-    return (whole + whole.T) / 2, along, (tangential + tangential.T) / 2
+            normal[i, :, j], cross[i, :, j] = averages(problem.counter, edges, (0, 5), own - other)
+    whole = normal.reshape(count * n, -1)
+    whole = (whole + whole.T) / 2
+    if shares is None:
+        return whole, cross.reshape(count * n, -1), whole
+    tangential = np.einsum("in,injm,jm->nm", shares, normal, shares)
+    along = np.einsum("in,injm->njm", shares, cross).reshape(n, -1)
+    return whole, along, (tangential + tangential.T) / 2
 
 
 def surface(problem, edges, own, moment):

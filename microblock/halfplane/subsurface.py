@@ -24,7 +24,7 @@ from math import factorial
 
 import numpy as np
 
-from ..errors import BadArgument
+from ..errors import BadArgument, require_whole
 from ..model.fields import PointFields, points
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import zone_edges
@@ -89,11 +89,10 @@ def fields(state, x1, x2, accuracy=ACCURACY):
     BadArgument
         If a point is no number or above the surface.
     """
+    require_whole(1, 100, accuracy=accuracy)
     x1, x2, shape = points(x1, x2)
-    if not np.all(np.isfinite(x1)):
-        raise BadArgument("x1", x1, "must be finite")
-    if not np.all((x2 <= 0) & np.isfinite(x2)):
-        raise BadArgument("x2", x2, "must be finite and not above the surface")
+    if not np.all(x2 <= 0):
+        raise BadArgument("x2", x2, "must not be above the surface")
     depth = np.minimum(x2, -SKIN * state.problem.solid.ell)
     values = np.empty((len(NAMES), len(x1)))
     for place in np.unique(x1):

@@ -177,11 +177,15 @@ def healed(zones, tolerance):
 
 def crossed(problem, zones, edges):
     """Zones with two neighbouring edges that have met exchanged: apart by a share of the way to the next
-    edge, on the other side.
+    edge, on the other side; without the zone whose two edges they are.
 
-    Returns None where they are edges of one zone or of one corner: nothing to exchange.
+    Returns None where they are edges of two zones of one corner, or nothing would be left.
     """
     (left, right), middle = edges, sum(edges) / 2
+    gone = (edges, (-right, -left)) if problem.mirror else (edges,)
+    rest = {corner: tuple(pair for pair in pairs if pair not in gone) for corner, pairs in zones.items()}
+    if rest != zones and any(rest.values()):
+        return rest
     own = {
         (corner, float(edge)): side
         for corner, intervals in zones.items()

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, make_plain, require_choice, require_positive
+from ..errors import LARGEST, BadArgument, make_plain, require_choice, require_positive
 from ..model.obstacles import check_self_affine
 from ..model.types import AnyArray as Array
 
@@ -263,4 +263,4 @@ def heights(obstacle: object, x1: Array, x2: Array) -> Array:
         ) from failure
     if np.any(np.isnan(found)) or np.any(found == -np.inf):
         raise BadArgument("obstacle", obstacle, "must have heights that are numbers, or inf")
-    return found
+    return np.where(found > LARGEST, np.inf, found)  # products of what is that high would overflow

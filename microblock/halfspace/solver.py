@@ -24,7 +24,7 @@ from scipy.sparse import csr_array
 from tqdm.auto import tqdm
 
 from ..corners import projected_gradients
-from ..errors import NOT_YET, BadArgument, NotConverged
+from ..errors import NOT_YET, BadArgument, NotConverged, at_least
 from ..halfplane.counter import require_same_period
 from ..halfplane.kernels import is_classical
 from ..model.deformable import body_of
@@ -119,7 +119,7 @@ class SurfaceSolver(Solver):
         """
         own, period = getattr(self.obstacle, "period", None), self.period
         if own is not None and (period is None or abs(period / own - round(period / own)) > FITS):
-            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own:g}")
+            raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
         if period is None:
             return
         if not _repeats(lambda x1, x2: heights(self.obstacle, x1, x2), period):
@@ -225,17 +225,18 @@ class SurfaceSolver(Solver):
 
     def _out_of_reach(self, picture: Picture, state: SurfaceState, goal: float) -> NotConverged:
         """Returns the error for a goal that no grid reaches."""
-        reached = float(f"{1.05 * (state.error_estimate or 0.0):.1e}")  # upwards
-        words = f"error {reached:g} instead of {goal:g} on {len(state.x1)} x {len(state.x1)} cells"
+        figure = at_least(state.error_estimate or 0.0)
+        met = float(figure) if goal < float(figure) < 1 else None
+        words = f"error {figure} instead of {goal:g} on {len(state.x1)} x {len(state.x1)} cells"
         places, (outside, hidden) = picture.separate(state.approach), self._touching(state, picture)
         cut = self.period is None and _reaches(state, 1)
-        ways = [f"ask for rtol={reached:g}"] * (goal < reached < 1) + ["fix Cells(nodes=...)"]
+        ways = [f"ask for rtol={figure}"] * (met is not None) + ["fix Cells(nodes=...)"]
         if len(places) > 1:
             apart = np.ptp(_around(places), axis=0).max()
             words += f"; contacts at up to {len(places)} places within {apart:.3g} are on one grid"
             ways += ["solve parts apart, Cells(window=(left, right))"] * (self.period is None)
         words = "; ".join((words, *_warnings(cut, outside, hidden)))
-        return NotConverged(f"{words}: {', or '.join(ways)}", reached=reached)
+        return NotConverged(f"{words}: {', or '.join(ways)}", reached=state.load, rtol_reached=met)
 
     def _finished(
         self, grid: Grid, load: float | None, approach: float | None, state: SurfaceState

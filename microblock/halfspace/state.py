@@ -179,6 +179,7 @@ class SurfaceState(Shown):
         -----
         With an even number of cells the axis runs between two rows, of which the mean is taken.
         """
+        require_choice(("x1", "diagonal"), direction=direction)
         n = len(self.x1)
         if direction == "diagonal":
             pick = np.arange(n), np.arange(n)
@@ -207,7 +208,7 @@ class SurfaceState(Shown):
         """
         from ..view.surface_figure import draw
 
-        return saved(draw(self), path)
+        return saved(draw(self), path, self.warnings)
 
     def plot_blocks(self, path: Target = None) -> Figure:
         """Returns a figure of the rotated blocks about the contact, coloured by how many corners touch.
@@ -224,7 +225,7 @@ class SurfaceState(Shown):
         """
         from ..view.surface_blocks import draw
 
-        return saved(draw(self), path)
+        return saved(draw(self), path, self.warnings)
 
     def summary(self) -> Summary:
         """Returns load, approach, contact, pressure and error, for a notebook."""
@@ -241,4 +242,4 @@ class SurfaceState(Shown):
         )
         words = f"load {number(self.load)}, radius {number(self.radius)}"
         words += f", error estimate {number(self.error_estimate)}"
-        return Summary("Contact state of a half-space", words, rows, self.warnings)
+        return Summary("Contact state of a half-space", words, rows, tuple(self.warnings))

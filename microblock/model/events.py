@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..errors import BadArgument, require_positive
+from ..errors import BadArgument, require_finite, require_positive
 from .summary import Row, Shown, Summary, number
 from .types import ContactLike
 
@@ -45,6 +45,7 @@ class Event:
 
     def __post_init__(self) -> None:
         for name in ("load", "load_error", "x"):
+            require_finite(**{name: getattr(self, name)})
             object.__setattr__(self, name, float(getattr(self, name)))  # plain floats, not numpy's
 
 
@@ -60,12 +61,14 @@ class LoadPath(Shown):
     last : float
         Load at the end of the path (force per thickness).
     rtol : float or None
-        Relative L2 error of the states.
+        Relative error of the states, as of `Contact.solve`.
     first : float
         Load from which zones are followed. A zone that is there by then and did not begin at first touch is
         an event at half of that load, with as large an error; what else happens below is not looked for.
     events : list of Event
         Zones that are born, merge, split or vanish, ascending in load.
+    warnings : list of str
+        Sentences on what `events` may leave out.
 
     Examples
     --------
@@ -89,6 +92,10 @@ class LoadPath(Shown):
         @property
         @abstractmethod
         def events(self) -> Sequence[Event]: ...
+
+    @property
+    def warnings(self) -> list[str]:
+        return []
 
     def at(self, load: float) -> State:
         """Returns the State at a load on the path.
@@ -127,11 +134,12 @@ class LoadPath(Shown):
             Row("events", "", words),
             *listed,
         )
-        return Summary("Load path", f"up to load {number(self.last)}, events: {words}", rows)
+        warnings = () if events is None else tuple(self.warnings)
+        return Summary("Load path", f"up to load {number(self.last)}, events: {words}", rows, warnings)
 
 
 def require_on_path(load: float, last: float) -> None:
     """Raises BadArgument unless a load lies on the path that ends with the load `last`."""
     require_positive(load=load)
     if load > last:
-        raise BadArgument("load", load, f"must lie between 0 and the end of the path, {last:g}")
+        raise BadArgument("load", load, f"must lie between 0 and the end of the path, {last}")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument
+from ..errors import BadArgument, require_numbers
 from .types import Array
 
 
@@ -62,7 +62,7 @@ def points(x1: ArrayLike, x2: ArrayLike) -> tuple[Array, Array, tuple[int, ...]]
     """
     try:
         both = np.broadcast_arrays(np.asarray(x1, float), np.asarray(x2, float))
-    except (TypeError, ValueError) as failure:
+    except (TypeError, ValueError, OverflowError) as failure:
         raise BadArgument("x1, x2", (x1, x2), "must be numbers or arrays that broadcast") from failure
-    flat = [np.array(part, float).ravel() for part in both]
+    flat = [require_numbers(**{name: part.ravel()}).copy() for name, part in zip(("x1", "x2"), both)]
     return flat[0], flat[1], both[0].shape

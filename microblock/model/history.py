@@ -60,6 +60,44 @@ class FrictionSolution(Solution):
         def tangential_approach(self) -> float | None: ...
 
 
+class OfMoment(FrictionSolution):
+    """Base of solutions with the shear and the energies of a `corners.friction.Moment`, `moment`."""
+
+    moment: Any
+
+    @property
+    def shear(self) -> float:
+        """Q."""
+        return float(self.moment.shear)
+
+    @property
+    def shear_traction(self) -> Array:
+        """q, array (n,)."""
+        traction: Array = self.moment.tangential / self.weights
+        return traction
+
+    @property
+    def slip(self) -> Array:
+        """Relative tangential displacement since first contact, array (n,)."""
+        slip: Array = self.moment.slip
+        return slip
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy, up to a constant where the rigid motion is arbitrary."""
+        return float(self.moment.energy)
+
+    @property
+    def work(self) -> float:
+        """Work of the loads, up to the same constant."""
+        return float(self.moment.work)
+
+    @property
+    def dissipation(self) -> float:
+        """Since the beginning."""
+        return float(self.moment.dissipation)
+
+
 def change(
     finer: FrictionSolution, coarser: FrictionSolution, weights: Array, ell: float, friction: float
 ) -> float:
@@ -217,6 +255,8 @@ class History(Shown):
         One for each pair of loads, in the given order.
     events : list of HistoryEvent
         What happens on the way, in order.
+    warnings : list of str
+        What its states warn of, each sentence once.
 
     Examples
     --------
@@ -231,6 +271,11 @@ class History(Shown):
         self, problem: ContactLike, states: Sequence[FrictionState], events: Sequence[HistoryEvent]
     ) -> None:
         self.problem, self.states, self.events = problem, list(states), list(events)
+
+    @property
+    def warnings(self) -> list[str]:
+        """What its states warn of, each sentence once."""
+        return list(dict.fromkeys(text for state in self.states for text in state.warnings))
 
     def plot(self, path: Target = None) -> Figure:
         """Returns a figure of the last state's shear traction within what friction allows, and of the shear
@@ -249,7 +294,7 @@ class History(Shown):
 
         loop = [slip_and_shear(state) for state in self.states]
         figure: Figure = FrictionFigure().update(self.states[-1], loop).drawing
-        return saved(figure, path)
+        return saved(figure, path, self.warnings)
 
     def summary(self) -> Summary:
         """Returns the pairs of loads and the events."""
@@ -261,7 +306,8 @@ class History(Shown):
             Row(f"{event.zone}: {event.kind}", "P, Q", f"{number(event.normal)}, {number(event.shear)}")
             for event in self.events
         ]
-        return Summary("History", f"{len(self.states)} pairs, {len(self.events)} events", tuple(rows))
+        words = f"{len(self.states)} pairs, {len(self.events)} events"
+        return Summary("History", words, tuple(rows), tuple(self.warnings))
 
 
 def pairs_of(pairs: ArrayLike, friction: float) -> Array:
@@ -274,7 +320,7 @@ def pairs_of(pairs: ArrayLike, friction: float) -> Array:
     """
     try:
         found = np.array(cast(Any, pairs), float)
-    except (TypeError, ValueError) as failure:
+    except (TypeError, ValueError, OverflowError) as failure:
         raise BadArgument("pairs", pairs, "must be pairs (P, Q) of numbers") from failure
     if found.ndim != 2 or found.shape[1] != 2 or not len(found) or not np.isfinite(found).all():
         raise BadArgument("pairs", pairs, "must be one or more pairs (P, Q) of finite numbers")
@@ -285,7 +331,7 @@ def pairs_of(pairs: ArrayLike, friction: float) -> Array:
             raise BadArgument(
                 "pairs",
                 (float(P), float(Q)),
-                f"must have |Q| <= f P = {friction * P:.6g}: beyond it the obstacle slides on without end",
+                f"must have |Q| <= f P = {friction * P}: beyond it the obstacle slides on without end",
             )
     found[:, 1] = np.clip(found[:, 1], -friction * found[:, 0], friction * found[:, 0])
     return found

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from ..errors import BadArgument, Inadmissible, require_finite, require_positive
+from ..errors import BadArgument, Inadmissible, require_finite, require_flag, require_positive
 from .summary import Row, Shown, Summary, number
 
 Component: TypeAlias = Any  # a number, an array or an expression of NGSolve: whatever has +, -, * and **
@@ -122,6 +122,7 @@ class Cosserat(Shown):
         (100.0, 0.0, 1.0, 0.1667)
         """
         require_positive(side=side, stiffness=stiffness)
+        require_flag(couples=couples)
         curvature = 5 / 12 + 3**0.5 / 6 if couples else 1 / 6
         return cls(E=stiffness * side, nu=0.0, ell=side, beta=1.0, curvature=curvature)
 

@@ -13,6 +13,7 @@ from ..errors import (
     make_plain,
     require_choice,
     require_finite,
+    require_flag,
     require_kind,
     require_pair,
     require_positive,
@@ -32,7 +33,8 @@ KINDS = ("al", "penalty")
 class Panels:
     """Panels of a half-plane's contact line, fitted to the zones: the method with the most digits.
 
-    They follow histories of friction between two equal bodies under the law `Unilateral`.
+    They follow histories of friction between two equal bodies under the law `Unilateral`, also where no
+    method is named.
 
     Parameters
     ----------
@@ -62,6 +64,7 @@ class Panels:
 
     def __post_init__(self) -> None:
         make_plain(self)
+        require_flag(fallback=self.fallback)
         if self.order is not None:
             require_whole(*PANEL_ORDERS, order=self.order)
 
@@ -79,7 +82,8 @@ class Cells:
         Where the obstacle may touch (length); without it wherever it is low enough at the load. Not on a
         period.
     residual : float
-        Relative residual to which the contact problem is solved.
+        Relative residual to which the contact problem is solved; pressures are good to some ten times that,
+        which the error estimate counts.
 
     Raises
     ------
@@ -105,7 +109,7 @@ class Cells:
         if self.nodes is not None:
             require_whole(32, MOST_CELLS, nodes=self.nodes)
         if self.window is not None:
-            require_pair(window=self.window)
+            object.__setattr__(self, "window", require_pair(window=self.window))
         require_positive(residual=self.residual)
         if self.residual >= 1:
             raise BadArgument("residual", self.residual, "must lie between 0 and 1")
@@ -150,6 +154,7 @@ class Fitted:
 
     def __post_init__(self) -> None:
         make_plain(self)
+        require_flag(even=self.even)
         if self.order is not None:
             require_whole(1, ELEMENT_ORDER, order=self.order)
         if self.spacing is not None:

@@ -21,7 +21,16 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import BadArgument, MicroblockError, make_plain, require_finite, require_positive, require_whole
+from ..errors import (
+    LARGEST,
+    BadArgument,
+    MicroblockError,
+    make_plain,
+    require_finite,
+    require_numbers,
+    require_positive,
+    require_whole,
+)
 from .types import Array, Interval, ObstacleLike
 
 SCALES = np.geomspace(1e-3, 1e5, 65)  # of ell, at which an obstacle of a half-plane is sampled
@@ -310,14 +319,17 @@ class Samples:
 
     def __post_init__(self) -> None:
         make_plain(self)
-        if callable(self.x):
-            raise BadArgument(
-                "x", self.x, "must be numbers; a function height(x) serves as obstacle as it is"
-            )
-        x, z = _numbers("x", self.x), _numbers("z", self.z)
-        if x.ndim != 1 or x.size < 2 or not np.all(np.diff(x) > 0):
+        for name, values in (("x", self.x), ("z", self.z)):
+            if callable(values):
+                raise BadArgument(
+                    name,
+                    values,
+                    "is a function: hand it to Contact itself, where it serves as obstacle as it is",
+                )
+        x, z = (np.array(require_numbers(**{name: getattr(self, name)})) for name in ("x", "z"))
+        if x.size < 2 or not np.all(np.diff(x) > 0):
             raise BadArgument("x", self.x, "must be a strictly ascending sequence of at least two numbers")
-        if z.shape != x.shape or not (np.all(np.isfinite(x)) and np.all(np.isfinite(z))):
+        if z.shape != x.shape:
             raise BadArgument("z", self.z, f"must hold {x.size} finite numbers, one for each x")
         object.__setattr__(self, "x", x)
         object.__setattr__(self, "z", z)
@@ -333,13 +345,6 @@ class Samples:
     def height(self, x: Array) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths); inf outside the samples."""
         return np.interp(x, self.x, self._z, left=np.inf, right=np.inf)
-
-
-def _numbers(name: str, values: ArrayLike | None) -> Array:
-    try:
-        return np.array(() if values is None else values, float)  # the caller's may change
-    except (TypeError, ValueError, OverflowError) as failure:
-        raise BadArgument(name, values, "must be a sequence of numbers") from failure
 
 
 @dataclass(frozen=True)
@@ -481,7 +486,7 @@ def heights(obstacle: ObstacleLike, x: Array) -> Array:
             f"its height(x) is {above[wrong][0]:g} at x = {x[wrong][0]:.4g}: must be a number, "
             "or inf where there is no obstacle",
         )
-    return above
+    return np.where(above > LARGEST, np.inf, above)  # products of what is that high would overflow
 
 
 def check(obstacle: ObstacleLike) -> None:

@@ -211,7 +211,9 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
     enough = np.flatnonzero(rises >= rise)
     if not len(enough):
         raise BadArgument(
-            "obstacle", problem.obstacle, f"does not rise enough to carry the load {load:g}: {BOUNDED}"
+            "obstacle",
+            problem.obstacle,
+            f"does not rise enough to carry the load {load:g} within {half[-1]:.1g}: {BOUNDED}",
         )
     n = enough[0]
     return float(np.interp(rise, rises[n - 1 : n + 1], half[n - 1 : n + 1]) if n else half[0]), rise

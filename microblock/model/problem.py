@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 MIRRORED = np.geomspace(1e-3, 1e4, 43)  # of ell: places at which evenness is looked at
 SAME_HEIGHT = 1e-9  # of their size, or of ell: heights that differ by less are the same
+# of the farthest place, or of ell: ell a multiple of the spacing of samples, corners meet them at such ways
+SAME_PLACE = 1e-13
 GROWTH = 4.0  # of panels away from an edge
 
 
@@ -73,17 +75,32 @@ class Problem:
         return self.law.shifts(self.solid.ell)
 
     @cached_property
+    def _places(self) -> Array:
+        """Contact points at which a corner meets a slope discontinuity or an edge, ascending, each once."""
+        own = [*getattr(self.obstacle, "kinks", ()), *getattr(self.obstacle, "ends", ())]
+        own += getattr(self.picture, "tips", ())
+        angle = getattr(getattr(self.picture, "angle", None), "singular", ())
+        places = np.sort([*(place + shift for place in own for shift in self.shifts), *angle])
+        far = np.diff(places) > SAME_PLACE * (np.abs(places).max(initial=0.0) + self.ell)
+        return np.concatenate((places[:1], places[1:][far]))
+
+    def _one_place(self, place: float) -> float:
+        """Returns the first of the contact points that rounding alone keeps apart from a place."""
+        return float(self._places[np.searchsorted(self._places, place, side="right") - 1])
+
+    @cached_property
     def kinks(self) -> dict[float, dict[int, float]]:
         """{contact point: {corner: jump of its initial gap's slope}}."""
         found: dict[float, dict[int, float]] = {}
         for place, jump in zip(getattr(self.obstacle, "kinks", ()), getattr(self.obstacle, "jumps", ())):
             for corner, shift in enumerate(self.shifts):
-                found.setdefault(float(place + shift), {})[corner] = float(jump)
+                at = found.setdefault(self._one_place(place + shift), {})
+                at[corner] = at.get(corner, 0.0) + float(jump)
         angle = None if self.picture is None else self.picture.angle
         if angle is not None:  # where psi0's slope jumps, that of the levers does, or of the gaps as well
             size = self.solid.ell / 2 * (cast(AngledLaw, self.law).psi0_in == ACTS_IN[0])
             for place, jump in zip(angle.singular, angle.jumps):
-                at = found.setdefault(float(place), {})
+                at = found.setdefault(self._one_place(place), {})
                 for corner, sign in ((0, 1), (1, -1)):
                     at[corner] = at.get(corner, 0.0) + sign * size * float(jump)
         return found
@@ -94,7 +111,7 @@ class Problem:
         jump.
         """
         places = () if self.picture is None else self.picture.tips
-        return {float(place + shift) for place in places for shift in self.shifts}
+        return {self._one_place(place + shift) for place in places for shift in self.shifts}
 
     @cached_property
     def _pieces(self) -> list[tuple[Array, Array]]:
@@ -147,7 +164,7 @@ class Problem:
         """
         places: tuple[float, ...] = getattr(self.obstacle, "ends", ())
         return {
-            corner: tuple(float(place + self.shifts[corner]) for place in places)
+            corner: tuple(self._one_place(place + self.shifts[corner]) for place in places)
             for corner in self.corners
             if places
         }

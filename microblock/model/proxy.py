@@ -226,7 +226,9 @@ def _allowed(left: Array, right: Array, known: Array, floor: Array | float) -> A
     """Returns errors that a polynomial may have on intervals with these values."""
     change, length = np.ptp(known, axis=1), right - left
     place = np.maximum(np.abs(left), np.abs(right))
-    rounding = ROUNDING * np.abs(known).max(axis=1) + 4 * np.finfo(float).eps * place * change / length
+    rounding = ROUNDING * np.abs(known).max(axis=1) + 4 * np.finfo(float).eps * place * change / np.maximum(
+        length, 1e-300
+    )
     allowed: Array = FOLLOWED * change + rounding + floor * length
     return allowed
 

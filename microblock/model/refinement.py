@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 
-from ..errors import NotConverged, require_tolerance
+from ..errors import out_of_reach, require_tolerance
 
 Level = TypeVar("Level")
 Result = TypeVar("Result")
@@ -16,6 +16,7 @@ def refine(
     levels: Iterable[Level],
     distance: Callable[[Result, Result], float],
     rtol: float,
+    load: float | None = None,
 ) -> tuple[Result, float]:
     """Solves on finer and finer refinement levels until two neighbours agree to rtol.
 
@@ -32,6 +33,8 @@ def refine(
         Returns the relative difference of (coarse result, fine result).
     rtol : float
         Tolerance, between 0 and 1.
+    load : float, optional
+        Load at which that is, for the message.
 
     Returns
     -------
@@ -43,7 +46,7 @@ def refine(
     Raises
     ------
     NotConverged
-        If the levels end before rtol is reached; `reached` is the smallest estimate.
+        If the levels end before rtol is reached; `rtol_reached` is the smallest estimate, rounded up.
     """
     require_tolerance(rtol)
     coarse: Result | None = None
@@ -56,8 +59,4 @@ def refine(
                 return fine, estimate
             best = min(best, estimate)
         coarse = fine
-    raise NotConverged(
-        f"rtol = {rtol:g} was not reached, the smallest error estimate was {best:.1e}; "
-        "ask for that, or fix the discretisation instead",
-        reached=best,
-    )
+    raise out_of_reach(rtol, best, load=load, besides="fix the discretisation instead")

@@ -5,13 +5,18 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from ..errors import BadArgument
+import numpy as np
+
+from ..errors import BadArgument, NotConverged
 from .deformable import body_of
 from .events import LoadPath
 from .obstacles import check_lowest
 from .problem import symmetric
 from .state import State
 from .types import Array, BodyLike, ContactLike, LawLike, ObstacleLike
+
+# of load, approach and residual: what rounding may leave of them, beside the stiffest of penalties
+SOLVED = 1e-6
 
 if TYPE_CHECKING:
     from .history import History
@@ -47,6 +52,8 @@ class Solver:
         Of the second bodies that it knows as obstacles (`Deformable`); others are refused.
     state_class : class
         Of the states that it returns, and takes as `initial`.
+    verifies : bool
+        Whether states are compared with what was asked for before they are returned (`require_solved`).
     """
 
     has_level = True
@@ -55,6 +62,7 @@ class Solver:
     most_corners: int | None = 2
     counter_bodies: tuple[type, ...] = ()
     state_class: type = State
+    verifies = False
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         self.contact, self.options = contact, options
@@ -133,7 +141,7 @@ class Solver:
         load, approach : float or None
             Force per thickness; approach of the obstacle (length).
         rtol : float or None
-            Relative L2 error of pressure and micromoment; None for the usual one of the method.
+            Relative error as of `Contact.solve`; None for the usual one of the method.
         initial : Solution or None
             A solution of a similar problem; one of another kind is passed over.
         progress : bool
@@ -156,6 +164,39 @@ class Solver:
         """Returns the state that a user has of a solution."""
         return State(solution)
 
+    def require_solved(self, state: Any, load: float | None, approach: float | None) -> None:
+        """Raises NotConverged unless a state has the load or the approach (the other is None) that was asked
+        for, its pressures carry its load, and its equations hold.
+
+        A penalty leaves gaps on purpose, so that its residual does not count: states say how large they are.
+        """
+        if not self.verifies:
+            return
+        moved = np.abs(getattr(state, "solution", state).displacement).max()
+        off = {
+            "load": 0.0 if load is None else abs(state.load - load) / load,
+            "approach": 0.0 if approach is None else abs(state.approach - approach) / moved,
+            "sum of the pressures": abs(self.carried(state) - state.load) / state.load,
+            "residual": 0.0 if self.penalizes else state.residual,
+        }
+        worst = max(off, key=lambda name: off[name])
+        if not off[worst] <= max(SOLVED, state.error_estimate or 0.0):
+            raise NotConverged(
+                f"at load {state.load:g} the {worst} is off by {off[worst]:.1e} of its size: take a smaller "
+                "rho where there is one, less stretched elements, or another method",
+                reached=off[worst],
+                iterations=state.iterations,
+            )
+
+    @property
+    def penalizes(self) -> bool:
+        """Whether gaps of closed corners are those of a penalty."""
+        return getattr(getattr(self.options, "newton", self.options), "kind", None) == "penalty"
+
+    def carried(self, state: Any) -> float:
+        """Returns the resultant of a state's pressures, force per thickness."""
+        return float(state.weights @ (state.pressure * state.solution.normals[:, 1]))
+
     def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
         """Returns the LoadPath up to the load `last`; raises BadArgument where the method cannot follow
         events.
@@ -166,6 +207,10 @@ class Solver:
             "cannot follow events; in the plane Panels(), Fitted() and Condensed() can. Solve the loads one "
             "by one",
         )
+
+    def follows(self, pairs: Array) -> bool:
+        """Returns whether the method is the one to follow a history, array (n, 2), where none is named."""
+        return True
 
     def history(self, pairs: Array, coupled: bool, rtol: float | None, progress: bool = False) -> History:
         """Returns the History through pairs (P, Q), array (n, 2), of a law with friction; raises BadArgument

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import BadArgument, require_choice, require_pair
+from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair
 from .obstacles import Cylinder, gap, returned
 from .summary import Row, Shown, Summary, call, intervals, number, saved
 from .types import (
@@ -162,7 +162,7 @@ class Solution:
     estimate : ErrorParts or None
         Parts of the error estimate; None where nothing is estimated.
     error_estimate : float or None
-        Relative L2 error of pressure and micromoment; None where a mesh or an order was prescribed.
+        Relative error as of `State`; None where a mesh or an order was prescribed.
     notes : tuple of str
         Sentences on how the solution was computed, such as a fallback that was taken.
     has_edges : bool
@@ -286,10 +286,11 @@ class Solution:
         """
         zones = self.zones_by_name["contact"]
         numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
-        if self.error_estimate is not None or min(numbers, default=FEWEST) >= FEWEST:
+        few = min(numbers, default=0)
+        if self.error_estimate is not None or few >= FEWEST:
             return []
-        where = "in contact" if len(numbers) == 1 else "in a zone of the contact"
-        return [f"only {min(numbers)} nodes {where} and no error estimate: {advice}"]
+        where = "in contact" if len(numbers) < 2 else "in a zone of the contact"
+        return [f"only {few} nodes {where} and no error estimate: {advice}"]
 
 
 class LineSolution(Solution):
@@ -354,7 +355,9 @@ class State(Shown):
     half_width : float
         Half of the distance between the outermost edges of the contact (length).
     error_estimate : float or None
-        Relative L2 error of pressure and micromoment, None where the discretisation was prescribed.
+        Relative error in L2 over the surface of what `pressure_at` returns and of the micromoment over ell,
+        both over the pressure, with friction also of the shear traction over the friction; for punches and
+        wedges with the weight that makes the norm finite. None where the discretisation was prescribed.
     error_parts : ErrorParts or None
         The parts of which the estimate is the sum.
     residual : float
@@ -419,7 +422,7 @@ class State(Shown):
     @cached_property
     def pressures(self) -> dict[str, Array]:
         """Pressures of the corners at `x`, arrays (n,)."""
-        return dict(zip(self.law.corners, map(_to_read, self.solution.pressures)))
+        return Named("corner", zip(self.law.corners, map(_to_read, self.solution.pressures)))
 
     @cached_property
     def pressure(self) -> Array:
@@ -429,7 +432,7 @@ class State(Shown):
     @cached_property
     def zones(self) -> Zones:
         """Intervals of x1 by the name of the zone."""
-        period, found = self.solution.period, {}
+        period, found = self.solution.period, Named("zone", {})
         for name, pairs in self.solution.zones_by_name.items():
             own = [(float(left), float(right)) for left, right in pairs]
             found[name] = own if period is None else over_the_end(own, period)
@@ -442,7 +445,7 @@ class State(Shown):
 
     @property
     def error_estimate(self) -> float | None:
-        """Relative L2 error, or None."""
+        """Estimate of the relative error, or None."""
         return self.solution.error_estimate
 
     @property
@@ -502,9 +505,8 @@ class State(Shown):
         if slope > STEEP:
             found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain")
         if self.error_estimate is not None and self.error_estimate > ROUGH:
-            found.append(
-                f"the error estimate is {self.error_estimate:.1g}: ask for a smaller rtol, or more nodes"
-            )
+            figure = at_least(self.error_estimate)
+            found.append(f"the error estimate is {figure}: ask for a smaller rtol, or more nodes")
         contact = self.zones["contact"]
         if contact and self.solution.has_edges and contact[-1][1] - contact[0][0] < 2 * ell:
             found.append("blocks are larger than the half-width of the contact")
@@ -554,7 +556,7 @@ class State(Shown):
         >>> state.pressure_at([0.0, 1.0]).round(2).tolist()
         [2.01, 0.0]
         """
-        places = _abscissae(x)
+        places = require_numbers(x=x)
         if corner is not None:
             return _like(x, self.solution.pressure(self._number(corner), places))
         total = np.zeros(len(places))
@@ -589,7 +591,7 @@ class State(Shown):
         >>> bool(state.gap_at("C", 1.0) > 0)
         True
         """
-        return _like(x, self.solution.gap(self._number(corner), _abscissae(x)))
+        return _like(x, self.solution.gap(self._number(corner), require_numbers(x=x)))
 
     def counter_displacement(self, x: ArrayLike) -> Array | float:
         """Returns the displacement along x2 of the surface of a second body (`Deformable`).
@@ -613,7 +615,7 @@ class State(Shown):
         >>> state.counter_displacement(0.0) > state.counter_displacement(1.0)
         True
         """
-        return _like(x, self.solution.counter_displacement(_abscissae(x)))
+        return _like(x, self.solution.counter_displacement(require_numbers(x=x)))
 
     def _number(self, corner: str) -> int:
         require_choice(self.law.corners, corner=corner)
@@ -697,7 +699,9 @@ class State(Shown):
     @property
     def caption(self) -> str:
         """Obstacle, law, load and error estimate in a line, as it stands above figures."""
-        error = "no error estimate" if self.error_estimate is None else f"error {self.error_estimate:.1g}"
+        error = (
+            "no error estimate" if self.error_estimate is None else f"error {at_least(self.error_estimate)}"
+        )
         return f"{call(self.obstacle)}, {call(self.law)}, load {number(self.load)}, {error}"
 
     def summary(self) -> Summary:
@@ -751,7 +755,7 @@ class State(Shown):
         from ..view.state_figure import StateFigure  # here: whoever does not draw does not load matplotlib
 
         figure = StateFigure(self.law.corners).update(self, _window(window))
-        return saved(figure.drawing.captioned(self.caption), path)
+        return saved(figure.drawing.captioned(self.caption), path, self.warnings)
 
     def plot_blocks(self, path: Target = None, window: Interval | None = None) -> Figure:
         """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper.
@@ -768,7 +772,7 @@ class State(Shown):
         from ..view.state_figure import BlocksFigure
 
         figure = BlocksFigure(self.law.corners).update(self, _window(window))
-        return saved(figure.drawing.captioned(self.caption), path)
+        return saved(figure.drawing.captioned(self.caption), path, self.warnings)
 
     def plot_below(self, field: str = "psi", path: Target = None) -> Figure:
         """Returns a figure of a field below the contact.
@@ -797,7 +801,7 @@ class State(Shown):
             )
         from ..view.below import draw_below
 
-        return saved(draw_below(self, field), path)
+        return saved(draw_below(self, field), path, self.warnings)
 
     def plot_body(self, field: str = "psi", path: Target = None) -> Figure:
         """Returns a picture of a field in all of a body on a mesh.
@@ -822,18 +826,7 @@ class State(Shown):
             raise BadArgument("method", self.method, "has no mesh to show; use plot_below")
         from ..view.below import draw_body
 
-        return saved(draw_body(self, field), path)
-
-
-def _abscissae(x: ArrayLike) -> Array:
-    """Returns x as an array (n,); raises BadArgument where it holds no numbers or has more dimensions."""
-    try:
-        found: Array = np.atleast_1d(np.asarray(x, float))
-    except (TypeError, ValueError) as failure:
-        raise BadArgument("x", x, "must be a number, or an array (n,) of numbers") from failure
-    if found.ndim > 1 or not np.isfinite(found).all():
-        raise BadArgument("x", x, "must be a finite number, or an array (n,) of such")
-    return found
+        return saved(draw_body(self, field), path, self.warnings)
 
 
 def _like(x: ArrayLike, found: Array) -> Array:
@@ -843,10 +836,8 @@ def _like(x: ArrayLike, found: Array) -> Array:
 
 
 def _window(window: Interval | None) -> Interval | None:
-    """Returns the window; raises BadArgument unless it is (left, right), or None."""
-    if window is not None:
-        require_pair(window=window)
-    return window
+    """Returns the window as a pair of floats; raises BadArgument unless it is (left, right), or None."""
+    return None if window is None else require_pair(window=window)
 
 
 def _to_read(values: ArrayLike) -> Array:

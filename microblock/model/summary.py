@@ -80,7 +80,8 @@ class Shown:
 
     def __repr__(self) -> str:
         own = self.summary()
-        return f"<{own.title}: {own.brief}>"
+        warnings = "".join(f"\n  warning: {text}" for text in own.warnings)
+        return f"<{own.title}: {own.brief}{warnings}>"
 
     def _repr_html_(self) -> str:
         return html(self.summary())
@@ -126,8 +127,12 @@ def _cells(row: Row) -> tuple[str, str, str]:
     return escape(row.name), symbol, escape(number(row.value)) + unit
 
 
-def saved(drawing: Figure, path: Target) -> Figure:
-    """Returns a Figure, written to the path if there is one."""
+def saved(drawing: Any, path: Target, warnings: Iterable[str] = ()) -> Figure:
+    """Returns a Figure, with what a state warns of above it, written to the path if there is one."""
+    if warnings:
+        lines = [drawing.get_suptitle(), *(f"Warning: {text}" for text in warnings)]
+        drawing.captioned("\n".join(lines).strip())
     if path is not None:
         drawing.savefig(path)
-    return drawing
+    figure: Figure = drawing
+    return figure

@@ -226,6 +226,7 @@ class Explorer(Shown):
             "Explorer",
             ", ".join(f"{name} {number(value)}" for name, value in shown if value is not None),
             rows,
+            tuple(self.state.warnings),
         )
 
 

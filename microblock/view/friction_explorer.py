@@ -80,7 +80,7 @@ class FrictionExplorer(Shown):
         require_positive(load=load)
         require_finite(shear=shear)
         if load > self._first:
-            raise BadArgument("load", load, f"must be at most the first one, {self._first:g}")
+            raise BadArgument("load", load, f"must be at most the first one, {self._first}")
         if not abs(shear) <= 1:
             raise BadArgument("shear", shear, "must lie between -1 and 1: it is Q/(f P)")
         self.load, self.shear = float(load), float(shear)
@@ -100,4 +100,4 @@ class FrictionExplorer(Shown):
     def summary(self):
         rows = (Row("load", "P", self.load), Row("shear", "Q/(fP)", self.shear))
         brief = f"load {number(self.load)}, shear {number(self.shear)} f P, {len(self.loop)} steps"
-        return Summary("Explorer of friction", brief, rows)
+        return Summary("Explorer of friction", brief, rows, tuple(self.state.warnings))

@@ -1,7 +1,6 @@
 """One figure style: sizes for print, colours that the colour-blind can tell apart."""
 
 import io
-import os
 from contextlib import contextmanager
 from pathlib import Path
 from textwrap import fill
@@ -16,7 +15,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.rcsetup import cycler
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
-from ..errors import require_place
+from ..errors import require_place, writing
 
 SCREEN_DPI = 110  # of what notebooks show
 COLUMN = 3.54  # inches, 9 cm: one column of a journal page, or a telephone
@@ -88,13 +87,14 @@ class Drawing(Figure):
             super().draw(renderer)
 
     def savefig(self, fname, **settings):
-        """Save as matplotlib does; without an ending that is one of its formats ".png" is added."""
-        if isinstance(fname, str | os.PathLike):
-            require_place(fname)
+        """Save as matplotlib does; without an ending ".png" is added."""
+        if not hasattr(fname, "write"):
+            formats = self.canvas.get_supported_filetypes()
+            require_place(fname, endings=formats)
             path = Path(fname)
-            known = path.suffix[1:].lower() in self.canvas.get_supported_filetypes()
+            known = path.suffix[1:].lower() in formats
             fname = path if known or "format" in settings else path.with_name(f"{path.name}.png")
-        with styled():
+        with styled(), writing(fname):
             super().savefig(fname, **settings)
 
     def _repr_png_(self):

@@ -10,7 +10,7 @@ from base64 import b64encode
 from collections import defaultdict, deque
 from typing import TYPE_CHECKING
 
-from ..errors import BadArgument, MicroblockError, MissingExtra
+from ..errors import BadArgument, MicroblockError, MissingExtra, require_kind, require_positive
 from .below import QUANTITIES
 from .explorer import LAWS, Explorer
 
@@ -89,6 +89,10 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
     >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
     >>> box = mb.explore(mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()), load=1.0)
     """
+    from ..contact import Contact
+
+    require_kind(Contact, "a Contact", problem=problem)
+    require_positive(load=load)
     try:
         import ipywidgets
     except ImportError as failure:

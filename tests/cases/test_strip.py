@@ -260,7 +260,7 @@ def test_accuracy_out_of_reach_is_reported():
 
     with pytest.raises(NotConverged, match="rtol = 1e-17") as caught:
         strip.result(Parameters(rtol=1e-17))
-    assert 0 < caught.value.reached < 1e-11
+    assert 0 < caught.value.rtol_reached < 1e-11
     with pytest.raises(NotConverged, match="rho = 1000"):
         strip.result(Parameters(method="penalty", rho=1e3, rtol=1e-6))
 

@@ -424,20 +424,22 @@ def test_corners_press_and_drag_a_second_body_where_they_stand():
     assert (whole.tangential - plain.tangential)[i, j] == pytest.approx(along, abs=2e-3)
 
 
-def two_bodies(law, E, coupled=False):
+def two_bodies(law, E, coupled=False, rtol=0.1):
     """Pressed, then sheared, with a second body of the modulus E."""
     second = mb.Cosserat(E=E, nu=0.2, ell=0.1, beta=0)
     obstacle = mb.Deformable(mb.HalfPlane(second), mb.Cylinder(R=1.0))
     problem = mb.Contact(mb.HalfPlane(solid()), obstacle, law)
-    return problem, problem.history([(0.4, 0.0), (0.4, 0.06)], coupled=coupled, rtol=0.1)
+    return problem, problem.history([(0.4, 0.0), (0.4, 0.06)], coupled=coupled, rtol=rtol)
 
 
 def test_normal_forces_of_two_bodies_are_those_of_panels():
-    problem, found = two_bodies(mb.Microblock(friction=0.3), 1.0)
+    problem, found = two_bodies(
+        mb.Microblock(friction=0.3), 1.0, rtol=0.4
+    )  # the corners' shares are worth 0.2
     plain = problem.with_(law=mb.Microblock()).solve(load=0.4, rtol=1e-3)
     state = found.states[-1]
     difference = np.sqrt(state.weights @ (state.pressure - plain.pressure_at(state.x)) ** 2)
-    # panels with the corners' places on the second body by other code; cells have the rtol asked for
+    # panels with the corners' places on the second body by other code; cells are off by less than 0.1 of it
     assert difference < 0.1 * np.sqrt(state.weights @ state.pressure**2)
     assert any("shared" in warning for warning in state.warnings)
 

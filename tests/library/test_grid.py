@@ -151,9 +151,9 @@ def test_indefinite_level_is_refused_by_name():
 def test_residual_out_of_reach(monkeypatch):
     monkeypatch.setattr(projected_gradients, "OUTER_STEPS", 2)
     cells = CellGrid(mb.HalfPlane(SOLID), -1.0, 1.0, 300)
-    with pytest.raises(NotConverged, match="relative residual") as failure:
+    with pytest.raises(NotConverged, match=r"relative residual \d\.\de-\d\d") as failure:
         projected_gradients.solve(cells.flexibility(mb.Unilateral()), cells.x[None] ** 2, load=0.5)
-    assert 1e-10 < failure.value.reached < 1 and failure.value.iterations == 2
+    assert failure.value.iterations == 2 and failure.value.reached is None  # which is a load
 
 
 def test_energy_never_rises(monkeypatch):
@@ -287,7 +287,7 @@ def test_a_grid_is_refined_until_the_tolerance_holds():
         assert state.error_estimate <= rtol
         assert polygon_error(state.x, state.pressure, Wavy(1.0, 1.0, 0.2).pressure) <= rtol
     near = problem.with_(method=mb.Cells(nodes=len(state.x))).solve(load=0.21, initial=state)
-    assert near.error_estimate is None and near.iterations < 60 and near.load == pytest.approx(0.21)
+    assert near.error_estimate <= 3e-3 and near.iterations < 60 and near.load == pytest.approx(0.21)
     # what is asked for holds, and so does what is usual
     assert problem.solve(load=0.21, rtol=3e-2, initial=state).error_estimate <= 3e-2
     assert problem.solve(load=0.21, initial=state).error_estimate <= 1e-2

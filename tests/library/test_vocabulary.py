@@ -8,6 +8,7 @@ import pytest
 
 import microblock as mb
 from microblock.data.records import read_records
+from microblock.errors import at_least
 from microblock.fem import meshes
 from microblock.fem.meshes import Ground
 from microblock.model import state as model_state
@@ -126,7 +127,7 @@ def test_rows_and_paths_come_back_from_csv(tmp_path):
     ids=str,
 )
 def test_what_makes_no_table_is_refused_in_a_line(wrong, tmp_path):
-    words = "must be a state, a load path, or a list|must have the columns"
+    words = "must be a state, a history, a load path, or a list|must have the columns"
     with pytest.raises(mb.BadArgument, match=words) as refused:
         mb.to_csv(wrong, tmp_path / "wrong.csv")
     assert "\n" not in str(refused.value) and not list(tmp_path.iterdir())
@@ -140,7 +141,7 @@ def texts(drawing):
 def test_pictures_drawn_for_themselves_say_what_they_show(tmp_path):
     laws = mb.Microblock(0.001), mb.Unilateral()
     state, other = (line(mb.Wedge(0.02), law).solve(load=1.0) for law in laws)
-    error = f"error {state.error_estimate:.1g}"
+    error = f"error {at_least(state.error_estimate)}"  # no smaller than it is
     assert state.caption == f"Wedge(slope=0.02), Microblock(psi0=0.001), load 1, {error}"
     assert state.caption != other.caption
     for drawing in (state.plot(), state.plot_blocks()):
