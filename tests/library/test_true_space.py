@@ -56,7 +56,8 @@ def test_what_one_grid_cannot_resolve_is_refused(scene, load, words):
     """Peaks were 5, 4 and 2 times too low under estimates below 1e-11; one of two contacts had all."""
     with pytest.raises(NotConverged, match=words) as caught:
         scene().solve(load=load, rtol=1e-2)
-    assert caught.value.rtol_reached > 1e-2
+    met = caught.value.rtol_reached
+    assert met is None or 1e-2 < met < 1  # None where no rtol below 1 is known to work
 
 
 def test_what_is_advised_can_be_had():
