@@ -61,7 +61,7 @@ class Solver:
     usual_rtol: float | None = None
     most_corners: int | None = 2
     counter_bodies: tuple[type, ...] = ()
-    state_class: type = State
+    state_class: type[Any] = State
     verifies = False
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
