@@ -23,8 +23,6 @@ from .slip_nodes import slip_nodes
 class _AtNodes(OfMoment):
     """Base of solutions at nodes with `touching` and `sticks`, boolean arrays (n,) in the order of x1."""
 
-    end = None
-
     @property
     def tangential_approach(self):
         """Displacement of the obstacle along x1."""
@@ -50,25 +48,15 @@ class NewtonFrictionSolution(_AtNodes, NewtonSolution):
     Attributes
     ----------
     moment : friction.NodalFriction, nodes as the facets have them
-    recovered : float, relative error from meshes of twice the length; None on a mesh that was prescribed
+    error_estimate : float, relative error from meshes of twice the length; None on a mesh that was prescribed
     """
 
     moment: Any = None
-    recovered: float | None = None
-
-    @property
-    def error_estimate(self):
-        """Relative L2 error, or None."""
-        return self.recovered
+    error_estimate: float | None = None
 
     @property
     def _facets(self):
         return self.moment.newton.facets.nodes
-
-    @property
-    def end(self):
-        """Where a period ends; None of a body with edges."""
-        return None if self.has_edges else self.x[0] + self.period
 
     @property
     def shear_traction(self):
@@ -101,6 +89,8 @@ class BodyFrictionSolution(_AtNodes, BodySolution):
     """
 
     moment: Any = None
+
+    end = None
 
     @property
     def nodes(self):
