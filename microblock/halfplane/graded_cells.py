@@ -9,7 +9,7 @@ from ..corners import active_set
 from ..errors import NotConverged
 from ..model.problem import half_line
 from ..model.quadrature import gauss_rule
-from ..model.zones import joined, runs
+from ..model.zones import runs
 from .counter import counter_flexibility
 from .kernels import kernels
 
@@ -35,7 +35,7 @@ def trial_zones(problem, load):
     for _ in range(ROUNDS):
         x, widths = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
         # what lies between two low stretches is no cell
-        owned = ~np.isin(edges[:-1], _gaps_between(problem))
+        owned = ~np.isin(edges[:-1], [right for _, right in problem.stretches[:-1]])
         x, widths, lower = x[owned], widths[owned], edges[:-1][owned]
         closed = _closed(problem, load, x, widths, closed)
         upper = lower + widths
@@ -55,21 +55,10 @@ def trial_zones(problem, load):
         edges = np.union1d(edges, finer.ravel())
 
 
-def _gaps_between(problem):
-    """Right ends of all low stretches but the last, as contact points."""
-    return [right for _, right in _stretches(problem)][:-1]
-
-
-def _stretches(problem):
-    """Low stretches of the contact point, for all corners together."""
-    shifts = [problem.shift(corner) for corner in range(len(problem.law.corners))]
-    return joined((left + each, right + each) for left, right in problem.picture.stretches for each in shifts)
-
-
 def _first_cells(problem):
     """Edges of the first cells."""
     edges, half = [], problem.picture.half_width
-    for left, right in _stretches(problem):
+    for left, right in problem.stretches:
         largest, x = min((right - left) / PER_STRETCH, half / PER_CONTACT), left
         own = [left]
         while right - x > 1e-9 * (right - left):

@@ -12,7 +12,7 @@ from ..model.problem import Problem, half_line
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts, LineSolution, surface
 from ..model.types import CornerZones
-from ..model.zones import distance, moved_on, zone_edges
+from ..model.zones import contains, distance, moved_on, zone_edges
 from ..threads import bounded
 from .carried import carried
 from .counter import counter_log_response, counter_response
@@ -134,7 +134,7 @@ class PanelSolution(LineSolution):
         e, h = self.panels.e[own], self.panels.h[own]
         starts = np.minimum(e, e + h)
         along = np.argsort(starts)
-        here = np.flatnonzero(_within(x, self.zones[corner]))
+        here = np.flatnonzero(contains(self.zones[corner], x))
         number = along[np.maximum(np.searchsorted(starts[along], x[here], side="right") - 1, 0)]
         on_it = np.abs((x[here] - e[number]) / h[number] - 0.5) <= 0.5 + JOINT
         here, number = here[on_it], own[number[on_it]]
@@ -237,7 +237,7 @@ class PanelSolution(LineSolution):
         """{corner: (those x that lie off its zones, its gaps there)} of the corners that are computed;
         sooner than one by one.
         """
-        places = {corner: x[~_within(x, self.zones[corner])] for corner in self.problem.corners}
+        places = {corner: x[~contains(self.zones[corner], x)] for corner in self.problem.corners}
         sizes = [len(own) for own in places.values()]
         gaps = np.split(
             self.gaps(np.repeat(list(places), sizes), np.concatenate(list(places.values()))),
@@ -324,20 +324,12 @@ def violations(state):
     size = (np.ptp(heights) if heights.size else 0.0) or width
     around = around[around > 0] if half_line(problem) else around
     for corner, (places, gaps) in state.gaps_off_zones(around).items():
-        inside = _within(state.x, state.zones[corner])
+        inside = contains(state.zones[corner], state.x)
         x = np.concatenate((places, state.x[inside]))
         wrong = np.concatenate((-gaps / size, -state.pressures[corner, inside] / top))
         order = np.argsort(x)
         found[corner] = x[order], wrong[order]
     return found
-
-
-def _within(x, intervals):
-    """Whether each x lies in one of the intervals."""
-    inside = np.zeros(len(x), bool)
-    for left, right in intervals:
-        inside |= (left <= x) & (x <= right)
-    return inside
 
 
 def difference(coarse, fine):

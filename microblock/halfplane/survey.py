@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebvander
 
 from ..model.problem import half_line
-from ..model.zones import runs, zone_edges
+from ..model.zones import contains, runs, zone_edges
 from .carried import carried, carried_edges
 
 POINTS = 20  # of a stretch; where the kernel's scales are many, more
@@ -298,5 +298,5 @@ def _beyond(problem, picture, stretch, x, rise, noise):
     if picture is None or (np.isfinite(stretch.left + stretch.right) and len(picture.stretches) == 1):
         return False
     shift = problem.shift(stretch.corner)
-    out = ~np.any([(left + shift <= x) & (x <= right + shift) for left, right in picture.stretches], axis=0)
+    out = ~contains(np.add(picture.stretches, shift), x)
     return bool(np.any(picture.allowed(x[out] - shift) + rise[out] < -noise))
