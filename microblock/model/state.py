@@ -22,7 +22,6 @@ from .types import (
     Function,
     Interval,
     LawLike,
-    LineProblem,
     ObstacleLike,
     Target,
     Zones,
@@ -92,7 +91,7 @@ class Surface:
 
 
 def surface(
-    problem: LineProblem,
+    problem: Problem,
     approach: float,
     points: Array,
     normals: Array,

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
-    from .events import LoadPath
+    from ..contact import Contact
+    from .law import Microblock
     from .material import Cosserat
     from .solver import Solver
-    from .state import State
     from .summary import Summary
 
 Array: TypeAlias = NDArray[np.float64]
@@ -28,6 +28,8 @@ Interval: TypeAlias = tuple[float, float]  # (left, right) of x1
 Target: TypeAlias = "str | PathLike[str] | None"  # file of a figure
 Zones: TypeAlias = dict[str, list[Interval]]  # by the name of the zone
 CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]  # by the number of the corner
+ContactLike: TypeAlias = "Contact"  # as solvers, states and load paths see it, below the class
+AngledLaw: TypeAlias = "Microblock"  # one whose psi0 is a function
 
 
 class HasHeight(Protocol):
@@ -64,18 +66,6 @@ class LawLike(Protocol):
     def shifts(self, ell: float) -> tuple[float, ...]: ...
 
 
-class AngledLaw(LawLike, Protocol):
-    """A law whose psi0 is a function; see `microblock.model.law.Microblock`."""
-
-    @property
-    def psi0(self) -> Function: ...
-
-    @property
-    def psi0_in(self) -> str: ...
-
-    def angle(self, x: Array) -> Array: ...
-
-
 class MethodLike(Protocol):
     """A method as the user names it; `solver` is a Solver class, or its dotted path below microblock."""
 
@@ -97,62 +87,3 @@ class BodyLike(Protocol):
         ...
 
     def summary(self) -> Summary: ...
-
-
-class LineProblem(Protocol):
-    """What `surface` needs of a contact problem."""
-
-    @property
-    def law(self) -> LawLike: ...
-
-    @property
-    def obstacle(self) -> ObstacleLike: ...
-
-    @property
-    def ell(self) -> float: ...
-
-
-class ContactLike(Protocol):
-    """The contact problem as solvers, states and load paths see it; the class is `microblock.Contact`."""
-
-    @property
-    def body(self) -> BodyLike: ...
-
-    @property
-    def obstacle(self) -> ObstacleLike: ...
-
-    @property
-    def law(self) -> LawLike: ...
-
-    @property
-    def solid(self) -> Cosserat: ...
-
-    @property
-    def method(self) -> MethodLike | None: ...
-
-    @property
-    def solver(self) -> Solver: ...
-
-    def with_(
-        self,
-        *,
-        body: BodyLike | None = None,
-        solid: Cosserat | None = None,
-        obstacle: ObstacleLike | None = None,
-        law: LawLike | None = None,
-        method: MethodLike | None = None,
-    ) -> ContactLike: ...
-
-    def summary(self) -> Summary: ...
-
-    def solve(
-        self,
-        load: float | None = None,
-        *,
-        approach: float | None = None,
-        rtol: float | None = None,
-        initial: State | None = None,
-        progress: bool = False,
-    ) -> State: ...
-
-    def path(self, load: float, *, rtol: float | None = None, progress: bool = False) -> LoadPath: ...
