@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.fft import fft, irfft, next_fast_len, rfft
@@ -84,15 +84,13 @@ class Waves:
             waves[1] *= W
             waves[0] += crossed[1]
             waves[1] -= crossed[0]
-        answer: Array = irfft(waves, self.length, overwrite_x=True)[:, : values.shape[1]]
-        return answer
+        return cast(Array, irfft(waves, self.length, overwrite_x=True)[:, : values.shape[1]])
 
 
 def toeplitz_of(spectrum: Array, length: int, count: int) -> Array:
     """Returns the matrix (count, count) of the product with one kernel, of its spectrum on a period."""
     kernel = irfft(spectrum, length)
-    matrix: Array = toeplitz(kernel[:count], kernel[-np.arange(count)])
-    return matrix
+    return cast(Array, toeplitz(kernel[:count], kernel[-np.arange(count)]))
 
 
 @dataclass(frozen=True)

@@ -184,8 +184,7 @@ class FrictionCells(OfMoment):
         """
         own = self.problem
         ends = distance_to_ends(self.x, getattr(own.obstacle, "ends", ()), own.law.shifts(own.ell))
-        weights: Array = self.weights * np.broadcast_to(ends, len(self.x))
-        return weights
+        return self.weights * np.broadcast_to(ends, len(self.x))
 
     @property
     def doubts(self) -> dict[float, float]:

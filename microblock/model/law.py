@@ -109,8 +109,7 @@ class _Coulomb(Law):
 
 def _coefficient() -> float:
     """The field `friction`, which a law tells of itself only where there is any."""
-    made: float = field(default=0.0, metadata={"told": "if other than usual"})
-    return made
+    return field(default=0.0, metadata={"told": "if other than usual"})
 
 
 @dataclass(frozen=True, repr=False)

@@ -646,8 +646,7 @@ class State(Shown):
                 self.method,
                 "has no fields below the surface; finite elements and panels without friction have",
             )
-        fields: Callable[..., Any] = self.solution.fields
-        return fields
+        return cast("Callable[..., Any]", self.solution.fields)
 
     def reaction(self, boundary: str) -> tuple[Array, float]:
         """Returns what the supports of a body on a boundary exert on it.
@@ -678,8 +677,7 @@ class State(Shown):
         """
         if not hasattr(self.solution, "reaction_on"):
             raise BadArgument("boundary", boundary, "belongs to a body on a mesh")
-        reaction: tuple[Array, float] = self.solution.reaction_on(boundary)
-        return reaction
+        return cast("tuple[Array, float]", self.solution.reaction_on(boundary))
 
     def surface(self, window: Interval | None = None) -> Surface:
         """Returns the Surface in and around the contact: gaps, normal displacement, obstacle.
@@ -830,8 +828,7 @@ class State(Shown):
 
 def _like(x: ArrayLike, found: Array) -> Array:
     """Returns values at x in its shape: of one number a float."""
-    shaped: Array = np.reshape(found, np.shape(x))[()]
-    return shaped
+    return np.reshape(found, np.shape(x))[()]
 
 
 def _window(window: Interval | None) -> Interval | None:
