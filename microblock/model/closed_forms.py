@@ -21,13 +21,20 @@ class _Layered:
     if TYPE_CHECKING:  # fields of the strips
 
         @property
-        def ell(self) -> float: ...
+        def ell(self) -> float:
+            """ell/H."""
+
         @property
-        def nu(self) -> float: ...
+        def nu(self) -> float:
+            """Poisson's ratio."""
+
         @property
-        def beta(self) -> float: ...
+        def beta(self) -> float:
+            """Coupling."""
+
         @property
-        def curvature(self) -> float: ...
+        def curvature(self) -> float:
+            """gamma' of (12)."""
 
     @property
     def k(self) -> float:

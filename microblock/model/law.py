@@ -47,7 +47,8 @@ class Law:
     if TYPE_CHECKING:  # a subclass may have it as a property
 
         @property
-        def even(self) -> bool: ...
+        def even(self) -> bool:
+            """Whether the law is known to be symmetric about x1 = 0."""
     else:
         even = False
 

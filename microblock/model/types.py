@@ -28,7 +28,7 @@ Interval: TypeAlias = tuple[float, float]  # (left, right) of x1
 Target: TypeAlias = "str | PathLike[str] | None"  # file of a figure
 Zones: TypeAlias = dict[str, list[Interval]]  # by the name of the zone
 CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]  # by the number of the corner
-ContactLike: TypeAlias = "Contact"  # as solvers, states and load paths see it, below the class
+ContactLike: TypeAlias = "Contact"  # what solvers, states and load paths take
 AngledLaw: TypeAlias = "Microblock"  # one whose psi0 is a function
 
 
@@ -37,7 +37,6 @@ class HasHeight(Protocol):
 
     def height(self, x: Array, /) -> ArrayLike:
         """Returns x2 of the lower surface at the abscissae x, array (n,); inf where there is no obstacle."""
-        ...
 
 
 ObstacleLike: TypeAlias = HasHeight | Callable[[Array], ArrayLike]
@@ -47,43 +46,53 @@ class LawLike(Protocol):
     """A contact law; `microblock.model.law.Law` documents its parts and has defaults for some of them."""
 
     @property
-    def corners(self) -> tuple[str, ...]: ...
+    def corners(self) -> tuple[str, ...]:
+        """Names of the corners, from left to right."""
 
     @property
-    def clamps_rotation(self) -> bool: ...
+    def clamps_rotation(self) -> bool:
+        """Whether psi = 0 on the whole contact surface."""
 
     @property
-    def even(self) -> bool: ...
+    def even(self) -> bool:
+        """Whether the law is known to be symmetric about x1 = 0."""
 
-    def levers(self, x: Array) -> Mapping[str, Array]: ...
+    def levers(self, x: Array) -> Mapping[str, Array]:
+        """Returns the levers of (29) at x, arrays (n,)."""
 
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
-    ) -> Mapping[str, Array]: ...
+    ) -> Mapping[str, Array]:
+        """Returns the initial gaps (lengths) at points, arrays (n,)."""
 
-    def initial_rotation(self, x: Array) -> Array: ...
+    def initial_rotation(self, x: Array) -> Array:
+        """Returns what psi0 adds to the rotation of the blocks at x, array (n,) (radians)."""
 
-    def shifts(self, ell: float) -> tuple[float, ...]: ...
+    def shifts(self, ell: float) -> tuple[float, ...]:
+        """Returns how far right of each corner its contact point lies (lengths)."""
 
 
 class MethodLike(Protocol):
-    """A method as the user names it; `solver` is a Solver class, or its dotted path below microblock."""
+    """A method as the user names it."""
 
     @property
-    def solver(self) -> str | type[Solver]: ...
+    def solver(self) -> str | type[Solver]:
+        """A Solver class, or its dotted path below microblock."""
 
 
 class BodyLike(Protocol):
-    """A body: its solid, and the classes of the methods that solve on it, the usual one first."""
+    """A body of one solid."""
 
     @property
-    def solid(self) -> Cosserat: ...
+    def solid(self) -> Cosserat:
+        """The solid of the body."""
 
     @property
-    def methods(self) -> Sequence[type[MethodLike]]: ...
+    def methods(self) -> Sequence[type[MethodLike]]:
+        """The classes of the methods that solve on it, the usual one first."""
 
     def of(self, solid: Cosserat) -> BodyLike:
         """Returns the same body of another solid."""
-        ...
 
-    def summary(self) -> Summary: ...
+    def summary(self) -> Summary:
+        """Returns what a notebook shows of the body."""
