@@ -11,7 +11,7 @@ from ..model.problem import half_line
 from ..model.quadrature import gauss_rule
 from ..model.zones import runs
 from .counter import counter_flexibility
-from .kernels import kernels
+from .kernels import cell_rule, kernels
 
 PER_STRETCH, PER_CONTACT = 24, 10  # cells of a low stretch, and of the half-width of a contact, at least
 SMALLEST = 2e-4  # cell, over the half-width
@@ -124,9 +124,8 @@ def _averages(problem, x, widths):
         rows, columns = np.nonzero(mask)
         points, gauss = gauss_rule(order)
         found[np.array(which)[:, None], rows, columns] = over(rows, columns, points - 0.5, gauss)
-    # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
-    points, gauss = gauss_rule(16)
-    own = c * table(points**8 * widths[:, None] / 2 / solid.ell, which) @ (gauss * 8 * points**7)
+    points, weights = cell_rule(0, 1, 16)
+    own = c * table(points * widths[:, None] / solid.ell, which) @ weights
     diagonal = np.arange(len(x))
     for number, values in zip(which, own):
         found[number, diagonal, diagonal] = 0.0 if number == 1 else values

@@ -227,6 +227,8 @@ class PanelSolution(LineSolution):
             + self.counter_displacement(x - np.array(self.problem.shifts)[numbers])
         )
 
+    gap = gaps  # of a State's contract
+
     def counter_displacement(self, x):
         if self.problem.counter is None:
             return np.zeros_like(x)
@@ -284,9 +286,6 @@ class PanelSolution(LineSolution):
             counter=None if self.problem.counter is None else self.counter_displacement,
         )
 
-    def gap(self, corner, x):
-        return self.gaps(corner, x)
-
     @cached_property
     def fields(self):
         """Fields below the surface, by points (x1, x2)."""
@@ -309,12 +308,7 @@ def violation(state):
     """Largest violation of (26): tensile pressure over the largest pressure, and overlap over the size of
     the gaps.
     """
-    return float(max(0.0, *(wrong.max(initial=0.0) for _, wrong in violations(state).values())))
-
-
-def violations(state):
-    """{corner: (x ascending, violation of (26) there)} of the corners that are computed, see `violation`."""
-    problem, found = state.problem, {}
+    problem, found = state.problem, 0.0
     edges = np.array(zone_edges(state.all_zones))
     width, top = edges[-1] - edges[0], state.pressures.max()
     steps = width * 0.5 * (np.arange(1, LOOKOUTS + 1) / LOOKOUTS) ** 3
@@ -323,13 +317,11 @@ def violations(state):
     heights = heights[np.isfinite(heights)]  # none over a punch narrower than a block
     size = (np.ptp(heights) if heights.size else 0.0) or width
     around = around[around > 0] if half_line(problem) else around
-    for corner, (places, gaps) in state.gaps_off_zones(around).items():
+    for corner, (_, gaps) in state.gaps_off_zones(around).items():
         inside = contains(state.zones[corner], state.x)
-        x = np.concatenate((places, state.x[inside]))
         wrong = np.concatenate((-gaps / size, -state.pressures[corner, inside] / top))
-        order = np.argsort(x)
-        found[corner] = x[order], wrong[order]
-    return found
+        found = max(found, wrong.max(initial=0.0))
+    return float(found)
 
 
 def difference(coarse, fine):

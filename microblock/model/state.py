@@ -146,8 +146,8 @@ class ErrorParts:
 
 
 class Solution:
-    """What a method computes: the contract that a State rests on. What has no default here, each method gives:
-    as an attribute, a field or a property.
+    """What a method computes: the contract that a State rests on. What has no default here, each method
+    gives: as an attribute, a field or a property.
 
     Attributes
     ----------
