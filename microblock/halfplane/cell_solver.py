@@ -242,8 +242,9 @@ class CellSolver(Solver):
         state = solver.upto(load, rtol, doublings, approach=approach, residual=residual, progress=progress)
         if state.error_estimate <= rtol:
             return state
-        besides = f"take Panels() under a smooth obstacle: there were {len(state.x)} cells"
-        raise out_of_reach(rtol, state.error_estimate, besides=besides, load=load, approach=approach)
+        panels = "" if solver.has_level else "take Panels() under a smooth obstacle"  # none on a period
+        why = f" on {len(state.x)} cells"
+        raise out_of_reach(rtol, state.error_estimate, why, panels, load=load, approach=approach)
 
     def _with_window(self, load):
         """The solver on a window: its own, or all places where the obstacle could touch at the load."""

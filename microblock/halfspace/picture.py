@@ -110,10 +110,8 @@ class Picture:
     @property
     def deepest(self) -> Array:
         """Places as low as the lowest one, array (k, 2): all of them touch, symmetric if the obstacle is."""
-        row = self.lowest
-        return np.vstack((row, self.valleys[self.valleys[:, 2] - row[2] < EQUAL * (self.bound - row[2])]))[
-            :, :2
-        ]
+        least = self.lowest[2]
+        return np.vstack((self.lowest, self.low(least + EQUAL * (self.bound - least))))[:, :2]
 
     def low(self, approach: float, among: Array | None = None) -> Array:
         """Returns the samples, or others, at which f is below an approach, array (m, 3)."""

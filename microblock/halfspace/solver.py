@@ -50,7 +50,7 @@ FILLED = 0.3  # of such a window, that the contact must fill
 WIDENED = 1.5  # times, where the contact reaches the rim of the window
 TRIES = 60  # windows
 RIM = 2  # cells at the rim that must not press
-SPARE = 0.08  # of the contact's size, free on either side
+SPARE = 0.083  # of the contact's size, free on either side; not round, or corners meet rims of faces
 LOOKED = 256  # low places outside of the window at which gaps are computed
 OVERLAP = 1e-6  # of the approach: a gap that is more negative is a contact
 TIP = 0.05  # of the approach: what a place may be lower than the cells about it
@@ -345,11 +345,11 @@ class SurfaceSolver(Solver):
             box = _around(np.vstack((box, outside)))
             held = _around(np.vstack((box, _pressing(state))))
             size = np.ptp(held, axis=0).max()
-            middle, before = held.mean(axis=0), (side, middle)
+            middle, before = np.rint(2 * held.mean(axis=0) / grid.width) * grid.width / 2, side
             side = size * (1 + 2 * SPARE) + 2 * (RIM + 1) * size / WINDOW_CELLS
             if _reaches(state, RIM) and not len(outside):
-                side = WIDENED * before[0]
-            elif not len(outside) and size >= FILLED * before[0]:
+                side = WIDENED * before
+            elif not len(outside) and size >= FILLED * before:
                 return Grid(WINDOW_CELLS, side / WINDOW_CELLS, tuple(middle))
         raise NotConverged(NO_WINDOW.format(TRIES, side))
 

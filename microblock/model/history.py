@@ -18,8 +18,6 @@ from .zones import distance
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..corners.friction import Moment
-
 ZoneErrors: TypeAlias = "dict[str, list[Interval] | None]"  # of the left and right ends, by the zone's name
 SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what a user has multiplied
 
@@ -66,37 +64,39 @@ class FrictionSolution(Solution):
 class OfMoment(FrictionSolution):
     """Base of solutions with the shear and the energies of a `corners.friction.Moment`, `moment`."""
 
-    moment: Moment
+    moment: Any
 
     @property
     def shear(self) -> float:
         """Q."""
-        return self.moment.shear
+        return float(self.moment.shear)
 
     @property
     def shear_traction(self) -> Array:
         """q, array (n,)."""
-        return self.moment.tangential / self.weights
+        traction: Array = self.moment.tangential / self.weights
+        return traction
 
     @property
     def slip(self) -> Array:
         """Relative tangential displacement since first contact, array (n,)."""
-        return self.moment.slip
+        slip: Array = self.moment.slip
+        return slip
 
     @property
     def energy(self) -> float:
         """Elastic energy, up to a constant where the rigid motion is arbitrary."""
-        return self.moment.energy
+        return float(self.moment.energy)
 
     @property
     def work(self) -> float:
         """Work of the loads, up to the same constant."""
-        return self.moment.work
+        return float(self.moment.work)
 
     @property
     def dissipation(self) -> float:
         """Since the beginning."""
-        return self.moment.dissipation
+        return float(self.moment.dissipation)
 
 
 def change(

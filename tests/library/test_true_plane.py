@@ -267,3 +267,13 @@ def test_messages_name_what_is_asked_too_much():
     for x in (10**400, [0.0, np.inf]):  # no float holds the first
         with pytest.raises(mb.BadArgument, match="must be a"):
             state.pressure_at(x)
+
+
+def test_what_cells_advise_works(monkeypatch):
+    """An rtol that was not reached: the one that is advised is, and no method that a period does not take."""
+    monkeypatch.setattr("microblock.halfplane.cell_solver.MOST", 2048)
+    problem = mb.Contact(AGAIN, WAVE, mb.Microblock())
+    with pytest.raises(mb.NotConverged, match="ask for rtol=") as failure:
+        problem.solve(load=0.5, rtol=1e-6)
+    assert "Panels" not in str(failure.value)
+    assert problem.solve(load=0.5, rtol=failure.value.rtol_reached).error_estimate < 1

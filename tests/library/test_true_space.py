@@ -56,7 +56,8 @@ def test_what_one_grid_cannot_resolve_is_refused(scene, load, words):
     """Peaks were 5, 4 and 2 times too low under estimates below 1e-11; one of two contacts had all."""
     with pytest.raises(NotConverged, match=words) as caught:
         scene().solve(load=load, rtol=1e-2)
-    assert caught.value.rtol_reached > 1e-2
+    met = caught.value.rtol_reached
+    assert met is None or 1e-2 < met < 1  # None where no rtol below 1 is known to work
 
 
 def test_what_is_advised_can_be_had():
@@ -101,7 +102,9 @@ def test_light_loads_beside_a_second_body():
 @pytest.mark.parametrize("law", LAWS, ids=str)
 @pytest.mark.parametrize("ell", [0.02, 0.5, 5.0])
 @pytest.mark.parametrize(
-    "obstacle", [SPHERE, mb.Ellipsoid(1.0, 4.0), mb.Cone(0.5), summits((0, 0, 0), (1.0, 0.5, 0.05))], ids=str
+    "obstacle",
+    [SPHERE, mb.Ellipsoid(1.0, 4.0), mb.Cone(0.5), summits((0, 0, 0), (1.0, 0.5, 0.05))],
+    ids=["sphere", "ellipsoid", "cone", "summits"],
 )
 def test_the_approach_is_below_its_bound(law, ell, obstacle):
     one = problem(obstacle, law, ell, nodes=48)

@@ -1,0 +1,708 @@
+"""A second code for frictionless contact of a rigid surface with a Cosserat half-space; it imports nothing
+of the library.
+
+Symbols: the energy (11), (12) of fields exp(i k x1) is minimised in depth with spectral elements, for each
+wavenumber. Kernels: Hankel transforms of the symbols (Ogata's rule) give functions of r/ell alone; their
+integrals over rectangles are integrals along the edges, by the divergence theorem, for whatever ratio of
+cell and ell. Contact: rectangular grids ("islands") at places that the caller names, coupled through
+Chebyshev nodes; projected conjugate gradients of Polonsky and Keer on the forces of all corners at the
+load.
+
+Units inside: mu = 1, ell = 1. Axes: x3 points out of the body, pressures are positive, `w = -u3`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import inf, pi, sqrt
+
+import numpy as np
+from scipy.fft import irfft2, next_fast_len, rfft2
+from scipy.interpolate import CubicSpline
+from scipy.optimize import brentq
+from scipy.sparse import coo_matrix
+from scipy.sparse.linalg import splu
+from scipy.special import erfc, jn_zeros, jv, yv
+
+CURVATURE = 2.0  # gamma' of (12); alpha' = beta' = 0
+DEGREE = 12  # of the elements in depth; 16 changes symbols by less than 1e-10
+LAWS = ("unilateral", "microblock", "microclamped")
+
+
+# ---- symbols ----
+
+
+def _plane(k, lam, mu_c):
+    """Hessian of the energy in (u1, u3, psi2, and their derivatives in depth), gamma_ij = u_i,j + e_ijk
+    psi_k.
+    """
+    u1, u3, psi, u1z, u3z, psiz = np.eye(6, dtype=complex)
+    g11, g33, g13, g31 = 1j * k * u1, u3z, u1z - psi, 1j * k * u3 + psi
+    terms = [(lam, g11 + g33), (2, g11), (2, g33), (1, g13 + g31), (mu_c, g13 - g31)]
+    terms += [(CURVATURE, 1j * k * psi), (CURVATURE, psiz)]
+    return sum(c * np.outer(g.conj(), g) for c, g in terms)
+
+
+def _across(k, lam, mu_c):
+    """The same in (u2, psi1, psi3)."""
+    u2, psi1, psi3, u2z, psi1z, psi3z = np.eye(6, dtype=complex)
+    g12, g21, g23, g32 = psi3, 1j * k * u2 - psi3, u2z + psi1, -psi1
+    terms = [(1, g12 + g21), (mu_c, g12 - g21), (1, g23 + g32), (mu_c, g23 - g32)]
+    terms += [(CURVATURE, g) for g in (1j * k * psi1, 1j * k * psi3, psi1z, psi3z)]
+    return sum(c * np.outer(g.conj(), g) for c, g in terms)
+
+
+@lru_cache
+def _element(degree):
+    """Values and derivatives of Lagrange polynomials of Chebyshev-Lobatto nodes on [0, 1] at Gauss points;
+    weights.
+    """
+    nodes = (1 - np.cos(pi * np.arange(degree + 1) / degree)) / 2
+    t, w = np.polynomial.legendre.leggauss(degree + 2)
+    t, w = (t + 1) / 2, w / 2
+    inverse = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * nodes - 1, degree))
+    value = np.polynomial.chebyshev.chebvander(2 * t - 1, degree) @ inverse
+    slope = np.stack(
+        [
+            np.polynomial.chebyshev.chebval(2 * t - 1, np.polynomial.chebyshev.chebder(c))
+            for c in np.eye(degree + 1)
+        ]
+    )
+    return value, 2 * slope.T @ inverse, w
+
+
+def compliance(hessian, k, top, degree=DEGREE):
+    """Values of the fields `top` at the surface under unit loads conjugate to them; the bottom is clamped
+    at 20/k.
+    """
+    edges = [0.0, min(1.0, 1.0 / k)]
+    while edges[-1] < 20 / k:  # what reaches the bottom is exp(-40) of what counts
+        edges.append(2 * edges[-1])
+    value, slope, w = _element(degree)
+    rows, columns, data = [], [], []
+    for e, h in enumerate(np.diff(edges)):
+        b = np.stack([value, -slope / h])  # depth counts downwards, x3 upwards
+        block = np.einsum("aqi,bqj,afbg,q->ifjg", b, b, hessian.reshape(2, 3, 2, 3), w * h, optimize=True)
+        number = 3 * (e * degree + np.arange(degree + 1))[:, None] + np.arange(3)
+        i, j = np.meshgrid(number.ravel(), number.ravel(), indexing="ij")
+        rows.append(i.ravel()), columns.append(j.ravel()), data.append(block.ravel())
+    size = 3 * degree * (len(edges) - 1)
+    keep = (rows := np.concatenate(rows)) < size
+    keep &= (columns := np.concatenate(columns)) < size
+    matrix = coo_matrix((np.concatenate(data)[keep], (rows[keep], columns[keep])), (size, size)).tocsc()
+    loads = np.zeros((size, len(top)), complex)
+    loads[top, range(len(top))] = 1
+    return splu(matrix).solve(loads)[top]
+
+
+def symbol(k, nu, beta):
+    """U, U under psi = 0, v, W across and W along k of one wavenumber: w = U p - i v M_perp, psi_perp = i v
+    p + W M_perp.
+    """
+    lam, mu_c = 2 * nu / (1 - 2 * nu), beta / (2 - beta)
+    s = compliance(_plane(k, lam, mu_c), k, [1, 2])
+    clamped = s[0, 0].real - abs(s[0, 1]) ** 2 / s[1, 1].real
+    along = compliance(_across(k, lam, mu_c), k, [1])[0, 0].real
+    return s[0, 0].real, clamped, s[0, 1].imag, s[1, 1].real, along
+
+
+@lru_cache
+def symbols(nu, beta):
+    """Splines in ln k of k U, k Uc, (1 + k) v, (1 + k) W, (1 + k) W_par, which tend to constants at both
+    ends.
+    """
+    k = np.geomspace(1e-6, 1e6, 133)
+    u, c, v, w, along = np.transpose([symbol(each, nu, beta) for each in k])
+    spline = CubicSpline(np.log(k), np.transpose([k * u, k * c, (1 + k) * v, (1 + k) * w, (1 + k) * along]))
+
+    def at(q):
+        a, b, c, d, e = np.moveaxis(spline(np.clip(np.log(q), *np.log(k[[0, -1]]))), -1, 0)
+        return a / q, b / q, c / (1 + q), d / (1 + q), e / (1 + q)
+
+    return at
+
+
+# ---- kernels ----
+
+
+@lru_cache
+def ogata(order, step=0.001, terms=5000):
+    """Nodes x and weights of integrals of f(x) J_order(x) over x > 0 (Ogata 2005), f smooth in ln x."""
+    zeros = jn_zeros(order, terms)
+    t = step * zeros / pi
+    inner = np.minimum(pi / 2 * np.sinh(t), 300)
+    x = zeros * np.tanh(inner)
+    slope = np.tanh(inner) + t * pi / 2 * np.cosh(t) / np.cosh(inner) ** 2
+    weights = pi * yv(order, zeros) / jv(order + 1, zeros) * jv(order, x) * slope
+    counts = abs(weights) > 1e-25  # far out the nodes are the zeros themselves
+    return x[counts], weights[counts]
+
+
+@dataclass(frozen=True)
+class Kernels:
+    """Functions of r that all kernels are made of, in a table over ln r; lengths in ell, stresses in mu.
+
+    force(r) = int_0^r G s ds of the displacement G(r) under a unit force, phi(r) with psi = (-d2, d1) phi,
+    moment(r) as force(r) for the isotropic part of psi under moments, turn(r) its rest: d_j(x_i/r turn).
+    """
+
+    table: CubicSpline
+    ends: tuple[float, float]
+
+    def __call__(self, r, derivative=False):
+        x = np.log(np.clip(r, *self.ends))
+        f, phi, w, t = np.moveaxis(self.table(x), -1, 0)
+        q = 1 + r
+        values = f * r, phi / q, w * r / q, t / q**2
+        if not derivative:
+            return values
+        fl, phil, wl, tl = np.moveaxis(self.table(x, 1), -1, 0)
+        inside = (r > self.ends[0]) & (r < self.ends[1])
+        fl, phil, wl, tl = (each * inside for each in (fl, phil, wl, tl))
+        return values, (f + fl, (phil / r - phi / q) / q, (wl + w / q) / q, (tl / r - 2 * t / q) / q**2)
+
+
+@lru_cache
+def kernels(nu, beta, clamped=False):
+    at = symbols(nu, beta)
+    radii = np.geomspace(1e-5, 1e5, 161)
+    column = 1 if clamped else 0
+    ends = [at(k)[column] * k for k in (1e-6, 1e6)]
+
+    x, weights = ogata(1)
+
+    def integrals(r):
+        values = at(x / r)
+        near = 1 - (sqrt(1 + 1 / r**2) - 1 / r)  # of (1 - exp(-k))/k, which has both ends right
+        rest = (values[column] * x / r - ends[0] + (ends[1] - ends[0]) * np.expm1(-x / r)) / x
+        f = ends[0] + (ends[1] - ends[0]) * near + rest @ weights
+        if clamped:
+            return f, 0, 0, 0
+        _, _, v, w, along = values
+        slope = -(v * x / r) @ weights  # of phi over ln r
+        return f, slope, w @ weights * (1 + r) / r, (along - w) @ weights * (1 + r) ** 2 / r
+
+    rows = np.array([integrals(r) for r in radii]) / (2 * pi)
+    phi = CubicSpline(np.log(radii), rows[:, 1]).antiderivative()(np.log(radii))
+    rows[:, 1] = (phi - phi[-1] - rows[-1, 1]) * (1 + radii)  # phi is like 1/r far away
+    return Kernels(CubicSpline(np.log(radii), rows), (radii[0], radii[-1]))
+
+
+def cell_kernels(table, n, sides, moments):
+    """Integrals of the kernels over cells at offsets (-n1..n1-1, -n2..n2-1): array (3, 3) or (1, 1) of (2
+    n1, 2 n2).
+
+    Components are (w, psi1, psi2) under (p, M1, M2).
+    """
+    t, weights = np.polynomial.legendre.leggauss(6)
+    total = {}
+
+    def edges(axis):
+        """Contributions of the edges across `axis`: each integral along them, differences taken later."""
+        a, b = axis, 1 - axis
+        at = (np.arange(-n[a], n[a] + 1) - 0.5) * sides[a]
+        along = (np.arange(-n[b], n[b])[:, None] + t / 2) * sides[b]
+        x = np.broadcast_to(at[:, None, None], (len(at), *along.shape))
+        y = np.broadcast_to(along, x.shape)
+        r = np.hypot(x, y)
+        force, phi, moment, turn = table(r)
+        line = {"U": force * x / r**2}
+        if moments:
+            line |= {"phi": phi, "W": moment * x / r**2, "same": x / r * turn, "other": y / r * turn}
+        for name, value in line.items():
+            integral = np.diff(value @ (weights * sides[b] / 2), axis=0)
+            total[name, axis] = integral if axis == 0 else integral.T
+
+    edges(0), edges(1)
+    u = total["U", 0] + total["U", 1]
+    if not moments:
+        return u[None, None]
+    iso = total["W", 0] + total["W", 1]
+    psi1, psi2 = -total["phi", 1], total["phi", 0]
+    w11, w22, w12 = iso + total["same", 0], iso + total["same", 1], total["other", 0]
+    return np.array([[u, -psi1, -psi2], [psi1, w11, w12], [psi2, w12, w22]])
+
+
+def point_kernels(table, x, y, moments):
+    """The same of point loads, at offsets (x, y) of target from source."""
+    r = np.hypot(x, y)
+    (_, _, _, turn), (fr, phir, wr, tr) = table(r, derivative=True)
+    if not moments:
+        return (fr / r)[None, None]
+    psi1, psi2 = -phir * y / r, phir * x / r
+    c, s = x / r, y / r
+    rest = tr - turn / r
+    w11, w22, w12 = wr / r + turn / r + c * c * rest, wr / r + turn / r + s * s * rest, c * s * rest
+    return np.array([[fr / r, -psi1, -psi2], [psi1, w11, w12], [psi2, w12, w22]])
+
+
+def lattice(x, y):
+    """Sum of 1/r over the images of a unit lattice without the middle one, less its mean (Ewald's sum)."""
+    i, j = (each.ravel() for each in np.mgrid[-5:6, -5:6])
+    i, j = i[(i != 0) | (j != 0)], j[(i != 0) | (j != 0)]
+    root = sqrt(pi)
+    r = np.hypot(x[..., None] - i, y[..., None] - j)
+    g = np.hypot(i, j)
+    waves = np.cos(2 * pi * (x[..., None] * i + y[..., None] * j)) * erfc(root * g) / g
+    own = np.hypot(x, y)
+    near = np.where(own > 1e-6, -(1 - erfc(root * own)) / np.maximum(own, 1e-6), -2.0)
+    return (erfc(root * r) / r).sum(-1) + waves.sum(-1) + near - 2.0
+
+
+# ---- islands ----
+
+NODES = 7  # Chebyshev nodes along a side: what lies a side away is met to 1e-5
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle: its middle and its half-widths."""
+
+    x: float
+    y: float
+    a: float
+    b: float
+
+    def gap(self, other):
+        return max(abs(self.x - other.x) - self.a - other.a, abs(self.y - other.y) - self.b - other.b)
+
+    def with_(self, other):
+        left, right = min(self.x - self.a, other.x - other.a), max(self.x + self.a, other.x + other.a)
+        low, high = min(self.y - self.b, other.y - other.b), max(self.y + self.b, other.y + other.b)
+        return Box((left + right) / 2, (low + high) / 2, (right - left) / 2, (high - low) / 2)
+
+
+def merged(boxes):
+    """Boxes nearer than a quarter of the smaller one's side become one."""
+    boxes = list(boxes)
+    for i, first in enumerate(boxes):
+        for j in range(i):
+            other = boxes[j]
+            if first.gap(other) < 0.5 * min(max(first.a, first.b), max(other.a, other.b)):
+                rest = [each for k, each in enumerate(boxes) if k not in (i, j)]
+                return merged([*rest, first.with_(other)])
+    return boxes
+
+
+class Island:
+    """Cells of a box, with their own response."""
+
+    def __init__(self, box, n, table, moments):
+        longer = max(box.a, box.b)
+        self.box = box
+        self.n = tuple(max(16, int(round(n * side / longer))) for side in (box.a, box.b))
+        if longer > 6 * min(box.a, box.b):  # a long box has long cells
+            self.n = tuple(n if side == longer else max(16, n // 4) for side in (box.a, box.b))
+        self.sides = 2 * box.a / self.n[0], 2 * box.b / self.n[1]
+        self.area = self.sides[0] * self.sides[1]
+        self.x, self.y = (
+            m + (np.arange(k) - (k - 1) / 2) * s for m, k, s in zip((box.x, box.y), self.n, self.sides)
+        )
+        full = cell_kernels(table, self.n, self.sides, moments)
+        self.shape = tuple(next_fast_len(2 * k, real=True) for k in self.n)
+        kernel = np.zeros((*full.shape[:2], *self.shape))
+        i, j = (np.arange(-k, k) % m for k, m in zip(self.n, self.shape))
+        kernel[:, :, i[:, None], j] = full
+        self.scale = full[0, 0, self.n[0], self.n[1]]
+        self.kernel = rfft2(kernel)
+        nodes = np.cos(pi * (np.arange(NODES) + 0.5) / NODES)
+        self.nodes = [
+            g.ravel() for g in np.meshgrid(box.x + box.a * nodes, box.y + box.b * nodes, indexing="ij")
+        ]
+        van = np.linalg.inv(np.polynomial.chebyshev.chebvander(nodes, NODES - 1))
+        self.bx = np.polynomial.chebyshev.chebvander((self.x - box.x) / box.a, NODES - 1) @ van
+        self.by = np.polynomial.chebyshev.chebvander((self.y - box.y) / box.b, NODES - 1) @ van
+
+    def own(self, loads):
+        spectrum = rfft2(loads, self.shape)
+        return irfft2(np.einsum("abij,bij->aij", self.kernel, spectrum), self.shape)[
+            :, : self.n[0], : self.n[1]
+        ]
+
+    def gathered(self, loads):
+        return np.einsum("xi,cxy,yj->cij", self.bx, loads * self.area, self.by).reshape(len(loads), -1)
+
+    def spread(self, values):
+        return np.einsum("xi,cij,yj->cxy", self.bx, values.reshape(len(values), NODES, NODES), self.by)
+
+
+class Sheet:
+    """All cells of a period; without a mean displacement."""
+
+    def __init__(self, period, n, nu, beta, law):
+        self.n, self.sides, self.area = (n, n), (period / n, period / n), (period / n) ** 2
+        self.x = self.y = (np.arange(n) + 0.5) * period / n
+        waves = np.fft.fftfreq(n, 1 / n)
+        total = 0.0
+        for i in (-1, 0, 1):  # three by three aliases of the cells' edges
+            for j in (-1, 0, 1):
+                a, b = waves[:, None] + i * n, waves[None, : n // 2 + 1] + j * n
+                total = total + self._symbols(
+                    2 * pi / period * a, 2 * pi / period * b, nu, beta, law
+                ) * np.sinc(a / n) * np.sinc(b / n)
+        total[:, :, 0, 0] = 0
+        if law == "microblock":  # a uniform moment turns all blocks alike
+            total[1, 1, 0, 0] = total[2, 2, 0, 0] = symbols(nu, beta)(1e-6)[3]
+        self.kernel = total
+        self.scale = period / n
+
+    @staticmethod
+    def _symbols(k1, k2, nu, beta, law):
+        k = np.maximum(np.hypot(k1, k2), 1e-30)
+        u, clamped, v, w, along = symbols(nu, beta)(np.maximum(k, 1e-6))
+        if law != "microblock":
+            return np.array([[clamped if law == "microclamped" else u]])
+        c, s = k1 / k, k2 / k
+        psi1, psi2 = -1j * v * s, 1j * v * c
+        cross = (along - w) * c * s
+        return np.array(
+            [
+                [u, -psi1, -psi2],
+                [psi1, w * s * s + along * c * c, cross],
+                [psi2, cross, w * c * c + along * s * s],
+            ]
+        )
+
+    def own(self, loads):
+        return irfft2(np.einsum("abij,bij->aij", self.kernel, rfft2(loads)), self.n)
+
+    def gathered(self, loads):
+        return np.zeros((len(loads), 1))
+
+    def spread(self, values):
+        return 0.0
+
+
+class Model:
+    """The response of all islands to the forces of all corners, and the initial gaps; without boxes of a
+    whole period.
+    """
+
+    def __init__(self, height, boxes, n, nu, beta, law, period=None, features=()):
+        self.law, self.period = law, period
+        moments = law == "microblock"
+        self.corners = [(a, b) for a in (-1, 1) for b in (-1, 1)] if moments else [(0, 0)]
+        self.far = {}
+        if not boxes:
+            self.islands = [Sheet(period, n, nu, beta, law)]
+        else:
+            table = kernels(nu, beta, law == "microclamped")
+            self.islands = [Island(box, self._cells(box, n, features), table, moments) for box in boxes]
+            for i, first in enumerate(self.islands):
+                for j, other in enumerate(self.islands[: i + 1]):
+                    if i != j or period:
+                        self.far[i, j] = self._coupling(table, first, other, moments, i == j)
+        self.height = [self._heights(height, each) for each in self.islands]
+
+    def _cells(self, box, n, features):
+        """At least n/6 cells across the narrowest feature (x, y, width) in the box, if 400 are enough."""
+        widths = [
+            w
+            for x, y, w in features
+            if abs(x - box.x) < box.a + self.reach and abs(y - box.y) < box.b + self.reach
+        ]
+        return min(4 * n, max(n, int(n / 6 * 2 * max(box.a, box.b) / min(widths, default=inf))))
+
+    @property
+    def reach(self):
+        return 0.5 if len(self.corners) > 1 else 0.0
+
+    def _heights(self, height, island):
+        return np.array(
+            [height(*np.meshgrid(island.x + a / 2, island.y + b / 2, indexing="ij")) for a, b in self.corners]
+        )
+
+    def _coupling(self, table, first, other, moments, same):
+        """Kernel from nodes or cells of `other` to those of `first`: of the smaller box nodes, of the
+        larger cells.
+        """
+        near = not same and first.box.gap(other.box) < max(first.box.a, first.box.b, other.box.a, other.box.b)
+        large, small = (
+            (first, other)
+            if max(first.box.a, first.box.b) >= max(other.box.a, other.box.b)
+            else (other, first)
+        )
+
+        def places(island):
+            if near and island is large:
+                return [g.ravel() for g in np.meshgrid(island.x, island.y, indexing="ij")]
+            return island.nodes
+
+        (x, y), (xi, eta) = places(first), places(other)
+        dx, dy = x[:, None] - xi, y[:, None] - eta
+        if not self.period:
+            return point_kernels(table, dx, dy, moments)
+        shifts = self.period * np.arange(-8, 9)
+        total = sum(
+            self._image(table, dx - s, dy - t, moments)
+            for s in shifts
+            for t in shifts
+            if not (same and s == 0 and t == 0)
+        )
+        far = table.table(np.log(table.ends[1]))[0]  # force(r)/r far away: the classical compliance
+        total[0, 0] += far * lattice(dx / self.period, dy / self.period) / self.period
+        if not same:
+            total[0, 0] += far / np.hypot(dx, dy)
+        rest = 2 * pi * (table(np.array([self.period * 8.5]))[0][0] - far * self.period * 8.5)
+        total[0, 0] -= rest / self.period**2  # the mean of what the images were summed of
+        return total
+
+    def _image(self, table, dx, dy, moments):
+        kernel = point_kernels(table, dx, dy, moments)
+        kernel[0, 0] -= table.table(np.log(table.ends[1]))[0] / np.hypot(dx, dy)
+        return kernel
+
+    def response(self, forces):
+        """Displacements of the corners into the body under their pressures (lists of (corners, n1, n2))."""
+        loads = [self._resultants(f) for f in forces]
+        fields = [island.own(load) for island, load in zip(self.islands, loads)]
+        nodes = [island.gathered(load) for island, load in zip(self.islands, loads)]
+        at_nodes = [np.zeros_like(each) for each in nodes]
+        for (i, j), kernel in self.far.items():
+            self._far(i, j, kernel, nodes, loads, at_nodes, fields)
+        fields = [f + island.spread(v) for f, island, v in zip(fields, self.islands, at_nodes)]
+        return [self._at_corners(f) for f in fields]
+
+    def _far(self, i, j, kernel, nodes, loads, at_nodes, fields):
+        def source(k):
+            cells = kernel.shape[3 if k == j else 2] != NODES**2
+            return (loads[k] * self.islands[k].area).reshape(len(loads[k]), -1) if cells else nodes[k]
+
+        def add(k, values):
+            if values.shape[1] != NODES**2:
+                fields[k] += values.reshape(fields[k].shape)
+            else:
+                at_nodes[k] += values
+
+        add(i, np.einsum("abts,bs->at", kernel, source(j), optimize=True))
+        if i != j:
+            add(j, np.einsum("abts,at->bs", kernel, source(i), optimize=True))
+
+    def _resultants(self, force):
+        if len(self.corners) == 1:
+            return force
+        m1 = sum(-b / 2 * f for (a, b), f in zip(self.corners, force))
+        m2 = sum(a / 2 * f for (a, b), f in zip(self.corners, force))
+        return np.array([force.sum(0), m1, m2])
+
+    def _at_corners(self, field):
+        if len(self.corners) == 1:
+            return field
+        w, psi1, psi2 = field
+        return np.array([w - b / 2 * psi1 + a / 2 * psi2 for a, b in self.corners])
+
+
+@dataclass
+class Solved:
+    """Pressures of the corners on each island at a load; lengths in ell, stresses in mu."""
+
+    model: Model
+    forces: list
+    gaps: list
+    approach: float
+    residual: float
+    iterations: int
+
+    def load(self, where):
+        """Force of corners at places where(x, y)."""
+        total = 0.0
+        for island, force in zip(self.model.islands, self.forces):
+            for (a, b), f in zip(self.model.corners, force):
+                x, y = np.meshgrid(island.x + a / 2, island.y + b / 2, indexing="ij")
+                total += island.area * f[where(x, y)].sum()
+        return total
+
+    @property
+    def peak(self):
+        return max(f.sum(0).max() for f in self.forces)
+
+    @property
+    def norm(self):
+        """Square root of the integral of the pressure's square."""
+        return sqrt(sum(i.area * (f.sum(0) ** 2).sum() for i, f in zip(self.model.islands, self.forces)))
+
+    @property
+    def moment_norm(self):
+        parts = [self.model._resultants(f)[1:] for f in self.forces] if len(self.model.corners) > 1 else []
+        return sqrt(sum(i.area * (m**2).sum() for i, m in zip(self.model.islands, parts)))
+
+    def regrown(self):
+        """Boxes about what presses, with a rim of two cells and 6 %; half as large again where the rim
+        presses.
+        """
+        boxes, again = [], False
+        for island, force in zip(self.model.islands, self.forces):
+            on = force.sum(0) > 0
+            i, j = np.nonzero(on)
+            if isinstance(island, Sheet) or not len(i):
+                continue
+            if on[[0, -1]].any() or on[:, [0, -1]].any():
+                boxes.append(Box(island.box.x, island.box.y, 1.4 * island.box.a, 1.4 * island.box.b))
+                again = True
+            else:
+                (left, right), (low, high) = island.x[[i.min(), i.max()]], island.y[[j.min(), j.max()]]
+                a, b = (
+                    1.06 * (right - left) / 2 + 2 * island.sides[0],
+                    1.06 * (high - low) / 2 + 2 * island.sides[1],
+                )
+                boxes.append(Box((left + right) / 2, (low + high) / 2, a, b))
+        return merged(boxes), again
+
+
+def gradients(model, load, tolerance=3e-6, limit=500):
+    """Polonsky and Keer's projected conjugate gradients, on pressures scaled by each island's own
+    compliance.
+    """
+    finite = [np.isfinite(h) for h in model.height]
+    height = np.concatenate([np.where(f, h, 0).ravel() for f, h in zip(finite, model.height)])
+    open_ = np.concatenate([f.ravel() for f in finite])
+    size = [h.size for h in model.height]
+    area = np.repeat([i.area for i in model.islands], size)
+    scale = np.repeat([sqrt(i.area / i.scale) for i in model.islands], size) / np.sqrt(
+        area
+    )  # of sqrt(area) p
+    shapes, cuts = [h.shape for h in model.height], np.cumsum(size)[:-1]
+
+    def split(p):
+        return [part.reshape(s) for part, s in zip(np.split(p, cuts), shapes)]
+
+    def times(p):
+        return np.concatenate([d.ravel() for d in model.response(split(p))])
+
+    metric = scale**2  # p = metric * dual: steepest descent sees equal stiffness everywhere
+    low = height[open_].min()
+    reach = np.sort(height[open_])[min(open_.sum() - 1, max(8, open_.sum() // 8))] - low
+    p = np.where(open_, np.sqrt(np.maximum(reach - (height - low), 0)) + (height <= low), 0.0)
+    p *= load / (area @ p)
+    t, before, delta = np.zeros_like(p), 1.0, 0.0
+    for step in range(limit):  # noqa: B007
+        displacement = times(p)
+        gap = displacement + height
+        on = p > 0
+        weight = area * metric * on
+        level = (weight @ gap) / weight.sum()
+        g = gap - level
+        deep = max(np.abs(displacement[on]).max(), 1e-300)
+        error = (area * p) @ np.abs(g) / load / deep
+        worst = max(0.0, -(g[open_ & ~on]).min(initial=0.0)) / deep
+        if error < tolerance and worst < 30 * tolerance:
+            break
+        square = weight @ g**2
+        t = np.where(on, metric * g + delta * square / before * t, 0.0)
+        before = square
+        image = times(t)
+        image = image - (weight @ image) / weight.sum()
+        tau = ((area * g) @ t) / ((area * image) @ t)
+        p = np.where(on, np.maximum(p - tau * t, 0.0), p)
+        more = open_ & (p == 0) & (g < 0)
+        delta = 0.0 if more.any() else 1.0
+        p[more] -= tau * (metric * g)[more]
+        p *= load / (area @ p)
+    return Solved(model, split(p), split(g), level, max(error, worst), step)
+
+
+# ---- answers ----
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a state must say: approach, L2 norm and peak of pressure, load on each summit; and how far two
+    grids differ.
+    """
+
+    approach: float
+    norm: float
+    peak: float
+    loads: tuple
+    errors: dict
+    residual: float
+    solved: Solved | None = None
+
+
+def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, features=(), fixed=False):
+    """The state under height(x1, x2) at places that `boxes` contain, all of them: (x, y, half-widths) of
+    obstacle points.
+
+    solid = (E, nu, beta, ell); owner(x, y) is the number of the summit that a place belongs to. Errors
+    are differences of grids of n/2 and n cells along each box, which is made to fit what presses unless it
+    is `fixed`.
+    """
+    E, nu, beta, ell = solid
+    mu = E / 2 / (1 + nu)
+
+    def scaled(x, y):
+        return height(ell * x, ell * y) / ell
+
+    sites = [Box(*(v / ell for v in box)) for box in boxes]
+    features = [tuple(v / ell for v in each) for each in features]
+    if law == "microblock":
+        sites = [Box(s.x - a / 2, s.y - b / 2, s.a, s.b) for s in sites for a in (-1, 1) for b in (-1, 1)]
+
+    def model(boxes, n):
+        return Model(scaled, boxes, n, nu, beta, law, period and period / ell, features)
+
+    force = load / mu / ell**2
+    sites = merged(sites)
+    for cells in (24, 32) if sites and not fixed else ():
+        sites, _ = gradients(model(sites, cells), force, 1e-4).regrown()
+    pair = []
+    for cells in (n // 2, n):
+        for _ in range(4):
+            found = gradients(model(sites, cells), force)
+            boxes, again = found.regrown()
+            if fixed or not again:
+                break
+            sites = boxes
+        pair.append(found)
+    return _answer(pair, owner, mu, ell)
+
+
+def _answer(pair, owner, mu, ell):
+    def figures(s):
+        loads = ()
+        if owner is not None:
+            count = owner.count
+            loads = tuple(
+                s.load(lambda x, y, k=k: owner(ell * x, ell * y) == k) * mu * ell**2 for k in range(count)
+            )
+        return {"approach": s.approach * ell, "norm": s.norm * mu * ell, "peak": s.peak * mu, "loads": loads}
+
+    coarse, fine = map(figures, pair)
+    total = sum(fine["loads"]) or 1.0
+    errors = {name: abs(coarse[name] / fine[name] - 1) for name in ("approach", "norm", "peak")}
+    errors["loads"] = max((abs(a - b) / total for a, b in zip(coarse["loads"], fine["loads"])), default=0.0)
+    residual = max(s.residual for s in pair)
+    return Answer(**fine, errors=errors, residual=residual, solved=pair[-1])
+
+
+def coupled_hertz(E, nu, radii, levels, places, load):
+    """Approach and loads of Hertz contacts so far apart that each feels the others as point loads."""
+    star = E / (1 - nu**2)
+    x, y = np.transpose(places)
+    apart = np.hypot(x[:, None] - x, y[:, None] - y)
+    far = np.divide(1, pi * star * apart, out=np.zeros_like(apart), where=apart > 0)
+    radii, levels = np.asarray(radii), np.asarray(levels)
+
+    def loads(approach):
+        each = np.zeros(len(radii))
+        for _ in range(200):
+            depth = np.maximum(approach - levels - far @ each, 0)
+            each, before = 4 / 3 * star * np.sqrt(radii) * depth**1.5, each
+            if np.abs(each - before).max() <= 1e-13 * load:
+                break
+        return each
+
+    low, high = (
+        levels.min(),
+        levels.min() + 2 * len(radii) * (3 * load / 4 / star / sqrt(radii.min())) ** (2 / 3),
+    )
+    approach = brentq(lambda d: loads(d).sum() - load, low, high, xtol=1e-300, rtol=1e-13)
+    return approach, loads(approach)
+
+
+def hertz(E, nu, R, load):
+    """Radius, peak pressure and approach of classical contact with a sphere."""
+    star = E / (1 - nu**2)
+    a = (3 * load * R / 4 / star) ** (1 / 3)
+    return a, 3 * load / (2 * pi * a * a), a * a / R

@@ -1,0 +1,537 @@
+"""200 surfaces in three dimensions, drawn by program, and what microblock says of them, beside the second
+code `space`.
+
+    python -m tests.judges.space_scenes [--first K] [--count N] [--json FILE] [--truth FILE] [--follow]
+
+prints a line for each scene and the count of each outcome: right, warned, error (a typed one), wrong
+(silently), crash, nan, slow. Right is: approach, L2 norm of the pressure and load on each summit within
+max(rtol, estimate) and the judge's own bar.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import signal
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass, replace
+from math import cos, inf, pi, sin, sqrt
+from pathlib import Path
+
+import numpy as np
+
+from . import SEED, space
+
+RTOL = 1e-2
+SECONDS = 120  # of the processor; longer is an outcome of its own
+TRUTH = Path(__file__).with_name("space_truth.json")
+MATERIALS = [(0.91, 0.3, 1.0), (0.91, 0.3, 1.0), (1.2, 0.2, 0.4), (0.8, 0.4, 1.7)]  # E, nu, beta
+KINDS = (
+    ("summits", 60), ("pin", 30), ("ridge", 14), ("saddle", 10), ("light", 12), ("scale", 24),
+    ("window", 12), ("wavy", 16), ("ends", 12), ("units", 10),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A surface, its load and its solid; `boxes` (x, y, half-widths) contain every contact, None where none
+    exists.
+    """
+
+    kind: str
+    height: object
+    boxes: list | None
+    load: float
+    solid: tuple
+    law: str
+    summits: tuple = ((0.0, 0.0),)
+    features: tuple = ()
+    period: float | None = None
+    window: tuple | None = None
+    norm: bool = True  # whether the pressure has a finite L2 norm
+    unit: tuple = (1.0, 1.0)  # of stress and of length
+    note: str = ""
+
+    def count(self):
+        return len(self.summits)
+
+
+class Owner:
+    """The number of the summit that is nearest to a place."""
+
+    def __init__(self, summits, period=None):
+        self.summits, self.count, self.period = summits, len(summits), period
+
+    def __call__(self, x, y):
+        def nearest(d):
+            return d - self.period * np.round(d / self.period) if self.period else d
+
+        return np.argmin([nearest(x - a) ** 2 + nearest(y - b) ** 2 for a, b in self.summits], axis=0)
+
+
+def paraboloids(summits, radii, levels):
+    def height(x, y):
+        x, y = np.broadcast_arrays(np.asarray(x, float), y)
+        rise = np.full(x.shape, inf)
+        for (a, b), r, z in zip(summits, radii, levels):
+            rise = np.minimum(rise, z + ((x - a) ** 2 + (y - b) ** 2) / (2 * r))
+        return rise
+
+    return height
+
+
+def log(rng, low, high):
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def _base(rng, low=0.005, high=0.3):
+    """Hertz radius under a sphere of radius 1, its load, a solid and a law."""
+    E, nu, beta = MATERIALS[rng.integers(len(MATERIALS))]
+    a = log(rng, low, high)
+    load = 4 / 3 * E / (1 - nu**2) * a**3
+    return a, load, (E, nu, beta, a * log(rng, 1e-2, 10)), space.LAWS[rng.integers(3)]
+
+
+def _reach(solid, radii, levels, load):
+    """Half-widths that contain the contact of each summit: where the height is below the approach of one
+    alone.
+    """
+    E, nu = solid[:2]
+    depth = min(z + space.hertz(E, nu, r, load)[2] for r, z in zip(radii, levels))
+    return [sqrt(2 * r * max(depth - z, 0)) for r, z in zip(radii, levels)], depth
+
+
+def _boxes(summits, reach):
+    return [(x, y, 1.02 * r, 1.02 * r) for (x, y), r in zip(summits, reach) if r > 0]
+
+
+def summits(rng):
+    a, load, solid, law = _base(rng)
+    count = int(rng.integers(1, 10))
+    if law == "microblock" and solid[3] > 0.7 * a:
+        count = min(count, 3)  # every summit has four islands then
+    radii = [log(rng, 0.05, 2) for _ in range(count)]
+    spread = a * log(rng, 5, 1000)
+    places = []
+    while len(places) < count:
+        place = tuple(rng.uniform(-spread, spread, 2))
+        if all(np.hypot(place[0] - x, place[1] - y) > 3 * a for x, y in places):
+            places.append(place)
+        spread *= 1.02
+    depth = min(space.hertz(*solid[:2], r, load / count)[2] for r in radii)
+    levels = [rng.uniform(0, 0.5) * depth if rng.random() < 0.4 else 0.0 for _ in range(count)]
+    reach, _ = _reach(solid, radii, levels, load)
+    height = paraboloids(places, radii, levels)
+    return Scene(
+        "summits",
+        height,
+        _boxes(places, reach),
+        load,
+        solid,
+        law,
+        tuple(places),
+        note=f"{count} in {spread / a:.0f} a",
+    )
+
+
+def _outside(r, a):
+    """Gap of a sphere of radius 1 outside of its Hertz contact."""
+    u = ((2 * a * a - r * r) * np.arcsin(a / r) + r * a * sqrt(1 - (a / r) ** 2)) / pi
+    return r * r / 2 - a * a + u
+
+
+def pin(rng):
+    a, load, solid, law = _base(rng, 0.01, 0.3)
+    solid = (*solid[:3], a * log(rng, 1e-3, 0.5))
+    rho, width, turn = a * rng.uniform(1.05, 4), a * log(rng, 0.02, 0.5), rng.uniform(0, 2 * pi)
+    tip = _outside(rho, a) + 0.1 * a * a  # stands below the deformed surface: it must carry
+    at = (rho * cos(turn), rho * sin(turn))
+    cosine = rng.random() < 0.5
+
+    def height(x, y):
+        r = np.hypot(x - at[0], y - at[1])
+        sphere = (x * x + y * y) / 2
+        if cosine:
+            return sphere - np.where(r < width / 2, tip * (1 + np.cos(2 * pi * r / width)) / 2, 0.0)
+        return np.minimum(sphere, rho * rho / 2 - tip + r * r * 4 * (tip + rho * width) / width**2)
+
+    boxes = [(0, 0, a, a), (*at, 0.52 * width, 0.52 * width)]
+    note = f"{'cosine' if cosine else 'parabola'} of width {width / a:.3f} a at {rho / a:.2f} a"
+    return Scene("pin", height, boxes, load, solid, law, ((0.0, 0.0), at), ((*at, width / 2),), note=note)
+
+
+def ridge(rng):
+    a, load, solid, law = _base(rng, 0.01, 0.1)
+    draw = rng.random()
+    if draw < 0.25:  # a cylinder: nothing rises along it
+        turn = rng.uniform(0, pi)
+        return Scene(
+            "ridge",
+            lambda x, y: (x * cos(turn) + y * sin(turn)) ** 2 / 2,
+            None,
+            load,
+            solid,
+            law,
+            note="cylinder",
+        )
+    ratio, turn = log(rng, 5, 200 if draw < 0.6 else 20), 0.0 if draw < 0.6 else rng.uniform(0, pi)
+    c, s = cos(turn), sin(turn)
+
+    def height(x, y):
+        return (x * c + y * s) ** 2 / 2 + (y * c - x * s) ** 2 / (2 * ratio)
+
+    depth = 1.6 * space.hertz(*solid[:2], sqrt(ratio), load)[2]  # of an ellipsoid at most that of this sphere
+    p, q = sqrt(2 * depth), sqrt(2 * depth * ratio)
+    box = (0, 0, np.hypot(p * c, q * s), np.hypot(p * s, q * c))
+    return Scene(
+        "ridge", height, [box], load, solid, law, note=f"ellipsoid {ratio:.0f}:1 turned by {turn:.2f}"
+    )
+
+
+def saddle(rng):
+    a, load, solid, law = _base(rng, 0.01, 0.1)
+    draw, k = rng.random(), log(rng, 0.01, 1)
+    if draw < 0.4:
+        return Scene(
+            "saddle", lambda x, y: x * x / 2 - k * y * y / 2, None, load, solid, law, note="falls for ever"
+        )
+    if draw < 0.6:
+        m = log(rng, 1e-2, 1) * a**2
+        return Scene(
+            "saddle",
+            lambda x, y: np.minimum((x * x + y * y) / 2, m),
+            None,
+            load,
+            solid,
+            law,
+            note="rises to a level",
+        )
+    b = a * log(rng, 2, 200)  # two summits of curvature 1 and k, a saddle between them
+
+    def height(x, y):
+        return x * x / 2 + k * (y * y - b * b) ** 2 / (8 * b * b)
+
+    places = ((0.0, -b), (0.0, b))
+    depth = space.hertz(*solid[:2], k**-0.5, load)[2] * 1.3
+    p, q = sqrt(2 * depth), b - sqrt(max(b * b - sqrt(8 * b * b * depth / k), 0))
+    boxes = [(x, y, p, max(q, sqrt(2 * depth / k))) for x, y in places]
+    return Scene(
+        "saddle",
+        height,
+        boxes,
+        load,
+        solid,
+        law,
+        places,
+        note=f"two summits at {b / a:.1f} a, curvature {k:.2f}",
+    )
+
+
+def _sphere(rng, kind, a, solid, law, **more):
+    load = 4 / 3 * solid[0] / (1 - solid[1] ** 2) * a**3
+
+    def height(x, y):
+        return (x * x + y * y) / 2
+
+    reach, _ = _reach(solid, [1.0], [0.0], load)
+    return Scene(kind, height, _boxes([(0.0, 0.0)], reach), load, solid, law, **more)
+
+
+def light(rng):
+    _, _, solid, law = _base(rng)
+    a = log(rng, 1e-4, 0.02)
+    return _sphere(rng, "light", a, (*solid[:3], a * log(rng, 1e-3, 1e3)), law, note=f"a {a:.1e}")
+
+
+def scale(rng):
+    a, _, solid, law = _base(rng, 0.05, 1)
+    ell = 10 ** rng.uniform(-7, 4)
+    return _sphere(rng, "scale", a, (*solid[:3], ell), law, note=f"ell/a {ell / a:.1e}")
+
+
+def window(rng):
+    a, _, solid, law = _base(rng)
+    wide = a * 1.5 * log(rng, 1.2, 1000) + solid[3]
+    return _sphere(rng, "window", a, solid, law, window=(-wide, wide), note=f"{wide / a:.0f} a wide")
+
+
+def wavy(rng):
+    E, nu, beta = MATERIALS[rng.integers(len(MATERIALS))]
+    height_, law = log(rng, 1e-3, 0.1), space.LAWS[rng.integers(3)]
+    ell = log(rng, 0.003, 0.1)
+    x0, y0 = rng.uniform(-0.5, 0.5, 2)
+    product = rng.random() < 0.4
+    if product:
+
+        def height(x, y):
+            return height_ * (1 - np.cos(2 * pi * (x - x0)) * np.cos(2 * pi * (y - y0)))
+
+        places = ((x0, y0), (x0 + 0.5, y0 + 0.5))
+        R = 1 / (4 * pi**2 * height_)
+    else:
+
+        def height(x, y):
+            return height_ * (2 - np.cos(2 * pi * (x - x0)) - np.cos(2 * pi * (y - y0)))
+
+        places, R = ((x0, y0),), 1 / (4 * pi**2 * height_)
+    a = log(rng, 1e-3, 0.3)
+    load = 4 / 3 * E / (1 - nu**2) * a**3 / R * len(places)
+    boxes = [(x, y, 1.5 * a, 1.5 * a) for x, y in places] if a < 0.06 else []
+    return Scene(
+        "wavy",
+        height,
+        boxes,
+        load,
+        (E, nu, beta, ell),
+        law,
+        places,
+        period=1.0,
+        note=f"Hertz radius {a:.1e} of 1",
+    )
+
+
+def ends(rng):
+    a, load, solid, law = _base(rng, 0.02, 0.2)
+    x0, y0 = a * rng.uniform(-50, 50, 2)
+    draw, c = rng.random(), a * rng.uniform(0.5, 1.2)
+    if draw < 0.3:
+
+        def height(x, y):
+            return np.where(np.hypot(x - x0, y - y0) <= c, 0.0, inf)
+
+        name = "round punch"
+    elif draw < 0.55:
+
+        def height(x, y):
+            return np.where(np.maximum(abs(x - x0), abs(y - y0)) <= c, 0.0, inf)
+
+        name = "square punch"
+    elif draw < 0.8:
+
+        def height(x, y):
+            return np.where(x - x0 <= c / 2, ((x - x0) ** 2 + (y - y0) ** 2) / 2, inf)
+
+        name = "sphere cut by a plane"
+    else:
+
+        def height(x, y):
+            return np.where(np.hypot(x - x0, y - y0) <= c / 2, ((x - x0) ** 2 + (y - y0) ** 2) / 2, inf)
+
+        name = "sphere cut round"
+    side = c if "punch" in name else c / 2  # boxes end where the obstacle does: cells of any size fit it
+    box = (
+        (x0 - 0.75 * a + side / 2, y0, 0.75 * a + side / 2, 1.5 * a)
+        if "plane" in name
+        else (x0, y0, side, side)
+    )
+    return Scene("ends", height, [box], load, solid, law, ((x0, y0),), norm=False, note=name)
+
+
+def units(rng):
+    scene = summits(rng)
+    while len(scene.summits) > 4:
+        scene = summits(rng)
+    length, stress = (1e-6, 1e9) if rng.random() < 0.6 else (1.0, 1.0)
+    s, t = rng.uniform(-1e3, 1e3, 2) * (scene.solid[3] + 0.1)
+
+    def moved(x, y):
+        return scene.height(x - s, y - t)
+
+    boxes = [(x + s, y + t, p, q) for x, y, p, q in scene.boxes]
+    places = tuple((x + s, y + t) for x, y in scene.summits)
+    return replace(scene, kind="units", height=moved, boxes=boxes, summits=places, unit=(stress, length))
+
+
+def scene(k):
+    """Scene k of 200."""
+    rng = np.random.default_rng((SEED, 3, k))
+    order = np.random.default_rng((SEED, 3)).permutation(
+        sum(n for _, n in KINDS)
+    )  # kinds mixed: a part shows all
+    kind = np.repeat([name for name, _ in KINDS], [n for _, n in KINDS])[order[k]]
+    return globals()[kind](rng)
+
+
+# ---- the judge's answer ----
+
+
+def truth(s):
+    """The second code's figures, or None where no state exists."""
+    if s.boxes is None:
+        return None
+    n = (64 if s.norm else 160) if s.boxes else 256
+    owner = Owner(s.summits, s.period)
+    a = space.answer(
+        s.height, s.boxes, s.load, s.solid, s.law, owner, s.period, n, s.features, fixed=not s.norm
+    )
+    loads = [float(v) for v in a.loads]
+    bars = {
+        name: 2 * float(v) + 1e-4 for name, v in a.errors.items()
+    }  # twice the change, 1e-4 of kernels and iteration
+    return {
+        "approach": float(a.approach),
+        "norm": float(a.norm),
+        "peak": float(a.peak),
+        "loads": loads,
+        "bars": bars,
+        "residual": float(a.residual),
+    }
+
+
+# ---- the library's ----
+
+
+class TooLong(BaseException):  # not an Exception, which a library may catch
+    pass
+
+
+def _alarm(*_):
+    raise TooLong
+
+
+def problem(mb, s):
+    """The scene as microblock's problem, in its units, and the load."""
+    E, nu, beta, ell = s.solid
+    stress, length = s.unit
+    solid = mb.Cosserat(E=E * stress, nu=nu, beta=beta, ell=ell * length)
+    law = {"unilateral": mb.Unilateral, "microblock": mb.Microblock, "microclamped": mb.Microclamped}[s.law]()
+    height = s.height if length == 1 else lambda x, y: s.height(x / length, y / length) * length
+    method = mb.Cells(window=tuple(length * v for v in s.window)) if s.window else None
+    body = mb.HalfSpace(solid, s.period and s.period * length)
+    return mb.Contact(body, height, law, method), s.load * stress * length**2
+
+
+def figures(state, s):
+    """Approach, norm of the pressure and loads on the summits, in the scene's units."""
+    stress, length = s.unit
+    if hasattr(state, "points"):
+        x, y = np.asarray(state.points)[:, 0], np.asarray(state.points)[:, 1]
+    else:
+        x, y = (g.ravel() for g in np.meshgrid(state.x1, state.x2, indexing="ij"))
+    x, y, area = x / length, y / length, np.ravel(state.weights) / length**2
+    pressure, owner = np.ravel(state.pressure) / stress, Owner(s.summits, s.period)
+    loads = np.zeros(owner.count)
+    for name, force in state.pressures.items():
+        arm = (
+            np.array([{"-": -0.5, "+": 0.5}[c] for c in name]) * s.solid[3] if len(name) == 2 else (0.0, 0.0)
+        )
+        place = x + arm[0], y + arm[1]
+        loads += np.bincount(owner(*place), np.ravel(force) / stress * area, owner.count)
+    return {
+        "approach": float(state.approach) / length,
+        "norm": float(np.sqrt(area @ pressure**2)),
+        "peak": float(pressure.max()),
+        "loads": loads.tolist(),
+    }
+
+
+def outcome(s, true, rtol=RTOL, seconds=SECONDS):
+    """Asks microblock; returns class, figures, the largest ratio of error to bar, and seconds."""
+    import microblock as mb
+
+    signal.signal(signal.SIGPROF, _alarm)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    start = time.process_time()
+    row = {"class": "right", "figures": None, "ratio": None, "message": ""}
+    try:
+        contact, load = problem(mb, s)
+        state = contact.solve(load=load, rtol=rtol)
+        row["figures"] = figures(state, s)
+        row["estimate"] = state.error_estimate
+        row["message"] = "; ".join(map(str, state.warnings))
+        row["class"] = _verdict(row, s, true, rtol)
+    except mb.MicroblockError as error:
+        row["class"], row["message"] = "error", f"{type(error).__name__}: {error}"
+    except TooLong:
+        row["class"] = "slow"
+    except Exception as error:
+        row["class"], row["message"] = "crash", f"{type(error).__name__}: {error}"
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+    row["seconds"] = time.process_time() - start
+    return row
+
+
+def followed(s, true, row, seconds=SECONDS):
+    """The outcome of what a refusal advises: the rtol that it says works."""
+    said = re.search(r"ask for rtol=([0-9.e+-]+)", row["message"])
+    if row["class"] != "error" or not said:
+        return row
+    advised = float(said[1].rstrip("."))
+    again = outcome(s, true, advised, seconds)
+    again["class"] = "advice broken" if again["class"] == "error" else again["class"]
+    return again | {"message": f"asked for {advised:.2g} as advised; {again['message']}"}
+
+
+def _verdict(row, s, true, rtol):
+    got = row["figures"]
+    if not np.isfinite([got["approach"], got["norm"], *got["loads"]]).all():
+        return "nan"
+    if true is None:
+        return "warned" if row["message"] else "wrong"
+    allowed = max(rtol, row["estimate"] or 0.0)
+    whole = abs(true["approach"]) + (4 * s.load / s.solid[0] / s.period if s.period else 0)
+    apart = {
+        "approach": abs(got["approach"] - true["approach"]) / whole,
+        "norm": abs(got["norm"] / true["norm"] - 1) if s.norm else 0.0,
+        "loads": float(np.max(np.abs(np.subtract(got["loads"], true["loads"])))) / s.load,
+    }
+    row["apart"] = apart
+    row["ratio"] = max(apart[name] / (allowed + true["bars"][name]) for name in apart)
+    if row["ratio"] <= 1:
+        return "right"
+    return "warned" if row["message"] else "wrong"
+
+
+def line(k, s, row, true):
+    ratio = "" if row["ratio"] is None else f"{row['ratio']:.2g} of the bar"
+    bar = "" if true is None else f"judge {max(true['bars'].values()):.0e}"
+    text = f"{k:3d} {row['class']:6s} {row['seconds']:6.1f} s  {s.kind:8s}{s.law:13s}{s.note:36s}"
+    text = f"{text} {ratio:18s} {bar}"
+    return text + (f"  {row['message'][:90]}" if row["class"] != "right" else "")
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--json", type=Path)
+    parser.add_argument(
+        "--truth", type=Path, default=TRUTH, help="the judge's answers, computed and added where missing"
+    )
+    parser.add_argument("--seconds", type=float, default=SECONDS)
+    parser.add_argument(
+        "--follow", action="store_true", help="ask again with the rtol that a refusal advises"
+    )
+    parser.add_argument("--judge-only", action="store_true")
+    options = parser.parse_args(arguments)
+    known = json.loads(options.truth.read_text()) if options.truth.exists() else {}
+    rows, classes = {}, Counter()
+    for k in range(options.first, min(200, options.first + options.count)):
+        s = scene(k)
+        if str(k) not in known:
+            start = time.perf_counter()
+            known[str(k)] = truth(s)
+            options.truth.write_text(json.dumps(known, indent=0))
+            if options.judge_only:
+                print(
+                    k, s.kind, s.law, s.note, known[str(k)], round(time.perf_counter() - start, 1), flush=True
+                )
+        if options.judge_only:
+            continue
+        rows[k] = outcome(s, known[str(k)], seconds=options.seconds)
+        if options.follow:
+            rows[k] = followed(s, known[str(k)], rows[k], options.seconds)
+        classes[rows[k]["class"]] += 1
+        print(line(k, s, rows[k], known[str(k)]), flush=True)
+        if options.json:
+            options.json.write_text(json.dumps(rows, indent=1, default=float))
+    print(dict(classes))
+    return classes
+
+
+if __name__ == "__main__":
+    sys.exit(0 if not main()["wrong"] else 1)
