@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from ..corners.coulomb import System
 from ..corners.friction import AT_LIMIT, FrictionPath
 from ..corners.nodal import zones_of
 from ..errors import BadArgument
@@ -158,10 +158,9 @@ def of_newton(solver, pairs, coupled, rtol):
         raise BadArgument("kind", solver.options.kind, 'does not follow friction: Newton("al") does')
     facets = FrictionFacets(solver.supported, solver.law, solver.obstacle, solver.body.contact)
     newton = MonolithicFriction(facets, rho=solver.options.rho, coupled=coupled)
-    unknowns, states = newton.unknowns, []
-    for state in newton.follow(pairs):
-        states.append(FrictionState(NewtonFrictionSolution(solver, state.nodal, unknowns, state)))
-    path = _Followed(newton.system, state.reached.changes)
+    found, unknowns = list(newton.follow(pairs)), newton.unknowns
+    states = [FrictionState(NewtonFrictionSolution(solver, one.nodal, unknowns, one)) for one in found]
+    path = SimpleNamespace(contact=newton.system, changes=found[-1].reached.changes)  # as a FrictionPath
     return History(solver.contact, states, _events(path, states[-1], pairs))
 
 
@@ -186,14 +185,6 @@ def of_body(solver, pairs, coupled, rtol):
         )
         states.append(FrictionState(solution))
     return History(solver.contact, states, _events(path, states[-1], pairs))
-
-
-@dataclass(frozen=True)
-class _Followed:
-    """What `events` ask of a FrictionPath."""
-
-    contact: System
-    changes: list
 
 
 def _events(path, state, pairs):
