@@ -316,7 +316,7 @@ def _write_mesh(fields, path):
     import ngsolve as ng  # here, for half-planes do without it
 
     body = fields.body
-    pieces = min(math.ceil(math.log2(max(body.order, getattr(body, "order_psi", 1)))), FINEST)
+    pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), FINEST)
     stress, couples = (
         ng.CF(tuple(one[i, j] for i in range(one.dims[0]) for j in range(one.dims[1])))
         if len(one.dims) == 2
