@@ -37,6 +37,17 @@ def decay(problem):
     return float(1 / (half + np.sqrt(half**2 - 1)))
 
 
+def steps(problem, order, share=1.0):
+    """How often singular places are carried on until panels of an order do not see them any more; `share` is
+    what they are worth to begin with.
+    """
+    factor = decay(problem)
+    if not factor:
+        return 0
+    enough = 1 - ((order - COARSE) / 4 * np.log(10) + np.log(share)) / np.log(factor)
+    return int(np.clip(np.ceil(enough), 0, MOST))
+
+
 def carried_edges(problem, zones, order):
     """Edges of zones {corner: intervals}, without those by symmetry, and the places they are carried to.
 
@@ -74,13 +85,7 @@ def carried(problem, places, order, shares=None):
 
 
 def _ways(problem, order, share=1.0):
-    """Numbers of steps to either side, as far as panels of an order see what is carried; `share` is what it
-    is worth to begin with.
-    """
-    factor, most = decay(problem), 0
-    if factor:
-        enough = 1 - ((order - COARSE) / 4 * np.log(10) + np.log(share)) / np.log(factor)
-        most = int(np.clip(np.ceil(enough), 0, MOST))
+    most = steps(problem, order, share)
     return range(-most, most + 1)
 
 
