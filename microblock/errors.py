@@ -186,7 +186,7 @@ def out_of_reach(
     """
     figure, reached = at_least(best), approach if load is None else load
     where = "" if reached is None else f" at {'approach' if load is None else 'load'} {reached:g}"
-    met = float(figure) if float(figure) < 1 else None
+    met = float(figure) if rtol < float(figure) < 1 else None
     advice = " or ".join([f"ask for rtol={figure}"] * (met is not None) + [besides] * bool(besides))
     return NotConverged(
         f"rtol = {rtol:g} was not reached{where}{why}, the smallest error estimate was {figure}"

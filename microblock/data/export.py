@@ -23,7 +23,7 @@ from ..model.deformable import body_of
 from ..model.events import Event, LoadPath
 from ..model.history import FrictionState, History, HistoryEvent
 from ..model.state import State
-from ..model.zones import zone_edges
+from ..model.zones import contains, zone_edges
 from .records import write_records, write_text
 
 if TYPE_CHECKING:
@@ -274,7 +274,7 @@ def _lines(state, x1):
     numbers, middle = np.arange(len(x1) - 1), (x1[:-1] + x1[1:]) / 2
     if state.method == "panels":  # its nodes lie in contact alone
         intervals = [zone for zones in state.zones.values() for zone in zones]
-        numbers = numbers[np.any([(left <= middle) & (middle <= right) for left, right in intervals], axis=0)]
+        numbers = numbers[contains(intervals, middle)]
     elif state.solution.apart is not None:
         numbers = numbers[~state.solution.apart]
     return np.column_stack((numbers, numbers + 1))

@@ -35,12 +35,12 @@ OWN = 0.25
 SAME = 1e-9  # of the largest of prescribed values, within which two of them are one
 
 
-def require_numbers(**arguments):
+def require_finite_within(**arguments):
     """BadArgument for a number among values, or in tuples and mappings of them, that is not finite."""
     for name, value in arguments.items():
         inner = value.values() if isinstance(value, Mapping) else value if isinstance(value, tuple) else ()
         for one in inner:
-            require_numbers(**{name: one})
+            require_finite_within(**{name: one})
         if isinstance(value, NUMBERS):
             require_finite(**{name: value})
 
@@ -70,10 +70,87 @@ class Loads:
     micromoment: Mapping = field(default_factory=dict)
 
     def __post_init__(self):
-        require_numbers(**vars(self))
+        require_finite_within(**vars(self))
 
 
-class Body(Shown):
+class MeshBody(Shown):
+    """Base of bodies on meshes, whatever their dimension.
+
+    Attributes
+    ----------
+    names : tuple of str, of the fields
+    mesh, solid, order, order_psi, element_orders, fixed, prescribed, periodic, contact : as of `Body`
+    space : NGSolve's space of all fields
+    """
+
+    def __reduce__(self):
+        """A copy, or what comes out of a file, is made anew: NGSolve loses orders of single elements."""
+        return body_anew, (type(self), self._made_of | {"mesh": Travelling(self.mesh)})
+
+    def of(self, solid):
+        """The same body of another solid; the same one is not factorised again."""
+        return self if solid == self.solid else type(self)(**self._made_of | {"solid": solid})
+
+    def summary(self):
+        """Elements, orders, unknowns, supports and moduli, for a notebook."""
+        kinds = f"in {self.mesh.dim}D" + ", periodic" * self.periodic
+        order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
+        order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
+        free = self.space.FreeDofs().NumSet()
+        supports = [
+            Row(f"{name} constrained", "", pattern.replace("|", ", "), "boundaries")
+            for name, pattern in self.fixed.items()
+        ]
+        rows = (
+            Row("elements", "", self.mesh.ne, kinds),
+            Row("order", "", order),
+            Row("unknowns", "", free, "free"),
+            *(supports or [Row("constrained", "", "nowhere")]),
+            *self.solid.summary().rows,
+        )
+        return Summary(
+            "Cosserat body", f"{self.mesh.ne} elements {kinds}, order {order}, {free} unknowns", rows
+        )
+
+    def _patterns(self, fixed):
+        """{field: pattern of all boundaries where it is fixed or prescribed}."""
+        if not isinstance(fixed, (str, Mapping)) and not (isinstance(fixed, tuple) and not fixed):
+            raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
+        patterns = (
+            {name: [fixed] for name in self.names}
+            if isinstance(fixed, str)
+            else {name: [pattern] for name, pattern in dict(fixed).items()}
+        )
+        for name, values in self.prescribed.items():
+            patterns.setdefault(name, []).extend(values)
+        for name, named in patterns.items():
+            if name not in self.names:
+                raise BadArgument("field", name, f"fields are {', '.join(self.names)}")
+            for pattern in named:
+                self.boundary(pattern)
+        return {name: "|".join(named) for name, named in patterns.items()}
+
+    def boundary(self, pattern, argument="boundary"):
+        """The region of the boundaries that a pattern names; BadArgument if there are none, also for one of
+        its names, with the name of the argument that it was.
+        """
+        return region(self.mesh, pattern, argument)
+
+    @property
+    def bonus(self):
+        """Integration orders beyond NGSolve's, of forms as of what is made of their solutions: on curved
+        elements the energy is no polynomial. On quadrilaterals that are no parallelograms NGSolve's rule is a
+        part of the discretisation.
+        """
+        return CURVED if self.mesh.GetCurveOrder() > 1 else 0
+
+    def integrated(self, density, **options):
+        """The integral over the body of a quadratic function of fields, by the rule of `dx`."""
+        order = 2 * max(self.order, self.order_psi) + self.bonus
+        return ng.Integrate(density, self.mesh, order=order, **options)
+
+
+class Body(MeshBody):
     """A linear Cosserat body: mesh, material, spaces and supports.
 
     Parameters
@@ -118,6 +195,8 @@ class Body(Shown):
     <Cosserat body: 32 elements in 2D, order 2, 408 unknowns>
     """
 
+    names = FIELDS
+
     def __init__(
         self,
         mesh,
@@ -143,7 +222,7 @@ class Body(Shown):
             require_whole(1, **{name: value})
         self.order, self.order_psi = orders[0], orders[2]
         self.prescribed = dict(prescribed or {})
-        require_numbers(prescribed=self.prescribed)
+        require_finite_within(prescribed=self.prescribed)
         self.fixed = self._patterns(fixed)
         self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
         self.space = self.spaces[0] * self.spaces[1] * self.spaces[2]
@@ -151,10 +230,6 @@ class Body(Shown):
         if contact != USUAL_CONTACT:
             self.boundary(contact, "contact")
         self.derived: dict = {}  # what costs a factorisation, kept as long as the body by who makes it
-
-    def __reduce__(self):
-        """A copy, or what comes out of a file, is made anew: NGSolve loses orders of single elements."""
-        return body_anew, (type(self), self._made_of | {"mesh": Travelling(self.mesh)})
 
     @property
     def _made_of(self):
@@ -171,27 +246,6 @@ class Body(Shown):
             "contact": self.contact,
         }
 
-    def summary(self):
-        """Elements, orders, unknowns, supports and moduli, for a notebook."""
-        kinds = f"in {self.mesh.dim}D" + ", periodic" * self.periodic
-        order = f"{self.order} at most" if self.element_orders is not None else str(self.order)
-        order += f", psi {self.order_psi}" if self.order_psi != self.order else ""
-        free = int(sum(self.space.FreeDofs()))
-        supports = [
-            Row(f"{name} constrained", "", pattern.replace("|", ", "), "boundaries")
-            for name, pattern in self.fixed.items()
-        ]
-        rows = (
-            Row("elements", "", self.mesh.ne, kinds),
-            Row("order", "", order),
-            Row("unknowns", "", free, "free"),
-            *(supports or [Row("constrained", "", "nowhere")]),
-            *self.solid.summary().rows,
-        )
-        return Summary(
-            "Cosserat body", f"{self.mesh.ne} elements {kinds}, order {order}, {free} unknowns", rows
-        )
-
     def on(self, mesh, fixed=None, solid=None):
         """The same body on another mesh of its geometry, with other supports or of another solid.
 
@@ -203,10 +257,6 @@ class Body(Shown):
             )
         other = {"mesh": mesh, "solid": solid or self.solid, "fixed": self.fixed if fixed is None else fixed}
         return Body(**self._made_of | other)
-
-    def of(self, solid):
-        """The same body of another solid; the same one is not condensed again."""
-        return self if solid == self.solid else self.on(self.mesh, solid=solid)
 
     @property
     def methods(self):
@@ -249,30 +299,6 @@ class Body(Shown):
             numbers = [edge.nr for edge in element.edges]
             self._edge_orders[numbers] = np.maximum(self._edge_orders[numbers], own)
         return orders
-
-    def _patterns(self, fixed):
-        """{field: pattern of all boundaries where it is fixed or prescribed}."""
-        if not isinstance(fixed, (str, Mapping)) and not (isinstance(fixed, tuple) and not fixed):
-            raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
-        patterns = (
-            {name: [fixed] for name in FIELDS}
-            if isinstance(fixed, str)
-            else {name: [pattern] for name, pattern in dict(fixed).items()}
-        )
-        for name, values in self.prescribed.items():
-            patterns.setdefault(name, []).extend(values)
-        for name, named in patterns.items():
-            if name not in FIELDS:
-                raise BadArgument("field", name, f"fields are {', '.join(FIELDS)}")
-            for pattern in named:
-                self.boundary(pattern)
-        return {name: "|".join(named) for name, named in patterns.items()}
-
-    def boundary(self, pattern, argument="boundary"):
-        """The region of the boundaries that a pattern names; BadArgument if there are none, also for one of
-        its names, with the name of the argument that it was.
-        """
-        return region(self.mesh, pattern, argument)
 
     def held_on(self, boundary):
         """The fields that supports hold or prescribe on a part of a boundary at least."""
@@ -362,22 +388,9 @@ class Body(Shown):
         return potential
 
     @property
-    def bonus(self):
-        """Integration orders beyond NGSolve's, of forms as of what is made of their solutions: on curved
-        elements the energy is no polynomial. On quadrilaterals that are no parallelograms NGSolve's rule is a
-        part of the discretisation.
-        """
-        return CURVED if self.mesh.GetCurveOrder() > 1 else 0
-
-    @property
     def dx(self):
         """The integral over the body, in forms."""
         return ng.dx(bonus_intorder=self.bonus)
-
-    def integrated(self, density, **options):
-        """The integral over the body of a quadratic function of fields, by the rule of `dx`."""
-        order = 2 * max(self.order, self.order_psi) + self.bonus
-        return ng.Integrate(density, self.mesh, order=order, **options)
 
     @bounded
     def solve(self, loads=Loads()):
@@ -417,7 +430,38 @@ class Reaction(NamedTuple):
     moment: float
 
 
-class Fields:
+class BodyFields:
+    """Base of the fields of a state, grid functions one after the other.
+
+    Attributes
+    ----------
+    body : Body or Body3D
+    components : tuple of grid functions, all unknowns of the body
+    forces : array (unknowns of the body,) or None, what supports exert in each unknown
+    mirrored : bool, whether they are the half x1 > 0 of a symmetric state
+    """
+
+    mirrored = False
+
+    def __init__(self, body, components, forces=None):
+        self.body, self.components, self.forces = body, tuple(components), forces
+
+    def __iter__(self):
+        return iter(self.components)
+
+    def __reduce__(self):
+        """A copy, or what comes out of a file, has its values on a body made anew."""
+        numbers = dofs_by_element(self.body)
+        forces = None if self.forces is None else self.forces[numbers]
+        return _fields_anew, (type(self), self.body, self.values[numbers], forces, self.mirrored)
+
+    @property
+    def values(self):
+        """Of all unknowns of the body, array."""
+        return np.concatenate([part.vec.FV().NumPy() for part in self])
+
+
+class Fields(BodyFields):
     """The fields of a state: u1, u2, psi and what follows from them, as NGSolve functions.
 
     Stresses are those of the elements. On a boundary they are read from the element beside it (NGSolve's
@@ -453,18 +497,9 @@ class Fields:
     0.5
     """
 
-    mirrored = False
-
     def __init__(self, body, components, forces=None):
-        self.body, self.forces = body, forces
-        self.u1, self.u2, self.psi = components[:3]
-
-    def __reduce__(self):
-        """A copy, or what comes out of a file, has its values on a body made anew."""
-        numbers = dofs_by_element(self.body)
-        values = np.concatenate([part.vec.FV().NumPy() for part in self])[numbers]
-        forces = None if self.forces is None else self.forces[numbers]
-        return _fields_anew, (self.body, values, forces, self.mirrored)
+        super().__init__(body, components[:3], forces)
+        self.u1, self.u2, self.psi = self
 
     def unfolded(self):
         """The same fields of the half x1 > 0 of a symmetric body, with values at points of the whole one."""
@@ -499,9 +534,6 @@ class Fields:
             np.stack((np.ones_like(sign), sign)) * couple.reshape(-1, 2).T,
         )
         return found.shaped(shape)
-
-    def __iter__(self):
-        return iter((self.u1, self.u2, self.psi))
 
     @property
     def stress(self):
@@ -608,14 +640,14 @@ def solve_linear(matrix, freedofs, rhs, what):
     return solution
 
 
-def _fields_anew(body, values, forces, mirrored):
-    """The Fields of these values and forces of the unknowns, element by element."""
+def _fields_anew(kind, body, values, forces, mirrored):
+    """The fields, of this class, of these values and forces of the unknowns, element by element."""
     state, numbers = ng.GridFunction(body.space), dofs_by_element(body)
     state.vec.FV().NumPy()[numbers] = values
     exerted = None if forces is None else np.zeros(body.space.ndof)
     if forces is not None:
         exerted[numbers] = forces
-    fields = Fields(body, state.components, exerted)
+    fields = kind(body, state.components, exerted)
     fields.mirrored = mirrored
     return fields
 

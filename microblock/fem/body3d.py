@@ -2,22 +2,22 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import NamedTuple
 
 import ngsolve as ng
 import numpy as np
 
+from ..corners.coulomb import UNSOLVED
 from ..errors import BadArgument, NotConverged, require_kind, require_whole
 from ..halfspace.obstacles import heights
 from ..halfspace.symbol import require_stable
 from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
-from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
 from . import energy3d
-from .body import CURVED, GIVEN, USUAL_CONTACT, dofs_by_element, region, require_numbers
-from .bulk import UNSOLVED
-from .meshes import Travelling, body_anew, require_sound
+from .body import GIVEN, USUAL_CONTACT, BodyFields, MeshBody, require_finite_within
+from .meshes import require_sound
 
 FIELDS = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
 PARTS = "xyz"  # what NGSolve calls the components of a vector space
@@ -51,10 +51,10 @@ class Loads3D:
     micromoment: Mapping = field(default_factory=dict)
 
     def __post_init__(self):
-        require_numbers(**vars(self))
+        require_finite_within(**vars(self))
 
 
-class Body3D(Shown):
+class Body3D(MeshBody):
     """A linear Cosserat body on a mesh in three dimensions, pressed from above.
 
     Its contact boundary is horizontal (normal e3, at one height or several): facets are quadrilaterals, as of
@@ -94,6 +94,8 @@ class Body3D(Shown):
 
     solvers = {Condensed: "fem.solver3d.Solver3D", Newton: "fem.newton3d.NewtonSolver3D"}
     methods = (Condensed, Newton)
+    names, periodic, element_orders = FIELDS, False, None
+    prescribed: Mapping = MappingProxyType({})
 
     def __init__(self, mesh, solid: Cosserat, order=1, *, fixed=(), contact=USUAL_CONTACT):
         require_sound(mesh, dims=(3,))
@@ -102,7 +104,8 @@ class Body3D(Shown):
             require_stable(solid)
         require_kind(str, "the name of a boundary", contact=contact)
         require_whole(1, order=order)
-        self.mesh, self.solid, self.order, self.contact = mesh, solid, int(order), contact
+        self.mesh, self.solid, self.contact = mesh, solid, contact
+        self.order = self.order_psi = int(order)
         self.fixed = self._patterns(fixed)
         self.space = self._vectors("u") * self._vectors("psi")
         self.width = self.space.ndof // len(
@@ -119,66 +122,18 @@ class Body3D(Shown):
         }
         return ng.VectorH1(self.mesh, order=self.order, **constrained)
 
-    def __reduce__(self):
-        """A copy, or what comes out of a file, is made anew."""
-        return body_anew, (type(self), self._made_of | {"mesh": Travelling(self.mesh)})
-
     @property
     def _made_of(self):
         return {name: getattr(self, name) for name in ("mesh", "solid", "order", "fixed", "contact")}
-
-    def of(self, solid):
-        """The same body of another solid; the same one is not factorised again."""
-        return self if solid == self.solid else Body3D(**self._made_of | {"solid": solid})
 
     def check(self, obstacle):
         """BadArgument unless the obstacle has heights over a surface."""
         heights(obstacle, np.zeros(2), np.zeros(2))
 
-    def summary(self):
-        """Elements, order, unknowns, supports and moduli, for a notebook."""
-        free = self.space.FreeDofs().NumSet()
-        supports = [
-            Row(f"{name} constrained", "", pattern.replace("|", ", "), "boundaries")
-            for name, pattern in self.fixed.items()
-        ]
-        rows = (
-            Row("elements", "", self.mesh.ne, "in 3D"),
-            Row("order", "", self.order),
-            Row("unknowns", "", free, "free"),
-            *(supports or [Row("constrained", "", "nowhere")]),
-            *self.solid.summary().rows,
-        )
-        words = f"{self.mesh.ne} elements in 3D, order {self.order}, {free} unknowns"
-        return Summary("Cosserat body", words, rows)
-
-    def _patterns(self, fixed):
-        """{field: pattern of all boundaries where it is 0}."""
-        if not isinstance(fixed, (str, Mapping)) and not (isinstance(fixed, tuple) and not fixed):
-            raise BadArgument("fixed", fixed, 'must be boundaries, "left|bottom", or {field: boundaries}')
-        patterns = dict.fromkeys(FIELDS, fixed) if isinstance(fixed, str) else dict(fixed)
-        for name, pattern in patterns.items():
-            if name not in FIELDS:
-                raise BadArgument("field", name, f"fields are {', '.join(FIELDS)}")
-            self.boundary(pattern)
-        return patterns
-
-    def boundary(self, pattern, argument="boundary"):
-        """The region of the boundaries that a pattern names; BadArgument if there are none."""
-        return region(self.mesh, pattern, argument)
-
     def unknowns_of(self, field):
-        """Numbers of the unknowns of a field, a range."""
+        """Slice of the unknowns of a field."""
         first = FIELDS.index(field) * self.width
-        return range(first, first + self.width)
-
-    @property
-    def bonus(self):
-        """Integration orders beyond NGSolve's, of forms as of what is made of their solutions: on curved
-        elements the energy is no polynomial. On quadrilaterals that are no parallelograms NGSolve's rule is a
-        part of the discretisation.
-        """
-        return CURVED if self.mesh.GetCurveOrder() > 1 else 0
+        return slice(first, first + self.width)
 
     def bulk(self, **options):
         """The bilinear form of the second variation of (10), assembled."""
@@ -207,7 +162,7 @@ class Body3D(Shown):
         left, size = (np.linalg.norm(one.FV().NumPy()[np.array(free)]) for one in (forces, right))
         if not left <= UNSOLVED * size:  # also where it is NaN
             raise NotConverged(f"no factorisation of the bulk; {HELD}")
-        return Fields3D(self, state, forces.FV().NumPy().copy())
+        return Fields3D(self, state.components, forces.FV().NumPy().copy())
 
     def _work(self, loads):
         """The linear form of dead loads, its vector."""
@@ -230,13 +185,13 @@ class Reaction3D(NamedTuple):
     moment: np.ndarray
 
 
-class Fields3D:
+class Fields3D(BodyFields):
     """The fields of a state: u, psi and what follows from them, as NGSolve functions.
 
     Parameters
     ----------
     body : Body3D
-    state : grid function of (u, psi)
+    components : grid functions of u and psi
     forces : array (unknowns of the body,)
         Internal forces less the loads: what supports exert in each unknown.
 
@@ -257,14 +212,9 @@ class Fields3D:
     1.0
     """
 
-    def __init__(self, body, state, forces):
-        self.body, self.state, self.forces = body, state, forces
-        self.u, self.psi = state.components
-
-    def __reduce__(self):
-        """A copy, or what comes out of a file, has its values on a body made anew."""
-        numbers = dofs_by_element(self.body)
-        return _fields_anew, (self.body, self.state.vec.FV().NumPy()[numbers], self.forces[numbers])
+    def __init__(self, body, components, forces):
+        super().__init__(body, components, forces)
+        self.u, self.psi = self
 
     @property
     def gamma(self):
@@ -284,7 +234,7 @@ class Fields3D:
     def energy(self):
         """Elastic energy of the whole body."""
         density = energy3d.energy(self.body.solid, self.gamma, ng.Grad(self.psi))
-        return ng.Integrate(density, self.body.mesh, order=2 * self.body.order + self.body.bonus)
+        return self.body.integrated(density)
 
     def reaction(self, boundary):
         """The Reaction3D of the supports on a boundary, from nodal forces: together they balance the loads.
@@ -317,10 +267,3 @@ def rigid_motions(body):
             motion.components[1].Set(axis)
         found.append(motion.vec.FV().NumPy().copy())
     return found
-
-
-def _fields_anew(body, values, forces):
-    """The Fields3D of these values and forces of the unknowns, element by element."""
-    state, numbers, exerted = ng.GridFunction(body.space), dofs_by_element(body), np.zeros(body.space.ndof)
-    state.vec.FV().NumPy()[numbers], exerted[numbers] = values, forces
-    return Fields3D(body, state, exerted)

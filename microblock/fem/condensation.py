@@ -254,9 +254,8 @@ class Condensed(ContactNodes):
     @bounded
     def reaction(self, fields):
         """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""
-        vector = np.concatenate([component.vec.FV().NumPy() for component in fields])
-        orders = [len(members) - 1 for members in self.facets]
-        return nodal_moments(self._values[-1], self.body, self.region, orders, self._bulk.matrix @ vector)
+        orders, exerted = [len(members) - 1 for members in self.facets], self._bulk.matrix @ fields.values
+        return nodal_moments(self._values[-1], self.body, self.region, orders, exerted)
 
 
 def require_pressed(body, boundary, condensed=False):

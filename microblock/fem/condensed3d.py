@@ -84,7 +84,8 @@ class Condensed3D(ContactNodes3D):
     def fields(self, loads):
         """Fields3D under nodal loads (F, m1, m2), array (3, n), by one back-substitution."""
         state = ng.GridFunction(self.body.space)
-        return Fields3D(self.body, state, self._bulk.solve(self.onto.T @ loads.ravel(), state))
+        exerted = self._bulk.solve(self.onto.T @ loads.ravel(), state)
+        return Fields3D(self.body, state.components, exerted)
 
     def flexibility(self, directions, clamped=False):
         """H of corners with these (1, lever) at the nodes, array (corners, 3, n), as a product; if `clamped`

@@ -14,8 +14,7 @@ from scipy.linalg import cho_solve
 from scipy.sparse import csc_matrix, tril
 from scipy.sparse.linalg import splu
 
-# no pivoting: K is positive definite
-SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
+from ..corners.coulomb import SYMMETRIC
 
 
 class Singular(ArithmeticError):

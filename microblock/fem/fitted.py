@@ -162,7 +162,8 @@ class FittedSolver(MeshFitter):
         Raises
         ------
         NotConverged
-            If the refinement ends above rtol, or the zones are not found; `reached` is the smallest estimate.
+            If the refinement ends above rtol, or the zones are not found; `rtol_reached` is the smallest
+            estimate, rounded up.
         """
         alike = isinstance(near, SurfaceSolution) and near.problem.mirror == self.symmetric
         near = near if alike and len(near.zones) == len(self.law.corners) else None

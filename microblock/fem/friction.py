@@ -69,7 +69,8 @@ class FrictionFacets:
         require_friction(law)
         self.body, self.law, self.friction = body, law, law.friction
         self.nodes = ContactFacets(body, replace(law, friction=0.0), obstacle, boundary)
-        u1, u2, psi = (self._at_nodes(number) for number in range(3))
+        whole, n = sparse.block_diag(self.nodes.rows, format="csr"), len(self.nodes.weights)
+        u1, u2, psi = (whole[number * n : (number + 1) * n] for number in range(3))
         n1, n2 = (sparse.diags(component) for component in self.nodes.normals.T)
         half = body.solid.ell / 2
         self.normal = {
@@ -77,14 +78,6 @@ class FrictionFacets:
             for corner, lever in self.nodes.levers.items()
         }
         self.slip = n2 @ u1 - n1 @ u2 - slip_lever(law) * body.solid.ell * psi
-
-    def _at_nodes(self, number):
-        """Values at the nodes of a field (its number) from all unknowns of the body, sparse (n, unknowns)."""
-        own = self.nodes.rows[number]
-        before = sum(space.ndof for space in self.body.spaces[:number])
-        whole = sparse.coo_matrix(own)
-        shape = own.shape[0], self.body.space.ndof
-        return sparse.csr_matrix((whole.data, (whole.row, whole.col + before)), shape=shape)
 
 
 def usual_rho(facets):
@@ -241,6 +234,11 @@ class NodalFriction:
         return ell * (
             np.sum(levers * self.pressures, axis=0) / 2 - slip_lever(facets.law) * self.shear_traction
         )
+
+    @property
+    def offset(self):
+        """Displacement of the obstacle along e1 (length)."""
+        return self.reached.iterate.shift
 
     @property
     def slip(self):

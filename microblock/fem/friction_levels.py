@@ -32,7 +32,12 @@ def history_to(rtol, follow):
     found, changes, best = [follow(0)], [], np.inf
     for number in range(1, LEVELS):
         found.append(follow(number))
-        changes.append([_change(*pair) for pair in zip(found[-1].states, found[-2].states)])
+        changes.append(
+            [
+                change(finer.solution, coarser.solution, finer.weights, finer.solid.ell, finer.law.friction)
+                for finer, coarser in zip(found[-1].states, found[-2].states)
+            ]
+        )
         if len(changes) == 1:
             continue
         errors = _lacking(*np.array(changes[-2:]))
@@ -43,12 +48,6 @@ def history_to(rtol, follow):
             states = [FrictionState(replace(one.solution, recovered=float(error))) for one, error in pairs]
             return History(last.problem, states, last.events)
     raise out_of_reach(rtol, best, besides="take shorter squares, Uniform(h=...)")
-
-
-def _change(finer, coarser):
-    """The change of a state from the mesh before."""
-    ell, friction = finer.solid.ell, finer.law.friction
-    return change(finer.solution, coarser.solution, finer.weights, ell, friction)
 
 
 def _lacking(before, last):

@@ -2,37 +2,42 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..corners.coulomb import System
-from ..corners.friction import FrictionPath, Moment
+from ..corners.friction import AT_LIMIT, FrictionPath
 from ..corners.nodal import zones_of
 from ..errors import BadArgument
 from ..halfplane.friction_events import events
 from ..model import law as laws
 from ..model.deformable import body_of
-from ..model.history import FrictionSolution, FrictionState, History, OfMoment
+from ..model.history import FrictionState, History, OfMoment
 from .body_solution import BodySolution
 from .friction import FrictionFacets, MonolithicFriction
 from .newton_solver import NewtonSolution
 from .slip_nodes import slip_nodes
 
-AT_LIMIT = 1e-9  # of the largest bound: a node that is so near to its own slips or begins to
 
-
-class _AtNodes(FrictionSolution):
+class _AtNodes(OfMoment):
     """Base of solutions at nodes with `touching` and `sticks`, boolean arrays (n,) in the order of x1."""
 
     end = None
 
-    def with_slip(self, zones):
+    @property
+    def tangential_approach(self):
+        """Displacement of the obstacle along x1."""
+        return self.moment.offset
+
+    @cached_property
+    def zones_by_name(self):
         """Zones of the corners, and those of nodes in contact that stick and that slip."""
         bound = self.law.friction * self.pressures.sum(axis=0)
         stick = self.sticks & (np.abs(self.shear_traction) < bound - AT_LIMIT * bound.max())
         own = {"stick": stick, "slip": self.touching & ~stick}
         plain = laws.Unilateral()
-        return zones | {
+        return super().zones_by_name | {
             name: zones_of(self.x, flags[None], plain, self.apart, self.end)["contact"]
             for name, flags in own.items()
         }
@@ -44,11 +49,11 @@ class NewtonFrictionSolution(_AtNodes, NewtonSolution):
 
     Attributes
     ----------
-    state : friction.NodalFriction
+    moment : friction.NodalFriction, nodes as the facets have them
     recovered : float, relative error from meshes of twice the length; None on a mesh that was prescribed
     """
 
-    state: object = None
+    moment: Any = None
     recovered: float | None = None
 
     @property
@@ -58,7 +63,7 @@ class NewtonFrictionSolution(_AtNodes, NewtonSolution):
 
     @property
     def _facets(self):
-        return self.state.newton.facets.nodes
+        return self.moment.newton.facets.nodes
 
     @property
     def end(self):
@@ -66,58 +71,28 @@ class NewtonFrictionSolution(_AtNodes, NewtonSolution):
         return None if self.has_edges else self.x[0] + self.period
 
     @property
-    def shear(self):
-        """Q, per thickness."""
-        return self.state.shear
-
-    @property
     def shear_traction(self):
         """q at the nodes, array (n,)."""
-        return self.state.shear_traction[self._order]
+        return self.moment.shear_traction[self._order]
 
     @property
     def slip(self):
         """Way of the obstacle over the surface since first contact, array (n,)."""
-        return self.state.slip[self._order]
+        return self.moment.slip[self._order]
 
     @property
     def touching(self):
         """Nodes in contact, boolean array (n,)."""
-        return self.state.reached.sets.closed.any(axis=0)[self._order]
+        return self.moment.reached.sets.closed.any(axis=0)[self._order]
 
     @property
     def sticks(self):
         """Nodes that stick, boolean array (n,)."""
-        return self.state.stick[self._order]
-
-    @property
-    def energy(self):
-        """Elastic energy, by the quadrature of the stiffness: that of the work."""
-        return self.state.energy
-
-    @property
-    def work(self):
-        """Of the loads since the beginning."""
-        return self.state.work
-
-    @property
-    def dissipation(self):
-        """Since the beginning."""
-        return self.state.dissipation
-
-    @property
-    def tangential_approach(self):
-        """Displacement of the obstacle along x1."""
-        return self.state.reached.iterate.shift
-
-    @cached_property
-    def zones_by_name(self):
-        """Zones of the nodes, "stick" and "slip" as well."""
-        return self.with_slip(NewtonSolution.zones_by_name.func(self))
+        return self.moment.stick[self._order]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BodyFrictionSolution(OfMoment, _AtNodes, BodySolution):
+class BodyFrictionSolution(_AtNodes, BodySolution):
     """A solution on the contact nodes of a condensed body at a pair of loads.
 
     Attributes
@@ -125,7 +100,7 @@ class BodyFrictionSolution(OfMoment, _AtNodes, BodySolution):
     moment : corners.friction.Moment
     """
 
-    moment: Moment | None = None
+    moment: Any = None
 
     @property
     def nodes(self):
@@ -141,11 +116,6 @@ class BodyFrictionSolution(OfMoment, _AtNodes, BodySolution):
     def sticks(self):
         """Nodes that stick, boolean array (n,)."""
         return self.moment.stick
-
-    @property
-    def tangential_approach(self):
-        """Displacement of the obstacle along x1."""
-        return self.moment.offset
 
     @property
     def _loads(self):
@@ -177,11 +147,6 @@ class BodyFrictionSolution(OfMoment, _AtNodes, BodySolution):
     def fields(self):
         """Displacement, microrotation and stresses as NGSolve functions, by one back-substitution."""
         return self.nodes.fields(*np.split(self._loads, 3))
-
-    @cached_property
-    def zones_by_name(self):
-        """Zones of the nodes, "stick" and "slip" as well."""
-        return self.with_slip(BodySolution.zones_by_name.func(self))
 
 
 def _check(solver, rtol):

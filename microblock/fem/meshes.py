@@ -67,12 +67,11 @@ def locking(solid, order, depth, half_width):
     to 2 % up to nu = 0.4999.
     """
     stiffer = LOCKS * solid.lam / solid.mu * min(depth / half_width, 1.0) ** (2 * order)
-    if order > 2 or stiffer < LOCKED:
-        return []
-    return [
+    words = (
         f"elements of order {order} that reach {depth:.2g} deep below the contact lock where nu = "
         f"{solid.nu:.4g}, so that pressures may be far off: take order 3 or more, or smaller elements"
-    ]
+    )
+    return [words] * (order <= 2 and stiffer >= LOCKED)
 
 
 def thicknesses(mesh, region):
@@ -350,7 +349,7 @@ def uniform(ground, h, quads=True):
         raise BadArgument("h", h, f"must be positive and no longer than the region of equal squares, {reach}")
 
     def elements(length):
-        count = _uniform_count(reach, ground.far, length)
+        count = reach / length * (1 + math.log1p(GROWTH * (ground.far / reach - 1)) / GROWTH)  # about
         return (count, count * count) if ground.half else (2 * count, 2 * count * count)
 
     _require_room("h", h, elements)
@@ -406,11 +405,6 @@ def _require_room(name, length, elements):
             f"makes {elements(length)[1]:.2g} elements, whose matrices {words}: take {name} of "
             f"{at_least(least)} or more, a larger ell where it follows from that, or a half-plane",
         )
-
-
-def _uniform_count(reach, far, h):
-    """About how many `uniform_lines` there are."""
-    return reach / h * (1 + math.log1p(GROWTH * (far / reach - 1)) / GROWTH)
 
 
 def uniform_lines(reach, far, h):

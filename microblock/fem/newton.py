@@ -236,7 +236,6 @@ class MonolithicNewton:
             require_kind(NodalState, "a NodalState", start=start)
         if self.control == "load" and level <= 0:
             return self._first_touch(level)
-        self._bulk.assemble()
         unknowns, visits, factor, best = self._first_guess(level, start), {}, None, None
         for iteration in range(MAX_ITERATIONS + 1):
             counted()
@@ -454,7 +453,9 @@ class MonolithicNewton:
             level=level,
             approach=self._first + float(kept.vec[self._approach]),
             load=self._resultant(forces),
-            fields=Fields(self.body, kept.components, self._supporting(now)),
+            fields=Fields(
+                self.body, kept.components, now.residual.FV().NumPy()[: self.body.space.ndof].copy()
+            ),
             psi=facets.at_nodes("psi", kept.components[2]),
             gaps=now.gaps,
             multipliers=forces,
@@ -465,10 +466,6 @@ class MonolithicNewton:
             kkt=now.kkt,
             vector=kept.vec,
         )
-
-    def _supporting(self, now):
-        """What the supports exert in the unknowns of the body: the residual there, contact included."""
-        return now.residual.FV().NumPy()[: self.body.space.ndof].copy()
 
     def _shared(self, forces):
         """Forces of twin corners, which one multiplier carries, shared evenly."""
@@ -503,10 +500,6 @@ class _LinearForm:
         self._form = ng.BilinearForm(space)
         self._form += ng.Variation(functional)
         self._kept = None
-
-    def assemble(self):
-        """Computes K and f, once."""
-        return self._assembled
 
     @cached_property
     def _assembled(self):

@@ -19,7 +19,6 @@ inequality bounds the number of steps, whatever the mesh.
 
 import ngsolve as ng
 import numpy as np
-from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import LinearOperator, cg
 
 from .. import cost
@@ -144,7 +143,7 @@ class NewtonSolver3D(Solver3D):
         state = ng.GridFunction(nodes.body.space)
         state.vec.FV().NumPy()[:] = unknowns[:-1]
         exerted = self.system.product(unknowns[:-1]) - nodes.onto.T @ loads.ravel()
-        fields = Fields3D(nodes.body, state, exerted)
+        fields = Fields3D(nodes.body, state.components, exerted)
         unbalanced = np.abs(exerted[np.array(nodes.body.space.FreeDofs())]).max() / np.abs(loads).max()
         if law.clamped:  # but what planes of symmetry exert
             loads[1:] = nodes.moments_of(exerted)
@@ -202,7 +201,6 @@ class Systems:
         found = np.empty_like(forces)
         for name, (part, *_) in self._parts.items():
             own = self.nodes.body.unknowns_of(name)
-            own = slice(own.start, own.stop)
             right, solution = part.CreateColVector(), part.CreateColVector()
             right.FV().NumPy()[:] = forces[own]
             solution.data = part * right
@@ -230,12 +228,8 @@ class Systems:
         start : array (unknowns + 1,)
         linear : float, relative residual
         """
-        onto, n = self.nodes.onto, len(self.nodes.weights)
+        onto = self.nodes.onto
         blocks = np.einsum("cin,cn,cjn->ijn", directions, springs, directions)
-        place = np.arange(n)
-        rows, columns = np.meshgrid(np.arange(3), np.arange(3), indexing="ij")
-        entries = (rows.ravel()[:, None] * n + place, columns.ravel()[:, None] * n + place)
-        stiff = csr_matrix((blocks.reshape(9, n).ravel(), tuple(one.ravel() for one in entries)))
         across = onto.T @ np.einsum("cin,cn->in", directions, springs).ravel()
         free, whole = self._free.copy(), springs.sum()
         right = np.append(onto.T @ force.ravel(), 0.0)
@@ -249,7 +243,8 @@ class Systems:
             self.products += 1
             vector = np.where(free, vector, 0.0)
             fields, d = vector[:-1], vector[-1]
-            found = self.product(fields) + onto.T @ (stiff @ (onto @ fields)) - d * across
+            exerted = np.einsum("ijn,jn->in", blocks, (onto @ fields).reshape(3, -1)).ravel()
+            found = self.product(fields) + onto.T @ exerted - d * across
             return np.where(free, np.append(found, whole * d - across @ fields), 0.0)
 
         def precondition(vector):

@@ -161,7 +161,7 @@ class ContactNodes3D:
 
     def is_free(self, field, body):
         """Whether no support of a body on this mesh holds a field at the nodes, boolean array (n,)."""
-        free = np.array(body.space.FreeDofs())[np.array(body.unknowns_of(field))]
+        free = np.array(body.space.FreeDofs())[body.unknowns_of(field)]
         return abs(self.values) @ free > 0
 
     @cached_property
@@ -179,7 +179,7 @@ class ContactNodes3D:
         psi2 on the contact boundary exert in each unknown of the body, array (unknowns,)."""
         used = np.unique(self.values.indices)
         nodal = splu(self.values[:, used].T.tocsc())
-        m1, m2 = (nodal.solve(exerted[np.array(self.body.unknowns_of(name))[used]]) for name in SHARED[1:])
+        m1, m2 = (nodal.solve(exerted[self.body.unknowns_of(name)][used]) for name in SHARED[1:])
         return np.array((-m2, m1)) * 2 / self.body.solid.ell
 
     @cached_property

@@ -33,10 +33,6 @@ class Solver3D(Solver):
         """The contact nodes of the body, condensed."""
         return condensed3d(self.body)
 
-    def state(self, solution):
-        """Returns the State3D that `solve` has made."""
-        return solution
-
     def solve(self, load, approach, rtol, initial=None, progress=False):
         """Returns the State3D; parameters and errors are those of `Solver.solve`."""
         self.require_no_rtol(rtol)
@@ -97,12 +93,6 @@ class Solver3D(Solver):
     def carried(self, state):
         """Returns the resultant of a state's pressures, force."""
         return float(state.weights @ state.pressure)
-
-    def path(self, last, rtol, progress=False):
-        """Raises BadArgument: there is none."""
-        raise BadArgument(
-            "body", self.body, "has no load path in three dimensions: solve the loads one by one"
-        )
 
     def of_least_norm(self, forces, closed):
         """The forces of least norm with the same resultants, arrays (corners, n): of a block that all corners

@@ -149,21 +149,17 @@ class State3D(Shown):
         return float(self.nodes.depths[pressed].max())
 
     def _few(self) -> str:
-        count = np.count_nonzero(self.closed)
-        if count >= FEWEST:
-            return ""
-        return f"only {count} nodes in contact and no error estimate: take a finer mesh"
+        count = int(np.count_nonzero(self.closed))
+        return f"only {count} nodes in contact and no error estimate: take a finer mesh" * (count < FEWEST)
 
     def _long(self) -> str:
         """Whether the elements below the contact are too long for the layer at the surface."""
         body = self.nodes.body
         longest = longest_element(body.solid, body.order)
-        if self._depth <= longest:
-            return ""
         return (
             f"elements of order {body.order} that reach {self._depth:.2g} below the contact, more than "
             f"{at_most(longest)}, do not resolve the layer: take shorter ones, or a higher order"
-        )
+        ) * (self._depth > longest)
 
     def _beyond(self) -> str:
         """Whether the obstacle reaches into the surface beside the contact boundary."""
@@ -173,24 +169,21 @@ class State3D(Shown):
         if not low.any():
             return ""
         # an unknown of a vertex is the value there
-        values = self.fields.state.vec.FV().NumPy().reshape(len(FIELDS), -1)[:, numbers[low]]
+        values = self.fields.values.reshape(len(FIELDS), -1)[:, numbers[low]]
         u3, psi1, psi2 = (values[FIELDS.index(name)] for name in ("u3", "psi1", "psi2"))
         half = self.problem.solid.ell / 2
         inside = -self._gaps(places[low], np.array((-u3, -half * psi2, half * psi1))).min()
-        if inside <= BESIDE * np.abs(self.displacement).max():
-            return ""
         return (
             f"beside the contact boundary the obstacle reaches {inside:.2g} into the surface: name all that "
             "it may touch"
-        )
+        ) * bool(inside > BESIDE * np.abs(self.displacement).max())
 
     def _between(self) -> str:
         """Whether the obstacle reaches into the surface between the nodes."""
         places, values = self.nodes.between
         inside = -self._gaps(places, np.array([values @ part for part in self.surface])).min()
-        if inside <= BETWEEN * np.abs(self.displacement).max():
-            return ""
-        return f"between nodes the obstacle reaches {inside:.2g} into the surface: take a finer mesh"
+        words = f"between nodes the obstacle reaches {inside:.2g} into the surface: take a finer mesh"
+        return words * bool(inside > BETWEEN * np.abs(self.displacement).max())
 
     def _gaps(self, places: Array, surface: Array) -> Array:
         """Gaps of all corners at places, array (k, 3), with this (u, phi1, phi2), array (3, k)."""

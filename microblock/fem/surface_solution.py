@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import BadArgument
 from ..model.solver import Solver
 from ..model.state import ErrorParts, LineSolution
-from ..model.zones import distance, distance_to_ends, moved_on
+from ..model.zones import distance, distance_to_ends, joined, moved_on
 from .condensation import ContactNodes
 from .mesh_fields import BelowOnMesh
 
@@ -132,10 +132,8 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         found = {}
         for corner in self.zones:
             other = len(self.zones) - 1 - corner
-            pieces = [(-right, -left) for left, right in reversed(self.zones[other])] + list(
-                self.zones[corner]
-            )
-            found[corner] = tuple(_joined_at_axis(pieces))
+            mirrored = [(-right, -left) for left, right in self.zones[other]]
+            found[corner] = tuple(joined([*mirrored, *self.zones[corner]]))
         return found
 
     @cached_property
@@ -249,16 +247,6 @@ def surface_solution(solver, body, load, found, zones, iterations, estimate=None
         estimate,
         method=method,
     )
-
-
-def _joined_at_axis(pieces):
-    found = []
-    for left, right in pieces:
-        if found and found[-1][1] >= left - 1e-14 * abs(right):
-            found[-1] = (found[-1][0], right)
-        else:
-            found.append((left, right))
-    return found
 
 
 def difference(coarse, fine):

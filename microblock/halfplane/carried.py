@@ -74,9 +74,9 @@ def carried(problem, places, order, shares=None):
     """
     own = sorted(float(x) for x in places)
     shares = dict.fromkeys(own, 1.0) if shares is None else shares
-    most = {x: steps(problem, order, shares[x]) for x in own}
-    ways = {x: [way for way in range(-most[x], most[x] + 1) if way] for x in own}
-    further = sorted(x + way * problem.solid.ell for x in own for way in ways[x])
+    further = sorted(
+        x + way * problem.solid.ell for x in own for way in _ways(problem, order, shares[x]) if way
+    )
     found = list(own)
     for x in further:
         if min(abs(each - x) for each in found) > SAME * problem.solid.ell:
@@ -84,8 +84,8 @@ def carried(problem, places, order, shares=None):
     return sorted(found)
 
 
-def _ways(problem, order):
-    most = steps(problem, order)
+def _ways(problem, order, share=1.0):
+    most = steps(problem, order, share)
     return range(-most, most + 1)
 
 

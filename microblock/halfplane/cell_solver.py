@@ -349,9 +349,9 @@ class CellSolver(Solver):
         if len(pressures) == 2:
             moment = half * (flexibility.levers * pressures).sum(axis=0)
         elif self.law.clamps_rotation:
-            moment, phi = half * flexibility.besides(pressures), np.zeros(cells.count)
+            moment, phi = half * flexibility.aside(pressures)[0], np.zeros(cells.count)
         else:
-            moment, phi = np.zeros(cells.count), flexibility.besides(found.forces)
+            moment, phi = np.zeros(cells.count), flexibility.aside(found.forces)[0]
         depth = np.where(found.forces > 0, found.approach - gaps, 0)
         energy = float(np.sum(depth * found.forces) / 2)
         return CellSolution(

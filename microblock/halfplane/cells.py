@@ -89,10 +89,6 @@ class Flexibility:
             return self.response(forces)[0], None
         return self.response(np.array((forces.sum(axis=0), (self.levers * forces).sum(axis=0))))
 
-    def besides(self, forces):
-        """phi, or where psi = 0 is prescribed m, from the forces of one corner; array (n,)."""
-        return self.aside(forces)[0]
-
     def precondition(self, gaps):
         """Forces that leave about these gaps: E^-T C^-1 E^-1 for H = E C E^T, E = (1, lever) at each cell."""
         if len(self.levers) == 1:

@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from scipy.fft import fft, irfft, next_fast_len, rfft
@@ -84,15 +84,13 @@ class Waves:
             waves[1] *= W
             waves[0] += crossed[1]
             waves[1] -= crossed[0]
-        answer: Array = irfft(waves, self.length, overwrite_x=True)[:, : values.shape[1]]
-        return answer
+        return cast(Array, irfft(waves, self.length, overwrite_x=True)[:, : values.shape[1]])
 
 
 def toeplitz_of(spectrum: Array, length: int, count: int) -> Array:
     """Returns the matrix (count, count) of the product with one kernel, of its spectrum on a period."""
     kernel = irfft(spectrum, length)
-    matrix: Array = toeplitz(kernel[:count], kernel[-np.arange(count)])
-    return matrix
+    return cast(Array, toeplitz(kernel[:count], kernel[-np.arange(count)]))
 
 
 @dataclass(frozen=True)
@@ -111,7 +109,8 @@ class Halves:
             place, sign = np.minimum(number, length - number), np.where(2 * number > length, -1.0, 1.0)
             normal, rotation = U[place] / length, W[place] / length
             A = (normal + rotation) / 2 + sign / length * iV[place].imag
-            made.append(Half.of(first, A, (normal - rotation) / 2))
+            both = (one.reshape(-1, _rows(len(A))).T for one in (A, (normal - rotation) / 2))
+            made.append(Half(first, *map(np.ascontiguousarray, both)))
         return cls(tuple(made))
 
     def __call__(self, values: Array) -> Array:
@@ -149,13 +148,6 @@ class Half:
     shift: int
     A: Array
     D: Array
-
-    @classmethod
-    def of(cls, shift: int, A: Array, D: Array) -> Half:
-        """Returns the half with A and D in the order of their wavenumbers, arrays (n,)."""
-        rows = _rows(len(A))
-        first, second = (np.ascontiguousarray(one.reshape(-1, rows).T) for one in (A, D))
-        return cls(shift, first, second)
 
     def __call__(self, z: Array) -> Array:
         """Returns the conjugate of w from z, both arrays (rows, columns) in the order of cells; z is lost."""

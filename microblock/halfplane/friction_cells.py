@@ -11,7 +11,6 @@ import numpy as np
 
 from ..model.problem import Problem
 from ..model.types import Array
-from ..model.zones import joined
 
 BEYOND = 0.4  # length that a cell may have for each length away from the outermost edge
 SAMPLED = 400  # places to either side of a feature and between, at which sizes are looked at
@@ -49,7 +48,7 @@ def cells(
     a = problem.picture.half_width
     known = list(features)
     found = []
-    for left, right in stretches(problem):
+    for left, right in problem.stretches:
         inner = [place for place in fixed(problem) if left < place < right]
         own = [each for each in known if left < each.place < right]
         steps = np.concatenate(
@@ -88,13 +87,6 @@ def _size(
     return size
 
 
-def stretches(problem: Problem) -> list[tuple[float, float]]:
-    """Returns intervals of the contact point in which a corner could touch, ascending."""
-    assert problem.picture is not None
-    shifts = [problem.shift(corner) for corner in range(len(problem.law.corners))]
-    return joined((left + each, right + each) for left, right in problem.picture.stretches for each in shifts)
-
-
 def fixed(problem: Problem) -> list[float]:
     """Returns contact points at which a corner is under a slope discontinuity or an edge, ascending."""
     ends = [place for pair in problem.ends.values() for place in pair]
@@ -108,7 +100,7 @@ def touching(problem: Problem, fineness: float) -> list[Feature]:
     """
     assert problem.picture is not None
     a = problem.picture.half_width
-    shifts = [problem.shift(corner) for corner in range(len(problem.law.corners))]
-    found = [Feature(problem.picture.lowest + each, 0.0, FIRST_TOUCH * fineness**2 * a) for each in shifts]
+    least = FIRST_TOUCH * fineness**2 * a
+    found = [Feature(problem.picture.lowest + shift, 0.0, least) for shift in problem.shifts]
     kinks = [Feature(each, 0.0, TIP * fineness**2 * a, LOGARITHM * fineness) for each in fixed(problem)]
     return found + kinks

@@ -27,9 +27,8 @@ def events(path: FrictionPath, edges: Array, pairs: Array) -> list[HistoryEvent]
 class _Story:
     def __init__(self, path: FrictionPath, edges: Array, pairs: Array) -> None:
         self.path, self.edges, self.x, self.pairs = path, edges, edges.mean(axis=1), pairs
-        x = self.x
-        self.stick: Flags = np.zeros(len(x), bool)
-        self.slip: Flags = np.zeros(len(x), bool)
+        self.stick: Flags = np.zeros(len(edges), bool)
+        self.slip: Flags = np.zeros(len(edges), bool)
         self.zones: list[Flags] = []
         self.found: list[HistoryEvent] = []
         self.slipped, self.direction = False, 0.0

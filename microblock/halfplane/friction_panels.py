@@ -16,7 +16,7 @@ import numpy as np
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model.history import SLIDING, FrictionSolution, FrictionState, History, HistoryEvent
 from ..model.quadrature import gauss_rule
-from ..model.zones import common, without
+from ..model.zones import common, contains, without
 from .friction_memory import Memory
 from .kernels import kernels
 from .panel_solution import PanelSolution
@@ -253,7 +253,7 @@ class PanelFriction(FrictionSolution):
         size = contact[-1][1] - contact[0][0]
         ends = ends[np.concatenate(([True], np.diff(ends) > NARROWEST * size))]
         middle = (ends[1:] + ends[:-1]) / 2
-        inside = np.any([(a < middle) & (middle < b) for a, b in contact], axis=0)
+        inside = contains(contact, middle)
         left, right = ends[:-1][inside, None], ends[1:][inside, None]
         points, weights = gauss_rule(POINTS)
         x = left + (right - left) * np.sin(np.pi / 2 * points) ** 2
@@ -324,7 +324,7 @@ class PanelFriction(FrictionSolution):
             initial = self.problem.initial_gap(np.zeros(len(self.x), int), self.x)
             return initial - self.plain.scalars(0)[0]
         one = self.plain.at(load)
-        inside = np.any([(a <= self.x) & (self.x <= b) for a, b in one.zones_by_name["contact"]], axis=0)
+        inside = contains(one.zones_by_name["contact"], self.x)
         found = np.zeros_like(self.x)
         found[~inside] = one.gap(0, self.x[~inside])
         return found
@@ -344,7 +344,7 @@ class PanelFriction(FrictionSolution):
         begun = np.zeros_like(found)
         for memory in self.first:
             zones = self.plain.at(memory.load).zones_by_name["contact"]
-            new = waiting & np.any([(a <= self.x) & (self.x <= b) for a, b in zones], axis=0)
+            new = waiting & contains(zones, self.x)
             begun[new] = self._displaced(memory)[new]
             waiting &= ~new
         return found - begun

@@ -26,7 +26,7 @@ from ..model.quadrature import gauss_rule
 from ..model.state import ErrorParts
 from ..model.types import Array, Flags, Interval, Zones
 from ..model.zones import common, distance_to_ends
-from .friction_cells import Feature, cells, fixed, stretches, touching
+from .friction_cells import Feature, cells, fixed, touching
 from .friction_edges import FrictionEdges
 from .friction_events import events
 from .shear_cells import frictional_contact, surface, with_counter
@@ -184,8 +184,7 @@ class FrictionCells(OfMoment):
         """
         own = self.problem
         ends = distance_to_ends(self.x, getattr(own.obstacle, "ends", ()), own.law.shifts(own.ell))
-        weights: Array = self.weights * np.broadcast_to(ends, len(self.x))
-        return weights
+        return self.weights * np.broadcast_to(ends, len(self.x))
 
     @property
     def doubts(self) -> dict[float, float]:
@@ -316,7 +315,7 @@ class FrictionSolver:
         """Returns the history on one level; its cells are small at the edges of the level before."""
         assert self.problem.picture is not None
         a, fineness = self.problem.picture.half_width, FINENESS[number]
-        width = sum(right - left for left, right in stretches(self.problem))
+        width = sum(right - left for left, right in self.problem.stretches)
         first = max(FIRST * a, width / FEWEST)
         smallest = max(NARROWEST * fineness**2 * a, (first if before is None else before.band) / SHARPER)
         features, reach = touching(self.problem, fineness), None
@@ -384,7 +383,7 @@ class FrictionSolver:
         """NotConverged where a corner touches at the end of the cells and the obstacle goes on."""
         closed = np.asarray(moment.closed.reshape(-1, len(edges)).any(axis=0))
         ends = {end for pair in self.problem.ends.values() for end in pair}
-        for left, right in stretches(self.problem):
+        for left, right in self.problem.stretches:
             touching_end = (
                 closed[np.searchsorted(edges[:, 0], left)],
                 closed[np.searchsorted(edges[:, 1], right)],

@@ -9,9 +9,9 @@ from ..corners import active_set
 from ..errors import NotConverged
 from ..model.problem import half_line
 from ..model.quadrature import gauss_rule
-from ..model.zones import joined, runs
+from ..model.zones import runs
 from .counter import counter_flexibility
-from .kernels import kernels
+from .kernels import cell_rule, kernels
 
 PER_STRETCH, PER_CONTACT = 24, 10  # cells of a low stretch, and of the half-width of a contact, at least
 SMALLEST = 2e-4  # cell, over the half-width
@@ -35,7 +35,7 @@ def trial_zones(problem, load):
     for _ in range(ROUNDS):
         x, widths = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
         # what lies between two low stretches is no cell
-        owned = ~np.isin(edges[:-1], _gaps_between(problem))
+        owned = ~np.isin(edges[:-1], [right for _, right in problem.stretches[:-1]])
         x, widths, lower = x[owned], widths[owned], edges[:-1][owned]
         closed = _closed(problem, load, x, widths, closed)
         upper = lower + widths
@@ -55,21 +55,10 @@ def trial_zones(problem, load):
         edges = np.union1d(edges, finer.ravel())
 
 
-def _gaps_between(problem):
-    """Right ends of all low stretches but the last, as contact points."""
-    return [right for _, right in _stretches(problem)][:-1]
-
-
-def _stretches(problem):
-    """Low stretches of the contact point, for all corners together."""
-    shifts = [problem.shift(corner) for corner in range(len(problem.law.corners))]
-    return joined((left + each, right + each) for left, right in problem.picture.stretches for each in shifts)
-
-
 def _first_cells(problem):
     """Edges of the first cells."""
     edges, half = [], problem.picture.half_width
-    for left, right in _stretches(problem):
+    for left, right in problem.stretches:
         largest, x = min((right - left) / PER_STRETCH, half / PER_CONTACT), left
         own = [left]
         while right - x > 1e-9 * (right - left):
@@ -135,9 +124,8 @@ def _averages(problem, x, widths):
         rows, columns = np.nonzero(mask)
         points, gauss = gauss_rule(order)
         found[np.array(which)[:, None], rows, columns] = over(rows, columns, points - 0.5, gauss)
-    # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
-    points, gauss = gauss_rule(16)
-    own = c * table(points**8 * widths[:, None] / 2 / solid.ell, which) @ (gauss * 8 * points**7)
+    points, weights = cell_rule(0, 1, 16)
+    own = c * table(points * widths[:, None] / solid.ell, which) @ weights
     diagonal = np.arange(len(x))
     for number, values in zip(which, own):
         found[number, diagonal, diagonal] = 0.0 if number == 1 else values

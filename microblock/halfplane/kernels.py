@@ -145,8 +145,22 @@ class Kernels:
 
     @staticmethod
     def _values(solid, x):
-        """What is tabulated, at x > 0, array (n,): array (ALL_KERNELS, n)."""
-        return _laplace(solid, x)
+        """What is tabulated, at x > 0, array (n,): all kernels by Gauss quadrature of their Laplace
+        integrals, array (ALL_KERNELS, n).
+        """
+        t, weights, level = laplace_weights(solid)
+        order = np.argsort(t)
+        t, weights = t[order], weights[:, order]
+        below = np.concatenate((np.zeros((ALL_KERNELS, 1)), np.cumsum(weights, axis=1)), axis=1)
+        values = np.empty((ALL_KERNELS, x.size))
+        for block in np.array_split(np.arange(x.size), 1 + x.size // TOGETHER):
+            own = x[block]
+            first, last = np.searchsorted(t, (ONE / own.max(), NOTHING / own.min()))
+            values[:, block] = weights[:, first:last] @ np.exp(-np.outer(t[first:last], own))
+            values[:, block] += below[:, first, None]
+        values[[0, 3]] -= level
+        values[[5, 7]] += step(solid.nu)
+        return values
 
     def __call__(self, x, which=(0, 1, 2)):
         """The kernels numbered `which` at x/ell, array of any shape: array (len(which), ...)."""
@@ -286,7 +300,7 @@ class HalfPlane(Unbounded):
         table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
         averages = np.empty((len(which), count))
         for spans in _spans(count):
-            places, rules = zip(*(_cell_rule(*span) for span in spans))
+            places, rules = zip(*(cell_rule(*span) for span in spans))
             ends = np.cumsum([own.size for own in places])[:-1]
             values = table(np.concatenate(places) * width / solid.ell, which)
             for (near, far, order), weights, own in zip(spans, rules, np.split(values, ends, axis=1)):
@@ -304,7 +318,7 @@ def _spans(count):
         yield [(first, min(first + BLOCK, count), CELL_GAUSS[-1][1])]
 
 
-def _cell_rule(near, far, order):
+def cell_rule(near, far, order):
     """Places in cells, array ((far - near) order,), and weights, array (order,), of averages over cells."""
     points, gauss = gauss_rule(order)
     if not near:  # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
@@ -313,9 +327,9 @@ def _cell_rule(near, far, order):
 
 
 @lru_cache(maxsize=64)
-def kernels(nu, beta, curvature):
-    """The tables of a material, made once."""
-    return Kernels(nu, beta, curvature)
+def kernels(nu, beta, curvature, kind=Kernels):
+    """The tables of a material, made once, of a class of them."""
+    return kind(nu, beta, curvature)
 
 
 def is_classical(solid):
@@ -360,25 +374,6 @@ def laplace_weights(solid):
 def step(nu):
     """Half of the jump at x = 0 of the kernel of Y as seen from far away, over c: the share of its pole."""
     return (1 - 2 * nu) / (4 * (1 - nu))
-
-
-def _laplace(solid, x):
-    """All kernels at x > 0, array (n,), by Gauss quadrature of their Laplace integrals: array (ALL_KERNELS,
-    n).
-    """
-    t, weights, level = laplace_weights(solid)
-    order = np.argsort(t)
-    t, weights = t[order], weights[:, order]
-    below = np.concatenate((np.zeros((ALL_KERNELS, 1)), np.cumsum(weights, axis=1)), axis=1)
-    values = np.empty((ALL_KERNELS, x.size))
-    for block in np.array_split(np.arange(x.size), 1 + x.size // TOGETHER):
-        own = x[block]
-        first, last = np.searchsorted(t, (ONE / own.max(), NOTHING / own.min()))
-        values[:, block] = weights[:, first:last] @ np.exp(-np.outer(t[first:last], own))
-        values[:, block] += below[:, first, None]
-    values[[0, 3]] -= level
-    values[[5, 7]] += step(solid.nu)
-    return values
 
 
 def _turned_wavenumbers(solid):

@@ -127,7 +127,7 @@ class LineSolver:
         for order in orders[:-1]:
             states[order] = self._fit(zones, order, edges, steps=NEAR_STEPS)
             zones = states[order].zones
-        states[orders[-1]] = self._settled(zones, orders[-1], edges, conditions)
+        states[orders[-1]] = self._amended(self._fit(zones, orders[-1], edges), edges, conditions)
         return states
 
     def _fit(self, zones, order, edges, **steps):
@@ -168,10 +168,6 @@ class LineSolver:
             return good
         raise NotConverged(f"edges of the zones run into each other again and again at load {self.load:g}")
 
-    def _settled(self, zones, order, edges, conditions):
-        """The state on these zones, amended where they do not hold."""
-        return self._amended(self._fit(zones, order, edges), edges, conditions)
-
     def _amended(self, state, edges, conditions):
         """A fitted state looked at everywhere, its zones amended until they hold."""
         order = state.panels.order
@@ -206,10 +202,8 @@ class LineSolver:
         def at_order(order):
             if order not in states:
                 coarser = states[max(states)]
-                zones = coarser.further if last else coarser.zones
-                states[order] = (
-                    self._fit(zones, order, edges) if last else self._settled(zones, order, edges, conditions)
-                )
+                fitted = self._fit(coarser.further if last else coarser.zones, order, edges)
+                states[order] = fitted if last else self._amended(fitted, edges, conditions)
             return states[order]
 
         def error(coarse, fine):

@@ -12,7 +12,7 @@ from ..model.problem import Problem, half_line
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts, LineSolution, surface
 from ..model.types import CornerZones
-from ..model.zones import distance, moved_on, zone_edges
+from ..model.zones import contains, distance, moved_on, zone_edges
 from ..threads import bounded
 from .carried import carried
 from .counter import counter_log_response, counter_response
@@ -134,7 +134,7 @@ class PanelSolution(LineSolution):
         e, h = self.panels.e[own], self.panels.h[own]
         starts = np.minimum(e, e + h)
         along = np.argsort(starts)
-        here = np.flatnonzero(_within(x, self.zones[corner]))
+        here = np.flatnonzero(contains(self.zones[corner], x))
         number = along[np.maximum(np.searchsorted(starts[along], x[here], side="right") - 1, 0)]
         on_it = np.abs((x[here] - e[number]) / h[number] - 0.5) <= 0.5 + JOINT
         here, number = here[on_it], own[number[on_it]]
@@ -227,6 +227,8 @@ class PanelSolution(LineSolution):
             + self.counter_displacement(x - np.array(self.problem.shifts)[numbers])
         )
 
+    gap = gaps  # of a State's contract
+
     def counter_displacement(self, x):
         if self.problem.counter is None:
             return np.zeros_like(x)
@@ -237,7 +239,7 @@ class PanelSolution(LineSolution):
         """{corner: (those x that lie off its zones, its gaps there)} of the corners that are computed;
         sooner than one by one.
         """
-        places = {corner: x[~_within(x, self.zones[corner])] for corner in self.problem.corners}
+        places = {corner: x[~contains(self.zones[corner], x)] for corner in self.problem.corners}
         sizes = [len(own) for own in places.values()]
         gaps = np.split(
             self.gaps(np.repeat(list(places), sizes), np.concatenate(list(places.values()))),
@@ -284,9 +286,6 @@ class PanelSolution(LineSolution):
             counter=None if self.problem.counter is None else self.counter_displacement,
         )
 
-    def gap(self, corner, x):
-        return self.gaps(corner, x)
-
     @cached_property
     def fields(self):
         """Fields below the surface, by points (x1, x2)."""
@@ -309,12 +308,7 @@ def violation(state):
     """Largest violation of (26): tensile pressure over the largest pressure, and overlap over the size of
     the gaps.
     """
-    return float(max(0.0, *(wrong.max(initial=0.0) for _, wrong in violations(state).values())))
-
-
-def violations(state):
-    """{corner: (x ascending, violation of (26) there)} of the corners that are computed, see `violation`."""
-    problem, found = state.problem, {}
+    problem, found = state.problem, 0.0
     edges = np.array(zone_edges(state.all_zones))
     width, top = edges[-1] - edges[0], state.pressures.max()
     steps = width * 0.5 * (np.arange(1, LOOKOUTS + 1) / LOOKOUTS) ** 3
@@ -323,21 +317,11 @@ def violations(state):
     heights = heights[np.isfinite(heights)]  # none over a punch narrower than a block
     size = (np.ptp(heights) if heights.size else 0.0) or width
     around = around[around > 0] if half_line(problem) else around
-    for corner, (places, gaps) in state.gaps_off_zones(around).items():
-        inside = _within(state.x, state.zones[corner])
-        x = np.concatenate((places, state.x[inside]))
+    for corner, (_, gaps) in state.gaps_off_zones(around).items():
+        inside = contains(state.zones[corner], state.x)
         wrong = np.concatenate((-gaps / size, -state.pressures[corner, inside] / top))
-        order = np.argsort(x)
-        found[corner] = x[order], wrong[order]
-    return found
-
-
-def _within(x, intervals):
-    """Whether each x lies in one of the intervals."""
-    inside = np.zeros(len(x), bool)
-    for left, right in intervals:
-        inside |= (left <= x) & (x <= right)
-    return inside
+        found = max(found, wrong.max(initial=0.0))
+    return float(found)
 
 
 def difference(coarse, fine):

@@ -10,7 +10,8 @@ energy and dissipation to rounding. Formulas: docs/theory/friction.md.
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import partial
+from itertools import product
 
 import numpy as np
 
@@ -50,18 +51,13 @@ def _twice(y):
     return np.where(y < SMALL, series, (np.expm1(-large) + large) / large / large)
 
 
-@lru_cache(maxsize=64)
-def _second_antiderivatives(nu, beta, curvature):
-    return SecondAntiderivatives(nu, beta, curvature)
-
-
 def _tables(solid):
     """Functions of (x/ell, numbers of kernels): the kernels over c, and F/x^2; of a classical solid those of
     U and Y alone.
     """
     if not is_classical(solid):
         material = solid.nu, solid.beta, solid.curvature
-        return kernels(*material), _second_antiderivatives(*material)
+        return kernels(*material), kernels(*material, SecondAntiderivatives)
 
     def table(x, which, twice):
         x, share = np.asarray(x, float), step(solid.nu)
@@ -100,17 +96,14 @@ def averages(solid, edges, which, shift=0.0):
     found = np.zeros((len(which), *apart.shape))
     rows, columns = np.nonzero(~far)
     own, other, middle = width[rows], width[columns], apart[rows, columns]
-    for sign_own in (-1, 1):
-        for sign_other in (-1, 1):
-            place = middle + sign_own * own / 2 - sign_other * other / 2
-            table = twice(place, which)
-            found[:, rows, columns] -= sign_own * sign_other * place**2 * table / (own * other)
+    for sign_own, sign_other in product((-1, 1), repeat=2):
+        place = middle + sign_own * own / 2 - sign_other * other / 2
+        found[:, rows, columns] -= sign_own * sign_other * place**2 * twice(place, which) / (own * other)
     rows, columns = np.nonzero(far)
     points, weights = gauss_rule(2)
-    for one, share in zip(points - 0.5, weights):
-        for another, part in zip(points - 0.5, weights):
-            place = apart[rows, columns] + one * width[rows] - another * width[columns]
-            found[:, rows, columns] += share * part * once(place, which)
+    for (one, share), (another, part) in product(tuple(zip(points - 0.5, weights)), repeat=2):
+        place = apart[rows, columns] + one * width[rows] - another * width[columns]
+        found[:, rows, columns] += share * part * once(place, which)
     if not shift:
         for number, matrix in zip(which, found):  # rounding apart they are
             matrix[...] = (matrix - matrix.T) / 2 if number in ALL_ODD else (matrix + matrix.T) / 2

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebpts1, chebvander
 
 from ..model.problem import half_line
-from ..model.zones import runs, zone_edges
+from ..model.zones import contains, runs, zone_edges
 from .carried import carried, carried_edges
 
 POINTS = 20  # of a stretch; where the kernel's scales are many, more
@@ -102,20 +102,18 @@ class _Stretch:
     def at(self, t):
         """Abscissae at parameters in [-1, 1]."""
         share = (1 + t) / 2
-        if np.isinf(self.right):
-            return self.left + self.core * np.sinh(self._reach * share) ** 2
-        if np.isinf(self.left):
-            return self.right - self.core * np.sinh(self._reach * share) ** 2
-        return self.left + (self.right - self.left) * (1 - np.cos(np.pi * share)) / 2
+        if np.isfinite(self.left + self.right):
+            return self.left + (self.right - self.left) * (1 - np.cos(np.pi * share)) / 2
+        away = self.core * np.sinh(self._reach * share) ** 2
+        return self.left + away if np.isinf(self.right) else self.right - away
 
     def parameter(self, x):
         """Its inverse, for x within."""
-        if np.isinf(self.right):
-            share = np.arcsinh(np.sqrt(np.maximum(x - self.left, 0) / self.core)) / self._reach
-        elif np.isinf(self.left):
-            share = np.arcsinh(np.sqrt(np.maximum(self.right - x, 0) / self.core)) / self._reach
-        else:
+        if np.isfinite(self.left + self.right):
             share = np.arccos(np.clip(1 - 2 * (x - self.left) / (self.right - self.left), -1, 1)) / np.pi
+        else:
+            away = x - self.left if np.isinf(self.right) else self.right - x
+            share = np.arcsinh(np.sqrt(np.maximum(away, 0) / self.core)) / self._reach
         return 2 * share - 1
 
 
@@ -298,5 +296,5 @@ def _beyond(problem, picture, stretch, x, rise, noise):
     if picture is None or (np.isfinite(stretch.left + stretch.right) and len(picture.stretches) == 1):
         return False
     shift = problem.shift(stretch.corner)
-    out = ~np.any([(left + shift <= x) & (x <= right + shift) for left, right in picture.stretches], axis=0)
+    out = ~contains(np.add(picture.stretches, shift), x)
     return bool(np.any(picture.allowed(x[out] - shift) + rise[out] < -noise))

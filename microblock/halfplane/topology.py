@@ -8,7 +8,7 @@ from ..corners import active_set
 from ..errors import NotConverged
 from ..model import picture
 from ..model.problem import half_line
-from ..model.zones import joined, runs, zone_edges
+from ..model.zones import joined, runs, without, zone_edges
 from .counter import counter_flexibility
 
 CELLS = (80, 160)  # of the coarse grid; finer while no zones fit
@@ -276,7 +276,11 @@ def amended(state, found, tolerance):
                 edge for own in zones[each.corner] for edge in own if left - slack < edge < right + slack
             ]
             left, right = min([left, *beside]), max([right, *beside])
-        zones[each.corner] = _toggled(zones[each.corner], left, right, inside=not each.depth)
+        zones[each.corner] = (
+            joined([*zones[each.corner], (left, right)])
+            if each.depth
+            else sorted(set(without(zones[each.corner], left, right)))
+        )
     if not wrong:
         return None
     if half_line(state.problem) or not any(zones.values()):
@@ -289,14 +293,6 @@ def amended(state, found, tolerance):
         if len(zones) == 1 and not state.problem.mirror
         else _beyond_ends(state.problem, zones, NEXT_TO[1])
     )
-
-
-def _toggled(intervals, left, right, inside):
-    """Intervals with (left, right) taken out, or put in."""
-    if not inside:
-        return joined([*intervals, (left, right)])
-    pieces = [piece for a, b in intervals for piece in ((a, min(b, left)), (max(a, right), b))]
-    return sorted({(a, b) for a, b in pieces if a < b})
 
 
 def classical(problem, load):

@@ -91,8 +91,7 @@ class Picture:
         repeats: bool = False,
     ) -> None:
         self.gaps, self.ell, self.needed, self.obstacle, self.repeats = gaps, ell, needed, obstacle, repeats
-        self.samples = self.valleys = self._starts = np.empty((0, 3))
-        self._lengths = np.empty(0)
+        self.samples, self.valleys, self._starts = np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 4))
         self.bound, self.radius = np.inf, window.side / FINE if window else 0.0
         self._draw = np.random.default_rng(0)
         if window is not None:
@@ -111,8 +110,7 @@ class Picture:
     @property
     def lowest(self) -> Array:
         """x1, x2 and f of the lowest sample."""
-        row: Array = self.samples[np.argmin(self.samples[:, 2])]
-        return row
+        return np.asarray(self.samples[np.argmin(self.samples[:, 2])])
 
     @property
     def deepest(self) -> Array:
@@ -120,16 +118,14 @@ class Picture:
         least = self.lowest[2]
         return np.vstack((self.lowest, self.low(least + EQUAL * (self.bound - least))))[:, :2]
 
-    def low(self, approach: float, among: Array | None = None) -> Array:
-        """Returns the samples, or others, at which f is below an approach, array (m, 3)."""
-        samples = self.samples if among is None else among
-        found: Array = samples[samples[:, 2] < approach]
-        return found
+    def low(self, approach: float) -> Array:
+        """Returns the samples at which f is below an approach, array (m, 3)."""
+        return np.asarray(self.samples[self.samples[:, 2] < approach])
 
     def separate(self, approach: float) -> Array:
         """Returns the places of valleys below an approach that stand apart, array (k, 2)."""
-        low, found = self.low(approach, self.valleys), []
-        low = low[np.argsort(low[:, 2]), :2]
+        low, found = self.valleys[np.argsort(self.valleys[:, 2])], []
+        low = low[low[:, 2] < approach, :2]
         while len(low):
             found.append(low[0])
             low = low[np.abs(low - low[0]).max(axis=1) > SAME * self.radius]
@@ -147,8 +143,7 @@ class Picture:
         low, starts = (np.column_stack((x1[there], x2[there], f[there])) for there in (f < self.bound, lower))
         starts = starts[np.argsort(starts[:, 2])[:VALLEYS]]
         self.samples = np.vstack((self.samples, low))
-        self._starts = np.vstack((self._starts, starts))
-        self._lengths = np.append(self._lengths, np.full(len(starts), side / count))
+        self._starts = np.vstack((self._starts, np.insert(starts, 3, side / count, axis=1)))
 
     def look_about(self, window: Any) -> None:
         """Looks at a window, and as far again on all sides of it, for what may be narrow, and follows it."""
@@ -158,7 +153,7 @@ class Picture:
 
     def follow(self) -> None:
         """Follows lower samples of squares down to their valleys and adds these."""
-        places, step, rows = self._starts, self._lengths, np.arange(len(self._starts))
+        places, step, rows = self._starts[:, :3], self._starts[:, 3], np.arange(len(self._starts))
         ways = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b])
         ways = np.vstack((ways, ways / 4))  # which turn across a valley that falls along it
         for _ in range(STEPS):
@@ -171,12 +166,11 @@ class Picture:
             places = np.where(lower[:, None], np.column_stack((around[best], f[best])), places)
             step = np.where(lower & (best[1] < len(ways) // 2), step, step / 4)
         self.samples, self.valleys = (np.vstack((all, places)) for all in (self.samples, self.valleys))
-        self._starts, self._lengths = self._starts[:0], self._lengths[:0]
+        self._starts = self._starts[:0]
 
     def _least(self, x1: Array, x2: Array) -> Array:
         with np.errstate(all="ignore"):  # far away heights overflow
-            found: Array = self.gaps(x1, x2).min(axis=0)
-        return found
+            return np.asarray(self.gaps(x1, x2).min(axis=0))
 
     def _everywhere(self, count: int = COARSE) -> None:
         """Looks at squares about the middle, again in more rows if none meets the obstacle, then about the

@@ -24,11 +24,10 @@ from scipy.sparse import csr_array
 from tqdm.auto import tqdm
 
 from ..corners import projected_gradients
-from ..errors import NOT_YET, BadArgument, NotConverged, at_least
+from ..errors import NOT_YET, BadArgument, NotConverged, out_of_reach
 from ..halfplane.counter import require_same_period
 from ..halfplane.kernels import is_classical
 from ..model.deformable import body_of
-from ..model.events import LoadPath
 from ..model.material import joint_modulus
 from ..model.solver import Solver
 from ..model.types import AnyArray as Array
@@ -128,23 +127,6 @@ class SurfaceSolver(Solver):
             psi0 = getattr(self.law, "psi0", None)
             raise BadArgument("psi0", psi0, f"must repeat with the period, {period:g}")
 
-    @property
-    def has_level(self) -> bool:  # type: ignore[override]
-        return True
-
-    def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
-        """Raises BadArgument: events of a surface are not followed."""
-        raise BadArgument(
-            "method",
-            type(self.options).__name__,
-            "cannot follow events on a HalfSpace: solve the loads one by one, each with the state before as "
-            "`initial`",
-        )
-
-    def state(self, solution: Any) -> Any:
-        """Returns the SurfaceState that `solve` has made."""
-        return solution
-
     def initial_gaps(self, x1: Array, x2: Array) -> Array:
         """Returns the initial gaps of all corners at cells with these centres, array (corners, n, n)."""
         return self._gaps(*np.meshgrid(x1, x2, indexing="ij"))
@@ -215,41 +197,31 @@ class SurfaceSolver(Solver):
                 if self._given_window() is None and (cut or len(outside)):
                     return state, np.vstack((_pressing(state), outside))
                 if count == nodes or (state.error_estimate <= goal and not len(hidden)):
-                    final = self._finished(grid, load, approach, state)
-                    return replace(final, warnings=_warnings(cut, outside, hidden)), np.empty((0, 2))
+                    estimate, words = state.error_estimate, _warnings(cut, outside, hidden)
+                    if state.residual > self.options.residual:
+                        start = _spread(state, grid)
+                        state = self._solved(grid, load, approach, self.options.residual, start)
+                    return replace(state, error_estimate=estimate, warnings=words), np.empty((0, 2))
                 if not len(hidden) and (best is None or state.error_estimate < best.error_estimate):
                     best = state
                 finer = np.log2(MOST / count)
                 late = _estimate(changes) > goal * (BLIND if blind else FASTEST) ** finer
                 if late or _share_of_spots(before, SPOT / 2 / 4**finer) > goal:  # out of reach of MOST
                     break
-        raise self._out_of_reach(picture, best or state, goal, best is not None)
+        raise self._out_of_reach(picture, best or state, goal)
 
-    def _out_of_reach(self, picture: Picture, state: SurfaceState, goal: float, whole: bool) -> NotConverged:
-        """Returns the error for a goal that no grid reaches, with the state of the least estimate. Its figure
-        is advised if the state is whole, which is one with no place between its cells that would touch.
-        """
-        figure = at_least(state.error_estimate or 0.0)
-        met = float(figure) if whole and float(figure) < 1 else None
-        words = f"error {figure} instead of {goal:g} on {len(state.x1)} x {len(state.x1)} cells"
+    def _out_of_reach(self, picture: Picture, state: SurfaceState, goal: float) -> NotConverged:
+        """Returns the error for a goal that no grid reaches, with the state of the least estimate."""
         places, (outside, hidden) = picture.separate(state.approach), self._touching(state, picture)
         cut = self.period is None and _reaches(state, 1)
-        ways = [f"ask for rtol={figure}"] * (met is not None) + ["fix Cells(nodes=...)"]
+        words, ways = [f" on {len(state.x1)} x {len(state.x1)} cells"], ["fix Cells(nodes=...)"]
         if len(places) > 1:
             apart = np.ptp(_around(places), axis=0).max()
-            words += f"; contacts at up to {len(places)} places within {apart:.3g} are on one grid"
+            words.append(f"contacts at up to {len(places)} places within {apart:.3g} are on one grid")
             ways += ["solve parts apart, Cells(window=(left, right))"] * (self.period is None)
-        words = "; ".join((words, *_warnings(cut, outside, hidden)))
-        return NotConverged(f"{words}: {', or '.join(ways)}", reached=state.load, rtol_reached=met)
-
-    def _finished(
-        self, grid: Grid, load: float | None, approach: float | None, state: SurfaceState
-    ) -> SurfaceState:
-        """Returns the state to the residual that was asked for, on the grid that is fine enough."""
-        if state.residual <= self.options.residual:
-            return state
-        final = self._solved(grid, load, approach, self.options.residual, _spread(state, grid))
-        return replace(final, error_estimate=state.error_estimate)
+        why = "; ".join((*words, *_warnings(cut, outside, hidden)))
+        best = np.inf if len(hidden) else state.error_estimate or 0.0  # where places are left out
+        return out_of_reach(goal, best, why, ", or ".join(ways), load=state.load)
 
     def _flexibility(self, grid: Grid) -> Flexibility:
         own, period = Grid(grid.count, grid.width, (0.0, 0.0)), self.period
@@ -403,8 +375,7 @@ class SurfaceSolver(Solver):
         law, (x1, x2) = self.surface_law, places[:, :2].T
         gaps = self._gaps(x1, x2) - state.approach + u - np.tensordot(law.offsets, phi, 1) + beyond
         gaps += (law.tilt(x1, x2) * phi[: len(law.psi0)]).sum(axis=0)
-        below: Array = gaps.min(axis=0) < -OVERLAP * (state.approach - least)
-        return below
+        return np.asarray(gaps.min(axis=0) < -OVERLAP * (state.approach - least))
 
     def _surface_at(self, state: SurfaceState, x1: Array, x2: Array) -> tuple[Array, Array]:
         """Returns u, array (n,), and the phi that corners see, array (2, n), at places outside, under the
@@ -491,14 +462,12 @@ def _spots(state: SurfaceState) -> Array:
     n, repeats = len(state.x1), 1 if state.period is None else 2  # on a period spots go on beyond its rim
     labels = label(np.tile(state.pressure > 0, (repeats, repeats)), np.ones((3, 3)))[0]
     sizes = np.bincount(labels.ravel())[labels] * (labels > 0)
-    found: Array = sizes.reshape(repeats, n, repeats, n).max(axis=(0, 2))
-    return found
+    return np.asarray(sizes.reshape(repeats, n, repeats, n).max(axis=(0, 2)))
 
 
 def _share_of_spots(state: SurfaceState, least: float) -> float:
     """Returns the share of the load on spots of fewer cells."""
-    small = _spots(state) < least
-    return float(state.pressure[small].sum() / state.pressure.sum())
+    return float(state.pressure[_spots(state) < least].sum() / state.pressure.sum())
 
 
 def _estimate(changes: list[float]) -> float:
@@ -541,8 +510,7 @@ def _around(places: Array) -> Array:
 
 def _reaches(state: SurfaceState, rim: int) -> bool:
     """Returns whether cells press among so many at the rim."""
-    inner = state.closed[rim:-rim, rim:-rim]
-    return int(np.count_nonzero(inner)) < int(np.count_nonzero(state.closed))
+    return bool(np.count_nonzero(state.closed[rim:-rim, rim:-rim]) < np.count_nonzero(state.closed))
 
 
 def _coarser(state: SurfaceState) -> SurfaceState:

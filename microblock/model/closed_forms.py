@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,13 +21,20 @@ class _Layered:
     if TYPE_CHECKING:  # fields of the strips
 
         @property
-        def ell(self) -> float: ...
+        def ell(self) -> float:
+            """ell/H."""
+
         @property
-        def nu(self) -> float: ...
+        def nu(self) -> float:
+            """Poisson's ratio."""
+
         @property
-        def beta(self) -> float: ...
+        def beta(self) -> float:
+            """Coupling."""
+
         @property
-        def curvature(self) -> float: ...
+        def curvature(self) -> float:
+            """gamma' of (12)."""
 
     @property
     def k(self) -> float:
@@ -134,14 +141,12 @@ class Strip(_Layered):
     def _even(self, x2: ArrayLike) -> Array:
         """Returns cosh(k x2)/cosh(k) without overflow."""
         x2 = np.asarray(x2, float)
-        values: Array = (np.exp(self.k * (x2 - 1)) + np.exp(-self.k * (x2 + 1))) / (1 + math.exp(-2 * self.k))
-        return values
+        return (np.exp(self.k * (x2 - 1)) + np.exp(-self.k * (x2 + 1))) / (1 + math.exp(-2 * self.k))
 
     def _odd(self, x2: ArrayLike) -> Array:
         """Returns sinh(k x2)/cosh(k) without overflow or cancellation."""
         x2 = np.asarray(x2, float)
-        values: Array = -np.exp(self.k * (x2 - 1)) * np.expm1(-2 * self.k * x2) / (1 + math.exp(-2 * self.k))
-        return values
+        return -np.exp(self.k * (x2 - 1)) * np.expm1(-2 * self.k * x2) / (1 + math.exp(-2 * self.k))
 
 
 @dataclass(frozen=True)
@@ -284,10 +289,9 @@ class TwoFacedStrip(_Layered):
 
     def _rise(self, x2: Array, sign: int) -> Array:
         """Returns sinh(k (1 + x2))/sinh(2 k) (sign 1) or cosh(k (1 + x2))/sinh(2 k) (sign -1)."""
-        values: Array = (np.exp(self.k * (x2 - 1)) - sign * np.exp(-self.k * (x2 + 3))) / -math.expm1(
-            -4 * self.k
+        return cast(
+            Array, (np.exp(self.k * (x2 - 1)) - sign * np.exp(-self.k * (x2 + 3))) / -math.expm1(-4 * self.k)
         )
-        return values
 
 
 def _over(size: float, slope: float) -> float:
@@ -315,8 +319,7 @@ def hertz(x: ArrayLike, load: float, half_width: float) -> Array:
         Stresses.
     """
     rest = np.maximum(1 - (np.asarray(x, float) / half_width) ** 2, 0)
-    pressure: Array = 2 * load / (math.pi * half_width) * np.sqrt(rest)
-    return pressure
+    return 2 * load / (math.pi * half_width) * np.sqrt(rest)
 
 
 def punch(x: ArrayLike, load: float, half_width: float) -> Array:
@@ -377,8 +380,7 @@ def wedge(x: ArrayLike, load: float, half_width: float) -> Array:
 
     Parameters and returned values are those of `hertz`, at x != 0.
     """
-    pressure: Array = load / (math.pi * half_width) * np.arccosh(np.maximum(half_width / np.abs(x), 1))
-    return pressure
+    return load / (math.pi * half_width) * np.arccosh(np.maximum(half_width / np.abs(x), 1))
 
 
 @dataclass(frozen=True)
@@ -424,8 +426,7 @@ class Wavy:
         if self.mean >= self.closure:
             return self.mean + self.closure * np.cos(2 * phase)
         rest = self.mean / self.closure - np.sin(phase) ** 2
-        pressure: Array = 2 * self.closure * np.abs(np.cos(phase)) * np.sqrt(np.maximum(rest, 0))
-        return pressure
+        return 2 * self.closure * np.abs(np.cos(phase)) * np.sqrt(np.maximum(rest, 0))
 
 
 @dataclass(frozen=True)

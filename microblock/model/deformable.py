@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from numpy.typing import ArrayLike
 
@@ -59,8 +59,7 @@ class Deformable:
         (lengths).
         """
         height: Any = getattr(self.shape, "height", self.shape)
-        found: ArrayLike = height(*x)
-        return found
+        return cast(ArrayLike, height(*x))
 
     def __getattr__(self, name: str) -> Any:
         if name in OF_SHAPE:

@@ -91,7 +91,8 @@ class LoadPath(Shown):
 
         @property
         @abstractmethod
-        def events(self) -> Sequence[Event]: ...
+        def events(self) -> Sequence[Event]:
+            """Zones that are born, merge, split or vanish, ascending in load."""
 
     @property
     def warnings(self) -> list[str]:

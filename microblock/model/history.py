@@ -23,41 +23,42 @@ SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what 
 
 
 class FrictionSolution(Solution):
-    """What a method computes at a pair of loads: the contract that a FrictionState rests on.
-
-    Attributes
-    ----------
-    shear : float
-        Q, force per thickness; `load` is P.
-    shear_traction, slip : arrays (n,)
-        q along x1 (stress), and the relative tangential displacement since first contact (length).
-    dissipation, work : float
-        Energies per thickness since the beginning.
-    tangential_approach : float or None
-        Tangential displacement of the obstacle (length), None where a rigid-body constant is arbitrary.
-    zone_errors : dict or None
-        Errors of the edges of `zones_by_name` (lengths), as of `FrictionState`; None where a method has none.
-    """
+    """What a method computes at a pair of loads: the contract that a FrictionState rests on."""
 
     @property
     def zone_errors(self) -> ZoneErrors | None:
-        """None, unless a method estimates them."""
+        """Errors of the edges of `zones_by_name` (lengths), as of `FrictionState`; None, unless a method
+        estimates them.
+        """
         return None
 
     if TYPE_CHECKING:
 
         @property
-        def shear(self) -> float: ...
+        def shear(self) -> float:
+            """Q, force per thickness; `load` is P."""
+
         @property
-        def shear_traction(self) -> Array: ...
+        def shear_traction(self) -> Array:
+            """q along x1, array (n,) (stress)."""
+
         @property
-        def slip(self) -> Array: ...
+        def slip(self) -> Array:
+            """Relative tangential displacement since first contact, array (n,) (length)."""
+
         @property
-        def dissipation(self) -> float: ...
+        def dissipation(self) -> float:
+            """Energy per thickness that was dissipated since the beginning."""
+
         @property
-        def work(self) -> float: ...
+        def work(self) -> float:
+            """Work of the loads since the beginning, per thickness."""
+
         @property
-        def tangential_approach(self) -> float | None: ...
+        def tangential_approach(self) -> float | None:
+            """Tangential displacement of the obstacle (length); None where a rigid-body constant is
+            arbitrary.
+            """
 
 
 class OfMoment(FrictionSolution):

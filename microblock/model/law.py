@@ -47,7 +47,8 @@ class Law:
     if TYPE_CHECKING:  # a subclass may have it as a property
 
         @property
-        def even(self) -> bool: ...
+        def even(self) -> bool:
+            """Whether the law is known to be symmetric about x1 = 0."""
     else:
         even = False
 
@@ -109,8 +110,7 @@ class _Coulomb(Law):
 
 def _coefficient() -> float:
     """The field `friction`, which a law tells of itself only where there is any."""
-    made: float = field(default=0.0, metadata={"told": "if other than usual"})
-    return made
+    return field(default=0.0, metadata={"told": "if other than usual"})
 
 
 @dataclass(frozen=True, repr=False)

@@ -430,8 +430,7 @@ class Rough:
         phases = 2 * np.pi * np.random.default_rng(self.seed).random(len(m))
         shape = m ** (-self.hurst - 0.5) * np.exp(1j * phases)
         mean_square = np.sum(np.abs(2 * np.pi * m / self.period * shape) ** 2) / 2
-        found: NDArray[np.complex128] = self.slope / np.sqrt(mean_square) * shape
-        return found
+        return cast("NDArray[np.complex128]", self.slope / np.sqrt(mean_square) * shape)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths); the time grows like the number of
@@ -441,8 +440,7 @@ class Rough:
         total = np.zeros_like(phase)
         for amplitude in self.amplitudes[::-1]:
             total = total * phase + amplitude
-        found: Array = (total * phase ** self.waves[0]).real
-        return found
+        return cast(Array, (total * phase ** self.waves[0]).real)
 
 
 def check_self_affine(rough: Any, most: int) -> None:

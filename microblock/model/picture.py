@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypedDict, cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -44,8 +44,41 @@ NEGLIGIBLE = 1e-11
 
 
 @dataclass(frozen=True)
-class Picture:
-    """What is known of an obstacle for loads up to `load`.
+class Shape:
+    """What is known of an obstacle from its height alone.
+
+    Attributes
+    ----------
+    sites, heights : arrays (m,)
+        Ascending places where it could touch, and the heights there (lengths).
+    edges, lengths : arrays (n + 1,), (n,)
+        Pieces on which the height is a polynomial; inf where only slope discontinuities and edges count.
+    kinks, jumps, ends : tuples of float
+        Slope discontinuities, jumps of the slope and edges of the obstacle, given or detected.
+    steps : tuple of float
+        Places at which the height itself jumps.
+    tips : tuple of float
+        Places at which the curvature has no bound though the slope does not jump.
+    found : bool
+        Whether slope discontinuities, jumps of the slope or edges were detected that the obstacle does not
+        name.
+    """
+
+    sites: Array
+    heights: Array
+    edges: Array
+    lengths: Array
+    kinks: tuple[float, ...]
+    jumps: tuple[float, ...]
+    ends: tuple[float, ...]
+    steps: tuple[float, ...] = ()
+    tips: tuple[float, ...] = ()
+    found: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture(Shape):
+    """What is known of an obstacle for loads up to `load`: its Shape, and where it could touch.
 
     Attributes
     ----------
@@ -59,21 +92,8 @@ class Picture:
         Multiple of the classical estimate below which heights are sampled.
     stretches : tuple of (left, right)
         Intervals of x1, ascending, beyond which nothing touches.
-    sites, heights : arrays (m,)
-        Ascending places in them, and the heights there (lengths).
-    edges, lengths : arrays (n + 1,), (n,)
-        Pieces on which the height is a polynomial; inf where only slope discontinuities and edges count.
-    kinks, jumps, ends : tuples of float
-        Slope discontinuities, jumps of the slope and edges of the obstacle, given or detected.
-    steps : tuple of float
-        Places at which the height itself jumps.
     angle : Proxy or None
         The Proxy of psi0 where that is a function.
-    tips : tuple of float
-        Places at which the curvature has no bound though the slope does not jump.
-    found : bool
-        Whether slope discontinuities, jumps of the slope or edges were detected that the obstacle does not
-        name.
     """
 
     load: float
@@ -82,17 +102,7 @@ class Picture:
     rise: float
     bound: float
     stretches: tuple[Interval, ...]
-    sites: Array
-    heights: Array
-    edges: Array
-    lengths: Array
-    kinks: tuple[float, ...]
-    jumps: tuple[float, ...]
-    ends: tuple[float, ...]
-    steps: tuple[float, ...]
     angle: Proxy | None
-    tips: tuple[float, ...] = ()
-    found: bool = False
 
     @property
     def minima(self) -> Array:
@@ -110,27 +120,11 @@ class Picture:
     def allowed(self, x: Array) -> Array:
         """Returns the height at x below which a corner may touch, array (n,)."""
         away = np.abs(x - self.lowest) / self.half_width
-        heights: Array = self._least + self.bound * self.rise * (1 + np.log1p(2 * away))
-        return heights
+        return self._least + self.bound * self.rise * (1 + np.log1p(2 * away))
 
     @property
     def _least(self) -> float:
         return float(self.heights.min())
-
-
-class Shape(TypedDict, total=False):
-    """Those parts of a Picture that come from the height alone."""
-
-    sites: Array
-    heights: Array
-    edges: Array
-    lengths: Array
-    kinks: tuple[float, ...]
-    jumps: tuple[float, ...]
-    ends: tuple[float, ...]
-    steps: tuple[float, ...]
-    tips: tuple[float, ...]
-    found: bool
 
 
 def picture(problem: Problem, load: float, bound: float = BOUND) -> Picture:
@@ -166,22 +160,35 @@ def picture(problem: Problem, load: float, bound: float = BOUND) -> Picture:
             "HalfPlane(solid, period=...)",
         )
     stretches = tuple((float(x[i - 1]), float(x[j + 1])) for i, j in runs(low))
-    floor = NEGLIGIBLE * rise / half
-    shape = _known(obstacle, stretches) if known else _sampled(obstacle, stretches, half, floor)
-    angle = _angle(problem.law, stretches, ell, half, NEGLIGIBLE * rise / ell)
-    return Picture(load, lowest, half, rise, bound, stretches, angle=angle, **shape)
+    return within(problem, load, stretches, half, rise, bound, lowest)
 
 
 def within(
-    problem: Problem, load: float, stretches: tuple[Interval, ...], half: float, rise: float
+    problem: Problem,
+    load: float,
+    stretches: tuple[Interval, ...],
+    half: float,
+    rise: float,
+    bound: float = np.inf,
+    lowest: float | None = None,
 ) -> Picture:
-    """Returns the Picture of given stretches, for contacts of this half-width and rise on any body."""
+    """Returns the Picture of given stretches, for contacts of this half-width and rise on any body; without
+    `lowest` the lowest point is that of the sites.
+    """
     obstacle, floor = problem.obstacle, NEGLIGIBLE * rise
     known: bool = getattr(obstacle, "formulas", False)
     shape = _known(obstacle, stretches) if known else _sampled(obstacle, stretches, half, floor / half)
     angle = _angle(problem.law, stretches, problem.solid.ell, half, floor / problem.solid.ell)
-    lowest = float(shape["sites"][np.argmin(shape["heights"])])
-    return Picture(load, lowest, half, rise, np.inf, stretches, angle=angle, **shape)
+    return Picture(
+        **vars(shape),
+        load=load,
+        lowest=float(shape.sites[np.argmin(shape.heights)]) if lowest is None else lowest,
+        half_width=half,
+        rise=rise,
+        bound=bound,
+        stretches=stretches,
+        angle=angle,
+    )
 
 
 def seen(obstacle: ObstacleLike, found: Picture) -> ObstacleLike:
@@ -260,16 +267,15 @@ def _known(obstacle: ObstacleLike, stretches: Sequence[Interval]) -> Shape:
     above = heights(obstacle, sites)
     edges = np.array((stretches[0][0], stretches[-1][1]))
     there = np.isfinite(above)
-    return {
-        "sites": sites[there],
-        "heights": above[there],
-        "edges": edges,
-        "lengths": np.array([np.inf]),
-        "kinks": kinks,
-        "jumps": tuple(getattr(obstacle, "jumps", ())),
-        "ends": ends,
-        "steps": (),
-    }
+    return Shape(
+        sites[there],
+        above[there],
+        edges,
+        np.array([np.inf]),
+        kinks,
+        tuple(getattr(obstacle, "jumps", ())),
+        ends,
+    )
 
 
 def _sampled(obstacle: ObstacleLike, stretches: Sequence[Interval], half: float, floor: float) -> Shape:
@@ -298,18 +304,18 @@ def _sampled(obstacle: ObstacleLike, stretches: Sequence[Interval], half: float,
         usable = abs(nearest - place) < SAME * half and np.isfinite(measured.get(nearest, np.nan))
         kinks[place] = jump or (measured[nearest] if usable else 0.0)
     kinks = dict(sorted(kinks.items()))
-    return {
-        "sites": sites,
-        "heights": above,
-        "edges": edges,
-        "lengths": lengths,
-        "kinks": tuple(kinks),
-        "jumps": tuple(kinks.values()),
-        "ends": ends or found,
-        "steps": tuple(place for place in gone if place not in (*ends, *found)),
-        "tips": tuple(singular[(jumps == 0) & (powers < ROUND)].tolist()),
-        "found": len(kinks) > len(own) or bool(found) or any(kinks[x] != jump for x, jump in own.items()),
-    }
+    return Shape(
+        sites,
+        above,
+        edges,
+        lengths,
+        kinks=tuple(kinks),
+        jumps=tuple(kinks.values()),
+        ends=ends or found,
+        steps=tuple(place for place in gone if place not in (*ends, *found)),
+        tips=tuple(singular[(jumps == 0) & (powers < ROUND)].tolist()),
+        found=len(kinks) > len(own) or bool(found) or any(kinks[x] != jump for x, jump in own.items()),
+    )
 
 
 def _outermost(places: Sequence[float], sites: Array) -> tuple[float, ...]:

@@ -15,7 +15,8 @@ from ..errors import BadArgument
 from .law import ACTS_IN, has_constant_levers
 from .material import joint_modulus
 from .obstacles import heights
-from .types import AngledLaw, Array, LawLike, ObstacleLike
+from .types import AngledLaw, Array, Interval, LawLike, ObstacleLike
+from .zones import joined
 
 if TYPE_CHECKING:
     from .material import Cosserat
@@ -126,12 +127,19 @@ class Problem:
         """The shortest piece on which heights and psi0 are polynomials: no `scale` is less (length)."""
         return min((float(own.min(initial=np.inf)) for _, own in self._pieces), default=np.inf)
 
-    @property
-    def reach(self) -> tuple[float, float]:
-        """(left, right) of x, beyond which no corner touches; of problems with a picture."""
+    @cached_property
+    def stretches(self) -> list[Interval]:
+        """Intervals of the contact point in which a corner could touch, ascending; of problems with a
+        picture.
+        """
         assert self.picture is not None
-        stretches, shifts = self.picture.stretches, self.shifts
-        return stretches[0][0] + min(shifts), stretches[-1][1] + max(shifts)
+        low = self.picture.stretches
+        return joined((left + shift, right + shift) for left, right in low for shift in self.shifts)
+
+    @property
+    def reach(self) -> Interval:
+        """(left, right) of x, beyond which no corner touches; of problems with a picture."""
+        return self.stretches[0][0], self.stretches[-1][1]
 
     def shift(self, corner: int) -> float:
         """Returns how far right of a corner its contact point lies (length)."""

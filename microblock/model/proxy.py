@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebpts2, chebval, chebvander
@@ -218,8 +219,7 @@ def _followed(left: Array, right: Array, values: Array, floor: Array | float) ->
     error = np.abs(known[:, :NODES] @ _between.T - known[:, NODES:]).max(axis=1, initial=0.0)
     few = there.sum(axis=1) < 0.6 * len(_places)  # nothing there but at an end of the interval, perhaps
     all_but_one = ~there.all(axis=1) & (there.sum(axis=1) >= len(_places) - 1)
-    follows: Flags = (error <= _allowed(left, right, known, floor)) | few | all_but_one
-    return follows
+    return cast(Flags, (error <= _allowed(left, right, known, floor)) | few | all_but_one)
 
 
 def _allowed(left: Array, right: Array, known: Array, floor: Array | float) -> Array:
@@ -229,8 +229,7 @@ def _allowed(left: Array, right: Array, known: Array, floor: Array | float) -> A
     rounding = ROUNDING * np.abs(known).max(axis=1) + 4 * np.finfo(float).eps * place * change / np.maximum(
         length, 1e-300
     )
-    allowed: Array = FOLLOWED * change + rounding + floor * length
-    return allowed
+    return cast(Array, FOLLOWED * change + rounding + floor * length)
 
 
 def _joined(

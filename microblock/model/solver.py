@@ -61,7 +61,7 @@ class Solver:
     usual_rtol: float | None = None
     most_corners: int | None = 2
     counter_bodies: tuple[type, ...] = ()
-    state_class: type = State
+    state_class: type[Any] = State
     verifies = False
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
@@ -160,9 +160,9 @@ class Solver:
         """
         raise NotImplementedError
 
-    def state(self, solution: Solution) -> State:
-        """Returns the state that a user has of a solution."""
-        return State(solution)
+    def state(self, solution: Any) -> State:
+        """Returns the state, of `state_class`, that a user has of a solution."""
+        return solution if isinstance(solution, self.state_class) else State(solution)
 
     def require_solved(self, state: Any, load: float | None, approach: float | None) -> None:
         """Raises NotConverged unless a state has the load or the approach (the other is None) that was asked
@@ -184,7 +184,6 @@ class Solver:
             raise NotConverged(
                 f"at load {state.load:g} the {worst} is off by {off[worst]:.1e} of its size: take a smaller "
                 "rho where there is one, less stretched elements, or another method",
-                reached=off[worst],
                 iterations=state.iterations,
             )
 

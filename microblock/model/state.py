@@ -22,7 +22,6 @@ from .types import (
     Function,
     Interval,
     LawLike,
-    LineProblem,
     ObstacleLike,
     Target,
     Zones,
@@ -92,7 +91,7 @@ class Surface:
 
 
 def surface(
-    problem: LineProblem,
+    problem: Problem,
     approach: float,
     points: Array,
     normals: Array,
@@ -147,41 +146,19 @@ class ErrorParts:
 
 
 class Solution:
-    """What a method computes: the contract that a State rests on.
+    """What a method computes: the contract that a State rests on. What has no default here, each method
+    gives: as an attribute, a field or a property.
 
     Attributes
     ----------
-    solver : Solver
-        The solver that has computed it.
-    problem : Problem
-        The problem on the line, with obstacle, law and ell.
-    method : str
-        The method in a word.
-    load, approach : float
-        Force per thickness (on a period, of one period) and approach of the obstacle (length).
     estimate : ErrorParts or None
         Parts of the error estimate; None where nothing is estimated.
-    error_estimate : float or None
-        Relative error as of `State`; None where a mesh or an order was prescribed.
     notes : tuple of str
         Sentences on how the solution was computed, such as a fallback that was taken.
     has_edges : bool
         Whether the contact ends somewhere: not on a body that repeats, or one of the depth alone.
     apart : boolean array (n - 1,) or None
         Whether the surface is interrupted between a point and the next; None where it nowhere is.
-    zones_by_name : dict
-        {"A": [(left, right), ...], "B": ..., "full": ..., "contact": ...}, intervals of x1, ascending.
-    x, weights : arrays (n,)
-        Points of the whole surface, and the lengths that they stand for.
-    psi, micromoment, displacement : arrays (n,)
-        Microrotation (radians), micromoment (29) (stress x length), and displacement -u.n (length).
-    pressures : array (corners, n)
-        Pressures of A and B, or of the one contact point.
-    energy : float
-        Elastic energy per thickness.
-    residual : float
-        Largest relative residual of equilibrium, complementarity and feasibility.
-    iterations, unknowns : int
     """
 
     estimate: ErrorParts | None = None
@@ -189,41 +166,71 @@ class Solution:
     has_edges: bool = True
     apart: Flags | None = None
 
-    if TYPE_CHECKING:  # each may be an attribute, a field or a property
+    if TYPE_CHECKING:
 
         @property
-        def solver(self) -> Solver: ...
-        @property
-        def problem(self) -> Problem: ...
-        @property
-        def method(self) -> str: ...
-        @property
-        def load(self) -> float: ...
-        @property
-        def approach(self) -> float: ...
-        @property
-        def zones_by_name(self) -> Zones: ...
-        @property
-        def x(self) -> Array: ...
-        @property
-        def weights(self) -> Array: ...
-        @property
-        def psi(self) -> Array: ...
-        @property
-        def micromoment(self) -> Array: ...
-        @property
-        def pressures(self) -> Array: ...
-        @property
-        def energy(self) -> float: ...
-        @property
-        def residual(self) -> float: ...
-        @property
-        def iterations(self) -> int: ...
-        @property
-        def unknowns(self) -> int: ...
+        def solver(self) -> Solver:
+            """The solver that has computed it."""
 
         @property
-        def displacement(self) -> Array: ...
+        def problem(self) -> Problem:
+            """The problem on the line, with obstacle, law and ell."""
+
+        @property
+        def method(self) -> str:
+            """The method in a word."""
+
+        @property
+        def load(self) -> float:
+            """Force per thickness; on a period, of one period."""
+
+        @property
+        def approach(self) -> float:
+            """Approach of the obstacle (length)."""
+
+        @property
+        def zones_by_name(self) -> Zones:
+            """{"A": [(left, right), ...], "B", "full", "contact": ...}, intervals of x1, ascending."""
+
+        @property
+        def x(self) -> Array:
+            """Points of the whole surface, array (n,)."""
+
+        @property
+        def weights(self) -> Array:
+            """Lengths that the points stand for, array (n,)."""
+
+        @property
+        def psi(self) -> Array:
+            """Microrotation, array (n,) (radians)."""
+
+        @property
+        def micromoment(self) -> Array:
+            """Micromoment (29), array (n,) (stress x length)."""
+
+        @property
+        def pressures(self) -> Array:
+            """Pressures of A and B, or of the one contact point, array (corners, n)."""
+
+        @property
+        def energy(self) -> float:
+            """Elastic energy per thickness."""
+
+        @property
+        def residual(self) -> float:
+            """Largest relative residual of equilibrium, complementarity and feasibility."""
+
+        @property
+        def iterations(self) -> int:
+            """Iterations of the method."""
+
+        @property
+        def unknowns(self) -> int:
+            """Number of unknowns."""
+
+        @property
+        def displacement(self) -> Array:
+            """Displacement -u.n, array (n,) (length)."""
 
         def pressure(self, corner: int, x: Array) -> Array:
             """Returns the pressure of a corner, by its number, at x, array (n,)."""
@@ -233,7 +240,9 @@ class Solution:
 
     @property
     def error_estimate(self) -> float | None:
-        """Sum of the parts of the estimate."""
+        """Relative error as of `State`, the sum of the parts of the estimate; None where a mesh or an order
+        was prescribed.
+        """
         return None if self.estimate is None else self.estimate.total
 
     @property
@@ -294,18 +303,16 @@ class Solution:
 
 
 class LineSolution(Solution):
-    """Base of solutions along x1 with `all_zones`, and where psi is prescribed the reaction
-    `_reaction_at_nodes`.
-
-    The keys of `all_zones` are corner numbers, 0 for A (left) and 1 for B (right), or 0 alone.
-    """
+    """Base of solutions along x1 with zones by the number of the corner."""
 
     if TYPE_CHECKING:
 
         @property
-        def all_zones(self) -> CornerZones: ...
+        def all_zones(self) -> CornerZones:
+            """Zones by the number of the corner: 0 for A (left) and 1 for B (right), or 0 alone."""
 
-        def _reaction_at_nodes(self) -> Array: ...
+        def _reaction_at_nodes(self) -> Array:
+            """Returns M where psi is prescribed: the reaction to it, array (n,)."""
 
     @cached_property
     def zones_by_name(self) -> Zones:
@@ -647,8 +654,7 @@ class State(Shown):
                 self.method,
                 "has no fields below the surface; finite elements and panels without friction have",
             )
-        fields: Callable[..., Any] = self.solution.fields
-        return fields
+        return cast("Callable[..., Any]", self.solution.fields)
 
     def reaction(self, boundary: str) -> tuple[Array, float]:
         """Returns what the supports of a body on a boundary exert on it.
@@ -679,8 +685,7 @@ class State(Shown):
         """
         if not hasattr(self.solution, "reaction_on"):
             raise BadArgument("boundary", boundary, "belongs to a body on a mesh")
-        reaction: tuple[Array, float] = self.solution.reaction_on(boundary)
-        return reaction
+        return cast("tuple[Array, float]", self.solution.reaction_on(boundary))
 
     def surface(self, window: Interval | None = None) -> Surface:
         """Returns the Surface in and around the contact: gaps, normal displacement, obstacle.
@@ -831,8 +836,7 @@ class State(Shown):
 
 def _like(x: ArrayLike, found: Array) -> Array:
     """Returns values at x in its shape: of one number a float."""
-    shaped: Array = np.reshape(found, np.shape(x))[()]
-    return shaped
+    return np.reshape(found, np.shape(x))[()]
 
 
 def _window(window: Interval | None) -> Interval | None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import Field, dataclass, field, fields, is_dataclass
 from html import escape
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -134,5 +134,4 @@ def saved(drawing: Any, path: Target, warnings: Iterable[str] = ()) -> Figure:
         drawing.captioned("\n".join(lines).strip())
     if path is not None:
         drawing.savefig(path)
-    figure: Figure = drawing
-    return figure
+    return cast("Figure", drawing)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
     from .events import LoadPath
+    from .law import Microblock
     from .material import Cosserat
     from .solver import Solver
     from .state import State
@@ -28,6 +29,7 @@ Interval: TypeAlias = tuple[float, float]  # (left, right) of x1
 Target: TypeAlias = "str | PathLike[str] | None"  # file of a figure
 Zones: TypeAlias = dict[str, list[Interval]]  # by the name of the zone
 CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]  # by the number of the corner
+AngledLaw: TypeAlias = "Microblock"  # one whose psi0 is a function
 
 
 class HasHeight(Protocol):
@@ -35,7 +37,6 @@ class HasHeight(Protocol):
 
     def height(self, x: Array, /) -> ArrayLike:
         """Returns x2 of the lower surface at the abscissae x, array (n,); inf where there is no obstacle."""
-        ...
 
 
 ObstacleLike: TypeAlias = HasHeight | Callable[[Array], ArrayLike]
@@ -45,93 +46,84 @@ class LawLike(Protocol):
     """A contact law; `microblock.model.law.Law` documents its parts and has defaults for some of them."""
 
     @property
-    def corners(self) -> tuple[str, ...]: ...
+    def corners(self) -> tuple[str, ...]:
+        """Names of the corners, from left to right."""
 
     @property
-    def clamps_rotation(self) -> bool: ...
+    def clamps_rotation(self) -> bool:
+        """Whether psi = 0 on the whole contact surface."""
 
     @property
-    def even(self) -> bool: ...
+    def even(self) -> bool:
+        """Whether the law is known to be symmetric about x1 = 0."""
 
-    def levers(self, x: Array) -> Mapping[str, Array]: ...
+    def levers(self, x: Array) -> Mapping[str, Array]:
+        """Returns the levers of (29) at x, arrays (n,)."""
 
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
-    ) -> Mapping[str, Array]: ...
+    ) -> Mapping[str, Array]:
+        """Returns the initial gaps (lengths) at points, arrays (n,)."""
 
-    def initial_rotation(self, x: Array) -> Array: ...
+    def initial_rotation(self, x: Array) -> Array:
+        """Returns what psi0 adds to the rotation of the blocks at x, array (n,) (radians)."""
 
-    def shifts(self, ell: float) -> tuple[float, ...]: ...
-
-
-class AngledLaw(LawLike, Protocol):
-    """A law whose psi0 is a function; see `microblock.model.law.Microblock`."""
-
-    @property
-    def psi0(self) -> Function: ...
-
-    @property
-    def psi0_in(self) -> str: ...
-
-    def angle(self, x: Array) -> Array: ...
+    def shifts(self, ell: float) -> tuple[float, ...]:
+        """Returns how far right of each corner its contact point lies (lengths)."""
 
 
 class MethodLike(Protocol):
-    """A method as the user names it; `solver` is a Solver class, or its dotted path below microblock."""
+    """A method as the user names it."""
 
     @property
-    def solver(self) -> str | type[Solver]: ...
+    def solver(self) -> str | type[Solver]:
+        """A Solver class, or its dotted path below microblock."""
 
 
 class BodyLike(Protocol):
-    """A body: its solid, and the classes of the methods that solve on it, the usual one first."""
+    """A body of one solid."""
 
     @property
-    def solid(self) -> Cosserat: ...
+    def solid(self) -> Cosserat:
+        """The solid of the body."""
 
     @property
-    def methods(self) -> Sequence[type[MethodLike]]: ...
+    def methods(self) -> Sequence[type[MethodLike]]:
+        """The classes of the methods that solve on it, the usual one first."""
 
     def of(self, solid: Cosserat) -> BodyLike:
         """Returns the same body of another solid."""
-        ...
 
-    def summary(self) -> Summary: ...
-
-
-class LineProblem(Protocol):
-    """What `surface` needs of a contact problem."""
-
-    @property
-    def law(self) -> LawLike: ...
-
-    @property
-    def obstacle(self) -> ObstacleLike: ...
-
-    @property
-    def ell(self) -> float: ...
+    def summary(self) -> Summary:
+        """Returns what a notebook shows of the body."""
 
 
 class ContactLike(Protocol):
     """The contact problem as solvers, states and load paths see it; the class is `microblock.Contact`."""
 
     @property
-    def body(self) -> BodyLike: ...
+    def body(self) -> BodyLike:
+        """The body."""
 
     @property
-    def obstacle(self) -> ObstacleLike: ...
+    def obstacle(self) -> ObstacleLike:
+        """The obstacle."""
 
     @property
-    def law(self) -> LawLike: ...
+    def law(self) -> LawLike:
+        """The contact law."""
 
     @property
-    def solid(self) -> Cosserat: ...
+    def solid(self) -> Cosserat:
+        """The solid of the body."""
 
     @property
-    def method(self) -> MethodLike | None: ...
+    def method(self) -> MethodLike | None:
+        """The method as the user has named it."""
 
     @property
-    def solver(self) -> Solver: ...
+    def solver(self) -> Solver:
+        """The solver of the method."""
 
     def with_(
         self,
@@ -141,9 +133,11 @@ class ContactLike(Protocol):
         obstacle: ObstacleLike | None = None,
         law: LawLike | None = None,
         method: MethodLike | None = None,
-    ) -> ContactLike: ...
+    ) -> ContactLike:
+        """Returns the problem with other parts."""
 
-    def summary(self) -> Summary: ...
+    def summary(self) -> Summary:
+        """Returns what a notebook shows of the problem."""
 
     def solve(
         self,
@@ -153,6 +147,8 @@ class ContactLike(Protocol):
         rtol: float | None = None,
         initial: State | None = None,
         progress: bool = False,
-    ) -> State: ...
+    ) -> State:
+        """Returns the state at a load or an approach."""
 
-    def path(self, load: float, *, rtol: float | None = None, progress: bool = False) -> LoadPath: ...
+    def path(self, load: float, *, rtol: float | None = None, progress: bool = False) -> LoadPath:
+        """Returns the states up to a load."""

@@ -7,6 +7,7 @@ from functools import reduce
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .types import Array, CornerZones, Flags, Function, Interval, Zones
 
@@ -89,6 +90,12 @@ def without(intervals: Iterable[Interval], left: float, right: float) -> list[In
     """Returns what is left of intervals without the places between left and right."""
     parts = [part for a, b in intervals for part in ((a, min(b, left)), (max(a, right), b))]
     return [(a, b) for a, b in parts if a < b]
+
+
+def contains(intervals: ArrayLike, x: Array) -> Flags:
+    """Returns whether each x, array (n,), lies in one of the intervals, their ends included."""
+    left, right = np.reshape(intervals, (-1, 2, 1)).swapaxes(0, 1)
+    return cast(Flags, np.any((left <= x) & (x <= right), axis=0))
 
 
 def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interval]:

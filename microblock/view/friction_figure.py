@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..model.zones import contains
 from . import plots
 
 ROOM = 0.15  # of the contact, beside it
@@ -44,11 +45,14 @@ class FrictionFigure:
         self._tractions.set(xlim=(left - beside, right + beside), ylim=(-top, top))
         if self._stick is not None:
             self._stick.remove()
-        inside = np.zeros(len(state.x), bool)
-        for begin, end in state.zones["stick"]:
-            inside |= (state.x >= begin) & (state.x <= end)
         self._stick = self._tractions.fill_between(
-            state.x, -top, top, where=inside, color="0.9", linewidth=0, zorder=0
+            state.x,
+            -top,
+            top,
+            where=contains(state.zones["stick"], state.x),
+            color="0.9",
+            linewidth=0,
+            zorder=0,
         )
         slip, shear = np.transpose(loop)
         self._way.set_data(slip, shear)

@@ -468,7 +468,7 @@ def test_states_say_what_they_cannot_estimate():
             ).solve(load=1.0),
             "obstacle",
         ),
-        (lambda: mb.Contact(box(), mb.Sphere(R), mb.Unilateral()).path(load=1.0), "body"),
+        (lambda: mb.Contact(box(), mb.Sphere(R), mb.Unilateral()).path(load=1.0), "method"),
         (lambda: meshes3d.block([0, 1], [1, 0], [0, 1]), "x2"),
         (lambda: meshes3d.block(UNIT, UNIT, UNIT - 1, reach=0.1), "reach"),
         (lambda: meshes3d.graded(1.0, 0.1, 0.5), "far"),

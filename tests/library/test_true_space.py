@@ -63,7 +63,7 @@ def test_what_one_grid_cannot_resolve_is_refused(scene, load, words):
 def test_what_is_advised_can_be_had():
     with pytest.raises(NotConverged, match="ask for rtol") as caught:
         problem().solve(load=1.0, rtol=1e-4)
-    advised = float(str(caught.value).split("ask for rtol=")[1].split(",")[0])
+    advised = float(str(caught.value).split("ask for rtol=")[1].split(" ")[0])
     assert problem().solve(load=1.0, rtol=advised).error_estimate <= advised == caught.value.rtol_reached
 
 
