@@ -298,8 +298,7 @@ def _write_grid(fields, path, x1, x2):
         "stress": found.stress.reshape(4, -1).T,
         "couple_stress": found.couple_stress.T,
     }
-    quads = _quadrilaterals(numbers)
-    _write(path, np.column_stack((across, down, zero)), [("quad", quads)], data)
+    _write(path, np.column_stack((across, down, zero)), [("quad", _quadrilaterals(numbers))], data)
 
 
 def _write(path, points, cells, data):

@@ -25,7 +25,6 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from scipy.fft import fft, ifft, irfft, next_fast_len, rfft, rfft2
 
-from ..halfplane.kernels import short_waves
 from ..model.material import Cosserat
 from ..model.types import AnyArray as Array
 from ..threads import workers
@@ -223,7 +222,8 @@ def flexibility(
         whole = _held(whole) if clamped else whole
     else:
         whole = _embedded(solid, count, length, width, clamped)
-    displaced, rotated = short_waves(solid)
+    shortest = np.array([np.pi / width])  # wave of the cells, shorter or longer than the blocks
+    displaced, _, rotated, _ = np.ravel(shortest * symbol(solid, shortest))
     short = np.array((1.0, rotated / displaced, rotated / displaced))
     if len(offsets) == 1:
         smooth = _smooth(solid, near, width)

@@ -31,7 +31,9 @@ Gaps: TypeAlias = Callable[[Array, Array], Array]  # initial gaps of corners at 
 
 NEAREST, FARTHEST = 1e-6, 1e4  # of ell, and of the disc's radius: sides of squares
 WIDEST = 1e15  # of ell: squares beyond it are not looked at
-COARSE, FINE = 32, 320  # rows and columns of squares; of that about the contact
+COARSE, FINE = 32, 320  # rows and columns of squares; of those about the contact
+AROUND = 3  # windows, the side of the square in which what is as narrow as in the window is looked for
+SEEN = 8**0.5  # of a square's side over its rows: diameter of a disc in which there is a sample
 NEAR = 8.0  # radii of the disc: its side
 BESIDE = 7  # squares about a given window, each twice as wide
 VALLEYS = 64  # of a square that are followed down; about which others are looked for
@@ -41,6 +43,10 @@ EQUAL = 1e-6  # of the bound above the lowest place, by which others of the same
 SAME = 0.25  # of the disc's radius, between two valleys
 
 RISES = "rise in every direction"
+UNSEEN = (
+    "must have finite heights: none was seen, and what is narrower than a hundredth of its distance from "
+    "(0, 0) may be missed; move it near there, which changes nothing else"
+)
 FALLS = "have a lowest place: without one it falls without end"
 
 
@@ -84,17 +90,18 @@ class Picture:
         window: Any = None,
         repeats: bool = False,
     ) -> None:
-        self.gaps, self.ell, self.needed, self.obstacle = gaps, ell, needed, obstacle
+        self.gaps, self.ell, self.needed, self.obstacle, self.repeats = gaps, ell, needed, obstacle, repeats
         self.samples, self.valleys, self._starts = np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 4))
         self.bound, self.radius = np.inf, window.side / FINE if window else 0.0
         self._draw = np.random.default_rng(0)
         if window is not None:
-            self.look(window.middle, window.side, FINE)
-            for times in 2.0 ** np.arange(1, 1 if repeats else BESIDE):
+            for times in 2.0 ** np.arange(2, 1 if repeats else BESIDE):
                 self.look(window.middle, times * window.side, COARSE)
-            self.follow()
+            self.look_about(window)
             if not len(self.samples):
-                raise BadArgument("obstacle", obstacle, "must have a finite height within the window")
+                raise BadArgument(
+                    "obstacle", obstacle, "must have a finite height within the window: no sample has one"
+                )
             self._bound(window.side)
         else:
             self._everywhere()
@@ -138,6 +145,12 @@ class Picture:
         self.samples = np.vstack((self.samples, low))
         self._starts = np.vstack((self._starts, np.insert(starts, 3, side / count, axis=1)))
 
+    def look_about(self, window: Any) -> None:
+        """Looks at a window, and as far again on all sides of it, for what may be narrow, and follows it."""
+        times = 1 if self.repeats else AROUND
+        self.look(window.middle, times * window.side, times * FINE)
+        self.follow()
+
     def follow(self) -> None:
         """Follows lower samples of squares down to their valleys and adds these."""
         places, step, rows = self._starts[:, :3], self._starts[:, 3], np.arange(len(self._starts))
@@ -159,17 +172,23 @@ class Picture:
         with np.errstate(all="ignore"):  # far away heights overflow
             return np.asarray(self.gaps(x1, x2).min(axis=0))
 
-    def _everywhere(self) -> None:
-        """Looks at squares about the middle, then about the lowest place, as far as the bound asks for."""
+    def _everywhere(self, count: int = COARSE) -> None:
+        """Looks at squares about the middle, again in more rows if none meets the obstacle, then about the
+        lowest place, as far as the bound asks for.
+        """
         side, inside = NEAREST * self.ell, False
         while not inside or side < FARTHEST * max(self.ell, self.radius):
-            self.look(np.zeros(2), side, COARSE)
+            self.look(np.zeros(2), side, count)
             side *= 2
             if len(self.samples) and side > FARTHEST * self.ell:
                 self._bound(side)
                 inside = 8 * np.hypot(*self.lowest[:2]) < side
             if side > WIDEST * self.ell:
-                self._refuse(RISES if inside else FALLS if len(self.samples) else "have finite heights")
+                if len(self.samples):
+                    self._refuse(RISES if inside else FALLS)
+                if count == FINE:
+                    raise BadArgument("obstacle", self.obstacle, UNSEEN)
+                return self._everywhere(FINE)
         self.follow()
         if side < 8 * np.hypot(*self.lowest[:2]):
             self._refuse(FALLS)

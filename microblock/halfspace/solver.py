@@ -37,7 +37,7 @@ from .counter import Counter
 from .half_space import HalfSpace
 from .kernels import kernels
 from .obstacles import heights, repeated
-from .picture import FINE, Picture
+from .picture import FINE, SEEN, Picture
 from .state import SurfaceState
 from .surface_law import closed_corners, on_surface
 from .symbol import symbol
@@ -147,16 +147,11 @@ class SurfaceSolver(Solver):
         for _ in range(TRIES):
             window = fixed or self._window(picture, load, approach, box)
             if fixed is None:
-                picture.look(window.middle, window.side, FINE)
-                picture.follow()
-            state = self._refined(picture, window, load, approach, goal, near, progress)
-            outside, hidden = self._touching(state, picture)
-            cut = self.period is None and _reaches(state, 1)
-            if fixed or not (cut or len(outside)):
-                return replace(
-                    state, seen_width=2 * window.side / FINE, warnings=_warnings(cut, outside, hidden)
-                )
-            box = _around(np.vstack((box, _pressing(state), outside)))
+                picture.look_about(window)
+            state, outside = self._refined(picture, window, load, approach, goal, near, progress)
+            if fixed or not len(outside):
+                return replace(state, seen_width=SEEN * window.side / FINE)
+            box = _around(np.vstack((box, outside)))
         raise NotConverged(NO_WINDOW.format(TRIES, window.side))
 
     def _refined(
@@ -168,13 +163,16 @@ class SurfaceSolver(Solver):
         goal: float,
         near: SurfaceState | None,
         progress: bool,
-    ) -> SurfaceState:
+    ) -> tuple[SurfaceState, Array]:
         """Returns the state of a window on the grid of which the estimate is below the goal, or on that of as
-        many nodes as are fixed.
+        many nodes as are fixed; and, array (k, 2), places that a wider window must hold, none if it does.
+
+        Which grids and windows are solved before a state does not depend on the goal, so the estimate of
+        each can be asked for.
         """
-        nodes = self.options.nodes
-        sizes = _halvings(nodes or MOST)
+        nodes, sizes = self.options.nodes, _halvings(self.options.nodes or MOST)
         state: Any = None
+        best: Any = None
         before, changes = None, list[float]()
         with tqdm(total=len(sizes), unit=" grids", disable=not progress) as bar:
             for count in sizes:
@@ -183,30 +181,33 @@ class SurfaceSolver(Solver):
                 start = _start(state, near, grid)
                 before, state = state, self._solved(grid, load, approach, residual, start)
                 bar.update()
-                if before is None or before.width != 2 * state.width:
+                if before is not None:
+                    changes.append(_change(before, state, self.solid.ell))
+                    blind = _share_of_spots(before, SPOT)
+                    loose = max(state.residual * count - COARSE_RESIDUAL, 0.0)  # as short waves feel it
+                    state = replace(state, error_estimate=_estimate(changes) + blind + loose)
+                if count != nodes and (nodes is not None or len(changes) < 2):
                     continue
-                changes.append(_change(before, state, self.solid.ell))
-                blind = _share_of_spots(before, SPOT)
-                loose = max(state.residual * count - COARSE_RESIDUAL, 0.0)  # as short waves feel it
-                state = replace(state, error_estimate=_estimate(changes) + blind + loose)
-                if nodes is not None or len(changes) < 2:
-                    continue
-                if state.error_estimate <= goal and not len(self._touching(state, picture)[1]):
+                cut = self.period is None and _reaches(state, 1)
+                outside, hidden = self._touching(state, picture)
+                if self._given_window() is None and (cut or len(outside)):
+                    return state, np.vstack((_pressing(state), outside))
+                if count == nodes or (state.error_estimate <= goal and not len(hidden)):
+                    estimate, words = state.error_estimate, _warnings(cut, outside, hidden)
                     if state.residual > self.options.residual:
-                        start, estimate = _spread(state, grid), state.error_estimate
+                        start = _spread(state, grid)
                         state = self._solved(grid, load, approach, self.options.residual, start)
-                        state = replace(state, error_estimate=estimate)
-                    return state
+                    return replace(state, error_estimate=estimate, warnings=words), np.empty((0, 2))
+                if not len(hidden) and (best is None or state.error_estimate < best.error_estimate):
+                    best = state
                 finer = np.log2(MOST / count)
                 late = _estimate(changes) > goal * (BLIND if blind else FASTEST) ** finer
                 if late or _share_of_spots(before, SPOT / 2 / 4**finer) > goal:  # out of reach of MOST
                     break
-        if nodes is not None:
-            return state
-        raise self._out_of_reach(picture, state, goal)
+        raise self._out_of_reach(picture, best or state, goal)
 
     def _out_of_reach(self, picture: Picture, state: SurfaceState, goal: float) -> NotConverged:
-        """Returns the error for a goal that no grid reaches."""
+        """Returns the error for a goal that no grid reaches, with the state of the least estimate."""
         places, (outside, hidden) = picture.separate(state.approach), self._touching(state, picture)
         cut = self.period is None and _reaches(state, 1)
         words, ways = [f" on {len(state.x1)} x {len(state.x1)} cells"], ["fix Cells(nodes=...)"]
@@ -215,8 +216,8 @@ class SurfaceSolver(Solver):
             words.append(f"contacts at up to {len(places)} places within {apart:.3g} are on one grid")
             ways += ["solve parts apart, Cells(window=(left, right))"] * (self.period is None)
         why = "; ".join((*words, *_warnings(cut, outside, hidden)))
-        best, besides = state.error_estimate or 0.0, ", or ".join(ways)
-        return out_of_reach(goal, best, why, besides, load=state.load)
+        best = np.inf if len(hidden) else state.error_estimate or 0.0  # where places are left out
+        return out_of_reach(goal, best, why, ", or ".join(ways), load=state.load)
 
     def _flexibility(self, grid: Grid) -> Flexibility:
         own, period = Grid(grid.count, grid.width, (0.0, 0.0)), self.period

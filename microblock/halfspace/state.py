@@ -58,7 +58,8 @@ class SurfaceState(Shown):
         Products with the flexibility on the last grid.
     warnings : tuple of str
     seen_width : float or None
-        Width of a summit of the obstacle that is always seen within the cells, between them as well (length).
+        Diameter of a disc that is always seen, within the cells and as far again on all sides of them, if the
+        obstacle is lower there than as far again around it (length). Narrower summits may be missed.
     """
 
     problem: ContactLike

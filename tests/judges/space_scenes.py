@@ -4,7 +4,8 @@ code `space`.
     python -m tests.judges.space_scenes [--first K] [--count N] [--json FILE] [--truth FILE] [--follow]
 
 prints a line for each scene and the count of each outcome: right, warned, error (a typed one), wrong
-(silently), crash, nan, slow. Right is: approach, L2 norm of the pressure and load on each summit within
+(silently), below the promised width (wrong, with a pin narrower than the state's `seen_width`), crash, nan,
+slow. Right is: approach, L2 norm of the pressure and load on each summit within
 max(rtol, estimate) and the judge's own bar.
 """
 
@@ -440,7 +441,7 @@ def outcome(s, true, rtol=RTOL, seconds=SECONDS):
         contact, load = problem(mb, s)
         state = contact.solve(load=load, rtol=rtol)
         row["figures"] = figures(state, s)
-        row["estimate"] = state.error_estimate
+        row["estimate"], row["seen"] = state.error_estimate, getattr(state, "seen_width", None)
         row["message"] = "; ".join(map(str, state.warnings))
         row["class"] = _verdict(row, s, true, rtol)
     except mb.MicroblockError as error:
@@ -483,6 +484,9 @@ def _verdict(row, s, true, rtol):
     row["ratio"] = max(apart[name] / (allowed + true["bars"][name]) for name in apart)
     if row["ratio"] <= 1:
         return "right"
+    width = min((2 * r for _, _, r in s.features), default=inf)
+    if row.get("seen") and width < row["seen"] / s.unit[1]:
+        return "below the promised width"
     return "warned" if row["message"] else "wrong"
 
 

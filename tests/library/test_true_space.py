@@ -67,6 +67,35 @@ def test_what_is_advised_can_be_had():
     assert problem().solve(load=1.0, rtol=advised).error_estimate <= advised == caught.value.rtol_reached
 
 
+def pinned(away, width, turn=0.4, deep=0.1):
+    """A sphere with a pin (a cosine) beside its contact of radius 1, below the surface deformed by that."""
+    x, y = away * np.cos(turn), away * np.sin(turn)
+    outside = ((2 - away**2) * np.arcsin(1 / away) + np.sqrt(away**2 - 1)) / np.pi  # displacement by Hertz
+    tip = away**2 / 2 - 1 + outside + deep
+
+    def height(x1, x2):
+        r = np.hypot(x1 - x, x2 - y)
+        return (x1**2 + x2**2) / 2 - np.where(r < width / 2, tip * (1 + np.cos(2 * np.pi * r / width)) / 2, 0)
+
+    return height, (x, y)
+
+
+@pytest.mark.parametrize("away, width", [(3.25, 0.065), (1.8, 0.06), (2.2, 0.2)])
+def test_the_windows_do_not_depend_on_what_is_asked(monkeypatch, away, width):
+    """A pin outside made the window grow from another grid, or not at all, at the rtol that was advised."""
+    monkeypatch.setattr("microblock.halfspace.solver.MOST", 256)
+    asked, met = problem(pinned(away, width)[0]), 1e-2
+    for _ in range(2):
+        try:
+            state = asked.solve(load=4 / 3, rtol=met)
+            assert state.error_estimate <= met
+        except NotConverged as failure:
+            assert met == 1e-2, "advised in vain"
+            if failure.rtol_reached is None:
+                return
+            met = failure.rtol_reached
+
+
 @pytest.mark.parametrize("apart", [1.0, 2.0])
 def test_equal_summits_carry_equal_loads(apart):
     pair = problem(summits((apart, 0, 0), (-apart, 0, 0)), ell=1e-4)
@@ -138,6 +167,32 @@ def test_pins_are_seen(seed):
     assert state.pressure[near].any() or "between cells" in str(state.warnings)
 
 
+@pytest.mark.parametrize("away, turn", [(1.6, 0), (2.2, 0.4), (3, 2), (3.6, 3)])
+def test_the_width_that_is_promised_is_seen(away, turn):
+    width = 1.05 * problem(nodes=64).solve(load=4 / 3).seen_width
+    height, (x, y) = pinned(away, width, turn)
+    state = problem(height, nodes=64).solve(load=4 / 3)
+    near = np.hypot(*np.meshgrid(state.x1 - x, state.x2 - y, indexing="ij")) < width + state.width
+    assert width < 0.03 and (state.pressure[near].any() or "between cells" in str(state.warnings))
+
+
+def disc(x, y):
+    """A flat face of radius 1 about (x, y)."""
+    return lambda x1, x2: np.where((x1 - x) ** 2 + (x2 - y) ** 2 < 1, 0, np.inf)
+
+
+def test_obstacles_that_end_are_found_far_from_the_origin():
+    far, here = (problem(disc(*place), nodes=32).solve(load=1.0) for place in ((30, -40), (0, 0)))
+    assert far.approach == pytest.approx(here.approach, rel=0.05)  # the steps of their rims differ
+
+
+def test_obstacles_that_were_not_seen_are_not_called_infinite():
+    with pytest.raises(BadArgument, match=r"none was seen.* move it near there"):
+        problem(disc(1000, 0)).solve(load=1.0)
+    with pytest.raises(BadArgument, match="no sample has one"):
+        problem(disc(1000, 0), window=(-1001, 1001), nodes=32).solve(load=1.0)
+
+
 @pytest.mark.parametrize(
     "height, words",
     [
@@ -205,6 +260,13 @@ def test_the_estimate_holds_of_a_finer_grid(law):
     points = np.column_stack([each.ravel() for each in np.meshgrid(fine.x1, fine.x2, indexing="ij")])
     error = np.linalg.norm(state.pressure_at(points) - fine.pressure.ravel()) / np.linalg.norm(fine.pressure)
     assert error <= state.error_estimate <= 0.06
+
+
+@pytest.mark.parametrize("ell", [1e-2, 1e-3])
+def test_blocks_smaller_than_cells_take_few_products(ell):
+    """The preconditioner of open corners took short waves for the cells', which are longer than blocks."""
+    state = problem(law=BLOCKS, ell=ell, window=(-1.3, 1.3), nodes=64).solve(load=4 / 3)
+    assert state.iterations < 60  # 29 and 32; 98 of ell 1e-3 with the limit of short waves
 
 
 def test_pressures_between_cells():
