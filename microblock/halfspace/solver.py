@@ -205,7 +205,8 @@ class SurfaceSolver(Solver):
                 if not len(hidden) and (best is None or state.error_estimate < best.error_estimate):
                     best = state
                 finer = np.log2(MOST / count)
-                late = _estimate(changes) > goal * (BLIND if blind else FASTEST) ** finer
+                falls = np.divide(changes[:-1], changes[1:]).max() ** 2 if len(changes) > 2 else FASTEST
+                late = _estimate(changes) > goal * (BLIND if blind else min(falls, FASTEST)) ** finer
                 if late or _share_of_spots(before, SPOT / 2 / 4**finer) > goal:  # out of reach of MOST
                     break
         raise self._out_of_reach(picture, best or state, goal)
