@@ -153,7 +153,7 @@ class SurfaceSolver(Solver):
             if fixed is None:
                 picture.look_about(window)
             state, outside = self._refined(picture, window, load, approach, goal, near, progress)
-            if fixed or not len(outside):
+            if not len(outside):
                 return replace(state, seen_width=SEEN * window.side / FINE)
             box = _around(np.vstack((box, outside)))
         raise NotConverged(NO_WINDOW.format(TRIES, window.side))
@@ -176,8 +176,7 @@ class SurfaceSolver(Solver):
         """
         nodes, sizes = self.options.nodes, _halvings(self.options.nodes or MOST)
         state: Any = None
-        best: Any = None
-        before, changes = None, list[float]()
+        before, best, changes = None, None, list[float]()
         with tqdm(total=len(sizes), unit=" grids", disable=not progress) as bar:
             for count in sizes:
                 residual = self.options.residual if count == sizes[-1] else COARSE_RESIDUAL / count
