@@ -44,7 +44,7 @@ SAME = 0.25  # of the disc's radius, between two valleys
 
 RISES = "rise in every direction"
 UNSEEN = (
-    "must have finite heights: none was seen, and what is narrower than a hundredth of its distance from "
+    "have finite heights: none was seen, and what is narrower than a hundredth of its distance from "
     "(0, 0) may be missed; move it near there, which changes nothing else"
 )
 FALLS = "have a lowest place: without one it falls without end"
@@ -184,11 +184,9 @@ class Picture:
                 self._bound(side)
                 inside = 8 * np.hypot(*self.lowest[:2]) < side
             if side > WIDEST * self.ell:
-                if len(self.samples):
-                    self._refuse(RISES if inside else FALLS)
-                if count == FINE:
-                    raise BadArgument("obstacle", self.obstacle, UNSEEN)
-                return self._everywhere(FINE)
+                if count == COARSE and not len(self.samples):
+                    return self._everywhere(FINE)
+                self._refuse(RISES if inside else FALLS if len(self.samples) else UNSEEN)
         self.follow()
         if side < 8 * np.hypot(*self.lowest[:2]):
             self._refuse(FALLS)
@@ -209,7 +207,7 @@ class Picture:
                 break
 
     def _refuse(self, what: str) -> None:
-        raise BadArgument("obstacle", self.obstacle, f"must {what}; {BOUNDED}")
+        raise BadArgument("obstacle", self.obstacle, f"must {what}" + f"; {BOUNDED}" * (what != UNSEEN))
 
     def _beside_valleys(self) -> None:
         """Looks about other valleys that could touch: each may have another beside it."""

@@ -149,7 +149,7 @@ class SurfaceSolver(Solver):
             if fixed is None:
                 picture.look_about(window)
             state, outside = self._refined(picture, window, load, approach, goal, near, progress)
-            if fixed or not len(outside):
+            if not len(outside):
                 return replace(state, seen_width=SEEN * window.side / FINE)
             box = _around(np.vstack((box, outside)))
         raise NotConverged(NO_WINDOW.format(TRIES, window.side))
@@ -172,8 +172,7 @@ class SurfaceSolver(Solver):
         """
         nodes, sizes = self.options.nodes, _halvings(self.options.nodes or MOST)
         state: Any = None
-        best: Any = None
-        before, changes = None, list[float]()
+        before, best, changes = None, None, list[float]()
         with tqdm(total=len(sizes), unit=" grids", disable=not progress) as bar:
             for count in sizes:
                 residual = self.options.residual if count == sizes[-1] else COARSE_RESIDUAL / count
@@ -201,7 +200,8 @@ class SurfaceSolver(Solver):
                 if not len(hidden) and (best is None or state.error_estimate < best.error_estimate):
                     best = state
                 finer = np.log2(MOST / count)
-                late = _estimate(changes) > goal * (BLIND if blind else FASTEST) ** finer
+                falls = np.divide(changes[:-1], changes[1:]).max() ** 2 if len(changes) > 2 else FASTEST
+                late = _estimate(changes) > goal * (BLIND if blind else min(falls, FASTEST)) ** finer
                 if late or _share_of_spots(before, SPOT / 2 / 4**finer) > goal:  # out of reach of MOST
                     break
         raise self._out_of_reach(picture, best or state, goal)

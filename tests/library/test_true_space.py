@@ -222,7 +222,8 @@ def test_a_window_that_cuts_the_contact_says_so():
     assert problem(window=(-1.5, 1.5), nodes=64).solve(load=4 / 3).warnings == ()
 
 
-def test_flat_faces_are_refused_on_coarse_grids(monkeypatch):
+@pytest.mark.parametrize("rtol, most", [(1e-2, 128), (0.3, 256)])
+def test_flat_faces_are_refused_on_coarse_grids(monkeypatch, rtol, most):
     """Their pressure has no bound: the estimate falls too slowly for any grid, which few of them show."""
     sizes, whole = [], SurfaceSolver._solved
     monkeypatch.setattr(
@@ -231,8 +232,8 @@ def test_flat_faces_are_refused_on_coarse_grids(monkeypatch):
         lambda self, grid, *rest: sizes.append(grid.count) or whole(self, grid, *rest),
     )
     with pytest.raises(NotConverged):
-        problem(mb.FlatPunch(1.0, face="square"), BLOCKS).solve(load=1.0)
-    assert max(sizes) <= 128 and len(sizes) < 10
+        problem(mb.FlatPunch(1.0, face="square"), BLOCKS).solve(load=1.0, rtol=rtol)
+    assert max(sizes) <= most and len(sizes) < 10
 
 
 # the estimate
