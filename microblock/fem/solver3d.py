@@ -90,10 +90,6 @@ class Solver3D(Solver):
             levers = levers + law.tilt(x1, x2)
         return np.concatenate((np.ones((len(levers), 1, len(x1))), levers), axis=1)
 
-    def carried(self, state):
-        """Returns the resultant of a state's pressures, force."""
-        return float(state.weights @ state.pressure)
-
     def of_least_norm(self, forces, closed):
         """The forces of least norm with the same resultants, arrays (corners, n): of a block that all corners
         hold, and where supports hold a rotation, as on a plane of symmetry, of corners that are equally near.
