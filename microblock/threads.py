@@ -41,21 +41,20 @@ _seen = 0
 class _Hold:
     """One kind of libraries, limited to one thread while a call is inside and none is on a large matrix."""
 
-    def __init__(self, kind):
-        self.kind, self.inside, self.large, self.before = kind, 0, 0, []
+    def __init__(self, libraries):
+        self.libraries, self.inside, self.large, self.before = libraries, 0, 0, []
 
     def change(self, inside, large):
         """Counts entries; limits libraries that are not yet limited, or gives them their threads back."""
         self.inside += inside
         self.large += large
-        libraries = _libraries[self.kind]
         if self.inside and not self.large:
-            for library in libraries[len(self.before) :]:
+            for library in self.libraries[len(self.before) :]:
                 self.before.append(library.get_num_threads() or 1)
                 if self.before[-1] > 1:
                     _set(library, 1)
         elif self.before:
-            for library, number in zip(libraries, self.before):
+            for library, number in zip(self.libraries, self.before):
                 if number > 1:
                     _set(library, number)
             self.before.clear()
@@ -65,7 +64,7 @@ class _OwnHold(_Hold, threading.local):
     """The same for each Python thread."""
 
 
-_holds = _Hold("blas"), _OwnHold("openmp")
+_holds = _Hold(_libraries["blas"]), _OwnHold(_libraries["openmp"])
 
 
 def _set(library, number):

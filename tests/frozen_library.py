@@ -18,6 +18,7 @@ from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from cases.__main__ import main
+from cases.scenes.size_effect_fe import axis_closes
 from microblock.fem import meshes, newton_path
 from microblock.fem.body import Loads
 from microblock.fem.facets import ContactFacets
@@ -248,7 +249,7 @@ def path_of(problem):
 def coalescence_of(problem):
     """Load at which two zones of partial contact touch on the axis."""
     solver = contact_of(problem).solver
-    return solver.coalescence()[0] if problem["method"] == "panels" else solver.axis_closes()
+    return solver.coalescence()[0] if problem["method"] == "panels" else axis_closes(solver)
 
 
 def plain_numbers():

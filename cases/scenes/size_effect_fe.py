@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import microblock as mb
+from microblock.corners import active_set
 from microblock.halfplane.coalescence import coalescence
 
 from . import hertz_fe
@@ -33,6 +34,22 @@ def coalescence_ratio(nu, beta):
     return alpha, alpha * (error + abs(load - coarse)) / load / 2
 
 
+def axis_closes(solver):
+    """Load (force per thickness) at which the node on the axis closes for good on the mesh of a condensed
+    `Uniform` solver, of which half is computed.
+    """
+    if not solver.symmetric:
+        raise mb.BadArgument("problem", solver.contact, "must be symmetric")
+    _, flexibility, gaps, share = solver.prepare()
+    # classical contact would fill the squares under some times that
+    last = solver.solid.E_star * solver.reach**2 / 4
+    history = active_set.path(flexibility, gaps, [last], c=share).events
+    loads = [event.load for event in history if event.corner == 0 and event.kind == "closes"]
+    if not loads:
+        raise mb.NotConverged(f"the axis is open up to the load {2 * last:g}", reached=2 * last)
+    return 2 * loads[-1]
+
+
 def ratio_of_h(nu, beta, squares=SQUARES):
     """[(h over a_Hz, alpha_mid)] of bilinear elements on a uniform mesh: the axis node closes at that load.
 
@@ -46,7 +63,7 @@ def ratio_of_h(nu, beta, squares=SQUARES):
             mb.Microblock(),
             mb.Uniform(h=h, reach=EQUAL_SQUARES),
         )
-        a_Hz = math.sqrt(2 * problem.solver.axis_closes() / math.pi)
+        a_Hz = math.sqrt(2 * axis_closes(problem.solver) / math.pi)
         found.append((h / a_Hz, NEAR / a_Hz))
     return found
 

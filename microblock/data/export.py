@@ -298,8 +298,7 @@ def _write_grid(fields, path, x1, x2):
         "stress": found.stress.reshape(4, -1).T,
         "couple_stress": found.couple_stress.T,
     }
-    quads = _quadrilaterals(numbers)
-    _write(path, np.column_stack((across, down, zero)), [("quad", quads)], data)
+    _write(path, np.column_stack((across, down, zero)), [("quad", _quadrilaterals(numbers))], data)
 
 
 def _write(path, points, cells, data):
@@ -316,7 +315,7 @@ def _write_mesh(fields, path):
     import ngsolve as ng  # here, for half-planes do without it
 
     body = fields.body
-    pieces = min(math.ceil(math.log2(max(body.order, getattr(body, "order_psi", 1)))), FINEST)
+    pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), FINEST)
     stress, couples = (
         ng.CF(tuple(one[i, j] for i in range(one.dims[0]) for j in range(one.dims[1])))
         if len(one.dims) == 2

@@ -91,6 +91,12 @@ class MeshBody(Shown):
         """The same body of another solid; the same one is not factorised again."""
         return self if solid == self.solid else type(self)(**self._made_of | {"solid": solid})
 
+    def once(self, key, make):
+        """What `make()` returns, by a key: made once, and kept as long as the body."""
+        if key not in self.derived:
+            self.derived[key] = make()
+        return self.derived[key]
+
     def summary(self):
         """Elements, orders, unknowns, supports and moduli, for a notebook."""
         kinds = f"in {self.mesh.dim}D" + ", periodic" * self.periodic
@@ -229,7 +235,7 @@ class Body(MeshBody):
         self._require_periodic_values()
         if contact != USUAL_CONTACT:
             self.boundary(contact, "contact")
-        self.derived: dict = {}  # what costs a factorisation, kept as long as the body by who makes it
+        self.derived: dict = {}  # what costs a factorisation, see `once`
 
     @property
     def _made_of(self):

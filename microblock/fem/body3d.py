@@ -113,7 +113,7 @@ class Body3D(MeshBody):
         )  # unknowns of one field: numbers of field i begin at i width
         if contact != USUAL_CONTACT:
             self.boundary(contact, "contact")
-        self.derived: dict = {}  # what costs a factorisation, kept as long as the body by who makes it
+        self.derived: dict = {}  # what costs a factorisation, see `once`
 
     def _vectors(self, name):
         """The H1 space of a vector with its supports."""

@@ -26,11 +26,11 @@ class BodySolution(BelowOnMesh, NodalSolution):
 
     Attributes
     ----------
-    recovered : float, relative error of pressures and fields (`recovery.estimate`); None on a mesh that was
+    error_estimate : float, relative error of pressures and fields (`recovery.estimate`); None on a mesh that
         prescribed
     """
 
-    recovered: float | None = None
+    error_estimate: float | None = None
 
     method = "condensed"
 
@@ -42,10 +42,6 @@ class BodySolution(BelowOnMesh, NodalSolution):
         found, there = np.full_like(x, np.inf), counter.reaches(x)
         found[there] = counter.displacement(self.forces.ravel(), x[there])
         return found
-
-    @property
-    def error_estimate(self):
-        return self.recovered
 
     @property
     def nodes(self):
@@ -73,9 +69,8 @@ class BodySolution(BelowOnMesh, NodalSolution):
         """What is wrong, in a list of sentences, where the obstacle has moved too far into the body."""
         moved = self.approach - self.gaps.min()
         depth = np.ptp([vertex.point[1] for vertex in self.nodes.body.mesh.vertices])
-        if moved < DEEP * depth:
-            return []
-        return [f"the obstacle presses {moved:.2g} deep into a body {depth:.2g} deep: beyond small strain"]
+        words = f"the obstacle presses {moved:.2g} deep into a body {depth:.2g} deep: beyond small strain"
+        return [words] * bool(moved >= DEEP * depth)
 
     @cached_property
     def _missed(self):

@@ -276,9 +276,9 @@ def condensed(body, boundary="contact", clamped=False):
     contact.
     """
     key = "condensed", boundary, clamped
-    if key not in body.derived:
-        body.derived[key] = Condensed(with_psi_constrained(body, boundary) if clamped else body, boundary)
-    return body.derived[key]
+    return body.once(
+        key, lambda: Condensed(with_psi_constrained(body, boundary) if clamped else body, boundary)
+    )
 
 
 def with_psi_constrained(body, boundary):

@@ -176,6 +176,4 @@ def _solved(factor, right):
 
 def condensed3d(body):
     """A body as `Condensed3D`, made once and kept with the body."""
-    if "condensed" not in body.derived:
-        body.derived["condensed"] = Condensed3D(body)
-    return body.derived["condensed"]
+    return body.once("condensed", lambda: Condensed3D(body))

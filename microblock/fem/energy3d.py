@@ -15,22 +15,8 @@ def relative_deformation(u, psi):
 
 def energy(solid, gamma, kappa):
     """The energy density (10)-(12) from the relative deformation and the curvature ``psi_i,j``, 3x3."""
-    strain, spin = ng.Sym(gamma), ng.Skew(gamma)
-    bend, twist = ng.Sym(kappa), ng.Skew(kappa)
-    a, b, c = solid.alpha_prime, solid.beta_prime, solid.curvature
-    return (
-        solid.lam / 2 * ng.Trace(gamma) ** 2
-        + solid.mu * ng.InnerProduct(strain, strain)
-        + solid.mu_c * ng.InnerProduct(spin, spin)
-        + solid.ell**2
-        * solid.mu
-        / 2
-        * (
-            a * ng.Trace(kappa) ** 2
-            + (c + b) * ng.InnerProduct(bend, bend)
-            + (c - b) * ng.InnerProduct(twist, twist)
-        )
-    )
+    work = ng.InnerProduct(stress(solid, gamma), gamma) + ng.InnerProduct(couple_stress(solid, kappa), kappa)
+    return work / 2
 
 
 def stress(solid, gamma):

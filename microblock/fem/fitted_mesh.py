@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import BadArgument, NotConverged
-from ..model.zones import joined, zone_edges
+from ..model.zones import common, joined, zone_edges
 from ..threads import released
 from .body import Body
 from .condensation import Condensed
@@ -177,7 +177,8 @@ class MeshFitter(GroundSolver):
 
     def _fit_mesh(self, zones, order, levels, spacing=None):
         """A mesh with vertices at the edges of trial zones, and the corners that are closed on them."""
-        zones = {corner: _cut_off(own, self._furthest) for corner, own in zones.items()}
+        seen = [(-self._furthest, self._furthest)]
+        zones = {corner: tuple(common(own, seen)) for corner, own in zones.items()}
         edges = zone_edges(zones)
         if not edges:
             raise NotConverged("no contact")
@@ -273,12 +274,6 @@ def _clusters(zones):
         (left - (BEYOND - 1) * (right - left) / 2, right + (BEYOND - 1) * (right - left) / 2)
         for left, right in found
     ]
-
-
-def _cut_off(intervals, end):
-    """Intervals as far as they are nearer to 0 than `end`."""
-    cut = ((max(left, -end), min(right, end)) for left, right in intervals)
-    return tuple((left, right) for left, right in cut if left < right)
 
 
 def _told_apart(zones):

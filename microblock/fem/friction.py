@@ -16,9 +16,8 @@ from scipy import sparse
 from ..corners import coulomb
 from ..errors import BadArgument, require_choice, require_kind, require_positive
 from .body import Body, Fields, Loads
-from .bulk import as_csr
 from .facets import ContactFacets
-from .newton import CONTROLS, NodalState
+from .newton import CONTROLS, LinearForm, NodalState
 
 
 def slip_lever(law):
@@ -133,15 +132,11 @@ class MonolithicFriction:
     def _assemble(self, loads):
         """Stiffness, loads and prescribed values in all unknowns of the body."""
         space = self.body.space
-        form = ng.BilinearForm(space)
-        form += ng.Variation(self.body.potential(*space.TrialFunction(), loads))
-        zero, minus_f = ng.GridFunction(space).vec, ng.GridFunction(space).vec
-        form.Apply(zero, minus_f)
-        form.AssembleLinearization(zero)
+        functional = self.body.potential(*space.TrialFunction(), loads)
+        self.stiffness, minus_f = LinearForm(space, functional).assembled
         supports = ng.GridFunction(space)
         self.body.prescribe(supports.components)
-        self.stiffness, self._loads = as_csr(form.mat), -minus_f.FV().NumPy()
-        self._supports = supports.vec.FV().NumPy().copy()
+        self._loads, self._supports = -minus_f, supports.vec.FV().NumPy().copy()
         self._free = np.array(space.FreeDofs())
 
     @cached_property

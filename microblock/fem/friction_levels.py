@@ -45,7 +45,9 @@ def history_to(rtol, follow):
         if max(errors) <= rtol:
             last = found[-1]
             pairs = zip(last.states, errors)
-            states = [FrictionState(replace(one.solution, recovered=float(error))) for one, error in pairs]
+            states = [
+                FrictionState(replace(one.solution, error_estimate=float(error))) for one, error in pairs
+            ]
             return History(last.problem, states, last.events)
     raise out_of_reach(rtol, best, besides="take shorter squares, Uniform(h=...)")
 

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from ..corners.coulomb import System
 from ..corners.friction import AT_LIMIT, FrictionPath
 from ..corners.nodal import zones_of
 from ..errors import BadArgument
@@ -22,8 +22,6 @@ from .slip_nodes import slip_nodes
 
 class _AtNodes(OfMoment):
     """Base of solutions at nodes with `touching` and `sticks`, boolean arrays (n,) in the order of x1."""
-
-    end = None
 
     @property
     def tangential_approach(self):
@@ -50,25 +48,15 @@ class NewtonFrictionSolution(_AtNodes, NewtonSolution):
     Attributes
     ----------
     moment : friction.NodalFriction, nodes as the facets have them
-    recovered : float, relative error from meshes of twice the length; None on a mesh that was prescribed
+    error_estimate : float, relative error from meshes of twice the length; None on a mesh that was prescribed
     """
 
     moment: Any = None
-    recovered: float | None = None
-
-    @property
-    def error_estimate(self):
-        """Relative L2 error, or None."""
-        return self.recovered
+    error_estimate: float | None = None
 
     @property
     def _facets(self):
         return self.moment.newton.facets.nodes
-
-    @property
-    def end(self):
-        """Where a period ends; None of a body with edges."""
-        return None if self.has_edges else self.x[0] + self.period
 
     @property
     def shear_traction(self):
@@ -101,6 +89,8 @@ class BodyFrictionSolution(_AtNodes, BodySolution):
     """
 
     moment: Any = None
+
+    end = None
 
     @property
     def nodes(self):
@@ -168,10 +158,9 @@ def of_newton(solver, pairs, coupled, rtol):
         raise BadArgument("kind", solver.options.kind, 'does not follow friction: Newton("al") does')
     facets = FrictionFacets(solver.supported, solver.law, solver.obstacle, solver.body.contact)
     newton = MonolithicFriction(facets, rho=solver.options.rho, coupled=coupled)
-    unknowns, states = newton.unknowns, []
-    for state in newton.follow(pairs):
-        states.append(FrictionState(NewtonFrictionSolution(solver, state.nodal, unknowns, state)))
-    path = _Followed(newton.system, state.reached.changes)
+    found, unknowns = list(newton.follow(pairs)), newton.unknowns
+    states = [FrictionState(NewtonFrictionSolution(solver, one.nodal, unknowns, one)) for one in found]
+    path = SimpleNamespace(contact=newton.system, changes=found[-1].reached.changes)  # as a FrictionPath
     return History(solver.contact, states, _events(path, states[-1], pairs))
 
 
@@ -196,14 +185,6 @@ def of_body(solver, pairs, coupled, rtol):
         )
         states.append(FrictionState(solution))
     return History(solver.contact, states, _events(path, states[-1], pairs))
-
-
-@dataclass(frozen=True)
-class _Followed:
-    """What `events` ask of a FrictionPath."""
-
-    contact: System
-    changes: list
 
 
 def _events(path, state, pairs):

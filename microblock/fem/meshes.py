@@ -71,7 +71,7 @@ def locking(solid, order, depth, half_width):
         f"elements of order {order} that reach {depth:.2g} deep below the contact lock where nu = "
         f"{solid.nu:.4g}, so that pressures may be far off: take order 3 or more, or smaller elements"
     )
-    return [words] * (order <= 2 and stiffer >= LOCKED)
+    return [words] * bool(order <= 2 and stiffer >= LOCKED)
 
 
 def thicknesses(mesh, region):

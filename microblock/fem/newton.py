@@ -197,7 +197,7 @@ class MonolithicNewton:
         self._contact += ng.Variation(contact)
         # of no worth: it makes the places of all that the contact couples
         places = self.facets.integral(ng.Parameter(0.0) * approach**2)
-        self._bulk = _LinearForm(self.space, potential + places)
+        self._bulk = LinearForm(self.space, potential + places)
         self._inverse = None
         self.free = ng.BitArray(self.space.FreeDofs())
         self.free[self._approach] = self.control == "load"
@@ -491,7 +491,7 @@ class _Factor:
     magnitudes: object
 
 
-class _LinearForm:
+class LinearForm:
     """The first variation ``K x - f`` of a quadratic functional, of which K is assembled once, and K with
     what another form adds to it.
     """
@@ -502,7 +502,7 @@ class _LinearForm:
         self._kept = None
 
     @cached_property
-    def _assembled(self):
+    def assembled(self):
         """K as a CSR matrix, and -f."""
         zero, minus_f = ng.GridFunction(self._form.space).vec, ng.GridFunction(self._form.space).vec
         self._form.Apply(zero, minus_f)
@@ -516,12 +516,12 @@ class _LinearForm:
 
     def internal(self, vector):
         """K x - f, array."""
-        matrix, minus_f = self._assembled
+        matrix, minus_f = self.assembled
         return matrix @ vector.FV().NumPy() + minus_f
 
     def with_added(self, other):
         """The NGSolve matrix K + `other`, whose entries have places in K; the one before is no more."""
-        matrix, _ = self._assembled
+        matrix, _ = self.assembled
         values = self._form.mat.AsVector().FV().NumPy()
         values[:] = matrix.data
         values[self._places(other)] += other.AsVector().FV().NumPy()
@@ -530,7 +530,7 @@ class _LinearForm:
     def _places(self, other):
         """Numbers of the values of K that belong to those of a matrix, the same pattern at each call."""
         if self._kept is None:
-            matrix, _ = self._assembled
+            matrix, _ = self.assembled
             self._kept = np.searchsorted(_keys(matrix), _keys(as_csr(other)))
         return self._kept
 

@@ -47,18 +47,13 @@ class NewtonSolver3D(Solver3D):
     @property
     def nodes(self):
         """The contact nodes of the body, of which a law that prescribes psi fixes psi1 and psi2."""
-        kept, key = self.body.derived, ("nodes", self.surface_law.clamped)
-        if key not in kept:
-            kept[key] = ContactNodes3D(_clamped(self.body) if self.surface_law.clamped else self.body)
-        return kept[key]
+        body, clamped = self.body, self.surface_law.clamped
+        return body.once(("nodes", clamped), lambda: ContactNodes3D(_clamped(body) if clamped else body))
 
     @property
     def system(self):
         """The linear systems of the body; its matrix and preconditioner are made once."""
-        nodes = self.nodes
-        if "systems" not in nodes.body.derived:
-            nodes.body.derived["systems"] = Systems(nodes)
-        return nodes.body.derived["systems"]
+        return self.nodes.body.once("systems", lambda: Systems(self.nodes))
 
     @bounded
     def solve(self, load, approach, rtol, initial=None, progress=False):

@@ -110,12 +110,16 @@ class NewtonSolution(BelowOnMesh, AtNodes):
     def period(self):
         return None if self.has_edges else self.weights.sum()
 
+    @property
+    def end(self):
+        """Where a period ends; None of a body with edges."""
+        return None if self.has_edges else self.x[0] + self.period
+
     @cached_property
     def zones_by_name(self):
         """Zones of the nodes, within a period of a body that repeats, per unit length of a 1D one."""
         closed = np.array([self.nodal.closed[corner] for corner in self._facets.corners])[:, self._order]
-        end = None if self.has_edges else self.x[0] + self.period
-        return zones_of(self.x, closed, self.law, self.apart, end)
+        return zones_of(self.x, closed, self.law, self.apart, self.end)
 
     @cached_property
     def energy(self):
@@ -159,9 +163,8 @@ class NewtonSolver(Solver):
     @cached_property
     def supported(self):
         """The body, with psi = 0 on the contact boundary where the law prescribes it."""
-        if self.law.clamps_rotation:
-            return with_psi_constrained(self.body, self.body.contact)
-        return self.body
+        body = self.body
+        return with_psi_constrained(body, body.contact) if self.law.clamps_rotation else body
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         if rtol is not None:

@@ -183,7 +183,7 @@ def refine_until(solver, load, approach, rtol, progress=False):
             bar.set_postfix(estimate=f"{parts.total:.1e}", unknowns=found.unknowns)
             best = min(best, parts.total)
             if parts.total <= rtol:
-                return replace(found, recovered=parts.total)
+                return replace(found, error_estimate=parts.total)
             if found.unknowns > MOST:
                 break
             triangles = of_triangles(found.nodes.body.mesh) if passes == 1 else None

@@ -98,7 +98,6 @@ def slip_nodes(solver):
     """
     body, clamped = solver.body, solver.law.clamps_rotation
     key = "slip nodes", body.contact, clamped
-    if key not in body.derived:
-        held = with_psi_constrained(body, body.contact) if clamped else body
-        body.derived[key] = SlipNodes(held, body.contact)
-    return body.derived[key]
+    return body.once(
+        key, lambda: SlipNodes(with_psi_constrained(body, body.contact) if clamped else body, body.contact)
+    )

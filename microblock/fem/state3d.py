@@ -159,7 +159,7 @@ class State3D(Shown):
         return (
             f"elements of order {body.order} that reach {self._depth:.2g} below the contact, more than "
             f"{at_most(longest)}, do not resolve the layer: take shorter ones, or a higher order"
-        ) * (self._depth > longest)
+        ) * bool(self._depth > longest)
 
     def _beyond(self) -> str:
         """Whether the obstacle reaches into the surface beside the contact boundary."""

@@ -127,20 +127,6 @@ class UniformSolver(GroundSolver):
         rho = self.options.newton.rho or self._rho()
         return nodes, facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
 
-    def axis_closes(self):
-        """Load (force per thickness) at which the node on the axis closes for good on this mesh."""
-        if not self.symmetric:
-            raise BadArgument("problem", self.contact, "must be symmetric")
-        nodes = Condensed(self._body())
-        flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
-        # classical contact would fill the squares under some times that
-        last = self.solid.E_star * self.reach**2 / 4
-        history = active_set.path(flexibility, self._within(nodes, gaps), [last], c=share).events
-        loads = [event.load for event in history if event.corner == 0 and event.kind == "closes"]
-        if not loads:
-            raise NotConverged(f"the axis is open up to the load {2 * last:g}", reached=2 * last)
-        return 2 * loads[-1]
-
     def _body(self):
         if self.reach is None:
             raise BadArgument("reach", None, "must be given where no load chooses it: Uniform(reach=...)")

@@ -31,6 +31,7 @@ from ..errors import BadArgument
 from ..model.bodies import Unbounded
 from ..model.material import Cosserat
 from ..model.methods import Cells, Panels
+from ..model.problem import level_surface
 from ..model.quadrature import gauss_rule
 from ..model.types import Array
 from ..threads import bounded
@@ -275,10 +276,7 @@ class HalfPlane(Unbounded):
             U, V, W = own
             # (u.n, psi) from (force along n, moment): u = -u.n, p = -force, phi = ell psi/2, m = 2 M/ell
             matrix = np.block([[U[near], sign * V[near] / half], [-sign * V[near] / half, W[near] / half**2]])
-        points = np.column_stack((x, np.zeros_like(x)))
-        return Compliance(
-            points, np.tile([0.0, 1.0], (len(x), 1)), np.full(len(x), width[0]), matrix, self.solid.ell
-        )
+        return Compliance(*level_surface(x), np.full(len(x), width[0]), matrix, self.solid.ell)
 
     def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(KERNELS))) -> Array:
         """Returns kernels (length/force) averaged over a cell at the distances 0, 1, ... cells.

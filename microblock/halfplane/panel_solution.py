@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..model.problem import Problem, half_line
+from ..model.problem import Problem, half_line, level_surface
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts, LineSolution, surface
 from ..model.types import CornerZones
@@ -273,12 +273,10 @@ class PanelSolution(LineSolution):
             values[-1, : len(outside)] = self.reaction(outside)
         values = values[:, first]
         displacement, psi = self.displacement_and_rotation(x)
-        points, normals = np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1))
         return surface(
             self.problem,
             self.approach,
-            points,
-            normals,
+            *level_surface(x),
             pressures=values[:-1],
             micromoment=values[-1],
             psi=psi,

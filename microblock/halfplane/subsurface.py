@@ -65,74 +65,65 @@ class FieldsBelow:
 
     solution: object
 
+    @bounded
     def __call__(self, x1, x2, accuracy=ACCURACY):
-        """Fields at points, x2 <= 0; see `fields`."""
-        return fields(self.solution, x1, x2, accuracy)
+        """Fields at points.
 
+        Parameters
+        ----------
+        x1, x2 : arrays or numbers; x2 <= 0. Points that share x1 share the work.
+        accuracy : Gauss points on a piece of the path of integration; 10 leaves about 1e-8 of the largest
+            values
+
+        Raises
+        ------
+        BadArgument
+            If a point is no number or above the surface.
+        """
+        require_whole(1, 100, accuracy=accuracy)
+        x1, x2, shape = points(x1, x2)
+        if not np.all(x2 <= 0):
+            raise BadArgument("x2", x2, "must not be above the surface")
+        depth = np.minimum(x2, -SKIN * self.solution.problem.solid.ell)
+        values = np.empty((len(NAMES), len(x1)))
+        for place in np.unique(x1):
+            here = x1 == place
+            values[:, here] = _vertical(self.solution, place, depth[here], accuracy)
+        psi, theta, slope, u1, u2, s11, s12, s21, s22, m1, m2 = values
+        stress = np.array(((s11, s12), (s21, s22)))
+        found = Fields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2)), theta, slope)
+        return found.shaped(shape)
+
+    @bounded
     def largest_shear(self, rtol=1e-4):
-        """The largest shear stress below the contact and where: (value, x1, x2)."""
-        return largest_shear(self.solution, rtol)
+        """The largest shear stress below the contact and where: (value, x1, x2).
 
-
-@bounded
-def fields(state, x1, x2, accuracy=ACCURACY):
-    """Fields of a state at points.
-
-    Parameters
-    ----------
-    state : PanelSolution
-    x1, x2 : arrays or numbers; x2 <= 0. Points that share x1 share the work.
-    accuracy : Gauss points on a piece of the path of integration; 10 leaves about 1e-8 of the largest values
-
-    Raises
-    ------
-    BadArgument
-        If a point is no number or above the surface.
-    """
-    require_whole(1, 100, accuracy=accuracy)
-    x1, x2, shape = points(x1, x2)
-    if not np.all(x2 <= 0):
-        raise BadArgument("x2", x2, "must not be above the surface")
-    depth = np.minimum(x2, -SKIN * state.problem.solid.ell)
-    values = np.empty((len(NAMES), len(x1)))
-    for place in np.unique(x1):
-        here = x1 == place
-        values[:, here] = _vertical(state, place, depth[here], accuracy)
-    psi, theta, slope, u1, u2, s11, s12, s21, s22, m1, m2 = values
-    stress = np.array(((s11, s12), (s21, s22)))
-    found = Fields(x1, x2, psi, np.array((u1, u2)), stress, np.array((m1, m2)), theta, slope)
-    return found.shaped(shape)
-
-
-@bounded
-def largest_shear(state, rtol=1e-4):
-    """The largest shear stress below the contact and where: (value, x1, x2).
-
-    The largest value on a grid that is fine near the surface and the edges of all zones, and on finer ones
-    around it until they span rtol of the contact's width.
-    """
-    edges = np.array(zone_edges(state.all_zones))
-    edges = np.concatenate((edges, -edges)) if state.problem.mirror else edges
-    width, ell = np.ptp(edges), min(state.problem.solid.ell, np.ptp(edges))
-    steps = ell * np.geomspace(1 / 32, 2, NEAR_EDGE)
-    across = np.unique(
-        np.concatenate(
-            (
-                np.linspace(edges.min() - width / 4, edges.max() + width / 4, ACROSS),
-                np.add.outer(edges, np.concatenate((-steps, [0.0], steps))).ravel(),
+        The largest value on a grid that is fine near the surface and the edges of all zones, and on finer
+        ones around it until they span rtol of the contact's width.
+        """
+        state = self.solution
+        edges = np.array(zone_edges(state.all_zones))
+        edges = np.concatenate((edges, -edges)) if state.problem.mirror else edges
+        width, ell = np.ptp(edges), min(state.problem.solid.ell, np.ptp(edges))
+        steps = ell * np.geomspace(1 / 32, 2, NEAR_EDGE)
+        across = np.unique(
+            np.concatenate(
+                (
+                    np.linspace(edges.min() - width / 4, edges.max() + width / 4, ACROSS),
+                    np.add.outer(edges, np.concatenate((-steps, [0.0], steps))).ravel(),
+                )
             )
         )
-    )
-    down = -ell * np.expm1(np.linspace(0, np.log1p(width / ell), DOWN))
-    while True:
-        x1, x2 = (part.ravel() for part in np.meshgrid(across, down))
-        shear = fields(state, x1, x2).shear
-        best = np.argmax(shear)
-        i, j = best % len(across), best // len(across)
-        if np.ptp(across) < rtol * width and np.ptp(down) < rtol * width:
-            return float(shear[best]), float(x1[best]), float(x2[best])
-        across = np.linspace(across[max(i - 1, 0)], across[min(i + 1, len(across) - 1)], ZOOM)
-        down = np.linspace(down[max(j - 1, 0)], down[min(j + 1, len(down) - 1)], ZOOM)
+        down = -ell * np.expm1(np.linspace(0, np.log1p(width / ell), DOWN))
+        while True:
+            x1, x2 = (part.ravel() for part in np.meshgrid(across, down))
+            shear = self(x1, x2).shear
+            best = np.argmax(shear)
+            i, j = best % len(across), best // len(across)
+            if np.ptp(across) < rtol * width and np.ptp(down) < rtol * width:
+                return float(shear[best]), float(x1[best]), float(x2[best])
+            across = np.linspace(across[max(i - 1, 0)], across[min(i + 1, len(across) - 1)], ZOOM)
+            down = np.linspace(down[max(j - 1, 0)], down[min(j + 1, len(down) - 1)], ZOOM)
 
 
 def _vertical(state, x1, x2, accuracy):
@@ -284,9 +275,7 @@ def _mean_slope(v, w, root):
 def _all_panels(state):
     """The panels of all corners on the whole line, and the rows of q on them."""
     panels, rows = state.panels, state.q.reshape(-1, state.panels.order)
-    if not state.problem.mirror:
-        return panels, rows
-    return panels.with_mirror(), np.concatenate((rows, rows))
+    return (panels.with_mirror(), np.tile(rows, (2, 1))) if state.problem.mirror else (panels, rows)
 
 
 def _halves(panels, x1):

@@ -94,7 +94,11 @@ class SurfaceSolver(Solver):
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         super().__init__(contact, options)
-        self._require_bodies()
+        if is_classical(self.solid):
+            raise BadArgument(
+                "beta", self.solid.beta, "must hold the rotation of blocks: a second body alone may have 0"
+            )
+        require_same_period(self.body, self.obstacle)
         self.surface_law = on_surface(self.law)
         self.period: float | None = self.body.period  # type: ignore[attr-defined]
         if self.period is not None and options.window is not None:
@@ -103,14 +107,6 @@ class SurfaceSolver(Solver):
             raise BadArgument("nodes", options.nodes, f"counts along each axis: at most {2 * MOST}")
         self._require_repeating()
         self._kept: dict[Grid, Flexibility] = {}
-
-    def _require_bodies(self) -> None:
-        """Raises BadArgument for a first body whose blocks nothing holds, and for bodies of two periods."""
-        if is_classical(self.solid):
-            raise BadArgument(
-                "beta", self.solid.beta, "must hold the rotation of blocks: a second body alone may have 0"
-            )
-        require_same_period(self.body, self.obstacle)
 
     def _require_repeating(self) -> None:
         """Raises BadArgument unless obstacle and psi0 fit the period: what is cut off must go on where it

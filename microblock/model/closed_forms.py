@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeAlias, cast
+from typing import Literal, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,23 +18,10 @@ StripState: TypeAlias = Literal["separation", "partial", "full"]
 class _Layered:
     """What strips have in common, from their ell, nu, beta and curvature."""
 
-    if TYPE_CHECKING:  # fields of the strips
-
-        @property
-        def ell(self) -> float:
-            """ell/H."""
-
-        @property
-        def nu(self) -> float:
-            """Poisson's ratio."""
-
-        @property
-        def beta(self) -> float:
-            """Coupling."""
-
-        @property
-        def curvature(self) -> float:
-            """gamma' of (12)."""
+    ell: float
+    nu: float
+    beta: float
+    curvature: float
 
     @property
     def k(self) -> float:

@@ -120,11 +120,7 @@ class Picture(Shape):
     def allowed(self, x: Array) -> Array:
         """Returns the height at x below which a corner may touch, array (n,)."""
         away = np.abs(x - self.lowest) / self.half_width
-        return self._least + self.bound * self.rise * (1 + np.log1p(2 * away))
-
-    @property
-    def _least(self) -> float:
-        return float(self.heights.min())
+        return float(self.heights.min()) + self.bound * self.rise * (1 + np.log1p(2 * away))
 
 
 def picture(problem: Problem, load: float, bound: float = BOUND) -> Picture:

@@ -194,14 +194,18 @@ class Problem:
 
     def initial_gaps(self, x: Array) -> Array:
         """Returns the initial gaps of all corners at x, array (corners, n)."""
-        points = np.column_stack((x, np.zeros_like(x)))
-        normals = np.tile([0.0, 1.0], (len(x), 1))
-        return np.array(list(self.law.initial_gaps(points, normals, self.solid.ell, self.obstacle).values()))
+        gaps = self.law.initial_gaps(*level_surface(x), self.solid.ell, self.obstacle)
+        return np.array(list(gaps.values()))
 
     def initial_gap(self, corner: NDArray[np.integer], x: Array) -> Array:
         """Returns initial gaps of the corners numbered `corner` at x, arrays (n,)."""
         values = self.initial_gaps(x)
         return np.asarray(values[0] if len(values) == 1 else np.choose(corner, values))
+
+
+def level_surface(x: Array) -> tuple[Array, Array]:
+    """Returns the points of the surface x2 = 0 at x, and its outward normals, arrays (n, 2)."""
+    return np.column_stack((x, np.zeros_like(x))), np.tile([0.0, 1.0], (len(x), 1))
 
 
 def half_line(problem: Problem) -> bool:

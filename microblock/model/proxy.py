@@ -175,8 +175,7 @@ def _with_ends(function: Function, edges: Array) -> tuple[Array, list[float]]:
     """Returns edges and also those places inside an interval at which the function begins or ends: (edges,
     places).
     """
-    x = _spread(edges[:-1], edges[1:])
-    x = np.sort(x.ravel())
+    x = np.sort(_spread(edges[:-1], edges[1:]).ravel())
     there = np.isfinite(np.asarray(function(x), float))
     found = []
     for i in np.flatnonzero(there[1:] != there[:-1]):

@@ -566,10 +566,8 @@ class State(Shown):
         places = require_numbers(x=x)
         if corner is not None:
             return _like(x, self.solution.pressure(self._number(corner), places))
-        total = np.zeros(len(places))
-        for index in range(len(self.law.corners)):
-            total += self.solution.pressure(index, places)
-        return _like(x, total)
+        own = (self.solution.pressure(index, places) for index in range(len(self.law.corners)))
+        return _like(x, sum(own, np.zeros(len(places))))
 
     def gap_at(self, corner: str, x: ArrayLike) -> Array:
         """Returns the gap (22) of a corner at x.

@@ -39,14 +39,8 @@ def draw_below(state, quantity="psi"):
     x1, x2, triangles, psi, stress = state.solution.fields_below(box)
     deep = x2 <= -FIRST * box[1] * (1 - ROUNDING)  # nearer to the surface a stress may have no bound
     ends = box[0], (max(x2.min(), -box[1]), max(0.03 * box[1], x2.max()))
-    field = values(psi, stress, quantity)
-    with plots.styled():
-        drawing, axis = plots.figure(height=2.9, width=5.2)
-        for left, right in contact:
-            axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
-        drawing.captioned(f"{state.caption}\ncontact in black")
-        _filled(drawing, axis, Triangulation(x1, x2, triangles), field, quantity, deep, ends)
-    return drawing
+    field, caption = values(psi, stress, quantity), f"{state.caption}\ncontact in black"
+    return _filled(2.9, caption, Triangulation(x1, x2, triangles), field, quantity, deep, ends, contact)
 
 
 def draw_body(state, quantity="psi"):
@@ -56,18 +50,18 @@ def draw_body(state, quantity="psi"):
     field = values(psi, stress, quantity)
     # next to edges of the contact and corners of the body a stress may have no bound
     low, high = np.quantile(field, (RARE, 1 - RARE))
-    width, height = np.ptp(x1), np.ptp(x2)
-    with plots.styled():
-        drawing, axis = plots.figure(height=float(np.clip(4.2 * height / width + 0.9, *HEIGHTS)), width=5.2)
-        drawing.captioned(state.caption)
-        ends = (x1.min(), x1.max()), (x2.min(), x2.max())
-        shown = (field >= low) & (field <= high)
-        _filled(drawing, axis, Triangulation(x1, x2, triangles), field, quantity, shown, ends)
-    return drawing
+    height = float(np.clip(4.2 * np.ptp(x2) / np.ptp(x1) + 0.9, *HEIGHTS))
+    ends, shown = ((x1.min(), x1.max()), (x2.min(), x2.max())), (field >= low) & (field <= high)
+    return _filled(height, state.caption, Triangulation(x1, x2, triangles), field, quantity, shown, ends)
 
 
-def _filled(drawing, axis, triangulation, field, quantity, shown, ends):
-    """Fill a panel with contours of a quantity, and say which by a bar of its colours."""
+@plots.styled()
+def _filled(height, caption, triangulation, field, quantity, shown, ends, contact=()):
+    """A Figure with contours of a quantity, the contact in black, and a bar of the colours."""
+    drawing, axis = plots.figure(height=height, width=5.2)
+    for left, right in contact:
+        axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
+    drawing.captioned(caption)
     drawn = _contours(axis, triangulation, field, quantity in ("psi", "skew"), shown)
     axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=ends[0], ylim=ends[1])
     # those beyond the first and last colour would stand at its end, beside the one that belongs there
@@ -75,6 +69,7 @@ def _filled(drawing, axis, triangulation, field, quantity, shown, ends):
     margin = ROUNDING * (high - low)
     ticks = [one for one in MaxNLocator(TICKS).tick_values(low, high) if low - margin <= one <= high + margin]
     drawing.colorbar(drawn, ax=axis, label=QUANTITIES[quantity], shrink=0.75, ticks=ticks)
+    return drawing
 
 
 def _contours(axis, triangulation, values, signed, shown):

@@ -95,7 +95,7 @@ class Explorer(Shown):
         self.choice = Choice(
             float(load),
             None if callable(psi0) else float(psi0),
-            _number(problem.obstacle.R if isinstance(problem.obstacle, Cylinder) else None),
+            float(problem.obstacle.R) if isinstance(problem.obstacle, Cylinder) else None,
             problem.solid.ell / self.reference,
             names[type(problem.law)],
         )
@@ -243,7 +243,3 @@ def reference_length(problem, load):
         return classical(Problem(solid, problem.law, obstacle), load, 0.0)[0]
     except BadArgument:  # an obstacle of bounded height, on a period or a body that ends
         return solid.ell
-
-
-def _number(value):
-    return None if value is None else float(value)

@@ -3,7 +3,7 @@
 import math
 
 from ..errors import MicroblockError
-from .widgets import SAME, STYLE, classed, refusal, shown_with_still
+from .widgets import SAME, arranged, refusal
 
 LEAST = 0.05  # of the first load: the other end of its slider
 STEP = 0.01  # of f P
@@ -36,10 +36,7 @@ class FrictionPanel:
             "picture": [self.picture],
             "numbers": [self.table],
         }
-        boxes = [classed(ipywidgets.Box(own), f"microblock-{name}") for name, own in parts.items()]
-        panel = classed(ipywidgets.Box(boxes), "microblock-panel")
-        self.box = shown_with_still(ipywidgets)([ipywidgets.HTML(STYLE), panel], self.picture)
-        self.box.add_class("microblock-explore")
+        self.box = arranged(ipywidgets, parts, self.picture)
 
     def _changed(self, name, value):
         """The next step; where there is none the picture stays and a line says why."""

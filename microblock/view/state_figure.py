@@ -181,10 +181,8 @@ class StateFigure:
     def _explain(self, name):
         """The legend of the lines of a panel, above it, where there are several."""
         lines = [line for line in self.axes[name].lines if line.get_visible() and line.get_label()[0] != "_"]
-        if len(lines) < 2:
-            lines = []
         self.axes[name].legend(
-            handles=lines,
+            handles=lines if len(lines) > 1 else [],
             loc="lower left",
             bbox_to_anchor=(0, 1),
             ncols=4,

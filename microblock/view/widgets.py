@@ -183,13 +183,7 @@ class Panel:
             "below": [self.below],
             "numbers": [self.table],
         }
-        boxes = [
-            classed(self._widgets.Box(children), f"microblock-{name}") for name, children in parts.items()
-        ]
-        within = [self._widgets.HTML(STYLE), classed(self._widgets.Box(boxes), "microblock-panel")]
-        box = shown_with_still(self._widgets)(within, self.picture)
-        box.add_class("microblock-explore")
-        return box
+        return arranged(self._widgets, parts, self.picture)
 
     def _changed(self, name, value):
         """A new state; where there is none the picture stays and a line says why."""
@@ -245,6 +239,15 @@ def classed(box, name):
     """A box with the name of a class, by which STYLE finds it."""
     box.add_class(name)
     return box
+
+
+def arranged(ipywidgets, parts, picture):
+    """Widgets {part: [widget, ...]} in a box that arranges the parts by the width it is given; where no
+    widgets can be, the picture is shown.
+    """
+    boxes = [classed(ipywidgets.Box(own), f"microblock-{name}") for name, own in parts.items()]
+    within = [ipywidgets.HTML(STYLE), classed(ipywidgets.Box(boxes), "microblock-panel")]
+    return classed(shown_with_still(ipywidgets)(within, picture), "microblock-explore")
 
 
 def refusal(failure):

@@ -272,7 +272,7 @@ def test_a_state_tells_of_layers_thinner_than_an_element(ell, order, told):
     inside = np.abs(state.x) < 0.8
     true = np.interp(np.abs(state.x[inside]), other.x, other.micromoment) * np.sign(state.x[inside])
     assert (np.linalg.norm(state.micromoment[inside] - true) > 0.1 * np.linalg.norm(true)) == told
-    estimated = mb.State(replace(state.solution, recovered=0.1))  # which speaks for itself
+    estimated = mb.State(replace(state.solution, error_estimate=0.1))  # which speaks for itself
     assert not any("resolve the layer" in one for one in estimated.warnings)
 
 

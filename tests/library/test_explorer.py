@@ -293,7 +293,8 @@ def test_sessions_keep_a_discretisation_that_is_prescribed(method):
     for load in (1.1, 1.2):
         state = session.solve(load=load)
         fresh = session.problem.solve(load=load)
-        assert state.error_estimate is None and state.unknowns == fresh.unknowns
+        assert state.unknowns == fresh.unknowns
+        assert (state.error_estimate is None) == (session.state.method == "panels")
         assert state.half_width == pytest.approx(fresh.half_width, rel=1e-6)
 
 
@@ -640,5 +641,5 @@ def test_a_rough_surface_with_a_period_has_sliders():
     body = mb.HalfPlane(solid(), period=1.0)
     rough = mb.Contact(body, mb.Rough(period=1.0, slope=0.1), mb.Microblock(), mb.Cells(nodes=512))
     explorer = Explorer(rough, LOAD)
-    assert explorer.update(load=2 * LOAD).load == 2 * LOAD
+    assert explorer.update(load=2 * LOAD).load == pytest.approx(2 * LOAD, rel=1e-12)  # a sum over the cells
     assert explorer.choice.alpha == 1.0  # of ell: no classical width says how large the contact is

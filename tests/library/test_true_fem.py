@@ -391,7 +391,10 @@ def test_what_was_asked_before_changes_nothing(name):
 def _require_same(one, other, close):
     for name in ("load", "approach", "energy", "pressure", "micromoment", "psi", "weights"):
         own, known = getattr(one, name), getattr(other, name)
-        np.testing.assert_allclose(own, known, rtol=0, atol=close * np.abs(known).max(), err_msg=name)
+        # a moment that symmetry makes 0 is what iterations leave of the contact's conditions, 1e-9
+        zero = 1e-9 * SOLID.ell * other.pressure.max() if name == "micromoment" else 0.0
+        close_to = max(close * np.abs(known).max(), zero)
+        np.testing.assert_allclose(own, known, rtol=0, atol=close_to, err_msg=name)
     assert (one.warnings, one.method) == (other.warnings, other.method)
     found, known = (state.fields.reaction("bottom") for state in (one, other))
     np.testing.assert_allclose(found.force, known.force, rtol=0, atol=close * other.load)

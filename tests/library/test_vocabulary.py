@@ -243,7 +243,9 @@ def test_few_nodes_without_an_estimate_are_warned_of(coarse, fine, advice):
 def test_an_estimate_speaks_for_itself():
     state = body().solve(load=1.0)
     assert any("nodes in" in text for text in state.warnings)
-    assert not any("nodes in" in text for text in mb.State(replace(state.solution, recovered=0.1)).warnings)
+    assert not any(
+        "nodes in" in text for text in mb.State(replace(state.solution, error_estimate=0.1)).warnings
+    )
 
 
 def test_help_tells_what_an_obstacle_may_have():
