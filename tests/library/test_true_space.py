@@ -270,6 +270,15 @@ def test_blocks_smaller_than_cells_take_few_products(ell):
     assert state.iterations < 60  # 29 and 32; 98 of ell 1e-3 with the limit of short waves
 
 
+@pytest.mark.parametrize("spare", [0.08, 0.083, 0.1])
+def test_steps_of_a_rim_are_within_the_estimate(monkeypatch, spare):
+    """Cells put corners beside the rim of a face, or on it: the approach is off by 5 %, either way."""
+    monkeypatch.setattr("microblock.halfspace.solver.SPARE", spare)
+    square = mb.FlatPunch(1.0, face="square")
+    coarse, fine = (problem(square, BLOCKS, 0.5, nodes=nodes).solve(load=1.0) for nodes in (32, 128))
+    assert abs(coarse.approach / fine.approach - 1) < coarse.error_estimate
+
+
 def test_pressures_between_cells():
     state = problem(law=BLOCKS, nodes=32).solve(load=1.0)
     centres = np.column_stack([each.ravel() for each in np.meshgrid(state.x1, state.x2, indexing="ij")])
