@@ -518,7 +518,7 @@ def refusals():
         "fitted domain=0": lambda: mb.Block(solid, 0.0),
         "fitted of no solid": lambda: mb.Block(half),
         "fitted order=0": lambda: mb.Fitted(order=0),
-        "fitted in too small a block": lambda: mb.Contact(mb.Block(solid, 0.3), cylinder, law).solve(1.0),
+        "fitted in too small a block": lambda: mb.Contact(mb.Block(solid, 0.2), cylinder, law).solve(1.0),
         "uniform method": lambda: uniform(newton="al"),
         "uniform beyond the squares": lambda: uniform().solve(20.0),
         "body order=0": lambda: mb.Body(block.mesh, solid, 0, fixed="bottom"),

@@ -298,7 +298,8 @@ class CellSolver(Solver):
                     changes.append(difference(finer, state, self._end_weights))
                 state = finer
                 bar.update(size)
-                yield replace(state, change=_estimate(changes, state.residual))
+                ends = len(getattr(self.obstacle, "ends", ()))  # there errors fall by the root of the cells
+                yield replace(state, change=_estimate(changes, state.residual, SLOWEST if ends else FASTEST))
 
     def _end_weights(self, x):
         """1, and towards ends of the obstacle, where the pressure has no bound, falling with the distance."""
@@ -383,9 +384,9 @@ def difference(finer, coarser, ends):
     return float(np.sqrt(change.max() / size)) if size else 0.0
 
 
-def _estimate(changes, residual):
+def _estimate(changes, residual, fastest):
     """Error of the last state from the changes from grid to grid, a geometric series of a ratio between
-    SLOWEST and FASTEST, and from its residual; None without changes.
+    SLOWEST and the fastest, and from its residual; None without changes.
 
     The ratio is that of the last LUCK changes in the mean: one that is much less than the change before is
     luck, where a cell falls on an edge.
@@ -394,7 +395,7 @@ def _estimate(changes, residual):
         return None
     own = changes[-LUCK:]
     ratio = (own[0] / max(own[-1], np.finfo(float).tiny)) ** (1 / max(len(own) - 1, 1))
-    ratio = float(np.clip(ratio, SLOWEST, FASTEST))
+    ratio = float(np.clip(ratio, SLOWEST, fastest))
     last = max(change / ratio**back for back, change in enumerate(own[:-3:-1]))
     return last / (ratio - 1) + PER_RESIDUAL * residual
 
