@@ -8,7 +8,8 @@ import pytest
 from cases.__main__ import main
 from cases.scenes import punch3d
 
-SMALL = ["--facets", "4", "--size", "6", "--cells", "32"]
+# at 32 cells the corners of blocks lie on the rim of the face, and rounding decides which touch: 3 % of the approach
+SMALL = ["--facets", "4", "--size", "6", "--cells", "48"]
 
 
 def test_the_command_returns_a_block_of_two_sizes_and_the_half_space(capsys):
