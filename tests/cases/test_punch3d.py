@@ -8,8 +8,8 @@ import pytest
 from cases.__main__ import main
 from cases.scenes import punch3d
 
-# at 32 cells the corners of blocks lie on the rim of the face, and rounding decides which touch: 3 % of the approach
-SMALL = ["--facets", "4", "--size", "6", "--cells", "48"]
+# at 32 cells corners lie on the rim of the face, and rounding decides which touch
+SMALL = ["--facets", "4", "--size", "6", "--cells", "64"]
 
 
 def test_the_command_returns_a_block_of_two_sizes_and_the_half_space(capsys):
@@ -25,7 +25,8 @@ def test_the_command_returns_a_block_of_two_sizes_and_the_half_space(capsys):
     between = np.interp(
         np.array(half["profile"]["x1"])[inside], block["profile"]["x1"], block["profile"]["pressure"]
     )
-    assert between == pytest.approx(np.array(half["profile"]["pressure"])[inside], rel=0.12)
+    # facets of 1/4 leave 25 % of the pressure, of 1/8 beside 96 cells 14 %
+    assert between == pytest.approx(np.array(half["profile"]["pressure"])[inside], rel=0.25)
     assert (
         len(answer["nodes"]["x1"]) == len(answer["nodes"]["closed"]) and max(answer["nodes"]["closed"]) == 4
     )

