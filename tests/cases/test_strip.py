@@ -114,7 +114,8 @@ def test_line_and_column_agree(order, elements):
         )
         assert line["state"] == column["state"]
         for name in ("psi_surface", "u1_surface", "u2_surface", "traction", "micromoment", "delta_fc"):
-            assert line[name] == pytest.approx(column[name], rel=1e-10, abs=1e-16)
+            # rounding: 1e-10 of the micromoment on one processor, 1.7e-10 on another
+            assert line[name] == pytest.approx(column[name], rel=1e-9, abs=1e-16)
 
 
 def test_triangles_agree_with_the_closed_form():
