@@ -176,9 +176,9 @@ class Solver:
         counts = self.verifies and not self.penalizes and state.residual > (state.error_estimate or 0.0)
         off = {
             "load": 0.0 if load is None else abs(state.load - load) / load,
-            "approach": abs(state.approach - approach) / np.abs(solution.displacement).max()
-            if approach
-            else 0.0,
+            "approach": 0.0
+            if approach is None
+            else abs(state.approach - approach) / np.abs(solution.displacement).max(),
             "sum of the pressures": abs(self.carried(state) - state.load) / state.load,
             "residual": state.residual if counts else 0.0,
         }
