@@ -1,0 +1,88 @@
+"""Seeded systems of a few nodes, followed with friction through loads and reversals, and without friction.
+
+Of each system an outcome, the kinds and numbers of its events leg by leg (c and o: a corner closes or opens;
+s, d and l: a node sticks, slips or leaves), and one sum with weights that no exchange of two terms leaves as
+it is: of the events' places on the path, and of forces, energies, motions and slip at the pairs. Of some the
+sum is formed by the second follower, too.
+"""
+
+import zlib
+
+import numpy as np
+
+from .. import library_friction as library
+from .. import problems_friction as problems
+
+KINDS = {"close": "c", "open": "o", "stick": "s", "slip": "d", "leave": "l"}
+LONG = 56  # letters of events that are written out
+GOLDEN = (5**0.5 - 1) / 2
+FOLLOWED = 1e-11  # of a sum of up to some hundred terms: each of them to 1e-9
+SECOND = 45  # every so many systems are followed a second time
+WITHOUT = 4  # every so many are solved without friction
+
+
+def rows():
+    for name, count in problems.SETS.items():
+        for number in range(count):
+            system, row = problems.system(name, number), f"{name} {number}"
+            found = library.answer(library.solve_system, system)
+            yield f"{row} events", found if isinstance(found, str) else text(found.events), "outcome"
+            if not isinstance(found, str):
+                yield f"{row} sum", total(found, system), "discrete", FOLLOWED
+            if number % SECOND == 0:
+                second = library.answer(library.solve_system_by_newton, system)
+                if isinstance(second, str):
+                    yield f"{row} second follower", second, "outcome"
+                else:
+                    yield f"{row} second follower events", text(second.events), "outcome"
+                    yield f"{row} second follower sum", total(second, system), "discrete"
+            if number % WITHOUT == 0:
+                yield from without_friction(row, system)
+
+
+def without_friction(row, system):
+    """Rows of the state at the last load by all solvers, and of the events on the way."""
+    found, events = library.touching(system["compliance"], system["gaps"], system["path"][-1][0])
+    sums = {
+        solver: weighted(*(np.where(np.isfinite(x), x, 0.0) for x in one)) for solver, one in found.items()
+    }
+    yield f"{row} without friction", sums["active set"], "discrete", FOLLOWED
+    off = [
+        solver for solver, one in sums.items() if abs(one - sums["active set"]) > 1e-9 * sums["active set"]
+    ]
+    yield f"{row} without friction others", " ".join(off) or "agree", "outcome"
+    yield f"{row} path", " ".join(f"{kind[0]}{corner}" for kind, corner, _ in events), "outcome"
+    yield f"{row} path sum", weighted([load for *_, load in events]), "discrete", FOLLOWED
+
+
+def text(events):
+    """Kinds and numbers of events, leg by leg; of many the first ones, their number and a check sum."""
+    words = "/".join(
+        " ".join(f"{KINDS[kind]}{number}" for at, _, kind, number in events if at == leg)
+        for leg in range(events[-1][0] + 1)
+    )
+    if len(words) <= LONG:
+        return words
+    return f"{words[: LONG // 2]}... {len(events)} events {zlib.crc32(words.encode()):08x}"
+
+
+def total(found, system):
+    """The weighted sum of a followed path."""
+    n, legs = system["gaps"].shape[1], len(system["path"])
+    normal, tangential = found.forces[:, :-n], found.forces[:, -n:]
+    bound = system["friction"] * normal.reshape(legs, -1, n).sum(axis=1)
+    places = np.array([1 + leg + share for leg, share, _, _ in found.events])
+    return weighted(
+        places,
+        normal,
+        np.maximum(bound - tangential, 0),
+        found.energies,
+        np.abs(found.motions),
+        np.abs(found.slip),
+    )
+
+
+def weighted(*parts):
+    """A sum of positive terms with irrational weights from 1 to 2."""
+    terms = np.concatenate([np.ravel(part) for part in parts])
+    return float(terms @ (1 + GOLDEN * np.arange(1, len(terms) + 1) % 1))
