@@ -9,6 +9,7 @@ from microblock.corners import active_set, coulomb, exchange, projected_gradient
 from microblock.corners.friction import FrictionalContact, FrictionPath
 
 SAME = 1e-9  # share of a leg, within which changes are one event
+NODES = {"stick", "slip"}  # states of a node that touches
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def solve_system(compliance, gaps, friction, path, coupled=True):
     )
     found, first = [own.to(*pair) for pair in path], (0, 0.0, "close", int(np.argmin(gaps)))
     return Followed(
-        _events([first] + [_plain(one) for one in own.changes], path, friction),
+        _events([first] + [_plain(one) for one in own.changes], path, friction, anew=True),
         np.array([np.concatenate((one.normal, one.tangential)) for one in found]),
         np.array([(one.energy, one.work, one.dissipation) for one in found]),
         np.array([(one.approach, one.offset) for one in found]),
@@ -98,7 +99,7 @@ def solve_system_by_newton(compliance, gaps, friction, path, coupled=True):
 
 
 def touching(compliance, gaps, load):
-    """{solver: (corner forces, gaps, approach)} without friction at a load, None of a solver that gives up."""
+    """{solver: (corner forces, gaps, approach)} without friction at a load, and events on the way there."""
     m = gaps.size
     H, initial = compliance[:m, :m], gaps.ravel()
     there = np.isfinite(initial)
@@ -139,26 +140,36 @@ def _plain(change):
     return change.leg, float(change.share), change.kind, change.index
 
 
-def _events(changes, path, friction):
-    """What changes at each load, as of `Followed`."""
-    groups, state, found = {}, {}, []
+def _events(changes, path, friction, anew=False):
+    """What changes at each load, as of `Followed`.
+
+    On a leg from full slip to full slip all nodes that touch count as slipping. `anew`: a follower that sets
+    them so, and to stick after it, without a word.
+    """
+    raw, shown, found = {}, {}, []
+    full = [0.0] + [np.sign(Q) * (abs(Q) >= friction * P * (1 - SAME)) for P, Q in path]
+    sliding = [before != 0 and before == after for before, after in zip(full, full[1:])]
+    for leg, slides in enumerate(sliding):
+        if anew and (slides or leg and sliding[leg - 1]):
+            kind = "slip" if slides else "stick"
+            raw |= {key: kind for key in raw if raw[key] in NODES}
+        for share, group in _groups([one[1:] for one in changes if one[0] == leg]):
+            raw |= {(kind in ("close", "open"), number): kind for _, kind, number in group}
+            last = full[leg + 1] and share >= 1 - SAME
+            for key in sorted(raw, key=lambda key: (raw[key], key)):
+                now, before = raw[key], shown.get(key, "open" if key[0] else "leave")
+                now = "slip" if slides and now == "stick" else now
+                if now != before and not (last and {now, before} == NODES):
+                    found.append((leg, share, now, key[1]))
+                    shown[key] = now
+    return found
+
+
+def _groups(changes):
+    """[(share, changes there), ...] of a leg, from share 0 on."""
+    found = [(0.0, [])]
     for one in changes:
-        leg, share = one[:2]
-        place = next(
-            (each for each in groups if each[0] == leg and abs(each[1] - share) <= SAME), (leg, share)
-        )
-        groups.setdefault(place, []).append(one)
-    sliding = [0.0] + [np.sign(Q) * (abs(Q) >= friction * P * (1 - SAME)) for P, Q in path]
-    for leg in range(len(path)):
-        if sliding[leg]:  # all nodes that touch slip on, or stick for a moment
-            all_of_them = "slip" if sliding[leg + 1] == sliding[leg] else "stick"
-            state |= {key: all_of_them for key, kind in state.items() if kind in ("stick", "slip")}
-        for place in (place for place in groups if place[0] == leg):
-            before, last = dict(state), sliding[leg + 1] and place[1] >= 1 - SAME
-            for _, _, kind, number in groups[place]:
-                if not (last and kind in ("stick", "slip")):
-                    state[kind in ("close", "open"), number] = kind
-            for key in sorted(state, key=lambda key: (state[key], key)):
-                if state[key] != before.get(key, "open" if key[0] else "leave"):
-                    found.append((*place, state[key], key[1]))
+        if one[0] > found[-1][0] + SAME:
+            found.append((one[0], []))
+        found[-1][1].append(one)
     return found

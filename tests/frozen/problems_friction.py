@@ -5,18 +5,15 @@ import numpy as np
 SEED = 20261123
 SETS = {"random": 300, "two corners": 220, "line": 260, "wedged": 120}  # systems
 LEAST = 0.05  # eigenvalue of a compliance over the largest, times its size
-WEDGED = (
-    (0.5, 3.0),
-    3.0,
-    0.003,
-)  # friction of the last set, its coupling and LEAST: some answers are not unique
+WEDGED = ((0.5, 3.0), 3.0, 0.003)  # friction, coupling and LEAST of the last set: some answers are not unique
 
 
 def system(name, number):
     """{compliance, gaps, friction, path, coupled} of a seeded system of 2 to 12 nodes.
 
     The compliance (corners n + n, corners n + n) gives what corner forces, one corner after the other, and
-    tangential forces add to the gaps (corners, n), and the tangential displacements; the path has pairs (P, Q).
+    tangential forces add to the gaps (corners, n), and the tangential displacements; the path has pairs of
+    loads (P, Q).
     """
     draw = np.random.default_rng((SEED, list(SETS).index(name), number))
     n, corners = int(draw.integers(2, 13)), 1 + (name == "two corners" or number % 3 == 0)
@@ -69,7 +66,7 @@ def _coupled(whole, share, n):
 
 
 def _path(draw, friction, n):
-    """Two to five pairs (P, Q): pressing, then shear and normal force up, down, back, or over to full slip."""
+    """Two to five pairs (P, Q): pressing, then both forces up, down, back, or over to full slip."""
     P, found = n * draw.uniform(0.2, 1.0), []
     if draw.random() < 0.7:
         found.append((P, 0.0))

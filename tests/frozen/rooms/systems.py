@@ -46,12 +46,11 @@ def without_friction(row, system):
     sums = {
         solver: weighted(*(np.where(np.isfinite(x), x, 0.0) for x in one)) for solver, one in found.items()
     }
-    yield f"{row} without friction", sums["active set"], "discrete", FOLLOWED
-    off = [
-        solver for solver, one in sums.items() if abs(one - sums["active set"]) > 1e-9 * sums["active set"]
-    ]
+    wanted = sums["active set"]
+    yield f"{row} without friction", wanted, "discrete", FOLLOWED
+    off = [solver for solver, one in sums.items() if abs(one - wanted) > 1e-9 * wanted]
     yield f"{row} without friction others", " ".join(off) or "agree", "outcome"
-    yield f"{row} path", " ".join(f"{kind[0]}{corner}" for kind, corner, _ in events), "outcome"
+    yield f"{row} path", text([(0, 0.0, kind[:-1], corner) for kind, corner, _ in events]), "outcome"
     yield f"{row} path sum", weighted([load for *_, load in events]), "discrete", FOLLOWED
 
 
