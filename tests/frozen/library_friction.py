@@ -2,11 +2,20 @@
 
 from dataclasses import dataclass
 
+import netgen.occ as occ
+import ngsolve as ng
 import numpy as np
 
 import microblock as mb
 from microblock.corners import active_set, coulomb, exchange, projected_gradients
 from microblock.corners.friction import FrictionalContact, FrictionPath
+from microblock.halfplane.friction_events import events
+from microblock.halfplane.friction_solver import FrictionSolver, Walk
+from microblock.model.history import FrictionState, History
+
+from . import library
+from . import problems as given
+from . import problems_friction as problems
 
 SAME = 1e-9  # share of a leg, within which changes are one event
 NODES = {"stick", "slip"}  # states of a node that touches
@@ -173,3 +182,152 @@ def _groups(changes):
             found.append((one[0], []))
         found[-1][1].append(one)
     return found
+
+
+def history_of(problem):
+    """The History of a problem."""
+    contact, pairs = contact_of(problem), np.array(problem["pairs"])
+    if "cells" not in problem and "levels" not in problem:
+        rtol = {"rtol": problem["rtol"]} if "rtol" in problem else {}
+        return contact.history(problem["pairs"], coupled=problem["coupled"], **rtol)
+    solver = FrictionSolver(contact.solver, pairs, problem["coupled"])
+    if "levels" in problem:
+        level = None
+        for number in range(problem["levels"]):
+            level = solver.level(number, level)
+        edges = level.edges
+    else:
+        reach, number = problem["cells"]
+        places = np.linspace(-1, 1, number + 1)
+        places = reach * (places + places**3) / 2
+        edges = np.column_stack((places[:-1], places[1:]))
+    walk = Walk(solver, edges)
+    states = [FrictionState(walk.to(*map(float, pair))) for pair in pairs]
+    return History(contact, states, events(walk.path, edges, pairs))
+
+
+def contact_of(problem):
+    """The Contact, with a second body if there is one."""
+    contact = library.contact_of(problem)
+    if problem.get("mesh") == "cap":
+        contact = contact.with_(body=mb.Body(_cap(), contact.solid, problem["order"], fixed="base"))
+    if "second" not in problem:
+        return contact
+    second = mb.HalfPlane(mb.Cosserat(**{**problem["solid"], **problem["second"]}))
+    return contact.with_(obstacle=mb.Deformable(second, contact.obstacle))
+
+
+def _cap():
+    """A half-disc above x2 = 0, whose round side is the contact boundary."""
+    face = occ.WorkPlane().Circle(1.0).Face() * occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
+    face.edges.name = "contact"
+    face.edges.Min(occ.Y).name = "base"
+    return ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.3)).Curve(2)
+
+
+def integrals(state, full):
+    """{quantity: number} of a state of a history, some of them unless it is `full`."""
+    fields = {"pressure": state.pressure, "shear": state.shear_traction, "slip": state.slip}
+    found = {"approach": state.approach, "work": state.work, "dissipation": state.dissipation}
+    if full:
+        fields |= {"micromoment": state.micromoment, "psi": state.psi}
+        found |= {
+            "tangential approach": state.tangential_approach,
+            "half_width": state.half_width,
+            "energy": state.energy,
+            "normal force": state.weights @ state.pressure,
+            "shear force": state.weights @ state.shear_traction,
+        }
+    return found | {f"{name} squared": state.weights @ values**2 for name, values in fields.items()}
+
+
+def pointwise(state, problem):
+    """{quantity at a point: number}: fields on the surface, gaps or pressures of corners, fields below."""
+    found = {}
+    for x in problem["at"]:
+        values = {"shear": state.shear_traction, "slip": state.slip}
+        if len(state.law.corners) > 1 or state.law.clamps_rotation:
+            values["micromoment"] = state.micromoment
+        if not state.law.clamps_rotation:
+            values["psi"] = state.psi
+        found |= {f"{name} at {x:g}": np.interp(x, state.x, each) for name, each in values.items()}
+        for corner in state.law.corners:
+            closed = state.pressure_at(x, corner) > 0
+            name, read = (
+                ("pressure", state.pressure_at(x, corner)) if closed else ("gap", state.gap_at(corner, x))
+            )
+            found[f"{name} {corner} at {x:g}"] = float(read)
+    for x1, x2 in problem.get("below", ()):
+        found |= {
+            f"{name} at x1={x1:g} x2={x2:g}": each for name, each in library._below(state, x1, x2).items()
+        }
+    if "supports" in problem:
+        force, moment = state.reaction(problem["supports"])
+        found |= {"support force 1": force[0], "support force 2": force[1], "support moment": moment}
+    return found
+
+
+def zones(state):
+    """[(name, edge, what is said of its error), ...] of all zones of a state; 0 where nothing is said."""
+    said = getattr(state.solution, "doubts", {})
+    return [
+        (f"zone {name} {number} {side}", edge, said.get(edge, 0.0))
+        for name, intervals in state.zones.items()
+        if name not in ("full", "slip")  # they have the edges of the others
+        for number, interval in enumerate(intervals)
+        for side, edge in zip(("left", "right"), interval)
+    ]
+
+
+def refusals():
+    """{what is asked for: a call that must fail}."""
+    solid = mb.Cosserat(**given.SOLID)
+    half, cylinder, forth = mb.HalfPlane(solid), mb.Cylinder(R=10), problems.FORTH
+    rubbing, two = mb.Microblock(friction=0.3), mb.Deformable(half, cylinder)
+    block = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1})
+
+    def contact(law=rubbing, method=None, body=half, obstacle=cylinder):
+        return mb.Contact(body, obstacle, law, method)
+
+    def to(*pairs, **options):
+        return lambda: contact().history(pairs, **options)
+
+    return {
+        "history without friction": lambda: contact(mb.Microblock()).history(forth),
+        "friction=-1": lambda: mb.Unilateral(friction=-1.0),
+        "psi0 and friction": lambda: mb.Microblock(psi0=0.01, friction=0.3),
+        "state with friction": lambda: contact().solve(1.0),
+        "path with friction": lambda: contact().path(1.0),
+        "no pairs": to(),
+        "triples": to((1.0, 0.0, 0.0)),
+        "pair without normal force": to((0.0, 0.0)),
+        "pair beyond friction": to((1.0, 0.4)),
+        "pair that is nan": to((1.0, float("nan"))),
+        "history rtol=2": to((1.0, 0.0), rtol=2.0),
+        "history coupled=2": to((1.0, 0.0), coupled=2),
+        "history on cells of fixed number": lambda: contact(method=mb.Cells(nodes=64)).history(forth),
+        "history on a period": lambda: contact(body=mb.HalfPlane(solid, period=2.0)).history(forth),
+        "history on fitted meshes": lambda: contact(body=mb.Block(solid, 4.0), method=mb.Fitted()).history(
+            forth
+        ),
+        "history on an endless block": lambda: contact(
+            body=mb.Block(solid), method=mb.Uniform(h=0.1)
+        ).history(forth),
+        "history on a mesh to rtol": lambda: contact(body=block).history(forth, rtol=0.1),
+        "history by penalty": lambda: contact(body=block, method=mb.Newton("penalty")).history(forth),
+        "history on a body between bodies": lambda: contact(body=block, obstacle=two).history(forth),
+        "panels of microblocks": lambda: contact(method=mb.Panels(), obstacle=two).history(forth),
+        "panels of an order": lambda: contact(
+            mb.Unilateral(friction=0.3), mb.Panels(order=8), obstacle=two
+        ).history(forth),
+        "panels with much shear": lambda: contact(
+            mb.Unilateral(friction=0.3), mb.Panels(), obstacle=two
+        ).history([(1.0, 0.0), (1.1, 0.2)]),
+        "fields below with friction": lambda: history_of(problems.HISTORIES[0]).states[0].fields,
+        "beta=0 and friction": lambda: contact(
+            body=mb.HalfPlane(mb.Cosserat(**given.solid(beta=0.0)))
+        ).history(forth),
+        "friction of no unique answer": lambda: contact(
+            mb.Microblock(friction=30.0), mb.Newton(), block
+        ).history([(1.0, 0.0), (1.0, 15.0), (0.1, 1.0)]),
+    }

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from .problems import BELOW, CYLINDER, TILTED, WEDGE, problem, solid
+
 SEED = 20261123
 SETS = {"random": 300, "two corners": 220, "line": 260, "wedged": 120}  # systems
 LEAST = 0.05  # eigenvalue of a compliance over the largest, times its size
@@ -74,3 +76,147 @@ def _path(draw, friction, n):
         P = P * (1.0 if draw.random() < 0.5 else draw.uniform(0.4, 1.6))
         found.append((P, float(np.clip(draw.uniform(-1.15, 1.15), -1, 1)) * friction * P))
     return found
+
+
+def history(name, method, law, pairs, obstacle=CYLINDER, **options):
+    """A history: as the problems of `problems`, with pairs of loads in place of the load.
+
+    cells     (reach, number) of cells that are longer towards the ends, in place of a tolerance
+    levels    number of levels of graded cells, in place of a tolerance
+    second    arguments of the solid of a second half-plane; {} of one like the first
+    full      numbers of the states of which all is frozen; of others integrals alone
+    supports  boundary whose forces are frozen
+    """
+    found = problem(name, method, obstacle, law, None, pairs=pairs, coupled=True, full=(1,))
+    return {**found, "solid": solid(**options.pop("moduli", {})), "at": POINTS, **options}
+
+
+def _law(name, friction=0.3, **options):
+    return name, {"friction": friction, **options}
+
+
+POINTS = (-0.22, 0.07)
+FORTH = ((1.0, 0.0), (1.0, 0.2), (1.0, -0.15), (0.6, 0.1))  # pressed, sheared, back, and unloaded
+OVER = (*FORTH, (0.6, 0.18))  # over to full slip
+TOGETHER = ((0.4, 0.08), (1.0, 0.25), (0.7, 0.15))  # shear that grows with the normal force
+MEMORY = ((1.0, 0.0), (1.0, 0.2), (1.0, -0.1), (0.8, -0.05), (1.2, -0.05))  # that panels follow
+CELLS = (2.5, 64)
+BEHIND = {"E": 150.0, "nu": 0.1, "ell": 0.2, "beta": 0.6}
+SHORT = {"h": 0.2, "reach": 0.6, "order": 2}
+
+HISTORIES = [
+    history("cells microblock", "cells", _law("Microblock"), OVER, cells=CELLS, full=(3,)),
+    history(
+        "cells microblock uncoupled",
+        "cells",
+        _law("Microblock"),
+        FORTH,
+        cells=CELLS,
+        coupled=False,
+        full=(2,),
+    ),
+    history("cells unilateral wedge", "cells", _law("Unilateral", 0.6), TOGETHER, WEDGE, cells=CELLS),
+    history(
+        "cells unilateral punch", "cells", _law("Unilateral", 0.2), FORTH[:3], TILTED, cells=CELLS, full=(2,)
+    ),
+    history("cells microclamped", "cells", _law("Microclamped"), FORTH, cells=CELLS, full=(2,)),
+    history(
+        "cells microblock skew",
+        "cells",
+        _law("Microblock", 0.5),
+        TOGETHER,
+        "skew wedge",
+        cells=CELLS,
+        full=(1,),
+    ),
+    history(
+        "cells unilateral on a body",
+        "cells",
+        _law("Unilateral"),
+        FORTH,
+        cells=CELLS,
+        second=BEHIND,
+        full=(3,),
+    ),
+    history(
+        "cells microblock on a body",
+        "cells",
+        _law("Microblock"),
+        FORTH[:3],
+        cells=CELLS,
+        second=BEHIND,
+        full=(2,),
+    ),
+    history("cells of two levels", "cells", _law("Microblock"), FORTH[:2], levels=2, full=()),
+    history("panels cylinder", "panels", _law("Unilateral"), MEMORY, second={}, rtol=1e-6, full=(4,)),
+    history("panels wedge", "panels", _law("Unilateral"), TOGETHER, WEDGE, second={}, rtol=1e-5, full=(2,)),
+    history(
+        "body microblock",
+        "body",
+        _law("Microblock"),
+        OVER,
+        mesh="block",
+        order=2,
+        below=BELOW,
+        supports="bottom",
+        full=(3,),
+    ),
+    history(
+        "body microclamped uncoupled",
+        "body",
+        _law("Microclamped"),
+        FORTH,
+        mesh="block",
+        order=2,
+        coupled=False,
+        supports="bottom",
+        full=(2,),
+    ),
+    history(
+        "newton microblock",
+        "newton",
+        _law("Microblock"),
+        FORTH,
+        mesh="block",
+        order=2,
+        below=BELOW[:1],
+        supports="bottom",
+        full=(2,),
+    ),
+    history(
+        "newton cap microblock",
+        "newton",
+        _law("Microblock"),
+        FORTH[:3],
+        ("Plane", {"level": 1.0}),
+        moduli={"ell": 0.1},
+        mesh="cap",
+        order=2,
+        supports="base",
+        full=(2,),
+    ),
+    history(
+        "newton cap unilateral uncoupled",
+        "newton",
+        _law("Unilateral"),
+        FORTH[:2],
+        ("Plane", {"level": 1.0}),
+        moduli={"ell": 0.1},
+        mesh="cap",
+        order=2,
+        coupled=False,
+        supports="base",
+        full=(1,),
+    ),
+    history("uniform microblock", "uniform", _law("Microblock"), FORTH, domain=2.0, **SHORT, full=(2,)),
+    history(
+        "uniform unilateral newton",
+        "uniform",
+        _law("Unilateral"),
+        FORTH[:2],
+        domain=2.0,
+        **SHORT,
+        newton="al",
+        full=(1,),
+    ),
+]

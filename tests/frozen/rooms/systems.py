@@ -2,8 +2,9 @@
 
 Of each system an outcome, the kinds and numbers of its events leg by leg (c and o: a corner closes or opens;
 s, d and l: a node sticks, slips or leaves), and one sum with weights that no exchange of two terms leaves as
-it is: of the events' places on the path, and of forces, energies, motions and slip at the pairs. Of some the
-sum is formed by the second follower, too.
+it is: of the events' places on the path, and of forces, energies, motions and slip at the pairs. Where the
+follower of cells finds no unique answer that of bodies is asked, and an error is an outcome where neither has
+one. Some systems are followed by both.
 """
 
 import zlib
@@ -26,6 +27,9 @@ def rows():
         for number in range(count):
             system, row = problems.system(name, number), f"{name} {number}"
             found = library.answer(library.solve_system, system)
+            if isinstance(found, str):
+                found = library.answer(library.solve_system_by_newton, system)
+                yield f"{row} by", "nobody" if isinstance(found, str) else "the second follower", "count"
             yield f"{row} events", found if isinstance(found, str) else text(found.events), "outcome"
             if not isinstance(found, str):
                 yield f"{row} sum", total(found, system), "discrete", FOLLOWED

@@ -1,0 +1,48 @@
+"""Histories with friction by every method: states, zones, events, energies; what is refused."""
+
+from .. import library, library_friction, of_kind
+from .. import problems_friction as problems
+
+LEAST, MOST = 1e-9, 1e-3  # tolerances of edges
+
+
+def rows():
+    for problem in problems.HISTORIES:
+        yield from rows_of_history(problem)
+    for name, call in library_friction.refusals().items():
+        yield f"refused {name}", library.refused(call), "outcome"
+
+
+def rows_of_history(problem):
+    """Rows of the states of a history and of its events."""
+    found = library_friction.history_of(problem)
+    kind = "estimated" if "rtol" in problem else "discrete"
+    worst = max(getattr(state, "error_estimate", None) or 0.0 for state in found.states)
+    for number, state in enumerate(found.states):
+        row, tolerance = f"{problem['name']} state {number}", state.error_estimate or 0.0
+        values = library_friction.integrals(state, number in problem["full"])
+        if number in problem["full"]:
+            values |= library_friction.pointwise(state, problem)
+            values |= {
+                name: getattr(state, name) for name in ("method", "error_estimate", "iterations", "unknowns")
+            }
+        for name, value in values.items():
+            yield of_kind(f"{row} {name}", value, kind, tolerance)
+        yield f"{row} zones", " ".join(f"{len(each)} {name}" for name, each in state.zones.items()), "outcome"
+        if number in problem["full"]:
+            for name, edge, said in library_friction.zones(state):
+                yield from edge_row(f"{row} {name}", edge, kind, max(said, tolerance))
+    words = ", ".join(f"{event.kind} {event.zone} to pair {event.pair}" for event in found.events)
+    yield f"{problem['name']} events", words, "outcome"
+    for number, event in enumerate(found.events):
+        row = f"{problem['name']} event {number}"
+        yield of_kind(f"{row} normal + shear", event.normal + event.shear, kind, worst)
+        yield of_kind(f"{row} 1 + x", 1 + event.x, kind, worst**0.5)
+
+
+def edge_row(name, edge, kind, said):
+    """A row of an edge of a zone, to what is said of its error."""
+    if not said:
+        yield name, edge, kind
+    else:
+        yield name, edge, "estimated", min(max(said / (abs(edge) or 1.0), LEAST), MOST)
