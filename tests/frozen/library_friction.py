@@ -213,7 +213,7 @@ def contact_of(problem):
         contact = contact.with_(body=mb.Body(_cap(), contact.solid, problem["order"], fixed="base"))
     if "second" not in problem:
         return contact
-    second = mb.HalfPlane(mb.Cosserat(**{**problem["solid"], **problem["second"]}))
+    second = mb.HalfPlane(mb.Cosserat(**{**problem["solid"], **problem["second"]}), problem.get("period"))
     return contact.with_(obstacle=mb.Deformable(second, contact.obstacle))
 
 
@@ -250,7 +250,8 @@ def pointwise(state, problem):
             values["micromoment"] = state.micromoment
         if not state.law.clamps_rotation:
             values["psi"] = state.psi
-        found |= {f"{name} at {x:g}": np.interp(x, state.x, each) for name, each in values.items()}
+        if not library.estimated(problem):  # there nodes follow from what is asked for
+            found |= {f"{name} at {x:g}": np.interp(x, state.x, each) for name, each in values.items()}
         for corner in state.law.corners:
             closed = state.pressure_at(x, corner) > 0
             name, read = (

@@ -2,9 +2,21 @@
 
 import numpy as np
 
-from .problems import BELOW, CYLINDER, TILTED, WEDGE, problem, solid
+from .problems import (
+    BELOW,
+    CYLINDER,
+    MICROBLOCK,
+    MICROCLAMPED,
+    TILTED,
+    UNILATERAL,
+    WAVE,
+    WEDGE,
+    problem,
+    solid,
+)
 
 SEED = 20261123
+GOLDEN = (5**0.5 - 1) / 2
 SETS = {"random": 300, "two corners": 220, "line": 260, "wedged": 120}  # systems
 LEAST = 0.05  # eigenvalue of a compliance over the largest, times its size
 WEDGED = ((0.5, 3.0), 3.0, 0.003)  # friction, coupling and LEAST of the last set: some answers are not unique
@@ -218,5 +230,33 @@ HISTORIES = [
         **SHORT,
         newton="al",
         full=(1,),
+    ),
+]
+
+
+def between(name, method, law, obstacle=CYLINDER, second=None, **options):
+    """A state without friction between a half-plane and a second one."""
+    return {**problem(name, method, obstacle, law, at=POINTS, **options), "second": second or {}}
+
+
+BETWEEN = [
+    between("between panels microblock alike", "panels", MICROBLOCK, order=8),
+    between("between panels microblock behind", "panels", MICROBLOCK, second=BEHIND, rtol=1e-4),
+    between("between panels microblock wedge", "panels", MICROBLOCK, WEDGE, BEHIND, order=8),
+    between("between panels unilateral", "panels", UNILATERAL, second=BEHIND, order=8),
+    between("between panels microclamped classical", "panels", MICROCLAMPED, second={"beta": 0.0}, order=8),
+    between("between cells microblock", "cells", MICROBLOCK, second=BEHIND, nodes=96, window=(-0.7, 0.7)),
+    between(
+        "between cells unilateral punch", "cells", UNILATERAL, TILTED, BEHIND, nodes=64, window=(-0.4, 0.4)
+    ),
+    between(
+        "between cells of a period",
+        "cells",
+        MICROBLOCK,
+        WAVE,
+        {"E": 150.0, "beta": 0.0},
+        load=0.1,
+        period=1.0,
+        nodes=64,
     ),
 ]
