@@ -9,6 +9,7 @@ import numpy as np
 import microblock as mb
 from microblock.corners import active_set, coulomb, exchange, projected_gradients
 from microblock.corners.friction import FrictionalContact, FrictionPath
+from microblock.data import export
 from microblock.halfplane.friction_events import events
 from microblock.halfplane.friction_solver import FrictionSolver, Walk
 from microblock.model.history import FrictionState, History
@@ -258,6 +259,10 @@ def pointwise(state, problem):
                 ("pressure", state.pressure_at(x, corner)) if closed else ("gap", state.gap_at(corner, x))
             )
             found[f"{name} {corner} at {x:g}"] = float(read)
+    for x in problem.get("beside", ()):  # of panels: between nodes they are as accurate as at them
+        found[f"gap at {x:g}"] = state.gap_at(state.law.corners[0], x)
+        moved = state.counter_displacement([x, 2 * x])
+        found[f"counter displacement at {x:g} over {2 * x:g}"] = moved[0] - moved[1]
     for x1, x2 in problem.get("below", ()):
         found |= {
             f"{name} at x1={x1:g} x2={x2:g}": each for name, each in library._below(state, x1, x2).items()
@@ -266,6 +271,21 @@ def pointwise(state, problem):
         force, moment = state.reaction(problem["supports"])
         found |= {"support force 1": force[0], "support force 2": force[1], "support moment": moment}
     return found
+
+
+def profile(state):
+    """{quantity: sum over its values}: what is exported of a state, and its surface around the contact."""
+    around = state.surface()
+    values = {f"surface {name}": getattr(around, name) for name in ("x", "gaps", "displacement", "psi")}
+    values |= {f"profile {name}": each for name, each in export.profile(state).items() if name != "x2"}
+    return {name: digest(np.where(np.isfinite(each), each, 0.0)) for name, each in values.items()}
+
+
+def digest(values):
+    """A sum of positive terms with irrational weights: a sign, a place or a value that changes shows."""
+    values = np.ravel(values)
+    weights = 1 + problems.GOLDEN * np.arange(1, len(values) + 1) % 1
+    return float(np.abs(values) @ (weights * np.where(values < 0, 1.3, 1.0)))
 
 
 def zones(state):

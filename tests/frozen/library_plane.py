@@ -9,12 +9,13 @@ from microblock.halfplane.cells import CellGrid
 from microblock.halfplane.counter import counter_flexibility
 from microblock.halfplane.friction_edges import FrictionEdges
 from microblock.halfplane.friction_memory import Memory
-from microblock.model import picture, proxy, quadrature, zones
+from microblock.model import closed_forms, picture, proxy, quadrature, zones
 from microblock.model.problem import Problem
 
 from . import library
 from . import problems as given
 from . import problems_friction as problems
+from .library_friction import digest
 
 LAWS = {"microblock": mb.Microblock(friction=0.3), "unilateral": mb.Unilateral(friction=0.3)}
 LAWS["microclamped"] = mb.Microclamped(friction=0.3)
@@ -29,13 +30,6 @@ def solid_of(**other):
 
 def cells_of(edges=EDGES):
     return np.column_stack((edges[:-1], edges[1:]))
-
-
-def digest(values):
-    """A sum of positive terms with irrational weights: a sign, a place or a value that changes shows."""
-    values = np.ravel(values)
-    weights = 1 + problems.GOLDEN * np.arange(1, len(values) + 1) % 1
-    return float(np.abs(values) @ (weights * np.where(values < 0, 1.3, 1.0)))
 
 
 def of_shear_kernels():
@@ -270,6 +264,37 @@ def of_edges():
         for number, interval in enumerate(intervals):
             for side, edge in zip(("left", "right"), interval):
                 yield f"edges {name} {number} {side}", edge, "estimated", 1e-3
+
+
+def of_others():
+    """Closed forms, solids of blocks, and a rotation of blocks whose slope jumps."""
+    x, found = np.linspace(-0.3, 0.3, 7), {}
+    for load in (0.1, 5.0):
+        pressure, contact = closed_forms.tilted_punch(x, load, 0.34, -0.01, 100.0)
+        found |= {
+            f"tilted punch at load {load:g}": digest(pressure),
+            f"tilted punch {load:g}": digest(contact),
+        }
+    for delta in (-0.01, 0.01, 0.04, 0.08):
+        two = closed_forms.TwoFacedStrip(0.5, 0.0175, -0.008, 0.3, 1.0, delta)
+        found |= {
+            f"two faces delta={delta:g}": " ".join(two.states),
+            f"two faces {delta:g} pressure": two.pressure,
+        }
+    layer = closed_forms.ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
+    gaps, weights = np.array([x**2, (x - 0.05) ** 2]), np.full(7, 0.1)
+    found["thin layer approach"] = layer.approach(0.7, gaps, weights)
+    for couples in (False, True):
+        solid = mb.Cosserat.of_blocks(0.1, 1000.0, couples=couples)
+        found[f"of blocks couples={couples}"] = digest(
+            [solid.E, solid.nu, solid.beta, solid.curvature, solid.eta]
+        )
+    law = mb.Microblock(psi0=lambda x: 0.01 * np.abs(x - 0.1))
+    problem = Problem(solid_of(), law, mb.Wedge(slope=0.02))
+    problem = Problem(solid_of(), law, mb.Wedge(slope=0.02), picture=picture.picture(problem, 1.0))
+    for number, (place, jumps) in enumerate(sorted(problem.kinks.items())):
+        found[f"kinks {number}"] = digest([1 + place, *(jumps[corner] for corner in sorted(jumps))])
+    return found
 
 
 def refusals():

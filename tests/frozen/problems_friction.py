@@ -5,6 +5,7 @@ import numpy as np
 from .problems import (
     BELOW,
     CYLINDER,
+    FUNCTIONS,
     MICROBLOCK,
     MICROCLAMPED,
     TILTED,
@@ -17,9 +18,10 @@ from .problems import (
 
 SEED = 20261123
 GOLDEN = (5**0.5 - 1) / 2
-SETS = {"random": 300, "two corners": 220, "line": 260, "wedged": 120}  # systems
+SETS = {"random": 270, "two corners": 210, "line": 240, "wedged": 110, "pressed": 35, "ties": 35}  # systems
 LEAST = 0.05  # eigenvalue of a compliance over the largest, times its size
 WEDGED = ((0.5, 3.0), 3.0, 0.003)  # friction, coupling and LEAST of the last set: some answers are not unique
+TIED = (0.05, 0.9), 1.0, LEAST, True  # the same of evenly spaced nodes under an even obstacle
 
 
 def system(name, number):
@@ -31,17 +33,23 @@ def system(name, number):
     """
     draw = np.random.default_rng((SEED, list(SETS).index(name), number))
     n, corners = int(draw.integers(2, 13)), 1 + (name == "two corners" or number % 3 == 0)
-    make = _at_random if name in ("random", "two corners") else _on_a_line
-    limits, *strong = WEDGED if name == "wedged" else ((0.05, 0.9),)
+    make = _at_random if name in ("random", "two corners", "pressed") else _on_a_line
+    limits, *others = {"wedged": WEDGED, "ties": TIED}.get(name, ((0.05, 0.9),))
     friction = float(draw.uniform(*limits))
     gaps = draw.exponential(draw.choice([0.1, 0.3, 1.0]), size=(corners, n))
     if draw.random() < 0.1:
         gaps[-1, draw.integers(n)] = np.inf
+    compliance, path = make(draw, corners, n, *others), _path(draw, friction, n)
+    if name == "pressed":  # nodes open that stick, without any shear
+        compliance = _coupled(compliance, 0.0, n)
+        path = [(P * share, 0.0) for P, _ in path for share in (1.0, 0.3)]
+    if name == "ties":
+        gaps = np.round((gaps + gaps[:, ::-1]) * 2) / 4
     return {
-        "compliance": make(draw, corners, n, *strong),
+        "compliance": compliance,
         "gaps": gaps - gaps.min(),
         "friction": friction,
-        "path": _path(draw, friction, n),
+        "path": path,
         "coupled": bool(draw.random() < 0.8),
     }
 
@@ -53,16 +61,18 @@ def _at_random(draw, corners, n):
     return _coupled(root @ root.T / size + 0.1 * np.eye(size), draw.uniform(0.1, 1.0), n)
 
 
-def _on_a_line(draw, corners, n, coupling=1.0, least=LEAST):
+def _on_a_line(draw, corners, n, coupling=1.0, least=LEAST, even=False):
     """Responses that fall with the distance on a line, those of the coupling odd in it."""
-    x = np.sort(draw.uniform(0, 3, size=n))
+    x = np.linspace(0, 3, n) if even else np.sort(draw.uniform(0, 3, size=n))
     apart = x[:, None] - x
-    even, odd = np.exp(-np.abs(apart)), np.sign(apart) * np.exp(-np.abs(apart))
+    symmetric, odd = np.exp(-np.abs(apart)), np.sign(apart) * np.exp(-np.abs(apart))
     signs = (1.0, -1.0)[:corners]
     turned = draw.uniform(0.1, 0.9) * np.exp(-2 * np.abs(apart))
-    normal = np.block([[even + a * b * turned for b in signs] for a in signs]) + 0.1 * np.eye(corners * n)
+    normal = np.block([[symmetric + a * b * turned for b in signs] for a in signs]) + 0.1 * np.eye(
+        corners * n
+    )
     cross = np.hstack([draw.uniform(0.5, 1.0) * odd + a * turned for a in signs])
-    whole = np.block([[normal, cross.T], [cross, draw.uniform(0.7, 1.5) * even + 0.1 * np.eye(n)]])
+    whole = np.block([[normal, cross.T], [cross, draw.uniform(0.7, 1.5) * symmetric + 0.1 * np.eye(n)]])
     for share in coupling * 0.9 ** np.arange(50):
         found = _coupled(whole, share, n)
         values = np.linalg.eigvalsh(found)
@@ -160,8 +170,27 @@ HISTORIES = [
         full=(2,),
     ),
     history("cells of two levels", "cells", _law("Microblock"), FORTH[:2], levels=2, full=()),
-    history("panels cylinder", "panels", _law("Unilateral"), MEMORY, second={}, rtol=1e-6, full=(4,)),
-    history("panels wedge", "panels", _law("Unilateral"), TOGETHER, WEDGE, second={}, rtol=1e-5, full=(2,)),
+    history(
+        "panels cylinder",
+        "panels",
+        _law("Unilateral"),
+        MEMORY,
+        second={},
+        rtol=1e-6,
+        full=(4,),
+        beside=(0.8,),
+    ),
+    history(
+        "panels wedge",
+        "panels",
+        _law("Unilateral"),
+        TOGETHER,
+        WEDGE,
+        second={},
+        rtol=1e-5,
+        full=(2,),
+        beside=(1.5,),
+    ),
     history(
         "body microblock",
         "body",
@@ -233,6 +262,10 @@ HISTORIES = [
     ),
 ]
 
+MEASURED = history("estimates", "cells", _law("Microblock"), FORTH[:2], second=BEHIND, rtol=0.3)
+
+FUNCTIONS["valley"] = lambda x: 0.04 * np.abs(np.abs(x) - 0.15)
+
 
 def between(name, method, law, obstacle=CYLINDER, second=None, **options):
     """A state without friction between a half-plane and a second one."""
@@ -245,6 +278,14 @@ BETWEEN = [
     between("between panels microblock wedge", "panels", MICROBLOCK, WEDGE, BEHIND, order=8),
     between("between panels unilateral", "panels", UNILATERAL, second=BEHIND, order=8),
     between("between panels microclamped classical", "panels", MICROCLAMPED, second={"beta": 0.0}, order=8),
+    between(
+        "valley panels unilateral",
+        "panels",
+        UNILATERAL,
+        ("Shape", {"height": "valley", "kinks": (-0.15, 0.0, 0.15), "jumps": (0.08, -0.08, 0.08)}),
+        order=8,
+        load=2.0,
+    ),
     between("between cells microblock", "cells", MICROBLOCK, second=BEHIND, nodes=96, window=(-0.7, 0.7)),
     between(
         "between cells unilateral punch", "cells", UNILATERAL, TILTED, BEHIND, nodes=64, window=(-0.4, 0.4)

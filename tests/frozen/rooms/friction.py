@@ -9,6 +9,7 @@ LEAST, MOST = 1e-9, 1e-3  # tolerances of edges
 def rows():
     for problem in problems.HISTORIES:
         yield from rows_of_history(problem)
+    yield from rows_of_estimates(problems.MEASURED)
     for name, call in library_friction.refusals().items():
         yield f"refused {name}", library.refused(call), "outcome"
 
@@ -23,6 +24,8 @@ def rows_of_history(problem):
         values = library_friction.integrals(state, number in problem["full"])
         if number in problem["full"]:
             values |= library_friction.pointwise(state, problem)
+            if kind == "discrete" and "second" not in problem:  # cells say nothing of the second surface
+                values |= library_friction.profile(state)
             values |= {
                 name: getattr(state, name) for name in ("method", "error_estimate", "iterations", "unknowns")
             }
@@ -38,6 +41,25 @@ def rows_of_history(problem):
         row = f"{problem['name']} event {number}"
         yield of_kind(f"{row} normal + shear", event.normal + event.shear, kind, worst)
         yield of_kind(f"{row} 1 + x", 1 + event.x, kind, worst**0.5)
+
+
+def rows_of_estimates(problem):
+    """Of a history to a loose tolerance what does not depend on it, and its estimates, which may change."""
+    found = library_friction.history_of(problem)
+    words = ", ".join(f"{event.kind} {event.zone} to pair {event.pair}" for event in found.events)
+    yield f"{problem['name']} events", words, "outcome"
+    for number, state in enumerate(found.states):
+        row = f"{problem['name']} state {number}"
+        yield f"{row} zones", " ".join(f"{len(each)} {name}" for name, each in state.zones.items()), "outcome"
+        yield f"{row} warnings", len(state.warnings), "outcome"
+        yield f"{row} normal force", state.weights @ state.pressure, "discrete"
+        yield f"{row} shear force", state.weights @ state.shear_traction, "discrete"
+        yield f"{row} energies", (state.energy + state.dissipation) / state.work, "discrete"
+        yield f"{row} error_estimate", state.error_estimate, "count"
+        yield f"{row} shares", state.error_parts.shares, "count"
+        errors = [edge for pairs in state.zone_errors.values() for pair in pairs or () for edge in pair]
+        yield f"{row} zone errors", max(errors), "count"
+    yield f"{problem['name']} error of events", max(event.error or 0.0 for event in found.events), "count"
 
 
 def edge_row(name, edge, kind, said):

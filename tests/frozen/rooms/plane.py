@@ -13,9 +13,11 @@ def rows():
     for part in (library_plane.of_averages, library_plane.of_products):
         for name, value in part().items():
             yield name, value, "definition", SUMS
-    for part in (library_plane.of_second_bodies, library_plane.of_memories):
+    for part in (library_plane.of_second_bodies, library_plane.of_memories, library_plane.of_others):
         for name, value in part().items():
-            yield name, value, "definition"
+            kind = "outcome" if isinstance(value, str) else "definition"
+            # jumps of a slope that was sampled
+            yield (name, value, "estimated", 1e-6) if name.startswith("kinks") else (name, value, kind)
     for name, value in library_plane.of_gradients().items():
         yield name, value, "discrete"
     for part in (library_plane.of_pictures, library_plane.of_intervals, library_plane.of_edges):
@@ -36,5 +38,7 @@ def states():
         values |= {
             f"counter displacement at {x:g}": float(state.counter_displacement(x)) for x in problem["at"]
         }
+        if kind == "discrete":
+            values |= library_friction.profile(state)
         for name, value in values.items():
             yield of_kind(f"{problem['name']} {name}", value, kind, state.error_estimate or 0.0)

@@ -8,6 +8,7 @@ one. Some systems are followed by both.
 """
 
 import zlib
+from dataclasses import replace
 
 import numpy as np
 
@@ -30,18 +31,24 @@ def rows():
             if isinstance(found, str):
                 found = library.answer(library.solve_system_by_newton, system)
                 yield f"{row} by", "nobody" if isinstance(found, str) else "the second follower", "count"
-            yield f"{row} events", found if isinstance(found, str) else text(found.events), "outcome"
-            if not isinstance(found, str):
-                yield f"{row} sum", total(found, system), "discrete", FOLLOWED
+            yield from of_path(row, found, system)
             if number % SECOND == 0:
                 second = library.answer(library.solve_system_by_newton, system)
-                if isinstance(second, str):
-                    yield f"{row} second follower", second, "outcome"
-                else:
-                    yield f"{row} second follower events", text(second.events), "outcome"
-                    yield f"{row} second follower sum", total(second, system), "discrete"
+                yield from of_path(f"{row} second follower", second, system)
             if number % WITHOUT == 0:
                 yield from without_friction(row, system)
+
+
+def of_path(row, found, system):
+    """Rows of a followed path, or of the error."""
+    if isinstance(found, str):
+        yield f"{row} events", found, "outcome"
+        return
+    if row.startswith("ties"):  # which of two nodes alike counts as the one that sticks is free
+        corners = [event for event in found.events if event[2] in ("close", "open")]
+        found = replace(found, events=corners)
+    yield f"{row} events", text(found.events), "outcome"
+    yield f"{row} sum", total(found, system), "discrete", FOLLOWED
 
 
 def without_friction(row, system):
