@@ -19,6 +19,10 @@ from . import problems as given
 from . import problems_friction as problems
 
 SAME = 1e-9  # share of a leg, within which changes are one event
+BESIDE = (
+    0.0041  # of the reach, by which cells stand to the right: alike to both sides, either of two may slip
+)
+OPEN = 1e-9  # of the largest pressure: less is the rounding of an open corner
 NODES = {"stick", "slip"}  # states of a node that touches
 
 
@@ -200,7 +204,7 @@ def history_of(problem):
     else:
         reach, number = problem["cells"]
         places = np.linspace(-1, 1, number + 1)
-        places = reach * (places + places**3) / 2
+        places = reach * (places + places**3) / 2 + reach * BESIDE
         edges = np.column_stack((places[:-1], places[1:]))
     walk = Walk(solver, edges)
     states = [FrictionState(walk.to(*map(float, pair))) for pair in pairs]
@@ -254,7 +258,7 @@ def pointwise(state, problem):
         if not library.estimated(problem):  # there nodes follow from what is asked for
             found |= {f"{name} at {x:g}": np.interp(x, state.x, each) for name, each in values.items()}
         for corner in state.law.corners:
-            closed = state.pressure_at(x, corner) > 0
+            closed = state.pressure_at(x, corner) > OPEN * state.pressure.max()
             name, read = (
                 ("pressure", state.pressure_at(x, corner)) if closed else ("gap", state.gap_at(corner, x))
             )

@@ -169,7 +169,7 @@ HISTORIES = [
         second=BEHIND,
         full=(2,),
     ),
-    history("cells of two levels", "cells", _law("Microblock"), FORTH[:2], levels=2, full=()),
+    history("cells of two levels", "cells", _law("Microblock"), FORTH[:2], "skew wedge", levels=2, full=()),
     history(
         "panels cylinder",
         "panels",

@@ -46,11 +46,13 @@ def rows_of_history(problem):
 def rows_of_estimates(problem):
     """Of a history to a loose tolerance what does not depend on it, and its estimates, which may change."""
     found = library_friction.history_of(problem)
-    words = ", ".join(f"{event.kind} {event.zone} to pair {event.pair}" for event in found.events)
-    yield f"{problem['name']} events", words, "outcome"
     for number, state in enumerate(found.states):
         row = f"{problem['name']} state {number}"
-        yield f"{row} zones", " ".join(f"{len(each)} {name}" for name, each in state.zones.items()), "outcome"
+        yield (
+            f"{row} zones",
+            " ".join(f"{len(state.zones[name])} {name}" for name in ("A", "B", "contact")),
+            "outcome",
+        )
         yield f"{row} warnings", len(state.warnings), "outcome"
         yield f"{row} normal force", state.weights @ state.pressure, "discrete"
         yield f"{row} shear force", state.weights @ state.shear_traction, "discrete"
