@@ -10,6 +10,7 @@ import microblock as mb
 from microblock.corners import active_set, coulomb, exchange, projected_gradients
 from microblock.corners.friction import FrictionalContact, FrictionPath
 from microblock.data import export
+from microblock.fem.friction import FrictionFacets, MonolithicFriction
 from microblock.halfplane.friction_events import events
 from microblock.halfplane.friction_solver import FrictionSolver, Walk
 from microblock.model.history import FrictionState, History
@@ -137,6 +138,14 @@ def touching(compliance, gaps, load):
     return found, [(one.kind, one.corner, one.load) for one in path.events]
 
 
+def touching_twice(compliance, gaps, load):
+    """(gaps, forces of both, approach) without friction where every corner is there twice."""
+    m = gaps.size
+    twice = np.tile(np.arange(m), 2)
+    state = active_set.solve(compliance[np.ix_(twice, twice)], gaps.ravel()[twice], load=load)
+    return np.minimum(state.gaps[:m], 1e3), state.forces.reshape(2, m).sum(axis=0), state.approach
+
+
 class _Dense:
     """A flexibility by its products alone, as `projected_gradients.solve` takes it."""
 
@@ -228,6 +237,30 @@ def _cap():
     face.edges.name = "contact"
     face.edges.Min(occ.Y).name = "base"
     return ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.3)).Curve(2)
+
+
+def of_motions():
+    """A body under given motions of the obstacle, its unknowns eliminated and not."""
+    law, cylinder, found = mb.Microblock(friction=0.3), mb.Cylinder(R=10.0), {}
+    body = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1})
+    for reduced in (True, False):
+        facets = FrictionFacets(body, law, cylinder)
+        newton = MonolithicFriction(facets, control="approach", reduced=reduced)
+        for number, state in enumerate(newton.follow([(0.012, 0.0), (0.012, 0.004), (0.006, -0.001)])):
+            values = {
+                "normal": state.normal,
+                "shear": state.shear,
+                "work": state.work,
+                "energy": state.energy,
+                "dissipation": state.dissipation,
+                "pressures": digest(state.pressures),
+                "shear traction": digest(np.round(state.shear_traction, 12)),
+                "slip": digest(state.slip),
+                "slips": " ".join(str(int(each)) for each in state.slips),
+            }
+            row = f"motions {'reduced' if reduced else 'whole'} {number}"
+            found |= {f"{row} {name}": value for name, value in values.items()}
+    return found
 
 
 def integrals(state, full):

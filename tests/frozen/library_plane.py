@@ -4,7 +4,15 @@ import numpy as np
 
 import microblock as mb
 from microblock.corners import exchange, projected_gradients
-from microblock.halfplane import averages, carried, convolution, graded_cells, kernels, shear_cells
+from microblock.halfplane import (
+    averages,
+    carried,
+    coalescence,
+    convolution,
+    graded_cells,
+    kernels,
+    shear_cells,
+)
 from microblock.halfplane.cells import CellGrid
 from microblock.halfplane.counter import counter_flexibility
 from microblock.halfplane.friction_edges import FrictionEdges
@@ -295,6 +303,41 @@ def of_others():
     for number, (place, jumps) in enumerate(sorted(problem.kinks.items())):
         found[f"kinks {number}"] = digest([1 + place, *(jumps[corner] for corner in sorted(jumps))])
     return found
+
+
+def of_ways():
+    """States one after the other, at a given approach, and by cells where panels have none."""
+    half, cylinder = mb.HalfPlane(solid_of()), mb.Cylinder(R=10.0)
+    panels = mb.Contact(half, cylinder, mb.Microblock(), mb.Panels(order=8))
+    cells = mb.Contact(half, cylinder, mb.Microblock(), mb.Cells(nodes=64, window=(-0.6, 0.6)))
+    for name, problem in (("panels", panels), ("cells", cells)):
+        state = None
+        for number, load in enumerate((0.5, 1.0, 0.2)):
+            state = problem.solve(load, initial=state)
+            yield f"one after the other {name} {number} half_width", state.half_width, "discrete"
+            yield f"one after the other {name} {number}", digest(state.pressure), "discrete"
+    wave = mb.Contact(mb.HalfPlane(solid_of(), 1.0), mb.Wave(0.01, 1.0), mb.Unilateral(), mb.Cells(nodes=64))
+    yield "cells of a period at an approach", wave.solve(approach=0.004).load, "discrete"
+    ways = {
+        "cells to an accuracy": (mb.Contact(half, cylinder, mb.Unilateral(), mb.Cells()), 0.02),
+        "panels of samples": (mb.Contact(half, SHAPES["samples"], mb.Microblock()), 0.1),
+        "panels of noise": (
+            mb.Contact(half, lambda x: x**2 + 1e-3 * np.sin(1e3 * x * x), mb.Microblock()),
+            0.1,
+        ),
+    }
+    for name, (problem, rtol) in ways.items():
+        try:
+            state = problem.solve(1.0, rtol=rtol)
+        except mb.MicroblockError as failure:
+            yield f"{name}", type(failure).__name__, "outcome"
+            continue
+        yield f"{name} method", state.method, "outcome"
+        yield f"{name} warnings", len(state.warnings), "outcome"
+        yield f"{name} force", state.weights @ state.pressure, "discrete"
+    fitted = mb.Contact(mb.Block(solid_of()), cylinder, mb.Microblock())
+    load, _ = coalescence.load_at_inner_edge(fitted.solver, 1e-3 * fitted.solid.ell, 0.1, 4, 2)
+    yield "coalescence fitted", load, "discrete"
 
 
 def refusals():

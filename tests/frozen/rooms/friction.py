@@ -10,6 +10,8 @@ def rows():
     for problem in problems.HISTORIES:
         yield from rows_of_history(problem)
     yield from rows_of_estimates(problems.MEASURED)
+    for name, value in library_friction.of_motions().items():
+        yield of_kind(name, value, "discrete")
     for name, call in library_friction.refusals().items():
         yield f"refused {name}", library.refused(call), "outcome"
 
@@ -27,7 +29,8 @@ def rows_of_history(problem):
             if kind == "discrete" and "second" not in problem:  # cells say nothing of the second surface
                 values |= library_friction.profile(state)
             values |= {
-                name: getattr(state, name) for name in ("method", "error_estimate", "iterations", "unknowns")
+                name: getattr(state, name)
+                for name in ("method", "error_estimate", "residual", "iterations", "unknowns")
             }
         for name, value in values.items():
             yield of_kind(f"{row} {name}", value, kind, tolerance)

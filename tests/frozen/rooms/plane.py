@@ -22,6 +22,7 @@ def rows():
         yield name, value, "discrete"
     for part in (library_plane.of_pictures, library_plane.of_intervals, library_plane.of_edges):
         yield from part()
+    yield from library_plane.of_ways()
     yield from states()
     for name, call in library_plane.refusals().items():
         yield f"refused {name}", library.refused(call), "outcome"
@@ -40,5 +41,8 @@ def states():
         }
         if kind == "discrete":
             values |= library_friction.profile(state)
+            values |= {
+                f"gap {corner} there": state.gap_at(corner, problem["at"][0]) for corner in state.law.corners
+            }
         for name, value in values.items():
             yield of_kind(f"{problem['name']} {name}", value, kind, state.error_estimate or 0.0)

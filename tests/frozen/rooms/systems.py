@@ -61,6 +61,9 @@ def without_friction(row, system):
     yield f"{row} without friction", wanted, "discrete", FOLLOWED
     off = [solver for solver, one in sums.items() if abs(one - wanted) > 1e-9 * wanted]
     yield f"{row} without friction others", " ".join(off) or "agree", "outcome"
+    if row.startswith("ties"):  # rows twice, whose forces are shared
+        twice = library.touching_twice(system["compliance"], system["gaps"], system["path"][-1][0])
+        yield f"{row} without friction twice", weighted(*twice), "discrete"
     yield f"{row} path", text([(0, 0.0, kind[:-1], corner) for kind, corner, _ in events]), "outcome"
     yield f"{row} path sum", weighted([load for *_, load in events]), "discrete", FOLLOWED
 
