@@ -269,7 +269,8 @@ FUNCTIONS["valley"] = lambda x: 0.04 * np.abs(np.abs(x) - 0.15)
 
 def between(name, method, law, obstacle=CYLINDER, second=None, **options):
     """A state without friction between a half-plane and a second one."""
-    return {**problem(name, method, obstacle, law, at=POINTS, **options), "second": second or {}}
+    found = {"beside": 0.38, **problem(name, method, obstacle, law, at=POINTS, **options)}
+    return {**found, "second": second or {}}
 
 
 BETWEEN = [

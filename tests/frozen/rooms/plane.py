@@ -41,8 +41,8 @@ def states():
         }
         if kind == "discrete":
             values |= library_friction.profile(state)
-            values |= {
-                f"gap {corner} there": state.gap_at(corner, problem["at"][0]) for corner in state.law.corners
-            }
+        if problem["method"] == "cells":
+            x = problem["beside"]
+            values |= {f"gap {corner} at {x:g}": state.gap_at(corner, x) for corner in state.law.corners}
         for name, value in values.items():
             yield of_kind(f"{problem['name']} {name}", value, kind, state.error_estimate or 0.0)
