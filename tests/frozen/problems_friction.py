@@ -18,7 +18,15 @@ from .problems import (
 
 SEED = 20261123
 GOLDEN = (5**0.5 - 1) / 2
-SETS = {"random": 270, "two corners": 210, "line": 240, "wedged": 110, "pressed": 35, "ties": 35}  # systems
+SETS = {
+    "random": 245,
+    "two corners": 210,
+    "line": 240,
+    "wedged": 110,
+    "pressed": 35,
+    "ties": 35,
+    "sliding": 25,
+}  # systems
 LEAST = 0.05  # eigenvalue of a compliance over the largest, times its size
 WEDGED = ((0.5, 3.0), 3.0, 0.003)  # friction, coupling and LEAST of the last set: some answers are not unique
 TIED = (0.05, 0.9), 1.0, LEAST, True  # the same of evenly spaced nodes under an even obstacle
@@ -33,7 +41,7 @@ def system(name, number):
     """
     draw = np.random.default_rng((SEED, list(SETS).index(name), number))
     n, corners = int(draw.integers(2, 13)), 1 + (name == "two corners" or number % 3 == 0)
-    make = _at_random if name in ("random", "two corners", "pressed") else _on_a_line
+    make = _at_random if name in ("random", "two corners", "pressed", "sliding") else _on_a_line
     limits, *others = {"wedged": WEDGED, "ties": TIED}.get(name, ((0.05, 0.9),))
     friction = float(draw.uniform(*limits))
     gaps = draw.exponential(draw.choice([0.1, 0.3, 1.0]), size=(corners, n))
@@ -43,6 +51,9 @@ def system(name, number):
     if name == "pressed":  # nodes open that stick, without any shear
         compliance = _coupled(compliance, 0.0, n)
         path = [(P * share, 0.0) for P, _ in path for share in (1.0, 0.3)]
+    if name == "sliding":  # corners close and open while all nodes slip
+        (P, _), sign = path[0], draw.choice([-1.0, 1.0])
+        path = [(P * share, sign * friction * P * share) for share in (0.3, 1.2, 0.5)] + [(P, 0.0)]
     if name == "ties":
         gaps = np.round((gaps + gaps[:, ::-1]) * 2) / 4
     return {
