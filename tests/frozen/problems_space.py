@@ -80,7 +80,7 @@ BODIES = [
     for name, law in LAWS.items()
     for solver in ("condensed", "al", "penalty")
 ] + [
-    body("quarter of a sphere", mesh="quarter", law=MICROBLOCK, obstacle=SPHERE, load=0.25, at=((0.0, 0.0),)),
+    body("quarter", mesh="quarter", law=MICROBLOCK, obstacle=SPHERE, load=0.25, at=((0.0, 0.0),)),
     body(
         "quarter of a sphere al", "al", mesh="quarter", law=MICROBLOCK, obstacle=SPHERE, load=0.25, brief=True
     ),
