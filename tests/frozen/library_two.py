@@ -10,6 +10,7 @@ import microblock as mb
 
 from . import library, problems
 from . import problems_two as given
+from .library_mesh import short
 
 RESIDUAL = 1e-12  # of cells: the digits of a row are not the solver's
 
@@ -46,8 +47,7 @@ def solve(problem):
 
 def measured(state, problem):
     """{quantity: number} of a state, and how the second body gives way."""
-    found = library.measured(state, problem)
-    del found["pressure_max"], found["micromoment_max"]  # of nodes, whose places are the method's
+    found = short(library.measured(state, problem))
     places = np.array(problem["at"])
     moved = state.counter_displacement(places)
     if problem["method"] == "panels" or (problem["method"] == "cells" and "period" not in problem):
