@@ -21,15 +21,17 @@ METHODS = {
     "fitted": mb.Fitted,
     "uniform": mb.Uniform,
 }
-DERIVED = (
-    "half_width",
+OF_BOTH = (
     "zone contact",
     "zone full",
     "zones contact",
     "zones full",
+)  # zones of both corners follow from theirs
+OF_NODES = (
+    "half_width",
     "pressure_max",
-    "micromoment_m",
-)
+    "micromoment_max",
+)  # the largest of nodes, whose places are the method's
 WARNINGS = {  # kinds of warnings, by words that a text of the kind has
     "few nodes": "nodes in contact and no error estimate",
     "layer": "do not resolve the layer",
@@ -93,8 +95,10 @@ def measured(state, problem):
 
 
 def short(found):
-    """Numbers of a state without those that others hold: of the zones of both corners together, of nodes."""
-    return {name: value for name, value in found.items() if not name.startswith(DERIVED)}
+    """Numbers of a state without those that follow from others, or depend on where nodes are."""
+    corners = any(name.startswith(("zone A", "zones A")) for name in found)
+    left_out = OF_NODES + OF_BOTH * corners
+    return {name: value for name, value in found.items() if not name.startswith(left_out)}
 
 
 def kinds_of(warnings):
