@@ -135,10 +135,11 @@ class Room:
 
     def write(self):
         """Write the file: a row that agrees keeps its value, and a reason its tolerance."""
+        lines = [self._line(row) for row in self.now.values()]  # all of them before the old ones go
         with self.file.open("w", newline="") as file:
             table = csv.writer(file, lineterminator="\n")
             table.writerow(COLUMNS)
-            table.writerows(self._line(row) for row in self.now.values())
+            table.writerows(lines)
         print(f"{len(self.now)} rows in {self.file}")
 
     def _line(self, row):

@@ -29,7 +29,7 @@ def rows_of_states(problems, library=library):
     """Rows of the states of problems: estimated where an accuracy was asked for, discrete elsewhere."""
     for problem in problems:
         state = library.solve(problem)
-        kind = "estimated" if "rtol" in problem or problem["method"] == "panels" else "discrete"
+        kind = "estimated" if library.estimated(problem) else "discrete"
         tolerance = getattr(state, "error_estimate", None) or 0.0
         for quantity, value in library.measured(state, problem).items():
             yield of_kind(f"{problem['name']} {quantity}", value, kind, tolerance)
