@@ -32,7 +32,7 @@ STATES = [
     on_mesh(
         "curved", "condensed", ("Plane", {"level": 1.0}), ROTATED, mesh="bent", at=(0.05,), orders=(2, 2)
     ),
-    on_mesh("block fitted approach", "fitted", approach=0.02, order=4, domain=4.0, at=(0.06,)),
-    on_mesh("block uniform approach", "uniform", approach=0.02, h=0.08, reach=0.8, domain=4.0, at=(0.06,)),
+    on_mesh("block fitted approach", "fitted", approach=0.02, order=4, domain=4.0, at=(0.06, 0.45)),
+    on_mesh("block uniform approach", "uniform", approach=0.02, h=0.08, reach=0.8, domain=4.0),
     on_mesh("small blocks", solid=SOLID | {"ell": 0.01}, orders=(1, 1)),
 ]
