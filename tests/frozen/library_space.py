@@ -362,6 +362,18 @@ def of_surfaces():
     return found
 
 
+def outside():
+    """The surface beyond the cells, at which contacts elsewhere are looked for: u and phi of corners."""
+    found, places = {}, (np.array([1.4, -2.0]), np.array([-1.7, 0.3]))
+    for problem in given.SPACES[:3]:
+        state = solve(problem)
+        u, phi = state.problem.solver._surface_at(state, *places)
+        found |= {f"{problem['name']} outside u {number}": value for number, value in enumerate(u)}
+        if len(state.pressures) > 1:
+            found |= {f"{problem['name']} outside phi{i} {j}": phi[i, j] for i, j in np.ndindex(2, 2)}
+    return found
+
+
 def refusals_of_bodies():
     """{what is asked for: a call that must fail}, of bodies."""
     solid, mesh = mb.Cosserat(**given.SOLID), mesh_of("coarse")

@@ -22,8 +22,8 @@ def rows():
         library_space.of_surfaces,
     ):
         yield from (of_kind(name, value, "definition") for name, value in part().items())
-    for name, value in library_space.that_travel("cells").items():
-        yield of_kind(name, value, "discrete")
+    for found in (library_space.that_travel("cells"), library_space.outside()):
+        yield from (of_kind(name, value, "discrete") for name, value in found.items())
     for name, kinds in library_space.warned().items():
         yield name, kinds, "outcome"
     for name, call in library_space.refusals_of_spaces().items():
