@@ -337,6 +337,15 @@ def of_products():
     return found
 
 
+def of_least_norm():
+    """Forces of least norm with the same resultants, of blocks of which all corners are closed, or three."""
+    law = on_surface(_made(given.TURNED))
+    forces = np.array([[3.0, 1.0, 0.5, 2.0], [0.2, 0.0, 1.0, 0.1], [3.0, 1.0, 0.5, 2.0]]).T
+    closed = np.array([[True] * 4, [True] * 4, [True, True, False, True]]).T
+    least = law.of_least_norm(forces, closed)
+    return {f"least norm corner {c} block {b}": least[c, b] for c, b in np.ndindex(4, 3)}
+
+
 def of_surfaces():
     """Obstacles over a surface at two places, and gaps of corners of laws there."""
     found, x1, x2 = {}, np.array([-0.3, 0.17]), np.array([0.2, 0.05])

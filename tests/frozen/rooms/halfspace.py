@@ -20,6 +20,7 @@ def rows():
         library_space.of_second_bodies,
         library_space.of_products,
         library_space.of_surfaces,
+        library_space.of_least_norm,
     ):
         yield from (of_kind(name, value, "definition") for name, value in part().items())
     for found in (library_space.that_travel("cells"), library_space.outside()):
