@@ -9,6 +9,8 @@ import pytest
 import microblock as mb
 from microblock.errors import BadArgument, NotConverged
 from microblock.halfspace.solver import SurfaceSolver
+from tests.frozen.library_space import mesh_of
+from tests.frozen.problems_space import FUNCTIONS
 
 UNILATERAL, BLOCKS, CLAMPED = mb.Unilateral(), mb.Microblock(), mb.Microclamped()
 LAWS = [UNILATERAL, BLOCKS, CLAMPED, mb.Microblock((0.02, -0.01))]
@@ -347,3 +349,13 @@ def test_order_and_copies_do_not_matter():
         assert np.array_equal(
             again.solve(load=0.5, rtol=0.1).pressure, sphere.solve(load=0.5, rtol=0.1).pressure
         )
+
+
+def test_forces_that_displace_nothing_do_not_end_the_search():
+    """On few facets microblocks have forces that displace nothing: a step along them has no curvature, and
+    was taken as if the load were lost in rounding. Newton's method has the same energy.
+    """
+    body = mb.Body3D(mesh_of("bent"), mb.Cosserat(E=80.0, nu=0.3, ell=0.25, beta=1.0), 1, fixed="bottom")
+    touching = body, FUNCTIONS["raised bowl"], mb.Microblock()
+    states = [mb.Contact(*touching, *method).solve(load=2.0) for method in ((), (mb.Newton(),))]
+    assert states[0].energy == pytest.approx(states[1].energy, rel=1e-6)
