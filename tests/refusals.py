@@ -1,0 +1,376 @@
+"""Refusals: what every argument of the public names does with bad values, one row each in refusals.csv.
+
+`python -m tests.refusals` makes every row again and prints those that differ, `--write` writes them. A row has
+the callable, the argument and the value as expressions of the names below (of a command its words), the type
+of the error that the call raises, the argument that the error names, and words that its message must have.
+Of several arguments at once the names and the values are separated by commas. Rows are made by program, of
+each argument by what it is (KINDS, ARGUMENTS); those written into the file by hand, with any error, stay in it.
+"""
+
+import csv
+import inspect
+import math
+import os
+import re
+import sys
+import warnings
+from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import fields
+from decimal import Decimal
+from fractions import Fraction
+from functools import cache
+from io import StringIO
+from itertools import chain
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from unittest.mock import patch
+
+import matplotlib
+import numpy as np
+
+import cases.__main__ as commands
+import microblock as mb
+from cases.common.catalog import all_cases
+from cases.common.options import flag
+from microblock.fem import meshes, meshes3d
+from microblock.fem.condensation import Condensed as Condensation
+from microblock.fem.facets import ContactFacets
+from microblock.fem.newton import MonolithicNewton
+from microblock.view.explorer import Explorer
+
+TABLE = Path(__file__).with_name("refusals.csv")
+COLUMNS = "callable", "argument", "value", "error", "named", "words"
+LONGEST = 250  # characters of a message: a line or two on a screen
+COMMAND = "python -m cases "
+
+SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+GROUND, CYLINDER, SPHERE, LAW = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Sphere(R=10), mb.Microblock()
+WAVE = mb.Wave(0.001, 1.0)
+MESH = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 1.0)
+BODY = mb.Body(MESH, SOLID, order=1, fixed="bottom")
+GRADES = meshes3d.graded(reach=0.6, step=0.3, far=3.0, growth=2.0)
+MESH3D = meshes3d.block(GRADES, GRADES, -GRADES[::-1], reach=0.6)
+SPACE = mb.Body3D(MESH3D, SOLID, fixed=meshes3d.supports("bottom", x1="left", x2="front"))
+PROBLEMS = {
+    "panels": mb.Contact(GROUND, CYLINDER, LAW),
+    "cells": mb.Contact(GROUND, CYLINDER, LAW, mb.Cells(nodes=64, window=(-1, 1))),
+    "period": mb.Contact(mb.HalfPlane(SOLID, 1.0), WAVE, LAW, mb.Cells(nodes=64)),
+    "fitted": mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, LAW, mb.Fitted(order=2)),
+    "uniform": mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, LAW, mb.Uniform(h=0.2)),
+    "condensed": mb.Contact(BODY, CYLINDER, LAW),
+    "newton": mb.Contact(BODY, CYLINDER, LAW, mb.Newton()),
+    "half-space": mb.Contact(mb.HalfSpace(SOLID), SPHERE, LAW, mb.Cells(nodes=32)),
+    "space": mb.Contact(SPACE, SPHERE, LAW),
+    "rubbed": mb.Contact(GROUND, CYLINDER, mb.Unilateral(friction=0.3)),
+    "rubbed body": mb.Contact(BODY, CYLINDER, mb.Unilateral(friction=0.3)),
+}
+
+
+@cache
+def state(kind):
+    if kind.startswith("rubbed"):
+        return history(kind).states[-1]
+    return PROBLEMS[kind].solve(load=0.1)
+
+
+@cache
+def path(kind):
+    return PROBLEMS[kind].path(load=0.1)
+
+
+@cache
+def history(kind):
+    return PROBLEMS[kind].history([(1.0, 0.0), (1.0, 0.1)], rtol=None if "body" in kind else 0.2)
+
+
+def raising(failure):
+    """A function of places that raises this."""
+
+    def height(*x):
+        raise failure
+
+    return height
+
+
+NAMES = {
+    **{name: getattr(mb, name) for name in mb.__all__},
+    **{name: getattr(math, name) for name in ("nan", "inf")},
+    **{name: value for name, value in globals().items() if not name.startswith("_") and name != "fields"},
+}
+
+# bad values by what an argument is; expressions are separated by blanks and have none
+NUMBER = "None True 'x' nan inf 1j [] np.ones(2) object() 10**400"
+POSITIVE = f"{NUMBER} -1 0 1e300 1e-300"
+KINDS = {
+    "number": NUMBER,
+    "positive": POSITIVE,
+    "not negative": f"{NUMBER} -1 1e300",
+    "whole": f"{NUMBER} -1 0 1.5",
+    "tolerance": f"{NUMBER} -1 0 1 2.0",
+    "flag": "None 'x' nan -1 0 [] object() np.ones(2)",
+    "word": "None 'x' '' -1 True [] object() np.array('x')",
+    "pair": "None 'x' 1 nan [] (1,2,3) (1,0) (0,0) (nan,1) (0,inf) (None,1) object()",
+    "array": "None 'x' nan [inf] 1j [[1.0]] object() 10**400 1e300",
+    "place": "None -1 nan [] object() b'x' '' 'no/where' 'x.foo' '/proc/x.png' 'a\\0b' '.'",
+    "part": "None 'x' -1 nan [] object() int SOLID GROUND CYLINDER SPHERE LAW BODY MESH",
+    "function": "None 'x' -1 nan [] object() SOLID",
+    "pairs": "None 'x' 1 [] [1] [(1,)] [(1,0,0)] [(1,'x')] [(nan,0)] [(inf,0)] [(-1,0)] [(0,0)] [(1,9)]",
+    "angle": f"{NUMBER} 1.6 -1.6 (0.1,) (0.1,None) (0.1,1.6) SOLID",
+}
+# what arguments are by their names, or by callable and name where that differs
+ARGUMENTS = {
+    **dict.fromkeys("E ell side stiffness curvature R R1 R2 half_width amplitude wavelength".split(), "positive"),
+    **dict.fromkeys("slope size period load approach residual spacing rho h reach".split(), "positive"),
+    **dict.fromkeys("nu tilt level alpha_prime beta_prime x normal error load_error".split(), "number"),
+    **dict.fromkeys("beta eta mu_c friction hurst".split(), "not negative"),
+    **dict.fromkeys("order order_psi nodes workers accuracy".split(), "whole"),
+    **dict.fromkeys("couples periodic fallback even progress coupled retry quiet".split(), "flag"),
+    **dict.fromkeys("face psi0_in kind shape rule contact corner boundary field direction zone".split(), "word"),
+    **dict.fromkeys("window waves".split(), "pair"),
+    **dict.fromkeys("x1 x2 z points values kinks jumps lines".split(), "array"),
+    **dict.fromkeys("path records".split(), "place"),
+    **dict.fromkeys("solid body obstacle law method mesh newton initial problem state what".split(), "part"),
+    **dict.fromkeys("executor loads".split(), "part"),
+    **dict.fromkeys("height function over fixed prescribed".split(), "function"),
+    "rtol": "tolerance",
+    "seed": "whole",
+    "pairs": "pairs",
+    "psi0": "angle",
+    "Deformable.shape": "part",
+    "Obstacle.from_samples.x": "array",
+    "State.pressure_at.x": "array",
+    "State.gap_at.x": "array",
+    "State.counter_displacement.x": "array",
+    "Body.order": "whole",
+}
+# callables of the public names, with the arguments of a call that does: {expression: its arguments}
+ROUGH = "period=1.0, slope=0.1"
+CALLS = {
+    **dict.fromkeys(("HalfPlane", "HalfSpace", "Block"), "solid=SOLID"),
+    "Body": "mesh=MESH, solid=SOLID",
+    "Body3D": "mesh=MESH3D, solid=SOLID",
+    "Body3D.solve": "self=SPACE",
+    "BODY.solve": "",
+    "BODY.on": "mesh=MESH",
+    "BODY.boundary": "pattern='contact'",
+    **dict.fromkeys(("GROUND.of", "HalfSpace(SOLID).of", "Block(SOLID).of", "BODY.of", "SPACE.of"), "solid=SOLID"),
+    "Cosserat": "E=100, nu=0.3, ell=0.1, beta=1",
+    "Cosserat.of_blocks": "side=1.0, stiffness=1.0",
+    "Plane": "",
+    "Cylinder": "R=1.0",
+    "Wedge": "slope=0.1",
+    "Punch": "half_width=1.0",
+    "Wave": "amplitude=0.1, wavelength=1.0",
+    "Rough": ROUGH,
+    "Obstacle": "height=np.square",
+    "Obstacle.from_samples": "x=[0, 1], z=[0, 1]",
+    "Sphere": "R=1.0",
+    "Ellipsoid": "R1=1.0, R2=1.0",
+    "Cone": "slope=0.1",
+    "FlatPunch": "half_width=1.0",
+    "RoughSurface": ROUGH,
+    "Deformable": "body=GROUND, shape=CYLINDER",
+    **dict.fromkeys(("Microblock", "Unilateral", "Microclamped"), ""),
+    **dict.fromkeys(("Panels", "Cells", "Condensed", "Newton"), ""),
+    "Fitted": "order=4",
+    "Uniform": "h=1.0",
+    "Contact": "body=GROUND, obstacle=CYLINDER, law=LAW",
+    **{f"PROBLEMS['{kind}'].solve": "load=0.1" for kind in PROBLEMS if not kind.startswith("rubbed")},
+    **{f"PROBLEMS['{kind}'].path": "load=0.1" for kind in ("panels", "fitted", "condensed")},
+    **{f"PROBLEMS['{kind}'].history": "pairs=[(1, 0)]" for kind in ("rubbed", "rubbed body")},
+    **{f"PROBLEMS['{kind}'].with_": "" for kind in ("panels", "condensed", "half-space", "space")},
+    **{f"path('{kind}').at": "load=0.1" for kind in ("panels", "fitted", "condensed")},
+    **{f"state('{kind}').pressure_at": "x=0.0" for kind in ("panels", "cells", "fitted", "condensed", "rubbed")},
+    **{f"state('{kind}').gap_at": "corner='A', x=0.0" for kind in ("panels", "cells", "fitted", "condensed")},
+    **{f"state('{kind}').counter_displacement": "x=0.0" for kind in ("panels", "cells", "condensed")},
+    **{f"state('{kind}').surface": "" for kind in ("panels", "condensed")},
+    "state('half-space').pressure_at": "points=np.zeros((1, 2))",
+    "state('half-space').along": "direction='x1'",
+    **{f"state('{kind}').plot": "" for kind in ("panels", "half-space", "space")},
+    **{f"state('{kind}').plot_blocks": "" for kind in ("panels", "half-space")},
+    **{f"state('{kind}').plot_below": "" for kind in ("panels", "condensed")},
+    "state('condensed').plot_body": "",
+    "state('condensed').reaction": "boundary='bottom'",
+    "state('panels').fields": "x1=0.0, x2=-1.0",
+    "history('rubbed').plot": "",
+    "to_csv": "what=state('panels'), path='x.csv'",
+    **{"to_vtk": "state=state('panels'), path='x'"},
+    "sweep": "function=len, over=[], quiet=True",
+    "explore": "problem=PROBLEMS['panels'], load=0.1",
+    "Event": "load=0.1, load_error=0.0, kind='born', zone='A', x=0.0",
+}
+# an argument of a call that another one stands in place of
+INSTEAD = {"approach": "load", "eta": "beta", "mu_c": "beta"}
+# public methods without rows, or arguments, and why
+LEFT_OUT = {}
+
+
+def evaluated(words):
+    return eval(words, dict(NAMES))
+
+
+def outcome(call, argument, value):
+    """(type of the error, the argument that it names, its message); "accepted" where there is none."""
+    if call.startswith(COMMAND):
+        return commanded([*call.removeprefix(COMMAND).split(), *argument.split(), *value.split()])
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            evaluated(call)(**arguments_of(call, argument, value))
+    except mb.MicroblockError as failure:
+        named = getattr(failure, "name", None) or ""
+        return type(failure).__name__, named, str(failure)
+    except Exception as failure:
+        return f"raw {type(failure).__name__}", "", str(failure)
+    return "accepted", "", ""
+
+
+def arguments_of(call, argument, value):
+    """Those of a call that does, with the bad ones in their places."""
+    names = argument.split(", ") if argument else []
+    bad = evaluated(value) if value else ()
+    usual = evaluated(f"dict({CALLS.get(call, '')})")
+    usual = {name: usual[name] for name in usual if name not in map(INSTEAD.get, names)}
+    return usual | dict(zip(names, bad if len(names) > 1 else [bad], strict=True))
+
+
+class Accepted(Exception):
+    """Raised where a command would begin to compute."""
+
+
+def stopped(*_, **__):
+    raise Accepted
+
+
+def commanded(words):
+    """The outcome of a command line, which ends before anything is computed."""
+    out, err = StringIO(), StringIO()
+    try:
+        with redirect_stdout(out), redirect_stderr(err):
+            status = commands.main(words)
+    except Accepted:
+        return "accepted", "", ""
+    except SystemExit as stop:  # argparse's own way out
+        status = stop.code
+    except Exception as failure:
+        return f"raw {type(failure).__name__}", "", str(failure)
+    told = err.getvalue().removesuffix("\n")
+    named = re.search(r"(?<!\S)--?[a-zA-Z][\w-]*(?=[ :=]|$)", told.partition(": ")[2])
+    return f"status {status}", named[0] if named else "", told + out.getvalue()
+
+
+def wrong(call, name, error, message):
+    """What is wrong with the form of a message: house rules that hold in every row."""
+    if error == "accepted":
+        return ""
+    lines = "\n" in message or len(message) > LONGEST
+    return " in several lines" * lines + " without the name" * (name not in message)
+
+
+def functions(one):
+    """{qualified name: function} of a public name, and its public methods."""
+    if not inspect.isclass(one):
+        return {one.__qualname__: one}
+    if issubclass(one, mb.MicroblockError):
+        return {}
+    methods = [getattr(one, name) for name in dir(one) if not name.startswith("_")]
+    return {each.__qualname__: each for each in (one, *filter(inspect.isroutine, methods))}
+
+
+def named(function):
+    """Its qualified name, of an object that is called that of its class."""
+    return getattr(function, "__qualname__", type(function).__qualname__)
+
+
+def arguments(call):
+    """{argument: its default} of a callable."""
+    return {name: entry.default for name, entry in inspect.signature(call).parameters.items() if name != "self"}
+
+
+def made():
+    """(callable, argument, value) of the rows that are made by program."""
+    for call in CALLS:
+        function = evaluated(call)
+        for name, default in arguments(function).items():
+            kind = ARGUMENTS.get(f"{named(function)}.{name}", ARGUMENTS.get(name, ""))
+            for value in KINDS[kind].split() if kind else ():
+                if not (value == "None" and default is None):
+                    yield call, name, value
+    for case, module in all_cases().items():
+        for entry in fields(module.Parameters):
+            if not entry.metadata.get("positional"):
+                for value in texts(entry):
+                    yield COMMAND + case, flag(entry.name), value
+
+
+def texts(entry):
+    """Bad words for an option of a command."""
+    if entry.type in (bool, "bool") or entry.metadata["type"] is str:
+        return ("x",)
+    return ("nan", "1e400", "x", "-1", "0") if entry.metadata["type"] is float else ("1.5", "x", "-1", "0")
+
+
+@contextmanager
+def aside():
+    """Where rows are made: an empty folder, and commands that stop before they compute."""
+    parser = cache(lambda asked, module: PARSER(asked, module))
+    with TemporaryDirectory() as folder, chdir(folder), patch.object(commands, "run", stopped):
+        with patch.object(commands, "parser", parser), matplotlib.rc_context({"backend": "agg"}):
+            yield
+
+
+PARSER = commands.parser
+
+
+def read():
+    if not TABLE.exists():
+        return []
+    with TABLE.open(newline="") as file:
+        return [tuple(row.values()) for row in csv.DictReader(file)]
+
+
+def again(rows):
+    """Rows made again; words that their message lacks are left out."""
+    with aside():
+        for call, argument, value, *_, words in rows:
+            error, named, message = outcome(call, argument, value)
+            error += wrong(call, named, error, message)
+            yield call, argument, value, error, named, words if words in message else ""
+
+
+def uncovered():
+    """Arguments of the public names that no row gives a bad value."""
+    rows = {}
+    for call, argument, *_ in read():
+        rows.setdefault(call, set()).update(argument.split(", "))
+    seen = {
+        (named(evaluated(call)), name)
+        for call, names in rows.items()
+        if call in CALLS
+        for name in names
+    }
+    public = dict(chain.from_iterable(functions(getattr(mb, name)).items() for name in mb.__all__))
+    return sorted(
+        f"{call}.{name}"
+        for call, function in public.items()
+        for name in arguments(function)
+        if (call, name) not in seen and not {call, f"{call}.{name}"} & LEFT_OUT.keys()
+    )
+
+
+def main(write=False):
+    before = read()
+    known = {row[:3] for row in before}
+    rows = before + [(*row, "", "", "") for row in made() if row not in known]
+    now = list(again(rows))
+    for old, new in zip(rows, now):
+        if old != new:
+            print(*new[:3], "|", *old[3:], "->", *new[3:])
+    if write:
+        with TABLE.open("w", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows([COLUMNS, *sorted(now)])
+    print(len(now), "rows;", *uncovered())
+
+
+if __name__ == "__main__":
+    main("--write" in sys.argv)
