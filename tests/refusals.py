@@ -14,6 +14,7 @@ import os
 import re
 import sys
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import fields
 from decimal import Decimal
@@ -27,15 +28,20 @@ from unittest.mock import patch
 
 import matplotlib
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 import cases.__main__ as commands
 import microblock as mb
 from cases.common.catalog import all_cases
 from cases.common.options import flag
+from microblock.corners import active_set
 from microblock.fem import meshes, meshes3d
+from microblock.fem.body import Loads
+from microblock.fem.body3d import Loads3D
 from microblock.fem.condensation import Condensed as Condensation
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import MonolithicNewton
+from microblock.fem.newton_path import load_path
 from microblock.view.explorer import Explorer
 
 TABLE = Path(__file__).with_name("refusals.csv")
@@ -48,6 +54,9 @@ GROUND, CYLINDER, SPHERE, LAW = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Spher
 WAVE = mb.Wave(0.001, 1.0)
 MESH = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 1.0)
 BODY = mb.Body(MESH, SOLID, order=1, fixed="bottom")
+OTHER = mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7)
+COLUMN = mb.Body(meshes.column(1.0, 2), SOLID, 1, fixed={"u1": "middle", "u2": "middle"}, periodic=True)
+LINE = mb.Body(meshes.line(1.0, 4), SOLID, 1, fixed={"u1": "middle", "u2": "middle"})
 GRADES = meshes3d.graded(reach=0.6, step=0.3, far=3.0, growth=2.0)
 MESH3D = meshes3d.block(GRADES, GRADES, -GRADES[::-1], reach=0.6)
 SPACE = mb.Body3D(MESH3D, SOLID, fixed=meshes3d.supports("bottom", x1="left", x2="front"))
@@ -64,6 +73,14 @@ PROBLEMS = {
     "rubbed": mb.Contact(GROUND, CYLINDER, mb.Unilateral(friction=0.3)),
     "rubbed body": mb.Contact(BODY, CYLINDER, mb.Unilateral(friction=0.3)),
 }
+
+
+FACETS = ContactFacets(BODY, LAW, CYLINDER)
+NEWTON = MonolithicNewton(BODY, FACETS, control="load")
+
+
+def HILLS(x1, x2):
+    return -0.01 * (np.cos(2 * np.pi * x1) + np.cos(2 * np.pi * x2))
 
 
 @cache
@@ -83,6 +100,19 @@ def history(kind):
     return PROBLEMS[kind].history([(1.0, 0.0), (1.0, 0.1)], rtol=None if "body" in kind else 0.2)
 
 
+@cache
+def explorer():
+    return Explorer(PROBLEMS["panels"], 0.1)
+
+
+def pressed(body=GROUND, obstacle=CYLINDER, law=LAW, method=None, load=0.1):
+    return mb.Contact(body, obstacle, law, method).solve(load)
+
+
+def followed(levels):
+    return list(load_path(NEWTON, levels))
+
+
 def raising(failure):
     """A function of places that raises this."""
 
@@ -99,10 +129,10 @@ NAMES = {
 }
 
 # bad values by what an argument is; expressions are separated by blanks and have none
-NUMBER = "None True 'x' nan inf 1j [] np.ones(2) object() 10**400"
+NUMBER = "None True '1' nan inf -inf 1j [] [1.0] np.ones(2) object() 10**400 Decimal('0.5')"
 POSITIVE = f"{NUMBER} -1 0 1e300 1e-300"
 KINDS = {
-    "number": NUMBER,
+    "number": f"{NUMBER} 1e300",
     "positive": POSITIVE,
     "not negative": f"{NUMBER} -1 1e300",
     "whole": f"{NUMBER} -1 0 1.5",
@@ -110,22 +140,42 @@ KINDS = {
     "flag": "None 'x' nan -1 0 [] object() np.ones(2)",
     "word": "None 'x' '' -1 True [] object() np.array('x')",
     "pair": "None 'x' 1 nan [] (1,2,3) (1,0) (0,0) (nan,1) (0,inf) (None,1) object()",
-    "array": "None 'x' nan [inf] 1j [[1.0]] object() 10**400 1e300",
+    "array": "None True '1' 'x' nan [inf] 1j [[1.0]] object() 10**400 1e300",
     "place": "None -1 nan [] object() b'x' '' 'no/where' 'x.foo' '/proc/x.png' 'a\\0b' '.'",
     "part": "None 'x' -1 nan [] object() int SOLID GROUND CYLINDER SPHERE LAW BODY MESH",
     "function": "None 'x' -1 nan [] object() SOLID",
+    "drawn": "-1 'x.foo' '/proc/x.png'",  # which is found after the drawing
     "pairs": "None 'x' 1 [] [1] [(1,)] [(1,0,0)] [(1,'x')] [(nan,0)] [(inf,0)] [(-1,0)] [(0,0)] [(1,9)]",
     "angle": f"{NUMBER} 1.6 -1.6 (0.1,) (0.1,None) (0.1,1.6) SOLID",
 }
+FEW = (
+    "None",
+    "'1'",
+    "'x'",
+    "nan",
+    "-1",
+    "0",
+    "2.0",
+    "(1,0)",
+    "(1,9)",
+    "SOLID",
+    "CYLINDER",
+    "SPHERE",
+    "10**400",
+)
+DRAWN = "State.plot", "State.plot_blocks", "State.plot_below", "State.plot_body", "History.plot"
+DRAWN += "SurfaceState.plot", "SurfaceState.plot_blocks", "State3D.plot"
 # what arguments are by their names, or by callable and name where that differs
 ARGUMENTS = {
-    **dict.fromkeys("E ell side stiffness curvature R R1 R2 half_width amplitude wavelength".split(), "positive"),
+    **dict.fromkeys(
+        "E ell side stiffness curvature R R1 R2 half_width amplitude wavelength".split(), "positive"
+    ),
     **dict.fromkeys("slope size period load approach residual spacing rho h reach".split(), "positive"),
     **dict.fromkeys("nu tilt level alpha_prime beta_prime x normal error load_error".split(), "number"),
     **dict.fromkeys("beta eta mu_c friction hurst".split(), "not negative"),
     **dict.fromkeys("order order_psi nodes workers accuracy".split(), "whole"),
     **dict.fromkeys("couples periodic fallback even progress coupled retry quiet".split(), "flag"),
-    **dict.fromkeys("face psi0_in kind shape rule contact corner boundary field direction zone".split(), "word"),
+    **dict.fromkeys("face psi0_in kind shape rule contact corner boundary field direction".split(), "word"),
     **dict.fromkeys("window waves".split(), "pair"),
     **dict.fromkeys("x1 x2 z points values kinks jumps lines".split(), "array"),
     **dict.fromkeys("path records".split(), "place"),
@@ -141,7 +191,7 @@ ARGUMENTS = {
     "State.pressure_at.x": "array",
     "State.gap_at.x": "array",
     "State.counter_displacement.x": "array",
-    "Body.order": "whole",
+    **{f"{drawn}.path": "drawn" for drawn in DRAWN},
 }
 # callables of the public names, with the arguments of a call that does: {expression: its arguments}
 ROUGH = "period=1.0, slope=0.1"
@@ -149,11 +199,12 @@ CALLS = {
     **dict.fromkeys(("HalfPlane", "HalfSpace", "Block"), "solid=SOLID"),
     "Body": "mesh=MESH, solid=SOLID",
     "Body3D": "mesh=MESH3D, solid=SOLID",
-    "Body3D.solve": "self=SPACE",
-    "BODY.solve": "",
+    **dict.fromkeys(("BODY.solve", "SPACE.solve"), ""),
     "BODY.on": "mesh=MESH",
     "BODY.boundary": "pattern='contact'",
-    **dict.fromkeys(("GROUND.of", "HalfSpace(SOLID).of", "Block(SOLID).of", "BODY.of", "SPACE.of"), "solid=SOLID"),
+    **dict.fromkeys(
+        ("GROUND.of", "HalfSpace(SOLID).of", "Block(SOLID).of", "BODY.of", "SPACE.of"), "solid=SOLID"
+    ),
     "Cosserat": "E=100, nu=0.3, ell=0.1, beta=1",
     "Cosserat.of_blocks": "side=1.0, stiffness=1.0",
     "Plane": "",
@@ -180,7 +231,10 @@ CALLS = {
     **{f"PROBLEMS['{kind}'].history": "pairs=[(1, 0)]" for kind in ("rubbed", "rubbed body")},
     **{f"PROBLEMS['{kind}'].with_": "" for kind in ("panels", "condensed", "half-space", "space")},
     **{f"path('{kind}').at": "load=0.1" for kind in ("panels", "fitted", "condensed")},
-    **{f"state('{kind}').pressure_at": "x=0.0" for kind in ("panels", "cells", "fitted", "condensed", "rubbed")},
+    **{
+        f"state('{kind}').pressure_at": "x=0.0"
+        for kind in ("panels", "cells", "fitted", "condensed", "rubbed")
+    },
     **{f"state('{kind}').gap_at": "corner='A', x=0.0" for kind in ("panels", "cells", "fitted", "condensed")},
     **{f"state('{kind}').counter_displacement": "x=0.0" for kind in ("panels", "cells", "condensed")},
     **{f"state('{kind}').surface": "" for kind in ("panels", "condensed")},
@@ -198,11 +252,58 @@ CALLS = {
     "sweep": "function=len, over=[], quiet=True",
     "explore": "problem=PROBLEMS['panels'], load=0.1",
     "Event": "load=0.1, load_error=0.0, kind='born', zone='A', x=0.0",
+    "GROUND.compliance": "x=[0.0]",
+    # the documented level below
+    "Loads": "",
+    "Loads3D": "",
+    "Explorer": "problem=PROBLEMS['panels'], load=0.1",
+    "explorer().update": "",
+    "Condensation": "body=BODY",
+    "ContactFacets": "body=BODY, law=LAW, obstacle=CYLINDER",
+    "MonolithicNewton": "body=BODY, facets=FACETS",
+    "NEWTON.solve": "level=0.1",
+    "active_set.solve": "H=np.eye(2), g0=np.zeros(2), load=1.0",
+    "active_set.path": "H=np.eye(2), g0=np.zeros(2), loads=[1.0]",
+    "meshes.Ground": "far=10.0, reach=(-1.0, 1.0)",
+    "meshes.line": "depth=1.0, elements=4",
+    "meshes.column": "depth=1.0, elements=4",
+    "meshes3d.graded": "reach=1.0, step=0.1, far=2.0",
+    "meshes3d.block": "x1=[0, 1], x2=[0, 1], x3=[-1, 0]",
 }
 # an argument of a call that another one stands in place of
 INSTEAD = {"approach": "load", "eta": "beta", "mu_c": "beta"}
 # public methods without rows, or arguments, and why
-LEFT_OUT = {}
+LEFT_OUT = {
+    **dict.fromkeys(
+        "Cosserat.couple_stress Cosserat.energy Cosserat.stress Body.energy Body.gradients Body.potential".split(),
+        "take fields of NGSolve, which checks them",
+    ),
+    **dict.fromkeys(
+        (
+            "Body.held_on Body.prescribe Body.pressed Body.scalar Body.set_on Body.values_on Body3D.bulk "
+            "Body3D.check Body3D.unknowns_of HalfSpace.check MeshBody.boundary MeshBody.integrated MeshBody.once "
+            "HalfPlane.cells HalfPlane.compliance.clamped"
+        ).split(),
+        "parts of solvers, which call them with what is checked",
+    ),
+    **dict.fromkeys(
+        "Law.initial_rotation Law.shifts Microblock.angle Microblock.initial_gaps Microblock.initial_rotation "
+        "Microblock.levers Microblock.shifts Unilateral.initial_gaps Unilateral.levers".split(),
+        "laws, which solvers ask for places of theirs",
+    ),
+    **{
+        f"{shape}.height": "obstacles, which solvers ask for places of theirs"
+        for shape in (
+            "Cone Cylinder Deformable Ellipsoid FlatPunch Plane Punch Rough RoughSurface Sphere Wave Wedge".split()
+        )
+    },
+    **dict.fromkeys(
+        "State FrictionState History HistoryEvent LoadPath Event.kind Event.zone".split(),
+        "results, which the program makes",
+    ),
+    "LoadPath.at": "abstract: those of panels, fitted meshes and nodes have rows",
+    "SurfaceState.interpolated": "part of pressure_at",
+}
 
 
 def evaluated(words):
@@ -228,10 +329,10 @@ def outcome(call, argument, value):
 def arguments_of(call, argument, value):
     """Those of a call that does, with the bad ones in their places."""
     names = argument.split(", ") if argument else []
-    bad = evaluated(value) if value else ()
     usual = evaluated(f"dict({CALLS.get(call, '')})")
     usual = {name: usual[name] for name in usual if name not in map(INSTEAD.get, names)}
-    return usual | dict(zip(names, bad if len(names) > 1 else [bad], strict=True))
+    bad = evaluated(f"[{value}]") if len(names) != 1 else [evaluated(value)]
+    return usual | dict(zip(names, bad, strict=True))
 
 
 class Accepted(Exception):
@@ -255,16 +356,21 @@ def commanded(words):
     except Exception as failure:
         return f"raw {type(failure).__name__}", "", str(failure)
     told = err.getvalue().removesuffix("\n")
-    named = re.search(r"(?<!\S)--?[a-zA-Z][\w-]*(?=[ :=]|$)", told.partition(": ")[2])
-    return f"status {status}", named[0] if named else "", told + out.getvalue()
+    named = re.search(r"(?<!\S)--[a-zA-Z][\w-]*(?=[ :=]|$)", told.partition(": ")[2])
+    output = " with output" if out.getvalue() or not told.startswith(COMMAND.strip()) else ""
+    return f"status {status}{output}", named[0] if named else "", told
 
 
 def wrong(call, name, error, message):
     """What is wrong with the form of a message: house rules that hold in every row."""
     if error == "accepted":
         return ""
-    lines = "\n" in message or len(message) > LONGEST
-    return " in several lines" * lines + " without the name" * (name not in message)
+    long = len(message) > LONGEST and not call.startswith(COMMAND)  # the names of all figures may be listed
+    return (
+        " too long" * long
+        + " in several lines" * ("\n" in message)
+        + " without the name" * (name not in message)
+    )
 
 
 def functions(one):
@@ -274,7 +380,7 @@ def functions(one):
     if issubclass(one, mb.MicroblockError):
         return {}
     methods = [getattr(one, name) for name in dir(one) if not name.startswith("_")]
-    return {each.__qualname__: each for each in (one, *filter(inspect.isroutine, methods))}
+    return {one.__qualname__: one} | {each.__qualname__: each for each in methods if inspect.isfunction(each)}
 
 
 def named(function):
@@ -284,18 +390,25 @@ def named(function):
 
 def arguments(call):
     """{argument: its default} of a callable."""
-    return {name: entry.default for name, entry in inspect.signature(call).parameters.items() if name != "self"}
+    return {
+        name: entry.default for name, entry in inspect.signature(call).parameters.items() if name != "self"
+    }
 
 
 def made():
-    """(callable, argument, value) of the rows that are made by program."""
+    """(callable, argument, value) of the rows that are made by program: all values of what is called first by
+    a name, of the same with other bodies and methods a few.
+    """
+    seen = set()
     for call in CALLS:
         function = evaluated(call)
         for name, default in arguments(function).items():
-            kind = ARGUMENTS.get(f"{named(function)}.{name}", ARGUMENTS.get(name, ""))
+            whole = f"{named(function)}.{name}"
+            kind = None if whole in LEFT_OUT else ARGUMENTS.get(whole, ARGUMENTS.get(name))
             for value in KINDS[kind].split() if kind else ():
-                if not (value == "None" and default is None):
+                if not (value == "None" and default is None) and (whole not in seen or value in FEW):
                     yield call, name, value
+            seen.add(whole)
     for case, module in all_cases().items():
         for entry in fields(module.Parameters):
             if not entry.metadata.get("positional"):
@@ -307,7 +420,9 @@ def texts(entry):
     """Bad words for an option of a command."""
     if entry.type in (bool, "bool") or entry.metadata["type"] is str:
         return ("x",)
-    return ("nan", "1e400", "x", "-1", "0") if entry.metadata["type"] is float else ("1.5", "x", "-1", "0")
+    if entry.metadata["type"] is float:
+        return "nan", "inf", "x", "-1", "0", "1e300", "1e-300"
+    return "1.5", "x", "-1", "0"
 
 
 @contextmanager
@@ -343,12 +458,7 @@ def uncovered():
     rows = {}
     for call, argument, *_ in read():
         rows.setdefault(call, set()).update(argument.split(", "))
-    seen = {
-        (named(evaluated(call)), name)
-        for call, names in rows.items()
-        if call in CALLS
-        for name in names
-    }
+    seen = {(named(evaluated(call)), name) for call, names in rows.items() if call in CALLS for name in names}
     public = dict(chain.from_iterable(functions(getattr(mb, name)).items() for name in mb.__all__))
     return sorted(
         f"{call}.{name}"
@@ -369,7 +479,7 @@ def main(write=False):
     if write:
         with TABLE.open("w", newline="") as file:
             csv.writer(file, lineterminator="\n").writerows([COLUMNS, *sorted(now)])
-    print(len(now), "rows;", *uncovered())
+    print(len(now), "rows; without any:", *uncovered())
 
 
 if __name__ == "__main__":
