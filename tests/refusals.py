@@ -1,16 +1,16 @@
 """Refusals: what every argument of the public names does with bad values, one row each in refusals.csv.
 
-`python -m tests.refusals` makes every row again and prints those that differ, `--write` writes them. A row has
-the callable, the argument and the value as expressions of the names below (of a command its words), the type
-of the error that the call raises, the argument that the error names, and words that its message must have.
-Of several arguments at once the names and the values are separated by commas. Rows are made by program, of
-each argument by what it is (KINDS, ARGUMENTS); those written into the file by hand, with any error, stay in it.
+`python -m tests.refusals` makes every row again and prints those that differ, `--write` writes them. A row
+has the callable, the argument and the value as expressions of the names below (of a command its words), the
+type of the error that the call raises, the argument that the error names, and words that its message must
+have. Of several arguments at once the names and the values are separated by commas. Rows are made by program,
+of each argument by what it is (KINDS, NAMED); a row that is written into the file by hand, its error empty,
+stays there and gets its error from `--write`.
 """
 
 import csv
 import inspect
 import math
-import os
 import re
 import sys
 import warnings
@@ -18,10 +18,8 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import fields
 from decimal import Decimal
-from fractions import Fraction
 from functools import cache
 from io import StringIO
-from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from unittest.mock import patch
@@ -35,10 +33,9 @@ import microblock as mb
 from cases.common.catalog import all_cases
 from cases.common.options import flag
 from microblock.corners import active_set
-from microblock.fem import meshes, meshes3d
+from microblock.fem import condensation, meshes, meshes3d
 from microblock.fem.body import Loads
 from microblock.fem.body3d import Loads3D
-from microblock.fem.condensation import Condensed as Condensation
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import MonolithicNewton
 from microblock.fem.newton_path import load_path
@@ -46,7 +43,7 @@ from microblock.view.explorer import Explorer
 
 TABLE = Path(__file__).with_name("refusals.csv")
 COLUMNS = "callable", "argument", "value", "error", "named", "words"
-LONGEST = 250  # characters of a message: a line or two on a screen
+LONGEST = 300  # characters of a message: a value and what a function said, 80 each, and what is allowed
 COMMAND = "python -m cases "
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
@@ -122,10 +119,13 @@ def raising(failure):
     return height
 
 
+# of expressions: what is above, and these
+USED = active_set, Decimal, CubicSpline, ThreadPoolExecutor, Loads, Loads3D
 NAMES = {
+    **globals(),
     **{name: getattr(mb, name) for name in mb.__all__},
     **{name: getattr(math, name) for name in ("nan", "inf")},
-    **{name: value for name, value in globals().items() if not name.startswith("_") and name != "fields"},
+    "Condensation": condensation.Condensed,
 }
 
 # bad values by what an argument is; expressions are separated by blanks and have none
@@ -163,36 +163,37 @@ FEW = (
     "SPHERE",
     "10**400",
 )
-DRAWN = "State.plot", "State.plot_blocks", "State.plot_below", "State.plot_body", "History.plot"
-DRAWN += "SurfaceState.plot", "SurfaceState.plot_blocks", "State3D.plot"
-# what arguments are by their names, or by callable and name where that differs
-ARGUMENTS = {
-    **dict.fromkeys(
-        "E ell side stiffness curvature R R1 R2 half_width amplitude wavelength".split(), "positive"
+# which arguments are of a kind, by their names, or by callable and name where that differs
+NAMED = {
+    "positive": (
+        "E ell side stiffness curvature R R1 R2 half_width amplitude wavelength slope size period load "
+        "approach residual spacing rho h reach"
     ),
-    **dict.fromkeys("slope size period load approach residual spacing rho h reach".split(), "positive"),
-    **dict.fromkeys("nu tilt level alpha_prime beta_prime x normal error load_error".split(), "number"),
-    **dict.fromkeys("beta eta mu_c friction hurst".split(), "not negative"),
-    **dict.fromkeys("order order_psi nodes workers accuracy".split(), "whole"),
-    **dict.fromkeys("couples periodic fallback even progress coupled retry quiet".split(), "flag"),
-    **dict.fromkeys("face psi0_in kind shape rule contact corner boundary field direction".split(), "word"),
-    **dict.fromkeys("window waves".split(), "pair"),
-    **dict.fromkeys("x1 x2 z points values kinks jumps lines".split(), "array"),
-    **dict.fromkeys("path records".split(), "place"),
-    **dict.fromkeys("solid body obstacle law method mesh newton initial problem state what".split(), "part"),
-    **dict.fromkeys("executor loads".split(), "part"),
-    **dict.fromkeys("height function over fixed prescribed".split(), "function"),
-    "rtol": "tolerance",
-    "seed": "whole",
+    "number": "nu tilt level alpha_prime beta_prime x load_error",
+    "not negative": "beta eta mu_c friction hurst",
+    "whole": "order order_psi nodes workers accuracy seed",
+    "flag": "couples periodic fallback even progress coupled retry quiet",
+    "word": "face psi0_in kind shape rule contact corner boundary field direction",
+    "pair": "window waves",
+    "array": (
+        "x1 x2 z points kinks jumps lines Obstacle.from_samples.x State.pressure_at.x State.gap_at.x "
+        "State.counter_displacement.x"
+    ),
+    "place": "path records",
+    "part": (
+        "solid body obstacle law method mesh newton initial problem state what executor "
+        "loads Deformable.shape"
+    ),
+    "function": "height function over fixed prescribed",
+    "tolerance": "rtol",
     "pairs": "pairs",
-    "psi0": "angle",
-    "Deformable.shape": "part",
-    "Obstacle.from_samples.x": "array",
-    "State.pressure_at.x": "array",
-    "State.gap_at.x": "array",
-    "State.counter_displacement.x": "array",
-    **{f"{drawn}.path": "drawn" for drawn in DRAWN},
+    "angle": "psi0",
+    "drawn": (
+        "State.plot.path State.plot_blocks.path State.plot_below.path State.plot_body.path History.plot.path "
+        "SurfaceState.plot.path SurfaceState.plot_blocks.path State3D.plot.path"
+    ),
 }
+ARGUMENTS = {name: kind for kind, names in NAMED.items() for name in names.split()}
 # callables of the public names, with the arguments of a call that does: {expression: its arguments}
 ROUGH = "period=1.0, slope=0.1"
 CALLS = {
@@ -248,7 +249,7 @@ CALLS = {
     "state('panels').fields": "x1=0.0, x2=-1.0",
     "history('rubbed').plot": "",
     "to_csv": "what=state('panels'), path='x.csv'",
-    **{"to_vtk": "state=state('panels'), path='x'"},
+    "to_vtk": "state=state('panels'), path='x'",
     "sweep": "function=len, over=[], quiet=True",
     "explore": "problem=PROBLEMS['panels'], load=0.1",
     "Event": "load=0.1, load_error=0.0, kind='born', zone='A', x=0.0",
@@ -272,38 +273,28 @@ CALLS = {
 }
 # an argument of a call that another one stands in place of
 INSTEAD = {"approach": "load", "eta": "beta", "mu_c": "beta"}
-# public methods without rows, or arguments, and why
-LEFT_OUT = {
-    **dict.fromkeys(
-        "Cosserat.couple_stress Cosserat.energy Cosserat.stress Body.energy Body.gradients Body.potential".split(),
-        "take fields of NGSolve, which checks them",
+# public callables without rows, or their arguments, by why
+WITHOUT = {
+    "take fields of NGSolve, which checks them": (
+        "Cosserat.couple_stress Cosserat.energy Cosserat.stress Body.energy Body.gradients Body.potential"
     ),
-    **dict.fromkeys(
-        (
-            "Body.held_on Body.prescribe Body.pressed Body.scalar Body.set_on Body.values_on Body3D.bulk "
-            "Body3D.check Body3D.unknowns_of HalfSpace.check MeshBody.boundary MeshBody.integrated MeshBody.once "
-            "HalfPlane.cells HalfPlane.compliance.clamped"
-        ).split(),
-        "parts of solvers, which call them with what is checked",
+    "parts of solvers, which call them with what is checked": (
+        "Body.held_on Body.prescribe Body.pressed Body.scalar Body.set_on Body.values_on Body3D.bulk "
+        "Body3D.check Body3D.unknowns_of HalfSpace.check MeshBody.boundary MeshBody.integrated MeshBody.once "
+        "HalfPlane.cells HalfPlane.compliance.clamped"
     ),
-    **dict.fromkeys(
-        "Law.initial_rotation Law.shifts Microblock.angle Microblock.initial_gaps Microblock.initial_rotation "
-        "Microblock.levers Microblock.shifts Unilateral.initial_gaps Unilateral.levers".split(),
-        "laws, which solvers ask for places of theirs",
+    "laws and obstacles, which solvers ask for places of theirs": (
+        "Law.initial_rotation Law.shifts Microblock.angle Microblock.initial_gaps "
+        "Microblock.initial_rotation Microblock.levers Microblock.shifts Unilateral.initial_gaps Unilateral.levers Cone.height "
+        "Cylinder.height Deformable.height Ellipsoid.height FlatPunch.height Plane.height Punch.height "
+        "Rough.height RoughSurface.height Sphere.height Wave.height Wedge.height"
     ),
-    **{
-        f"{shape}.height": "obstacles, which solvers ask for places of theirs"
-        for shape in (
-            "Cone Cylinder Deformable Ellipsoid FlatPunch Plane Punch Rough RoughSurface Sphere Wave Wedge".split()
-        )
-    },
-    **dict.fromkeys(
-        "State FrictionState History HistoryEvent LoadPath Event.kind Event.zone".split(),
-        "results, which the program makes",
+    "results, which the program makes": (
+        "State FrictionState History HistoryEvent LoadPath Event.kind Event.zone"
     ),
-    "LoadPath.at": "abstract: those of panels, fitted meshes and nodes have rows",
-    "SurfaceState.interpolated": "part of pressure_at",
+    "abstract: those of panels, fitted meshes and nodes have rows": "LoadPath.at",
 }
+LEFT_OUT = {name for names in WITHOUT.values() for name in names.split()}
 
 
 def evaluated(words):
@@ -429,9 +420,13 @@ def texts(entry):
 def aside():
     """Where rows are made: an empty folder, and commands that stop before they compute."""
     parser = cache(lambda asked, module: PARSER(asked, module))
-    with TemporaryDirectory() as folder, chdir(folder), patch.object(commands, "run", stopped):
-        with patch.object(commands, "parser", parser), matplotlib.rc_context({"backend": "agg"}):
-            yield
+    with (
+        TemporaryDirectory() as folder,
+        chdir(folder),
+        patch.multiple(commands, run=stopped, parser=parser),
+        matplotlib.rc_context({"backend": "agg"}),
+    ):
+        yield
 
 
 PARSER = commands.parser
@@ -453,33 +448,42 @@ def again(rows):
             yield call, argument, value, error, named, words if words in message else ""
 
 
-def uncovered():
+def uncovered(rows):
     """Arguments of the public names that no row gives a bad value."""
-    rows = {}
-    for call, argument, *_ in read():
-        rows.setdefault(call, set()).update(argument.split(", "))
-    seen = {(named(evaluated(call)), name) for call, names in rows.items() if call in CALLS for name in names}
-    public = dict(chain.from_iterable(functions(getattr(mb, name)).items() for name in mb.__all__))
+    seen = {
+        f"{named(evaluated(call))}.{name}"
+        for call, names in {row[:2] for row in rows}
+        if call in CALLS
+        for name in names.split(", ")
+    }
+    public = {name: call for each in mb.__all__ for name, call in functions(getattr(mb, each)).items()}
     return sorted(
         f"{call}.{name}"
         for call, function in public.items()
         for name in arguments(function)
-        if (call, name) not in seen and not {call, f"{call}.{name}"} & LEFT_OUT.keys()
+        if f"{call}.{name}" not in seen and not {call, f"{call}.{name}"} & LEFT_OUT
     )
 
 
-def main(write=False):
-    before = read()
+def differences(before=None):
+    """(rows as they are, those of them that differ and how): of the table, and of what the program makes."""
+    before = read() if before is None else before
     known = {row[:3] for row in before}
-    rows = before + [(*row, "", "", "") for row in made() if row not in known]
+    rows = before + [(*row, "no row", "", "") for row in made() if row not in known]
     now = list(again(rows))
-    for old, new in zip(rows, now):
-        if old != new:
-            print(*new[:3], "|", *old[3:], "->", *new[3:])
+    return now, [
+        " ".join(new[:3]) + f": {' '.join(old[3:])} -> {' '.join(new[3:])}"
+        for old, new in zip(rows, now)
+        if old != new
+    ]
+
+
+def main(write):
+    rows, differ = differences()
+    print(*differ, f"{len(rows)} rows, {len(differ)} differ", sep="\n")
     if write:
         with TABLE.open("w", newline="") as file:
-            csv.writer(file, lineterminator="\n").writerows([COLUMNS, *sorted(now)])
-    print(len(now), "rows; without any:", *uncovered())
+            csv.writer(file, lineterminator="\n").writerows([COLUMNS, *sorted(rows)])
 
 
 if __name__ == "__main__":

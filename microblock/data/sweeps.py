@@ -112,6 +112,8 @@ def sweep(
     points = _points(over)
     if executor is not None and workers is not None:
         raise BadArgument("workers", workers, "belongs to local processes, not to an executor")
+    if executor is not None and not callable(getattr(executor, "submit", None)):
+        raise BadArgument("executor", executor, "must be a concurrent.futures.Executor")
     if workers is not None:
         require_whole(1, workers=workers)
     with _opened(records) as (found, append):
