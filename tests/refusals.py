@@ -11,6 +11,7 @@ stays there and gets its error from `--write`.
 import csv
 import inspect
 import math
+import os
 import re
 import sys
 import warnings
@@ -285,9 +286,9 @@ WITHOUT = {
     ),
     "laws and obstacles, which solvers ask for places of theirs": (
         "Law.initial_rotation Law.shifts Microblock.angle Microblock.initial_gaps "
-        "Microblock.initial_rotation Microblock.levers Microblock.shifts Unilateral.initial_gaps Unilateral.levers Cone.height "
-        "Cylinder.height Deformable.height Ellipsoid.height FlatPunch.height Plane.height Punch.height "
-        "Rough.height RoughSurface.height Sphere.height Wave.height Wedge.height"
+        "Microblock.initial_rotation Microblock.levers Microblock.shifts Unilateral.initial_gaps "
+        "Unilateral.levers Cone.height Cylinder.height Deformable.height Ellipsoid.height "
+        "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height Wave.height Wedge.height"
     ),
     "results, which the program makes": (
         "State FrictionState History HistoryEvent LoadPath Event.kind Event.zone"
@@ -356,12 +357,9 @@ def wrong(call, name, error, message):
     """What is wrong with the form of a message: house rules that hold in every row."""
     if error == "accepted":
         return ""
+    form = not call.startswith(COMMAND) and name and not message.startswith(f"{name} = ")
     long = len(message) > LONGEST and not call.startswith(COMMAND)  # the names of all figures may be listed
-    return (
-        " too long" * long
-        + " in several lines" * ("\n" in message)
-        + " without the name" * (name not in message)
-    )
+    return " too long" * long + " in several lines" * ("\n" in message) + " in another form" * bool(form)
 
 
 def functions(one):
@@ -439,11 +437,17 @@ def read():
         return [tuple(row.values()) for row in csv.DictReader(file)]
 
 
+def files():
+    return {entry.name: entry.stat().st_mtime_ns for entry in os.scandir()}
+
+
 def again(rows):
     """Rows made again; words that their message lacks are left out."""
     with aside():
         for call, argument, value, *_, words in rows:
+            before = files()
             error, named, message = outcome(call, argument, value)
+            error += " and writes" * (error != "accepted" and files() != before)
             error += wrong(call, named, error, message)
             yield call, argument, value, error, named, words if words in message else ""
 
