@@ -288,7 +288,8 @@ WITHOUT = {
         "Law.initial_rotation Law.shifts Microblock.angle Microblock.initial_gaps "
         "Microblock.initial_rotation Microblock.levers Microblock.shifts Unilateral.initial_gaps "
         "Unilateral.levers Cone.height Cylinder.height Deformable.height Ellipsoid.height "
-        "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height Wave.height Wedge.height"
+        "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height "
+        "Wave.height Wedge.height"
     ),
     "results, which the program makes": (
         "State FrictionState History HistoryEvent LoadPath Event.kind Event.zone"
