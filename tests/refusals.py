@@ -23,6 +23,7 @@ from functools import cache
 from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import SimpleNamespace
 from unittest.mock import patch
 
 import matplotlib
@@ -34,13 +35,14 @@ import microblock as mb
 from cases.common.catalog import all_cases
 from cases.common.options import flag
 from microblock.corners import active_set
-from microblock.fem import condensation, meshes, meshes3d
+from microblock.fem import condensation, friction, meshes, meshes3d
 from microblock.fem.body import Loads
 from microblock.fem.body3d import Loads3D
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import MonolithicNewton
 from microblock.fem.newton_path import load_path
 from microblock.view.explorer import Explorer
+from microblock.view.friction_explorer import FrictionExplorer
 
 TABLE = Path(__file__).with_name("refusals.csv")
 COLUMNS = "callable", "argument", "value", "error", "named", "words"
@@ -55,6 +57,10 @@ BODY = mb.Body(MESH, SOLID, order=1, fixed="bottom")
 OTHER = mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7)
 COLUMN = mb.Body(meshes.column(1.0, 2), SOLID, 1, fixed={"u1": "middle", "u2": "middle"}, periodic=True)
 LINE = mb.Body(meshes.line(1.0, 4), SOLID, 1, fixed={"u1": "middle", "u2": "middle"})
+ABOVE, NARROW = (
+    mb.Body(meshes.rectangles(x, [0.0, 1.0, 2.0]), SOLID, 1, fixed="top", contact="bottom")
+    for x in (np.linspace(-2, 2, 5), np.linspace(-0.5, 0.5, 3))
+)
 GRADES = meshes3d.graded(reach=0.6, step=0.3, far=3.0, growth=2.0)
 MESH3D = meshes3d.block(GRADES, GRADES, -GRADES[::-1], reach=0.6)
 SPACE = mb.Body3D(MESH3D, SOLID, fixed=meshes3d.supports("bottom", x1="left", x2="front"))
@@ -103,6 +109,11 @@ def explorer():
     return Explorer(PROBLEMS["panels"], 0.1)
 
 
+@cache
+def rubbing():
+    return FrictionExplorer(PROBLEMS["rubbed"], 0.1)
+
+
 def pressed(body=GROUND, obstacle=CYLINDER, law=LAW, method=None, load=0.1):
     return mb.Contact(body, obstacle, law, method).solve(load)
 
@@ -121,7 +132,17 @@ def raising(failure):
 
 
 # of expressions: what is above, and these
-USED = active_set, Decimal, CubicSpline, ThreadPoolExecutor, Loads, Loads3D
+USED = (
+    SimpleNamespace,
+    active_set,
+    friction,
+    FrictionExplorer,
+    Decimal,
+    CubicSpline,
+    ThreadPoolExecutor,
+    Loads,
+    Loads3D,
+)
 NAMES = {
     **globals(),
     **{name: getattr(mb, name) for name in mb.__all__},
@@ -149,32 +170,18 @@ KINDS = {
     "pairs": "None 'x' 1 [] [1] [(1,)] [(1,0,0)] [(1,'x')] [(nan,0)] [(inf,0)] [(-1,0)] [(0,0)] [(1,9)]",
     "angle": f"{NUMBER} 1.6 -1.6 (0.1,) (0.1,None) (0.1,1.6) SOLID",
 }
-FEW = (
-    "None",
-    "'1'",
-    "'x'",
-    "nan",
-    "-1",
-    "0",
-    "2.0",
-    "(1,0)",
-    "(1,9)",
-    "SOLID",
-    "CYLINDER",
-    "SPHERE",
-    "10**400",
-)
+FEW = "None '1' 'x' nan -1 0 2.0 (1,0) (1,9) SOLID CYLINDER SPHERE 10**400"
 # which arguments are of a kind, by their names, or by callable and name where that differs
 NAMED = {
     "positive": (
         "E ell side stiffness curvature R R1 R2 half_width amplitude wavelength slope size period load "
-        "approach residual spacing rho h reach"
+        "approach residual spacing rho h reach far depth step growth width"
     ),
     "number": "nu tilt level alpha_prime beta_prime x load_error",
     "not negative": "beta eta mu_c friction hurst",
-    "whole": "order order_psi nodes workers accuracy seed",
+    "whole": "order order_psi nodes workers accuracy seed elements",
     "flag": "couples periodic fallback even progress coupled retry quiet",
-    "word": "face psi0_in kind shape rule contact corner boundary field direction",
+    "word": "face psi0_in kind shape rule contact corner boundary field direction control",
     "pair": "window waves",
     "array": (
         "x1 x2 z points kinks jumps lines Obstacle.from_samples.x State.pressure_at.x State.gap_at.x "
@@ -183,7 +190,7 @@ NAMED = {
     "place": "path records",
     "part": (
         "solid body obstacle law method mesh newton initial problem state what executor "
-        "loads Deformable.shape"
+        "loads start facets Deformable.shape"
     ),
     "function": "height function over fixed prescribed",
     "tolerance": "rtol",
@@ -259,6 +266,9 @@ CALLS = {
     "Loads": "",
     "Loads3D": "",
     "Explorer": "problem=PROBLEMS['panels'], load=0.1",
+    "FrictionExplorer": "problem=PROBLEMS['rubbed'], load=0.1",
+    "friction.FrictionFacets": "body=BODY, law=Unilateral(0.3), obstacle=CYLINDER",
+    "friction.MonolithicFriction": "facets=friction.FrictionFacets(BODY, Unilateral(0.3), CYLINDER)",
     "explorer().update": "",
     "Condensation": "body=BODY",
     "ContactFacets": "body=BODY, law=LAW, obstacle=CYLINDER",
@@ -269,6 +279,7 @@ CALLS = {
     "meshes.Ground": "far=10.0, reach=(-1.0, 1.0)",
     "meshes.line": "depth=1.0, elements=4",
     "meshes.column": "depth=1.0, elements=4",
+    "meshes.uniform": "ground=meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), h=1.0",
     "meshes3d.graded": "reach=1.0, step=0.1, far=2.0",
     "meshes3d.block": "x1=[0, 1], x2=[0, 1], x3=[-1, 0]",
 }
@@ -292,7 +303,8 @@ WITHOUT = {
         "Wave.height Wedge.height"
     ),
     "results, which the program makes": (
-        "State FrictionState History HistoryEvent LoadPath Event.kind Event.zone"
+        "State FrictionState SurfaceState State3D History HistoryEvent LoadPath Event.kind Event.zone "
+        "SurfaceState.interpolated"
     ),
     "abstract: those of panels, fitted meshes and nodes have rows": "LoadPath.at",
 }
@@ -396,7 +408,7 @@ def made():
             whole = f"{named(function)}.{name}"
             kind = None if whole in LEFT_OUT else ARGUMENTS.get(whole, ARGUMENTS.get(name))
             for value in KINDS[kind].split() if kind else ():
-                if not (value == "None" and default is None) and (whole not in seen or value in FEW):
+                if not (value == "None" and default is None) and (whole not in seen or value in FEW.split()):
                     yield call, name, value
             seen.add(whole)
     for case, module in all_cases().items():
@@ -461,7 +473,8 @@ def uncovered(rows):
         if call in CALLS
         for name in names.split(", ")
     }
-    public = {name: call for each in mb.__all__ for name, call in functions(getattr(mb, each)).items()}
+    names = [*(getattr(mb, name) for name in mb.__all__), *map(type, map(state, ("half-space", "space")))]
+    public = {name: call for each in names for name, call in functions(each).items()}
     return sorted(
         f"{call}.{name}"
         for call, function in public.items()

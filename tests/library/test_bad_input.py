@@ -11,9 +11,6 @@ SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 GROUND, CYLINDER, LAW = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock()
 
 
-# of each method: a body on which it solves
-
-
 def test_microclamped_constrains_psi_on_a_surface_named_like_another():
     mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 1.0)
     mesh.ngmesh.SetBCName([*mesh.GetBoundaries()].index("side"), "contact_side")

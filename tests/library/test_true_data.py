@@ -86,9 +86,6 @@ def test_a_state_without_a_node_in_contact_says_so():
     assert not state.zones["contact"] and any("only 0 nodes in contact" in text for text in state.warnings)
 
 
-# (callable, what it is called with, its argument, bad values); of tests below, those of states and problems
-
-
 # what is out of reach, (problem, what keeps it from being reached, rtol): small caps stand for long waits
 OUT_OF_REACH = {
     "panels": (mb.Contact(GROUND, CYLINDER, LAW), {}, 1e-15),
