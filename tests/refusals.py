@@ -34,7 +34,7 @@ import cases.__main__ as commands
 import microblock as mb
 from cases.common.catalog import all_cases
 from cases.common.options import flag
-from microblock.corners import active_set
+from microblock.corners import active_set, projected_gradients
 from microblock.fem import condensation, friction, meshes, meshes3d
 from microblock.fem.body import Loads
 from microblock.fem.body3d import Loads3D
@@ -132,17 +132,8 @@ def raising(failure):
 
 
 # of expressions: what is above, and these
-USED = (
-    SimpleNamespace,
-    active_set,
-    friction,
-    FrictionExplorer,
-    Decimal,
-    CubicSpline,
-    ThreadPoolExecutor,
-    Loads,
-    Loads3D,
-)
+USED = active_set, friction, projected_gradients, Loads, Loads3D, FrictionExplorer
+USED += Decimal, CubicSpline, SimpleNamespace, ThreadPoolExecutor
 NAMES = {
     **globals(),
     **{name: getattr(mb, name) for name in mb.__all__},
