@@ -41,6 +41,7 @@ from microblock.fem.body3d import Loads3D
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import MonolithicNewton
 from microblock.fem.newton_path import load_path
+from microblock.halfplane import kernels
 from microblock.view.explorer import Explorer
 from microblock.view.friction_explorer import FrictionExplorer
 
@@ -132,7 +133,7 @@ def raising(failure):
 
 
 # of expressions: what is above, and these
-USED = active_set, friction, projected_gradients, Loads, Loads3D, FrictionExplorer
+USED = active_set, friction, kernels, projected_gradients, Loads, Loads3D, FrictionExplorer
 USED += Decimal, CubicSpline, SimpleNamespace, ThreadPoolExecutor
 NAMES = {
     **globals(),
