@@ -1,0 +1,270 @@
+"""A second code for contact with friction of half-planes; it imports nothing of the library.
+
+    python -m tests.judges.friction [--first K] [--count N] [--json FILE]
+
+Symbols: the balances of forces and moments of waves exp(i k x1) are six equations of first order in depth;
+those of their solutions that decay are an invariant subspace (Schur), which relates surface fields and loads.
+Compliances: on equal cells, loads and displacements are averages; what symbols have in common with A/k and
+A exp(-k ell)/k is in closed form, the rest is a Fourier series whose waves beyond the cells' are folded back.
+Friction: small implicit steps in the loads; in each, corners are open or closed and cells stick or slip
+forwards or back until no sign is violated. Steps and cells are of first order: twice as many tell the error.
+
+The command draws histories (SEED, 20, k), follows them with the library as well, and prints a line for each:
+the relative L2 errors over the pressure of p, M/ell and q/f, the library's estimate, and the judge's own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from math import inf, pi, sqrt
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.linalg import schur, solve, toeplitz
+
+from . import SEED
+
+CURVATURE = 2.0  # gamma' of (12)
+ENDS = 1e-6, 1e6  # of k ell, beyond which symbols are their limits
+CELLS = 80  # of the judge's first answer; its second one has twice as many
+STEPS = 24  # of the loads from pair to pair, for the first answer
+LAWS = "microblock", "microblock", "unilateral", "microclamped"
+
+
+# ---- symbols and compliances ----
+
+
+def symbol(k, nu, beta):
+    """(u, u1, psi) under (p, q, M) with exp(i k x1), k > 0; u and p point into the body, mu = ell = 1."""
+    lam, mu_c = 2 * nu / (1 - 2 * nu), beta / (2 - beta)
+    u1, u2, psi, s12, s22, m2 = np.eye(6, dtype=complex)
+    u1_2 = (s12 - (1 - mu_c) * 1j * k * u2 - 2 * mu_c * psi) / (1 + mu_c)
+    u2_2 = (s22 - lam * 1j * k * u1) / (lam + 2)
+    s11 = (lam + 2) * 1j * k * u1 + lam * u2_2
+    s21 = (1 - mu_c) * u1_2 + (1 + mu_c) * 1j * k * u2 - 2 * mu_c * psi
+    rates = [u1_2, u2_2, m2 / CURVATURE, -1j * k * s11, -1j * k * s21, CURVATURE * k**2 * psi + s12 - s21]
+    sizes = np.array([1, 1, k, k, k, k * max(k, 1)])
+    _, modes, count = schur(np.array(rates) * sizes / sizes[:, None], "complex", sort="rhp")
+    assert count == 3, (k, nu, beta)
+    modes = modes[:, :3] * sizes[:, None]
+    inward = np.array([-1, 1, 1])
+    order = [1, 0, 2]
+    return (modes[:3] @ np.linalg.inv(modes[3:]))[np.ix_(order, order)] * inward * inward[:, None]
+
+
+@lru_cache
+def symbols(nu, beta, clamped=False):
+    """The symbol as a function of k, array (..., 3, 3); for psi = 0, `clamped`, with zeros for psi."""
+    k = np.geomspace(*ENDS, 241)
+    scale = np.array([[1, 1, 0], [1, 1, 0], [0, 0, 0]])
+
+    def large(k):
+        return np.where(scale, k[..., None, None], 1 + k[..., None, None])
+
+    values = np.array([symbol(each, nu, beta) for each in k])
+    if clamped:
+        values = values - values[:, :, 2:] * values[:, 2:, :] / values[:, 2:, 2:]
+    spline = CubicSpline(np.log(k), values * large(k))
+    return lambda k: spline(np.log(np.clip(k, *ENDS))) / large(k)
+
+
+def kernel(solid, n, side, shift=0.0, clamped=False):
+    """Averages of (u, u1, psi ell) over cells under unit (p, q, M/ell) spread over others that stand left by
+    (1 - n) to (n - 1) cells, and by `shift`: array (2 n - 1, 3, 3), lengths per force.
+    """
+    E, nu, beta, ell = solid
+    side, shift, at = side / ell, shift / ell, symbols(nu, beta, clamped)
+    low, high = (at(np.array(end)) * end for end in ENDS)
+    widest = 6 / (n + abs(shift) / side)  # of a panel in the angle, on which waves turn by a circle
+    edges = [0.0, 1e-9]
+    while edges[-1] < pi:
+        edges.append(min(1.6 * edges[-1], edges[-1] + widest, pi))
+    points, weights = np.polynomial.legendre.leggauss(8)
+    wide = np.diff(edges)[:, None] / 2
+    angle, weights = (np.array(edges[:-1])[:, None] + wide * (1 + points)).ravel(), (wide * weights).ravel()
+    total = 0
+    for alias in range(-4, 5):
+        k = (angle + 2 * pi * alias) / side
+        size = abs(k)[:, None, None]
+        rest = at(abs(k)) - (high + (low - high) * np.exp(-size)) / size
+        rest = np.where(k[:, None, None] < 0, rest.conj(), rest)
+        total = total + rest * (np.sinc(k * side / 2 / pi) ** 2 * np.exp(1j * k * shift))[:, None, None]
+    offsets = np.arange(1 - n, n)
+    waves = np.exp(1j * np.outer(offsets, angle)) * weights
+    found = np.tensordot(waves, total, 1).real / pi / side
+
+    def logarithms(b):  # -log(b - i x), averaged over both cells
+        z = b - 1j * ((np.arange(-n, n + 1)) * side + shift)
+        return np.diff(z**2 / 2 * (np.log(np.where(z == 0, 1, z)) - 1.5), 2)[:, None, None] / side**2
+
+    return (found + (high * logarithms(0) + (low - high) * logarithms(1)).real / pi) * 2 * (1 + nu) / E
+
+
+# ---- contact ----
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Plain data of a history: lengths, E* about 1, and what is asked of the library."""
+
+    kind: str
+    height: object
+    pairs: tuple
+    solid: tuple  # E, nu, beta, ell
+    law: str
+    friction: float
+    obstacle: tuple | None = None  # name and arguments of a class of the library
+    second: tuple | None = None  # solid of the obstacle
+    coupled: bool = True
+    rtol: float = 0.05
+    ends: tuple = ()  # edges of the obstacle
+
+    @property
+    def arms(self):
+        return (-self.solid[3] / 2, self.solid[3] / 2) if self.law == "microblock" else (0.0,)
+
+
+class Line:
+    """Cells of a window: forces n of corners and t along the surface, and what they have come to.
+
+    A block has one t beside a rigid obstacle, and one for each corner beside a second body, which they drag
+    where they stand; |t| is at most friction times n of its corners.
+    """
+
+    def __init__(self, problem, window, n):
+        self.problem, self.n, self.side = problem, n, (window[1] - window[0]) / n
+        self.x = window[0] + (np.arange(n) + 0.5) * self.side
+        arms, drags = problem.arms, len(problem.arms) if problem.second else 1
+        points, weights = np.polynomial.legendre.leggauss(4)
+        places = self.x[:, None] + points * self.side / 2
+        self.gap = np.concatenate([problem.height(places + arm) @ weights / 2 for arm in arms])
+        half = 0.5 if problem.law == "microblock" else 0.0
+        own = [(1, 0, -arm / problem.solid[3]) for arm in arms] + [(0, 1, -half)] * drags
+        A = self._compliance(problem.solid, own, [0] * len(own))
+        if problem.second:
+            other = [(1, 0, 0)] * len(arms) + [(0, -1, 0)] * drags
+            A = A + self._compliance(problem.second, other, (*arms, *arms))
+        self.split = split = len(arms) * n
+        self.share = np.tile(np.eye(n), len(arms)) if drags == 1 else np.eye(split)
+        self.energy_of = A.copy()
+        A[split:] *= -1
+        if not problem.coupled:
+            A[:split, split:] = 0
+        size = len(A)
+        self.A = np.zeros((size + 2, size + 2))  # (n, t, d, D) to (gap, slip, P, Q)
+        self.A[:size, :size] = A
+        self.A[:split, size] = -1
+        self.A[split:size, size + 1] = self.A[size, :split] = self.A[size + 1, split:size] = 1
+        self.z, self.slip = np.zeros(size + 2), np.zeros(size - split)
+        self.closed, self.mode = np.zeros(split, bool), np.zeros(size - split, int)
+        self.work = self.dissipation = self.energy = 0.0
+        self.loads = np.zeros(2)
+
+    def _compliance(self, solid, rows, places):
+        clamped = self.problem.law == "microclamped"
+        kernels = {s: kernel(solid, self.n, self.side, s, clamped) for s in {a - b for a in places for b in places}}
+
+        def block(i, j):
+            values = np.einsum("a,xab,b->x", rows[i], kernels[places[i] - places[j]], rows[j])
+            return toeplitz(values[self.n - 1 :], values[self.n - 1 :: -1])
+
+        return np.block([[block(i, j) for j in range(len(rows))] for i in range(len(rows))])
+
+    def step(self, P, Q=None, D=None):
+        """To the load P and the shear Q or the obstacle's tangential place D; RuntimeError where no signs
+        settle.
+        """
+        A, split, size, f = self.A, self.split, len(self.A) - 2, self.problem.friction
+        right = np.concatenate([-self.gap, self.slip, [P, 0.0 if Q is None else Q]])
+        if Q is None:
+            A, right[-1] = A.copy(), D
+            A[-1] = np.arange(size + 2) == size + 1
+        closed, mode = self.closed.copy(), self.mode.copy()
+        if not closed.any():
+            closed[np.argmin(self.gap)] = True
+        draw = np.random.default_rng(0)
+        for trial in range(300):
+            touching = self.share @ closed > 0
+            mode[~touching] = 0
+            stick = touching & (mode == 0)
+            if Q is not None and not stick.any():
+                stick[np.argmax(touching)], mode[np.argmax(touching)] = True, 0
+            free = np.concatenate([closed, stick, [True, True]])
+            slips = np.flatnonzero(mode)
+            limits = np.zeros((len(slips), size + 2))
+            limits[:, :split] = f * mode[slips, None] * self.share[slips] * closed
+            rows = A[free]
+            matrix = rows[:, free] + rows[:, split + slips] @ limits[:, free]
+            z = np.zeros(size + 2)
+            z[free] = solve(matrix, right[free])
+            z[split + slips] = limits @ z
+            answer = A @ z
+            gap, slip, room = answer[:split] + self.gap, answer[split:size], f * self.share @ z[:split]
+            t, moved = z[split:size], slip - self.slip
+            small, short = 1e-11 * z[:split].max(), 1e-11 * np.ptp(answer[:split])
+            wrong = np.where(closed, z[:split] < -small, gap < -short)
+            to = np.where(stick & (abs(t) > room + small), np.sign(t), mode)
+            to[(mode != 0) & (mode * moved < -short)] = 0
+            other = to != mode
+            if not wrong.any() and not other.any():
+                break
+            if trial > 15:  # a cycle: by chance some of them
+                wrong &= draw.random(len(wrong)) < 0.5
+                other &= draw.random(len(other)) < 0.5
+            closed, mode = closed ^ wrong, np.where(other, to, mode).astype(int)
+        else:
+            raise RuntimeError(f"no signs settle at P = {P}, Q = {Q}")
+        self.dissipation += t @ np.where(touching, moved, 0)
+        loads = np.array([P, t.sum()])
+        self.work += (loads + self.loads) / 2 @ (z[-2:] - self.z[-2:])
+        self.z, self.slip, self.closed, self.mode, self.loads = z, slip, closed, mode, loads
+        self.energy = z[:size] @ self.energy_of @ z[:size] / 2
+
+    def to(self, P, Q, steps):
+        """Straight on to (P, Q); from nothing so that a cylinder's edge moves on evenly."""
+        share = np.arange(1, steps + 1) / steps
+        first = self.loads.copy()
+        for each in share if first[0] else share**2:
+            self.step(*(first + each * (np.array([P, Q]) - first)))
+        return self.state()
+
+    def state(self):
+        """Pressure, M/ell and shear traction, array (3, n), and the cells that stick."""
+        n = self.z[: self.split].reshape(-1, self.n) / self.side
+        t = self.z[self.split : -2].reshape(-1, self.n).sum(0) / self.side
+        moment = (n[0] - n[1] - t) / 2 if len(n) == 2 else 0 * t
+        touching = n.sum(0) > 0
+        return np.array([n.sum(0), moment, t]), touching & ~self.mode.reshape(-1, self.n).any(0)
+
+
+def window(problem):
+    """Where contact may be, from a coarse answer without friction at the largest load."""
+    P = max(P for P, _ in problem.pairs)
+    if problem.ends:
+        ell = problem.arms[-1]
+        return problem.ends[0] - ell, problem.ends[1] + ell
+    reach = 2.0 + problem.solid[3]
+    while True:
+        line = Line(replace(problem, friction=0.0, coupled=False), (-reach, reach), 60)
+        line.step(P, D=0.0)
+        on = np.flatnonzero(line.share @ line.closed if not problem.second else line.closed.reshape(-1, 60).any(0))
+        if 3 < on[0] and on[-1] < 56:
+            low, high = line.x[on[0]], line.x[on[-1]]
+            return low - 0.1 * (high - low), high + 0.1 * (high - low)
+        reach *= 2
+
+
+def follow(problem, cells=CELLS, steps=STEPS, where=None):
+    """(Line, its states at the pairs)."""
+    line = Line(problem, where or window(problem), cells)
+    states = []
+    for P, Q in problem.pairs:
+        states.append(line.to(P, Q, steps))
+        touching = states[-1][0][0] > 0
+        assert problem.ends or not touching[[0, -1]].any(), "contact reaches the window's end"
+    return line, states
