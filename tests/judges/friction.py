@@ -20,7 +20,7 @@ import json
 import time
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import inf, pi, sqrt
+from math import inf, pi
 from pathlib import Path
 
 import numpy as np
@@ -124,6 +124,10 @@ class Problem:
     rtol: float = 0.05
     ends: tuple = ()  # edges of the obstacle
 
+    def __str__(self):
+        words = f"{self.law:12s} {self.kind:8s} {'body' if self.second else '':4s} ell {self.solid[3]:4.2f}"
+        return f"{words} f {self.friction:4.2f} {'' if self.coupled else 'un'}coupled rtol {self.rtol:.2f}"
+
     @property
     def arms(self):
         return (-self.solid[3] / 2, self.solid[3] / 2) if self.law == "microblock" else (0.0,)
@@ -167,7 +171,9 @@ class Line:
 
     def _compliance(self, solid, rows, places):
         clamped = self.problem.law == "microclamped"
-        kernels = {s: kernel(solid, self.n, self.side, s, clamped) for s in {a - b for a in places for b in places}}
+        kernels = {
+            s: kernel(solid, self.n, self.side, s, clamped) for s in {a - b for a in places for b in places}
+        }
 
         def block(i, j):
             values = np.einsum("a,xab,b->x", rows[i], kernels[places[i] - places[j]], rows[j])
@@ -187,13 +193,13 @@ class Line:
         closed, mode = self.closed.copy(), self.mode.copy()
         if not closed.any():
             closed[np.argmin(self.gap)] = True
-        draw = np.random.default_rng(0)
-        for trial in range(300):
+        room, moved, draw = np.ones(size - split), np.zeros(size - split), np.random.default_rng(0)
+        for trial in range(1000):
             touching = self.share @ closed > 0
             mode[~touching] = 0
             stick = touching & (mode == 0)
             if Q is not None and not stick.any():
-                stick[np.argmax(touching)], mode[np.argmax(touching)] = True, 0
+                stick = self._last(mode, Q, np.where(touching, room, 0.0), moved)
             free = np.concatenate([closed, stick, [True, True]])
             slips = np.flatnonzero(mode)
             limits = np.zeros((len(slips), size + 2))
@@ -210,12 +216,13 @@ class Line:
             wrong = np.where(closed, z[:split] < -small, gap < -short)
             to = np.where(stick & (abs(t) > room + small), np.sign(t), mode)
             to[(mode != 0) & (mode * moved < -short)] = 0
-            other = to != mode
+            other = (to != mode) & (f > 0)
             if not wrong.any() and not other.any():
                 break
-            if trial > 15:  # a cycle: by chance some of them
-                wrong &= draw.random(len(wrong)) < 0.5
-                other &= draw.random(len(other)) < 0.5
+            if trial > 15:  # a cycle: by chance some of them, now and then one alone
+                chance = draw.random(len(wrong) + len(other)) + np.concatenate([~wrong, ~other])
+                few = chance <= max(chance.min(), draw.random() ** 3)
+                wrong, other = wrong & few[:split], other & few[split:]
             closed, mode = closed ^ wrong, np.where(other, to, mode).astype(int)
         else:
             raise RuntimeError(f"no signs settle at P = {P}, Q = {Q}")
@@ -224,6 +231,16 @@ class Line:
         self.work += (loads + self.loads) / 2 @ (z[-2:] - self.z[-2:])
         self.z, self.slip, self.closed, self.mode, self.loads = z, slip, closed, mode, loads
         self.energy = z[:size] @ self.energy_of @ z[:size] / 2
+
+    def _last(self, mode, Q, room, moved):
+        """Lets the cell stick at which slip turns where all slip forwards and back, and Q is their sum."""
+        order = np.argsort(-moved)
+        order = order[room[order] > 0]
+        forwards = np.cumsum(room[order])
+        last = min(np.searchsorted(2 * forwards - forwards[-1], Q), len(order) - 1)
+        mode[order] = np.where(np.arange(len(order)) < last, 1, -1)
+        mode[order[last]] = 0
+        return np.arange(len(mode)) == order[last]
 
     def to(self, P, Q, steps):
         """Straight on to (P, Q); from nothing so that a cylinder's edge moves on evenly."""
@@ -252,19 +269,160 @@ def window(problem):
     while True:
         line = Line(replace(problem, friction=0.0, coupled=False), (-reach, reach), 60)
         line.step(P, D=0.0)
-        on = np.flatnonzero(line.share @ line.closed if not problem.second else line.closed.reshape(-1, 60).any(0))
-        if 3 < on[0] and on[-1] < 56:
+        on = np.flatnonzero(
+            line.share @ line.closed if not problem.second else line.closed.reshape(-1, 60).any(0)
+        )
+        if on[0] > 3 and on[-1] < 56:
             low, high = line.x[on[0]], line.x[on[-1]]
-            return low - 0.1 * (high - low), high + 0.1 * (high - low)
+            return low - 0.2 * (high - low), high + 0.2 * (high - low)
         reach *= 2
 
 
 def follow(problem, cells=CELLS, steps=STEPS, where=None):
     """(Line, its states at the pairs)."""
     line = Line(problem, where or window(problem), cells)
-    states = []
-    for P, Q in problem.pairs:
-        states.append(line.to(P, Q, steps))
-        touching = states[-1][0][0] > 0
-        assert problem.ends or not touching[[0, -1]].any(), "contact reaches the window's end"
+    states = [line.to(P, Q, steps) for P, Q in problem.pairs]
+    touching = [fields[0, end] > 0 for fields, _ in states for end in (0, -1)]
+    assert problem.ends or not any(touching), "contact reaches the end of the window"
     return line, states
+
+
+# ---- 20 histories ----
+
+
+def draw(k):
+    """History k: pressed, sheared, back and relieved, at random; lengths over the contact's half-width."""
+    rng = np.random.default_rng((SEED, 20, k))
+    law, kind = LAWS[k % 4], ("cylinder", "wedge", "power", "punch", "uneven")[k % 5]
+    alpha, f = (float(np.exp(rng.uniform(*np.log(ends)))) for ends in ((0.05, 1.0), (0.1, 0.6)))
+    nu, beta = rng.uniform(0, 0.45), rng.uniform(0.1, 1.9)
+    P = rng.uniform(0.4, 1.0)
+    tilt, slope, power = rng.uniform(0, 0.1), rng.uniform(0.2, 0.6), rng.uniform(1.5, 4.0)
+    second = None
+    if k % 7 in (3, 5) and kind != "punch":
+        second = (rng.uniform(0.3, 3.0), rng.uniform(0, 0.45), rng.uniform(0.1, 1.9), rng.uniform(0.05, 0.5))
+    if kind == "punch":
+        alpha = 2 / round(2 / alpha)  # edges of both corners are edges of cells
+    height, obstacle, ends = {
+        "cylinder": (lambda x: x**2 / 2, ("Cylinder", (1.0,)), ()),
+        "wedge": (lambda x: slope * abs(x), ("Wedge", (slope,)), ()),
+        "power": (lambda x: abs(x) ** power / 2, None, ()),
+        "punch": (lambda x: np.where(abs(x) < 1, tilt * x, inf), ("Punch", (1.0, tilt)), (-1.0, 1.0)),
+        "uneven": (lambda x: np.where(x > 0, 0.3, 0.8) * x**2, None, ()),
+    }[kind]
+    pairs = [(P, rng.choice([0.0, rng.uniform(-0.8, 0.8)]) * f * P)]
+    for _ in range(rng.integers(2, 4)):
+        P *= 1.0 if rng.random() < 0.5 else rng.uniform(0.5, 1.5)
+        pairs.append((P, rng.uniform(-0.95, 0.95) * f * P))
+    return Problem(
+        kind,
+        height,
+        tuple((float(P), float(Q)) for P, Q in pairs),
+        (1 - nu**2, nu, beta, alpha),
+        law,
+        f,
+        obstacle,
+        second,
+        bool(rng.random() < 0.75),
+        0.4 if second and law == "microblock" else float(np.exp(rng.uniform(*np.log((0.02, 0.06))))),
+        ends,
+    )
+
+
+def history(mb, p):
+    """The states of the library."""
+    body, second = (v and mb.HalfPlane(mb.Cosserat(*v[:2], v[3], beta=v[2])) for v in (p.solid, p.second))
+    law = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}[p.law]
+    name, arguments = p.obstacle or ("Obstacle", (p.height, (0.0,)))
+    obstacle = getattr(mb, name)(*arguments)
+    made = mb.Contact(body, mb.Deformable(second, obstacle) if second else obstacle, law(friction=p.friction))
+    return made.history(p.pairs, coupled=p.coupled, rtol=p.rtol).states
+
+
+def means(edges, x, weights, fields):
+    """Means over cells between `edges` of fields that are constant on cells x of lengths `weights`."""
+    ends = np.maximum.accumulate(np.column_stack([x - weights / 2, x + weights / 2]).ravel())
+    forces = np.cumsum(
+        (np.array([0, 1])[:, None] * (weights * fields).T[:, None]).reshape(2 * len(x), -1), axis=0
+    )
+    return np.array([np.diff(np.interp(edges, ends, force)) for force in forces.T]) / np.diff(edges)
+
+
+def errors(line, fields, x, weights, others):
+    """Relative L2 errors of p, M/ell and q/f beside `fields` on a Line, of means over its cells; beside edges
+    of the obstacle the distance is the weight.
+    """
+    p, side = line.problem, line.side
+    apart = means(np.append(line.x - side / 2, line.x[-1] + side / 2), x, weights, others) - fields
+    away = [abs(line.x - end + arm) for end in p.ends for arm in p.arms]
+    norm = np.min([np.ones_like(line.x), *away], axis=0)
+    return (apart**2 @ norm) ** 0.5 / (fields[0] ** 2 @ norm) ** 0.5 / [1, 1, p.friction]
+
+
+def record(mb, k, cells=CELLS):
+    """Of the worst state of history k: errors, estimate, bar (what the judge does not know) and `class`."""
+    p = draw(k)
+    row = {"k": k, "class": "state", "warnings": [], "text": str(p)}
+    where = window(p)
+    if p.ends:  # edges of both corners are edges of cells
+        cells = round(cells / (2 / p.solid[3] + 1)) * round(2 / p.solid[3] + 1) if len(p.arms) == 2 else cells
+    (rough, before), (line, states) = (follow(p, n, n * STEPS // CELLS, where) for n in (cells, 2 * cells))
+    start = time.process_time()
+    try:
+        found = history(mb, p)
+    except mb.MicroblockError as refused:
+        return row | {"class": type(refused).__name__, "message": str(refused)}
+    row["seconds"], worst = time.process_time() - start, -1.0
+    for number, ((fields, _), (less, _), state) in enumerate(zip(states, before, found)):
+        moment = state.micromoment / p.solid[3] * (p.law == "microblock")
+        other = np.array([state.pressure, moment, state.shear_traction])
+        apart = errors(line, fields, state.x, state.weights, other)
+        bar = errors(line, fields, rough.x, np.full(rough.n, rough.side), less).max()
+        ratio = apart.max() / (max(p.rtol, state.error_estimate) + bar)
+        if ratio > worst:
+            said = {"errors": apart.tolist(), "estimate": state.error_estimate, "bar": bar, "ratio": ratio}
+            worst, row = ratio, row | said | {"state": number, "warnings": list(state.warnings)}
+    lost, size = found[-1].dissipation, abs(np.array(p.pairs)).max(0).prod()
+    return row | {"dissipation": [lost, line.dissipation, rough.dissipation], "size": size, "rtol": p.rtol}
+
+
+def line_of(row):
+    text = f"{row['k']:2d} {row['text']}"
+    if row["class"] != "state":
+        return f"{text} {row['class']}: {row['message'][:150]}"
+    p, M, q = row["errors"]
+    own, other, rough = row["dissipation"]
+    return (
+        f"{text} {row['seconds']:5.1f} s, state {row['state']}: p {p:.1e} M {M:.1e} q {q:.1e} estimate "
+        f"{row['estimate']:.1e} judge {row['bar']:.0e} {'BEYOND ' * (row['ratio'] > 1)}{row['ratio']:.2f}; "
+        f"dissipation {own:.3e}, {other:.3e} +- {abs(other - rough):.0e}"
+    )
+
+
+def summary(rows):
+    states = [row for row in rows if row["class"] == "state"]
+    beyond = [row["k"] for row in states if row["ratio"] > 1]
+    worst = max((row["ratio"] for row in states), default=0.0)
+    return f"{len(states)} of {len(rows)} followed, beyond max(rtol, estimate): {beyond}, largest ratio {worst:.2f}"
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--json", type=Path)
+    options = parser.parse_args(arguments)
+    import microblock as mb
+
+    rows = []
+    for k in range(options.first, options.first + options.count):
+        rows.append(record(mb, k))
+        print(line_of(rows[-1]), flush=True)
+        if options.json:
+            options.json.write_text(json.dumps(rows, indent=1, default=float))
+    print(summary(rows))
+    return rows
+
+
+if __name__ == "__main__":
+    main()
