@@ -75,6 +75,7 @@ def symbols(nu, beta, clamped=False):
     return lambda k: spline(np.log(np.clip(k, *ENDS))) / large(k)
 
 
+@lru_cache(8)
 def kernel(solid, n, side, shift=0.0, clamped=False):
     """Averages of (u, u1, psi ell) over cells under unit (p, q, M/ell) spread over others that stand left by
     (1 - n) to (n - 1) cells, and by `shift`: array (2 n - 1, 3, 3), lengths per force.
@@ -432,7 +433,7 @@ def record(mb, k, cells=CELLS):
         other = np.array([state.pressure, moment, state.shear_traction])
         apart = errors(line, true.fields, state.x, state.weights, other)
         bar = errors(rough, less.fields, line.x, line.width, true.fields).max()
-        ratio = apart.max() / (max(p.rtol, state.error_estimate) + bar)
+        ratio = float(apart.max() / (max(p.rtol, state.error_estimate) + bar))
         if ratio > worst:
             worst = ratio
             lost = [each.dissipation for each in (state, true, less)]
@@ -449,7 +450,8 @@ def line_of(row):
     own, other, rough = row["dissipation"]
     return (
         f"{text} {row['seconds']:5.1f} s, state {row['state']}: p {p:.1e} M {M:.1e} q {q:.1e} estimate "
-        f"{row['estimate']:.1e} judge {row['bar']:.0e} {'BEYOND ' * (row['ratio'] > 1)}{row['ratio']:.2f}; "
+        f"{row['estimate']:.1e} judge {row['bar']:.0e} "
+        f"{'BEYOND ' * int(row['ratio'] > 1)}{row['ratio']:.2f}; "
         f"dissipation {own:.3e}, {other:.3e} +- {abs(other - rough):.0e}"
     )
 
