@@ -33,7 +33,8 @@ CURVATURE = 2.0  # gamma' of (12)
 ENDS = 1e-6, 1e6  # of k ell, beyond which symbols are their limits
 FINE = 1920  # equal cells of which others are made
 NEAR = 40  # cells are smaller within this part of the window beside a feature
-CELLS = 56  # of the judge's first answer; its second one has twice as many
+CELLS = 40  # of the judge's first answer; its second one has twice as many
+FIRST = 4  # times as many steps from nothing, where all of the contact is new
 STEPS = 20  # of the loads from pair to pair, for the first answer
 LAWS = "microblock", "microblock", "unilateral", "microclamped"
 
@@ -278,9 +279,11 @@ class Line:
 
     def to(self, P, Q, steps):
         """Straight on to (P, Q); from nothing so that a cylinder's edge moves on evenly."""
-        share = np.arange(1, steps + 1) / steps
         first = self.loads.copy()
-        for each in share if first[0] else share**2:
+        share = (
+            np.linspace(0, 1, steps + 1)[1:] if first[0] else np.linspace(0, 1, FIRST * steps + 1)[1:] ** 2
+        )
+        for each in share:
             self._on(first + each * (np.array([P, Q]) - first))
         return self.state()
 
