@@ -168,7 +168,7 @@ class Line:
         self.gap = np.concatenate([problem.height(places + arm) @ weights / 2 for arm in arms])
         half = 0.5 if problem.law == "microblock" else 0.0
         n, own = self.n, [(1, 0, -arm / problem.solid[3]) for arm in arms] + [(0, 1, -half)] * drags
-        A = self._compliance(problem.solid, own, [0] * len(own))
+        A = self._compliance(problem.solid, own, [0] * len(own), problem.law == "microclamped")
         if problem.second:
             other = [(1, 0, 0)] * len(arms) + [(0, -1, 0)] * drags
             A = A + self._compliance(problem.second, other, (*arms, *arms))
@@ -188,8 +188,7 @@ class Line:
         self.work = self.dissipation = self.energy = 0.0
         self.loads = np.zeros(2)
 
-    def _compliance(self, solid, rows, places):
-        clamped = self.problem.law == "microclamped"
+    def _compliance(self, solid, rows, places, clamped=False):
         shifts = {a - b for a in places for b in places}
         kernels = {shift: kernel(solid, self.fine, self.side, shift, clamped) for shift in shifts}
         left, right = self.cells[:-1], self.cells[1:]
