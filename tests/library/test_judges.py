@@ -248,10 +248,10 @@ def test_friction_keeps_energy_to_the_order_of_its_steps():
     pairs = (0.5, 0.1), (0.5, -0.15), (0.3, 0.05)
     problem = friction.Problem("", lambda x: x**2 / 2, pairs, solid, "microblock", f, second=second)
     left = []
-    for steps in (10, 20):
+    for steps in (20, 80):
         line, _ = friction.follow(problem, 40, steps, fine=40)
         left.append(abs(line.work - line.energy - line.dissipation) / line.dissipation)
-    assert left[1] < 0.02 and left[1] < 0.7 * left[0]
+    assert left[1] < 0.01 and left[1] < 0.5 * left[0]  # a quarter, but that cells turn one by one
 
 
 @pytest.mark.parametrize("k", [2, 0])
