@@ -14,8 +14,7 @@ ROOT = Path(mb.__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
 NOTEBOOKS = sorted((DOCS / "tutorials").glob("*.ipynb"))
-# methods.md quotes records, whose names are those of version 0.1
-WORDED = [page for page in (*PAGES[1:], *NOTEBOOKS) if page.name not in ("methods.md", "description.md")]
+WORDED = [page for page in (*PAGES, *NOTEBOOKS) if page.name != "description.md"]
 # words that nobody but us has for what the field has words for
 PRIVATE = (
     "scenes?|sinking|mattress|rungs?|ladders?|held|turned|judged?|refused|told|pulls|"

@@ -15,7 +15,11 @@ source = importlib.util.spec_from_file_location("mathml", DOCS / "_ext" / "mathm
 mathml = importlib.util.module_from_spec(source)
 source.loader.exec_module(mathml)
 NOTATION = DOCS / "theory" / "notation.md"
-PAGES = [*sorted((DOCS / "theory").glob("*.md")), *sorted((DOCS / "gallery").glob("*.md")), DOCS / "paper.md"]
+PAGES = [
+    *sorted((DOCS / "theory").glob("*.md")),
+    *sorted((DOCS / "gallery").glob("*.md")),
+    DOCS / "differences.md",
+]
 # what is no quantity: a derivative and a difference, an integral's d, signs and numbers without a name
 SIGNS = set("∂Δd∞…")
 LOWER = {"msub": 1, "munder": 1, "msubsup": 2, "munderover": 2}  # children below the base, by element
