@@ -95,7 +95,8 @@ def test_words_are_the_fields(path):
 
 def glossary():
     """{terms: what they mean}."""
-    lines = [line for line in (DOCS / "notation.md").read_text().partition("## Glossary")[2].splitlines() if line.startswith("- ")]
+    page = (DOCS / "notation.md").read_text().partition("## Glossary")[2]
+    lines = [line for line in page.splitlines() if line.startswith("- ")]
     return dict(re.fullmatch(r"- \*\*(.+?)\*\*: (.+[.;])", line).groups() for line in lines)
 
 
