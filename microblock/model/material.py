@@ -33,7 +33,7 @@ class Cosserat(Shown):
         independent microrotation; ``beta -> 2`` is the couple-stress limit.
     curvature : float
         ``gamma'`` of (12), ``m = gamma' ell^2 mu grad psi`` (dimensionless). The printed (18) has 1, but the
-        paper's own closed form needs 2 (docs/paper.md, "Curvature coefficient").
+        paper's own closed form needs 2 (docs/differences.md, "Curvature coefficient").
     alpha_prime, beta_prime : float
         ``alpha'`` and ``beta'`` of (12) (dimensionless). They act in three dimensions alone.
 
