@@ -43,6 +43,17 @@ def block():
     return ng.Mesh(mesh.ngmesh)
 
 
+@pytest.fixture
+def memory(monkeypatch):
+    """memory(size): the machine has so many bytes left, and none are tried beyond them."""
+
+    def left(size):
+        monkeypatch.setattr("microblock.cost.available", lambda: size)
+        monkeypatch.setattr("microblock.cost.LITTLE", 0)
+
+    return left
+
+
 def pytest_collection_modifyitems(config, items):
     """Tests marked browser run with `-m browser` only."""
     if "browser" not in config.getoption("-m"):
