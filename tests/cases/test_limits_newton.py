@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.errors import NotConverged
+from microblock import Condensed, NotConverged
 from microblock.fem.body import Loads
-from microblock.fem.condensation import Condensed
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import MonolithicNewton
 

@@ -10,7 +10,7 @@ import pytest
 from cases.__main__ import main
 from cases.studies import facts, methods
 from cases.studies.methods_text import README
-from microblock.errors import NotConverged
+from microblock import NotConverged
 
 DATA = Path("cases/data")
 ROWS = {

@@ -5,8 +5,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from microblock import BadArgument, MicroblockError, NotConverged
 from microblock.corners.active_set import _kkt, _pivoting, _problems, path, solve
-from microblock.errors import BadArgument, MicroblockError, NotConverged
 
 PROBLEMS = 10_000
 KINDS = ("plain", "indefinite", "inf", "weights", "duplicates", "ties", "pairs", "singular", "rigid", "tiny")

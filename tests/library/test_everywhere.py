@@ -6,10 +6,10 @@ import pytest
 
 import microblock as mb
 from microblock.halfplane import line_solver
-from microblock.halfplane.panel_solution import difference
 from microblock.halfplane.survey import survey
 from microblock.model.picture import picture
 from microblock.model.problem import Problem
+from tests.states import apart
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 HERTZ = np.sqrt(4 * 10 / (np.pi * SOLID.E_star))  # a of a cylinder of radius 10 under the load 1
@@ -93,10 +93,10 @@ def test_narrow_pits_have_panels_of_their_own(width):
 
     here = contact(height, mb.Unilateral())
     rough, fine = here.solve(load=1.0, rtol=1e-3), here.solve(load=1.0, rtol=1e-7)
-    assert difference(rough.solution, fine.solution) < rough.error_estimate <= 1e-3
+    assert apart(rough, fine) < rough.error_estimate <= 1e-3
     plain = contact(mb.Cylinder(R=10), mb.Unilateral()).solve(load=1.0, rtol=1e-3)
     # the pit shows: what an estimate that does not see it would leave
-    assert difference(plain.solution, fine.solution) > 1e-3
+    assert apart(plain, fine) > 1e-3
     cells = of_cells(height, mb.Unilateral(), 1.0, nodes=2**15)
     assert missed(fine, cells) < cells.error_estimate
 

@@ -11,7 +11,7 @@ from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 from scipy.sparse import csr_matrix, diags, random
 
 import microblock as mb
-from microblock.errors import NotConverged
+from microblock import NotConverged
 from microblock.fem import factors
 
 ROOT = Path(__file__).parents[2]

@@ -7,12 +7,20 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock import Cylinder, Microblock, Microclamped, Unilateral, Wedge
-from microblock.errors import BadArgument, MicroblockError, NotConverged
+from microblock import (
+    BadArgument,
+    Cylinder,
+    Microblock,
+    MicroblockError,
+    Microclamped,
+    NotConverged,
+    Unilateral,
+    Wedge,
+)
 from microblock.fem import fitted, fitted_mesh
 from microblock.fem.fitted import TRUNCATION, FittedSolver
-from microblock.fem.surface_solution import difference
 from microblock.halfplane.line_solver import LooksTooNear
+from tests.states import apart
 
 P = math.pi / 2  # with E* = 2 and R = 1: a_Hz = p_Hz = 1
 BESIDE = 1e-13  # a step aside of breaks between panels, where the half-plane's pressure is not defined
@@ -109,7 +117,7 @@ def test_truncation_is_within_its_estimate():
     problem = on_block(solid_of(0.25, nu=0.45), Cylinder(1.0), Unilateral(), method=mb.Fitted(order=9))
     whole = problem.solve(load=P)
     blocks = [mb.Block(problem.solid, size * whole.half_width) for size in (10, 20)]
-    cut = [difference(problem.with_(body=block).solve(load=P).solution, whole.solution) for block in blocks]
+    cut = [apart(problem.with_(body=block).solve(load=P), whole) for block in blocks]
     assert cut[0] / cut[1] == pytest.approx(4, rel=0.2)  # second order in 1/far
     assert 0.25 * TRUNCATION / 400 < cut[1] < TRUNCATION / 400  # an estimate that is not idle
 
@@ -123,8 +131,7 @@ def test_estimate_holds_on_squares_of_any_size(size, law):
     judge = problem.with_(method=mb.Fitted(even=True)).solve(load=P, rtol=1e-4)
     for rtol in (1e-2, 1e-3):
         state = problem.solve(load=P, rtol=rtol)
-        apart = difference(state.solution, judge.solution)
-        assert apart + judge.error_estimate < state.error_estimate <= rtol
+        assert apart(state, judge) + judge.error_estimate < state.error_estimate <= rtol
 
 
 def test_domain_of_the_paper_changes_the_third_digit():
@@ -280,7 +287,7 @@ def two(x):
     return np.minimum((x - 1.5) ** 2, (x + 1.5) ** 2) / 20
 
 
-def apart(x):
+def beside(x):
     return np.minimum(x**2, (x - 4) ** 2) / 20
 
 
@@ -297,7 +304,7 @@ def rounded(x):
 
 
 @pytest.mark.parametrize("law", [Unilateral(), Microblock()])
-@pytest.mark.parametrize("obstacle", [two, apart, hill])
+@pytest.mark.parametrize("obstacle", [two, beside, hill])
 def test_no_contact_is_missed(obstacle, law):
     """One of two was returned, without a word: the other lay beyond the contact boundary, or between two
     nodes of the first mesh.
@@ -308,7 +315,7 @@ def test_no_contact_is_missed(obstacle, law):
 
 
 def test_no_contact_is_missed_on_a_square():
-    state = on_block(HARD, apart, Unilateral(), 20.0).solve(load=1.0, rtol=1e-2)
+    state = on_block(HARD, beside, Unilateral(), 20.0).solve(load=1.0, rtol=1e-2)
     (left, right), (second, last) = state.zones["contact"]
     assert -0.3 < left < right < 0.3 < 3.7 < second < last < 4.3
     assert judged(state, 1e-4) < 1e-2 + TRUNCATION * (last / 20) ** 2  # of a half-plane cut off there
@@ -391,7 +398,7 @@ def test_the_surface_beyond_the_contact_boundary_is_looked_at():
     trial = one._pass(1.0, one.topology(1.0)[0], 4, 3)
     state = one._state(1.0, trial, 1)
     assert one._outside(state, trial) is None
-    both = on_block(HARD, apart, Unilateral()).solver._pictured(1.0)
+    both = on_block(HARD, beside, Unilateral()).solver._pictured(1.0)
     assert any(left < 4 < right for left, right in both._outside(state, trial)[0])
     narrow = with_picture(both, stretches=((-0.5, 0.5),), bound=0.0)
     with pytest.raises(LooksTooNear):

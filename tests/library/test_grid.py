@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import microblock as mb
+from microblock import BadArgument, NotConverged
 from microblock.corners import active_set, projected_gradients
-from microblock.errors import BadArgument, NotConverged
 from microblock.halfplane.cells import CellGrid
 from microblock.halfplane.kernels import kernels, symbol
 from microblock.model.closed_forms import Wavy

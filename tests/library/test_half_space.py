@@ -5,7 +5,8 @@ import pytest
 from scipy.linalg import schur
 
 import microblock as mb
-from microblock.errors import BadArgument, Inadmissible, NotConverged
+from microblock import BadArgument, NotConverged
+from microblock.errors import Inadmissible
 from microblock.halfplane.kernels import kernels as on_line
 from microblock.halfplane.kernels import symbol as plane_symbol
 from microblock.halfspace.kernels import kernels

@@ -4,8 +4,8 @@ import math
 import numpy as np
 import pytest
 
-from microblock.errors import BadArgument, Inadmissible
-from microblock.model.material import Cosserat
+from microblock import BadArgument, Cosserat
+from microblock.errors import Inadmissible
 
 SOLID = Cosserat(E=100, nu=0.3, ell=0.2, beta=0.7, curvature=1.5)
 

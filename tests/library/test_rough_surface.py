@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.errors import BadArgument
+from microblock import BadArgument
 
 ROUGH = mb.RoughSurface(period=2.0, slope=0.1, hurst=0.7, waves=(3, 20), seed=5)
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.errors import BadArgument
+from microblock import BadArgument
 from microblock.halfplane.kernels import symbol
 from microblock.halfspace.solver import Grid, _overlaps, _spread
 

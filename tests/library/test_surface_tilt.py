@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.errors import BadArgument
+from microblock import BadArgument
 from microblock.halfspace.cells import flexibility
 
 PERIOD = 3.0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.errors import BadArgument, NotConverged
+from microblock import BadArgument, NotConverged
 from microblock.halfspace.solver import SurfaceSolver
 
 UNILATERAL, BLOCKS, CLAMPED = mb.Unilateral(), mb.Microblock(), mb.Microclamped()
