@@ -13,14 +13,13 @@ from microblock import (
     Cylinder,
     HalfPlane,
     Microblock,
-    NotConverged,
     Obstacle,
     Panels,
     Punch,
     Unilateral,
     Wedge,
 )
-from microblock.halfplane import contact_line, panel_solution, panels, topology
+from microblock.halfplane import contact_line, panel_solution, topology
 from microblock.halfplane.survey import survey
 from tests.states import apart
 
@@ -189,31 +188,6 @@ def test_a_corner_that_hardly_touches_is_seen():
         ((left, right),) = state.zones["A"]
         # the gap closes as the square of the width does, up to its logarithm
         assert 0.6 < (right - left) / np.sqrt(beyond) < 1.1 and left < event.x < right + 0.05
-
-
-def test_crossed_edges_are_another_topology():
-    line = problem(0.05, Microblock(-0.04), Punch(1.0, 1e-6)).solver.problem
-    with pytest.raises(NotConverged, match="cross"):
-        zones = {0: ((-0.9, 0.95), (0.94, 1.02)), 1: ((-1.0, 0.9),)}
-        contact_line.fit(line, 1.0, zones, order=6, tolerance=1e-3)
-
-
-@pytest.mark.parametrize("law", [Unilateral(), Microblock()], ids=["unilateral", "microblock"])
-@pytest.mark.parametrize("alpha", [0.02, 0.25, 2.0])
-def test_gauss_points_away_from_a_panel_leave_less_than_its_order_does(monkeypatch, law, alpha):
-    here = problem(alpha, law, Cylinder(1.0))
-    fine = of_order(here, 22).solution
-
-    def pressures(order, near):
-        monkeypatch.setattr(panels, "NEAR", near)
-        own = panels.make_panels(fine.problem, fine.zones, order)
-        return contact_line.solve_zones(fine.problem, own, (LOAD,))[0][0]
-
-    # about what two orders differ by under a cylinder; quadrature may be a tenth of it
-    for order, discretisation in ((6, 3e-5), (10, 1e-7), (14, 7e-10)):
-        usual, careful = pressures(order, panels.NEAR), pressures(order, 3.0)
-        monkeypatch.undo()
-        assert np.linalg.norm(usual - careful) < discretisation / 10 * np.linalg.norm(careful)
 
 
 def test_a_cylinder_takes_few_solutions():
