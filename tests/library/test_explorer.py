@@ -509,7 +509,7 @@ def test_the_field_below_waits_until_a_slider_rests():
     async def moved():
         for load in (1.1, 1.2, 1.3):
             panel.controls["load"].value = load
-            await asyncio.sleep(0)
+            await asyncio.sleep(0.1)  # of a quarter of a second; whatever is due later comes later
         while not drawn:
             await asyncio.sleep(0.1)
 
