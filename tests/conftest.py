@@ -54,6 +54,14 @@ def memory(monkeypatch):
     return left
 
 
+@pytest.fixture
+def forms(monkeypatch):
+    """Bilinear forms that NGSolve makes, a list of their spaces: one for each body that is condensed."""
+    made, form = [], ng.BilinearForm
+    monkeypatch.setattr(ng, "BilinearForm", lambda space, **more: made.append(space) or form(space, **more))
+    return made
+
+
 def pytest_collection_modifyitems(config, items):
     """Tests marked browser run with `-m browser` only."""
     if "browser" not in config.getoption("-m"):
