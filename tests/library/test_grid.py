@@ -119,7 +119,9 @@ def test_products_are_symmetric_and_their_preconditioner_positive(name, periodic
 @pytest.mark.parametrize("obstacle", OBSTACLES)
 @pytest.mark.parametrize("name", LAWS)
 def test_states_agree_with_pivoting(name, obstacle):
-    law, cells = LAWS[name], CellGrid(mb.HalfPlane(SOLID), -1.0, 1.3, 121)
+    # up to 256 corners are exchanged, others found by gradients alone
+    count = 300 if obstacle in ("cylinder", "jagged") else 121
+    law, cells = LAWS[name], CellGrid(mb.HalfPlane(SOLID), -1.0, 1.3, count)
     H, g0, _ = dense(cells, law, OBSTACLES[obstacle])
     for load in (0.01, 0.5):
         expected = active_set.solve(H, g0, load=load)
