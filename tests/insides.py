@@ -26,6 +26,7 @@ TESTS = Path(__file__).parent
 LIST = TESTS / "INSIDES.md"
 KINDS = ("imports", "private", "patches", "reached")
 OURS = ("microblock", "cases")
+FOREIGN = {"pyplot", "mathml"}  # of Matplotlib and of the site, imported by a call
 ELSEWHERE = {"_exit", "_suptitle", "_dom_classes"}  # of Python, Matplotlib and ipywidgets
 ROW = re.compile(r"\| `([^`]+)` \|" + r" (\d+) \|" * len(KINDS) + r" (.*) \| (.*) \|")
 
@@ -99,7 +100,8 @@ class Uses(ast.NodeVisitor):
             text = place.value if isinstance(place, ast.Constant) else f"{ast.unparse(place)}.{name}"
             root = text.split(".")[0].split("(")[0]
             if not isinstance(place, ast.Constant):
-                root = self.modules.get(root, "" if hasattr(builtins, root) else "microblock")
+                foreign = hasattr(builtins, root) or root in FOREIGN
+                root = self.modules.get(root, "" if foreign else "microblock")
             if is_ours(root):
                 self.add("patches", text)
                 if is_private(text.split(".")[-1]):

@@ -498,8 +498,9 @@ def test_path_says_where_it_stopped(monkeypatch):
 
 
 def test_events_of_long_paths_are_where_states_change():
-    """Of more events than the tableau takes before it is made anew, every thirtieth: the state beyond it has the
-    corner closed or open, as it says, and the state before it has not."""
+    """Of more events than the tableau takes before it is made anew, every thirtieth: the state beyond it has
+    the corner closed or open, as it says, and the state before it has not.
+    """
     random = np.random.default_rng(5)
     x = np.linspace(0, 1, 300)
     H = np.exp(-300 * np.abs(x[:, None] - x))
