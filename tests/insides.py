@@ -138,7 +138,7 @@ def write():
     """Writes the counts of today into tests/INSIDES.md; parts and reasons stay."""
     known = listed()
     head = LIST.read_text().split("\n| file |")[0]
-    lines = [f"| file | {' | '.join(KINDS)} | part | why |", "|---" * (3 + len(KINDS)) + "|"]
+    lines = [f"| file | {' | '.join(KINDS)} | part | why |", "|" + "---|" * (3 + len(KINDS))]
     for name, counts in counted().items():
         part, why = known.get(name, (None, "", ""))[1:]
         numbers = " | ".join(str(counts[kind]) for kind in KINDS)
