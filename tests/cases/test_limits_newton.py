@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock import Condensed, NotConverged
+from microblock import NotConverged
 from microblock.fem.body import Loads
+from microblock.fem.condensation import Condensed
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import MonolithicNewton
 

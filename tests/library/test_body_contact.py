@@ -14,10 +14,10 @@ from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
 import microblock as mb
-from microblock import Condensed
 from microblock.corners import active_set
 from microblock.fem import factors, meshes, recovery
 from microblock.fem.body import Loads
+from microblock.fem.condensation import Condensed
 from microblock.fem.facets import ContactFacets
 from microblock.fem.meshes import Ground
 from microblock.fem.newton import MonolithicNewton

@@ -5,21 +5,12 @@ import ngsolve as ng
 import numpy as np
 import pytest
 
-from microblock import (
-    BadArgument,
-    Body,
-    Condensed,
-    Cosserat,
-    Cylinder,
-    Microblock,
-    NotConverged,
-    Punch,
-    Wedge,
-)
+from microblock import BadArgument, Body, Cosserat, Cylinder, Microblock, NotConverged, Punch, Wedge
 from microblock.corners import active_set
 from microblock.fem import meshes
 from microblock.fem.between import Facets
 from microblock.fem.body import Loads
+from microblock.fem.condensation import Condensed
 from microblock.fem.facets import ContactFacets
 from microblock.fem.recovery import cut
 
