@@ -11,7 +11,7 @@ import pytest
 from cases.__main__ import main
 from cases.studies import facts, methods
 from cases.studies.methods_text import ASKED
-from microblock.errors import NotConverged
+from microblock import NotConverged
 
 DATA = Path("cases/data")
 READMES = {  # rows of README's table, and the methods of the records

@@ -14,7 +14,7 @@ import pytest
 
 from cases.__main__ import main
 from cases.report import notebooks
-from microblock.errors import NotConverged
+from microblock import NotConverged
 
 # two in kernels, with all that they show; the others, whose kernels would cost more than they do, as scripts
 IN_KERNELS = [notebooks.NOTEBOOKS[name] for name in ("first_contact", "own_obstacle")]
