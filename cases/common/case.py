@@ -60,10 +60,12 @@ def of_kinds(**tables):
     return [{"kind": kind, **dict.fromkeys(names), **row} for kind, rows in tables.items() for row in rows]
 
 
-def profiles(states, *names):
-    """A row for each node of each state's `profile`, with the state's entries of these names."""
+def profiles(states, *names, columns=None):
+    """A row for each node of each state's `profile`, of all its columns or of these, with the state's entries
+    of these names.
+    """
     return [
-        {**{name: state[name] for name in names}, **dict(zip(state["profile"], node))}
+        {**{name: state[name] for name in names}, **dict(zip(columns or state["profile"], node))}
         for state in states
-        for node in zip(*state["profile"].values())
+        for node in zip(*(state["profile"][name] for name in columns or state["profile"]))
     ]

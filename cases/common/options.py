@@ -4,6 +4,7 @@ what is allowed.
 
 import argparse
 import re
+import shlex
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields
 from difflib import get_close_matches
@@ -226,7 +227,7 @@ def command(case, parameters):
         if isinstance(value, (tuple, list)):
             value = " ".join(str(one) for one in value) or None
         if value is not None:
-            words.append(f"{flag(entry.name)} {value}")
+            words.append(f"{flag(entry.name)} {shlex.quote(str(value))}")
     return " ".join(words)
 
 
@@ -239,6 +240,8 @@ class OneLineParser(argparse.ArgumentParser):
         wrong = re.match(r"argument [^:]*: invalid choice: '?([^' ]*)'? \(choose from (.*)\)", message)
         if wrong:
             message += did_you_mean(wrong[1], re.findall(r"[^', ]+", wrong[2]))
+        if message.endswith("expected one argument"):
+            message += "; a value that begins with - is written --NAME=VALUE"
         if "are required" in message:
             message += f"; {self.prog} --help explains them"
         self.exit(2, f"{self.prog}: {message}\n")

@@ -27,7 +27,7 @@ from microblock.model.zones import half_widths, largest
 
 from ..common.case import profiles
 from ..common.options import Checked, coupling, option, poisson
-from ..common.records import print_table, returned
+from ..common.records import print_events, print_table, returned
 from . import hertz_fe
 
 RTOL = 1e-3
@@ -323,14 +323,8 @@ def result(parameters, quiet=True):
 
 def rows(parameters, answer):
     """A row a node along the contact line."""
-    states = [
-        {
-            **state,
-            "profile": {name: state["profile"][name] for name in ("x", "pressure", "micromoment", "psi")},
-        }
-        for state in answer["states"]
-    ]
-    return profiles(states, "load", "half_width", "error_estimate")
+    columns = "x", "pressure", "micromoment", "psi"
+    return profiles(answer["states"], "load", "half_width", "error_estimate", columns=columns)
 
 
 def show(answer):
@@ -350,11 +344,7 @@ def show(answer):
         ),
         9,
     )
-    for event in answer["events"]:
-        print(
-            f"load {event['load']:.7f} +- {event['load_error']:.1e}: "
-            f"{event['zone']} {event['kind']} at x = {event['x']:.5f}"
-        )
+    print_events(answer["events"])
     for words in answer["warnings"]:
         print(f"warning: {words}")
 

@@ -256,10 +256,9 @@ def rows(parameters, answer):
     """A row a cell, or one of several where there are more than DRAWN cells."""
     found = []
     for state in answer["states"] + answer["classical"]:
-        profile = {name: state["profile"][name] for name in ("x", "pressure", "micromoment", "psi")}
-        nodes = profiles(
-            [{**state, "law": state["contact"], "profile": profile}], "law", "load", "error_estimate"
-        )
+        columns = "x", "pressure", "micromoment", "psi"
+        named = [{**state, "law": state["contact"]}]
+        nodes = profiles(named, "law", "load", "error_estimate", columns=columns)
         found += nodes[:: 1 + state["nodes"] // DRAWN]
     return found
 
