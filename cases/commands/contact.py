@@ -17,28 +17,24 @@ FILE       two columns, x (ascending) and height, with commas, semicolons or bla
 """
 
 import math
+import sys
 import time
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
 import microblock as mb
 from microblock.data.expressions import function_of_x
-from microblock.data.records import grouped
+from microblock.data.records import write_records
 from microblock.data.samples import read_samples
 from microblock.model.summary import intervals
 
-from ..common.case import of_kinds, profiles
+from ..common.case import named, profiles
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_events, print_table, returned
-from ..common.three_ways import draw_zones
 
 RTOL = {"panels": 1e-3, "cells": 1e-2}
 CELLS = "Cells(nodes=..., window=...) take"  # the advice of an obstacle that is too wide for panels
 LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
-LEVELS = {"A": 0.2, "B": 0.0, "full": -0.2, "contact": 0.0}  # of the bars in the figure
-SHOWN = ("load", "half_width", "method", "unknowns", "error_estimate")
 
 
 @dataclass(frozen=True)
@@ -111,19 +107,13 @@ class Parameters(Checked):
 
 
 def solve(parameters):
-    """The State at each load, in the order given."""
-    states = []
-    for load in parameters.loads:
-        initial = states[-1] if states else None
-        states.append(parameters.problem.solve(load=load, rtol=parameters.rtol, initial=initial))
-    return states
-
-
-def result(parameters, quiet=True):
-    """The contract's object: `State.to_dict` of each load, and the events of the path, if asked for."""
-    start, chosen = time.perf_counter(), parameters.resolved()
+    """The State at each load, in the order given, and what the contract returns of them."""
+    start, chosen, states = time.perf_counter(), parameters.resolved(), []
     try:
-        found = {"states": [state.to_dict() for state in solve(chosen)]}
+        for load in chosen.loads:
+            initial = states[-1] if states else None
+            states.append(chosen.problem.solve(load=load, rtol=chosen.rtol, initial=initial))
+        found = {"states": [state.to_dict() for state in states]}
         if chosen.path:
             path = chosen.problem.path(load=max(chosen.loads), rtol=chosen.rtol)
             found["events"] = path.to_dict()["events"]
@@ -133,72 +123,37 @@ def result(parameters, quiet=True):
         name = "height" if chosen.samples is None else "samples"
         words = failure.allowed.replace(CELLS, "--window L R takes")
         raise mb.BadArgument(name, getattr(chosen, name), words) from failure
-    return returned(chosen, start, **found)
+    return states, returned(chosen, start, **found)
+
+
+def result(parameters, quiet=True):
+    """The contract's object: `State.to_dict` of each load, and the events of the path, if asked for."""
+    return solve(parameters)[1]
 
 
 def show(answer):
     """A table of the states, their zones, the events and what is to be kept in mind."""
-    print_table(answer["states"], SHOWN, 9)
+    print_table(answer["states"], ("load", "half_width", "method", "unknowns", "error_estimate"), 9)
     for state in answer["states"]:
-        zones = [f"{name} {intervals(own)}" for name, own in state["zones"].items() if own]
+        zones = [f"{name} {intervals(pairs)}" for name, pairs in state["zones"].items() if pairs]
         print(f"load {state['load']:g}: {'; '.join(zones)}")
+        for words in state["warnings"]:
+            print(f"warning: {words}")
     print_events(answer.get("events", ()))
-    for words in dict.fromkeys(words for state in answer["states"] for words in state["warnings"]):
-        print(f"warning: {words}")
 
 
-def rows(parameters, answer):
-    """A row a node, with the number of its interval of contact, and one for each zone."""
-    states = [
-        {**state, "profile": {**state["profile"], "zone": _numbers(state)}} for state in answer["states"]
-    ]
-    nodes = profiles(
-        states, "load", "error_estimate", columns=("zone", "x", "pressure", "micromoment", "psi")
-    )
-    zones = [
-        {"load": state["load"], "name": name, "left": left, "right": right}
-        for state in states
-        for name, own in state["zones"].items()
-        for left, right in own
-    ]
-    return of_kinds(node=nodes, zone=zones)
-
-
-def _numbers(state):
-    """The number of the interval of contact at or after each node."""
-    return np.searchsorted([right for _, right in state["zones"]["contact"]], state["x"]).tolist()
-
-
-def figure(records):
-    """Pressure (a), micromoment (b) and zones (c) of an obstacle at each load.
-
-    In (c) a bar for each interval in which the left corner (A), the right one (B) or both (full) are closed;
-    of a law without corners the contact. Loads from dark to light in (a) and (b), upwards in (c).
+def run(parameters, out=None, quiet=False):
+    """The contract's object; it is printed unless `quiet`. A folder gets `State.plot` of each load, with
+    pressure, micromoment and zones, and a table of the nodes.
     """
-    from microblock.view import plots
-
-    kinds = grouped(records, "kind")
-    loads = grouped(kinds["node"], "load")
-    drawing, axes = plots.figure(3, 1, height=1.6, sharex=True)
-    for colour, (load, nodes) in zip(plots.shades(len(loads)), loads.items()):
-        draw_zones(axes[0], nodes, "pressure", color=colour, label=f"{load:g}")
-        draw_zones(axes[1], nodes, "micromoment", color=colour)
-    last = {row["name"]: row for row in kinds["zone"]}
-    colours = dict(zip(LEVELS, ("C0", "C1", "0.3", "0.3")))
-    for row in kinds["zone"]:
-        if row["name"] != "contact" or len(last) == 1:
-            level = list(loads).index(row["load"]) + LEVELS[row["name"]]
-            look = {"color": colours[row["name"]], "linewidth": 3, "solid_capstyle": "butt"}
-            axes[2].plot((row["left"], row["right"]), (level, level), **look)
-            if row is last[row["name"]]:
-                plots.label(axes[2], row["right"], level, row["name"], look["color"], (3, -3))
-    axes[0].set_ylabel("pressure")
-    axes[1].set_ylabel("micromoment")
-    axes[2].set(xlabel="$x_1$", ylabel="load", ylim=(-0.5, len(loads) - 0.5))
-    axes[2].set_yticks(range(len(loads)), [f"{load:g}" for load in loads])
-    plots.letter(axes)
-    plots.legend_of_all(drawing, axes[0], title="load")
-    return drawing
-
-
-FIGURES = {"contact": (rows, figure)}
+    states, answer = solve(parameters)
+    if not quiet:
+        show(answer)
+    if out:
+        for state in states:
+            picture = out / f"contact_{state.load}"
+            state.plot(f"{picture}.png").savefig(f"{picture}.pdf")
+        columns = "x", "weight", "pressure", "micromoment", "psi"
+        nodes = profiles(answer["states"], "load", "error_estimate", columns=columns)
+        write_records(out / "contact.csv", named(sys.modules[__name__], parameters, nodes))
+    return answer

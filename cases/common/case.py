@@ -10,6 +10,8 @@ Functions that draw import `microblock.view` themselves: a run without figures d
 from dataclasses import asdict
 from functools import partial
 
+import numpy as np
+
 from .options import command
 from .records import keep
 
@@ -58,6 +60,14 @@ def of_kinds(**tables):
     """Rows of several tables as one: `kind` says which, and columns that a table lacks are empty."""
     names = dict.fromkeys(name for rows in tables.values() for row in rows[:1] for name in row)
     return [{"kind": kind, **dict.fromkeys(names), **row} for kind, rows in tables.items() for row in rows]
+
+
+def over(columns, units):
+    """Columns of a profile over their units {name: unit}, as lists; None where a state has no such column."""
+    return {
+        name: None if columns[name] is None else (np.asarray(columns[name]) / unit).tolist()
+        for name, unit in units.items()
+    }
 
 
 def profiles(states, *names, columns=None):

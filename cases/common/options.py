@@ -224,10 +224,9 @@ def command(case, parameters):
         if isinstance(value, bool):
             words += [flag(entry.name)] * value
             continue
-        if isinstance(value, (tuple, list)):
-            value = " ".join(str(one) for one in value) or None
-        if value is not None:
-            words.append(f"{flag(entry.name)} {shlex.quote(str(value))}")
+        several = value if isinstance(value, (tuple, list)) else () if value is None else (value,)
+        if several:
+            words.append(f"{flag(entry.name)} {' '.join(shlex.quote(str(one)) for one in several)}")
     return " ".join(words)
 
 

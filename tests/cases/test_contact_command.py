@@ -160,6 +160,7 @@ FILES = {
     b"0, 0\n": "1 samples",
     b"x\n0\n1\n": "'0' in line 2",
     b"0, 0, 0\n1, 1, 1": "'0, 0, 0' in line 1",
+    b"0, 0, low\n1, 1, high": "line 1",
     b"0, 0\n\n1, nan\n": "'1, nan' in line 3",
     b"0, 0\n1, inf\n": "line 2",
     b"0, 0\n1, 1e99\n": "line 2",
@@ -186,11 +187,14 @@ def test_figure_and_records(tmp_path, capsys):
     words = ["contact", "--height", "(x - 0.2)**2/20", "--loads", "0.02", "1", "--out", str(tmp_path)]
     assert main(words) == 0
     assert "load 1: A [" in capsys.readouterr().out
-    assert {path.name for path in tmp_path.iterdir()} == {"contact.csv", "contact.pdf", "contact.png"}
+    figures = {f"contact_{load}.{kind}" for load in ("0.02", "1.0") for kind in ("png", "pdf")}
+    assert {path.name for path in tmp_path.iterdir()} == {"contact.csv", *figures}
     with open(tmp_path / "contact.csv") as file:
         rows = list(csv.DictReader(file))
     again = shlex.split(rows[0]["command"])[4:]
-    assert again[:2] == ["--height", "(x - 0.2)**2/20"]
-    # a light load has a zone of each corner, a larger one also one of both
-    names = [(row["load"], row["name"]) for row in rows if row["kind"] == "zone"]
-    assert ("1.0", "full") in names and ("0.02", "full") not in names
+    assert again[:6] == ["--height", "(x - 0.2)**2/20", "--loads", "0.02", "1.0", "--E"]
+    # each load is carried; the rule's weights are exact to rounding
+    for load in ("0.02", "1.0"):
+        nodes = [row for row in rows if row["load"] == load]
+        carried = sum(float(row["weight"]) * float(row["pressure"]) for row in nodes)
+        assert carried == pytest.approx(float(load), rel=1e-9)

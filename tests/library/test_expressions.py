@@ -66,6 +66,7 @@ HOSTILE = {
     "x # y": ("#", 3),
     "x; x": (";", 2),
     "abs(x=x)": ("abs(x=x)", 1),
+    "abs(x, out=x)": ("abs(x, out=x)", 1),
     "abs(*x)": ("*x", 5),
     "abs(**x)": ("abs(**x)", 1),
     "clip(x, 1)": ("clip(x, 1)", 1),
