@@ -226,7 +226,8 @@ def command(case, parameters):
             continue
         several = value if isinstance(value, (tuple, list)) else () if value is None else (value,)
         if several:
-            words.append(f"{flag(entry.name)} {' '.join(shlex.quote(str(one)) for one in several)}")
+            between = "=" if isinstance(value, str) and value.startswith("-") else " "  # as argparse wants it
+            words.append(flag(entry.name) + between + " ".join(shlex.quote(str(one)) for one in several))
     return " ".join(words)
 
 

@@ -4,12 +4,15 @@ import csv
 import json
 import math
 import shlex
+from dataclasses import fields
 
 import numpy as np
 import pytest
 
 import microblock as mb
-from cases.__main__ import main
+from cases.__main__ import main, parsed
+from cases.commands import contact
+from cases.common.options import command
 from microblock.data.samples import read_samples
 from microblock.model import closed_forms
 
@@ -198,3 +201,11 @@ def test_figure_and_records(tmp_path, capsys):
         nodes = [row for row in rows if row["load"] == load]
         carried = sum(float(row["weight"]) * float(row["pressure"]) for row in nodes)
         assert carried == pytest.approx(float(load), rel=1e-9)
+
+
+@pytest.mark.parametrize("height", ["-cos(x)", "where(x < 0, -x, x**2)", "x**2/20"])
+def test_the_command_that_repeats_a_run_is_read_back(height):
+    given = contact.Parameters(height=height, window=(-1, 1), loads=(0.1, 1))
+    words = shlex.split(command("contact", given))[3:]
+    found = parsed("contact", contact, words)
+    assert contact.Parameters(**{entry.name: found[entry.name] for entry in fields(given)}) == given
