@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import at_most
+from ..errors import Named, at_most
 from ..model.plain_data import PlainData
 from ..model.summary import Row, Shown, Summary, number, saved
 from ..model.types import AnyArray as Array
@@ -84,6 +84,9 @@ class State3D(Shown, PlainData):
     def points(self) -> Array:
         """Places of the nodes, array (n, 3) (lengths)."""
         return self.nodes.points
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pressures", Named("corner", self.pressures))
 
     @property
     def x1(self) -> Array:
