@@ -78,6 +78,9 @@ def test_a_state_of_the_plane_is_its_attributes(state):
     profile = data["profile"]
     assert tuple(profile) == TABLE + (("shear", "slip") if friction else ())
     assert np.dot(profile["weight"], profile["pressure"]) == pytest.approx(state.load, rel=1e-9)  # rounding
+    renamed = {"weight": "weights", "shear": "shear_traction"}
+    for name in set(profile) - {"pressure_A", "pressure_B"}:
+        assert profile[name] == data[renamed.get(name, name)], name
     for corner in "AB":
         column, pressure = profile[f"pressure_{corner}"], dict(state.pressures).get(corner)
         assert column is None if pressure is None else same(column, pressure)
