@@ -18,6 +18,7 @@ _HOME = {
     "HistoryEvent": "model.history",
     "FrictionState": "model.history",
     "Cosserat": "model.material",
+    "hertz_scales": "model.material",
     "HalfPlane": "halfplane.kernels",
     "HalfSpace": "halfspace.half_space",
     "Block": "model.bodies",
