@@ -1,6 +1,6 @@
 """The library is broken on purpose, in places drawn by program: which test sees it?
 
-    python -m tests.mutations [--first K] [--count N] [--seconds S] [--json FILE] [--list] [--map]
+python -m tests.mutations [--first K] [--count N] [--seconds S] [--json FILE] [--list] [--map]
 """
 
 from __future__ import annotations
@@ -90,7 +90,17 @@ def run_pytest(root, arguments, plugin, **options):
         "OPENBLAS_NUM_THREADS": "1",
         PLUGIN: json.dumps(plugin),
     }
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "tests.mutations", *arguments]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "-p",
+        "tests.mutations",
+        *arguments,
+    ]
     return subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True, **options)
 
 
@@ -103,7 +113,9 @@ def make_map():
             continue
         start = time.perf_counter()
         run_pytest(ROOT, [test_file], {"lines": str(lines)})
-        done = json.loads(lines.with_suffix(".json").read_text()) if lines.with_suffix(".json").exists() else {}
+        done = (
+            json.loads(lines.with_suffix(".json").read_text()) if lines.with_suffix(".json").exists() else {}
+        )
         print(f"{test_file}: {len(done)} tests passed, {time.perf_counter() - start:.0f} s", flush=True)
 
 
