@@ -24,7 +24,6 @@ from __future__ import annotations
 
 import argparse
 import ast
-import faulthandler
 import functools
 import json
 import os
@@ -33,8 +32,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import defaultdict
-from dataclasses import dataclass
+from collections import defaultdict, namedtuple
 from hashlib import sha256
 from pathlib import Path
 
@@ -44,11 +42,11 @@ import pytest
 SEED = 7351  # of the places; another seed draws others
 PLACES = 60
 SECONDS = 600.0  # of the tests of a mutation, as they were recorded
-HANG = 60.0, 20.0  # seconds, and times the recorded ones, after which a test hangs
+BATCHES = 0.0, 0.3, 3.0, 30.0, np.inf  # seconds of tests that share a process, and how long one may hang
 ROOT = Path(__file__).parents[1]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "microblock"
 SHARED = re.compile(r"^ *@.*(cache\b|scope=)", re.M)  # what a test of the file leaves for the next ones
-PLUGIN = "MICROBLOCK_MUTATIONS"  # environment variable: what the plugin does in a process of pytest
+LINES = "MICROBLOCK_LINES"  # environment variable: the file to which the plugin of pytest writes
 ORDER = re.compile(r"order|degree|GAUSS", re.I)
 OTHER = {ast.Lt: "<= >=", ast.LtE: "< >", ast.Gt: ">= <=", ast.GtE: "> <", ast.Eq: "!=", ast.NotEq: "=="}
 WHOLE = re.compile(r"\blen\(|\.size\b|\.ndim\b|\.shape\b|^\d+ |[<>=] \d+$|count|number")  # of whole numbers
@@ -56,24 +54,19 @@ SMALL = 1e-4  # literals below are thresholds, which 10^4 changes and 2 does not
 EQUIVALENT = {}  # number: why no test can see the mutation
 
 
-@dataclass(frozen=True)
-class Place:
-    """A mutation: bytes `start` to `end` of a file, in a statement of some lines, are replaced."""
+# bytes `start` to `end` of a file, in a statement of some lines, are replaced
+Place = namedtuple("Place", "file kind lines start end before after")
 
-    file: str
-    kind: str
-    lines: range
-    start: int
-    end: int
-    before: str
-    after: str
 
-    def __str__(self):
-        short = (" ".join(text.split())[:70] for text in (self.before, self.after))
-        return f"{self.file}:{self.lines.start}: {self.kind}: {' -> '.join(short)}"
+def words_of(place):
+    short = (" ".join(text.split())[:70] for text in (place.before, place.after))
+    return f"{place.file}:{place.lines.start}: {place.kind}: {' -> '.join(short)}"
 
-    def broken(self, text):
-        return text[: self.start] + self.after.encode() + text[self.end :]
+
+def broken(place):
+    """The file's bytes with the mutation."""
+    text = (ROOT / place.file).read_bytes()
+    return text[: place.start] + place.after.encode() + text[place.end :]
 
 
 def variants(node, view):
@@ -119,160 +112,96 @@ def variants(node, view):
                 yield "order", part, f"({text(part)} - 1)"
 
 
+def breaks(node, view, lines=range(1, 2), module=True):
+    """(kind, node that is replaced, its new text, lines of its statement) of all that is below a node."""
+    if isinstance(node, ast.stmt):
+        body = () if isinstance(node, ast.FunctionDef) else getattr(node, "body", ())
+        lines = range(node.lineno, max(body[0].lineno if body else node.end_lineno + 1, node.lineno + 1))
+        module = module and not isinstance(node, ast.FunctionDef)
+    if not (view and module):
+        yield from ((*variant, lines) for variant in variants(node, view))
+    drawn = view and isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+    for name, value in ast.iter_fields(node):
+        if name not in ("annotation", "returns", "decorator_list") and (name == "func" or not drawn):
+            for child in value if isinstance(value, list) else [value]:
+                left_out = isinstance(child, ast.Raise | ast.JoinedStr) or not isinstance(child, ast.AST)
+                if not left_out and "TYPE_CHECKING" not in ast.dump(child)[:60]:
+                    yield from breaks(child, view, lines, module)
+
+
 def places(file):
     """All places of a file."""
     text = (ROOT / file).read_bytes()
     starts = np.cumsum([0, *map(len, text.splitlines(keepends=True))])
-    tree, view, found = ast.parse(text), "/view/" in file, []
-
-    def visit(node, lines, module):
-        if isinstance(node, ast.Raise | ast.JoinedStr):
-            return
-        if isinstance(node, ast.stmt):
-            body = getattr(node, "body", None)
-            module = module and not isinstance(node, ast.FunctionDef)
-            whole = isinstance(node, ast.FunctionDef) or not body
-            lines = range(node.lineno, (node.end_lineno if whole else body[0].lineno - 1) + 1)
-            lines = lines or range(node.lineno, node.lineno + 1)
-        if not (view and module):
-            for kind, old, new in variants(node, view):
-                start, end = (
-                    int(starts[line - 1]) + column
-                    for line, column in ((old.lineno, old.col_offset), (old.end_lineno, old.end_col_offset))
-                )
-                found.append(Place(file, kind, lines, start, end, text[start:end].decode(), new))
-        drawn = view and isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
-        for name, value in ast.iter_fields(node):
-            if name in ("annotation", "returns", "decorator_list") or (drawn and name != "func"):
-                continue
-            for child in value if isinstance(value, list) else [value]:
-                if isinstance(child, ast.AST) and "TYPE_CHECKING" not in ast.dump(child)[:60]:
-                    visit(child, lines, module)
-
-    visit(tree, range(1, 2), True)
-    return found
-
-
-def is_other(place):
-    """Whether the mutated file is Python, and not the same."""
-    text = (ROOT / place.file).read_bytes()
-    try:
-        return ast.dump(ast.parse(place.broken(text))) != ast.dump(ast.parse(text))
-    except SyntaxError:
-        return False
+    for kind, old, new, lines in breaks(ast.parse(text), "/view/" in file):
+        start = int(starts[old.lineno - 1]) + old.col_offset
+        end = int(starts[old.end_lineno - 1]) + old.end_col_offset
+        yield Place(file, kind, lines, start, end, text[start:end].decode(), new)
 
 
 def drawn(seed=SEED, count=PLACES):
     """The places of a seed, room by room."""
     rooms, sizes = defaultdict(list), defaultdict(int)
     for path in sorted((ROOT / "microblock").rglob("*.py")):
-        file = str(path.relative_to(ROOT))
-        rooms[str(Path(file).parent)] += places(file)
-        sizes[str(Path(file).parent)] += sum(
-            isinstance(node, ast.stmt) for node in ast.walk(ast.parse(path.read_bytes()))
-        )
+        room = path.parent.relative_to(ROOT)
+        rooms[room] += places(str(path.relative_to(ROOT)))
+        sizes[room] += sum(isinstance(node, ast.stmt) for node in ast.walk(ast.parse(path.read_bytes())))
     ends = np.rint(np.cumsum(list(sizes.values())) * count / sum(sizes.values())).astype(int)
     for number, (room, share) in enumerate(zip(rooms, np.diff(ends, prepend=0))):
-        rng, seen = np.random.default_rng((seed, number)), set()
+        rng, chosen = np.random.default_rng((seed, number)), {}
         kinds = sorted({place.kind for place in rooms[room]})
-        while share:
+        while len(chosen) < share:
             kind = kinds[rng.integers(len(kinds))]
             choice = [place for place in rooms[room] if place.kind == kind]
             place = choice[rng.integers(len(choice))]
-            if place.start not in seen and is_other(place):
-                seen.add(place.start)
-                share -= 1
-                yield place
+            same = ast.dump(ast.parse(broken(place))) == ast.dump(ast.parse((ROOT / place.file).read_bytes()))
+            if place.start not in chosen and not same:
+                chosen[place.start] = place
+        yield from chosen.values()
 
 
 class Recorder:
-    """Plugin: which lines of the library a test executes, in coverage's file, and the seconds of what passes."""
+    """Plugin of pytest: which lines of the library a test executes, in coverage's file, and its seconds."""
 
     def __init__(self, lines):
         import coverage
 
-        self.file, self.seconds, self.failed = Path(lines), {}, set()
+        self.file, self.seconds = Path(lines), {}
         self.coverage = coverage.Coverage(data_file=lines, source=["microblock"], config_file=False)
         self.coverage.set_option("run:relative_files", True)
         self.coverage.start()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item):
-        for name, module in list(sys.modules.items()):  # what an earlier test computed is computed again
-            if name.startswith("microblock"):
-                for value in vars(module).values():
-                    if isinstance(value, functools._lru_cache_wrapper):
-                        value.cache_clear()
+        modules = [vars(module) for name, module in sys.modules.items() if name.startswith("microblock")]
+        for value in [value for module in modules for value in module.values()]:
+            if isinstance(value, functools._lru_cache_wrapper):
+                value.cache_clear()  # what an earlier test computed is computed again
         self.coverage.switch_context(item.nodeid)
+        start = time.perf_counter()
         result = yield
+        self.seconds[item.nodeid] = time.perf_counter() - start
         self.coverage.switch_context("")
         return result
-
-    def pytest_runtest_logreport(self, report):
-        self.seconds[report.nodeid] = self.seconds.get(report.nodeid, 0.0) + report.duration
-        if report.outcome != "passed":
-            self.failed.add(report.nodeid)
 
     def pytest_sessionfinish(self):
         self.coverage.stop()
         self.coverage.save()
-        passed = {test: seconds for test, seconds in self.seconds.items() if test not in self.failed}
-        self.file.with_suffix(".json").write_text(json.dumps(passed))
-
-
-class Chooser:
-    """Plugin: the tests of a mutation in their order; which of them began, and what came of it, is in a file."""
-
-    def __init__(self, seconds, report):
-        self.seconds, self.report = json.loads(Path(seconds).read_text()), Path(report)
-        self.order = {unit: number for number, unit in enumerate(self.seconds)}
-
-    def unit(self, test):
-        return test if test in self.order else test.split("::")[0]
-
-    def say(self, test, outcome):
-        self.report.write_text(json.dumps({"test": test, "outcome": outcome}))
-
-    @pytest.hookimpl(trylast=True)
-    def pytest_collection_modifyitems(self, items):
-        chosen = [item for item in items if self.unit(item.nodeid) in self.order]
-        items[:] = sorted(chosen, key=lambda item: self.order[self.unit(item.nodeid)])
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_protocol(self, item):
-        self.say(item.nodeid, "hangs")
-        least, times = HANG
-        limit = least + times * self.seconds[self.unit(item.nodeid)]
-        faulthandler.dump_traceback_later(limit, exit=True)
-        result = yield
-        faulthandler.cancel_dump_traceback_later()
-        return result
-
-    def pytest_runtest_logreport(self, report):
-        if report.outcome == "failed":
-            self.say(report.nodeid, "fails")
-
-    def pytest_sessionfinish(self, exitstatus):
-        if not exitstatus:
-            self.say("", "passed")
+        self.file.with_suffix(".json").write_text(json.dumps(self.seconds))
 
 
 def pytest_configure(config):
-    if PLUGIN in os.environ:
-        kind, given = json.loads(os.environ[PLUGIN])
-        config.pluginmanager.register({"record": Recorder, "choose": Chooser}[kind](**given))
+    if LINES in os.environ:
+        config.pluginmanager.register(Recorder(os.environ[LINES]))
 
 
-def run_pytest(root, arguments, *plugin):
-    """A finished process of pytest in a checkout, with a plugin."""
-    environment = {
-        **os.environ,
-        "PYTHONPATH": os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH")))),
-        "PYTHONDONTWRITEBYTECODE": "1",
-        PLUGIN: json.dumps(plugin),
-    }
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-p", "tests.mutations"]
-    return subprocess.run([*command, *arguments], cwd=root, env=environment, capture_output=True, text=True)
+def run_pytest(root, *arguments, **more):
+    """What pytest prints in a checkout, and whether all tests have passed."""
+    paths = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
+    environment = {**os.environ, "PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONUNBUFFERED": "1"}
+    command = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", *map(str, arguments)]
+    done = subprocess.run(command, cwd=root, env=environment | more, capture_output=True, text=True)
+    return done.stdout, done.returncode == 0
 
 
 def text_of(*files):
@@ -303,7 +232,7 @@ def make_map():
         lines = lines_of(test_file)
         if not lines.with_suffix(".json").exists():
             start = time.perf_counter()
-            run_pytest(ROOT, ["--maxfail=9", test_file], "record", {"lines": str(lines)})
+            run_pytest(ROOT, "-p", "tests.mutations", test_file, **{LINES: str(lines)})
             print(f"{test_file}: {time.perf_counter() - start:.0f} s", flush=True)
 
 
@@ -325,63 +254,57 @@ def executed(place):
 
 
 def tests_of(place):
-    """{test, or file whose tests belong together: recorded seconds} of those that execute a place, quickest first."""
+    """{test, or file whose tests belong together: recorded seconds} of those that execute a place."""
     import coverage
 
-    units = {}
+    units, wanted = {}, executed(place)
     for test_file in test_files():
         lines = lines_of(test_file)
         if not lines.with_suffix(".json").exists():
-            continue
-        seconds, data = json.loads(lines.with_suffix(".json").read_text()), coverage.CoverageData(str(lines))
+            raise SystemExit(f"lines of {test_file} are not recorded: --map")
+        seconds, data, tests = (
+            json.loads(lines.with_suffix(".json").read_text()),
+            coverage.CoverageData(lines),
+            set(),
+        )
         data.read()
-        tests = set()
-        for file, wanted in executed(place).items():
-            by_line = data.contexts_by_lineno(file)
-            here = {test for line in wanted for test in by_line.get(line, ())}
-            tests |= here if here - {""} else {test for all_of in by_line.values() for test in all_of if here}
+        for file, numbers in wanted.items():
+            contexts = data.contexts_by_lineno(file)
+            here = set().union(*(contexts.get(number, ()) for number in numbers))
+            tests |= here if here - {""} else set().union(*contexts.values()) if here else set()
         tests &= set(seconds)
-        if tests and SHARED.search((ROOT / test_file).read_text()):
-            units[test_file] = sum(seconds.values())
-        else:
-            units |= {test: seconds[test] for test in tests}
-    return dict(sorted(units.items(), key=lambda unit: unit[1]))
+        whole = tests and SHARED.search((ROOT / test_file).read_text())
+        units |= {test_file: sum(seconds.values())} if whole else {test: seconds[test] for test in tests}
+    return units
 
 
-def outcome(root, units):
-    """{"test", "outcome"} of the first of the tests that fails or hangs in a checkout, or of all."""
-    with tempfile.TemporaryDirectory() as place:
-        seconds, report = Path(place) / "seconds", Path(place) / "report"
-        seconds.write_text(json.dumps(units))
-        files = sorted({unit.split("::")[0] for unit in units})
-        run_pytest(root, files, "choose", {"seconds": str(seconds), "report": str(report)})
-        if report.exists():
-            return json.loads(report.read_text())
-        return {"test": "", "outcome": "fails"}
+def first_failure(root, units):
+    """The first of the tests, quickest first, that fails or hangs in a checkout, or None."""
+    for low, high in zip(BATCHES, BATCHES[1:]):
+        some = sorted((seconds, unit) for unit, seconds in units.items() if low <= seconds < high)
+        if some:
+            hang = f"faulthandler_timeout={60 + 20 * some[-1][0]:.0f}"
+            options = "-x", "-o", hang, "-o", "faulthandler_exit_on_timeout=true"
+            printed, passed = run_pytest(root, *options, *(unit for _, unit in some))
+            if not passed:
+                begun = re.findall(r"^(tests/\S+?\.py::.*?)(?: [A-Z]+ .*)?$", printed, re.M)
+                return begun[-1] if begun else some[0][1]  # not even imported
+    return None
 
 
 def judged(root, place, most):
-    """{"outcome", "test", "tests", "left out"} of a mutation, made in a checkout and taken back."""
-    units, kept, total = tests_of(place), {}, 0.0
-    for unit, seconds in units.items():
-        total += seconds
-        if total < most:
-            kept[unit] = seconds
-    counts = {"tests": len(kept), "left out": len(units) - len(kept)}
-    file = root / place.file
-    text = file.read_bytes()
-    while kept:
-        file.write_bytes(place.broken(text))
-        try:
-            result = outcome(root, kept)
-        finally:
-            file.write_bytes(text)
-        test = result["test"] or min(kept, key=kept.get)  # "" where not even the import worked
-        unit = test if test in kept else test.split("::")[0]
-        if result["outcome"] == "passed" or outcome(root, {test: kept[unit]})["outcome"] == "passed":
-            return {**result, **counts}
-        del kept[unit]  # fails without the mutation, too
-    return {"test": "", "outcome": "passed", **counts}
+    """(test that finds a mutation or None, number of tests that may) in a checkout, which stays as it was."""
+    units, file = tests_of(place), root / place.file
+    total = np.cumsum(sorted(units.values()))
+    units = {unit: seconds for unit, seconds in units.items() if not most < total[total >= seconds][0]}
+    while True:
+        file.write_bytes(broken(place))
+        test = first_failure(root, units)
+        file.write_bytes((ROOT / place.file).read_bytes())
+        unit = test if test in units else str(test).split("::")[0]
+        if test is None or first_failure(root, {test: units[unit]}) is None:
+            return test, len(units)
+        del units[unit]  # it fails without the mutation, too
 
 
 def main():
@@ -390,24 +313,22 @@ def main():
     words.add_argument("--count", type=int, default=PLACES, metavar="N")
     words.add_argument("--seconds", type=float, default=SECONDS, metavar="S")
     words.add_argument("--json", metavar="FILE")
-    words.add_argument("--list", action="store_true", help="print the places")
+    words.add_argument("--list", action="store_true", help="print the places alone")
     words.add_argument("--map", action="store_true", help="record which tests execute which lines")
-    given = words.parse_args()
+    given, rows = words.parse_args(), []
     if given.map:
         return make_map()
-    rows = []
-    with tempfile.TemporaryDirectory() as place:
+    with tempfile.TemporaryDirectory() as root:
         archive = subprocess.run(["git", "archive", "HEAD"], cwd=ROOT, capture_output=True, check=True).stdout
-        subprocess.run(["tar", "-x", "-C", place], input=archive, check=True)
-        for number, mutation in list(enumerate(drawn()))[given.first : given.first + given.count]:
-            start = time.perf_counter()
-            row = {} if given.list else judged(Path(place), mutation, given.seconds)
-            found = row.get("outcome") in ("fails", "hangs")
-            said = f"found: {row['test']} {row['outcome']}" if found else f"SURVIVED {row or ''}"
-            said = f"equivalent: {EQUIVALENT[number]}" if number in EQUIVALENT and not found else said
-            words = "" if given.list else f": {said}, {time.perf_counter() - start:.0f} s"
-            print(f"{number} {mutation}{words}", flush=True)
-            rows.append({"number": number, "place": str(mutation), "said": said, **row})
+        subprocess.run(["tar", "-x", "-C", root], input=archive, check=True)
+        for number, place in list(enumerate(drawn()))[given.first : given.first + given.count]:
+            start, said = time.perf_counter(), ""
+            if not given.list:
+                test, count = judged(Path(root), place, given.seconds)
+                survived = f"equivalent: {EQUIVALENT[number]}" if number in EQUIVALENT else "SURVIVED"
+                said = f": {f'found by {test}' if test else survived} of {count}, {time.perf_counter() - start:.0f} s"
+            print(f"{number} {words_of(place)}{said}", flush=True)
+            rows.append((number, words_of(place), said))
     if given.json:
         Path(given.json).write_text(json.dumps(rows, indent=1))
 
