@@ -1,0 +1,22 @@
+"""Commands whose names, options and keys are promised, and a sweep: exit status and numbers of their JSON."""
+
+import json
+
+from .. import library, of_kind, problems
+from ..states import leaves
+
+
+def rows():
+    for words, (wanted, kind, tolerance) in problems.COMMANDS.items():
+        status, printed = library.answered(words)
+        yield f"cases {words}: exit status", status, "outcome"
+        numbers = dict(leaves(json.loads(printed)))
+        estimates = [value for name, value in numbers.items() if name.endswith("error_estimate")]
+        tolerance = max(estimates, default=tolerance)
+        for name, value in numbers.items():
+            if name.startswith(wanted) and not (words in problems.ENDLESS and name.endswith("energy")):
+                yield of_kind(f"cases {words}: {name}", value, kind, tolerance)
+    for words in problems.REFUSED_COMMANDS:
+        yield f"cases {words}: exit status", library.answered(words)[0], "outcome"
+    for name, value in library.of_studies().items():
+        yield name, value, "estimated", 1e-3

@@ -1,0 +1,14 @@
+"""States of panels and cells, load paths, and loads at which zones meet."""
+
+from .. import library, problems
+from ..states import rows_of_paths, rows_of_states
+
+
+def rows():
+    yield from rows_of_states(problems.PANELS + problems.CELLS + problems.SHARP + problems.WAVY)
+    yield from rows_of_paths(problem for problem in problems.PATHS if problem["method"] == "panels")
+    for problem in problems.COALESCENCE:
+        if problem["method"] == "panels":
+            yield problem["name"], library.coalescence_of(problem), "estimated", 1e-6  # `coalescence`'s own
+    for name, value in library.largest_shear().items():
+        yield name, value, "estimated", 1e-3
