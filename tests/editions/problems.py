@@ -1,7 +1,7 @@
-"""Problems of every method at three sizes, as texts that any edition of the library can run: public names only.
+"""Problems of every method at three sizes, as texts that any edition of the library can run.
 
-A text finds its size in SIZE, prepares what is not to be timed at its top, and returns its numbers, a dictionary,
-from `solve()`. "BEGINNING" stands before each; `numbers` gives those of a state of any method.
+They use public names only. A text finds its size in SIZE, prepares what is not to be timed at its top, and
+returns its numbers, a dictionary, from `solve()`. BEGINNING stands before each.
 """
 
 BEGINNING = """
@@ -34,7 +34,10 @@ def mesh(n, far=2.0):
     from ngsolve import Mesh
     from ngsolve.meshes import MakeStructured2DMesh
 
-    made = MakeStructured2DMesh(quads=True, nx=2 * n, ny=n, mapping=lambda x, y: (far * (2 * x - 1), far * (y - 1)))
+    def place(x, y):
+        return far * (2 * x - 1), far * (y - 1)
+
+    made = MakeStructured2DMesh(quads=True, nx=2 * n, ny=n, mapping=place)
     for number, name in enumerate(made.GetBoundaries()):
         made.ngmesh.SetBCName(number, {"top": "contact"}.get(name, name))
     return Mesh(made.ngmesh)
@@ -180,8 +183,8 @@ def solve():
         (1e-3, 1e-5, 1e-7),
         "rtol",
         """
-law = mb.Unilateral(friction=0.3)
-problem = mb.Contact(mb.HalfPlane(solid), mb.Deformable(mb.HalfPlane(solid), mb.Cylinder(R=10)), law, mb.Panels())
+law, body = mb.Unilateral(friction=0.3), mb.HalfPlane(solid)
+problem = mb.Contact(body, mb.Deformable(body, mb.Cylinder(R=10)), law, mb.Panels())
 def solve():
     return last(problem.history([(1.0, 0.0), (1.0, 0.15)], rtol=SIZE))
 """,
