@@ -76,14 +76,12 @@ def variants(node, view):
         case ast.UnaryOp(op=ast.USub()):
             yield "sign", node, f"({text(node.operand)})"
         case ast.BinOp(op=ast.Add() | ast.Sub()) if not re.search(r"['\"]", text(node)):
-            plus = isinstance(node.op, ast.Add)
             left, right = f"({text(node.left)})", f"({text(node.right)})"
-            yield "sign", node, f"({left} {'-' if plus else '+'} {right})"
-            yield "term", node, left
-            yield "term", node, right if plus else f"(-{right})"
+            signs = ("-", "") if isinstance(node.op, ast.Add) else ("+", "-")
+            changed = f"({left} {signs[0]} {right})", left, f"({signs[1]}{right})"
+            yield from ((kind, node, new) for kind, new in zip(("sign", "term", "term"), changed))
         case ast.BinOp(op=ast.Mult() | ast.Div()) if not view:
-            yield "factor", node, f"(2 * ({text(node)}))"
-            yield "factor", node, f"(({text(node)}) / 2)"
+            yield from (("factor", node, f"(({text(node)}) {change})") for change in ("* 2", "/ 2"))
         case ast.Constant(value=int() | float() as value) if not view and not isinstance(value, bool):
             yield "factor", node, repr(value * (1e4 if 0 < value < SMALL else 2) or 1)
         case ast.Subscript(slice=index):
@@ -236,43 +234,23 @@ def make_map():
             print(f"{test_file}: {time.perf_counter() - start:.0f} s", flush=True)
 
 
-def executed(place):
-    """{file: lines} whose tests may see a place: its statement's; of a constant, those that name it; else all."""
-    file = ast.parse((ROOT / place.file).read_bytes())
-    for node in file.body:
-        if isinstance(node, ast.Assign) and node.lineno in place.lines:
-            names = re.compile(
-                "|".join(rf"\b{name}\b" for name in re.findall(r"[A-Z_]+", ast.unparse(node.targets[0])))
-            )
-            return {
-                str(path.relative_to(ROOT)): [
-                    k for k, line in enumerate(path.open(), 1) if names.search(line)
-                ]
-                for path in (ROOT / "microblock").rglob("*.py")
-            }
-    return {place.file: place.lines}
-
-
 def tests_of(place):
-    """{test, or file whose tests belong together: recorded seconds} of those that execute a place."""
+    """{test, or file whose tests belong together: recorded seconds} of those that execute a place.
+
+    Statements of a module or class are executed by what imports it: of them all tests of the file count.
+    """
     import coverage
 
-    units, wanted = {}, executed(place)
+    units = {}
     for test_file in test_files():
         lines = lines_of(test_file)
         if not lines.with_suffix(".json").exists():
             raise SystemExit(f"lines of {test_file} are not recorded: --map")
-        seconds, data, tests = (
-            json.loads(lines.with_suffix(".json").read_text()),
-            coverage.CoverageData(lines),
-            set(),
-        )
+        seconds, data = json.loads(lines.with_suffix(".json").read_text()), coverage.CoverageData(lines)
         data.read()
-        for file, numbers in wanted.items():
-            contexts = data.contexts_by_lineno(file)
-            here = set().union(*(contexts.get(number, ()) for number in numbers))
-            tests |= here if here - {""} else set().union(*contexts.values()) if here else set()
-        tests &= set(seconds)
+        contexts = data.contexts_by_lineno(place.file)
+        here = set().union(*(contexts.get(line, ()) for line in place.lines))
+        tests = set(seconds) & (set().union(*contexts.values()) if here == {""} else here)
         whole = tests and SHARED.search((ROOT / test_file).read_text())
         units |= {test_file: sum(seconds.values())} if whole else {test: seconds[test] for test in tests}
     return units

@@ -60,7 +60,7 @@ def solve():
         (1e-3, 1e-6, 1e-8),
         "rtol",
         """
-problem = mb.Contact(mb.HalfPlane(solid), lambda x: (abs(x) - 0.3) ** 2 / 20, mb.Microblock())
+problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
 def solve():
     path = problem.path(load=1.0, rtol=SIZE)
     return numbers(path.at(1.0)) | {f"event {k}": event.load for k, event in enumerate(path.events)}
