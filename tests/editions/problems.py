@@ -15,8 +15,8 @@ def numbers(state):
     p, w = np.asarray(state.pressure), np.asarray(state.weights)
     return {
         "load": state.load, "approach": state.approach, "half-width": getattr(state, "half_width", None),
-        "pressure, L2": np.sqrt(w @ p**2), "largest pressure": p.max(),
-        "rotation, L2": np.sqrt((w * np.square(state.psi).T).sum()), "energy": state.energy,
+        "pressure, L2": np.sqrt((w * p**2).sum()), "largest pressure": p.max(),
+        "largest rotation": np.abs(state.psi).max(), "energy": state.energy,
         "estimate": state.error_estimate, "unknowns": state.unknowns,
     }
 
@@ -25,7 +25,7 @@ def last(history):
     state = history.states[-1]
     p, q, w = (np.asarray(value) for value in (state.pressure, state.shear_traction, state.weights))
     return {
-        "pressure, L2": np.sqrt(w @ p**2), "shear, L2": np.sqrt(w @ q**2), "dissipation": state.dissipation,
+        "pressure, L2": np.sqrt((w * p**2).sum()), "shear, L2": np.sqrt((w * q**2).sum()), "dissipation": state.dissipation,
         "work": state.work, "estimate": state.error_estimate, "points": len(p), "events": len(history.events),
     }
 
