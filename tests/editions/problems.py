@@ -172,7 +172,7 @@ def solve():
 """,
     ),
     "friction, cells": (
-        (0.1, 0.03, 0.01),
+        (0.1, 0.03, 0.003),
         "rtol",
         f"""
 law = mb.Microblock(friction=0.3)
