@@ -197,7 +197,7 @@ def run_pytest(root, *arguments, **more):
     """What pytest prints in a checkout, and whether all tests have passed."""
     paths = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
     environment = {**os.environ, "PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONUNBUFFERED": "1"}
-    command = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", *map(str, arguments)]
+    command = [sys.executable, "-m", "pytest", "-vv", "-p", "no:cacheprovider", *map(str, arguments)]
     done = subprocess.run(command, cwd=root, env=environment | more, capture_output=True, text=True)
     return done.stdout, done.returncode == 0
 
