@@ -25,7 +25,7 @@ LEFT_OUT = {
 }
 
 
-def rows_of_states(problems):
+def rows_of_states(problems, library=library):
     """Rows of the states of problems: estimated where an accuracy was asked for, discrete elsewhere."""
     for problem in problems:
         state = library.solve(problem)
@@ -35,7 +35,7 @@ def rows_of_states(problems):
             yield of_kind(f"{problem['name']} {quantity}", value, kind, tolerance)
 
 
-def rows_of_paths(problems):
+def rows_of_paths(problems, library=library):
     """Events of load paths in an order that rounding does not change, and half-widths on the way."""
     for problem in problems:
         events, at = library.path_of(problem)

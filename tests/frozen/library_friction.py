@@ -1,0 +1,391 @@
+"""Frozen problems of friction in the names of the library: see `tests.frozen.library`."""
+
+from dataclasses import dataclass
+
+import netgen.occ as occ
+import ngsolve as ng
+import numpy as np
+
+import microblock as mb
+from microblock.corners import active_set, coulomb, exchange, projected_gradients
+from microblock.corners.friction import FrictionalContact, FrictionPath
+from microblock.data import export
+from microblock.fem.friction import FrictionFacets, MonolithicFriction
+from microblock.halfplane.friction_events import events
+from microblock.halfplane.friction_solver import FrictionSolver, Walk
+from microblock.model.history import FrictionState, History
+
+from . import library
+from . import problems as given
+from . import problems_friction as problems
+
+SAME = 1e-9  # share of a leg, within which changes are one event
+BESIDE = (
+    0.0041  # of the reach, by which cells stand to the right: alike to both sides, either of two may slip
+)
+OPEN = 1e-9  # of the largest pressure: less is the rounding of an open corner
+NODES = {"stick", "slip"}  # states of a node that touches
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A path of loads as any follower gives it.
+
+    Attributes
+    ----------
+    events : list of (leg, share, kind, number)
+        Corners "close" and "open"; nodes "stick", "slip" or "leave". What changes to and fro at one load is
+        left out, as is that all nodes slip at a pair Q = f P; those at one load are in alphabetical order.
+    forces : array (legs, corners n + n)
+        Corner forces and tangential forces at the pairs.
+    energies : array (legs, 3)
+        Energy, work and dissipation.
+    motions : array (legs, 2)
+        Approach and tangential displacement of the obstacle.
+    slip : array (legs, n)
+    residual : float
+    """
+
+    events: list
+    forces: np.ndarray
+    energies: np.ndarray
+    motions: np.ndarray
+    slip: np.ndarray
+    residual: float
+
+
+def solve_system(compliance, gaps, friction, path, coupled=True):
+    """The path of a small system, `Followed`, by the follower of cells."""
+    corners, n = gaps.shape
+    m = corners * n
+    own = FrictionPath(
+        FrictionalContact(
+            compliance[:m, :m], compliance[m:, :m], compliance[m:, m:], gaps.ravel(), friction, coupled
+        )
+    )
+    found, first = [own.to(*pair) for pair in path], (0, 0.0, "close", int(np.argmin(gaps)))
+    return Followed(
+        _events([first] + [_plain(one) for one in own.changes], path, friction, anew=True),
+        np.array([np.concatenate((one.normal, one.tangential)) for one in found]),
+        np.array([(one.energy, one.work, one.dissipation) for one in found]),
+        np.array([(one.approach, one.offset) for one in found]),
+        np.array([one.slip for one in found]),
+        max(one.residual for one in found),
+    )
+
+
+def answer(solve, system):
+    """What a follower gives, or the name of the error that it raises."""
+    try:
+        return solve(**system)
+    except mb.MicroblockError as failure:
+        return type(failure).__name__
+
+
+def solve_system_by_newton(compliance, gaps, friction, path, coupled=True):
+    """The same by the follower of bodies, whose unknowns are the displacements of corners and nodes."""
+    corners, n = gaps.shape
+    m = corners * n
+    signs = np.where(np.arange(m + n) < m, -1.0, 1.0)  # of displacements along n, and of pressures
+    one = np.eye(m + n)
+    system = coulomb.System(
+        np.linalg.inv(compliance * signs * signs[:, None]),
+        np.zeros(m + n),
+        tuple(one[c * n : (c + 1) * n] for c in range(corners)),
+        one[m:],
+        one[m:],
+        gaps,
+        np.tile([0.0, 1.0], (n, 1)),
+        np.ones(n),
+        friction,
+        1.0,
+    )
+    found = list(coulomb.History((system if coupled else system.uncoupled()).reduced()).follow(path))
+    forces = np.array([np.concatenate((one.iterate.pressures.ravel(), one.iterate.shear)) for one in found])
+    works = np.array([(one.work, one.dissipation) for one in found])
+    return Followed(
+        _events([_plain(one) for one in found[-1].changes], path, friction),
+        forces,
+        np.column_stack((np.einsum("ij,jk,ik->i", forces, compliance, forces) / 2, works)),
+        np.array([(one.iterate.approach, one.iterate.shift) for one in found]),
+        np.array([one.slip for one in found]),
+        max(one.residual for one in found),
+    )
+
+
+def touching(compliance, gaps, load):
+    """{solver: (corner forces, gaps, approach)} without friction at a load, and events on the way there."""
+    m = gaps.size
+    H, initial = compliance[:m, :m], gaps.ravel()
+    there = np.isfinite(initial)
+    state = active_set.solve(H, initial, load=load)
+    pressed = active_set.solve(H, initial, approach=state.approach)
+    path = active_set.path(H, initial, [load / 2, load])
+    products = projected_gradients.solve(_Dense(H), initial.reshape(gaps.shape), load=load, rtol=1e-13)
+    found = {
+        "active set": (state.forces, state.gaps, state.approach),
+        "approach given": (pressed.forces, pressed.gaps, pressed.approach),
+        "path": (path.states[-1].forces, path.states[-1].gaps, path.states[-1].approach),
+        "gradients": (products.forces.ravel(), products.gaps.ravel(), products.approach),
+    }
+    faces = exchange.exchange(H[np.ix_(there, there)], initial[there], np.ones(there.sum(), bool), load)
+    if faces is not None:
+        forces = np.zeros(m)
+        forces[there] = faces[0]
+        bare = initial + H @ forces
+        approach = float(bare[forces > 0].mean())
+        found["exchange"] = forces, bare - approach, approach
+    return found, [(one.kind, one.corner, one.load) for one in path.events]
+
+
+def touching_twice(compliance, gaps, load):
+    """(gaps, forces of both, approach) without friction where every corner is there twice."""
+    m = gaps.size
+    twice = np.tile(np.arange(m), 2)
+    state = active_set.solve(compliance[np.ix_(twice, twice)], gaps.ravel()[twice], load=load)
+    return np.minimum(state.gaps[:m], 1e3), state.forces.reshape(2, m).sum(axis=0), state.approach
+
+
+class _Dense:
+    """A flexibility by its products alone, as `projected_gradients.solve` takes it."""
+
+    def __init__(self, H):
+        self._H = H
+
+    def __matmul__(self, forces):
+        return (self._H @ forces.ravel()).reshape(forces.shape)
+
+    def precondition(self, values):
+        return values / np.diag(self._H).reshape(values.shape)
+
+
+def _plain(change):
+    return change.leg, float(change.share), change.kind, change.index
+
+
+def _events(changes, path, friction, anew=False):
+    """What changes at each load, as of `Followed`.
+
+    On a leg from full slip to full slip all nodes that touch count as slipping. `anew`: a follower that sets
+    them so, and to stick after it, without a word.
+    """
+    raw, shown, found = {}, {}, []
+    full = [0.0] + [np.sign(Q) * (abs(Q) >= friction * P * (1 - SAME)) for P, Q in path]
+    sliding = [before != 0 and before == after for before, after in zip(full, full[1:])]
+    for leg, slides in enumerate(sliding):
+        if anew and (slides or leg and sliding[leg - 1]):
+            kind = "slip" if slides else "stick"
+            raw |= {key: kind for key in raw if raw[key] in NODES}
+        for share, group in _groups([one[1:] for one in changes if one[0] == leg]):
+            raw |= {(kind in ("close", "open"), number): kind for _, kind, number in group}
+            last = full[leg + 1] and share >= 1 - SAME
+            for key in sorted(raw, key=lambda key: (raw[key], key)):
+                now, before = raw[key], shown.get(key, "open" if key[0] else "leave")
+                now = "slip" if slides and now == "stick" else now
+                if now != before and not (last and {now, before} == NODES):
+                    found.append((leg, share, now, key[1]))
+                    shown[key] = now
+    return found
+
+
+def _groups(changes):
+    """[(share, changes there), ...] of a leg, from share 0 on."""
+    found = [(0.0, [])]
+    for one in changes:
+        if one[0] > found[-1][0] + SAME:
+            found.append((one[0], []))
+        found[-1][1].append(one)
+    return found
+
+
+def history_of(problem):
+    """The History of a problem."""
+    contact, pairs = contact_of(problem), np.array(problem["pairs"])
+    if "cells" not in problem and "levels" not in problem:
+        rtol = {"rtol": problem["rtol"]} if "rtol" in problem else {}
+        return contact.history(problem["pairs"], coupled=problem["coupled"], **rtol)
+    solver = FrictionSolver(contact.solver, pairs, problem["coupled"])
+    if "levels" in problem:
+        level = None
+        for number in range(problem["levels"]):
+            level = solver.level(number, level)
+        edges = level.edges
+    else:
+        reach, number = problem["cells"]
+        places = np.linspace(-1, 1, number + 1)
+        places = reach * (places + places**3) / 2 + reach * BESIDE
+        edges = np.column_stack((places[:-1], places[1:]))
+    walk = Walk(solver, edges)
+    states = [FrictionState(walk.to(*map(float, pair))) for pair in pairs]
+    return History(contact, states, events(walk.path, edges, pairs))
+
+
+def contact_of(problem):
+    """The Contact, with a second body if there is one."""
+    contact = library.contact_of(problem)
+    if problem.get("mesh") == "cap":
+        contact = contact.with_(body=mb.Body(_cap(), contact.solid, problem["order"], fixed="base"))
+    if "second" not in problem:
+        return contact
+    second = mb.HalfPlane(mb.Cosserat(**{**problem["solid"], **problem["second"]}), problem.get("period"))
+    return contact.with_(obstacle=mb.Deformable(second, contact.obstacle))
+
+
+def _cap():
+    """A half-disc above x2 = 0, whose round side is the contact boundary."""
+    face = occ.WorkPlane().Circle(1.0).Face() * occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
+    face.edges.name = "contact"
+    face.edges.Min(occ.Y).name = "base"
+    return ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.3)).Curve(2)
+
+
+def of_motions():
+    """A body under given motions of the obstacle, its unknowns eliminated and not."""
+    law, cylinder, found = mb.Microblock(friction=0.3), mb.Cylinder(R=10.0), {}
+    body = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1})
+    for reduced in (True, False):
+        facets = FrictionFacets(body, law, cylinder)
+        newton = MonolithicFriction(facets, control="approach", reduced=reduced)
+        for number, state in enumerate(newton.follow([(0.012, 0.0), (0.012, 0.004), (0.006, -0.001)])):
+            values = {
+                "normal": state.normal,
+                "shear": state.shear,
+                "work": state.work,
+                "energy": state.energy,
+                "dissipation": state.dissipation,
+                "pressures": digest(state.pressures),
+                "shear traction": digest(np.round(state.shear_traction, 12)),
+                "slip": digest(state.slip),
+                "slips": " ".join(str(int(each)) for each in state.slips),
+            }
+            row = f"motions {'reduced' if reduced else 'whole'} {number}"
+            found |= {f"{row} {name}": value for name, value in values.items()}
+    return found
+
+
+def integrals(state, full):
+    """{quantity: number} of a state of a history, some of them unless it is `full`."""
+    fields = {"pressure": state.pressure, "shear": state.shear_traction, "slip": state.slip}
+    found = {"approach": state.approach, "work": state.work, "dissipation": state.dissipation}
+    if full:
+        fields |= {"micromoment": state.micromoment, "psi": state.psi}
+        found |= {
+            "tangential approach": state.tangential_approach,
+            "half_width": state.half_width,
+            "energy": state.energy,
+            "normal force": state.weights @ state.pressure,
+            "shear force": state.weights @ state.shear_traction,
+        }
+    return found | {f"{name} squared": state.weights @ values**2 for name, values in fields.items()}
+
+
+def pointwise(state, problem):
+    """{quantity at a point: number}: fields on the surface, gaps or pressures of corners, fields below."""
+    found = {}
+    for x in problem["at"]:
+        values = {"shear": state.shear_traction, "slip": state.slip}
+        if len(state.law.corners) > 1 or state.law.clamps_rotation:
+            values["micromoment"] = state.micromoment
+        if not state.law.clamps_rotation:
+            values["psi"] = state.psi
+        if not library.estimated(problem):  # there nodes follow from what is asked for
+            found |= {f"{name} at {x:g}": np.interp(x, state.x, each) for name, each in values.items()}
+        for corner in state.law.corners:
+            closed = state.pressure_at(x, corner) > OPEN * state.pressure.max()
+            name, read = (
+                ("pressure", state.pressure_at(x, corner)) if closed else ("gap", state.gap_at(corner, x))
+            )
+            found[f"{name} {corner} at {x:g}"] = float(read)
+    for x in problem.get("beside", ()):  # of panels: between nodes they are as accurate as at them
+        found[f"gap at {x:g}"] = state.gap_at(state.law.corners[0], x)
+        moved = state.counter_displacement([x, 2 * x])
+        found[f"counter displacement at {x:g} over {2 * x:g}"] = moved[0] - moved[1]
+    for x1, x2 in problem.get("below", ()):
+        found |= {
+            f"{name} at x1={x1:g} x2={x2:g}": each for name, each in library._below(state, x1, x2).items()
+        }
+    if "supports" in problem:
+        force, moment = state.reaction(problem["supports"])
+        found |= {"support force 1": force[0], "support force 2": force[1], "support moment": moment}
+    return found
+
+
+def profile(state):
+    """{quantity: sum over its values}: what is exported of a state, and its surface around the contact."""
+    around = state.surface()
+    values = {f"surface {name}": getattr(around, name) for name in ("x", "gaps", "displacement", "psi")}
+    values |= {f"profile {name}": each for name, each in export.profile(state).items() if name != "x2"}
+    return {name: digest(np.where(np.isfinite(each), each, 0.0)) for name, each in values.items()}
+
+
+def digest(values):
+    """A sum of positive terms with irrational weights: a sign, a place or a value that changes shows."""
+    values = np.ravel(values)
+    weights = 1 + problems.GOLDEN * np.arange(1, len(values) + 1) % 1
+    return float(np.abs(values) @ (weights * np.where(values < 0, 1.3, 1.0)))
+
+
+def zones(state):
+    """[(name, edge, what is said of its error), ...] of all zones of a state; 0 where nothing is said."""
+    said = getattr(state.solution, "doubts", {})
+    return [
+        (f"zone {name} {number} {side}", edge, said.get(edge, 0.0))
+        for name, intervals in state.zones.items()
+        if name not in ("full", "slip")  # they have the edges of the others
+        for number, interval in enumerate(intervals)
+        for side, edge in zip(("left", "right"), interval)
+    ]
+
+
+def refusals():
+    """{what is asked for: a call that must fail}."""
+    solid = mb.Cosserat(**given.SOLID)
+    half, cylinder, forth = mb.HalfPlane(solid), mb.Cylinder(R=10), problems.FORTH
+    rubbing, two = mb.Microblock(friction=0.3), mb.Deformable(half, cylinder)
+    block = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1})
+
+    def contact(law=rubbing, method=None, body=half, obstacle=cylinder):
+        return mb.Contact(body, obstacle, law, method)
+
+    def to(*pairs, **options):
+        return lambda: contact().history(pairs, **options)
+
+    return {
+        "history without friction": lambda: contact(mb.Microblock()).history(forth),
+        "friction=-1": lambda: mb.Unilateral(friction=-1.0),
+        "psi0 and friction": lambda: mb.Microblock(psi0=0.01, friction=0.3),
+        "state with friction": lambda: contact().solve(1.0),
+        "path with friction": lambda: contact().path(1.0),
+        "no pairs": to(),
+        "triples": to((1.0, 0.0, 0.0)),
+        "pair without normal force": to((0.0, 0.0)),
+        "pair beyond friction": to((1.0, 0.4)),
+        "pair that is nan": to((1.0, float("nan"))),
+        "history rtol=2": to((1.0, 0.0), rtol=2.0),
+        "history coupled=2": to((1.0, 0.0), coupled=2),
+        "history on cells of fixed number": lambda: contact(method=mb.Cells(nodes=64)).history(forth),
+        "history on a period": lambda: contact(body=mb.HalfPlane(solid, period=2.0)).history(forth),
+        "history on fitted meshes": lambda: contact(body=mb.Block(solid, 4.0), method=mb.Fitted()).history(
+            forth
+        ),
+        "history on an endless block": lambda: contact(
+            body=mb.Block(solid), method=mb.Uniform(h=0.1)
+        ).history(forth),
+        "history on a mesh to rtol": lambda: contact(body=block).history(forth, rtol=0.1),
+        "history by penalty": lambda: contact(body=block, method=mb.Newton("penalty")).history(forth),
+        "history on a body between bodies": lambda: contact(body=block, obstacle=two).history(forth),
+        "panels of microblocks": lambda: contact(method=mb.Panels(), obstacle=two).history(forth),
+        "panels of an order": lambda: contact(
+            mb.Unilateral(friction=0.3), mb.Panels(order=8), obstacle=two
+        ).history(forth),
+        "panels with much shear": lambda: contact(
+            mb.Unilateral(friction=0.3), mb.Panels(), obstacle=two
+        ).history([(1.0, 0.0), (1.1, 0.2)]),
+        "fields below with friction": lambda: history_of(problems.HISTORIES[0]).states[0].fields,
+        "beta=0 and friction": lambda: contact(
+            body=mb.HalfPlane(mb.Cosserat(**given.solid(beta=0.0)))
+        ).history(forth),
+        "friction of no unique answer": lambda: contact(
+            mb.Microblock(friction=30.0), mb.Newton(), block
+        ).history([(1.0, 0.0), (1.0, 15.0), (0.1, 1.0)]),
+    }

@@ -1,0 +1,209 @@
+"""Frozen contact of bodies on meshes in the plane in names of the library, beside `tests.frozen.library`."""
+
+import copy
+import pickle
+from functools import cache
+
+import ngsolve as ng
+import numpy as np
+from ngsolve.meshes import MakeStructured2DMesh
+
+import microblock as mb
+from microblock.fem.body import Loads
+
+from . import library
+from . import problems_mesh as given
+
+estimated = library.estimated
+METHODS = {
+    "condensed": lambda **_: mb.Condensed(),
+    "al": lambda **rho: mb.Newton("al", **rho),
+    "penalty": lambda **rho: mb.Newton("penalty", **rho),
+    "fitted": mb.Fitted,
+    "uniform": mb.Uniform,
+}
+OF_BOTH = (
+    "zone contact",
+    "zone full",
+    "zones contact",
+    "zones full",
+)  # zones of both corners follow from theirs
+OF_NODES = (
+    "half_width",
+    "pressure_max",
+    "micromoment_max",
+)  # the largest of nodes, whose places are the method's
+WARNINGS = {  # kinds of warnings, by words that a text of the kind has
+    "few nodes": "nodes in contact and no error estimate",
+    "layer": "do not resolve the layer",
+    "features": "features shorter than the elements",
+    "overlap": "inside the obstacle",
+    "deep": "deep into a body",
+}
+
+
+@cache
+def mesh_of(name):
+    """A mesh with a straight contact boundary, or with one along a circle, of straight edges."""
+    if name != "bent":
+        return library.mesh_of(name)
+
+    def mapped(x, y):
+        x = 1.6 * x - 0.8
+        return x, y * np.sqrt(1 - x * x / 4)
+
+    mesh = MakeStructured2DMesh(quads=False, nx=16, ny=8, mapping=mapped)
+    for number, side in enumerate(mesh.GetBoundaries()):
+        mesh.ngmesh.SetBCName(number, {"top": "contact"}.get(side, side))
+    return ng.Mesh(mesh.ngmesh)
+
+
+def body_of(problem):
+    solid = library.material(problem)
+    if problem["solver"] in ("fitted", "uniform"):
+        return mb.Block(solid, problem["domain"])
+    mesh = mesh_of(problem["mesh"])
+    if problem["orders"] == "graded":
+        return mb.Body(mesh, solid, np.where(np.arange(mesh.ne) % 3, 2, 3), fixed="bottom")
+    order, order_psi = problem["orders"]
+    return mb.Body(mesh, solid, order, order_psi=order_psi, fixed="bottom")
+
+
+def contact_of(problem):
+    options = {name: problem[name] for name in ("rho", "order", "h", "reach") if name in problem}
+    touching = library.obstacle_of(problem), library.law_of(problem)
+    return mb.Contact(body_of(problem), *touching, METHODS[problem["solver"]](**options))
+
+
+def solve(problem):
+    more = {"approach": problem["approach"]} if "approach" in problem else {}
+    return contact_of(problem).solve(problem["load"], **more)
+
+
+def measured(state, problem):
+    """{quantity: number} of a state, what its supports exert, and kinds of its warnings."""
+    found = short(library.measured(state, problem))
+    found["warnings"] = ", ".join(kinds_of(state.warnings)) or "none"
+    names = "AB" if len(state.law.corners) == 2 else "C"
+    found |= {
+        f"gap {name} at 0.45": float(state.gap_at(name, 0.45)) for name in names if problem["at"][-1] > 0.1
+    }
+    if problem["solver"] in ("condensed", "al", "penalty"):
+        force, moment = state.reaction("bottom")
+        found |= {"reaction f1": force[0], "reaction f2": force[1], "reaction moment": moment}
+        found["energy of fields"] = state.solution.fields.energy()
+    return found
+
+
+def short(found):
+    """Numbers of a state without those that follow from others, or depend on where nodes are."""
+    corners = any(name.startswith(("zone A", "zones A")) for name in found)
+    left_out = OF_NODES + OF_BOTH * corners
+    return {name: value for name, value in found.items() if not name.startswith(left_out)}
+
+
+def kinds_of(warnings):
+    """The kinds of warnings; a text of no kind is its own."""
+    return [next((kind for kind, part in WARNINGS.items() if part in words), words) for words in warnings]
+
+
+def that_travel():
+    """States that were copied and pickled, and what they compute afterwards."""
+    found = {}
+    for problem in (given.STATES[number] for number in (6, 9, 12)):
+        state = solve(problem)
+        for way, again in (("pickled", pickle.loads(pickle.dumps(state))), ("copied", copy.deepcopy(state))):
+            name = f"{problem['name']} {way}"
+            found[f"{name} is the same"] = str(np.array_equal(again.pressure, state.pressure))
+            found[f"{name} energy"] = again.solution.fields.energy()
+            found[f"{name} reaction moment"] = again.reaction("bottom")[1]
+            found[f"{name} psi below"] = again.fields([0.1], [-0.1]).psi[0]
+    return found
+
+
+def of_bodies():
+    """Bodies without contact: values that are prescribed, orders, periods; a picture; a load path's state."""
+    found, solid = {}, library.material({"solid": given.SOLID})
+    loads = Loads(
+        force=(0.1, -0.2), couple=0.05, traction={"contact": (ng.x, -1)}, micromoment={"contact": 0.1}
+    )
+    mesh = library.mesh_of("block")
+    bodies = {
+        "prescribed": mb.Body(
+            mesh, solid, 2, fixed="bottom", prescribed={"u1": {"left": 0.01 * ng.y}, "psi": {"right": 0.02}}
+        ),
+        "orders of elements": mb.Body(mesh, solid, np.where(np.arange(mesh.ne) % 3, 2, 3), fixed="bottom"),
+        "psi of order 1": mb.Body(mesh, solid, 3, order_psi=1, fixed="bottom"),
+        "triangles": mb.Body(mesh_of("bent"), solid, 3, fixed="bottom"),
+    }
+    for name, body in bodies.items():
+        fields = body.solve(loads)
+        found[f"mesh under loads {name} energy"] = fields.energy()
+        force, moment = fields.reaction("bottom")
+        found |= {f"mesh under loads {name} reaction f{i}": value for i, value in enumerate(force, 1)}
+        found[f"mesh under loads {name} reaction moment"] = moment
+        point = body.mesh(0.31, 0.2 if name == "triangles" else -0.27)
+        found |= {
+            f"mesh under loads {name} {part}": field(point)
+            for part, field in zip(("u1", "u2", "psi"), fields)
+        }
+    state = solve(given.STATES[0])
+    x1, x2, triangles, psi, stress = state.solution.fields_below(((-0.5, 0.5), 0.4))
+    found |= {"mesh picture points number": len(x1), "mesh picture triangles number": len(triangles)}
+    found |= {
+        "mesh picture psi": psi @ x1,
+        "mesh picture s22": stress[1, 1] @ x2,
+        "mesh picture s12": stress[0, 1] @ x1,
+    }
+    block = mb.Block(solid, 4.0)
+    path = mb.Contact(block, mb.Cylinder(R=10.0), mb.Microblock(), mb.Fitted(order=3)).path(1.0)
+    found |= {
+        "mesh fitted path half_width": path.at(0.5).half_width,
+        "mesh fitted path energy": path.at(0.5).energy,
+    }
+    return found
+
+
+def refusals():
+    """{what is asked for: a call that must fail}."""
+    solid, cylinder, law = library.material({"solid": given.SOLID}), mb.Cylinder(R=10.0), mb.Microblock()
+    mesh, block = library.mesh_of("block"), mb.Block(library.material({"solid": given.SOLID}), 4.0)
+
+    def body(order=1, **options):
+        return mb.Body(mesh, solid, order, **{"fixed": "bottom", **options})
+
+    def contact(method=None, **options):
+        return mb.Contact(body(**options), cylinder, law, method)
+
+    return {
+        "mesh order of psi=1.5": lambda: body(order_psi=1.5),
+        "mesh orders of too few elements": lambda: body(np.array([1, 2])),
+        "mesh orders and one of psi": lambda: body(np.full(mesh.ne, 2), order_psi=1),
+        "mesh prescribed nowhere": lambda: body(prescribed={"u1": {"nowhere": 1.0}}),
+        "mesh prescribed in no field": lambda: body(prescribed={"v": {"left": 1.0}}),
+        "mesh prescribed value that is nan": lambda: body(prescribed={"u1": {"left": np.nan}}),
+        "mesh condensed with prescribed values": lambda: contact(
+            mb.Condensed(), prescribed={"psi": {"left": 1.0}}
+        ).solve(1.0),
+        "mesh periodic that is not": lambda: contact(mb.Condensed(), periodic=True),
+        "mesh path of Newton": lambda: contact(mb.Newton()).path(1.0),
+        "mesh rtol of Newton": lambda: contact(mb.Newton()).solve(1.0, rtol=0.1),
+        "mesh approach above": lambda: contact().solve(approach=-0.1),
+        "mesh approach above, Newton": lambda: contact(mb.Newton()).solve(approach=-0.1),
+        "mesh load that is no number": lambda: contact().solve("1"),
+        "mesh history without friction": lambda: contact().history([(1.0, 0.1)]),
+        "mesh reaction nowhere": lambda: contact().solve(1.0).reaction("left"),
+        "mesh gap of no corner": lambda: contact().solve(1.0).gap_at("C", 0.0),
+        "mesh pressure of no corner": lambda: contact().solve(1.0).pressure_at(0.0, "C"),
+        "mesh obstacle beside it": lambda: mb.Contact(
+            body(), mb.Obstacle(lambda x: np.where(x > 3, 0.0, np.inf)), law
+        ).solve(1.0),
+        "block approach above": lambda: mb.Contact(block, cylinder, law, mb.Fitted(order=2)).solve(
+            approach=-0.1
+        ),
+        "half-plane approach": lambda: mb.Contact(mb.Block(solid), cylinder, law, mb.Fitted(order=2)).solve(
+            approach=0.1
+        ),
+        "loads that are nan": lambda: Loads(force=(np.nan, 0.0)),
+        "traction nowhere": lambda: body().solve(Loads(traction={"roof": (0, -1)})),
+    }

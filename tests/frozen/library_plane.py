@@ -1,0 +1,358 @@
+"""Frozen formulas of the plane in the names of the library: see `tests.frozen.library`."""
+
+import numpy as np
+
+import microblock as mb
+from microblock.corners import exchange, projected_gradients
+from microblock.halfplane import (
+    averages,
+    carried,
+    coalescence,
+    convolution,
+    graded_cells,
+    kernels,
+    shear_cells,
+)
+from microblock.halfplane.cells import CellGrid
+from microblock.halfplane.counter import counter_flexibility
+from microblock.halfplane.friction_edges import FrictionEdges
+from microblock.halfplane.friction_memory import Memory
+from microblock.model import closed_forms, picture, proxy, quadrature, zones
+from microblock.model.problem import Problem
+
+from . import library
+from . import problems as given
+from . import problems_friction as problems
+from .library_friction import digest
+
+LAWS = {"microblock": mb.Microblock(friction=0.3), "unilateral": mb.Unilateral(friction=0.3)}
+LAWS["microclamped"] = mb.Microclamped(friction=0.3)
+SOFT = {"beta": 0.3, "nu": 0.1, "curvature": 1.0, "ell": 0.2}
+CLASSICAL = {"beta": 0.0, "nu": 0.2}
+EDGES = np.array([-0.5, -0.3, -0.1, -0.04, 0.0, 0.01, 0.012, 0.2, 6.0, 6.1])
+
+
+def solid_of(**other):
+    return mb.Cosserat(**given.solid(**other))
+
+
+def cells_of(edges=EDGES):
+    return np.column_stack((edges[:-1], edges[1:]))
+
+
+def of_shear_kernels():
+    found, places = {}, np.array([0.01, -1.0, 50.0])
+    for name, other in (("beta=1", {}), ("beta=0.3", SOFT)):
+        solid = solid_of(**other)
+        own = solid.nu, solid.beta, solid.curvature
+        for number, values in enumerate(kernels.kernels(*own)(places, range(3, 9)), 3):
+            found |= {f"kernel {name} {number} at x/ell={x:g}": value for x, value in zip(places, values)}
+        twice = kernels.kernels(*own, shear_cells.SecondAntiderivatives)(places, range(9))
+        found |= {f"second antiderivative {name} {number}": digest(each) for number, each in enumerate(twice)}
+        found[f"step {name}"] = kernels.step(solid.nu)
+        found[f"normal kernel {name}"] = digest(kernels.normal_kernel(solid, places))
+        found[f"normal symbol {name}"] = digest(kernels.normal_symbol(solid, np.abs(places)))
+        for part, values in zip("UVWYE", kernels.HalfPlane(solid).cells(5000, 0.003, (0, 1, 2, 3, 4))):
+            chosen = values[[0, 1, 2, 15, 17, 255, 300, 4095, 4999]]
+            found[f"cells {name} {part}"] = digest(chosen)
+    classical = solid_of(**CLASSICAL)
+    found["normal kernel classical"] = digest(kernels.normal_kernel(classical, places))
+    found["normal symbol classical"] = digest(kernels.normal_symbol(classical, np.abs(places)))
+    matrix = mb.HalfPlane(solid).compliance(np.linspace(-0.1, 0.1, 4), clamped=True).matrix
+    return found | {"compliance clamped": digest(matrix)}
+
+
+def of_averages():
+    """Averages over cells of unlike widths, near and far, and the compliances that are made of them."""
+    found, edges = {}, cells_of()
+    middle, width = edges.mean(axis=1), np.ptp(edges, axis=1)
+    apart = middle[:, None] - middle
+    for name, other, which in (
+        ("beta=1", {}, range(9)),
+        ("beta=0.3", SOFT, range(9)),
+        ("classical", CLASSICAL, (0, 5)),
+    ):
+        solid = solid_of(**other)
+        for shift in (0.0, solid.ell):
+            for number, matrix in zip(which, shear_cells.averages(solid, edges, which, shift)):
+                found[f"averages {name} shift={shift:g} {number}"] = digest(matrix)
+        normal = averages.normal_averages(solid, apart, width, width[:, None])
+        found[f"normal averages {name}"] = digest(normal)
+        found[f"normal averages {name} of a cell"] = normal[3, 3]
+        found[f"normal averages {name} far"] = float(averages.normal_averages(solid, [40.0], 0.1, 0.2)[0])
+    gaps = np.zeros(len(edges))
+    for name, law in LAWS.items():
+        problem = Problem(solid_of(), law, mb.Cylinder(R=10.0), counter=solid_of(**problems.BEHIND))
+        corners = len(law.corners)
+        own = shear_cells.frictional_contact(problem, edges, np.tile(gaps, corners))
+        shares = np.full((corners, len(edges)), 1 / corners)
+        for words, each in (
+            ("", own),
+            (" with a body", shear_cells.with_counter(own, problem, edges, shares)),
+            (" with a body, a force for each corner", shear_cells.with_counter(own, problem, edges)),
+        ):
+            parts = {"normal": each.normal, "cross": each.cross, "tangential": each.tangential}
+            found |= {f"cells {name}{words} {part}": digest(matrix) for part, matrix in parts.items()}
+            found[f"cells {name}{words} cross entry"] = each.cross[2, 4]
+        even = np.linspace(-0.2, 0.2, 7)
+        found[f"counter flexibility {name}"] = digest(counter_flexibility(problem, even, np.full(7, 0.05)))
+        found[f"graded flexibility {name}"] = digest(graded_cells._flexibility(problem, middle, width))
+    return found
+
+
+def of_products():
+    """Products on equal cells by FFT with and without a period and a second body, and preconditioners."""
+    found, counter = {}, solid_of(**problems.BEHIND)
+    for words, period, count in (("", None, 40), (" of a period", 1.0, 41), (" of a long line", None, 300)):
+        grid = CellGrid(mb.HalfPlane(solid_of(), period), -0.5, 0.5, count)
+        for name, law in LAWS.items():
+            forces = np.cos(np.arange(len(law.corners) * count)).reshape(len(law.corners), -1) + 1.1
+            for body, second in (("", None), (" with a body", counter)):
+                own, row = grid.flexibility(law, second), f"product{words} {name}{body}"
+                found[row] = digest(own @ forces)
+                found[f"{row} back"] = digest(own.precondition(own @ forces))
+                if own.matrix is not None:
+                    found[f"{row} matrix"] = digest(own.matrix)
+                if own.aside is not None:
+                    found[f"{row} aside"] = digest(own.aside(forces))
+    spectrum = tuple(np.cos(part + np.arange(2**15 + 1)) + 2 for part in range(3))
+    values = np.sin(np.arange(2 * 2**15)).reshape(2, -1)
+    long = convolution.convolution((spectrum[0], 1j * spectrum[1], spectrum[2]), 2**16, True)
+    found["long convolution"] = digest(long(values))
+    return found
+
+
+def of_gradients():
+    """A state on cells by products alone, and the same by exchange of faces."""
+    grid, found = CellGrid(mb.HalfPlane(solid_of()), -0.6, 0.6, 60), {}
+    for name, law in LAWS.items():
+        own = grid.flexibility(law)
+        gaps = np.array(list(law.initial_gaps(
+            np.column_stack((grid.x, 0 * grid.x)), np.tile([0.0, 1.0], (60, 1)), 0.085, mb.Cylinder(R=10.0)
+        ).values()))  # fmt: skip
+        products = projected_gradients.solve(own, gaps, load=1.0, rtol=1e-13)
+        found[f"gradients {name}"] = digest(products.forces)
+        found[f"gradients {name} approach"] = products.approach
+        faces = exchange.exchange(own.matrix, gaps.ravel(), np.ones(gaps.size, bool), 1.0)
+        found[f"exchange {name}"] = digest(faces[0])
+    return found
+
+
+def of_second_bodies():
+    """What a second body carries from corner to corner."""
+    found, solid = {}, solid_of()
+    for name, other in (("alike", {}), ("behind", problems.BEHIND), ("soft", {"E": 20.0, "nu": 0.45})):
+        for obstacle in (mb.Cylinder(R=10.0), mb.Wedge(slope=0.02)):
+            problem = Problem(solid, mb.Microblock(), obstacle, counter=solid_of(**other))
+            row = f"carried {name} {type(obstacle).__name__}"
+            own = {0: ((-0.3, 0.1),), 1: ((-0.1, 0.3),)}
+            found |= {
+                f"{row} decay": carried.decay(problem),
+                f"{row} edges": digest(carried.carried_edges(problem, own, 8)),
+                f"{row} exponent": carried.meeting_exponent(problem, own, 0.0),
+                f"{row} logarithms": digest(
+                    [
+                        x
+                        for place, sizes in carried.log_sizes(problem, own, 8).items()
+                        for x in (place, *sizes.values())
+                    ]
+                ),
+            }
+        found[f"carried {name} modulus"] = problem.E_star
+    return found
+
+
+def of_memories():
+    """The superposition of Cattaneo and Mindlin along pairs that grow, turn back, fall and slide."""
+    found, memory = {}, Memory()
+    for number, pair in enumerate(
+        ((1.0, 0.1), (1.4, 0.1), (1.4, 0.3), (1.4, -0.1), (1.2, 0.05), (1.5, 0.1), (0.7, -0.21), (0.7, 0.1))
+    ):
+        memory = memory.to(*pair, 0.3)
+        found |= {
+            f"superposition {number} bounds": digest(memory.bounds),
+            f"superposition {number} shares": digest(memory.shares),
+            f"superposition {number} stuck": memory.stuck,
+            f"superposition {number} slipped": digest([list(vars(each).values()) for each in memory.slipped]),
+        }
+    return found
+
+
+SHAPES = {
+    "cylinder": mb.Cylinder(R=10.0),
+    "tilted punch": mb.Punch(0.4, 0.01),
+    "rough": lambda x: x**2 / 20 + 2e-4 * np.cos(9 * x) * np.sin(4 * x + 1),
+    "two bumps": lambda x: 0.005 * ((x / 0.3) ** 2 - 1) ** 2 + 0.001 * x,
+    "skew wedge": given.FUNCTIONS["skew wedge"],
+    "tip": given.FUNCTIONS["tip"],
+    "step": lambda x: np.where(x < 0.1, 0.003, 0.0) + x**2,
+    "ends": lambda x: np.where(np.abs(x - 0.1) < 0.3, x**2 / 20, np.inf),
+    "samples": mb.Obstacle.from_samples((-1.0, -0.1, 0.2, 1.0), (0.03, 0.0, 0.001, 0.04)),
+}
+
+
+def of_pictures():
+    """What is detected of obstacles from their heights: (name, value, how far it may move)."""
+    for name, shape in SHAPES.items():
+        own = picture.picture(Problem(solid_of(), mb.Microblock(), shape), 1.0)
+        counts = {
+            part: len(getattr(own, part))
+            for part in ("kinks", "ends", "steps", "tips", "stretches", "minima")
+        }
+        words = ", ".join(f"{count} {part}" for part, count in counts.items() if count)
+        yield f"picture {name}", f"{words}{', simple' if own.simple else ''}", "outcome"
+        yield f"picture {name} rise", own.rise, "definition"
+        yield f"picture {name} 1 + lowest", 1 + own.lowest, "estimated", 1e-6
+        yield f"picture {name} half_width", own.half_width, "estimated", 1e-3
+        for part in ("kinks", "jumps", "steps", "tips"):
+            for number, value in enumerate(getattr(own, part)):
+                yield f"picture {name} {part} {number}", value, "estimated", 1e-6
+        for number, value in enumerate(np.clip(own.ends, -9, 9)):
+            yield f"picture {name} end {number}", value, "estimated", 1e-6
+    angle = proxy.proxy(lambda x: np.abs(np.sin(3 * x)) + x, np.linspace(-1, 2, 13))
+    yield "proxy kinks", len(angle.singular), "outcome"
+    for number, (place, jump) in enumerate(zip(angle.singular, angle.jumps)):
+        yield f"proxy 1 + place {number}", 1 + place, "estimated", 1e-6
+        yield f"proxy jump {number}", jump, "estimated", 1e-5
+
+
+def of_intervals():
+    """Arithmetic of intervals and observables of zones, as texts and numbers."""
+    first, second = [(-1.0, 0.5), (0.75, 1.0), (2.0, 3.0)], [(0.25, 0.8), (2.5, 4.0)]
+    x = np.linspace(-2, 4, 13)
+    flags = np.array([0, 1, 1, 0, 0, 1, 0, 1], bool)
+    texts = {
+        "joined": zones.joined([*second, *first]),
+        "joined with slack": zones.joined(first, 0.3),
+        "without": zones.without(first, 0.0, 2.5),
+        "common": zones.common(first, second),
+        "contains": zones.contains(first, x).astype(int).tolist(),
+        "over the end": zones.over_the_end([(0.0, 0.25), (0.5, 0.6), (0.75, 1.0)], 1.0),
+        "interrupted": zones.interrupted(x, np.arange(12) % 3 == 0, x + 0.1).astype(int).tolist(),
+        "contact zones": zones.contact_zones({0: first, 1: second}, "AB"),
+        "half widths": zones.half_widths(first),
+        "changes": zones.zone_changes(first, second) + zones.zone_changes(second, first),
+        "moved on": zones.moved_on({0: tuple(first)}, {0: tuple((a - 0.25, b - 0.5) for a, b in first)}, 0.5),
+        "runs": [tuple(map(int, pair)) for pair in zones.runs(flags)],
+        "edges": zones.zone_edges({0: first, 1: second}),
+    }
+    for name, value in texts.items():
+        yield f"intervals {name}", str(value), "outcome"
+    weights, values = np.linspace(0.1, 0.3, 13), np.cos(x)
+    top, places = zones.largest(lambda x: 1 - (x**2 - 1) ** 2, x)
+    low, place = zones.lowest(lambda x: (x - 0.3) ** 2, x)
+    numbers = {
+        "distance": zones.distance(weights, values, 2 * values**2, 1 + values, values - 3),
+        "relative error": zones.relative_error(values, values**2, weights, 1.0),
+        "distance to ends": digest(zones.distance_to_ends(x, (-1.0, 1.0), (0.0, 0.1))),
+        "lagrange": digest(quadrature.lagrange(np.array([0.1, 0.4, 0.9]), x)),
+        "gauss rule": digest(quadrature.gauss_rule(7)),
+    }
+    for name, value in numbers.items():
+        yield f"intervals {name}", value, "definition"
+    yield "intervals largest", top, "estimated", 1e-9
+    yield "intervals largest at", digest(places), "estimated", 1e-5
+    yield "intervals lowest at", place, "estimated", 1e-5
+
+
+def of_edges():
+    """Edges of zones by fits to cells whose pressure and shear traction are those of Cattaneo and Mindlin."""
+    edges = np.linspace(-1.5, 1.5, 61) + 0.01 * np.cos(np.arange(61))
+    points, weights = quadrature.gauss_rule(12)
+    x = edges[:-1, None] + np.diff(edges)[:, None] * points
+    root = [
+        np.sqrt(np.maximum(half**2 - (x - place) ** 2, 0)) @ weights
+        for half, place in ((1.03, 0.0), (0.6, 0.05))
+    ]
+    p, q = root[0], 0.3 * (root[0] - 0.6 * root[1])
+    closed, stick = p > 0, root[1] > 0
+    q = np.where(stick, q, 0.3 * p)
+    own = FrictionEdges(cells_of(edges), closed[None], stick, p[None], q, 0.3, ())
+    for name, intervals in own.zones(["C"]).items():
+        for number, interval in enumerate(intervals):
+            for side, edge in zip(("left", "right"), interval):
+                yield f"edges {name} {number} {side}", edge, "estimated", 1e-3
+
+
+def of_others():
+    """Closed forms, solids of blocks, and a rotation of blocks whose slope jumps."""
+    x, found = np.linspace(-0.3, 0.3, 7), {}
+    for load in (0.1, 5.0):
+        pressure, contact = closed_forms.tilted_punch(x, load, 0.34, -0.01, 100.0)
+        found |= {
+            f"tilted punch at load {load:g}": digest(pressure),
+            f"tilted punch {load:g}": digest(contact),
+        }
+    for delta in (-0.01, 0.01, 0.04, 0.08):
+        two = closed_forms.TwoFacedStrip(0.5, 0.0175, -0.008, 0.3, 1.0, delta)
+        found |= {
+            f"two faces delta={delta:g}": " ".join(two.states),
+            f"two faces {delta:g} pressure": two.pressure,
+        }
+    layer = closed_forms.ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
+    gaps, weights = np.array([x**2, (x - 0.05) ** 2]), np.full(7, 0.1)
+    found["thin layer approach"] = layer.approach(0.7, gaps, weights)
+    for couples in (False, True):
+        solid = mb.Cosserat.of_blocks(0.1, 1000.0, couples=couples)
+        found[f"of blocks couples={couples}"] = digest(
+            [solid.E, solid.nu, solid.beta, solid.curvature, solid.eta]
+        )
+    law = mb.Microblock(psi0=lambda x: 0.01 * np.abs(x - 0.1))
+    problem = Problem(solid_of(), law, mb.Wedge(slope=0.02))
+    problem = Problem(solid_of(), law, mb.Wedge(slope=0.02), picture=picture.picture(problem, 1.0))
+    for number, (place, jumps) in enumerate(sorted(problem.kinks.items())):
+        found[f"kinks {number}"] = digest([1 + place, *(jumps[corner] for corner in sorted(jumps))])
+    return found
+
+
+def of_ways():
+    """States one after the other, at a given approach, and by cells where panels have none."""
+    half, cylinder = mb.HalfPlane(solid_of()), mb.Cylinder(R=10.0)
+    panels = mb.Contact(half, cylinder, mb.Microblock(), mb.Panels(order=8))
+    cells = mb.Contact(half, cylinder, mb.Microblock(), mb.Cells(nodes=64, window=(-0.6, 0.6)))
+    for name, problem in (("panels", panels), ("cells", cells)):
+        state = None
+        for number, load in enumerate((0.5, 1.0, 0.2)):
+            state = problem.solve(load, initial=state)
+            yield f"one after the other {name} {number} half_width", state.half_width, "discrete"
+            yield f"one after the other {name} {number}", digest(state.pressure), "discrete"
+    wave = mb.Contact(mb.HalfPlane(solid_of(), 1.0), mb.Wave(0.01, 1.0), mb.Unilateral(), mb.Cells(nodes=64))
+    yield "cells of a period at an approach", wave.solve(approach=0.004).load, "discrete"
+    ways = {
+        "cells to an accuracy": (mb.Contact(half, cylinder, mb.Unilateral(), mb.Cells()), 0.02),
+        "panels of samples": (mb.Contact(half, SHAPES["samples"], mb.Microblock()), 0.1),
+        "panels of noise": (
+            mb.Contact(half, lambda x: x**2 + 1e-3 * np.sin(1e3 * x * x), mb.Microblock()),
+            0.1,
+        ),
+    }
+    for name, (problem, rtol) in ways.items():
+        try:
+            state = problem.solve(1.0, rtol=rtol)
+        except mb.MicroblockError as failure:
+            yield f"{name}", type(failure).__name__, "outcome"
+            continue
+        yield f"{name} method", state.method, "outcome"
+        yield f"{name} warnings", len(state.warnings), "outcome"
+        yield f"{name} force", state.weights @ state.pressure, "discrete"
+    fitted = mb.Contact(mb.Block(solid_of()), cylinder, mb.Microblock())
+    load, _ = coalescence.load_at_inner_edge(fitted.solver, 1e-3 * fitted.solid.ell, 0.1, 4, 2)
+    yield "coalescence fitted", load, "estimated", 1e-6  # a root, found to less
+
+
+def refusals():
+    """{what is asked for: a call that must fail}."""
+    solid, half = solid_of(), mb.HalfPlane(solid_of())
+    deformable = mb.Deformable(half, mb.Cylinder(R=10.0))
+    return {
+        "second body of no body": lambda: mb.Deformable(solid, mb.Cylinder(R=10.0)),
+        "second body on a second body": lambda: mb.Deformable(half, deformable),
+        "second body of another period": lambda: mb.Contact(
+            mb.HalfPlane(solid, 1.0), deformable, mb.Microblock()
+        ).solve(1.0),
+        "fields at points above the surface": lambda: library.solve(given.PANELS[1]).fields([0.0], [0.1]),
+        "compliance of a text": lambda: half.compliance("x"),
+        "noise": lambda: mb.Contact(
+            half, lambda x: x**2 + np.random.default_rng(0).random(np.shape(x)), mb.Microblock()
+        ).solve(1.0),
+    }

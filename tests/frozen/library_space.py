@@ -1,0 +1,533 @@
+"""Frozen problems in three dimensions in the names of the library, beside `tests.frozen.library`.
+
+`solve` makes a state of a problem, `measured` numbers of a state: integrals over the contact, what single
+nodes or cells have, and fields in the body.
+"""
+
+import copy
+import pickle
+from functools import cache
+
+import ngsolve as ng
+import numpy as np
+from ngsolve.meshes import MakeStructured3DMesh
+
+import microblock as mb
+from microblock.fem import meshes3d
+from microblock.fem.body3d import FIELDS, Loads3D
+from microblock.fem.condensed3d import condensed3d
+from microblock.fem.nodes3d import ContactNodes3D
+from microblock.halfplane.kernels import normal_symbol
+from microblock.halfspace import counter, kernels, symbol
+from microblock.halfspace.cells import flexibility
+from microblock.halfspace.surface_law import on_surface
+from microblock.model.obstacles import Rough
+
+from . import problems_space as given
+from .library import material
+
+WARNINGS = {  # kinds of warnings, by words that a text of the kind has
+    "few nodes": "nodes in contact and no error estimate",
+    "long elements": "do not resolve the layer",
+    "beside": "beside the contact boundary",
+    "between nodes": "between nodes",
+    "cut": "window cuts the contact",
+    "outside": "outside of the window",
+    "between cells": "between cells",
+}
+METHODS = {"condensed": mb.Condensed, "al": mb.Newton, "penalty": lambda **rho: mb.Newton("penalty", **rho)}
+BRIEF = "load", "approach", "energy", "energy of fields", "pressure squared", "pressure x1"
+BRIEF += "contact area", "micromoment squared 1", "psi squared 2"
+RESIDUAL = 1e-12  # of cells: a tenth of the digits of a row at most are the solver's
+
+
+def _made(pair):
+    """A law or an obstacle of its name and arguments, or a function of its name."""
+    if isinstance(pair, str):
+        return given.FUNCTIONS[pair]
+    name, options = pair
+    options = {key: _functions(value) for key, value in options.items()}
+    if "psi0_in" in options:
+        options["psi0_in"] = {"levers": "levers"}[options["psi0_in"]]
+    return getattr(mb, name)(**options)
+
+
+def _functions(value):
+    if isinstance(value, tuple):
+        return tuple(map(_functions, value))
+    return given.FUNCTIONS.get(value, value) if isinstance(value, str) else value
+
+
+@cache
+def mesh_of(name):
+    """The meshes of the problems; all but the quarter are 1 x 1 wide. Their contact boundary is "contact"."""
+    x = np.linspace(0, 1, 5)
+    if name == "block":
+        return meshes3d.block(x, x, x[:3] - x[2])
+    if name == "coarse":
+        return meshes3d.block(x[::2], x[::2], x[:2] - x[1])
+    if name == "quarter":
+        x = meshes3d.graded(reach=0.6, step=0.15, far=2.0, growth=2.0)
+        return meshes3d.block(x, x, -x[[-1, 5, 2, 0]], reach=0.6)
+    if name == "two heights":
+        return _raised(meshes3d.block(np.linspace(0, 1, 6), x[::2], x[:3:2] - x[2]))
+    bent = name == "bent"
+
+    def mapped(x, y, z):
+        if not bent:
+            return x, y, (z - 1) / 2
+        return x + 0.6 * x * (1 - x) * y, y - 0.4 * y * (1 - y) * x, z - 1.3
+
+    mesh = MakeStructured3DMesh(hexes=bent, nx=2 if bent else 3, ny=None, nz=2, mapping=mapped)
+    for number, side in enumerate(mesh.GetBoundaries()):
+        mesh.ngmesh.SetBCName(number, {"top": "contact"}.get(side, side))
+    return ng.Mesh(mesh.ngmesh)
+
+
+def _raised(mesh):
+    """A block of which the middle third of the top becomes a ramp, no longer "contact", beside two levels."""
+    plain = mesh.ngmesh
+    ramp = list(mesh.GetBoundaries()).index("top") + 1
+    points = plain.Points()
+    for number in range(1, len(points) + 1):
+        x1, x2, x3 = points[number].p
+        if x3 == 0 and x1 > 0.5:
+            points[number][2] = 0.05
+    heights = {number: points[number].p[2] for number in range(1, len(points) + 1)}
+    for facet in plain.Elements2D():
+        own = [heights[vertex.nr] for vertex in facet.vertices]
+        if min(own) == 0 and max(own) > 0:
+            facet.index = ramp
+    return ng.Mesh(plain)
+
+
+def body_of(problem):
+    fixed = "bottom"
+    if problem["mesh"] == "quarter":
+        fixed = meshes3d.supports("bottom", x1="left", x2="front")
+    mesh = "coarse" if problem["mesh"] == "block" and problem["order"] > 1 else problem["mesh"]
+    return mb.Body3D(mesh_of(mesh), material(problem), problem["order"], fixed=fixed)
+
+
+def contact_of(problem):
+    law, obstacle = _made(problem["law"]), _made(problem["obstacle"])
+    if problem["method"] == "body":
+        options = {"rho": problem["rho"]} if "rho" in problem else {}
+        return mb.Contact(body_of(problem), obstacle, law, METHODS[problem["solver"]](**options))
+    period = problem.get("period")
+    if "second" in problem:
+        second = mb.HalfSpace(mb.Cosserat(**problem["second"]), period)
+        obstacle = mb.Deformable(second, obstacle)
+    cells = mb.Cells(problem["nodes"], problem.get("window"), RESIDUAL)
+    return mb.Contact(mb.HalfSpace(material(problem), period), obstacle, law, cells)
+
+
+def solve(problem):
+    """The state of a problem."""
+    more = {name: problem[name] for name in ("approach", "rtol") if name in problem}
+    return contact_of(problem).solve(problem["load"], **more)
+
+
+def measured(state, problem):
+    """{quantity: number} of a state."""
+    found = {"energy of fields": state.fields.energy()} if problem["method"] == "body" else {}
+    found |= totals(state)
+    if problem.get("brief"):
+        found = {name: value for name, value in found.items() if name in BRIEF}
+    del found["approach" if "approach" in problem else "load"]
+    found |= {
+        f"{name} at {x1:g} {x2:g}": value
+        for x1, x2 in problem.get("at", ())
+        for name, value in _at(state, x1, x2).items()
+    }
+    for x1, x2 in problem.get("between", ()):
+        found[f"pressure_at {x1:g} {x2:g}"] = state.pressure_at([(x1, x2)])[0]
+        corner = list(state.pressures)[-1]
+        found[f"pressure_at {corner} {x1:g} {x2:g}"] = state.pressure_at([(x1, x2, 0.0)], corner)[0]
+    if problem.get("along"):
+        for direction in ("x1", "diagonal"):
+            line = state.along(direction)
+            found |= {f"along {direction} {name}": np.abs(values).sum() for name, values in line.items()}
+    if problem["method"] == "body" and not problem.get("brief"):
+        found |= _in_body(state, problem.get("below", ()))
+    return found
+
+
+def totals(state):
+    """Integrals over the contact, its area by the number of closed corners, and what was computed."""
+    w, p = state.weights.ravel(), state.pressure.ravel()
+    x1, x2 = state.x1, state.x2
+    if np.ndim(state.weights) == 2:
+        x1, x2 = (x.ravel() for x in np.meshgrid(x1, x2, indexing="ij"))
+    moment, psi = (np.reshape(values, (2, -1)) for values in (state.micromoment, state.psi))
+    found = {
+        "load": state.load,
+        "approach": state.approach,
+        "energy": state.energy,
+        "contact area": state.contact_area,
+        "pressure squared": w @ p**2,
+        "pressure x1": w @ (p * x1),
+        "pressure x2": w @ (p * x2),
+        "micromoment squared 1": w @ moment[0] ** 2,
+        "micromoment squared 2": w @ moment[1] ** 2,
+        "psi squared 1": w @ psi[0] ** 2,
+        "psi squared 2": w @ psi[1] ** 2,
+        "displacement squared": w @ np.ravel(state.displacement) ** 2,
+        "warnings": ", ".join(kinds_of(state.warnings)) or "none",
+        "unknowns": state.unknowns,
+        "iterations": state.iterations,
+    }
+    if getattr(state, "error_estimate", None) is not None:
+        found["error_estimate"] = state.error_estimate
+    for number in range(1, len(state.pressures) + 1):
+        found[f"area of {number} closed"] = w @ (state.closed.ravel() == number)
+    other = getattr(state, "counter_displacement", None)
+    if other is not None and other.any():
+        found["counter displacement squared"] = w @ np.ravel(other) ** 2
+    return found
+
+
+def kinds_of(warnings):
+    """The kinds of warnings; a text of no kind is its own."""
+    return [next((kind for kind, part in WARNINGS.items() if part in words), words) for words in warnings]
+
+
+def _at(state, x1, x2):
+    """What a node or a cell near (x1, x2) has."""
+    here = (np.argmin(np.hypot(state.x1 - x1, state.x2 - x2)),)
+    if np.ndim(state.weights) == 2:
+        here = np.argmin(np.abs(state.x1 - x1)), np.argmin(np.abs(state.x2 - x2))
+    pick = (slice(None), *here)
+    found = {"displacement": state.displacement[here]}
+    found |= {f"pressure {name}": values[here] for name, values in state.pressures.items()}
+    found |= {f"micromoment {i}": value for i, value in zip("12", state.micromoment[pick])}
+    found |= {f"psi {i}": value for i, value in zip("12", state.psi[pick])}
+    other = getattr(state, "counter_displacement", None)
+    if other is not None and other.any():
+        found["counter displacement"] = other[here]
+    return found
+
+
+def _in_body(state, points):
+    """Reactions of the supports, and fields at points."""
+    force, moment = state.fields.reaction("bottom")
+    found = {"reaction f3": force[2], "reaction m1": moment[0], "reaction m2": moment[1]}
+    return found | fields_at(state.fields, points)
+
+
+def fields_at(fields, points):
+    """Displacement, rotation, gamma, stresses and couple stresses at points (x1, x2, x3)."""
+    found = {}
+    for point in points:
+        place, where = fields.body.mesh(*point), "at " + " ".join(f"{x:g}" for x in point)
+        found |= {f"u{i} {where}": value for i, value in enumerate(fields.u(place), 1)}
+        found |= {f"psi{i} {where}": value for i, value in enumerate(fields.psi(place), 1)}
+        for name, tensor in (("s", fields.stress), ("m", fields.couple_stress)):
+            values = np.reshape(tensor(place), (3, 3))
+            found |= {f"{name}{i + 1}{j + 1} {where}": values[i, j] for i, j in np.ndindex(3, 3)}
+    return found
+
+
+def of_bodies():
+    """Bodies without contact under loads, nodes, graded coordinates, and what travels."""
+    found = {}
+    for mesh, order in (("block", 1), ("tetrahedra", 2), ("bent", 3)):
+        body = mb.Body3D(mesh_of(mesh), mb.Cosserat(**given.TWISTED), order, fixed="bottom")
+        loads = Loads3D(
+            force=(0.1, -0.2, 0.3),
+            couple=(0.05, -0.02, ng.x),
+            traction={"contact": (0.3, -0.4, -1 - ng.x * ng.y)},
+            micromoment={"contact": (0.1, 0.2, -0.3)},
+        )
+        fields = body.solve(loads)
+        name = f"body3d under loads {mesh} order={order}"
+        values = {"energy": fields.energy()}
+        values |= fields_at(fields, given.BENT if mesh == "bent" else given.INSIDE)
+        force, moment = fields.reaction("bottom")
+        values |= {f"reaction f{i}": value for i, value in enumerate(force, 1)}
+        values |= {f"reaction m{i}": value for i, value in enumerate(moment, 1)}
+        found |= {f"{name} {part}": value for part, value in values.items()}
+    for mesh, order in (("block", 2), ("tetrahedra", 1), ("bent", 2)):
+        nodes = ContactNodes3D(mb.Body3D(mesh_of(mesh), mb.Cosserat(**given.SOLID), order, fixed="bottom"))
+        x1, x2, _ = nodes.points.T
+        name = f"contact nodes {mesh} order={order}"
+        found[f"{name} number"] = len(x1)
+        found[f"{name} weights x1 x2"] = nodes.weights @ (x1 * x2)
+        found[f"{name} weights squared"] = nodes.weights @ nodes.weights
+        found[f"{name} depths"] = nodes.depths.sum()
+    x = meshes3d.graded(reach=0.5, step=0.2, far=4.0, growth=1.5)
+    found |= {f"graded {number}": x[number] for number in (1, 3, 4, -2)}
+    found["graded number"] = len(x)
+    return found
+
+
+def that_travel(method):
+    """{what travels: its largest pressures, or an energy, before and after}."""
+    found = {}
+    both = given.BODIES[3], given.BODIES[4], given.SPACES[0], given.SPACES[6]
+    for problem in (one for one in both if one["method"] == method):
+        state = solve(problem)
+        for way, again in (("pickled", pickle.loads(pickle.dumps(state))), ("copied", copy.deepcopy(state))):
+            name = f"{problem['name']} {way}"
+            same = np.array_equal(again.pressure, state.pressure) and np.array_equal(again.psi, state.psi)
+            found[f"{name} is the same"] = str(same)
+            found[f"{name} energy"] = again.energy
+            if problem["method"] == "body":
+                found[f"{name} energy of fields"] = again.fields.energy()
+                found[f"{name} reaction"] = again.fields.reaction("bottom").moment[0]
+    return found
+
+
+def of_kernels():
+    """Symbols at wavenumbers, kernels at distances and averaged over cells."""
+    found = {}
+    for name, options in given.SOLIDS.items():
+        solid = mb.Cosserat(**options)
+        k, r = np.array(given.WAVENUMBERS), np.array(given.DISTANCES)
+        for letter, values in zip(("U", "V", "W", "W along"), symbol.symbol(solid, k)):
+            found |= {f"symbol {name} {letter} at k={at:g}": value for at, value in zip(k, values)}
+        found[f"symbol {name} W at rest"] = symbol.at_rest(solid)
+        table = kernels.kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
+        for letter, values in zip(("u", "v", "w0", "w2", "u clamped", "m clamped"), table(r)):
+            found |= {f"kernel {name} {letter} at r={at:g}": value for at, value in zip(r, values)}
+        parts = "u", "v1", "v2", "w11", "w12", "w22"
+        for kind, values in (("free", table.cells(14, 0.2)), ("clamped", table.cells(14, 0.2, clamped=True))):
+            for part, own in zip(parts, values):
+                found |= {f"cells {name} {kind} {part} at {i} {j}": own[i, j] for i, j in ((0, 0), (13, 5))}
+    return found
+
+
+def of_second_bodies():
+    """The response of second bodies: symbol, point load, shares, products."""
+    found, forces = {}, np.cos(np.arange(4 * 64.0)).reshape(4, 8, 8) ** 2
+    offsets = on_surface(mb.Microblock()).offsets
+    for name, options in (("softer", given.SOFTER), ("classical", given.CLASSICAL)):
+        solid = mb.Cosserat(**options)
+        for k, value in zip(given.WAVENUMBERS, normal_symbol(solid, np.array(given.WAVENUMBERS))):
+            found[f"second {name} symbol at k={k:g}"] = value
+        for r, value in zip(given.DISTANCES, counter.kernel(solid, np.array(given.DISTANCES))):
+            found[f"second {name} point load at r={r:g}"] = value
+        for periodic in (False, True):
+            own = counter.Counter.on(solid, 0.3, offsets, 0.11, 8, periodic)
+            gaps, where = own @ forces, "on a period" if periodic else "alone"
+            found |= {f"second {name} {where} gap {i}": gaps[i, 3, 5] for i in range(4)}
+            found[f"second {name} {where} pressed"] = own.pressed(forces)[4, 6]
+            if not periodic:
+                x = 0.11 * np.arange(8)
+                far = own.at(forces, (x, x), np.array([2.0]), np.array([-1.5]))
+                found |= {f"second {name} far away gap {i}": far[i, 0] for i in range(4)}
+    return found
+
+
+def of_products():
+    """The flexibility of cells on a field of forces, and its preconditioner."""
+    found, forces = {}, np.cos(np.arange(4 * 64.0)).reshape(4, 8, 8) ** 2
+    solid, x = mb.Cosserat(**given.TWISTED), 0.11 * np.arange(8)
+    for name, pair in {**given.LAWS, "varying": given.VARYING}.items():
+        law = on_surface(_made(pair))
+        tilt = law.tilt(*np.meshgrid(x, x, indexing="ij"))
+        for periodic in (False, True):
+            H = flexibility(solid, law.offsets, tilt, 0.11, periodic, law.clamped)
+            own = forces[: len(law.offsets)]
+            where = f"flexibility {name} {'on a period' if periodic else 'alone'}"
+            for part, values in (("gap", H @ own), ("preconditioned", H.precondition(own))):
+                found |= {f"{where} {part} {i}": values[i, 3, 5] for i in range(len(own))}
+            if len(own) == 1:
+                found |= {f"{where} beside {i}": value for i, value in enumerate(H.beside(own)[:, 3, 5], 1)}
+    return found
+
+
+def of_least_norm():
+    """Forces of least norm with the same resultants, of blocks of which all corners are closed, or three."""
+    law = on_surface(_made(given.TURNED))
+    forces = np.array([[3.0, 1.0, 0.5, 2.0], [0.2, 0.0, 1.0, 0.1], [3.0, 1.0, 0.5, 2.0]]).T
+    closed = np.array([[True] * 4, [True] * 4, [True, True, False, True]]).T
+    least = law.of_least_norm(forces, closed)
+    return {f"least norm corner {c} block {b}": least[c, b] for c, b in np.ndindex(4, 3)}
+
+
+def of_surfaces():
+    """Obstacles over a surface at two places, and gaps of corners of laws there."""
+    found, x1, x2 = {}, np.array([-0.3, 0.17]), np.array([0.2, 0.05])
+    obstacles = {
+        "sphere": given.SPHERE,
+        "ellipsoid": ("Ellipsoid", {"R1": 10.0, "R2": 4.0}),
+        "cone": ("Cone", {"slope": 0.1}),
+        "punch": ("FlatPunch", {"half_width": 0.25, "face": "square"}),
+        "round punch": ("FlatPunch", {"half_width": 0.25}),
+        "rough": given.ROUGH,
+    }
+    for name, pair in obstacles.items():
+        for number, value in enumerate(_made(pair).height(x1, x2)):
+            found[f"surface {name} height {number}"] = value if np.isfinite(value) else "none"
+    rough = _made(obstacles["rough"]).height(*np.meshgrid(x1, x2, indexing="ij"))
+    found |= {f"surface rough on a grid {i} {j}": rough[i, j] for i, j in np.ndindex(2, 2)}
+    for name, pair in {**given.LAWS, "levers": given.LEVERS, "varying": given.VARYING}.items():
+        law = on_surface(_made(pair))
+        gaps = law.initial_gaps(_made("skew"), 0.3, x1, x2)
+        found |= {f"surface law {name} gap {c} {i}": gaps[c, i] for c, i in np.ndindex(gaps.shape)}
+        tilt = law.tilt(x1, x2)
+        found |= {f"surface law {name} tilt {c} {i}": tilt[c, i] for c, i in np.ndindex(tilt.shape)}
+    return found
+
+
+def outside():
+    """The surface beyond the cells, at which contacts elsewhere are looked for: u and phi of corners."""
+    found, places = {}, (np.array([1.4, -2.0]), np.array([-1.7, 0.3]))
+    for problem in given.SPACES[:3]:
+        state = solve(problem)
+        u, phi = state.problem.solver._surface_at(state, *places)
+        found |= {f"{problem['name']} outside u {number}": value for number, value in enumerate(u)}
+        if len(state.pressures) > 1:
+            found |= {f"{problem['name']} outside phi{i} {j}": phi[i, j] for i, j in np.ndindex(2, 2)}
+    return found
+
+
+def refusals_of_bodies():
+    """{what is asked for: a call that must fail}, of bodies."""
+    solid, mesh = mb.Cosserat(**given.SOLID), mesh_of("coarse")
+    sphere, law, x = mb.Sphere(10.0), mb.Unilateral(), np.linspace(0, 1, 3)
+
+    def body(**options):
+        return mb.Body3D(mesh, solid, **{"fixed": "bottom", **options})
+
+    def contact(height=sphere, own=law, method=None, **options):
+        return mb.Contact(body(**options), height, own, method)
+
+    everywhere = {name: "bottom|left" for name in FIELDS}
+    plane = MakeStructured3DMesh(hexes=False, nx=1)
+    for number, side in enumerate(plane.GetBoundaries()):
+        plane.ngmesh.SetBCName(number, {"top": "contact"}.get(side, side))
+    return {
+        "3d mesh in the plane": lambda: mb.Body(mesh, solid),
+        "3d no solid": lambda: mb.Body3D(mesh, None),
+        "3d order=0": lambda: body(order=0),
+        "3d fixed nowhere": lambda: body(fixed="ground"),
+        "3d fixed in no field": lambda: body(fixed={"psi": "bottom"}),
+        "3d no such contact": lambda: body(contact="roof"),
+        "3d contact that stands": lambda: condensed3d(body(contact="left")),
+        "3d contact that faces down": lambda: condensed3d(body(contact="bottom", fixed="contact")),
+        "3d contact that is held": lambda: condensed3d(body(fixed="contact")),
+        "3d triangles of order 2": lambda: condensed3d(
+            mb.Body3D(ng.Mesh(plane.ngmesh), solid, 2, fixed="bottom")
+        ),
+        "3d cylinder": lambda: contact(mb.Cylinder(R=10.0)),
+        "3d panels": lambda: contact(method=mb.Panels()),
+        "3d psi0 of x1": lambda: contact(own=mb.Microblock(np.cos)),
+        "3d psi0 that is nan": lambda: contact(own=mb.Microblock((lambda x, y: x * np.nan, 0.0))).solve(1.0),
+        "3d rtol": lambda: contact().solve(load=1.0, rtol=0.1),
+        "3d rtol of Newton": lambda: contact(method=mb.Newton()).solve(load=1.0, rtol=0.1),
+        "3d load=-1": lambda: contact().solve(load=-1.0),
+        "3d approach above": lambda: contact().solve(approach=-0.1),
+        "3d approach above, Newton": lambda: contact(method=mb.Newton()).solve(approach=-0.1),
+        "3d obstacle nowhere": lambda: contact(lambda x1, x2: x1 + np.inf).solve(load=1.0),
+        "3d obstacle at a held rim": lambda: contact(lambda x1, x2: x1, fixed=everywhere).solve(load=1.0),
+        "3d free": lambda: contact(fixed=()).solve(load=1.0),
+        "3d free under loads": lambda: body(fixed={"u3": "bottom"}).solve(
+            Loads3D(traction={"contact": (1, 0, 0)})
+        ),
+        "3d path": lambda: contact().path(load=1.0),
+        "3d history": lambda: contact(own=mb.Unilateral(friction=0.3)).history([(1.0, 0.1)]),
+        "3d second body": lambda: contact(mb.Deformable(mb.HalfSpace(solid), sphere)),
+        "3d reaction nowhere": lambda: body().solve().reaction("left"),
+        "3d loads of nothing": lambda: body().solve(3.0),
+        "3d load that is inf": lambda: Loads3D(force=(0, 0, np.inf)),
+        "3d block that descends": lambda: meshes3d.block([0, 1], [1, 0], [0, 1]),
+        "3d block without contact": lambda: meshes3d.block(x, x, x - 1, reach=0.1),
+        "3d graded within reach": lambda: meshes3d.graded(1.0, 0.1, 0.5),
+        "3d graded that shrinks": lambda: meshes3d.graded(1.0, 0.1, 2.0, growth=0.9),
+        "3d plane of symmetry x3": lambda: meshes3d.supports("bottom", x3="left"),
+        "3d unstable": lambda: mb.Body3D(
+            mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1, alpha_prime=9.0, beta_prime=-6.0)
+        ),
+        "3d small rho": lambda: contact(method=mb.Newton(rho=1e-6)).solve(load=1.0),
+    }
+
+
+def refusals_of_spaces():
+    """{what is asked for: a call that must fail}, of half-spaces."""
+    solid, sphere, law = mb.Cosserat(**given.SOLID), mb.Sphere(10.0), mb.Unilateral()
+    classical = mb.Cosserat(**given.CLASSICAL)
+
+    def contact(height=sphere, own=law, period=None, body=solid, **cells):
+        return mb.Contact(mb.HalfSpace(body, period), height, own, mb.Cells(**{"nodes": 32, **cells}))
+
+    def second(body=solid, shape=sphere, period=None, **cells):
+        return contact(mb.Deformable(mb.HalfSpace(body, period), shape), **cells)
+
+    def far(x1, x2):
+        return np.minimum((x1 - 300) ** 2, (x1 + 300) ** 2) / 20 + x2**2 / 20
+
+    state = contact().solve(load=1.0)
+    return {
+        "half-space of no solid": lambda: mb.HalfSpace(None),
+        "half-space period=-1": lambda: mb.HalfSpace(solid, -1.0),
+        "half-space unstable": lambda: mb.HalfSpace(
+            mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1, alpha_prime=9.0, beta_prime=-6.0)
+        ),
+        "half-space classical": lambda: contact(body=classical),
+        "half-space with a cylinder": lambda: contact(mb.Cylinder(R=10.0)),
+        "half-space with nan": lambda: contact(lambda x1, x2: x1 + np.nan),
+        "half-space psi0 of x1": lambda: contact(own=mb.Microblock(np.cos)),
+        "half-space psi0=2": lambda: contact(own=mb.Microblock((lambda x1, x2: 2 + 0 * x1, 0.0))).solve(1.0),
+        "half-space panels": lambda: mb.Contact(mb.HalfSpace(solid), sphere, law, mb.Panels()),
+        "half-space window on a period": lambda: contact(period=1.0, window=(0, 1)),
+        "half-space of many nodes": lambda: contact(nodes=4096),
+        "half-space that does not repeat": lambda: contact(lambda x1, x2: x1 + 0 * x2, period=1.0),
+        "half-space psi0 that does not repeat": lambda: contact(
+            given.waves, mb.Microblock((lambda x1, x2: 0.1 * x1, 0.0)), period=1.0
+        ),
+        "half-space rough on no period": lambda: contact(mb.RoughSurface(1.0, 0.1)),
+        "half-space rough on another period": lambda: contact(mb.RoughSurface(1.0, 0.1), period=0.7),
+        "half-space rough of a line": lambda: contact(Rough(1.0, 0.1), period=1.0),
+        "half-space nodes and rtol": lambda: contact().solve(load=1.0, rtol=0.1),
+        "half-space path": lambda: contact().path(load=1.0),
+        "half-space history": lambda: contact(own=mb.Unilateral(friction=0.3)).history([(1.0, 0.1)]),
+        "half-space load=0": lambda: contact().solve(load=0.0),
+        "half-space approach above": lambda: contact().solve(approach=-0.1),
+        "half-space ridge": lambda: contact(lambda x1, x2: x1**2 / 20).solve(load=1.0),
+        "half-space that falls": lambda: contact(lambda x1, x2: -(x1**2 + x2**2) / 20).solve(load=1.0),
+        "half-space plane": lambda: contact(lambda x1, x2: 0 * x1).solve(load=1.0),
+        "half-space contacts far apart": lambda: contact(far, nodes=None).solve(load=1.0, rtol=0.01),
+        "half-space rtol=1e-7": lambda: contact(nodes=None).solve(load=1e-3, rtol=1e-7),
+        "half-space second of a line": lambda: contact(
+            mb.Deformable(mb.HalfPlane(solid), mb.Cylinder(R=10.0))
+        ),
+        "half-space second of another period": lambda: second(period=1.0, shape=given.waves),
+        "half-space second without the period": lambda: contact(
+            mb.Deformable(mb.HalfSpace(solid), given.waves), period=1.0
+        ),
+        "half-space second far beside": lambda: second(
+            body=solid, own=mb.Microblock(), window=(-0.01, 0.01)
+        ).solve(load=1e-4),
+        "half-space pressure at no points": lambda: state.pressure_at([1.0, 2.0]),
+        "half-space pressure of no corner": lambda: state.pressure_at([(0.0, 0.0)], "A"),
+        "half-space along nothing": lambda: state.along("x2"),
+        "half-space blocks of no law": lambda: state.plot_blocks(),
+        "half-space ellipsoid": lambda: mb.Ellipsoid(1.0, -1.0),
+        "half-space cone": lambda: mb.Cone(0.0),
+        "half-space oval punch": lambda: mb.FlatPunch(1.0, face="oval"),
+        "half-space rough hurst=2": lambda: mb.RoughSurface(1.0, 0.1, hurst=2.0),
+        "half-space symbol at k=0": lambda: symbol.symbol(solid, np.array([0.0])),
+    }
+
+
+def warned():
+    """{what is left out: kinds of the warnings}."""
+    solid, sphere = mb.Cosserat(**given.SOLID), mb.Sphere(10.0)
+    spike = lambda x1, x2: sphere.height(x1, x2) - 0.02 * (np.hypot(x1 - 0.2, x2) < 0.03)  # noqa: E731
+    states = {
+        "window that cuts": (sphere, (-0.2, 0.2)),
+        "window that misses": (given.hills, (0.1, 0.9)),
+        "spike": (spike, (-1.0, 1.0)),
+    }
+    return {
+        f"half-space warnings {name}": ", ".join(
+            kinds_of(
+                mb.Contact(mb.HalfSpace(solid), shape, mb.Unilateral(), mb.Cells(32, window))
+                .solve(load=1.0)
+                .warnings
+            )
+        )
+        for name, (shape, window) in states.items()
+    }

@@ -1,0 +1,107 @@
+"""Frozen contact of two bodies in the plane in the names of the library, beside `tests.frozen.library`."""
+
+from functools import cache
+
+import ngsolve as ng
+import numpy as np
+from ngsolve.meshes import MakeStructured2DMesh
+
+import microblock as mb
+
+from . import library, problems
+from . import problems_two as given
+from .library_mesh import short
+
+estimated = library.estimated
+RESIDUAL = 1e-12  # of cells: the digits of a row are not the solver's
+
+
+@cache
+def upper():
+    """A mesh above x2 = 0, wider than that of the first body, whose nodes are others."""
+    mesh = MakeStructured2DMesh(quads=True, nx=17, ny=6, mapping=lambda x, y: (2.6 * x - 1.3, 0.8 * y))
+    for number, side in enumerate(mesh.GetBoundaries()):
+        mesh.ngmesh.SetBCName(number, {"bottom": "contact"}.get(side, side))
+    return ng.Mesh(mesh.ngmesh)
+
+
+def second_of(problem):
+    solid = mb.Cosserat(**problem["second"])
+    if problem["method"] == "body":
+        return mb.Body(upper(), solid, 2, fixed="top")
+    return mb.HalfPlane(solid, problem.get("period"))
+
+
+def contact_of(problem):
+    rigid = library.contact_of(problem)
+    obstacle = mb.Deformable(second_of(problem), rigid.obstacle)
+    if problem["method"] == "cells":
+        method = mb.Cells(problem["nodes"], problem.get("window"), RESIDUAL)
+        return rigid.with_(obstacle=obstacle, method=method)
+    return rigid.with_(obstacle=obstacle)
+
+
+def solve(problem):
+    more = {name: problem[name] for name in ("approach", "rtol") if name in problem}
+    return contact_of(problem).solve(problem["load"], **more)
+
+
+def measured(state, problem):
+    """{quantity: number} of a state, and how the second body gives way."""
+    found = short(library.measured(state, problem))
+    places = np.array(problem["at"])
+    moved = state.counter_displacement(places)
+    if problem["method"] == "panels" or (problem["method"] == "cells" and "period" not in problem):
+        moved = moved - moved[0]  # the level of a half-plane is arbitrary
+    return found | {f"counter displacement at {x:g}": u for x, u in zip(places, moved)}
+
+
+def path_of(problem):
+    path = contact_of(problem).path(problem["load"], **library._given(problem, "rtol"))
+    return path.events, path.at
+
+
+def coalescence_of(problem):
+    return contact_of(problem).solver.coalescence()[0]
+
+
+def refusals():
+    """{what is asked for: a call that must fail}."""
+    solid, cylinder, law = mb.Cosserat(**problems.SOLID), mb.Cylinder(R=10.0), mb.Microblock()
+    plane, roller = mb.HalfPlane(solid), mb.Deformable(mb.HalfPlane(solid), cylinder)
+    block = library.body_of({"solid": problems.SOLID, "mesh": "block", "order": 1})
+    other = mb.Body(upper(), solid, 1, fixed="top")
+    narrow = MakeStructured2DMesh(quads=True, nx=4, ny=2, mapping=lambda x, y: (x - 0.5, y))
+    for number, side in enumerate(narrow.GetBoundaries()):
+        narrow.ngmesh.SetBCName(number, {"bottom": "contact"}.get(side, side))
+    small = mb.Body(ng.Mesh(narrow.ngmesh), solid, 1, fixed="top")
+
+    def pressed(body, obstacle, method=None, **asked):
+        return lambda: mb.Contact(body, obstacle, law, method).solve(**asked or {"load": 1.0})
+
+    return {
+        "second body of a solid": lambda: mb.Deformable(solid, cylinder),
+        "second body on a second body": lambda: mb.Deformable(plane, roller),
+        "second body without a shape": lambda: mb.Deformable(plane, 1.0),
+        "second half-plane on a body": pressed(block, roller),
+        "second half-plane on a block": pressed(mb.Block(solid, 10.0), roller),
+        "second half-plane, Newton": pressed(block, mb.Deformable(other, cylinder), mb.Newton()),
+        "second half-plane, uniform": pressed(mb.Block(solid, 4.0), roller, mb.Uniform(h=0.1)),
+        "second block": pressed(plane, mb.Deformable(mb.Block(solid, 10.0), cylinder)),
+        "second body on a half-plane": pressed(plane, mb.Deformable(other, cylinder)),
+        "second half-space": pressed(plane, mb.Deformable(mb.HalfSpace(solid), mb.Sphere(1.0))),
+        "second body of another period": pressed(
+            plane, mb.Deformable(mb.HalfPlane(solid, 1.0), mb.Wave(0.1, 1.0))
+        ),
+        "second body without the period": pressed(
+            mb.HalfPlane(solid, 1.0), mb.Deformable(plane, mb.Wave(0.1, 1.0))
+        ),
+        "second body below": pressed(block, mb.Deformable(block, cylinder)),
+        "second body too narrow": pressed(block, mb.Deformable(small, mb.Cylinder(R=500.0)), load=30.0),
+        "second body and rtol": pressed(block, mb.Deformable(other, cylinder), load=1.0, rtol=0.1),
+        "second punch that opens again": pressed(
+            mb.HalfPlane(mb.Cosserat(**{**problems.SOLID, "ell": 0.4})),
+            mb.Deformable(mb.HalfPlane(mb.Cosserat(**given.SOFTER)), mb.Punch(half_width=0.5)),
+            mb.Panels(fallback=False),
+        ),
+    }

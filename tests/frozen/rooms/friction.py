@@ -1,0 +1,75 @@
+"""Histories with friction by every method: states, zones, events, energies; what is refused."""
+
+from .. import library, library_friction, of_kind
+from .. import problems_friction as problems
+
+LEAST, MOST = 1e-9, 1e-3  # tolerances of edges
+
+
+def rows():
+    for problem in problems.HISTORIES:
+        yield from rows_of_history(problem)
+    yield from rows_of_estimates(problems.MEASURED)
+    for name, value in library_friction.of_motions().items():
+        yield of_kind(name, value, "discrete")
+    for name, call in library_friction.refusals().items():
+        yield f"refused {name}", library.refused(call), "outcome"
+
+
+def rows_of_history(problem):
+    """Rows of the states of a history and of its events."""
+    found = library_friction.history_of(problem)
+    kind = "estimated" if "rtol" in problem else "discrete"
+    worst = max(getattr(state, "error_estimate", None) or 0.0 for state in found.states)
+    for number, state in enumerate(found.states):
+        row, tolerance = f"{problem['name']} state {number}", state.error_estimate or 0.0
+        values = library_friction.integrals(state, number in problem["full"])
+        if number in problem["full"]:
+            values |= library_friction.pointwise(state, problem)
+            if kind == "discrete" and "second" not in problem:  # cells say nothing of the second surface
+                values |= library_friction.profile(state)
+            values |= {
+                name: getattr(state, name)
+                for name in ("method", "error_estimate", "residual", "iterations", "unknowns")
+            }
+        for name, value in values.items():
+            yield of_kind(f"{row} {name}", value, kind, tolerance)
+        yield f"{row} zones", " ".join(f"{len(each)} {name}" for name, each in state.zones.items()), "outcome"
+        if number in problem["full"]:
+            for name, edge, said in library_friction.zones(state):
+                yield from edge_row(f"{row} {name}", edge, kind, max(said, tolerance))
+    words = ", ".join(f"{event.kind} {event.zone} to pair {event.pair}" for event in found.events)
+    yield f"{problem['name']} events", words, "outcome"
+    for number, event in enumerate(found.events):
+        row = f"{problem['name']} event {number}"
+        yield of_kind(f"{row} normal + shear", event.normal + event.shear, kind, worst)
+        yield of_kind(f"{row} 1 + x", 1 + event.x, kind, worst**0.5)
+
+
+def rows_of_estimates(problem):
+    """Of a history to a loose tolerance what does not depend on it, and its estimates, which may change."""
+    found = library_friction.history_of(problem)
+    for number, state in enumerate(found.states):
+        row = f"{problem['name']} state {number}"
+        yield (
+            f"{row} zones",
+            " ".join(f"{len(state.zones[name])} {name}" for name in ("A", "B", "contact")),
+            "outcome",
+        )
+        yield f"{row} warnings", len(state.warnings), "outcome"
+        yield f"{row} normal force", state.weights @ state.pressure, "discrete"
+        yield f"{row} shear force", state.weights @ state.shear_traction, "discrete"
+        yield f"{row} energies", (state.energy + state.dissipation) / state.work, "discrete"
+        yield f"{row} error_estimate", state.error_estimate, "count"
+        yield f"{row} shares", state.error_parts.shares, "count"
+        errors = [edge for pairs in state.zone_errors.values() for pair in pairs or () for edge in pair]
+        yield f"{row} zone errors", max(errors), "count"
+    yield f"{problem['name']} error of events", max(event.error or 0.0 for event in found.events), "count"
+
+
+def edge_row(name, edge, kind, said):
+    """A row of an edge of a zone, to what is said of its error."""
+    if not said:
+        yield name, edge, kind
+    else:
+        yield name, edge, "estimated", min(max(said / (abs(edge) or 1.0), LEAST), MOST)

@@ -1,0 +1,48 @@
+"""Formulas of the plane at points: kernels of shear, averages over cells, products, second bodies, zones."""
+
+from .. import library, library_friction, library_plane, of_kind
+from .. import problems_friction as problems
+
+# sums of hundreds of differences of tabulated kernels, whose own rounding is 1e-13
+SUMS = 1e-11
+
+
+def rows():
+    for name, value in library_plane.of_shear_kernels().items():
+        yield name, value, "definition", SUMS
+    for part in (library_plane.of_averages, library_plane.of_products):
+        for name, value in part().items():
+            yield name, value, "definition", SUMS
+    for part in (library_plane.of_second_bodies, library_plane.of_memories, library_plane.of_others):
+        for name, value in part().items():
+            kind = "outcome" if isinstance(value, str) else "definition"
+            # jumps of a slope that was sampled
+            yield (name, value, "estimated", 1e-6) if name.startswith("kinks") else (name, value, kind)
+    for name, value in library_plane.of_gradients().items():
+        yield name, value, "discrete"
+    for part in (library_plane.of_pictures, library_plane.of_intervals, library_plane.of_edges):
+        yield from part()
+    yield from library_plane.of_ways()
+    yield from states()
+    for name, call in library_plane.refusals().items():
+        yield f"refused {name}", library.refused(call), "outcome"
+
+
+def states():
+    """Rows of states between two half-planes."""
+    for problem in problems.BETWEEN:
+        contact = library_friction.contact_of(problem)
+        rtol = {"rtol": problem["rtol"]} if "rtol" in problem else {}
+        state = contact.solve(problem["load"], **rtol)
+        kind = "estimated" if library.estimated(problem) else "discrete"
+        values = library.measured(state, problem)
+        values |= {
+            f"counter displacement at {x:g}": float(state.counter_displacement(x)) for x in problem["at"]
+        }
+        if kind == "discrete":
+            values |= library_friction.profile(state)
+        if problem["method"] == "cells":
+            x = problem["beside"]
+            values |= {f"gap {corner} at {x:g}": state.gap_at(corner, x) for corner in state.law.corners}
+        for name, value in values.items():
+            yield of_kind(f"{problem['name']} {name}", value, kind, state.error_estimate or 0.0)
