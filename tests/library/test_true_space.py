@@ -222,6 +222,16 @@ def test_a_window_that_cuts_the_contact_says_so():
     assert problem(window=(-1.5, 1.5), nodes=64).solve(load=4 / 3).warnings == ()
 
 
+def test_a_cut_contact_presses_up_to_the_rim_of_its_cells():
+    """Between the last centres and the rim the pressure is that of the last cells, which differ."""
+    state = problem(lambda x1, x2: 0.1 * x1 + SPHERE.height(x1, x2), window=(-0.2, 0.2), nodes=32).solve(
+        load=1.0
+    )
+    first, last, rim = state.pressure[0, 16], state.pressure[-1, 16], 0.199
+    read = state.pressure_at(np.array([(-rim, state.x2[16], 0.0), (rim, state.x2[16], 0.0)]))
+    assert 0 < last < 0.97 * first and read == pytest.approx([first, last], rel=1e-12)
+
+
 @pytest.mark.parametrize("rtol, most", [(1e-2, 128), (0.3, 256)])
 def test_flat_faces_are_refused_on_coarse_grids(monkeypatch, rtol, most):
     """Their pressure has no bound: the estimate falls too slowly for any grid, which few of them show."""
