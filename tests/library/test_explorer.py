@@ -92,6 +92,14 @@ def test_a_corner_touches_in_the_picture_where_its_gap_is_closed():
     assert inner == pytest.approx(np.full(len(inner), surface.ell)) and np.all(outer >= surface.ell)
 
 
+def test_blocks_of_a_shifted_contact_are_shifted():
+    states = [problem(obstacle=lambda x, c=c: (x - c) ** 2 / (2 * R)).solve(load=LOAD) for c in (0.0, 1.0)]
+    first, shifted = (blocks.blocks(state.surface(), state.zones["contact"]).squares for state in states)
+    assert shifted == pytest.approx(
+        first + (1.0, 0.0), abs=1e-9
+    )  # rounding of abscissae is magnified a little
+
+
 def test_every_kind_of_state_shows_and_draws_itself(block, tmp_path):
     law = mb.Microblock(0.002)
     body = on_mesh(block, law, order=2)
