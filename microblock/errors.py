@@ -371,7 +371,8 @@ def require_numbers(**arguments: Any) -> Any:
         found = np.atleast_1d(np.asarray(values, float))
     except (TypeError, ValueError, OverflowError) as failure:
         raise BadArgument(name, values, "must be a number, or an array (n,) of numbers") from failure
-    if found.ndim > 1 or not np.all(np.abs(found) <= LARGEST):
+    texts = np.asarray(values).dtype.kind in "bSU"  # which numpy reads as numbers
+    if texts or found.ndim > 1 or not np.all(np.abs(found) <= LARGEST):
         raise BadArgument(name, values, "must be a finite number, or an array (n,) of such")
     return found
 

@@ -43,7 +43,7 @@ from itertools import product
 import numpy as np
 from scipy.linalg.blas import dgemm
 
-from ..errors import BadArgument, NotConverged, require_finite
+from ..errors import BadArgument, NotConverged, require_finite, require_numbers
 from ..model.progress import counted
 from ..threads import bounded, released
 
@@ -155,7 +155,8 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
     if approach is not None:
         require_finite(approach=approach)
     else:
-        load = _loads([load], "load")[0]
+        require_finite(load=load)
+        load = _loads(load, "load")[0]
     singular = None
     for problem in _problems(H, g0, c, free=load is not None):
         try:
@@ -279,8 +280,8 @@ def _start(start, problem):
 
 
 def _loads(loads, name):
-    values = np.sort(np.array(loads, float).ravel())
-    if not len(values) or not np.all(np.isfinite(values)) or values[0] < 0:
+    values = np.sort(require_numbers(**{name: loads}))
+    if not len(values) or values[0] < 0:
         raise BadArgument(name, loads, "must be finite and not negative")
     return values
 

@@ -343,18 +343,20 @@ def _gradient_step(problem, forces, slope, alpha):
         ahead = problem.slope(moved)
         rise, rounding = _rise(problem, forces, change, slope, ahead)
         if rise <= -SHARE * length / alpha or abs(rise) <= rounding:
-            return moved, ahead, _curvature_step(change, ahead - slope) or 2 * alpha
-        alpha = min(_curvature_step(change, ahead - slope) or alpha, alpha / 2)
+            return moved, ahead, _curvature_step(problem, change, ahead - slope) or 2 * alpha
+        alpha = min(_curvature_step(problem, change, ahead - slope) or alpha, alpha / 2)
     raise NotConverged(
         "no step of gradient projection lowers the energy: is the flexibility positive semidefinite? "
         "At a given approach it must be so with its level; give the load instead"
     )
 
 
-def _curvature_step(change, bend):
-    """|change|^2 over its product with what it adds to the slope, at least 1/|H|; 0 where that is unknown."""
-    curvature = change @ bend
-    return change @ change / curvature if curvature > 0 else 0.0
+def _curvature_step(problem, change, bend):
+    """|change|^2 over its product with what it adds to the slope, at least 1/|H|; 0 where that is unknown, as
+    along forces that displace nothing.
+    """
+    curvature, length = change @ bend, change @ change
+    return length / curvature if curvature > FLAT * problem.unit * length else 0.0
 
 
 def _rise(problem, forces, change, slope, ahead):

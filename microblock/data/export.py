@@ -227,11 +227,10 @@ def to_vtk(
             "belongs to a state of panels without friction; others have their own nodes, or no fields",
         )
     grid = _grid(state, x1, x2) if on_grid else ()
+    if fields is not None:  # first, since it may raise an error: then no file is written
+        (_write_grid if on_grid else _write_mesh)(fields, body, *grid)
     _write_surface(state, surface)
-    if fields is None:
-        return [surface]
-    (_write_grid if on_grid else _write_mesh)(fields, body, *grid)
-    return [surface, body]
+    return [surface] if fields is None else [surface, body]
 
 
 def _write_series(states, path, x1, x2):

@@ -112,10 +112,12 @@ def sweep(
     points = _points(over)
     if executor is not None and workers is not None:
         raise BadArgument("workers", workers, "belongs to local processes, not to an executor")
+    if executor is not None and not callable(getattr(executor, "submit", None)):
+        raise BadArgument("executor", executor, "must be a concurrent.futures.Executor")
     if workers is not None:
         require_whole(1, workers=workers)
+    keys = range(len(points)) if records is None else _keys(function, points, executor is None)
     with _opened(records) as (found, append):
-        keys = range(len(points)) if records is None else _keys(function, points, executor is None)
         known = {key: found[key] for key in keys if key in found and not (retry and found[key]["error"])}
         missing = {key: point for key, point in zip(keys, points) if key not in known}
         total = len(known) + len(missing)

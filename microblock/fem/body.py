@@ -8,15 +8,7 @@ import ngsolve as ng
 import numpy as np
 
 from .. import cost
-from ..errors import (
-    NUMBERS,
-    BadArgument,
-    NotConverged,
-    require_finite,
-    require_flag,
-    require_kind,
-    require_whole,
-)
+from ..errors import BadArgument, NotConverged, require_finite, require_flag, require_kind, require_whole
 from ..model.fields import PointFields
 from ..model.fields import points as at_points
 from ..model.material import Cosserat
@@ -36,12 +28,14 @@ SAME = 1e-9  # of the largest of prescribed values, within which two of them are
 
 
 def require_finite_within(**arguments):
-    """BadArgument for a number among values, or in tuples and mappings of them, that is not finite."""
+    """BadArgument for a value, or one in sequences and mappings of them, that is no finite number and no
+    CoefficientFunction.
+    """
     for name, value in arguments.items():
-        inner = value.values() if isinstance(value, Mapping) else value if isinstance(value, tuple) else ()
-        for one in inner:
-            require_finite_within(**{name: one})
-        if isinstance(value, NUMBERS):
+        if isinstance(value, (Mapping, tuple, list, np.ndarray)):
+            for one in value.values() if isinstance(value, Mapping) else value:
+                require_finite_within(**{name: one})
+        elif not isinstance(value, ng.CoefficientFunction):
             require_finite(**{name: value})
 
 
@@ -89,6 +83,7 @@ class MeshBody(Shown):
 
     def of(self, solid):
         """The same body of another solid; the same one is not factorised again."""
+        require_kind(Cosserat, "a Cosserat", solid=solid)
         return self if solid == self.solid else type(self)(**self._made_of | {"solid": solid})
 
     def once(self, key, make):
@@ -261,8 +256,9 @@ class Body(MeshBody):
             raise BadArgument(
                 "order", "one for each element", "belongs to one mesh: give one order for all elements"
             )
-        other = {"mesh": mesh, "solid": solid or self.solid, "fixed": self.fixed if fixed is None else fixed}
-        return Body(**self._made_of | other)
+        given = {"solid": solid, "fixed": fixed}
+        given = {"mesh": mesh} | {name: one for name, one in given.items() if one is not None}
+        return Body(**self._made_of | given)
 
     @property
     def methods(self):
@@ -407,6 +403,7 @@ class Body(MeshBody):
         NotConverged
             If the supports leave a rigid motion free.
         """
+        require_kind(Loads, "Loads", loads=loads)
         state = ng.GridFunction(self.space)
         self.prescribe(state.components)
         form = ng.BilinearForm(self.space, symmetric=True)

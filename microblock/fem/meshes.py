@@ -10,7 +10,15 @@ import numpy as np
 from ngsolve.meshes import MakeStructured2DMesh
 
 from .. import cost
-from ..errors import BadArgument, NotConverged, at_least, require_finite, require_pair, require_positive
+from ..errors import (
+    BadArgument,
+    NotConverged,
+    at_least,
+    require_finite,
+    require_pair,
+    require_positive,
+    require_whole,
+)
 
 HELD, POWER = 0.9, 1.6  # layers that an element of order 2, 4, 6 holds: 2.7, 8.3, 16
 # of netgen, away from the surface; from 0.6 on some meshes are slivers, and ten times worse than others
@@ -181,6 +189,7 @@ def column(depth, elements, width=None, quads=True):
     """
     _check(depth, elements)
     width = depth / elements if width is None else width
+    require_positive(width=width)
     mesh = MakeStructured2DMesh(
         quads=quads, nx=1, ny=elements, periodic_x=True, mapping=lambda x, y: (width * x, depth * (y - 1))
     )
@@ -191,8 +200,7 @@ def column(depth, elements, width=None, quads=True):
 
 def _check(depth, elements):
     require_positive(depth=depth)
-    if not (isinstance(elements, int) and elements >= 1):
-        raise BadArgument("elements", elements, "must be an integer of at least 1")
+    require_whole(1, elements=elements)
 
 
 @dataclass(frozen=True)

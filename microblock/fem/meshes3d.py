@@ -6,7 +6,7 @@ import netgen.meshing as netgen
 import ngsolve as ng
 import numpy as np
 
-from ..errors import BadArgument, require_positive
+from ..errors import BadArgument, require_numbers, require_positive
 from .body3d import FIELDS
 
 SIDES = {(0, 0): "left", (0, 1): "right", (1, 0): "front", (1, 1): "back", (2, 0): "bottom", (2, 1): "top"}
@@ -88,6 +88,8 @@ def block(x1, x2, x3, reach=math.inf):
     (125, ['back', 'bottom', 'contact', 'front', 'left', 'right', 'top'])
     """
     axes = [_ascending(name, x) for name, x in (("x1", x1), ("x2", x2), ("x3", x3))]
+    if not (isinstance(reach, float) and reach == math.inf):
+        require_positive(reach=reach)
     middles = [(x[1:] + x[:-1]) / 2 for x in axes[:2]]
     if not all(np.any(np.abs(middle) < reach) for middle in middles):
         raise BadArgument("reach", reach, "must hold the middle of a facet at least")
@@ -148,7 +150,7 @@ def supports(fixed="bottom", **planes):
 
 def _ascending(name, values):
     """The coordinates as an array; BadArgument unless they are finite and ascend."""
-    x = np.asarray(values, float)
-    if x.ndim != 1 or len(x) < 2 or not np.all(np.isfinite(x)) or not np.all(np.diff(x) > 0):
+    x = require_numbers(**{name: values})
+    if len(x) < 2 or not np.all(np.diff(x) > 0):
         raise BadArgument(name, values, "must be an ascending array of at least two coordinates")
     return x

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import at_most
+from ..errors import Named, at_most
 from ..model.summary import Row, Shown, Summary, number, saved
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Target
@@ -73,6 +73,9 @@ class State3D(Shown):
     found: Fields3D | None = None
 
     error_estimate = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pressures", Named("corner", self.pressures))
 
     @property
     def x1(self) -> Array:

@@ -327,6 +327,8 @@ class CellSolver(Solver):
 
     def _solve(self, nodes, load, approach, start, residual):
         cells, flexibility, gaps = self.prepare(nodes)
+        if not np.isfinite(gaps).any():
+            raise BadArgument("obstacle", self.contact.obstacle, "has a finite height over no cell")
         forces = None
         if start is not None and len(start.pressures) == len(gaps):
             own = [_polygon(cells.x, start.x, p, self.body.period) for p in start.pressures]

@@ -75,6 +75,7 @@ class FrictionCells(OfMoment):
     moment : Moment, forces and gaps
     psi, displacement : arrays (n,), averages over the cells
     micromoment : array (n,), of corner forces and shear, or the reaction to psi = 0
+    raised : array (corners, n) or None, displacement of a second body where the corners stand
     estimate : Errors or None
     before : dict or None, zones of the level before
     notes : tuple of str, why cells were taken
@@ -87,6 +88,7 @@ class FrictionCells(OfMoment):
     psi: Array
     displacement: Array
     micromoment: Array
+    raised: Array | None = None
     estimate: Errors | None = None
     before: Zones | None = None
     notes: tuple[str, ...] = ()
@@ -118,6 +120,14 @@ class FrictionCells(OfMoment):
     def approach(self) -> float:
         """Up to a constant where the rigid motion is arbitrary."""
         return self.moment.approach
+
+    def counter_displacement(self, x: Array) -> Array:
+        """Returns a polygon through the averages that are known where the corners stand."""
+        if self.raised is None:
+            return np.zeros_like(x)
+        places = np.concatenate([self.x - shift for shift in self.problem.shifts])
+        order = np.argsort(places)
+        return np.interp(x, places[order], self.raised.ravel()[order])
 
     @property
     def residual(self) -> float:
@@ -469,4 +479,12 @@ class Walk:
         self._solver.require_inside(self._edges, moment)
         problem = self._solver.problem
         displacement, psi, moments = surface(problem, self._edges, self._own, moment)
-        return FrictionCells(self._solver.solver, problem, self._edges, moment, psi, displacement, moments)
+        raised = None
+        if problem.counter is not None:
+            both = self.path.contact
+            raised = (both.normal - self._own.normal) @ moment.normal
+            raised += (both.cross - self._own.cross).T @ moment.tangential
+            raised = raised.reshape(-1, len(self._edges))
+        return FrictionCells(
+            self._solver.solver, problem, self._edges, moment, psi, displacement, moments, raised
+        )

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import LARGEST, BadArgument, make_plain, require_choice, require_positive
+from ..errors import LARGEST, BadArgument, make_plain, require_choice, require_positive, shortened
 from ..model.obstacles import check_self_affine
 from ..model.types import AnyArray as Array
 
@@ -259,7 +259,8 @@ def heights(obstacle: object, x1: Array, x2: Array) -> Array:
         raise BadArgument(
             "obstacle",
             obstacle,
-            f"must have a height(x1, x2) of two arrays that returns as many numbers ({failure!r})",
+            "must have a height(x1, x2) of two arrays that returns as many numbers "
+            f"({shortened(repr(failure))})",
         ) from failure
     if np.any(np.isnan(found)) or np.any(found == -np.inf):
         raise BadArgument("obstacle", obstacle, "must have heights that are numbers, or inf")

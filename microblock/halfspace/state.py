@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import BadArgument, require_choice
+from ..errors import BadArgument, Named, require_choice
 from ..model.summary import Row, Shown, Summary, number, saved
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Target
@@ -82,6 +82,9 @@ class SurfaceState(Shown):
 
     method = "cells"
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "pressures", Named("corner", self.pressures))
+
     @cached_property
     def pressure(self) -> Array:
         """Total pressure, array (n, n) (stress)."""
@@ -108,14 +111,14 @@ class SurfaceState(Shown):
             If the points are no such array of finite numbers, or there is no such corner.
         """
         try:
-            points = np.asarray(points, float)
-        except (TypeError, ValueError):
-            points = np.empty(0)
-        if points.ndim != 2 or points.shape[1] not in (2, 3) or not np.isfinite(points).all():
+            found = np.asarray(points, float)
+        except (TypeError, ValueError, OverflowError):
+            found = np.empty(0)
+        if found.ndim != 2 or found.shape[1] not in (2, 3) or not np.isfinite(found).all():
             raise BadArgument("points", points, "must be an array (k, 2) or (k, 3) of finite numbers")
         if corner is not None:
             require_choice(self.pressures, corner=corner)
-        return self.interpolated(self.pressure if corner is None else self.pressures[corner], *points.T[:2])
+        return self.interpolated(self.pressure if corner is None else self.pressures[corner], *found.T[:2])
 
     def interpolated(self, values: Array, x1: Array, x2: Array) -> Array:
         """Returns values on the cells, array (n, n), between their centres; 0 beyond the cells."""

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import BadArgument, MicroblockError
+from ..errors import BadArgument, MicroblockError, shortened
 from ..model.law import ACTS_IN, Microblock
 from ..model.types import AnyArray as Array
 from ..model.types import LawLike, Tilt
@@ -134,7 +134,9 @@ def _angle(psi0: Tilt, x1: Array, x2: Array) -> Array:
         raise
     except Exception as failure:  # whatever the user's function does
         raise BadArgument(
-            "psi0", psi0, f"must take arrays of x1 and x2 and return as many numbers ({failure!r})"
+            "psi0",
+            psi0,
+            f"must take arrays of x1 and x2 and return as many numbers ({shortened(repr(failure))})",
         ) from failure
     if not np.all(np.abs(found) < 1):  # nor NaN
         raise BadArgument("psi0", psi0, "must be finite and below 1 in absolute value (radians)")

@@ -52,7 +52,10 @@ class Deformable:
             raise BadArgument("body", self.body, "must be a body, as mb.HalfPlane(solid)")
         if isinstance(self.shape, Deformable):
             raise BadArgument("shape", self.shape, "must be that of the body, and is another body")
-        getattr(self.body, "check", obstacles.check)(self.shape)
+        try:
+            getattr(self.body, "check", obstacles.check)(self.shape)
+        except BadArgument as failure:  # which is that of an obstacle
+            raise BadArgument("shape", self.shape, failure.allowed) from failure
 
     def height(self, *x: Array) -> ArrayLike:
         """Returns the height of the undeformed shape at places, an array for each direction along the surface

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ..errors import BadArgument, MicroblockError, make_plain, require_choice, require_finite
+from ..errors import BadArgument, MicroblockError, make_plain, require_choice, require_finite, shortened
 from . import obstacles
 from .summary import is_told
 from .types import Array, Function, ObstacleLike, Tilt
@@ -201,7 +201,9 @@ class Microblock(_Coulomb):
             raise
         except Exception as failure:  # whatever the user's function does
             raise BadArgument(
-                "psi0", self.psi0, f"must take an array of x and return as many numbers ({failure!r})"
+                "psi0",
+                self.psi0,
+                f"must take an array of x and return as many numbers ({shortened(repr(failure))})",
             ) from failure
         if not np.all(np.isfinite(psi0)) or not np.all(np.abs(psi0) < 1):
             raise BadArgument(

@@ -30,6 +30,7 @@ from ..errors import (
     require_numbers,
     require_positive,
     require_whole,
+    shortened,
 )
 from .types import Array, Interval, ObstacleLike
 
@@ -528,11 +529,13 @@ def returned(obstacle: ObstacleLike, x: Array) -> Array:
         raise BadArgument(
             "obstacle",
             obstacle,
-            f"its height(x) must take an array of x ({failure}); np.vectorize(height, otypes=[float]) serves "
-            "a function of one number, a HalfSpace one of (x1, x2)",
+            f"its height(x) must take an array of x ({shortened(str(failure))}); "
+            "np.vectorize(height, otypes=[float]) serves a function of one number, "
+            "a HalfSpace one of (x1, x2)",
         ) from failure
     except Exception as failure:  # whatever the user's function does
-        raise BadArgument("obstacle", obstacle, f"its height(x) failed: {failure!r}") from failure
+        words = f"its height(x) failed: {shortened(repr(failure))}"
+        raise BadArgument("obstacle", obstacle, words) from failure
 
 
 def real(values: ArrayLike) -> Array:

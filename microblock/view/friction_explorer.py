@@ -1,6 +1,7 @@
 """A contact with friction that is led on load by load, with the loop that it walks."""
 
-from ..errors import BadArgument, require_finite, require_positive
+from ..contact import Contact
+from ..errors import BadArgument, require_finite, require_kind, require_positive
 from ..halfplane.friction_solver import FrictionSolver
 from ..halfplane.kernels import HalfPlane
 from ..model.history import FrictionState, pairs_of
@@ -47,12 +48,15 @@ class FrictionExplorer(Shown):
 
     @bounded
     def __init__(self, problem, load):
+        require_kind(Contact, "a Contact", problem=problem)
         require_positive(load=load)
         self.problem, self._first = problem, float(load)
         if not isinstance(problem.body, HalfPlane) or problem.body.period is not None:
             raise BadArgument(
                 "body", problem.body, "must be a half-plane without a period; else take Contact.history"
             )
+        if not getattr(problem.law, "friction", 0.0):
+            raise BadArgument("law", problem.law, "has no friction: take Explorer")
         pairs = [(load, share * problem.law.friction * load) for share in (0.0, SEEN, -SEEN)]
         self._solver = FrictionSolver(problem.solver, pairs_of(pairs, problem.law.friction), True)
         self.figure = FrictionFigure()

@@ -191,8 +191,3 @@ def test_command(tmp_path, capsys):
     assert {"parameters", "versions", "seconds", "table", "scenes", "failures"} == set(answer)
     assert answer["table"][-1]["kind"] == "all" and answer["table"][-1]["below"] == 2
     assert {path.suffix for path in (tmp_path / "o").iterdir()} == {".csv", ".png", ".pdf"}
-
-
-@pytest.mark.parametrize("words", ["--scenes 0", "--rtols 2", "--seed -1"])
-def test_bad_arguments(words):
-    assert main(["accuracy", *words.split()]) == 2

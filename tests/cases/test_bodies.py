@@ -152,28 +152,3 @@ def test_kinks_are_graded_as_deep_as_the_error_asks(law, alpha):
     """
     (row,) = accuracy.judged("fe", Draw("wedge", law, alpha, 0.1, 0.6, width=6.0), [1e-3])
     assert row["failure"] == "" and row["error_over_rtol"] < 1
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        "coating --thicknesses 0",
-        "coating --base glued",
-        "coating --rtol 2",
-        "coating --nu 0.5",
-        "coating --order 1",
-        "hole --load 0",
-        "hole --depth 0.3",
-        "hole --rtols 0.1",
-        "hole --order 40",
-        "accuracy --model fe --scenes 0",
-        "accuracy --model fe --obstacles",
-        "accuracy --model fe --rtols 2",
-    ],
-)
-def test_bad_arguments(words):
-    try:
-        status = main(words.split())
-    except SystemExit as stop:
-        status = stop.code
-    assert status == 2

@@ -29,23 +29,6 @@ def test_commands(tmp_path, capsys):
     assert {"wavy.csv", "wavy.png", "rough.csv", "rough.png"} <= {path.name for path in tmp_path.iterdir()}
 
 
-@pytest.mark.parametrize(
-    "words, named",
-    [
-        ("wavy --loads 0", "--loads"),
-        ("wavy --rtol 1e-3 --nodes 100", "--rtol"),
-        ("wavy --beta 2", "--beta"),
-        ("rough --nodes 100", "--nodes"),
-        ("rough --psi0-deg 30", "--psi0-deg"),
-        ("classical --nodes 100", "--nodes"),
-    ],
-)
-def test_bad_options_get_one_clear_line(words, named, capsys):
-    assert main(words.split()) == 2
-    printed = capsys.readouterr()
-    assert printed.out == "" and printed.err.count("\n") == 1 and named in printed.err
-
-
 @pytest.mark.parametrize("contact", wavy.LAWS)
 def test_path_from_first_touch_to_full_closure(contact):
     parameters = wavy.Parameters(path=9, path_nodes=1024, contact=contact)

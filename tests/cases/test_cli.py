@@ -82,48 +82,6 @@ def test_json_file_and_figures(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    "words, named",
-    [
-        ("strip --nu 0.5", "--nu 0.5"),
-        ("strip --beta 2", "--beta 2"),
-        ("strip --beta 0", "--beta 0"),
-        ("strip --ell-over-H 0", "--ell-over-H"),
-        ("strip --ell-over-H -1", "--ell-over-H"),
-        ("strip --nu nan", "--nu nan"),
-        ("strip --delta-over-H inf", "--delta-over-H inf"),
-        ("strip --nu abc", "--nu"),
-        ("strip --method newton", "--method"),
-        ("strip --model plane", "--model"),
-        ("strip --psi0-deg 60", "--psi0-deg"),
-        ("strip --rtol 1e-3 --order 2", "--rtol"),
-        ("strip --rtol 1e-3 --elements 2", "--rtol"),
-        ("strip --rtol 0", "--rtol"),
-        ("strip --order 0", "--order"),
-        ("strip --order 2.5", "--order"),
-        ("strip --elements 0", "--elements"),
-        ("strip --rho 0", "--rho"),
-        ("strip --curvature -1", "--curvature"),
-        ("strip --unknown 1", "--unknown"),
-        ("strip --ell-over-H 1e200", "--ell-over-H"),
-        ("strip --delta-over-H 1e150", "--delta-over-H"),
-        ("strip --rho 1e300", "--rho"),
-        ("strip --json /nowhere/at/all.json", "--json"),
-        ("strip --out /dev/null/figures", "--out"),
-        ("report --only fig99", "--only fig99"),
-        ("strap", "strap"),
-    ],
-)
-def test_bad_arguments_get_one_clear_line(words, named, capsys):
-    try:
-        status = main(words.split())
-    except SystemExit as stop:  # argparse's own way out
-        status = stop.code
-    printed = capsys.readouterr()
-    assert status == 2 and printed.out == ""
-    assert printed.err.count("\n") == 1 and named in printed.err
-
-
-@pytest.mark.parametrize(
     "words, meant",
     [
         ("herz", "hertz"),

@@ -54,8 +54,3 @@ def test_the_command_returns_measures_with_errors(tmp_path, capsys):
         assert all(row[f"{name}_error"] >= 0 for name in friction_size.MEASURES)
     for name in friction_size.FIGURES:
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
-
-
-def test_bad_arguments_are_one_line(capsys):
-    assert main(["friction_size", "--alphas", "0"]) == 2
-    assert "alphas" in capsys.readouterr().err

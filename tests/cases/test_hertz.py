@@ -105,32 +105,6 @@ def test_infinite_values_are_null():
     assert punch["pressure_max"] is None and punch["pressure_max_at"] == []
 
 
-@pytest.mark.parametrize(
-    "words, named",
-    [
-        ("--alpha 0.2 --ell 0.1", "--ell"),
-        ("--alpha 0", "--alpha"),
-        ("--nu 0.5", "nu"),
-        ("--beta 2", "--beta"),
-        ("--loads 1 -1", "--loads"),
-        ("--rtol 1e-3 --order 8", "--rtol"),
-        ("--order 2", "--order"),
-        ("--h 0.1", "--h"),
-        ("--psi0-deg nan", "--psi0-deg"),
-        ("--contact unilateral --psi0-deg 1", "--psi0-deg"),
-        ("--obstacle cone", "--obstacle"),
-        ("--P 0", "--P"),
-    ],
-)
-def test_bad_arguments_get_one_clear_line(words, named, capsys):
-    try:
-        status = main(["hertz", *words.split()])
-    except SystemExit as stop:
-        status = stop.code
-    printed = capsys.readouterr()
-    assert status == 2 and printed.out == "" and printed.err.count("\n") == 1 and named in printed.err
-
-
 @pytest.mark.slow
 def test_events_of_rotated_blocks():
     """Born aside, then merged: bracketed to what is claimed, and seen by two states on either side."""

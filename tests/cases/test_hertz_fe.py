@@ -44,24 +44,11 @@ def test_command_on_a_uniform_mesh(tmp_path):
     assert paper["unknowns"] > condensed["unknowns"]
 
 
-@pytest.mark.parametrize(
-    "words, named",
-    [
-        ("--domain -3", "--domain"),
-        ("--domain wide", "--domain"),
-        ("--method al", "--method"),
-        ("--rho 3", "--rho"),
-        ("--h 0.1 --rtol 1e-3", "--rtol"),
-        ("--order 40", "--order"),
-        ("--mesh uniform --h 0.1 --domain 1.5", "--domain"),
-        ("--h -1", "--h"),
-        ("--mesh uniform --h 0.1 --method al --rho 0", "--rho"),
-    ],
-)
-def test_bad_arguments(words, named, capsys):
-    assert main(["hertz", "--model", "fe", *words.split()]) == 2
+def test_a_block_that_the_squares_do_not_fit_into_is_refused_by_name(capsys):
+    words = "hertz --model fe --mesh uniform --h 0.1 --domain 1.5"
+    assert main(words.split()) == 2
     printed = capsys.readouterr()
-    assert printed.err.count("\n") == 1 and named in printed.err
+    assert printed.err.count("\n") == 1 and "--domain" in printed.err
 
 
 @pytest.mark.slow

@@ -379,23 +379,6 @@ def test_unequal_springs_have_no_isotropic_continuum(capsys):
     assert "not isotropic" in answer["reason"]
 
 
-@pytest.mark.parametrize(
-    "words, named",
-    [
-        (["--blocks-per-a", "0.5"], "--blocks-per-a"),
-        (["--spring", "0", "1"], "--spring"),
-        (["--spring", "nan", "1"], "--spring"),
-        (["--spring", "1", "1000"], "--spring"),
-        (["--far", "2"], "--far"),
-        (["--loads", "1e9"], "--loads"),
-        (["--shift", "0.7"], "--shift"),
-    ],
-)
-def test_bad_arguments_are_named(capsys, words, named):
-    assert main(["lattice", *words]) == 2
-    assert named in capsys.readouterr().err
-
-
 def test_picture_of_the_case(tmp_path):
     parameters = lattice.Parameters(blocks_per_a=4)
     figure = lattice.figure(lattice.rows(parameters, lattice.result(parameters)))

@@ -75,31 +75,6 @@ def test_records_can_be_repeated(tmp_path):
     assert {name: record[name] for name in NAMES} == again
 
 
-@pytest.mark.parametrize(
-    "words, named",
-    [
-        ("--model fem", "--model"),
-        ("--alphas 0", "--alphas 0"),
-        ("--alphas 0.1 nan", "--alphas nan"),
-        ("--alphas", "--alphas"),
-        ("--positions -0.1", "--positions -0.1"),
-        ("--positions 0", "--positions 0"),
-        ("--positions inf", "--positions inf"),
-        ("--nu 0.5", "--nu 0.5"),
-        ("--beta 2", "--beta 2"),
-        ("--beta 0", "--beta 0"),
-        ("--positions x", "--positions"),
-    ],
-)
-def test_bad_arguments_get_one_clear_line(words, named, capsys):
-    try:
-        status = main(["layers", *words.split()])
-    except SystemExit as stop:
-        status = stop.code
-    printed = capsys.readouterr()
-    assert status == 2 and printed.out == "" and printed.err.count("\n") == 1 and named in printed.err
-
-
 def test_a_number_or_null_with_its_reason(found):
     for row in found:
         assert all(

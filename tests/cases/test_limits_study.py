@@ -175,12 +175,6 @@ def test_the_critical_friction_tells_answers_from_errors_with_the_fewest_mistake
     assert limits_figures.critical(rows[:2]) is None
 
 
-@pytest.mark.parametrize("words", ["--only nowhere", "--runs 0", "--limit 0", "--workers 0", "--seed -1"])
-def test_bad_arguments(words, capsys):
-    assert main(["limits", *words.split()]) == 2
-    assert words.split()[0] in capsys.readouterr().err
-
-
 def test_a_parameter_must_not_hide_a_column_of_the_records():
     for name in ("kind", "estimate"):
         with pytest.raises(ValueError, match="differ"):

@@ -245,10 +245,3 @@ def test_command(tmp_path, capsys):
         "accuracy_obstacle_paths.csv",
     }
     assert "judge_median" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    "words", ["--obstacles --scenes 0", "--obstacles --paths -1", "--obstacles --workers 0"]
-)
-def test_bad_arguments(words):
-    assert main(["accuracy", *words.split()]) == 2

@@ -188,11 +188,3 @@ def test_command(tmp_path, capsys):
         assert state["difference_fe"] <= 0.1 and state["difference_cells"] <= state["estimate_cells"]
         assert state["error"] is None or state["error"] < 1e-4  # what panels are asked for
     assert {"punch.png", "punch.pdf", "punch.csv"} <= {path.name for path in tmp_path.iterdir()}
-
-
-@pytest.mark.parametrize(
-    "words", ["--loads -1", "--alpha 0", "--beta 2", "--nu 0.5", "--rtol 1", "--nodes 10", "--rtol-fe 0"]
-)
-def test_bad_arguments(words, capsys):
-    assert main(["punch", *words.split()]) == 2
-    assert capsys.readouterr().err.count("\n") == 1

@@ -40,11 +40,6 @@ def test_the_classical_punch_where_blocks_are_small(face):
     assert state.solve(load=1.0).approach == pytest.approx(punch3d.reference(parameters), rel=0.01)
 
 
-def test_bad_arguments_are_named(capsys):
-    assert main(["punch3d", "--size", "1"]) == 2
-    assert "--size 1.0: must be larger than 2" in capsys.readouterr().err
-
-
 def test_the_picture_is_drawn_from_its_records(tmp_path):
     parameters = punch3d.Parameters(facets=4, size=6.0, cells=32)
     rows = punch3d.rows(parameters, punch3d.result(parameters))

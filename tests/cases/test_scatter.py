@@ -89,21 +89,3 @@ def test_command(tmp_path, capsys):
     assert "panels" in capsys.readouterr().out
     assert {"scatter.png", "scatter.pdf", "scatter.csv"} <= {path.name for path in tmp_path.iterdir()}
     assert np.isfinite(json.loads((tmp_path / "a.json").read_text())["aligned"]["difference"])
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        "--amplitudes -1",
-        "--seeds 1",
-        "--alpha 0",
-        "--beta 2",
-        "--nu 0.5",
-        "--nodes 10",
-        "--shortest 0",
-        "--first-seed -1",
-    ],
-)
-def test_bad_arguments(words, capsys):
-    assert main(["scatter", *words.split()]) == 2
-    assert capsys.readouterr().err.count("\n") == 1

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import microblock as mb
 from cases.scenes import hertz, two_bodies
 
 
@@ -22,12 +21,6 @@ def test_in_units_of_both_bodies_small_blocks_are_hertz():
     (state,) = two_bodies.result(given)["states"]
     assert state["half_width"] == pytest.approx(1, abs=1e-2)
     assert state["pressure_centre"] == pytest.approx(1, abs=1e-2)
-
-
-@pytest.mark.parametrize("second", ["soft", "50 0.2", "50 0.7 0 0.1", "50 0.2 0 -1"])
-def test_what_is_no_second_body_is_refused_by_name(second):
-    with pytest.raises(mb.BadArgument, match="second"):
-        two_bodies.Parameters(second=tuple(second.split()))
 
 
 def test_kinks_of_the_pressure_come_back_a_block_away():

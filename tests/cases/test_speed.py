@@ -249,12 +249,6 @@ def test_quick_study(tmp_path, capsys):
     )
 
 
-@pytest.mark.parametrize("words", ["--only strap", "--repeats 0", "--limit -1"])
-def test_bad_arguments(words, capsys):
-    assert main(["speed", *words.split()]) == 2
-    assert words in capsys.readouterr().err
-
-
 def test_classical_limit_is_one():
     scene = SCENES["classical"]
     assert scene.kind == "classical" and scene.solid.beta == pytest.approx(CLASSICAL, rel=1e-6)

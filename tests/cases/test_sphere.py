@@ -59,14 +59,6 @@ def test_hertz_for_small_blocks_with_the_moduli_of_both_bodies(second):
         assert state["pressure_max"] == pytest.approx(exact["pressure_max"], rel=3e-3)
 
 
-@pytest.mark.parametrize("second", ["softer", "1", "1 0.7", "1 0.3 2.5 1", "1 2 3"])
-def test_second_bodies_that_are_none_are_refused_in_one_line(second, capsys):
-    with pytest.raises(SystemExit) as left:
-        raise SystemExit(main(["sphere", "--second", *second.split()]))
-    assert left.value.code == 2
-    assert len(capsys.readouterr().err.strip().splitlines()) == 1
-
-
 def test_blocks_widen_the_contact_and_soften_it():
     """As under the cylinder: beside the unilateral law the contact is wider, its centre less pressed."""
     (blocks,), (alone,) = (
@@ -75,11 +67,6 @@ def test_blocks_widen_the_contact_and_soften_it():
     )
     assert blocks["radius"] > 1.05 > 1 > alone["radius"]
     assert blocks["pressure_centre"] < 1 < alone["pressure_centre"]
-
-
-def test_bad_arguments_do_not_go_together(capsys):
-    assert main(["sphere", "--cells", "64", "--rtol", "0.1"]) == 2
-    assert "--rtol" in capsys.readouterr().err
 
 
 def test_the_picture_is_drawn_from_its_records(tmp_path):

@@ -2,8 +2,6 @@
 
 import json
 
-import pytest
-
 from cases.__main__ import main
 from microblock.data.records import column, read_records
 
@@ -44,27 +42,6 @@ def test_rows_are_the_case_itself_and_a_second_run_uses_them(tmp_path):
     assert (tmp_path / "sweep_strip.jsonl").read_text() == kept
     assert column(read_records(tmp_path / "sweep_strip.csv"), "seconds") == column(rows, "seconds")
     assert (tmp_path / "sweep_strip.png").stat().st_size > 10_000  # an empty frame has less
-
-
-@pytest.mark.parametrize(
-    "words, named",
-    [
-        ("sweep strip", "--over"),
-        ("sweep strip --over nu", "--over"),
-        ("sweep strip --over nuu 0.1", "nuu"),
-        ("sweep strip --over nu abc", "nu abc"),
-        ("sweep strip --over nu 0.1 --over nu 0.2", "--over"),
-        ("sweep strip --over nu 0.1 --given nu=0.2", "nu=0.2"),
-        ("sweep strip --over nu 0.1 --given beta", "beta"),
-        ("sweep nothing --over nu 0.1", "case nothing"),
-        ("sweep report --over only fig3", "case report"),
-        ("sweep strip --over nu 0.1 --workers 0", "--workers 0"),
-    ],
-)
-def test_bad_arguments_get_one_clear_line(words, named, capsys):
-    assert main(words.split()) == 2
-    told = capsys.readouterr().err
-    assert named in told and told.count("\n") == 1
 
 
 def test_no_result_at_all_is_a_failure(capsys):

@@ -57,26 +57,6 @@ def test_cattaneo_and_mindlin(second, capsys):
         assert not others and (-left, right) == pytest.approx([math.sqrt(0.5)] * 2, abs=2e-3)
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        "--second 1 2",
-        "--second 1 0.7 1 1",
-        "--second softer",
-        "--shear 1.01",
-        "--friction 0",
-        "--coupled perhaps",
-        "--alpha 0",
-        "--normal nan",
-    ],
-)
-def test_bad_arguments_are_one_line(arguments, capsys):
-    with pytest.raises(SystemExit) as left:
-        raise SystemExit(main(["tangential", *arguments.split()]))
-    assert left.value.code == 2
-    assert len(capsys.readouterr().err.strip().splitlines()) == 1
-
-
 def test_figure_draws_each_state():
     parameters = tangential.Parameters(contact="unilateral", shear=(0.5, 0.0), rtol=0.08)
     records, drawing = tangential.FIGURES["tangential"]

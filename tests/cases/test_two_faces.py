@@ -164,14 +164,6 @@ def test_command(tmp_path, capsys):
     assert {"two_faces.csv", "two_faces.png", "two_faces.pdf"} <= {path.name for path in tmp_path.iterdir()}
 
 
-@pytest.mark.parametrize(
-    "words", ["--nu 0.5", "--beta 2", "--upper-deg 60", "--delta-over-H -1", "--rtol 0", "--ell-over-H nan"]
-)
-def test_bad_arguments(words, capsys):
-    assert main(["two_faces", *words.split()]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-
-
 def test_accuracy_out_of_reach(capsys):
     assert main(["two_faces", "--rtol", "1e-17"]) == 1
     assert "1e-17" in capsys.readouterr().err

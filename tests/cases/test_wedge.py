@@ -94,13 +94,5 @@ def test_command(tmp_path, capsys):
     assert {"wedge.png", "wedge.pdf", "wedge.csv"} <= {path.name for path in tmp_path.iterdir()}
 
 
-@pytest.mark.parametrize(
-    "words", ["--loads 0", "--beta 2", "--nu 0.5", "--rtol 1", "--nodes 10", "--rtol-fe nan"]
-)
-def test_bad_arguments(words, capsys):
-    assert main(["wedge", *words.split()]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-
-
 def test_parameters_are_kept_ascending():
     assert replace(PARAMETERS, loads=(2, 1)).loads == (1.0, 2.0)

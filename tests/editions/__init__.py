@@ -165,7 +165,7 @@ def frozen(old, rooms):
     """Rows of this checkout's table of frozen numbers that the old library computes otherwise, by kind."""
     with tempfile.TemporaryDirectory() as place:
         for file in ROOT.glob("[!.]*"):
-            source = old.root if file.name == "microblock" else ROOT
+            source = old.root if file.name in ("microblock", "cases") else ROOT
             (Path(place) / file.name).symlink_to(source / file.name)
         for room in rooms or sorted(file.stem for file in (ROOT / "tests/frozen/rooms").glob("*.csv")):
             done = old.run("-c", ROOM, room, root=place)

@@ -311,29 +311,6 @@ def test_free_body_is_reported():
         Body(rectangle(1, 1, 0.5), SMOOTH, 1).solve(Loads(force=(1, 0)))
 
 
-@pytest.mark.parametrize(
-    "make, name",
-    [
-        (lambda mesh: Body(mesh, SMOOTH, 0), "order"),
-        (lambda mesh: Body(mesh, SMOOTH, 2, order_psi=1.5), "order_psi"),
-        (lambda mesh: Body(mesh, SMOOTH, fixed="nowhere"), "boundary"),
-        (lambda mesh: Body(mesh, SMOOTH, fixed={"u3": "left"}), "field"),
-        (
-            lambda mesh: Body(mesh, SMOOTH, fixed="left").solve(Loads(traction={"nowhere": (1, 0)})),
-            "boundary",
-        ),
-        (lambda mesh: Body(mesh, SMOOTH, prescribed={"u1": {"nowhere": 1}}), "boundary"),
-        (lambda mesh: Body(mesh, SMOOTH, prescribed={"v": {"left": 1}}), "field"),
-        (lambda mesh: meshes.line(0, 3), "depth"),
-        (lambda mesh: meshes.column(1.0, 0), "elements"),
-    ],
-)
-def test_bad_bodies_are_named(make, name):
-    with pytest.raises(BadArgument) as caught:
-        make(rectangle(1, 1, 0.5))
-    assert caught.value.name == name
-
-
 def columns(count, quads=True, value=0.01, order=2, **more):
     """A periodic body of unit depth, `count` elements wide, in which psi is prescribed in the middle."""
     mesh = MakeStructured2DMesh(
@@ -392,24 +369,6 @@ def test_prescribed_values_are_periodic_where_the_body_is():
         with pytest.raises(BadArgument, match="identifies") as caught:
             columns(count, value=x)
         assert caught.value.name == "prescribed"
-
-
-@pytest.mark.parametrize(
-    "fixed, word",
-    [
-        ("(", "regular"),
-        ("[a", "regular"),
-        ("*", "regular"),
-        ("left|lef", "lef is none of"),
-        ("", "is none of"),
-        ({"psi": 3}, "pattern"),
-        ({"u1": None}, "pattern"),
-    ],
-)
-def test_patterns_that_name_nothing_are_refused(fixed, word):
-    with pytest.raises(BadArgument, match=word) as caught:
-        Body(rectangle(1, 1, 0.5), SMOOTH, fixed=fixed)
-    assert caught.value.name == "boundary"
 
 
 @pytest.mark.parametrize("fixed", [None, 5, ["left"], ("left",)])

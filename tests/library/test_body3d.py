@@ -20,7 +20,6 @@ SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 TWISTED = mb.Cosserat(E=100, nu=0.2, beta=0.6, ell=0.3, curvature=1.3, alpha_prime=0.4, beta_prime=-0.7)
 R = 10.0
 LAWS = [mb.Unilateral(), mb.Microblock(), mb.Microclamped()]
-UNIT = np.linspace(0, 1, 3)
 
 
 def hertz(load):
@@ -447,49 +446,6 @@ def test_states_say_what_they_cannot_estimate():
     assert "nodes in contact" in " ".join(state(0.6, 0.2).warnings)
     assert "beside the contact boundary" in " ".join(state(0.24, 0.06).warnings)
     assert "resolve the layer" in " ".join(state(0.6, 0.06, ell=0.02).warnings)
-
-
-@pytest.mark.parametrize(
-    "make, name",
-    [
-        (lambda: mb.Body3D(_plane(), SOLID), "mesh"),
-        (lambda: mb.Body(box().mesh, SOLID), "mesh"),
-        (lambda: mb.Body3D(box().mesh, None), "solid"),
-        (lambda: mb.Body3D(box().mesh, SOLID, 0), "order"),
-        (lambda: mb.Body3D(box().mesh, SOLID, fixed="ground"), "boundary"),
-        (lambda: mb.Body3D(box().mesh, SOLID, fixed={"psi": "bottom"}), "field"),
-        (lambda: mb.Body3D(box().mesh, SOLID, contact="roof"), "contact"),
-        (lambda: mb.Contact(box(), mb.Cylinder(R), mb.Unilateral()), "obstacle"),
-        (lambda: mb.Contact(box(), mb.Sphere(R), mb.Unilateral(), mb.Panels()), "method"),
-        (lambda: mb.Contact(box(), mb.Sphere(R), mb.Microblock(lambda x: 0 * x)), "psi0"),
-        (lambda: ContactNodes3D(mb.Body3D(box().mesh, SOLID, contact="left")), "contact"),
-        (lambda: ContactNodes3D(mb.Body3D(box().mesh, SOLID, contact="bottom")), "contact"),
-        (lambda: ContactNodes3D(box(fixed="contact")), "contact"),
-        (lambda: mb.Contact(box(), mb.Sphere(R), mb.Unilateral()).solve(load=1.0, rtol=0.1), "rtol"),
-        (lambda: mb.Contact(box(), mb.Sphere(R), mb.Unilateral()).solve(approach=-0.1), "approach"),
-        (lambda: mb.Contact(box(), lambda x1, x2: x1 + np.inf, mb.Unilateral()).solve(load=1.0), "obstacle"),
-        (
-            lambda: mb.Contact(
-                box(fixed={name: "bottom|left" for name in FIELDS}), lambda x1, x2: x1, mb.Unilateral()
-            ).solve(load=1.0),
-            "obstacle",
-        ),
-        (lambda: mb.Contact(box(), mb.Sphere(R), mb.Unilateral()).path(load=1.0), "method"),
-        (lambda: meshes3d.block([0, 1], [1, 0], [0, 1]), "x2"),
-        (lambda: meshes3d.block(UNIT, UNIT, UNIT - 1, reach=0.1), "reach"),
-        (lambda: meshes3d.graded(1.0, 0.1, 0.5), "far"),
-        (lambda: meshes3d.graded(1.0, 0.1, 2.0, growth=0.9), "growth"),
-        (lambda: box().solve().reaction("left"), "boundary"),
-    ],
-)
-def test_bad_arguments_are_named(make, name):
-    with pytest.raises(mb.BadArgument) as caught:
-        make()
-    assert caught.value.name == name
-
-
-def _plane():
-    return ng.Mesh(_plane_mesh(UNIT, UNIT - 1))
 
 
 def test_moduli_that_leave_a_surface_unstable_are_an_error():

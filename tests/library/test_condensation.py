@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from microblock.corners import active_set
-from microblock.errors import BadArgument, NotConverged
 from microblock.fem import meshes
 from microblock.fem.between import Facets
 from microblock.fem.body import Body, Loads
@@ -213,19 +212,6 @@ def test_orders_of_elements_reach_the_edges():
     assert same.space.ndof == plain.space.ndof
     load = Loads(traction={"contact": (0, -1)})
     assert same.solve(load).energy() == pytest.approx(plain.solve(load).energy(), rel=1e-12)
-
-
-def test_bad_bodies_are_refused(graded):
-    mesh = graded.body.mesh
-    for orders in (np.full(mesh.ne + 1, 2), np.zeros(mesh.ne, int), np.full(mesh.ne, 2.0)):
-        with pytest.raises(BadArgument, match="order"):
-            Body(mesh, SOLID, orders)
-    with pytest.raises(BadArgument, match="one order"):
-        ContactFacets(graded.body, Microblock(), Cylinder(1.0))
-    with pytest.raises(BadArgument, match="prescribed"):
-        Condensed(Body(mesh, SOLID, 2, fixed="bottom", prescribed={"psi": {"axis": 1.0}}))
-    with pytest.raises(NotConverged):
-        Condensed(Body(mesh, SOLID, 2, fixed={"u1": "bottom"}))
 
 
 def test_graded_mesh_shrinks_towards_the_edges():

@@ -293,60 +293,6 @@ def test_the_body_chooses_the_method(given, method):
     assert "Contact problem" in repr(own) and type(own.solver.options).__name__ in own._repr_html_()
 
 
-@pytest.mark.parametrize(
-    "given, method, allowed",
-    [
-        (mb.HalfPlane(SOLID), mb.Fitted(), r"must be Panels\(\) or Cells\(\) on a HalfPlane"),
-        (mb.HalfPlane(SOLID), mb.Panels, r"must be Panels\(\) or Cells\(\)"),
-        (mb.HalfPlane(SOLID), "cells", r"must be Panels\(\) or Cells\(\)"),
-        (mb.HalfPlane(SOLID, period=1.0), mb.Panels(), r"must be Cells\(\)"),
-        (mb.Block(SOLID, 4.0), mb.Cells(), r"must be Fitted\(\) or Uniform\(\) on a Block"),
-        ("body", mb.Fitted(), r"must be Condensed\(\) or Newton\(\) on a Body"),
-        ("column", mb.Condensed(), r"must be Newton\(\)"),
-        ("line", mb.Panels(), r"must be Newton\(\)"),
-    ],
-)
-def test_methods_that_do_not_solve_on_a_body_are_refused_by_name(given, method, allowed):
-    with pytest.raises(mb.BadArgument, match=allowed) as refused:
-        mb.Contact(body(given) if isinstance(given, str) else given, mb.Plane(), mb.Unilateral(), method)
-    assert refused.value.name == "method"
-
-
-@pytest.mark.parametrize(
-    "name, make",
-    [
-        ("body", lambda: mb.Contact(SOLID, CYLINDER, mb.Unilateral())),
-        ("body", lambda: mb.Contact(mb.Block, CYLINDER, mb.Unilateral())),
-        ("obstacle", lambda: mb.Contact(mb.HalfPlane(SOLID), 3.0, mb.Unilateral())),
-        ("law", lambda: mb.Contact(mb.HalfPlane(SOLID), CYLINDER, mb.Microblock)),
-        ("window", lambda: problem("period").with_(method=mb.Cells(window=(-1, 1)))),
-        ("load", lambda: problem("panels").solve()),
-        ("load", lambda: problem("fitted").solve(load=1.0, approach=0.01)),
-        ("load", lambda: problem("panels").solve(load=-1.0)),
-        ("rtol", lambda: problem("panels").solve(load=1.0, rtol=2.0)),
-        ("approach", lambda: problem("fitted").solve(approach=-0.1)),
-        ("approach", lambda: problem("fitted").solve(approach=np.nan)),
-        ("initial", lambda: problem("panels").solve(load=1.0, initial=solved("panels").solution)),
-        ("rtol", lambda: problem("cells").solve(load=1.0, rtol=1e-2)),
-        ("rtol", lambda: problem("uniform").solve(load=1.0, rtol=1e-2)),
-        ("rtol", lambda: problem("newton_al").solve(load=1.0, rtol=1e-2)),
-        ("rtol", lambda: problem("fitted").with_(method=mb.Fitted(order=4)).solve(load=1.0, rtol=0.1)),
-        ("reach", lambda: problem("uniform").solver.prepare()),
-        ("boundary", lambda: solved("panels").reaction("bottom")),
-        ("load", lambda: problem("panels").path(load=0.0)),
-        ("solid", lambda: problem("panels").with_(body=mb.Block(SOLID), solid=SOLID)),
-        ("x", lambda: solved("condensed").gap_at("A", 4.1)),
-        ("x", lambda: solved("newton_al").gap_at("A", 4.1)),
-        ("x", lambda: solved("fitted").gap_at("A", 4.1)),
-        ("x", lambda: solved("cells").gap_at("A", 4.1)),
-    ],
-)
-def test_what_cannot_be_is_refused_by_name(name, make):
-    with pytest.raises(mb.BadArgument) as refused:
-        make()
-    assert refused.value.name == name
-
-
 @pytest.mark.parametrize("kind", ["panels", "period", "fitted", "uniform", "condensed", "newton_al"])
 def test_with_parts_replaced_it_is_the_problem_made_anew(kind):
     own, stiffer = problem(kind), mb.Cosserat(E=200, nu=0.2, ell=0.1, beta=1)

@@ -78,14 +78,6 @@ def test_random_waves_on_a_parabola_are_those_of_cells(seed):
     assert missed(state, cells) < cells.error_estimate
 
 
-@pytest.mark.parametrize(
-    "obstacle", [mb.Wave(0.01, 1.0), mb.Rough(period=1.0, slope=0.1), lambda x: 0.01 * np.sin(x) ** 2]
-)
-def test_what_a_half_plane_touches_without_end_is_refused(obstacle):
-    with pytest.raises(mb.MicroblockError, match=r"HalfPlane\(solid, period=|does not rise"):
-        contact(obstacle, mb.Unilateral()).solve(load=0.1)
-
-
 @pytest.mark.parametrize("width", [0.01, 0.003])
 def test_narrow_pits_have_panels_of_their_own(width):
     def height(x):

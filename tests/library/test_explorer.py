@@ -653,12 +653,6 @@ def test_choice_names_are_the_sliders():
     assert [entry.name for entry in dataclasses.fields(Choice)] == ["load", "psi0", "radius", "alpha", "law"]
 
 
-def test_sliders_of_a_half_space_are_refused_by_name():
-    problem = mb.Contact(mb.HalfSpace(solid()), mb.Sphere(R), mb.Microblock())
-    with pytest.raises(mb.BadArgument, match="problem = .*state.plot"):
-        Explorer(problem, LOAD)
-
-
 def test_a_rough_surface_with_a_period_has_sliders():
     body = mb.HalfPlane(solid(), period=1.0)
     rough = mb.Contact(body, mb.Rough(period=1.0, slope=0.1), mb.Microblock(), mb.Cells(nodes=512))

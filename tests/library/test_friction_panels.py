@@ -149,18 +149,6 @@ def test_cells_find_the_same(seed):
             np.testing.assert_allclose(one.zones[name], other.zones[name], atol=5e-3)
 
 
-def test_what_panels_do_not_follow_is_refused():
-    body = mb.HalfPlane(mb.Cosserat(E=1.0, nu=0.2, ell=0.2, beta=1.0))
-    softer = contact(second=body)
-    rigid = softer.with_(obstacle=mb.Cylinder(R=1.0))
-    corners = contact(law=mb.Microblock(friction=F))
-    for problem in (softer, rigid, corners, contact(law=mb.Microclamped(friction=F))):
-        with pytest.raises(mb.BadArgument, match=r"Cells\(\)"):
-            problem.history([(1.0, 0.0)])
-    with pytest.raises(mb.BadArgument, match="order"):
-        contact(method=mb.Panels(order=8)).history([(1.0, 0.0)])
-
-
 def test_a_state_on_panels_has_all_that_a_state_has():
     history = contact().history([(P, 0.0), (P, 0.5 * F * P), (P, F * P), (P, 0.0)], rtol=1e-5)
     kinds = [event.kind for event in history.events]

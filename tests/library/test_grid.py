@@ -301,35 +301,6 @@ def test_contact_beyond_the_window_is_said():
     assert punch.solve(load=1.0).load == pytest.approx(1.0)  # there it ends
 
 
-@pytest.mark.parametrize(
-    "arguments, named",
-    [
-        (dict(load=1.0, approach=1.0), "load"),
-        (dict(), "load"),
-        (dict(load=-1.0), "load"),
-        (dict(load=math.nan), "load"),
-        (dict(load=1.0, nodes=3), "nodes"),
-        (dict(load=1.0, nodes=100, rtol=0.1), "rtol"),
-        (dict(load=1.0, rtol=2.0), "rtol"),
-    ],
-)
-def test_bad_arguments(arguments, named):
-    with pytest.raises(BadArgument) as failure:
-        classical_wave(arguments.pop("nodes", None)).solve(**arguments)
-    assert failure.value.name == named
-
-
-def test_bad_problems():
-    for period in (0, -1.0, math.inf):
-        with pytest.raises(BadArgument, match="period"):
-            mb.HalfPlane(SOLID, period=period)
-    parts = mb.Cylinder(1.0), mb.Unilateral()
-    with pytest.raises(BadArgument, match="window"):
-        mb.Contact(mb.HalfPlane(SOLID), *parts, mb.Cells(nodes=64)).solve(approach=0.1)
-    with pytest.raises(BadArgument, match="window"):
-        mb.Contact(mb.HalfPlane(SOLID, period=1.0), *parts, mb.Cells(window=(0, 1)))
-
-
 def test_rough_profile_is_what_it_says():
     profile = mb.Rough(2.0, slope=0.1, waves=(2, 50), seed=3)
     x = np.linspace(0, 2, 4001)

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import schur
 
 import microblock as mb
-from microblock.errors import BadArgument, Inadmissible, NotConverged
+from microblock.errors import BadArgument, NotConverged
 from microblock.halfplane.kernels import kernels as on_line
 from microblock.halfplane.kernels import symbol as plane_symbol
 from microblock.halfspace.kernels import kernels
@@ -269,40 +269,6 @@ def test_flat_punches_have_the_classical_stiffness():
     assert problem.solve(load=1.0).approach == pytest.approx(1 / (2 * solid.E_star * 0.5), rel=1e-2)
 
 
-@pytest.mark.parametrize(
-    "make, name",
-    [
-        (lambda: mb.Contact(mb.HalfSpace(SOLID), mb.Cylinder(10.0), mb.Unilateral()), "obstacle"),
-        (lambda: mb.Contact(mb.HalfSpace(SOLID), lambda x1, x2: x1 + np.nan, mb.Unilateral()), "obstacle"),
-        (lambda: mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(R), mb.Microblock(lambda x: 0 * x)), "psi0"),
-        (lambda: mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(R), mb.Unilateral(), mb.Panels()), "method"),
-        (lambda: mb.HalfSpace(SOLID, period=-1.0), "period"),
-        (lambda: mb.HalfSpace(None), "solid"),
-        (lambda: mb.Sphere(0.0), "R"),
-        (lambda: mb.FlatPunch(1.0, face="oval"), "face"),
-        (
-            lambda: mb.Contact(
-                mb.HalfSpace(SOLID, 1.0), mb.Sphere(R), mb.Unilateral(), mb.Cells(window=(0, 1))
-            ),
-            "window",
-        ),
-        (lambda: mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(R), mb.Unilateral()).path(load=1.0), "method"),
-    ],
-)
-def test_bad_arguments_are_named(make, name):
-    with pytest.raises(BadArgument) as caught:
-        make()
-    assert caught.value.name == name
-
-
-def test_moduli_that_leave_the_surface_unstable_are_refused():
-    with pytest.raises(Inadmissible, match="alpha'"):
-        mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1, alpha_prime=-3.0)
-    # elliptic, (13), but gamma' + beta' < 0
-    with pytest.raises(BadArgument, match="unstable"):
-        mb.HalfSpace(mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1, alpha_prime=9.0, beta_prime=-6.0))
-
-
 def test_an_accuracy_out_of_reach_says_what_was_reached(monkeypatch):
     monkeypatch.setattr("microblock.halfspace.solver.MOST", 64)
     with pytest.raises(NotConverged, match="rtol") as caught:
@@ -364,19 +330,6 @@ def test_a_loaded_cell_lowers_its_own_centre():
             table.cells(2, width, clamped=True)[0, 0, 0] == pytest.approx(held, rel=3e-3)
             and held < 0.99 * free
         )
-
-
-@pytest.mark.parametrize(
-    "height, words",
-    [
-        (lambda x1, x2: x1**2 / 20, "rise in every direction"),
-        (lambda x1, x2: -(x1**2 + x2**2) / 20, "falls without end"),
-        (lambda x1, x2: 0 * x1, "rise in every direction"),
-    ],
-)
-def test_obstacles_that_touch_without_bounds_are_named(height, words):
-    with pytest.raises(mb.BadArgument, match=f"obstacle = .*{words}"):
-        mb.Contact(mb.HalfSpace(SOLID), height, mb.Unilateral()).solve(load=1.0)
 
 
 def test_blocks_are_drawn_where_they_are(tmp_path):

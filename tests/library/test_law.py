@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from microblock.errors import BadArgument
 from microblock.model import law, obstacles
 
 UP = np.array([[0.0, 1.0]])
@@ -90,24 +89,3 @@ def test_heights(obstacle, x, height):
 
 def test_surface_that_faces_away_never_touches():
     assert obstacles.gap(obstacles.Plane(1.0), np.zeros((1, 2)), -UP) == [np.inf]
-
-
-@pytest.mark.parametrize(
-    "make, name",
-    [
-        (lambda: law.Microblock(np.nan), "psi0"),
-        (lambda: law.Microblock(1.0), "psi0"),
-        (lambda: law.Microblock(psi0_in="both"), "psi0_in"),
-        (lambda: obstacles.Cylinder(0), "R"),
-        (lambda: obstacles.Wedge(-0.1), "slope"),
-        (lambda: obstacles.Punch(0), "half_width"),
-        (lambda: obstacles.Obstacle.from_samples([0, 0], [1, 2]), "x"),
-        (lambda: obstacles.Obstacle.from_samples([0, 1], [1, np.nan]), "z"),
-        (lambda: obstacles.gap(3, np.zeros((1, 2)), UP), "obstacle"),
-        (lambda: obstacles.gap(lambda x: x * np.nan, np.zeros((1, 2)), UP), "obstacle"),
-    ],
-)
-def test_bad_laws_and_obstacles_are_named(make, name):
-    with pytest.raises(BadArgument) as caught:
-        make()
-    assert caught.value.name == name

@@ -89,18 +89,6 @@ def test_narrow_numbers_of_numpy_are_plain_ones(kind):
     assert isinstance(mb.Sphere(R=kind(200)).R, int | float)
 
 
-def test_an_approach_that_touches_nothing_is_refused_by_every_body(block):
-    for body, obstacle in (
-        (block, mb.Cylinder(10)),
-        (mb.Block(SOLID, 6.0), mb.Cylinder(10)),
-        (mb.HalfSpace(SOLID), mb.Sphere(10)),
-        (mb.HalfPlane(SOLID, period=1.0), mb.Wave(0.001, 1.0)),
-    ):
-        for approach in (-1.0, 0.0):
-            with pytest.raises(BadArgument, match="^approach"):
-                mb.Contact(body, obstacle, LAW).solve(approach=approach)
-
-
 @pytest.mark.parametrize("body", [mb.HalfPlane(SOLID), mb.Block(SOLID, 6.0)])
 def test_fields_take_points_of_any_shape(body):
     fields = mb.Contact(body, mb.Cylinder(10.0), LAW).solve(load=1.0).fields
@@ -162,17 +150,6 @@ def test_functions_of_a_user_may_be_vectorized_or_write_into_their_argument():
     )
     for one, other in alike:
         assert one.solve(load=1.0).half_width == pytest.approx(other.solve(load=1.0).half_width, rel=1e-12)
-
-
-def test_refusals_name_what_was_given(block):
-    bounded = mb.Obstacle(lambda x: np.where(np.abs(x - 10) < 1, (x - 10) ** 2, np.inf))
-    with pytest.raises(BadArgument, match="^obstacle.*faces no node"):
-        mb.Contact(block, bounded, LAW).solve(load=1.0)
-    with pytest.raises(BadArgument, match="^contact = 'typo'"):
-        mb.Body(block.mesh, SOLID, fixed="bottom", contact="typo")
-    for obstacle in (mb.Plane(), mb.Rough(1.0, 0.01, 0.8)):
-        with pytest.raises(BadArgument, match="^obstacle.*does not rise enough.*period="):
-            mb.Contact(mb.HalfPlane(SOLID), obstacle, LAW).solve(load=1.0)
 
 
 def test_an_obstacle_that_begins_inside_the_body_warns():

@@ -334,21 +334,6 @@ def test_unsupported_body_is_named(block):
         newton.solve(0.05)
 
 
-@pytest.mark.parametrize(
-    "options, name",
-    [
-        (dict(method="lagrange"), "method"),
-        (dict(control="work"), "control"),
-        (dict(rho=0), "rho"),
-        (dict(rho=np.nan), "rho"),
-    ],
-)
-def test_bad_options_are_named(block, options, name):
-    with pytest.raises(BadArgument) as caught:
-        indented(block, **options)
-    assert caught.value.name == name
-
-
 def test_level_must_be_a_number(block):
     with pytest.raises(BadArgument, match="level"):
         indented(block).solve(np.nan)

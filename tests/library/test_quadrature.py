@@ -125,19 +125,10 @@ def gauss_on(body, law=Unilateral(), obstacle=obstacles.Plane(), boundary="conta
 @pytest.mark.parametrize(
     "name, words, make",
     [
-        ("shape", "quadrilaterals, triangles", lambda: pressed(0.5, shape="hexagons")),
-        ("rule", "nodal, gauss", lambda: pressed(0.5, rule="simpson")),
-        ("rule", r'Newton\("al"\)', lambda: pressed(0.5, kind="condensed", rule="gauss")),
-        ("rule", r'Newton\("al"\)', lambda: pressed(0.5, kind="penalty", rule="gauss")),
         (
             "rule",
             "psi free",
             lambda: gauss_on(block(fixed={"psi": "contact", "u2": "bottom"}), Microblock(0.1)),
-        ),
-        (
-            "rule",
-            "nodal, gauss",
-            lambda: ContactFacets(block(), Unilateral(), obstacles.Plane(), rule="lobatto"),
         ),
         ("rule", "psi free", lambda: gauss_on(block(), obstacle=obstacles.Punch(0.5))),
         ("rule", "one order", lambda: gauss_on(block(order=2, order_psi=1))),

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.errors import BadArgument
 
 ROUGH = mb.RoughSurface(period=2.0, slope=0.1, hurst=0.7, waves=(3, 20), seed=5)
 
@@ -76,31 +75,3 @@ def test_contact_on_it_converges(law):
     assert errors[0] > 1.5 * errors[1] and errors[1] < 0.1
     assert states[1].error_estimate > errors[1]
     assert fine.load == pytest.approx(1.0, rel=1e-12) and fine.residual <= 1e-9
-
-
-@pytest.mark.parametrize(
-    "make, name",
-    [
-        (lambda: mb.RoughSurface(0.0, 0.1), "period"),
-        (lambda: mb.RoughSurface(1.0, -0.1), "slope"),
-        (lambda: mb.RoughSurface(1.0, 0.1, hurst=1.1), "hurst"),
-        (lambda: mb.RoughSurface(1.0, 0.1, waves=(4, 2)), "waves"),
-        (lambda: mb.RoughSurface(1.0, 0.1, waves=3), "waves"),
-        (lambda: mb.RoughSurface(1.0, 0.1, waves=(1, 2000)), "waves"),
-        (lambda: mb.RoughSurface(1.0, 0.1, seed=0.5), "seed"),
-        (lambda: pressed(mb.HalfSpace(SOLID, period=1.5), ROUGH), "period"),
-        (lambda: pressed(mb.HalfSpace(SOLID), ROUGH), "period"),
-        (lambda: pressed(mb.HalfSpace(SOLID, period=1.0), lambda x1, x2: x1 + 0 * x2), "obstacle"),
-    ],
-)
-def test_bad_arguments_are_named(make, name):
-    with pytest.raises(BadArgument) as caught:
-        make()
-    assert caught.value.name == name
-
-
-SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.02)
-
-
-def pressed(body, obstacle):
-    return mb.Contact(body, obstacle, mb.Unilateral())

@@ -183,9 +183,3 @@ def test_symmetry():
         assert other.u == pytest.approx(one.u * [[-1], [1]], abs=1e-6)
         assert other.stress == pytest.approx(one.stress * [[[1], [-1]], [[-1], [1]]], abs=1e-6)
         assert other.couple_stress == pytest.approx(one.couple_stress * [[1], [-1]], abs=1e-6)
-
-
-@pytest.mark.parametrize("x1, x2, named", [(0.0, 1e-9, "x2"), (0.0, np.nan, "x2"), (np.inf, -1.0, "x1")])
-def test_points_that_are_none(x1, x2, named):
-    with pytest.raises(mb.BadArgument, match=named):
-        STATES["unilateral"]().fields(x1, x2)

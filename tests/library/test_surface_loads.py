@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.errors import BadArgument
 from microblock.halfplane.kernels import symbol
 from microblock.halfspace.solver import Grid, _overlaps, _spread
 
@@ -106,22 +105,11 @@ def test_spread_keeps_the_load():
     assert (_overlaps(old, old - 0.5) @ np.ones(8)).tolist() == pytest.approx([0.5] + [1.0] * 7)
 
 
-def test_a_state_of_another_law_is_passed_over_and_one_of_the_plane_refused():
+def test_a_state_of_another_law_is_passed_over():
     problem = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Unilateral(), mb.Cells(nodes=32))
     other = problem.with_(law=mb.Microblock()).solve(load=1.0)
     alone, found = problem.solve(load=1.0), problem.solve(load=1.0, initial=other)
     assert np.array_equal(found.pressure, alone.pressure)
-    plane = mb.Contact(mb.HalfPlane(SOLID), mb.Cylinder(10.0), mb.Unilateral())
-    with pytest.raises(BadArgument, match="a SurfaceState"):
-        problem.solve(load=1.0, initial=plane.solve(load=1.0))
-    with pytest.raises(BadArgument, match="a State"):
-        plane.solve(load=1.0, initial=alone)
-
-
-def test_a_path_is_refused_with_what_to_do_instead():
-    problem = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(10.0), mb.Unilateral())
-    with pytest.raises(BadArgument, match="Solve the loads one by one"):
-        problem.path(load=1.0)
 
 
 @pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microclamped()], ids=str)

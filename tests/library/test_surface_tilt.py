@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.errors import BadArgument
 from microblock.halfspace.cells import flexibility
 
 PERIOD = 3.0
@@ -181,26 +180,3 @@ def test_sphere_on_rotated_blocks_leans_as_they_do():
     assert turned == pytest.approx(about2.pressure, abs=1e-6 * about2.pressure.max())
     # right corners are raised: blocks on the left of the lowest place press with them
     assert np.sum(about2.pressure * about2.x1[:, None]) * about2.width**2 < -0.01  # P = 1, a = 0.44
-
-
-@pytest.mark.parametrize(
-    "make, name",
-    [
-        (lambda: mb.Microblock((0.1, 1.5)), "psi0"),
-        (lambda: mb.Microblock((0.1,)), "psi0"),
-        (lambda: mb.Microblock((0.1, None)), "psi0"),
-        (lambda: mb.Microblock((0.1, "x")), "psi0"),
-        (lambda: pressed((0.0, lambda x1, x2: 2 + 0 * x1)), "psi0"),
-        (lambda: pressed((0.0, lambda x1, x2: x1[:3])), "psi0"),
-        (lambda: pressed((0.0, lambda x1: x1)), "psi0"),
-        (lambda: pressed((0.0, lambda x1, x2: 0.1 * x1)), "psi0"),  # does not repeat
-        (lambda: pressed((0.0, lambda x1, x2: np.nan * x1)), "psi0"),
-        (lambda: pressed(lambda x: 0 * x), "psi0"),
-        (lambda: mb.Contact(mb.HalfPlane(SOLID), mb.Cylinder(10.0), mb.Microblock((0.1, 0.0))), "psi0"),
-        (lambda: mb.Contact(mb.Block(SOLID, 5.0), mb.Cylinder(10.0), mb.Microblock((0.1, 0.0))), "psi0"),
-    ],
-)
-def test_bad_arguments_are_named(make, name):
-    with pytest.raises(BadArgument) as caught:
-        make()
-    assert caught.value.name == name

@@ -335,3 +335,23 @@ def test_what_a_refusal_advises_is_met(number):
     assert f"ask for rtol={rtol:.1e}" in str(caught.value)
     states = problem.with_(method=mb.Cells()).history(pairs[:2], rtol=rtol).states
     assert max(state.error_estimate for state in states) <= rtol
+
+
+@pytest.mark.parametrize(
+    "law, coupled",
+    [
+        (mb.Unilateral(friction=0.3), True),
+        (mb.Unilateral(friction=0.3), False),
+        (mb.Microclamped(friction=0.3), True),
+    ],
+)
+def test_gaps_of_two_bodies_close_where_both_surfaces_are_known(law, coupled):
+    """Gaps of closed corners vanish; between equal bodies whether shear acts on gaps or not, as it raises one
+    surface by what it lowers the other. Cells are averages: 1e-3 of the obstacle's height.
+    """
+    half = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, ell=0.085, beta=1.0))
+    contact = mb.Contact(half, mb.Deformable(half, mb.Cylinder(R=10)), law, mb.Cells())
+    state = contact.history([(1.0, 0.0), (1.0, 0.1)], rtol=0.05, coupled=coupled).states[-1]
+    gaps = state.surface().gaps[state.solution.pressures > 0]
+    assert np.abs(gaps).max() < 1e-3 * state.half_width**2 / 20
+    assert state.counter_displacement(0.0) > state.counter_displacement(0.4)

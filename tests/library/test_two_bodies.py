@@ -7,7 +7,6 @@ import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
 import pytest
-from netgen.geom2d import unit_square
 from scipy.integrate import quad
 
 import microblock as mb
@@ -328,36 +327,6 @@ def test_states_show_the_second_body():
     closed = surface.pressures > 0
     assert np.abs(surface.gaps[closed]).max() < 1e-4 * state.half_width**2 / 10
     assert "Deformable" in repr(state.problem.summary()) and state.fields(0.0, -0.1).stress.shape == (2, 2)
-
-
-def rigid_only():
-    mesh = ng.Mesh(unit_square.GenerateMesh(maxh=0.5))
-    block = mb.Body(mesh, SOLID, order=1, fixed="bottom", contact="top")
-    yield from ((mb.Block(SOLID, 10.0), method) for method in (mb.Fitted(), mb.Uniform(h=0.1)))
-    yield from ((block, method) for method in (mb.Condensed(), mb.Newton()))
-
-
-@pytest.mark.parametrize("body, method", [*rigid_only()])
-def test_what_knows_rigid_obstacles_alone_refuses_one_that_deforms(body, method):
-    with pytest.raises(mb.BadArgument, match="deforms"):
-        mb.Contact(body, ROLLER, mb.Microblock(), method)
-
-
-def test_bodies_that_do_not_fit_are_refused():
-    with pytest.raises(mb.BadArgument):
-        mb.Contact(mb.HalfSpace(SOLID), ROLLER, mb.Microblock())
-    with pytest.raises(mb.BadArgument, match="deforms"):
-        mb.Contact(GROUND, mb.Deformable(mb.Block(SOLID), CYLINDER), mb.Microblock())
-    with pytest.raises(mb.BadArgument, match="period"):
-        mb.Contact(mb.HalfPlane(SOLID, period=1.0), mb.Deformable(GROUND, mb.Wave(0.1, 1.0)), mb.Microblock())
-    with pytest.raises(mb.BadArgument, match="period"):
-        mb.Contact(GROUND, mb.Deformable(mb.HalfPlane(SOLID, period=1.0), CYLINDER), mb.Microblock())
-
-
-def test_only_a_body_and_a_shape_make_one():
-    for body, shape in ((SOLID, mb.Cylinder(R=1)), (GROUND, ROLLER), (GROUND, 1.0)):
-        with pytest.raises(mb.BadArgument):
-            mb.Deformable(body, shape)
 
 
 def test_heights_and_their_features_are_those_of_the_shape():

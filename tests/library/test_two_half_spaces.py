@@ -407,34 +407,6 @@ def space(solid=SOLID, period=None):
     return mb.HalfSpace(solid, period)
 
 
-@pytest.mark.parametrize(
-    "make, words",
-    [
-        (lambda: mb.Contact(mb.HalfPlane(SOLID), mb.Deformable(space(), SPHERE), LAWS[0]), "two of one kind"),
-        (
-            lambda: mb.Contact(space(), mb.Deformable(mb.HalfPlane(SOLID), mb.Cylinder(R=10)), LAWS[0]),
-            "obstacle = .*two of one kind",
-        ),
-        (lambda: mb.Contact(mb.Block(SOLID), mb.Deformable(space(), SPHERE), LAWS[0]), "two of one kind"),
-        (lambda: mb.Contact(space(SOLID, 1.0), mb.Deformable(space(), waves), LAWS[0]), "period = None.*1.0"),
-        (lambda: mb.Contact(space(), mb.Deformable(space(SOLID, 1.0), waves), LAWS[0]), "period = 1.0"),
-        (lambda: mb.Contact(space(CLASSICAL), SPHERE, LAWS[0]), "beta = 0.*second body alone"),
-        (lambda: mb.Deformable(space(), mb.Cylinder(R=10)), "obstacle = Cylinder"),
-        (lambda: mb.Deformable(mb.HalfPlane(SOLID), SPHERE), "obstacle = Sphere"),
-        (lambda: mb.Deformable(space(), mb.Deformable(space(), SPHERE)), "is another body"),
-        (lambda: problem(mb.Unilateral(friction=0.3), OTHER).solve(load=1.0), "friction"),
-        (
-            lambda: problem(mb.Microblock(), OTHER, nodes=32, window=(-0.02, 0.02)).solve(load=1e-6),
-            "ell = 0.1: is above 2 times the window",
-        ),
-    ],
-)
-def test_bodies_that_do_not_fit_are_refused(make, words):
-    with pytest.raises(mb.BadArgument, match=words) as caught:
-        make()
-    assert "\n" not in str(caught.value)
-
-
 def test_a_mesh_takes_rigid_obstacles_alone():
     mesh = ng.Mesh(unit_cube.GenerateMesh(maxh=1))
     body = mb.Body3D(mesh, SOLID, fixed="bottom", contact="top")

@@ -26,7 +26,7 @@ def rows_of_history(problem):
         values = library_friction.integrals(state, number in problem["full"])
         if number in problem["full"]:
             values |= library_friction.pointwise(state, problem)
-            if kind == "discrete" and "second" not in problem:  # cells say nothing of the second surface
+            if kind == "discrete":
                 values |= library_friction.profile(state)
             values |= {
                 name: getattr(state, name)

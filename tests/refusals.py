@@ -1,0 +1,500 @@
+"""Refusals: what every argument of the public names does with bad values, one row each in refusals.csv.
+
+`python -m tests.refusals` makes every row again and prints those that differ, `--write` writes them. A row
+has the callable, the argument and the value as expressions of the names below (of a command its words), the
+type of the error that the call raises, the argument that the error names, and words that its message must
+have. Of several arguments at once the names and the values are separated by commas. Rows are made by program,
+of each argument by what it is (KINDS, NAMED); a row that is written into the file by hand, its error empty,
+stays there and gets its error from `--write`.
+"""
+
+import csv
+import inspect
+import math
+import os
+import re
+import sys
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import fields
+from decimal import Decimal
+from functools import cache
+from io import StringIO
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import SimpleNamespace
+from unittest.mock import patch
+
+import matplotlib
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+import cases.__main__ as commands
+import microblock as mb
+from cases.common.catalog import all_cases
+from cases.common.options import flag
+from microblock.corners import active_set, projected_gradients
+from microblock.fem import condensation, friction, meshes, meshes3d
+from microblock.fem.body import Loads
+from microblock.fem.body3d import Loads3D
+from microblock.fem.facets import ContactFacets
+from microblock.fem.newton import MonolithicNewton
+from microblock.fem.newton_path import load_path
+from microblock.halfplane import kernels
+from microblock.view.explorer import Explorer
+from microblock.view.friction_explorer import FrictionExplorer
+
+TABLE = Path(__file__).with_name("refusals.csv")
+COLUMNS = "callable", "argument", "value", "error", "named", "words"
+LONGEST = 300  # characters of a message: a value and what a function said, 80 each, and what is allowed
+COMMAND = "python -m cases "
+
+SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+GROUND, CYLINDER, SPHERE, LAW = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Sphere(R=10), mb.Microblock()
+WAVE = mb.Wave(0.001, 1.0)
+MESH = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 1.0)
+BODY = mb.Body(MESH, SOLID, order=1, fixed="bottom")
+OTHER = mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7)
+COLUMN = mb.Body(meshes.column(1.0, 2), SOLID, 1, fixed={"u1": "middle", "u2": "middle"}, periodic=True)
+LINE = mb.Body(meshes.line(1.0, 4), SOLID, 1, fixed={"u1": "middle", "u2": "middle"})
+ABOVE, NARROW = (
+    mb.Body(meshes.rectangles(x, [0.0, 1.0, 2.0]), SOLID, 1, fixed="top", contact="bottom")
+    for x in (np.linspace(-2, 2, 5), np.linspace(-0.5, 0.5, 3))
+)
+GRADES = meshes3d.graded(reach=0.6, step=0.3, far=3.0, growth=2.0)
+MESH3D = meshes3d.block(GRADES, GRADES, -GRADES[::-1], reach=0.6)
+SPACE = mb.Body3D(MESH3D, SOLID, fixed=meshes3d.supports("bottom", x1="left", x2="front"))
+PROBLEMS = {
+    "panels": mb.Contact(GROUND, CYLINDER, LAW),
+    "cells": mb.Contact(GROUND, CYLINDER, LAW, mb.Cells(nodes=64, window=(-1, 1))),
+    "period": mb.Contact(mb.HalfPlane(SOLID, 1.0), WAVE, LAW, mb.Cells(nodes=64)),
+    "fitted": mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, LAW, mb.Fitted(order=2)),
+    "uniform": mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, LAW, mb.Uniform(h=0.2)),
+    "condensed": mb.Contact(BODY, CYLINDER, LAW),
+    "newton": mb.Contact(BODY, CYLINDER, LAW, mb.Newton()),
+    "half-space": mb.Contact(mb.HalfSpace(SOLID), SPHERE, LAW, mb.Cells(nodes=32)),
+    "space": mb.Contact(SPACE, SPHERE, LAW),
+    "rubbed": mb.Contact(GROUND, CYLINDER, mb.Unilateral(friction=0.3)),
+    "rubbed body": mb.Contact(BODY, CYLINDER, mb.Unilateral(friction=0.3)),
+}
+
+
+FACETS = ContactFacets(BODY, LAW, CYLINDER)
+NEWTON = MonolithicNewton(BODY, FACETS, control="load")
+
+
+def HILLS(x1, x2):
+    return -0.01 * (np.cos(2 * np.pi * x1) + np.cos(2 * np.pi * x2))
+
+
+@cache
+def state(kind):
+    if kind.startswith("rubbed"):
+        return history(kind).states[-1]
+    return PROBLEMS[kind].solve(load=0.1)
+
+
+@cache
+def path(kind):
+    return PROBLEMS[kind].path(load=0.1)
+
+
+@cache
+def history(kind):
+    return PROBLEMS[kind].history([(1.0, 0.0), (1.0, 0.1)], rtol=None if "body" in kind else 0.2)
+
+
+@cache
+def explorer():
+    return Explorer(PROBLEMS["panels"], 0.1)
+
+
+@cache
+def rubbing():
+    return FrictionExplorer(PROBLEMS["rubbed"], 0.1)
+
+
+def pressed(body=GROUND, obstacle=CYLINDER, law=LAW, method=None, load=0.1):
+    return mb.Contact(body, obstacle, law, method).solve(load)
+
+
+def followed(levels):
+    return list(load_path(NEWTON, levels))
+
+
+def raising(failure):
+    """A function of places that raises this."""
+
+    def height(*x):
+        raise failure
+
+    return height
+
+
+# of expressions: what is above, and these
+USED = active_set, friction, kernels, projected_gradients, Loads, Loads3D, FrictionExplorer
+USED += Decimal, CubicSpline, SimpleNamespace, ThreadPoolExecutor
+NAMES = {
+    **globals(),
+    **{name: getattr(mb, name) for name in mb.__all__},
+    **{name: getattr(math, name) for name in ("nan", "inf")},
+    "Condensation": condensation.Condensed,
+}
+
+# bad values by what an argument is; expressions are separated by blanks and have none
+NUMBER = "None True '1' nan inf -inf 1j [] [1.0] np.ones(2) object() 10**400 Decimal('0.5')"
+POSITIVE = f"{NUMBER} -1 0 1e300 1e-300"
+KINDS = {
+    "number": f"{NUMBER} 1e300",
+    "positive": POSITIVE,
+    "not negative": f"{NUMBER} -1 1e300",
+    "whole": f"{NUMBER} -1 0 1.5",
+    "tolerance": f"{NUMBER} -1 0 1 2.0",
+    "flag": "None 'x' nan -1 0 [] object() np.ones(2)",
+    "word": "None 'x' '' -1 True [] object() np.array('x')",
+    "pair": "None 'x' 1 nan [] (1,2,3) (1,0) (0,0) (nan,1) (0,inf) (None,1) object()",
+    "array": "None True '1' 'x' nan [inf] 1j [[1.0]] object() 10**400 1e300",
+    "place": "None -1 nan [] object() b'x' '' 'no/where' 'x.foo' '/proc/x.png' 'a\\0b' '.'",
+    "part": "None 'x' -1 nan [] object() int SOLID GROUND CYLINDER SPHERE LAW BODY MESH",
+    "function": "None 'x' -1 nan [] object() SOLID",
+    "drawn": "-1 'x.foo' '/proc/x.png'",  # which is found after the drawing
+    "pairs": "None 'x' 1 [] [1] [(1,)] [(1,0,0)] [(1,'x')] [(nan,0)] [(inf,0)] [(-1,0)] [(0,0)] [(1,9)]",
+    "angle": f"{NUMBER} 1.6 -1.6 (0.1,) (0.1,None) (0.1,1.6) SOLID",
+}
+FEW = "None '1' 'x' nan -1 0 2.0 (1,0) (1,9) SOLID CYLINDER SPHERE 10**400"
+# which arguments are of a kind, by their names, or by callable and name where that differs
+NAMED = {
+    "positive": (
+        "E ell side stiffness curvature R R1 R2 half_width amplitude wavelength slope size period load "
+        "approach residual spacing rho h reach far depth step growth width"
+    ),
+    "number": "nu tilt level alpha_prime beta_prime x load_error",
+    "not negative": "beta eta mu_c friction hurst",
+    "whole": "order order_psi nodes workers accuracy seed elements",
+    "flag": "couples periodic fallback even progress coupled retry quiet",
+    "word": "face psi0_in kind shape rule contact corner boundary field direction control",
+    "pair": "window waves",
+    "array": (
+        "x1 x2 z points kinks jumps lines Obstacle.from_samples.x State.pressure_at.x State.gap_at.x "
+        "State.counter_displacement.x"
+    ),
+    "place": "path records",
+    "part": (
+        "solid body obstacle law method mesh newton initial problem state what executor "
+        "loads start facets Deformable.shape"
+    ),
+    "function": "height function over fixed prescribed",
+    "tolerance": "rtol",
+    "pairs": "pairs",
+    "angle": "psi0",
+    "drawn": (
+        "State.plot.path State.plot_blocks.path State.plot_below.path State.plot_body.path History.plot.path "
+        "SurfaceState.plot.path SurfaceState.plot_blocks.path State3D.plot.path"
+    ),
+}
+ARGUMENTS = {name: kind for kind, names in NAMED.items() for name in names.split()}
+# callables of the public names, with the arguments of a call that does: {expression: its arguments}
+ROUGH = "period=1.0, slope=0.1"
+CALLS = {
+    **dict.fromkeys(("HalfPlane", "HalfSpace", "Block"), "solid=SOLID"),
+    "Body": "mesh=MESH, solid=SOLID",
+    "Body3D": "mesh=MESH3D, solid=SOLID",
+    **dict.fromkeys(("BODY.solve", "SPACE.solve"), ""),
+    "BODY.on": "mesh=MESH",
+    "BODY.boundary": "pattern='contact'",
+    **dict.fromkeys(
+        ("GROUND.of", "HalfSpace(SOLID).of", "Block(SOLID).of", "BODY.of", "SPACE.of"), "solid=SOLID"
+    ),
+    "Cosserat": "E=100, nu=0.3, ell=0.1, beta=1",
+    "Cosserat.of_blocks": "side=1.0, stiffness=1.0",
+    "Plane": "",
+    "Cylinder": "R=1.0",
+    "Wedge": "slope=0.1",
+    "Punch": "half_width=1.0",
+    "Wave": "amplitude=0.1, wavelength=1.0",
+    "Rough": ROUGH,
+    "Obstacle": "height=np.square",
+    "Obstacle.from_samples": "x=[0, 1], z=[0, 1]",
+    "Sphere": "R=1.0",
+    "Ellipsoid": "R1=1.0, R2=1.0",
+    "Cone": "slope=0.1",
+    "FlatPunch": "half_width=1.0",
+    "RoughSurface": ROUGH,
+    "Deformable": "body=GROUND, shape=CYLINDER",
+    **dict.fromkeys(("Microblock", "Unilateral", "Microclamped"), ""),
+    **dict.fromkeys(("Panels", "Cells", "Condensed", "Newton"), ""),
+    "Fitted": "order=4",
+    "Uniform": "h=1.0",
+    "Contact": "body=GROUND, obstacle=CYLINDER, law=LAW",
+    **{f"PROBLEMS['{kind}'].solve": "load=0.1" for kind in PROBLEMS if not kind.startswith("rubbed")},
+    **{f"PROBLEMS['{kind}'].path": "load=0.1" for kind in ("panels", "fitted", "condensed")},
+    **{f"PROBLEMS['{kind}'].history": "pairs=[(1, 0)]" for kind in ("rubbed", "rubbed body")},
+    **{f"PROBLEMS['{kind}'].with_": "" for kind in ("panels", "condensed", "half-space", "space")},
+    **{f"path('{kind}').at": "load=0.1" for kind in ("panels", "fitted", "condensed")},
+    **{
+        f"state('{kind}').pressure_at": "x=0.0"
+        for kind in ("panels", "cells", "fitted", "condensed", "rubbed")
+    },
+    **{f"state('{kind}').gap_at": "corner='A', x=0.0" for kind in ("panels", "cells", "fitted", "condensed")},
+    **{f"state('{kind}').counter_displacement": "x=0.0" for kind in ("panels", "cells", "condensed")},
+    **{f"state('{kind}').surface": "" for kind in ("panels", "condensed")},
+    "state('half-space').pressure_at": "points=np.zeros((1, 2))",
+    "state('half-space').along": "direction='x1'",
+    **{f"state('{kind}').plot": "" for kind in ("panels", "half-space", "space")},
+    **{f"state('{kind}').plot_blocks": "" for kind in ("panels", "half-space")},
+    **{f"state('{kind}').plot_below": "" for kind in ("panels", "condensed")},
+    "state('condensed').plot_body": "",
+    "state('condensed').reaction": "boundary='bottom'",
+    "state('panels').fields": "x1=0.0, x2=-1.0",
+    "history('rubbed').plot": "",
+    "to_csv": "what=state('panels'), path='x.csv'",
+    "to_vtk": "state=state('panels'), path='x'",
+    "sweep": "function=len, over=[], quiet=True",
+    "explore": "problem=PROBLEMS['panels'], load=0.1",
+    "Event": "load=0.1, load_error=0.0, kind='born', zone='A', x=0.0",
+    "GROUND.compliance": "x=[0.0]",
+    # the documented level below
+    "Loads": "",
+    "Loads3D": "",
+    "Explorer": "problem=PROBLEMS['panels'], load=0.1",
+    "FrictionExplorer": "problem=PROBLEMS['rubbed'], load=0.1",
+    "friction.FrictionFacets": "body=BODY, law=Unilateral(0.3), obstacle=CYLINDER",
+    "friction.MonolithicFriction": "facets=friction.FrictionFacets(BODY, Unilateral(0.3), CYLINDER)",
+    "explorer().update": "",
+    "Condensation": "body=BODY",
+    "ContactFacets": "body=BODY, law=LAW, obstacle=CYLINDER",
+    "MonolithicNewton": "body=BODY, facets=FACETS",
+    "NEWTON.solve": "level=0.1",
+    "active_set.solve": "H=np.eye(2), g0=np.zeros(2), load=1.0",
+    "active_set.path": "H=np.eye(2), g0=np.zeros(2), loads=[1.0]",
+    "meshes.Ground": "far=10.0, reach=(-1.0, 1.0)",
+    "meshes.line": "depth=1.0, elements=4",
+    "meshes.column": "depth=1.0, elements=4",
+    "meshes.uniform": "ground=meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), h=1.0",
+    "meshes3d.graded": "reach=1.0, step=0.1, far=2.0",
+    "meshes3d.block": "x1=[0, 1], x2=[0, 1], x3=[-1, 0]",
+}
+# an argument of a call that another one stands in place of
+INSTEAD = {"approach": "load", "eta": "beta", "mu_c": "beta"}
+# public callables without rows, or their arguments, by why
+WITHOUT = {
+    "take fields of NGSolve, which checks them": (
+        "Cosserat.couple_stress Cosserat.energy Cosserat.stress Body.energy Body.gradients Body.potential"
+    ),
+    "parts of solvers, which call them with what is checked": (
+        "Body.held_on Body.prescribe Body.pressed Body.scalar Body.set_on Body.values_on Body3D.bulk "
+        "Body3D.check Body3D.unknowns_of HalfSpace.check MeshBody.boundary MeshBody.integrated MeshBody.once "
+        "HalfPlane.cells HalfPlane.compliance.clamped"
+    ),
+    "laws and obstacles, which solvers ask for places of theirs": (
+        "Law.initial_rotation Law.shifts Microblock.angle Microblock.initial_gaps "
+        "Microblock.initial_rotation Microblock.levers Microblock.shifts Unilateral.initial_gaps "
+        "Unilateral.levers Cone.height Cylinder.height Deformable.height Ellipsoid.height "
+        "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height "
+        "Wave.height Wedge.height"
+    ),
+    "results, which the program makes": (
+        "State FrictionState SurfaceState State3D History HistoryEvent LoadPath Event.kind Event.zone "
+        "SurfaceState.interpolated"
+    ),
+    "abstract: those of panels, fitted meshes and nodes have rows": "LoadPath.at",
+}
+LEFT_OUT = {name for names in WITHOUT.values() for name in names.split()}
+
+
+def evaluated(words):
+    return eval(words, dict(NAMES))
+
+
+def outcome(call, argument, value):
+    """(type of the error, the argument that it names, its message); "accepted" where there is none."""
+    if call.startswith(COMMAND):
+        return commanded([*call.removeprefix(COMMAND).split(), *argument.split(), *value.split()])
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            evaluated(call)(**arguments_of(call, argument, value))
+    except mb.MicroblockError as failure:
+        named = getattr(failure, "name", None) or ""
+        return type(failure).__name__, named, str(failure)
+    except Exception as failure:
+        return f"raw {type(failure).__name__}", "", str(failure)
+    return "accepted", "", ""
+
+
+def arguments_of(call, argument, value):
+    """Those of a call that does, with the bad ones in their places."""
+    names = argument.split(", ") if argument else []
+    usual = evaluated(f"dict({CALLS.get(call, '')})")
+    usual = {name: usual[name] for name in usual if name not in map(INSTEAD.get, names)}
+    bad = evaluated(f"[{value}]") if len(names) != 1 else [evaluated(value)]
+    return usual | dict(zip(names, bad, strict=True))
+
+
+class Accepted(Exception):
+    """Raised where a command would begin to compute."""
+
+
+def stopped(*_, **__):
+    raise Accepted
+
+
+def commanded(words):
+    """The outcome of a command line, which ends before anything is computed."""
+    out, err = StringIO(), StringIO()
+    try:
+        with redirect_stdout(out), redirect_stderr(err):
+            status = commands.main(words)
+    except Accepted:
+        return "accepted", "", ""
+    except SystemExit as stop:  # argparse's own way out
+        status = stop.code
+    except Exception as failure:
+        return f"raw {type(failure).__name__}", "", str(failure)
+    told = err.getvalue().removesuffix("\n")
+    named = re.search(r"(?<!\S)--[a-zA-Z][\w-]*(?=[ :=]|$)", told.partition(": ")[2])
+    output = " with output" if out.getvalue() or not told.startswith(COMMAND.strip()) else ""
+    return f"status {status}{output}", named[0] if named else "", told
+
+
+def wrong(call, name, error, message):
+    """What is wrong with the form of a message: house rules that hold in every row."""
+    if error == "accepted":
+        return ""
+    form = not call.startswith(COMMAND) and name and not message.startswith(f"{name} = ")
+    long = len(message) > LONGEST and not call.startswith(COMMAND)  # the names of all figures may be listed
+    return " too long" * long + " in several lines" * ("\n" in message) + " in another form" * bool(form)
+
+
+def functions(one):
+    """{qualified name: function} of a public name, and its public methods."""
+    if not inspect.isclass(one):
+        return {one.__qualname__: one}
+    if issubclass(one, mb.MicroblockError):
+        return {}
+    methods = [getattr(one, name) for name in dir(one) if not name.startswith("_")]
+    return {one.__qualname__: one} | {each.__qualname__: each for each in methods if inspect.isfunction(each)}
+
+
+def named(function):
+    """Its qualified name, of an object that is called that of its class."""
+    return getattr(function, "__qualname__", type(function).__qualname__)
+
+
+def arguments(call):
+    """{argument: its default} of a callable."""
+    return {
+        name: entry.default for name, entry in inspect.signature(call).parameters.items() if name != "self"
+    }
+
+
+def made():
+    """(callable, argument, value) of the rows that are made by program: all values of what is called first by
+    a name, of the same with other bodies and methods a few.
+    """
+    seen = set()
+    for call in CALLS:
+        function = evaluated(call)
+        for name, default in arguments(function).items():
+            whole = f"{named(function)}.{name}"
+            kind = None if whole in LEFT_OUT else ARGUMENTS.get(whole, ARGUMENTS.get(name))
+            for value in KINDS[kind].split() if kind else ():
+                if not (value == "None" and default is None) and (whole not in seen or value in FEW.split()):
+                    yield call, name, value
+            seen.add(whole)
+    for case, module in all_cases().items():
+        for entry in fields(module.Parameters):
+            if not entry.metadata.get("positional"):
+                for value in texts(entry):
+                    yield COMMAND + case, flag(entry.name), value
+
+
+def texts(entry):
+    """Bad words for an option of a command."""
+    if entry.type in (bool, "bool") or entry.metadata["type"] is str:
+        return ("x",)
+    if entry.metadata["type"] is float:
+        return "nan", "inf", "x", "-1", "0", "1e300", "1e-300"
+    return "1.5", "x", "-1", "0"
+
+
+@contextmanager
+def aside():
+    """Where rows are made: an empty folder, and commands that stop before they compute."""
+    parser = cache(lambda asked, module: PARSER(asked, module))
+    with (
+        TemporaryDirectory() as folder,
+        chdir(folder),
+        patch.multiple(commands, run=stopped, parser=parser),
+        matplotlib.rc_context({"backend": "agg"}),
+    ):
+        yield
+
+
+PARSER = commands.parser
+
+
+def read():
+    if not TABLE.exists():
+        return []
+    with TABLE.open(newline="") as file:
+        return [tuple(row.values()) for row in csv.DictReader(file)]
+
+
+def files():
+    return {entry.name: entry.stat().st_mtime_ns for entry in os.scandir()}
+
+
+def again(rows):
+    """Rows made again; words that their message lacks are left out."""
+    with aside():
+        for call, argument, value, *_, words in rows:
+            before = files()
+            error, named, message = outcome(call, argument, value)
+            error += " and writes" * (error != "accepted" and files() != before)
+            error += wrong(call, named, error, message)
+            yield call, argument, value, error, named, words if words in message else ""
+
+
+def uncovered(rows):
+    """Arguments of the public names that no row gives a bad value."""
+    seen = {
+        f"{named(evaluated(call))}.{name}"
+        for call, names in {row[:2] for row in rows}
+        if call in CALLS
+        for name in names.split(", ")
+    }
+    names = [*(getattr(mb, name) for name in mb.__all__), *map(type, map(state, ("half-space", "space")))]
+    public = {name: call for each in names for name, call in functions(each).items()}
+    return sorted(
+        f"{call}.{name}"
+        for call, function in public.items()
+        for name in arguments(function)
+        if f"{call}.{name}" not in seen and not {call, f"{call}.{name}"} & LEFT_OUT
+    )
+
+
+def differences(before=None):
+    """(rows as they are, those of them that differ and how): of the table, and of what the program makes."""
+    before = read() if before is None else before
+    known = {row[:3] for row in before}
+    rows = before + [(*row, "no row", "", "") for row in made() if row not in known]
+    now = list(again(rows))
+    return now, [
+        " ".join(new[:3]) + f": {' '.join(old[3:])} -> {' '.join(new[3:])}"
+        for old, new in zip(rows, now)
+        if old != new
+    ]
+
+
+def main(write):
+    rows, differ = differences()
+    print(*differ, f"{len(rows)} rows, {len(differ)} differ", sep="\n")
+    if write:
+        with TABLE.open("w", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows([COLUMNS, *sorted(rows)])
+
+
+if __name__ == "__main__":
+    main("--write" in sys.argv)
