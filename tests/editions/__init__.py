@@ -162,11 +162,18 @@ def compare(editions, problem, rounds):
 
 
 def frozen(old, rooms):
-    """Rows of this checkout's table of frozen numbers that the old library computes otherwise, by kind."""
+    """Rows of this checkout's table of frozen numbers that an old library computes otherwise, by kind.
+
+    Problems and rows are those of this checkout; what knows the names of a library is that of the edition.
+    """
     with tempfile.TemporaryDirectory() as place:
         for file in ROOT.glob("[!.]*"):
             source = old.root if file.name in ("microblock", "cases") else ROOT
-            (Path(place) / file.name).symlink_to(source / file.name)
+            if file.name != "tests":
+                Path(place, file.name).symlink_to(source / file.name)
+        tests = shutil.copytree(ROOT / "tests", Path(place, "tests"))
+        for names in (old.root / "tests" / "frozen").glob("library*.py"):
+            shutil.copy(names, tests / "frozen")
         for room in rooms or sorted(file.stem for file in (ROOT / "tests/frozen/rooms").glob("*.csv")):
             done = old.run("-c", ROOM, room, root=place)
             yield done.stdout.strip() or f"{room}: {done.stderr.strip().splitlines()[-1]}"
