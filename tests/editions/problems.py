@@ -26,7 +26,8 @@ def last(history):
     p, q, w = (np.asarray(value) for value in (state.pressure, state.shear_traction, state.weights))
     return {
         "pressure, L2": np.sqrt((w * p**2).sum()), "shear, L2": np.sqrt((w * q**2).sum()),
-        "dissipation": state.dissipation, "work": state.work, "estimate": state.error_estimate, "points": len(p), "events": len(history.events),
+        "dissipation": state.dissipation, "work": state.work,
+        "estimate": state.error_estimate, "points": len(p), "events": len(history.events),
     }
 
 
