@@ -178,6 +178,27 @@ def test_the_width_that_is_promised_is_seen(away, turn):
     assert width < 0.03 and (state.pressure[near].any() or "between cells" in str(state.warnings))
 
 
+def test_a_pin_between_cells_is_met_by_the_corner_of_a_rotated_block():
+    """Half a side beyond the pin a block has a corner over it, which the rotation displaces as well."""
+    x, half = 1.1875, 0.25  # between centres of cells
+    free = problem(law=BLOCKS, ell=2 * half, nodes=64, window=(-2, 2))
+    state = free.solve(load=4 / 3)
+    i, j = np.abs(state.x1 - x - half).argmin(), np.abs(state.x2 - half).argmin()
+    met = state.approach - state.displacement[i, j] + half * state.psi[:, i, j].sum()
+    width = 1.05 * state.seen_width
+    for above, words in (
+        (-0.015, True),
+        (0.015, False),
+    ):  # the rotation is worth 0.03, the nearest centre 0.005
+
+        def height(x1, x2, z=met + above):
+            inside, sphere = ((x1 - x) ** 2 + x2**2) / width**2, (x1**2 + x2**2) / 2
+            return np.where(inside < 1, np.minimum(sphere, z + inside * (x**2 / 2 - z)), sphere)
+
+        warnings = free.with_(obstacle=height).solve(load=4 / 3).warnings
+        assert any("between cells" in one for one in warnings) == words
+
+
 def disc(x, y):
     """A flat face of radius 1 about (x, y)."""
     return lambda x1, x2: np.where((x1 - x) ** 2 + (x2 - y) ** 2 < 1, 0, np.inf)
