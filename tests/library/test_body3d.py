@@ -290,6 +290,12 @@ def _plane_mesh(x, depth):
     return mesh.ngmesh
 
 
+def test_steps_that_do_not_grow_are_equal():
+    assert meshes3d.graded(reach=1.0, step=0.5, far=2.5, growth=1.0) == pytest.approx(
+        [0, 0.5, 1, 1.5, 2, 2.5]
+    )
+
+
 @pytest.mark.parametrize("law", LAWS, ids=str)
 def test_a_quarter_is_a_part_of_the_whole(law):
     x, a = meshes3d.graded(reach=0.6, step=0.15, far=2.0, growth=2.0), hertz(1.0)[0]

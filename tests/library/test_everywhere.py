@@ -197,3 +197,19 @@ def test_a_zone_that_is_born_and_merges_within_one_step_of_the_scan_is_found():
         (1.01 * merged.load, 1),
     ):
         assert len(of_cells(height, mb.Unilateral(), load).zones["contact"]) == number
+
+
+def test_a_narrow_bump_between_two_contacts_is_found_as_soon_as_it_touches():
+    """The gap of the two contacts alone says how high it is then."""
+
+    def twins(x):
+        return np.minimum((x + 0.5) ** 2, (x - 0.6) ** 2) / 20
+
+    def state(height, rtol=1e-3):
+        problem = mb.Contact(mb.HalfPlane(SOLID), mb.Obstacle(height), mb.Unilateral(), mb.Panels())
+        return problem.solve(load=0.6, rtol=rtol)
+
+    least = float(twins(0.05) - state(twins, 1e-5).gap_at("C", np.array([0.05]))[0])
+    for share, count in ((0.99, 3), (1.01, 2)):
+        bump = state(lambda x, z=share * least: np.minimum(twins(x), (x - 0.05) ** 2 / 0.02 + z))
+        assert len(bump.zones["contact"]) == count

@@ -89,6 +89,14 @@ def test_a_corner_touches_in_the_picture_where_its_gap_is_closed():
     assert inner == pytest.approx(np.full(len(inner), surface.ell)) and np.all(outer >= surface.ell)
 
 
+def test_blocks_of_a_shifted_contact_are_shifted():
+    states = [problem(obstacle=lambda x, c=c: (x - c) ** 2 / (2 * R)).solve(load=LOAD) for c in (0.0, 1.0)]
+    first, shifted = (blocks.blocks(state.surface(), state.zones["contact"]).squares for state in states)
+    assert shifted == pytest.approx(
+        first + (1.0, 0.0), abs=1e-9
+    )  # rounding of abscissae is magnified a little
+
+
 def test_every_kind_of_state_shows_and_draws_itself(block, tmp_path):
     law = mb.Microblock(0.002)
     body = on_mesh(block, law, order=2)
@@ -149,6 +157,20 @@ def test_a_field_is_drawn_in_all_of_a_body_on_a_mesh(block):
         state.plot_body("pressure")
     with pytest.raises(mb.BadArgument, match="panels.*has no mesh"):
         problem().solve(load=LOAD).plot_body()
+
+
+def test_the_colours_of_a_body_reach_from_the_least_to_the_largest_shear_over_all_planes(block):
+    state = on_mesh(block, mb.Microblock()).solve(load=0.05)
+    fields, angles = state.fields, np.radians(np.arange(0.0, 180.0))
+    places = np.stack(np.meshgrid(np.linspace(-0.97, 0.97, 20), np.linspace(-0.97, -0.02, 20)), -1).reshape(
+        -1, 2
+    )
+    stress = np.array([fields.stress(fields.body.mesh(*place)) for place in places]).reshape(-1, 2, 2)
+    normal, along = np.array((np.cos(angles), np.sin(angles))), np.array((-np.sin(angles), np.cos(angles)))
+    shear = np.abs(np.einsum("ik,pij,jk->pk", along, stress, normal)).max(axis=1)
+    _, (low, high) = filled(state.plot_body("shear"))
+    # ends are round numbers; next to the edges of the contact, between these places, it is larger
+    assert low == 0 and np.quantile(shear, 0.99) < high < 2 * shear.max()
 
 
 def test_fields_below_fill_their_box_where_elements_are_larger_than_it(block):

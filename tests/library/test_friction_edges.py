@@ -125,6 +125,15 @@ def test_similar_stick_as_a_user_sees_it(friction):
     assert (left / a, right / a) == pytest.approx((-part, part), abs=BAR)
 
 
+@pytest.mark.parametrize("law", [mb.Unilateral, mb.Microblock])
+def test_a_surface_that_slips_both_ways_sticks_nowhere(law):
+    """A cylinder pressed alone, of little friction, drags the surface to both sides: the cell at which the
+    traction changes its sign is no stick zone.
+    """
+    state = contact(law(friction=0.01), alpha=0.3).history([(np.pi / 4, 0.0)], rtol=0.1).states[0]
+    assert state.zones["stick"] == [] and state.zones["slip"] == state.zones["contact"]
+
+
 # --- seeded histories
 
 

@@ -42,6 +42,19 @@ def test_an_approach_at_the_mean_height_is_refused(law, two):
     assert 0 < below.load < 9.0
 
 
+def test_an_approach_above_the_mean_height_of_a_few_cells_is_below_that_of_many():
+    """Of a narrow pit the first 256 cells see too little."""
+
+    def height(x):
+        pit = np.exp(-((((x + 0.2) % 1 - 0.5) / 2e-3) ** 2))
+        return 0.01 * (1 - np.cos(2 * np.pi * x)) + 0.2 * pit
+
+    for cells, sees in ((256, 0.01068), (1024, 0.01071)):
+        assert height((np.arange(cells) + 0.5) / cells).mean() == pytest.approx(sees, rel=1e-3)
+    problem = mb.Contact(mb.HalfPlane(SOLID, period=1.0), mb.Obstacle(height), mb.Unilateral(), mb.Cells())
+    assert problem.solve(approach=0.0107, rtol=0.03).load > 0
+
+
 def test_an_approach_at_the_mean_height_is_refused_in_space():
     body = mb.HalfSpace(SOLID, 1.0)
     obstacle = mb.Obstacle(lambda x, y: 0.01 * (2 - np.cos(2 * np.pi * x) - np.cos(2 * np.pi * y)))

@@ -175,6 +175,27 @@ def test_the_width_that_is_promised_is_seen(away, turn):
     assert width < 0.03 and (state.pressure[near].any() or "between cells" in str(state.warnings))
 
 
+def test_a_pin_between_cells_is_met_by_the_corner_of_a_rotated_block():
+    """Half a side beyond the pin a block has a corner over it, which the rotation displaces as well."""
+    x, half = 1.1875, 0.25  # between centres of cells
+    free = problem(law=BLOCKS, ell=2 * half, nodes=64, window=(-2, 2))
+    state = free.solve(load=4 / 3)
+    i, j = np.abs(state.x1 - x - half).argmin(), np.abs(state.x2 - half).argmin()
+    met = state.approach - state.displacement[i, j] + half * state.psi[:, i, j].sum()
+    width = 1.05 * state.seen_width
+    for above, words in (
+        (-0.015, True),
+        (0.015, False),
+    ):  # the rotation is worth 0.03, the nearest centre 0.005
+
+        def height(x1, x2, z=met + above):
+            inside, sphere = ((x1 - x) ** 2 + x2**2) / width**2, (x1**2 + x2**2) / 2
+            return np.where(inside < 1, np.minimum(sphere, z + inside * (x**2 / 2 - z)), sphere)
+
+        warnings = free.with_(obstacle=height).solve(load=4 / 3).warnings
+        assert any("between cells" in one for one in warnings) == words
+
+
 def disc(x, y):
     """A flat face of radius 1 about (x, y)."""
     return lambda x1, x2: np.where((x1 - x) ** 2 + (x2 - y) ** 2 < 1, 0, np.inf)
@@ -198,6 +219,16 @@ def test_a_window_that_cuts_the_contact_says_so():
     beside = problem(summits((3, 0, 0), (-3, 0, 0)), window=(-5, 1), nodes=64).solve(load=0.1)
     assert any("outside of the window" in words for words in beside.warnings)
     assert problem(window=(-1.5, 1.5), nodes=64).solve(load=4 / 3).warnings == ()
+
+
+def test_a_cut_contact_presses_up_to_the_rim_of_its_cells():
+    """Between the last centres and the rim the pressure is that of the last cells, which differ."""
+    state = problem(lambda x1, x2: 0.1 * x1 + SPHERE.height(x1, x2), window=(-0.2, 0.2), nodes=32).solve(
+        load=1.0
+    )
+    first, last, rim = state.pressure[0, 16], state.pressure[-1, 16], 0.199
+    read = state.pressure_at(np.array([(-rim, state.x2[16], 0.0), (rim, state.x2[16], 0.0)]))
+    assert 0 < last < 0.97 * first and read == pytest.approx([first, last], rel=1e-12)
 
 
 @pytest.mark.parametrize("rtol, most", [(1e-2, 128), (0.3, 256)])

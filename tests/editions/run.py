@@ -1,0 +1,45 @@
+"""Run a problem, the text on the standard input: numbers, processor seconds and peak memory as JSON."""
+
+import json
+import re
+import sys
+import time
+from pathlib import Path
+
+
+def plain(values):
+    """{name: number or text} of a dictionary of numbers, of numpy, or lists of them."""
+    numbers = {}
+    for name, value in values.items():
+        value = value.tolist() if hasattr(value, "tolist") else value
+        numbers |= (
+            plain({f"{name} {k}": v for k, v in enumerate(value)})
+            if isinstance(value, list)
+            else {name: value}
+        )
+    return numbers
+
+
+def main():
+    scope, start = {"__name__": "problem"}, time.process_time()
+    try:
+        exec(compile(sys.stdin.read(), "problem", "exec"), scope)
+        if "solve" in scope:
+            start = time.process_time()
+            scope["numbers"] = scope["solve"]()
+    except Exception as error:
+        scope["numbers"] = {"error": f"{type(error).__name__}: {error}".splitlines()[0]}
+    seconds = time.process_time() - start
+    peak = re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())  # of this process alone
+    library = getattr(sys.modules.get("microblock"), "__file__", None)
+    result = {
+        "numbers": plain(scope["numbers"]),
+        "seconds": seconds,
+        "MiB": int(peak[1]) / 1024,
+        "library": library,
+    }
+    print(json.dumps(result))
+
+
+if __name__ == "__main__":
+    main()
