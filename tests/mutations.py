@@ -55,11 +55,8 @@ SMALL = 1e-4  # literals below are thresholds, which 10^4 changes and 2 does not
 EQUIVALENT = {
     "path.py:537: index: 0 -> 1": "the width is a scale of thresholds, less its first point",
     "factor: SETTLED * forces.sum()": "half of a threshold of what counts as settled",
-    "check: residual <= ROUNDED or": "more refinements of a state, of which the best is taken",
-    "order: borders -> (borders - 1)": "another start of the pivoting, whose end does not depend on it",
     "factor: floor / half": "a sampled profile to twice the height that is negligible",
     "compare: there.sum(axis=1) < 0.6": "60 % of 27 places is no whole number",
-    "compare: shift[0] > 0": "the side of a label in a picture",
 }
 
 
