@@ -147,9 +147,10 @@ def drawn(seed=SEED, count=PLACES):
     """The places of a seed, room by room."""
     rooms, sizes = defaultdict(list), defaultdict(int)
     for path in sorted((ROOT / "microblock").rglob("*.py")):
-        room = path.parent.relative_to(ROOT)
-        rooms[room] += places(str(path.relative_to(ROOT)))
-        sizes[room] += sum(isinstance(node, ast.stmt) for node in ast.walk(ast.parse(path.read_bytes())))
+        rooms[path.parent] += places(str(path.relative_to(ROOT)))
+        sizes[path.parent] += sum(
+            isinstance(node, ast.stmt) for node in ast.walk(ast.parse(path.read_bytes()))
+        )
     ends = np.rint(np.cumsum(list(sizes.values())) * count / sum(sizes.values())).astype(int)
     for number, (room, share) in enumerate(zip(rooms, np.diff(ends, prepend=0))):
         rng, chosen = np.random.default_rng((seed, number)), {}
@@ -259,9 +260,10 @@ def first_failure(root, units):
     for low, high in zip(BATCHES, BATCHES[1:]):
         some = sorted((seconds, unit) for unit, seconds in units.items() if low <= seconds < high)
         if some:
-            hang = f"faulthandler_timeout={60 + 20 * some[-1][0]:.0f}"
-            options = "-x", "-o", hang, "-o", "faulthandler_exit_on_timeout=true"
-            printed, passed = run_pytest(root, *options, *(unit for _, unit in some))
+            hang = f"faulthandler_timeout={60 + 20 * some[-1][0]:.0f}", "faulthandler_exit_on_timeout=true"
+            printed, passed = run_pytest(
+                root, "-x", "-o", hang[0], "-o", hang[1], *(unit for _, unit in some)
+            )
             if not passed:
                 begun = re.findall(r"^(tests/\S+?\.py::.*?)(?: [A-Z]+ .*)?$", printed, re.M)
                 return begun[-1] if begun else some[0][1]  # not even imported
@@ -278,18 +280,17 @@ def judged(root, place, most):
         test = first_failure(root, units)
         file.write_bytes((ROOT / place.file).read_bytes())
         unit = test if test in units else str(test).split("::")[0]
-        if test is None or first_failure(root, {test: units[unit]}) is None:
+        if test is None or first_failure(root, {test: units.get(unit, 0.0)}) is None:
             return test, len(units)
         del units[unit]  # it fails without the mutation, too
 
 
 def main():
     words = argparse.ArgumentParser(prog="python -m tests.mutations", description=__doc__.split("\n")[0])
-    numbers = ("first", int, 0), ("count", int, PLACES), ("seconds", float, SECONDS), ("json", str, None)
-    for name, kind, usual in numbers:
-        words.add_argument(f"--{name}", type=kind, default=usual)
-    words.add_argument("--list", action="store_true", help="print the places alone")
-    words.add_argument("--map", action="store_true", help="record which tests execute which lines")
+    for name, usual in {"first": 0, "count": PLACES, "seconds": SECONDS, "json": ""}.items():
+        words.add_argument(f"--{name}", type=type(usual), default=usual)
+    for name, does in {"list": "print the places alone", "map": "record what tests execute"}.items():
+        words.add_argument(f"--{name}", action="store_true", help=does)
     given, rows = words.parse_args(), []
     if given.map:
         return make_map()
