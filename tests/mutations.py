@@ -256,7 +256,7 @@ def tests_of(place):
 
 
 def first_failure(root, units):
-    """The first of the tests, quickest first, that fails or hangs in a checkout, or None."""
+    """The first of the tests, quickest first, that fails or hangs in a checkout, "" if none begins, or None."""
     for low, high in zip(BATCHES, BATCHES[1:]):
         some = sorted((seconds, unit) for unit, seconds in units.items() if low <= seconds < high)
         if some:
@@ -266,7 +266,7 @@ def first_failure(root, units):
             )
             if not passed:
                 begun = re.findall(r"^(tests/\S+?\.py::.*?)(?: [A-Z]+ .*)?$", printed, re.M)
-                return begun[-1] if begun else some[0][1]  # not even imported
+                return begun[-1] if begun else ""  # not even imported
     return None
 
 
@@ -280,7 +280,7 @@ def judged(root, place, most):
         test = first_failure(root, units)
         file.write_bytes((ROOT / place.file).read_bytes())
         unit = test if test in units else str(test).split("::")[0]
-        if test is None or first_failure(root, {test: units.get(unit, 0.0)}) is None:
+        if test is None or first_failure(root, {test: units.get(unit, 0.0)} if test else units) is None:
             return test, len(units)
         del units[unit]  # it fails without the mutation, too
 
@@ -302,7 +302,13 @@ def main():
             if not given.list:
                 test, count = judged(Path(root), place, given.seconds)
                 why = next((why for text, why in EQUIVALENT.items() if text in words_of(place)), None)
-                found = f"found by {test}" if test else f"equivalent: {why}" if why else "SURVIVED"
+                found = (
+                    f"found by {test or 'the import'}"
+                    if test is not None
+                    else f"equivalent: {why}"
+                    if why
+                    else "SURVIVED"
+                )
                 said = f": {found}, of {count}, {time.perf_counter() - start:.0f} s"
             print(f"{number} {words_of(place)}{said}", flush=True)
             rows.append((number, words_of(place), said))
