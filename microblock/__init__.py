@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from importlib import import_module
 
-__version__ = "0.2.1"
+__version__ = "0.2.2"
 
 _HOME = {
     "Contact": "contact",
@@ -18,6 +18,7 @@ _HOME = {
     "HistoryEvent": "model.history",
     "FrictionState": "model.history",
     "Cosserat": "model.material",
+    "hertz_scales": "model.material",
     "HalfPlane": "halfplane.kernels",
     "HalfSpace": "halfspace.half_space",
     "Block": "model.bodies",

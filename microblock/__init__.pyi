@@ -26,6 +26,7 @@ from .model.law import Microblock as Microblock
 from .model.law import Microclamped as Microclamped
 from .model.law import Unilateral as Unilateral
 from .model.material import Cosserat as Cosserat
+from .model.material import hertz_scales as hertz_scales
 from .model.methods import Cells as Cells
 from .model.methods import Condensed as Condensed
 from .model.methods import Fitted as Fitted

@@ -43,6 +43,25 @@ def block():
     return ng.Mesh(mesh.ngmesh)
 
 
+@pytest.fixture
+def memory(monkeypatch):
+    """memory(size): the machine has so many bytes left, and none are tried beyond them."""
+
+    def left(size):
+        monkeypatch.setattr("microblock.cost.available", lambda: size)
+        monkeypatch.setattr("microblock.cost.LITTLE", 0)
+
+    return left
+
+
+@pytest.fixture
+def forms(monkeypatch):
+    """Bilinear forms that NGSolve makes, a list of their spaces: one for each body that is condensed."""
+    made, form = [], ng.BilinearForm
+    monkeypatch.setattr(ng, "BilinearForm", lambda space, **more: made.append(space) or form(space, **more))
+    return made
+
+
 def pytest_collection_modifyitems(config, items):
     """Tests marked browser run with `-m browser` only."""
     if "browser" not in config.getoption("-m"):

@@ -171,7 +171,7 @@ def measured(seed, rtol):
             finer = solver.level(number, level)
         except mb.NotConverged:
             break
-        finer = finer if level is None else solver._compared(finer, level)
+        finer = finer if level is None else solver._compared(finer, level, np.zeros((len(solver.pairs), 2)))
         level, estimates = finer, [one.error_estimate or np.inf for one in finer.solutions]
         if found is not None:
             more.append(level)

@@ -256,7 +256,7 @@ def tests_of(place):
 
 
 def first_failure(root, units):
-    """The first of the tests, quickest first, that fails or hangs in a checkout, "" if none begins, or None."""
+    """The first of the tests, quickest first, that fails or hangs, "" where none begins, or None."""
     for low, high in zip(BATCHES, BATCHES[1:]):
         some = sorted((seconds, unit) for unit, seconds in units.items() if low <= seconds < high)
         if some:

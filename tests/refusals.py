@@ -166,7 +166,7 @@ FEW = "None '1' 'x' nan -1 0 2.0 (1,0) (1,9) SOLID CYLINDER SPHERE 10**400"
 # which arguments are of a kind, by their names, or by callable and name where that differs
 NAMED = {
     "positive": (
-        "E ell side stiffness curvature R R1 R2 half_width amplitude wavelength slope size period load "
+        "E ell side stiffness curvature R P R1 R2 half_width amplitude wavelength slope size period load "
         "approach residual spacing rho h reach far depth step growth width"
     ),
     "number": "nu tilt level alpha_prime beta_prime x load_error",
@@ -208,6 +208,7 @@ CALLS = {
     ),
     "Cosserat": "E=100, nu=0.3, ell=0.1, beta=1",
     "Cosserat.of_blocks": "side=1.0, stiffness=1.0",
+    "hertz_scales": "solid=SOLID, R=1.0, P=1.0",
     "Plane": "",
     "Cylinder": "R=1.0",
     "Wedge": "slope=0.1",

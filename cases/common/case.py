@@ -10,6 +10,8 @@ Functions that draw import `microblock.view` themselves: a run without figures d
 from dataclasses import asdict
 from functools import partial
 
+import numpy as np
+
 from .options import command
 from .records import keep
 
@@ -60,10 +62,20 @@ def of_kinds(**tables):
     return [{"kind": kind, **dict.fromkeys(names), **row} for kind, rows in tables.items() for row in rows]
 
 
-def profiles(states, *names):
-    """A row for each node of each state's `profile`, with the state's entries of these names."""
+def over(columns, units):
+    """Columns of a profile over their units {name: unit}, as lists; None where a state has no such column."""
+    return {
+        name: None if columns[name] is None else (np.asarray(columns[name]) / unit).tolist()
+        for name, unit in units.items()
+    }
+
+
+def profiles(states, *names, columns=None):
+    """A row for each node of each state's `profile`, of all its columns or of these, with the state's entries
+    of these names.
+    """
     return [
-        {**{name: state[name] for name in names}, **dict(zip(state["profile"], node))}
+        {**{name: state[name] for name in names}, **dict(zip(columns or state["profile"], node))}
         for state in states
-        for node in zip(*state["profile"].values())
+        for node in zip(*(state["profile"][name] for name in columns or state["profile"]))
     ]

@@ -9,7 +9,7 @@ CASES = Path(__file__).parents[1]
 PACKAGE = __package__.rpartition(".")[0]  # "cases" in a checkout, "microblock.cases" where it is installed
 PROGRAM = "python -m cases" if PACKAGE == "cases" else "microblock"
 DATA = CASES / "data"  # records of the studies that take long
-FOLDERS = "scenes", "paper", "studies", "report"  # in the order in which cases are listed
+FOLDERS = "commands", "scenes", "paper", "studies", "report"  # in the order in which cases are listed
 
 
 @cache

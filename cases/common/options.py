@@ -4,6 +4,7 @@ what is allowed.
 
 import argparse
 import re
+import shlex
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, field, fields
 from difflib import get_close_matches
@@ -223,10 +224,10 @@ def command(case, parameters):
         if isinstance(value, bool):
             words += [flag(entry.name)] * value
             continue
-        if isinstance(value, (tuple, list)):
-            value = " ".join(str(one) for one in value) or None
-        if value is not None:
-            words.append(f"{flag(entry.name)} {value}")
+        several = value if isinstance(value, (tuple, list)) else () if value is None else (value,)
+        if several:
+            between = "=" if isinstance(value, str) and value.startswith("-") else " "  # as argparse wants it
+            words.append(flag(entry.name) + between + " ".join(shlex.quote(str(one)) for one in several))
     return " ".join(words)
 
 
@@ -239,6 +240,8 @@ class OneLineParser(argparse.ArgumentParser):
         wrong = re.match(r"argument [^:]*: invalid choice: '?([^' ]*)'? \(choose from (.*)\)", message)
         if wrong:
             message += did_you_mean(wrong[1], re.findall(r"[^', ]+", wrong[2]))
+        if message.endswith("expected one argument"):
+            message += "; a value that begins with - is written --NAME=VALUE"
         if "are required" in message:
             message += f"; {self.prog} --help explains them"
         self.exit(2, f"{self.prog}: {message}\n")

@@ -50,6 +50,15 @@ def print_table(rows, columns, digits=4):
         print("  ".join(f"{cell:{side}{width}}" for cell, side, width in zip(line, sides, widths)).rstrip())
 
 
+def print_events(events):
+    """Print the events of a load path, a line each."""
+    for event in events:
+        print(
+            f"load {event['load']:.7f} +- {event['load_error']:.1e}: "
+            f"{event['zone']} {event['kind']} at x = {event['x']:.5f}"
+        )
+
+
 def print_entries(answer, names, digits=9):
     """Print these entries of an answer, a line each."""
     width = max(map(len, names))

@@ -15,7 +15,7 @@ ABOUT = """Contact of bodies with microstructure: at each point of the surface a
 material's length scale ell touches the obstacle with two corners. This page has what the paper on this
 contact law says and what comes out when it is computed to many digits, contact problems beyond the paper,
 and what the methods cost and where they fail. Figures are made to be read at a width of 9 cm."""
-REFERENCE = (  # as in docs/paper.md
+REFERENCE = (  # as in docs/differences.md
     "The paper: M. J. Lewandowski-Szewczyk and S. Stupkiewicz, <i>Int. J. Solids Struct.</i> (2020), "
     f'<a href="{PAPER}">doi:{PAPER.removeprefix("https://doi.org/")}</a>.'
 )

@@ -16,7 +16,7 @@ Units      those of the cylinder at load P, (50): lengths over a_Hz, pressures o
 
 import math
 import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,9 +25,9 @@ from microblock.data.records import column, grouped
 from microblock.halfplane.kernels import kernels
 from microblock.model.zones import half_widths, largest
 
-from ..common.case import profiles
+from ..common.case import over, profiles
 from ..common.options import Checked, coupling, option, poisson
-from ..common.records import print_table, returned
+from ..common.records import print_events, print_table, returned
 from . import hertz_fe
 
 RTOL = 1e-3
@@ -206,9 +206,10 @@ def solve(parameters):
 def observe(parameters, state, estimate):
     """The contract's record of one state, normalised."""
     a, p, ell = parameters.a_Hz, parameters.p_Hz, parameters.solid.ell
-    zones = {name: [[left / a, right / a] for left, right in own] for name, own in state.zones.items()}
+    data = state.to_dict()
+    zones = over(data["zones"], dict.fromkeys(data["zones"], a))
     outer, inner = half_widths(zones["contact"])
-    corners = dict.fromkeys("AB") if len(state.pressures) == 1 else state.pressures
+    units = {"x": a, "weight": a, "pressure": p, "pressure_A": p, "pressure_B": p, "micromoment": p * ell}
     infinite = parameters.obstacle == "punch" or (parameters.obstacle == "wedge" and _covers_apex(state))
     top, where = (None, []) if infinite else largest(state.pressure_at, samples(state))
     load = state.load / parameters.P
@@ -230,21 +231,9 @@ def observe(parameters, state, estimate):
         "energy": state.energy / (p * a**3 / parameters.R),
         "approach": None if state.approach is None else state.approach * parameters.R / a**2,
         "kkt": state.residual,
-        "unknowns": int(state.unknowns),
-        "error_parts": asdict(state.error_parts) if state.error_parts else None,
-        "iterations": state.iterations,
+        **{name: data[name] for name in ("unknowns", "error_parts", "iterations")},
         "error_estimate": estimate,
-        "profile": {
-            "x": (state.x / a).tolist(),
-            "weight": (state.weights / a).tolist(),
-            "pressure": (state.pressure / p).tolist(),
-            **{
-                f"pressure_{corner}": None if own is None else (own / p).tolist()
-                for corner, own in corners.items()
-            },
-            "micromoment": (state.micromoment / (p * ell)).tolist(),
-            "psi": (state.psi * parameters.R / a).tolist(),
-        },
+        "profile": over({**data["profile"], "psi": state.psi * parameters.R}, {**units, "psi": a}),
     }
 
 
@@ -323,14 +312,8 @@ def result(parameters, quiet=True):
 
 def rows(parameters, answer):
     """A row a node along the contact line."""
-    states = [
-        {
-            **state,
-            "profile": {name: state["profile"][name] for name in ("x", "pressure", "micromoment", "psi")},
-        }
-        for state in answer["states"]
-    ]
-    return profiles(states, "load", "half_width", "error_estimate")
+    columns = "x", "pressure", "micromoment", "psi"
+    return profiles(answer["states"], "load", "half_width", "error_estimate", columns=columns)
 
 
 def show(answer):
@@ -350,11 +333,7 @@ def show(answer):
         ),
         9,
     )
-    for event in answer["events"]:
-        print(
-            f"load {event['load']:.7f} +- {event['load_error']:.1e}: "
-            f"{event['zone']} {event['kind']} at x = {event['x']:.5f}"
-        )
+    print_events(answer["events"])
     for words in answer["warnings"]:
         print(f"warning: {words}")
 

@@ -21,7 +21,7 @@ import numpy as np
 import microblock as mb
 from microblock.fem import meshes3d
 
-from ..common.case import of_kinds
+from ..common.case import of_kinds, over
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned
 
@@ -106,11 +106,7 @@ def observe(parameters, name, size, state, seconds):
         "iterations": state.iterations,
         "warnings": list(state.warnings),
         "seconds": seconds,
-        "profile": {
-            "x1": cut["x1"].tolist(),
-            "pressure": (cut["pressure"] / mean).tolist(),
-            "m2": (cut["m2"] / (mean * parameters.alpha)).tolist(),
-        },
+        "profile": over(cut, {"x1": 1, "pressure": mean, "m2": mean * parameters.alpha}),
     }
 
 

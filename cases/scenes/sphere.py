@@ -23,6 +23,7 @@ import numpy as np
 import microblock as mb
 
 from ..common import second_body
+from ..common.case import over
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned
 
@@ -141,7 +142,9 @@ def reference(parameters, load):
 def observe(parameters, state):
     """What the case returns of a state."""
     a, p = parameters.a_Hz, parameters.p_Hz
-    axis, diagonal = (_scaled(parameters, state.along(name)) for name in ("x1", "diagonal"))
+    m = p * (parameters.alpha * a)
+    units = {"x1": a, "pressure": p, "m1": m, "m2": m, "psi1": a, "psi2": a}
+    axis, diagonal = (over(state.along(name), units) for name in ("x1", "diagonal"))
     cells = np.bincount(state.closed.ravel(), minlength=5)[1:5] * state.width**2 / (np.pi * a**2)
     return {
         "load": state.load,
@@ -156,23 +159,13 @@ def observe(parameters, state):
         "residual": state.residual,
         "error_estimate": state.error_estimate,
         "unknowns": state.unknowns,
-        "profile": {"axis": _listed(axis), "diagonal": _listed(diagonal)},
+        "profile": {"axis": axis, "diagonal": diagonal},
     }
-
-
-def _scaled(parameters, cut):
-    a, p, ell = parameters.a_Hz, parameters.p_Hz, parameters.alpha * parameters.a_Hz
-    units = {"x1": a, "pressure": p, "m1": p * ell, "m2": p * ell, "psi1": a, "psi2": a}
-    return {name: values / units[name] for name, values in cut.items()}
-
-
-def _listed(cut):
-    return {name: values.tolist() for name, values in cut.items()}
 
 
 def _reach(cut, width):
     """Half of the length on which there is pressure."""
-    return float(np.count_nonzero(cut["pressure"] > 0) * width / 2)
+    return float(np.count_nonzero(np.greater(cut["pressure"], 0)) * width / 2)
 
 
 def result(parameters, quiet=True):

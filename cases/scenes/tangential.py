@@ -24,7 +24,7 @@ import microblock as mb
 from microblock.data.records import column, grouped
 
 from ..common import second_body
-from ..common.case import of_kinds, profiles
+from ..common.case import of_kinds, over, profiles
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned
 
@@ -115,30 +115,22 @@ def solve(parameters, alpha):
 
 def observe(parameters, alpha, state):
     """What the case returns of a state."""
-    P, p = parameters.unit, parameters.E_star / 2
-    energy = {name: float(getattr(state, name)) / P for name in ("dissipation", "energy", "work")}
-    profile = {
-        "x": state.x,
-        "weight": state.weights,
-        "pressure": state.pressure / p,
-        "shear": state.shear_traction / p,
-        "micromoment": state.micromoment / (p * alpha),
-        "psi": state.psi,
-        "slip": state.slip,
-    }
+    P, p, data = parameters.unit, parameters.E_star / 2, state.to_dict()
+    energy = {name: data[name] / P for name in ("dissipation", "energy", "work")}
+    units = {"x": 1, "weight": 1, "pressure": p, "shear": p, "micromoment": p * alpha, "psi": 1, "slip": 1}
     return {
         "alpha": alpha,
         "normal": state.normal / P,
         "shear": state.shear / (parameters.friction * state.normal),
-        "stick": [list(pair) for pair in state.zones["stick"]],
-        "slip": [list(pair) for pair in state.zones["slip"]],
-        "zones": {name: [list(pair) for pair in state.zones[name]] for name in ("A", "B", "full", "contact")},
+        "stick": data["zones"]["stick"],
+        "slip": data["zones"]["slip"],
+        "zones": {name: data["zones"][name] for name in ("A", "B", "full", "contact")},
         "half_width": state.half_width,
         **energy,
         "balance": abs(energy["work"] - energy["energy"] - energy["dissipation"]),
         "error_estimate": state.error_estimate,
         "unknowns": state.unknowns,
-        "profile": {name: np.asarray(values).tolist() for name, values in profile.items()},
+        "profile": over(data["profile"], units),
     }
 
 

@@ -23,7 +23,7 @@ import microblock as mb
 from microblock.data.records import column, grouped
 from microblock.halfplane.kernels import symbol
 
-from ..common.case import of_kinds, profiles
+from ..common.case import of_kinds, over, profiles
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned
 
@@ -177,7 +177,8 @@ def polygon_error(x, values, exact):
 def observe(parameters, contact, state):
     """Record of a state."""
     pressure, corners = state.pressure, np.array(list(state.pressures.values()))
-    moment = state.micromoment / parameters.ell_over_wavelength
+    units = {"x": 1, "weight": 1, "pressure": 1, "micromoment": parameters.ell_over_wavelength, "psi": 1}
+    profile = over(state.to_dict()["profile"], units)
     return {
         "contact": contact,
         "load": state.load,
@@ -185,19 +186,13 @@ def observe(parameters, contact, state):
         "contact_fraction": float(np.mean(pressure > 0)),
         "full_contact_fraction": float(np.mean((corners > 0).all(axis=0))),
         "pressure_max": float(pressure.max()),
-        "micromoment_max": float(np.abs(moment).max()),
+        "micromoment_max": max(map(abs, profile["micromoment"])),
         "approach": state.approach / AMPLITUDE,
         "energy": state.energy,
         "kkt": state.residual,
         "products": state.iterations,
         "error_estimate": state.error_estimate,
-        "profile": {
-            "x": state.x.tolist(),
-            "weight": state.weights.tolist(),
-            "pressure": pressure.tolist(),
-            "micromoment": moment.tolist(),
-            "psi": state.psi.tolist(),
-        },
+        "profile": profile,
     }
 
 
@@ -256,10 +251,9 @@ def rows(parameters, answer):
     """A row a cell, or one of several where there are more than DRAWN cells."""
     found = []
     for state in answer["states"] + answer["classical"]:
-        profile = {name: state["profile"][name] for name in ("x", "pressure", "micromoment", "psi")}
-        nodes = profiles(
-            [{**state, "law": state["contact"], "profile": profile}], "law", "load", "error_estimate"
-        )
+        columns = "x", "pressure", "micromoment", "psi"
+        named = [{**state, "law": state["contact"]}]
+        nodes = profiles(named, "law", "load", "error_estimate", columns=columns)
         found += nodes[:: 1 + state["nodes"] // DRAWN]
     return found
 

@@ -1,4 +1,4 @@
-"""Advice: which method for which problem at which accuracy, and where each breaks (docs/methods.md).
+"""Advice: which method for which problem at which accuracy, and where each breaks.
 
 Geometry   that of the studies `speed` and `limits`.
 Equations  none: sentences with numbers out of records.

@@ -10,7 +10,7 @@ Each sentence is checked against the records of `python -m cases speed` and `pyt
 (cases/data), and the table at the end says which ones: study, measure, selection, number of runs ("AL,
 order 1", a uniform bilinear mesh with augmented Lagrangian, is "paper's way" in records of 0.1). Seconds
 are processor seconds of one thread, setup and solving together; errors are relative, of pressure and
-micromoment in L2 unless said otherwise. `python -m cases methods --out docs` writes this page, and stops at
+micromoment in L2 unless said otherwise. `python -m cases methods --out DIR` writes this page, and stops at
 a sentence that the records do not bear out."""
 
 SCENE = "microblock-0.25"
@@ -386,5 +386,3 @@ PEERS = (
 )
 
 SECTIONS = (HALF_PLANE, BODIES, CONTACT_TERM, STATES, PEERS)
-# which README quotes as they are
-README = (HALF_PLANE[1][0], HALF_PLANE[1][1], HALF_PLANE[1][2], BODIES[1][0], STATES[1][4])

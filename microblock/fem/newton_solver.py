@@ -15,6 +15,9 @@ from .newton import MonolithicNewton, NodalState
 from .newton_path import load_path
 
 
+ADRIFT = "no support holds u1: displacements along x1 hold up to a translation"
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class NewtonSolution(BelowOnMesh, AtNodes):
     """A solution with one multiplier a corner and node.
@@ -131,6 +134,7 @@ class NewtonSolution(BelowOnMesh, AtNodes):
             self.overlap()
             + self.locking(self._facets)
             + (self.few_nodes("take smaller elements") if self.has_edges else [])
+            + ([] if "u1" in self.solver.body.fixed else [ADRIFT])
         )
 
     def interpolated(self, values, x):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import Named, at_most
+from ..model.plain_data import PlainData
 from ..model.summary import Row, Shown, Summary, number, saved
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Target
@@ -26,7 +27,7 @@ BESIDE = 1e-3  # the same at vertices beside the contact boundary
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class State3D(Shown):
+class State3D(Shown, PlainData):
     """A contact state of a Body3D.
 
     Where all four corners of a block are closed their forces are not unique: four forces act on three degrees
@@ -73,6 +74,16 @@ class State3D(Shown):
     found: Fields3D | None = None
 
     error_estimate = None
+    _keys = (
+        *("load", "approach", "contact_area", "energy", "error_estimate", "residual", "iterations"),
+        *("unknowns", "method", "warnings", "points", "x1", "x2", "weights"),
+        *("pressure", "pressures", "micromoment", "psi", "displacement", "closed"),
+    )
+
+    @property
+    def points(self) -> Array:
+        """Places of the nodes, array (n, 3) (lengths)."""
+        return self.nodes.points
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "pressures", Named("corner", self.pressures))

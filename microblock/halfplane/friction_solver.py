@@ -79,6 +79,7 @@ class FrictionCells(OfMoment):
     estimate : Errors or None
     before : dict or None, zones of the level before
     notes : tuple of str, why cells were taken
+    dissipated : float or None, dissipation (energy) where each corner has a shear force of its own
     """
 
     solver: Solver
@@ -92,6 +93,7 @@ class FrictionCells(OfMoment):
     estimate: Errors | None = None
     before: Zones | None = None
     notes: tuple[str, ...] = ()
+    dissipated: float | None = None
 
     method = "cells"
     tangential_approach = None
@@ -249,9 +251,13 @@ class FrictionCells(OfMoment):
         """Says what the corners' shares in a second body's shear stand for."""
         if self.problem.counter is None or len(self.problem.law.corners) == 1:
             return []
+        dissipated = (
+            "" if self.dissipated is None else f", and the dissipation would be {self.dissipated:.2g}"
+        )
         return [
             "the shear on the second body is shared by the corners as without friction at the largest normal "
-            "force; error_parts say what that is worth"
+            "force: a force of its own for each corner changes the tractions by what error_parts say"
+            f"{dissipated}"
         ]
 
 
@@ -297,7 +303,7 @@ class FrictionSolver:
             If rtol is out of reach.
         """
         rtol = USUAL_RTOL if rtol is None else rtol
-        level, best, shares = None, np.inf, np.zeros(len(self.pairs))
+        level, best, shares = None, np.inf, np.zeros((len(self.pairs), 2))
         for number in tqdm(range(len(FINENESS)), unit=" levels", disable=not progress):
             try:
                 finer = self.level(number, level)
@@ -314,11 +320,10 @@ class FrictionSolver:
                 states = [FrictionState(one) for one in level.solutions]
                 return History(self.solver.contact, states, level.events)
             left = len(FINENESS) - 1 - number
-            if shares.max() > rtol or np.isfinite(best) and best > rtol * FASTEST**left:
+            if shares[:, 0].max() > rtol or np.isfinite(best) and best > rtol * FASTEST**left:
                 break  # the levels that are left would not do
-        worth = (
-            f" (the corners' shares in the shear are worth {at_least(shares.max())})" if shares.any() else ""
-        )
+        worth = shares[:, 0].max()
+        worth = f" (the corners' shares in the shear are worth {at_least(worth)})" if worth else ""
         raise out_of_reach(rtol, best, worth)
 
     def level(self, number: int, before: _Level | None) -> _Level:
@@ -372,11 +377,11 @@ class FrictionSolver:
         return np.where(total > 0, forces / np.where(total > 0, total, 1.0), 1 / count)
 
     def _worth_of_shares(self, level: _Level) -> Array:
-        """Relative L2 changes of the states of a level where each corner has a shear force of its own; they
-        are the same on all levels to some hundredths.
+        """(relative L2 change, dissipation) of the states of a level where each corner has a shear force of
+        its own; the changes are the same on all levels to some hundredths.
         """
         if self.problem.counter is None or len(self.problem.law.corners) == 1:
-            return np.zeros(len(self.pairs))
+            return np.zeros((len(self.pairs), 2))
         own, _ = self.on(level.edges)
         each = with_counter(own, self.problem, level.edges)
         softer = each.tangential + APART * np.diag(np.diag(each.tangential))
@@ -386,7 +391,7 @@ class FrictionSolver:
             moment = replace(moment, tangential=moment.tangential.reshape(-1, len(level.edges)).sum(axis=0))
             *_, moments = surface(self.problem, level.edges, own, moment)
             other = replace(one, moment=moment, micromoment=moments)
-            found.append(_difference(other, one))
+            found.append((_difference(other, one), moment.dissipation))
         return np.array(found)
 
     def require_inside(self, edges: Array, moment: Moment) -> None:
@@ -404,16 +409,16 @@ class FrictionSolver:
                         f"the contact reaches x = {place:g}, beyond which no contact was expected"
                     )
 
-    def _compared(self, finer: _Level, coarser: _Level, shares: Array | float = 0.0) -> _Level:
+    def _compared(self, finer: _Level, coarser: _Level, shares: Array) -> _Level:
         """The finer level with its changes from the coarser one, and what the corners' shares are worth."""
-        shares = np.broadcast_to(shares, len(self.pairs))
         changed = [
             replace(
                 one,
                 estimate=Errors(max(_difference(one, other), one.lost_in_jumps), float(worth)),
                 before=other.zones_by_name,
+                dissipated=float(dissipated) if worth else None,
             )
-            for one, other, worth in zip(finer.solutions, coarser.solutions, shares)
+            for one, other, (worth, dissipated) in zip(finer.solutions, coarser.solutions, shares)
         ]
         return replace(
             finer, solutions=changed, events=_with_errors(finer.events, coarser.events, self.pairs)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import BadArgument, Named, require_choice
+from ..model.plain_data import PlainData, plain_data
 from ..model.summary import Row, Shown, Summary, number, saved
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Target
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class SurfaceState(Shown):
+class SurfaceState(Shown, PlainData):
     """A contact state of a half-space.
 
     Where all four corners of a block are closed their forces are not unique: four forces act on three degrees
@@ -81,6 +82,11 @@ class SurfaceState(Shown):
     seen_width: float | None = None
 
     method = "cells"
+    _keys = (
+        *("load", "approach", "radius", "contact_area", "energy", "error_estimate", "residual"),
+        *("iterations", "unknowns", "method", "warnings", "seen_width", "width", "x1", "x2", "weights"),
+        *("pressure", "pressures", "micromoment", "psi", "displacement", "counter_displacement", "closed"),
+    )
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "pressures", Named("corner", self.pressures))
@@ -200,6 +206,19 @@ class SurfaceState(Shown):
             "psi1": psi[0],
             "psi2": psi[1],
         }
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the state as plain data for JSON, in full precision.
+
+        Returns
+        -------
+        dict
+            The numbers, texts and arrays among the attributes, by their names: arrays are lists of lists,
+            and a number that is NaN or infinite is None. "profile" has the state `along` the axis x1
+            ("axis") and along the "diagonal".
+        """
+        cuts = {"axis": self.along("x1"), "diagonal": self.along("diagonal")}
+        return {**super().to_dict(), "profile": plain_data(cuts)}
 
     def plot(self, path: Target = None) -> Figure:
         """Returns a figure of the pressure, of the number of closed corners, and of both along x1; of two

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..errors import BadArgument, require_finite, require_positive
+from .plain_data import PlainData
 from .summary import Row, Shown, Summary, number
 from .types import ContactLike
 
@@ -49,7 +50,7 @@ class Event:
             object.__setattr__(self, name, float(getattr(self, name)))  # plain floats, not numpy's
 
 
-class LoadPath(Shown):
+class LoadPath(Shown, PlainData):
     """The states of a problem from first touch to a load, and the events on the way.
 
     Where the slope of the obstacle falls, zones on either side never merge: the gap gets narrower without
@@ -79,6 +80,8 @@ class LoadPath(Shown):
     >>> path.at(0.5).load
     0.5
     """
+
+    _keys = "last", "rtol", "first", "events", "warnings"
 
     def __init__(self, problem: ContactLike, last: float, rtol: float | None) -> None:
         self.problem, self.last, self.rtol = problem, last, rtol

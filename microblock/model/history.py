@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument
+from .plain_data import PlainData
 from .state import Solution, State, _to_read
 from .summary import Row, Shown, Summary, number, saved
 from .types import Array, ContactLike, Interval, Target
@@ -157,6 +158,12 @@ class FrictionState(State):
 
     solution: FrictionSolution
 
+    _keys = (
+        *State._keys,
+        *("normal", "shear", "dissipation", "work", "tangential_approach", "zone_errors"),
+        *("shear_traction", "slip"),
+    )
+
     @property
     def normal(self) -> float:
         """P, the normal force per thickness."""
@@ -196,6 +203,14 @@ class FrictionState(State):
     def zone_errors(self) -> ZoneErrors | None:
         """Errors of the edges of `zones`, or None."""
         return self.solution.zone_errors
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the state as plain data for JSON: `State.to_dict`, with the attributes of friction, and the
+        columns "shear" and "slip" in "profile".
+        """
+        data = super().to_dict()
+        data["profile"] |= {"shear": data["shear_traction"], "slip": data["slip"]}
+        return data
 
     def summary(self) -> Summary:
         """Returns what a notebook shows of the state."""
@@ -246,7 +261,7 @@ class HistoryEvent:
     x: float
 
 
-class History(Shown):
+class History(Shown, PlainData):
     """The states of a frictional problem along a history of loads.
 
     Attributes
@@ -267,6 +282,8 @@ class History(Shown):
     >>> [state.shear for state in history.states], "reversal" in [event.kind for event in history.events]
     ([0.0, 0.3, 0.0], True)
     """
+
+    _keys = "states", "events", "warnings"
 
     def __init__(
         self, problem: ContactLike, states: Sequence[FrictionState], events: Sequence[HistoryEvent]

@@ -124,7 +124,7 @@ class Microblock(_Coulomb):
         number is the rotation about -e2, as in the plane of x1 and x3; a pair ``(psi0_1, psi0_2)`` holds
         those about x1 and x2, each a number or a function of (x1, x2).
     psi0_in : "gaps and levers" or "levers"
-        Where psi0 acts: in both, or in the levers alone (docs/paper.md, "Initial rotation of Fig. 9").
+        Where psi0 acts: in both, or in the levers alone (docs/differences.md, "Initial rotation of Fig. 9").
     friction : float
         Coefficient f of Coulomb: the tangential force on a block's face is at most f times its normal force.
         States then depend on their history, see `Contact.history`.

@@ -10,7 +10,15 @@ import math
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from ..errors import BadArgument, Inadmissible, require_finite, require_flag, require_positive
+from ..errors import (
+    BadArgument,
+    Inadmissible,
+    plain,
+    require_finite,
+    require_flag,
+    require_kind,
+    require_positive,
+)
 from .summary import Row, Shown, Summary, number
 
 Component: TypeAlias = Any  # a number, an array or an expression of NGSolve: whatever has +, -, * and **
@@ -33,7 +41,7 @@ class Cosserat(Shown):
         independent microrotation; ``beta -> 2`` is the couple-stress limit.
     curvature : float
         ``gamma'`` of (12), ``m = gamma' ell^2 mu grad psi`` (dimensionless). The printed (18) has 1, but the
-        paper's own closed form needs 2 (docs/paper.md, "Curvature coefficient").
+        paper's own closed form needs 2 (docs/differences.md, "Curvature coefficient").
     alpha_prime, beta_prime : float
         ``alpha'`` and ``beta'`` of (12) (dimensionless). They act in three dimensions alone.
 
@@ -269,3 +277,41 @@ def joint_modulus(first: Cosserat, second: Cosserat | None) -> float:
     one that of the first.
     """
     return first.E_star if second is None else 1 / (1 / first.E_star + 1 / second.E_star)
+
+
+def hertz_scales(solid: Cosserat, R: float, P: float) -> tuple[float, float]:
+    """Returns half-width and largest pressure of Hertz' contact with a rigid cylinder, (50).
+
+    Parameters
+    ----------
+    solid : Cosserat
+        The half-plane's solid, of which E* counts.
+    R : float
+        Radius of the cylinder (length).
+    P : float
+        Force per thickness.
+
+    Returns
+    -------
+    a_Hz : float
+        ``sqrt(4 P R/(pi E*))`` (length).
+    p_Hz : float
+        ``2 P/(pi a_Hz)`` (stress).
+
+    Raises
+    ------
+    BadArgument
+        If the solid is no Cosserat, or R or P is not positive.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> a_Hz, p_Hz = mb.hertz_scales(solid, R=10.0, P=1.0)
+    >>> round(a_Hz, 4), round(p_Hz, 4), round(solid.ell / a_Hz, 2)
+    (0.3404, 1.8703, 0.29)
+    """
+    require_kind(Cosserat, "a Cosserat", solid=solid)
+    R, P = plain(R), plain(P)
+    require_positive(R=R, P=P)
+    a_Hz = math.sqrt(4 * P * R * (1 - solid.nu**2) / (math.pi * solid.E))
+    return a_Hz, 2 * P / (math.pi * a_Hz)

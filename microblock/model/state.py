@@ -6,13 +6,15 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair
+from .material import Cosserat, hertz_scales
 from .obstacles import Cylinder, gap, returned
+from .plain_data import PlainData
 from .summary import Row, Shown, Summary, call, intervals, number, saved
 from .types import (
     Array,
@@ -31,7 +33,6 @@ from .zones import contact_zones, half_widths, over_the_end
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from .material import Cosserat
     from .problem import Problem
     from .solver import Solver
 
@@ -336,7 +337,7 @@ class LineSolution(Solution):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class State(Shown):
+class State(Shown, PlainData):
     """A contact state, of whatever body and method.
 
     Attributes
@@ -390,6 +391,12 @@ class State(Shown):
     """
 
     solution: Solution
+
+    _keys: ClassVar[tuple[str, ...]] = (
+        *("load", "approach", "half_width", "zones", "energy", "error_estimate", "error_parts", "residual"),
+        *("iterations", "unknowns", "method", "warnings"),
+        *("x", "weights", "pressure", "pressures", "micromoment", "psi"),
+    )
 
     @property
     def problem(self) -> ContactLike:
@@ -707,6 +714,30 @@ class State(Shown):
         )
         return f"{call(self.obstacle)}, {call(self.law)}, load {number(self.load)}, {error}"
 
+    def to_dict(self) -> dict[str, Any]:
+        """Returns the state as plain data for JSON, on the whole surface and in full precision.
+
+        Returns
+        -------
+        dict
+            The numbers, texts, zones and arrays among the attributes, by their names: arrays and intervals
+            are lists, and a number that is NaN or infinite is None. "profile" has the arrays once more as
+            columns of one table: "x", "weight", "pressure", "pressure_A", "pressure_B" (None of laws
+            without corners), "micromoment", "psi".
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral()).solve(load=1.0)
+        >>> data = state.to_dict()
+        >>> data["load"], data["approach"], data["profile"]["pressure"] == state.pressure.tolist()
+        (1.0, None, True)
+        """
+        data = super().to_dict()
+        corners = {f"pressure_{name}": data["pressures"].get(name) for name in "AB"}
+        columns = {"x": data["x"], "weight": data["weights"], "pressure": data["pressure"], **corners}
+        return {**data, "profile": {**columns, "micromoment": data["micromoment"], "psi": data["psi"]}}
+
     def summary(self) -> Summary:
         """Returns what a notebook shows of the state."""
         corners = self.law.corners if len(self.law.corners) > 1 else ()
@@ -853,8 +884,7 @@ def scales(obstacle: ObstacleLike, solid: Cosserat, load: float) -> tuple[Row, .
     """Returns rows with the scales of Hertz' contact, (50), where the obstacle is a cylinder; else ()."""
     if not isinstance(obstacle, Cylinder):
         return ()
-    R = obstacle.R
-    a, p = math.sqrt(4 * load * R / (math.pi * solid.E_star)), math.sqrt(load * solid.E_star / (math.pi * R))
+    a, p = hertz_scales(solid, obstacle.R, load)
     return (
         Row("Hertz' half-width", "a<sub>Hz</sub>", a, "length"),
         Row("Hertz' pressure", "p<sub>Hz</sub>", p, "stress"),

@@ -45,7 +45,7 @@ def test_cases_are_listed_one_line_each():
     assert listed.returncode == 0
     assert [line.split()[0] for line in listed.stdout.splitlines()] == list(all_cases())
     folders = [FOLDERS.index(module.split(".")[1]) for module, _ in headlines().values()]
-    assert folders == sorted(folders) and folders[0] == FOLDERS.index("scenes")
+    assert folders == sorted(folders) and folders[0] == FOLDERS.index("commands")
 
 
 def test_listing_imports_no_case():

@@ -14,8 +14,7 @@ ROOT = Path(mb.__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
 NOTEBOOKS = sorted((DOCS / "tutorials").glob("*.ipynb"))
-# methods.md quotes records, whose names are those of version 0.1
-WORDED = [page for page in (*PAGES[1:], *NOTEBOOKS) if page.name not in ("methods.md", "description.md")]
+WORDED = [page for page in (*PAGES, *NOTEBOOKS) if page.name != "description.md"]
 # words that nobody but us has for what the field has words for
 PRIVATE = (
     "scenes?|sinking|mattress|rungs?|ladders?|held|turned|judged?|refused|told|pulls|"
@@ -96,7 +95,8 @@ def test_words_are_the_fields(path):
 
 def glossary():
     """{terms: what they mean}."""
-    lines = [line for line in (DOCS / "glossary.md").read_text().splitlines() if line.startswith("- ")]
+    page = (DOCS / "notation.md").read_text().partition("## Glossary")[2]
+    lines = [line for line in page.splitlines() if line.startswith("- ")]
     return dict(re.fullmatch(r"- \*\*(.+?)\*\*: (.+[.;])", line).groups() for line in lines)
 
 
@@ -108,7 +108,7 @@ def test_glossary_has_a_line_for_each_term_in_order():
 
 
 def test_glossary_has_what_methods_laws_and_zones_are_called():
-    page = (DOCS / "glossary.md").read_text()
+    page = (DOCS / "notation.md").read_text()
     for name in ("Panels", "Cells", "Fitted", "Uniform", "Condensed", "Newton"):
         assert name in mb.__all__ and f"`{name}`" in page
     for law in (mb.Microblock, mb.Unilateral, mb.Microclamped):

@@ -12,6 +12,7 @@ from cases.common.options import Checked
 ROOT = Path(cases.__file__).parent
 MAY_IMPORT = {
     "common": set(),
+    "commands": {"common"},
     "scenes": {"common"},
     "paper": {"common", "scenes"},
     "studies": {"common", "scenes"},

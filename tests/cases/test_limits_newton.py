@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.errors import NotConverged
+from microblock import NotConverged
 from microblock.fem.body import Loads
 from microblock.fem.condensation import Condensed
 from microblock.fem.facets import ContactFacets

@@ -10,8 +10,8 @@ import pytest
 from cases.__main__ import main
 from cases.studies import facts, limits, limits_figures, limits_friction, limits_pool, limits_where
 from cases.studies.limits_maps import Axis, Map, Outcome, attempt, choice
+from microblock import NotConverged
 from microblock.data.records import read_records
-from microblock.errors import NotConverged
 
 
 def answers(error=0.0, **measures):

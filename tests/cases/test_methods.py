@@ -3,16 +3,23 @@ written.
 """
 
 import math
+import re
 from pathlib import Path
 
 import pytest
 
 from cases.__main__ import main
 from cases.studies import facts, methods
-from cases.studies.methods_text import README
-from microblock.errors import NotConverged
+from cases.studies.methods_text import ASKED
+from microblock import NotConverged
 
 DATA = Path("cases/data")
+READMES = {  # rows of README's table, and the methods of the records
+    "`Panels` on a `HalfPlane`": "half-plane",
+    "`Cells` on a `HalfPlane`": "cells",
+    "`Fitted` elements in a `Block`": "fitted fe",
+    "uniform bilinear mesh, augmented Lagrangian": "AL, order 1",
+}
 ROWS = {
     "speed": [
         {"scene": "a", "method": "m", "error": error, "setup": setup, "solve": 1.0, "kind": "delivered"}
@@ -72,18 +79,68 @@ def test_quantities_of_the_page_are_printed():
     )
 
 
-def test_page_is_what_the_records_say(tmp_path):
+def test_every_sentence_holds_on_the_records(tmp_path):
     assert main(["methods", "--out", str(tmp_path)]) == 0
-    assert (tmp_path / "methods.md").read_text() == Path("docs/methods.md").read_text()
     told = methods.numbered()
     assert len({claim.text for *_, claim in told}) == len(told) and all(claim.facts for *_, claim in told)
 
 
-def test_readme_quotes_the_records():
+def cells(page):
+    """Rows of the tables of a page, a list of words each."""
+    return [[cell.strip() for cell in row.split("|")[1:-1]] for row in re.findall(r"^\|.*\|$", page, re.M)]
+
+
+def test_times_of_readme_are_those_of_the_records():
+    """Each number of its table to the digits that it has; a blank where no run came so far."""
+    speed = facts.records(DATA / "speed.csv")
+    table = {row[0]: row[1:] for row in cells(Path("README.md").read_text())}
+    for name, method in READMES.items():
+        rows = [row for row in speed if (row["scene"], row["method"]) == ("microblock-0.25", method)]
+        values = [*(facts.cost(error)(rows) for error in (1e-2, 1e-4)), facts.best(rows)]
+        for value, told in zip(values, table[name], strict=True):
+            number = told.removesuffix(" s") or "inf"
+            digits = len(number.partition("e")[0].replace(".", "").lstrip("0"))
+            assert f"{value:.{digits}g}" == f"{float(number):.{digits}g}"
+
+
+def test_numbers_of_readme_and_methods_are_those_of_the_records():
     records = {name: facts.records(DATA / f"{name}.csv") for name in methods.STUDIES}
-    readme = " ".join(Path("README.md").read_text().split())
-    for claim in README:
-        assert claim.told(records) in readme
+    readme, advice = (" ".join(Path(page).read_text().split()) for page in ("README.md", "docs/methods.md"))
+    asked = [
+        row for row in records["speed"] if row["method"] in ASKED and row["rtol"] and row["error"] is not None
+    ]
+    assert f"In all {len(asked)} benchmark runs with a tolerance" in readme
+    assert f"at most {max(row['error'] / row['rtol'] for row in asked):.2g} times the tolerance" in readme
+
+    def runs(scene, method):
+        return [row for row in records["speed"] if (row["scene"], row["method"]) == (scene, method)]
+
+    def grown(method):
+        largest = max(
+            (row for row in records["speed_cost"] if row["method"] == method), key=lambda row: row["unknowns"]
+        )
+        return largest["seconds"], largest["megabytes"], largest["unknowns"]
+
+    thin = [
+        facts.best(runs("microblock-0.01", name))
+        for name in ("AL, order 1", "condensed, order 6", "fitted fe")
+    ]
+    assert f"has an error of {thin[0]:.2g}, the finest condensed mesh of order 6 has {thin[1]:.2g}" in advice
+    assert f"reach {thin[2]:.0e}.".replace("e-0", "e-") in advice
+    cells, bulk = grown("cells"), grown("condensed, order 1")
+    assert f"A million cells take {cells[0]:.0f} s and {cells[1]:.0f} MiB" in advice
+    assert f"take {bulk[0]:.0f} s and {bulk[1]:.0f} MiB" in advice and min(cells[2], bulk[2]) > 1e6
+    peers = [facts.cost(error)(runs("classical", "tamaas")) for error in (1e-2, 1e-3)]
+    assert f"tamaas reaches 1 % in {peers[0]:.2g} s and 0.1 % in {peers[1]:.2g} s" in advice
+    ours = [facts.cost(error)(runs("classical", "cells")) for error in (1e-2, 1e-3)]
+    assert f"`Cells` take {ours[0]:.2g} s and {ours[1]:.2g} s" in advice
+    nodal, squares = (
+        facts.cost(2e-2)(runs("classical", name)) for name in ("scikit-fem, order 1", "condensed, order 1")
+    )
+    assert (
+        f"reaches 2 % in {nodal:.2g} s at order 1. Condensed squares of order 1 take {squares:.2g} s"
+        in advice
+    )
 
 
 def test_missing_records(capsys):

@@ -14,10 +14,10 @@ import pytest
 
 from cases.__main__ import main
 from cases.report import notebooks
-from microblock.errors import NotConverged
+from microblock import NotConverged
 
 # two in kernels, with all that they show; the others, whose kernels would cost more than they do, as scripts
-IN_KERNELS = [notebooks.NOTEBOOKS[name] for name in ("first_contact", "size_effects")]
+IN_KERNELS = [notebooks.NOTEBOOKS[name] for name in ("first_contact", "own_obstacle")]
 AS_SCRIPTS = [path for path in notebooks.NOTEBOOKS.values() if path not in IN_KERNELS]
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
@@ -72,12 +72,10 @@ def test_cells_run_from_top_to_bottom(path, monkeypatch):
 def test_there_are_notebooks_and_they_are_kept_without_outputs():
     assert {path.stem for path in notebooks.NOTEBOOKS.values()} == {
         "first_contact",
-        "many_cores",
-        "not_converged",
         "own_mesh",
         "own_obstacle",
         "rough_and_periodic",
-        "size_effects",
+        "three_dimensions",
     }
     for path in notebooks.NOTEBOOKS.values():
         assert not any(cell.get("outputs") for cell in json.loads(path.read_text())["cells"]), path.name

@@ -20,7 +20,7 @@ from cases.report import playground, playground_page, playground_survey
 from cases.report.playground_map import ROWS, TIP, blended
 from cases.report.playground_states import BOTH, LOAD, RTOL, A, B, error, fields, gap_error, sampled, solve
 from cases.scenes import hertz
-from microblock.errors import NotConverged
+from microblock import NotConverged
 
 ROOT = Path(__file__).parents[2]
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)

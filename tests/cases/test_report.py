@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from cases.__main__ import main
 from cases.report import report
+from microblock import BadArgument, NotConverged
 from microblock.data.records import read_records, write_json, write_records
-from microblock.errors import BadArgument, NotConverged
 
 
 @pytest.fixture(scope="module")

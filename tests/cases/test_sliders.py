@@ -18,8 +18,8 @@ from cases.__main__ import main
 from cases.report import notebooks
 from cases.studies import sliders
 from cases.studies import sliders_browser as browser
+from microblock import MissingExtra, NotConverged
 from microblock.data.records import read_records
-from microblock.errors import MissingExtra, NotConverged
 from microblock.view.state_figure import BLOCK_FILLS
 from microblock.view.widgets import LABELS
 

@@ -23,8 +23,8 @@ from cases.studies.speed_methods import (
     uniform,
 )
 from cases.studies.speed_scenes import CLASSICAL, LOAD, SCENES, WHERE, rule
+from microblock import NotConverged
 from microblock.data.records import read_records
-from microblock.errors import NotConverged
 
 SCENE = SCENES["microblock-0.25"]
 NAMED = {method.name: method for method in METHODS if "line" in method.kinds}

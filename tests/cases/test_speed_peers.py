@@ -10,7 +10,7 @@ import pytest
 from cases.studies import speed_ngsolve, speed_skfem
 from cases.studies.speed_methods import APPROACH, FAR, REACH, contact_boundary, on_squares, scikit_fem
 from cases.studies.speed_scenes import CLASSICAL, LOAD, OBSTACLE, SCENES
-from microblock.errors import NotConverged
+from microblock import NotConverged
 
 SCENE = SCENES["classical"]
 MODULI = SCENE.solid.lam, SCENE.solid.mu

@@ -120,12 +120,10 @@ def test_line_and_column_agree(order, elements):
 
 def test_triangles_agree_with_the_closed_form():
     """A column cut into triangles is not symmetric sideways; it still converges to the strip."""
+    from microblock import Body, Microblock, Plane
     from microblock.fem import meshes
-    from microblock.fem.body import Body
     from microblock.fem.facets import ContactFacets
     from microblock.fem.newton import MonolithicNewton
-    from microblock.model import obstacles
-    from microblock.model.law import Microblock
 
     parameters = Parameters()
     body = Body(
@@ -136,7 +134,7 @@ def test_triangles_agree_with_the_closed_form():
         periodic=True,
     )
     facets = ContactFacets(
-        body, Microblock(parameters.psi0), obstacles.Plane(parameters.ell_over_H / 2 * parameters.psi0)
+        body, Microblock(parameters.psi0), Plane(parameters.ell_over_H / 2 * parameters.psi0)
     )
     state = MonolithicNewton(body, facets).solve(0.02)
     assert state.psi == pytest.approx(strip.reference(parameters).psi(1.0), rel=1e-9)
@@ -173,12 +171,10 @@ def test_layer_lengths_49(thickness, beta):
 
 def test_one_order_more_for_u_does_not_lock():
     """Towards the couple-stress limit bilinear elements lock; u of order 2 with psi of order 1 does not."""
+    from microblock import Body, Microblock, Plane
     from microblock.fem import meshes
-    from microblock.fem.body import Body
     from microblock.fem.facets import ContactFacets
     from microblock.fem.newton import MonolithicNewton
-    from microblock.model import obstacles
-    from microblock.model.law import Microblock
 
     def error(order, elements, beta):
         parameters = Parameters(beta=beta)
@@ -189,7 +185,7 @@ def test_one_order_more_for_u_does_not_lock():
             order_psi=1,
             fixed={"u1": "middle", "u2": "middle"},
         )
-        plane = obstacles.Plane(parameters.ell_over_H / 2 * parameters.psi0)
+        plane = Plane(parameters.ell_over_H / 2 * parameters.psi0)
         state = MonolithicNewton(body, ContactFacets(body, Microblock(parameters.psi0), plane)).solve(0.02)
         exact = float(strip.reference(parameters).psi(1.0))
         return abs(state.psi[0] - exact) / abs(exact)
@@ -257,7 +253,7 @@ def test_penalty_stiffness_given_is_kept_and_its_error_told():
 
 
 def test_accuracy_out_of_reach_is_reported():
-    from microblock.errors import NotConverged
+    from microblock import NotConverged
 
     with pytest.raises(NotConverged, match="rtol = 1e-17") as caught:
         strip.result(Parameters(rtol=1e-17))
@@ -272,7 +268,7 @@ def test_forces_drowned_by_rho_are_an_error_not_a_result(method, rho, asked):
     """Either the forces hold to what was asked (fixed mesh: to 1e-5, the worst residual accepted being 1e-6),
     or it is said.
     """
-    from microblock.errors import NotConverged
+    from microblock import NotConverged
 
     parameters = Parameters(method=method, rho=rho, delta_over_H=0.04, **asked)
     try:

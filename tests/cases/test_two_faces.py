@@ -12,13 +12,11 @@ import pytest
 
 from cases.__main__ import main
 from cases.scenes import two_faces
+from microblock import Body, Microblock, Plane
 from microblock.fem import meshes
-from microblock.fem.body import Body
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import MonolithicNewton
 from microblock.model.closed_forms import Strip, TwoFacedStrip
-from microblock.model.law import Microblock
-from microblock.model.obstacles import Plane
 
 # rotations of equal and of opposite sign, one face aligned, thick blocks at which one face rotates the wrong
 # way at first, thin layers

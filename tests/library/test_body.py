@@ -8,10 +8,9 @@ from conftest import dome, rectangle
 from ngsolve import x, y
 from ngsolve.meshes import MakeStructured2DMesh
 
-from microblock.errors import BadArgument, NotConverged
+from microblock import BadArgument, Body, Cosserat, NotConverged
 from microblock.fem import meshes
-from microblock.fem.body import Body, Fields, Loads
-from microblock.model.material import Cosserat
+from microblock.fem.body import Fields, Loads
 
 SHAPES = pytest.mark.parametrize("quads", [False, True], ids=["triangles", "quadrilaterals"])
 # Providas and Kattis (2002): mu = 1000, nu = 0.25, mu_c = 500, m = 4 mu ell^2 grad psi with ell = 0.1

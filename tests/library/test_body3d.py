@@ -12,7 +12,7 @@ from ngsolve.meshes import MakeStructured3DMesh
 from scipy.interpolate import RegularGridInterpolator
 
 import microblock as mb
-from microblock.fem import energy3d, factors, meshes, meshes3d
+from microblock.fem import energy3d, meshes, meshes3d
 from microblock.fem.body3d import FIELDS, Loads3D, rigid_motions
 from microblock.fem.nodes3d import ContactNodes3D
 
@@ -464,18 +464,8 @@ def test_a_classical_solid_has_rotations_that_do_nothing():
     assert found.pressure == pytest.approx(wanted.pressure, abs=1e-6 * found.pressure.max())  # beta
 
 
-def test_both_libraries_of_factors_give_the_same(monkeypatch):
-    wanted = mb.Contact(box(3, order=2), mb.Sphere(R), mb.Microblock()).solve(load=1.0)
-    monkeypatch.setattr(factors, "usual", lambda: factors.SuperLU)
-    found = mb.Contact(box(3, order=2), mb.Sphere(R), mb.Microblock()).solve(load=1.0)
-    # the residual of the conditions, in the pressures that nodes beside each other exchange
-    assert found.pressure == pytest.approx(wanted.pressure, abs=1e-6 * wanted.pressure.max())
-    assert found.fields.energy() == pytest.approx(wanted.fields.energy(), rel=1e-8)
-
-
-def test_a_body_without_room_is_refused_before_it_is_factorised(monkeypatch):
-    monkeypatch.setattr("microblock.cost.available", lambda: 1e6)
-    monkeypatch.setattr("microblock.cost.LITTLE", 1e6)
+def test_a_body_without_room_is_refused_before_it_is_factorised(memory):
+    memory(1e6)
     for method in (mb.Condensed(), mb.Newton()):
         with pytest.raises(mb.NotConverged, match="memory"):
             mb.Contact(box(6), mb.Sphere(R), mb.Unilateral(), method).solve(load=1.0)

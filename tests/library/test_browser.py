@@ -1,5 +1,5 @@
 """The half-plane runs where Pyodide does: without NGSolve, drawing, processes and a BLAS to bound
-(docs/howto/browser.md).
+(docs/howto/command_line.md).
 """
 
 import json

@@ -5,16 +5,14 @@ import ngsolve as ng
 import numpy as np
 import pytest
 
+from microblock import Body, Cosserat, Cylinder, Microblock, Punch, Wedge
 from microblock.corners import active_set
 from microblock.fem import meshes
 from microblock.fem.between import Facets
-from microblock.fem.body import Body, Loads
+from microblock.fem.body import Loads
 from microblock.fem.condensation import Condensed
 from microblock.fem.facets import ContactFacets
 from microblock.fem.recovery import cut
-from microblock.model.law import Microblock
-from microblock.model.material import Cosserat
-from microblock.model.obstacles import Cylinder, Punch, Wedge
 
 SOLID = Cosserat(E=2.0, nu=0.3, ell=0.2, beta=1.0)
 GROUND = meshes.Ground(5.0, (0.0, 1.3))

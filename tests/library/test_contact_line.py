@@ -3,16 +3,26 @@
 import numpy as np
 import pytest
 
-from microblock.contact import Contact
-from microblock.errors import BadArgument, NotConverged
+from microblock import (
+    BadArgument,
+    Cells,
+    Contact,
+    Cosserat,
+    Cylinder,
+    HalfPlane,
+    Microblock,
+    Microclamped,
+    NotConverged,
+    Obstacle,
+    Panels,
+    Punch,
+    Unilateral,
+    Wedge,
+)
 from microblock.halfplane import contact_line
-from microblock.halfplane.kernels import HalfPlane, coalescence_exponent
-from microblock.halfplane.panel_solution import difference
-from microblock.model import obstacles, picture
-from microblock.model.law import Microblock, Microclamped, Unilateral
-from microblock.model.material import Cosserat
-from microblock.model.methods import Cells, Panels
+from microblock.halfplane.kernels import coalescence_exponent
 from microblock.model.zones import distance
+from tests.states import apart
 
 LOAD = np.pi / 2  # with E* = 2 and R = 1 lengths are over a_Hz and pressures over p_Hz
 LAWS = {
@@ -25,7 +35,7 @@ LAWS = {
 BY_LAW = pytest.mark.parametrize("law", LAWS.values(), ids=LAWS.keys())
 
 
-def problem(alpha, law, obstacle=obstacles.Cylinder(1.0), nu=0.3, beta=1.0, order=None):
+def problem(alpha, law, obstacle=Cylinder(1.0), nu=0.3, beta=1.0, order=None):
     solid = Cosserat(E=2 * (1 - nu**2), nu=nu, ell=alpha, beta=beta)
     return Contact(HalfPlane(solid), obstacle, law, Panels(order=order))
 
@@ -70,13 +80,13 @@ def test_classical_solids_reproduce_their_closed_forms():
     def classical(obstacle):
         return problem(0.25, Unilateral(), obstacle, beta=1e-8).solve(load=LOAD, rtol=1e-4)
 
-    state = classical(obstacles.Cylinder(1.0))
+    state = classical(Cylinder(1.0))
     inside = np.abs(state.x) < 0.999
     assert state.pressure[inside] == pytest.approx(np.sqrt(1 - state.x[inside] ** 2), abs=1e-4)
-    punch = classical(obstacles.Punch(1.0))
+    punch = classical(Punch(1.0))
     middle = np.abs(punch.x) < 0.999
     assert punch.pressure[middle] == pytest.approx(LOAD / np.pi / np.sqrt(1 - punch.x[middle] ** 2), rel=1e-4)
-    wedge = classical(obstacles.Wedge(0.5))
+    wedge = classical(Wedge(0.5))
     a = wedge.half_width
     assert a == pytest.approx(LOAD / (2 * 0.5), rel=1e-4)  # P = E* a slope
     off = (np.abs(wedge.x) > 1e-3 * a) & (np.abs(wedge.x) < 0.99 * a)
@@ -96,9 +106,8 @@ def test_mirrored_blocks_mirror_the_state(psi0):
 def test_a_symmetric_problem_is_the_same_without_the_symmetry():
     whole = problem(0.25, Microblock(), lambda x: x**2 / 2).solve(load=LOAD, rtol=1e-6)
     half = problem(0.25, Microblock()).solve(load=LOAD, rtol=1e-6)
-    assert not whole.solution.problem.mirror and half.solution.problem.mirror
-    assert len(whole.solution.q) == 2 * len(half.solution.q)
-    assert difference(half.solution, whole.solution) < 1e-6
+    assert whole.unknowns > 1.9 * half.unknowns  # but for edges and load
+    assert apart(half, whole) < 1e-6
 
 
 def test_scaling_of_load_radius_and_modulus():
@@ -108,7 +117,7 @@ def test_scaling_of_load_radius_and_modulus():
     E, R = 70.0, 3.0
     P = np.pi * E * R / (4 * 0.91)  # a = R
     body = HalfPlane(Cosserat(E=E, nu=0.3, ell=0.25 * R, beta=1))
-    other = Contact(body, obstacles.Cylinder(R), Microblock(0.05), Panels(order=10)).solve(load=P)
+    other = Contact(body, Cylinder(R), Microblock(0.05), Panels(order=10)).solve(load=P)
     assert other.x / R == pytest.approx(reference.x, abs=1e-8)
     for corner, pressure in other.pressures.items():
         assert pressure / (2 * P / (np.pi * R)) == pytest.approx(reference.pressures[corner], abs=1e-7)
@@ -125,8 +134,8 @@ def test_work_of_the_load_is_the_change_of_the_energy():
 
 @BY_LAW
 def test_orders_converge(law):
-    solutions = [problem(0.25, law, order=order).solve(load=LOAD).solution for order in (6, 10, 14, 20)]
-    errors = [difference(solution, solutions[-1]) for solution in solutions[:-1]]
+    states = [problem(0.25, law, order=order).solve(load=LOAD) for order in (6, 10, 14, 20)]
+    errors = [apart(state, states[-1]) for state in states[:-1]]
     assert errors[1] < errors[0] / 20 and errors[2] < errors[1] / 20 and errors[2] < 1e-6
 
 
@@ -140,7 +149,7 @@ def test_error_obtained_is_below_the_error_asked_for(rtol):
         here = problem(alpha, law, nu=nu, beta=beta)
         state = here.solve(load=LOAD, rtol=rtol)
         fine = here.with_(method=Panels(order=26)).solve(load=LOAD, initial=state)
-        assert difference(state.solution, fine.solution) <= rtol, (alpha, nu, beta, law)
+        assert apart(state, fine) <= rtol, (alpha, nu, beta, law)
 
 
 @BY_LAW
@@ -154,7 +163,7 @@ def test_a_uniform_grid_of_cells_tends_to_the_same_state(law):
     for cells in (151, 301):
         x = np.linspace(-1.5, 1.5, cells)
         compliance = HalfPlane(fine.solid).compliance(x, law.clamps_rotation)
-        H, gaps, share = compliance.corner_system(law, obstacles.Cylinder(1.0))
+        H, gaps, share = compliance.corner_system(law, Cylinder(1.0))
         state = active_set.solve(H, gaps, load=LOAD, c=share)
         pressure = state.forces.reshape(len(law.corners), -1).sum(axis=0) / (x[1] - x[0])
         exact = fine.pressure_at(x)
@@ -186,7 +195,7 @@ def cube(x):
 @pytest.mark.parametrize("law", [Microblock(), Microblock(0.01)])
 def test_obstacles_less_smooth_than_the_panels_are_answered(law):
     solid = Cosserat(E=100, nu=0.2, ell=0.085, beta=0.5)
-    named = obstacles.Obstacle(cube, kinks=(0.0,))
+    named = Obstacle(cube, kinks=(0.0,))
     # the edges of one corner's zone are next to where the other's gap is not smooth
     for load in (0.8, 1.0, 1.3, 2.1, 2.7):
         fine = Contact(HalfPlane(solid), named, law).solve(load=load, rtol=1e-6)
@@ -196,9 +205,9 @@ def test_obstacles_less_smooth_than_the_panels_are_answered(law):
         assert distance(state.weights, p[0] + p[1], (p[0] - p[1]) / 2, state.pressure) <= 1e-3
 
 
-def test_kinks_make_sharp_tips_as_good_as_smooth_ones(monkeypatch):
+def test_kinks_make_sharp_tips_as_good_as_smooth_ones():
     solid = Cosserat(E=100, nu=0.2, ell=0.085, beta=0.5)
-    tip = obstacles.Obstacle(lambda x: np.abs(x) ** 1.5, kinks=(0.0,))
+    tip = Obstacle(lambda x: np.abs(x) ** 1.5, kinks=(0.0,))
     state = Contact(HalfPlane(solid), tip, Microblock()).solve(load=1.0, rtol=1e-6)
     method = Cells(nodes=16000, window=(-0.4, 0.4))
     cells = Contact(HalfPlane(solid), tip, Microblock(), method).solve(load=1.0)
@@ -208,9 +217,6 @@ def test_kinks_make_sharp_tips_as_good_as_smooth_ones(monkeypatch):
     bare = Contact(HalfPlane(solid), tip.height, Microblock())
     # found, not told
     assert bare.solve(load=1.0, rtol=1e-6).half_width == pytest.approx(state.half_width, rel=1e-6)
-    monkeypatch.setattr(picture, "seen", lambda obstacle, found: obstacle)
-    with pytest.raises(NotConverged):  # negative control: what is not seen the panels do not follow
-        bare.solve(load=1.0, rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -218,7 +224,7 @@ def test_kinks_make_sharp_tips_as_good_as_smooth_ones(monkeypatch):
 )
 def test_obstacles_of_functions_are_checked(given):
     with pytest.raises(BadArgument, match=[*given][-1]):
-        obstacles.Obstacle(**{"height": cube, **given})
+        Obstacle(**{"height": cube, **given})
 
 
 def test_states_next_to_coalescence():
@@ -230,7 +236,7 @@ def test_states_next_to_coalescence():
 
 
 def test_punch_and_obstacle_of_ones_own():
-    state = problem(0.25, Microblock(), obstacles.Punch(1.0)).solve(load=LOAD, rtol=1e-3)
+    state = problem(0.25, Microblock(), Punch(1.0)).solve(load=LOAD, rtol=1e-3)
     zones = state.zones["contact"]
     # corners at +-ell/2
     assert zones[0][0] == pytest.approx(-1.125) and zones[-1][1] == pytest.approx(1.125)

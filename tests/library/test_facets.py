@@ -5,12 +5,20 @@ import numpy as np
 import pytest
 from conftest import dome
 
-from microblock.errors import BadArgument
+from microblock import (
+    BadArgument,
+    Body,
+    Cosserat,
+    Cylinder,
+    Microblock,
+    Microclamped,
+    Obstacle,
+    Plane,
+    Punch,
+    Unilateral,
+)
 from microblock.fem import meshes
-from microblock.fem.body import Body
 from microblock.fem.facets import ContactFacets, lobatto
-from microblock.model import law, obstacles
-from microblock.model.material import Cosserat
 
 SOLID = Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
 
@@ -25,7 +33,7 @@ def test_lobatto_is_exact_to_degree_2p_minus_1(order):
     assert (points[0], points[-1]) == (0, 1)
 
 
-def block_facets(block, order, model=law.Microblock(0.02), obstacle=obstacles.Cylinder(1.0), **options):
+def block_facets(block, order, model=Microblock(0.02), obstacle=Cylinder(1.0), **options):
     body = Body(block, SOLID, order, fixed=options.pop("fixed", "bottom"), **options)
     return ContactFacets(body, model, obstacle)
 
@@ -56,7 +64,7 @@ def test_nodal_gaps_are_the_expression_at_the_nodes(slope):
 
     mesh = MakeStructured2DMesh(quads=True, nx=4, ny=2, mapping=lambda x, y: (x, y - 1 + slope * x * y))
     body = Body(mesh, SOLID, 4, fixed="bottom")
-    facets = ContactFacets(body, law.Microblock(lambda x: 0.1 * x), obstacles.Cylinder(1.0), "top")
+    facets = ContactFacets(body, Microblock(lambda x: 0.1 * x), Cylinder(1.0), "top")
     assert np.abs(facets.normals[:, 0]).max() == pytest.approx(slope / np.hypot(1, slope), abs=1e-12)
     state = random_state(facets.body.space, 3, 0.1)
     nodal = facets.nodal_gaps(*state.components, 0.05)
@@ -68,7 +76,7 @@ def test_nodal_gaps_are_the_expression_at_the_nodes(slope):
 
 
 def test_curved_contact_boundary():
-    facets = ContactFacets(Body(dome(4), SOLID, 4, fixed="base"), law.Unilateral(), obstacles.Plane(1.0))
+    facets = ContactFacets(Body(dome(4), SOLID, 4, fixed="base"), Unilateral(), Plane(1.0))
     radius = np.linalg.norm(facets.points, axis=1)
     assert radius == pytest.approx(np.ones_like(radius), abs=1e-4)  # a curved mesh of order 4
     # its normals lose an order
@@ -92,7 +100,7 @@ def test_gap_22_on_an_inclined_surface_by_hand():
         quads=True, nx=2, ny=1, mapping=lambda x, y: (1.6 * x - 0.8, y - 1 + 0.75 * (1.6 * x - 0.8))
     )
     body = Body(mesh, SOLID, 1, fixed="bottom")
-    facets = ContactFacets(body, law.Microblock(0.1), obstacles.Plane(0.5), "top")
+    facets = ContactFacets(body, Microblock(0.1), Plane(0.5), "top")
     state = ng.GridFunction(body.space)
     for component, value in zip(state.components, (0.03, -0.02, 0.05)):
         component.vec[:] = value
@@ -104,7 +112,7 @@ def test_gap_22_on_an_inclined_surface_by_hand():
 
 
 def test_corners_without_obstacle_or_with_a_twin_cannot_touch(block):
-    facets = block_facets(block, 2, obstacle=obstacles.Punch(0.5))
+    facets = block_facets(block, 2, obstacle=Punch(0.5))
     x = facets.points[:, 0]
     assert np.array_equal(facets.can_touch["A"], np.abs(x - 0.2) <= 0.5)
     assert np.array_equal(facets.can_touch["B"], np.abs(x + 0.2) <= 0.5)
@@ -118,28 +126,26 @@ def test_corners_without_obstacle_or_with_a_twin_cannot_touch(block):
         block, SOLID, 2, fixed={"u1": "bottom", "u2": "bottom"}, prescribed={"psi": {"contact": -0.1}}
     )
     # psi < 0 lowers A
-    assert ContactFacets(turned, law.Microblock(), obstacles.Plane()).can_touch["A"].all()
+    assert ContactFacets(turned, Microblock(), Plane()).can_touch["A"].all()
     # on an axis of symmetry psi = 0 makes the gaps of A and B one function: one multiplier is dropped
     half = Body(block, SOLID, 2, fixed={"u1": "left", "u2": "bottom", "psi": "left"})
-    facets = ContactFacets(half, law.Microblock(), obstacles.Plane())
+    facets = ContactFacets(half, Microblock(), Plane())
     assert facets.can_touch["A"].all() and np.array_equal(facets.can_touch["B"], facets.points[:, 0] > -1)
 
 
 def test_microclamped_needs_a_clamped_body(block):
     with pytest.raises(BadArgument, match="prescribes psi"):
-        block_facets(block, 1, law.Microclamped())
-    block_facets(
-        block, 1, law.Microclamped(), fixed={"u1": "bottom", "u2": "bottom", "psi": "bottom|contact"}
-    )
+        block_facets(block, 1, Microclamped())
+    block_facets(block, 1, Microclamped(), fixed={"u1": "bottom", "u2": "bottom", "psi": "bottom|contact"})
 
 
-ASIDE = obstacles.Obstacle.from_samples([5, 6], [0, 0])
+ASIDE = Obstacle.from_samples([5, 6], [0, 0])
 
 
 @pytest.mark.parametrize(
     "make",
     [
-        lambda block: ContactFacets(Body(block, SOLID), law.Unilateral(), obstacles.Plane(), "hole"),
+        lambda block: ContactFacets(Body(block, SOLID), Unilateral(), Plane(), "hole"),
         lambda block: block_facets(block, 1, obstacle=ASIDE),
     ],
 )
@@ -173,11 +179,11 @@ def contact_form(facets, method):
 
 @pytest.mark.parametrize("method", ["al", "penalty"])
 @pytest.mark.parametrize(
-    "model", [law.Microblock(lambda x: 0.1 * x), law.Unilateral()], ids=["microblock", "unilateral"]
+    "model", [Microblock(lambda x: 0.1 * x), Unilateral()], ids=["microblock", "unilateral"]
 )
 @pytest.mark.parametrize("order", [1, 3])
 def test_energy_residual_and_tangent_belong_together(block, method, model, order):
-    facets = block_facets(block, order, model, obstacles.Plane(0.2))
+    facets = block_facets(block, order, model, Plane(0.2))
     form = contact_form(facets, method)
     space = form.space
     state, along = random_state(space, 4, 0.1), random_state(space, 5, 1.0).vec
@@ -214,7 +220,7 @@ def test_energy_residual_and_tangent_belong_together(block, method, model, order
 def test_augmented_lagrangian_38(multiplier, gap, energy):
     """Numbers worked out by hand for one corner on the depth alone."""
     body = Body(meshes.line(1.0, 1), SOLID, 1)
-    form = contact_form(ContactFacets(body, law.Unilateral(), obstacles.Plane(gap + 0.3)), "al")
+    form = contact_form(ContactFacets(body, Unilateral(), Plane(gap + 0.3)), "al")
     state = ng.GridFunction(form.space)
     state.components[3].vec[:] = multiplier
     assert form.Energy(state.vec) == pytest.approx(energy, rel=1e-12)  # the approach is 0.3
@@ -235,7 +241,7 @@ def penalty_law(gap_at_point, psi, ell=0.4, rho=7.0):
 def test_potential_structure_36(u2, psi):
     """On the depth alone: residual = (-t_n, -M) of (33) and d t_n/d psi = d M/d u2 by finite differences."""
     body = Body(meshes.line(1.0, 1), SOLID, 1)
-    facets = ContactFacets(body, law.Microblock(0.0), obstacles.Plane(0.0))
+    facets = ContactFacets(body, Microblock(0.0), Plane(0.0))
     form = contact_form(facets, "penalty")
 
     def forces(u2, psi):

@@ -5,14 +5,22 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies
 
-from microblock.contact import Contact
+from microblock import (
+    BadArgument,
+    Contact,
+    Cosserat,
+    Cylinder,
+    HalfPlane,
+    Microblock,
+    MicroblockError,
+    Microclamped,
+    NotConverged,
+    Panels,
+    Punch,
+    Unilateral,
+    Wedge,
+)
 from microblock.corners.active_set import solve
-from microblock.errors import BadArgument, MicroblockError, NotConverged
-from microblock.halfplane.kernels import HalfPlane
-from microblock.model import obstacles
-from microblock.model.law import Microblock, Microclamped, Unilateral
-from microblock.model.material import Cosserat
-from microblock.model.methods import Panels
 
 fuzzed = settings(derandomize=True, deadline=None, database=None)  # the same examples on every machine
 
@@ -54,7 +62,7 @@ def is_a_state(state, load):
 @settings(fuzzed, max_examples=60)
 @given(solids, laws, decades(-3, 1))
 def test_a_cylinder_always_has_a_state(solid, law, load):
-    state = Contact(HalfPlane(solid), obstacles.Cylinder(1.0), law).solve(load=load * solid.E)
+    state = Contact(HalfPlane(solid), Cylinder(1.0), law).solve(load=load * solid.E)
     assert 0 <= state.error_estimate <= 1e-3
     is_a_state(state, load * solid.E)
 
@@ -64,9 +72,7 @@ def test_a_cylinder_always_has_a_state(solid, law, load):
     solids,
     laws,
     decades(-2, 0),
-    strategies.one_of(
-        strategies.builds(obstacles.Wedge, decades(-2, 0)), strategies.builds(obstacles.Punch, decades(-1, 1))
-    ),
+    strategies.one_of(strategies.builds(Wedge, decades(-2, 0)), strategies.builds(Punch, decades(-1, 1))),
 )
 def test_slope_discontinuities_and_edges_give_a_state_or_say_why_not(solid, law, load, obstacle):
     try:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import microblock as mb
+from microblock import BadArgument, NotConverged
 from microblock.corners import active_set, projected_gradients
-from microblock.errors import BadArgument, NotConverged
 from microblock.halfplane.cells import CellGrid
 from microblock.halfplane.kernels import kernels, symbol
 from microblock.model.closed_forms import Wavy
@@ -119,7 +119,9 @@ def test_products_are_symmetric_and_their_preconditioner_positive(name, periodic
 @pytest.mark.parametrize("obstacle", OBSTACLES)
 @pytest.mark.parametrize("name", LAWS)
 def test_states_agree_with_pivoting(name, obstacle):
-    law, cells = LAWS[name], CellGrid(mb.HalfPlane(SOLID), -1.0, 1.3, 121)
+    # up to 256 corners are exchanged, others found by gradients alone
+    count = 300 if obstacle in ("cylinder", "jagged") else 121
+    law, cells = LAWS[name], CellGrid(mb.HalfPlane(SOLID), -1.0, 1.3, count)
     H, g0, _ = dense(cells, law, OBSTACLES[obstacle])
     for load in (0.01, 0.5):
         expected = active_set.solve(H, g0, load=load)
@@ -154,22 +156,6 @@ def test_residual_out_of_reach(monkeypatch):
     with pytest.raises(NotConverged, match=r"relative residual \d\.\de-\d\d") as failure:
         projected_gradients.solve(cells.flexibility(mb.Unilateral()), cells.x[None] ** 2, load=0.5)
     assert failure.value.iterations == 2 and failure.value.reached is None  # which is a load
-
-
-def test_energy_never_rises(monkeypatch):
-    """What the proof rests on, watched on a rough problem."""
-    law, cells = LAWS["rough psi0"], CellGrid(mb.HalfPlane(SOLID), -1.0, 1.3, 400)
-    flexibility, g0 = cells.flexibility(law), np.array([jagged(cells.x), jagged(cells.x + 0.3)])
-    seen, search = [], projected_gradients._projected_search
-
-    def watched(problem, *arguments):
-        forces, slope = search(problem, *arguments)
-        seen.append(forces @ (problem.g0 + slope) / 2)
-        return forces, slope
-
-    monkeypatch.setattr(projected_gradients, "_projected_search", watched)
-    projected_gradients.solve(flexibility, g0, load=0.5)
-    assert len(seen) > 3 and np.diff(seen).max() <= 1e-12 * np.abs(seen).max()  # rounding
 
 
 def wave(law, ell=0.05, beta=1.0, nodes=None):

@@ -11,11 +11,8 @@ from scipy.integrate import quad
 from scipy.linalg import null_space
 from scipy.special import k0
 
-from microblock.errors import BadArgument
-from microblock.halfplane.kernels import HalfPlane, Kernels, clamped, symbol
-from microblock.model.law import Microblock, Microclamped, Unilateral
-from microblock.model.material import Cosserat
-from microblock.model.obstacles import Cylinder, Plane
+from microblock import BadArgument, Cosserat, Cylinder, HalfPlane, Microblock, Microclamped, Plane, Unilateral
+from microblock.halfplane.kernels import Kernels, clamped, symbol
 from microblock.model.quadrature import gauss_rule
 
 DIGITS = 60

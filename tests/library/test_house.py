@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import microblock
+from tests import insides
 
 ROOT = Path(microblock.__file__).parent
 GROUND = {"errors", "threads", "cost"}  # may be used by all
@@ -109,6 +110,30 @@ def test_lines_are_short_enough_to_stand_beside_each_other():
         if len(line) > 110
     ]
     assert not long
+
+
+def test_insides_that_tests_use_are_listed_with_a_reason():
+    """`python -m tests.insides --names` names them, `--write` counts them anew in tests/INSIDES.md."""
+    listed = insides.listed()
+    assert {name: counts for name, (counts, *_) in listed.items()} == insides.counted()
+    assert [name for name, (_, part, why) in listed.items() if not (part and why)] == []
+
+
+def test_uses_of_insides_are_counted(tmp_path):
+    (tmp_path / "some.py").write_text(
+        "import microblock as mb, sys\n"
+        "from microblock.fem import meshes, body as b\n"
+        "from microblock.corners.active_set import _kkt, solve\n"
+        "def test(monkeypatch, state, mesh=meshes.uniform):\n"
+        "    monkeypatch.setattr(b, 'Loads', None)\n"
+        "    monkeypatch.setattr('microblock.cost._x', 1)\n"
+        "    monkeypatch.setattr('time.sleep', None), monkeypatch.setitem(sys.modules, 'x', None)\n"
+        "    return state.solution.thing, state._hidden, state._repr_html_(), mb.State, meshes.uniform\n"
+    )
+    kinds = [kind for kind, _ in insides.uses(tmp_path / "some.py")]
+    assert {kind: kinds.count(kind) for kind in insides.KINDS} == dict(
+        imports=2, private=3, patches=2, reached=1
+    )
 
 
 def test_one_version_everywhere():

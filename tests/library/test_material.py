@@ -4,8 +4,8 @@ import math
 import numpy as np
 import pytest
 
+from microblock import Cosserat
 from microblock.errors import Inadmissible
-from microblock.model.material import Cosserat
 
 SOLID = Cosserat(E=100, nu=0.3, ell=0.2, beta=0.7, curvature=1.5)
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import microblock as mb
+from microblock import BadArgument
 from microblock.data.records import read_records
-from microblock.errors import BadArgument
 from microblock.model.law import Law
 from microblock.view import blocks
 

@@ -8,33 +8,43 @@ import numpy as np
 import pytest
 from conftest import dome
 
-import microblock as mb
-from microblock.errors import BadArgument, NotConverged
+from microblock import (
+    BadArgument,
+    Body,
+    Contact,
+    Cosserat,
+    Cylinder,
+    Microblock,
+    Microclamped,
+    Newton,
+    NotConverged,
+    Plane,
+    Punch,
+    Unilateral,
+)
 from microblock.fem import meshes
-from microblock.fem.body import Body, Loads
+from microblock.fem.body import Loads
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import MonolithicNewton
 from microblock.fem.newton_path import load_path, next_event
-from microblock.model import law, obstacles
-from microblock.model.material import Cosserat
 
 SOLID = Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
 BOTTOM = {"u1": "bottom", "u2": "bottom"}
 LAWS = pytest.mark.parametrize(
     "model",
     [
-        law.Microblock(0.0),
-        law.Microblock(0.05),
-        law.Microblock(lambda x: 0.1 * x),
-        law.Microblock(-0.05, psi0_in="levers"),
-        law.Unilateral(),
-        law.Microclamped(),
+        Microblock(0.0),
+        Microblock(0.05),
+        Microblock(lambda x: 0.1 * x),
+        Microblock(-0.05, psi0_in="levers"),
+        Unilateral(),
+        Microclamped(),
     ],
     ids=["aligned", "turned", "varying", "lever", "unilateral", "microclamped"],
 )
 
 
-def indented(block, model=law.Microblock(0.0), order=2, obstacle=obstacles.Cylinder(1.0), **options):
+def indented(block, model=Microblock(0.0), order=2, obstacle=Cylinder(1.0), **options):
     """A block pressed by a cylinder."""
     clamp = {"psi": "bottom|contact"} if model.clamps_rotation else {}
     body = Body(block, SOLID, order, fixed=BOTTOM | clamp)
@@ -92,8 +102,7 @@ def test_stationarity_is_the_nodal_condition_at_high_order(block):
 def test_result_does_not_depend_on_rho(block):
     stiffness = indented(block).rho
     states = [
-        indented(block, law.Microblock(0.03), rho=stiffness * 10.0**power).solve(0.1)
-        for power in range(-4, 5)
+        indented(block, Microblock(0.03), rho=stiffness * 10.0**power).solve(0.1) for power in range(-4, 5)
     ]
     reference = states[4]
     for state in states:
@@ -135,13 +144,11 @@ def test_the_load_is_the_derivative_of_the_energy(block):
 
 def dome_under_a_plane(model, **options):
     body = Body(dome(), SOLID, 3, fixed="base")
-    return MonolithicNewton(body, ContactFacets(body, model, obstacles.Plane(1.0)), **options)
+    return MonolithicNewton(body, ContactFacets(body, model, Plane(1.0)), **options)
 
 
 @pytest.mark.parametrize(
-    "model",
-    [law.Microblock(0.0), law.Microblock(0.05), law.Unilateral()],
-    ids=["aligned", "turned", "unilateral"],
+    "model", [Microblock(0.0), Microblock(0.05), Unilateral()], ids=["aligned", "turned", "unilateral"]
 )
 def test_contact_of_a_curved_body(model):
     newton = dome_under_a_plane(model)
@@ -161,39 +168,37 @@ def test_inclined_surface_carries_the_derivative_of_its_energy():
         quads=True, nx=6, ny=3, mapping=lambda x, y: (2 * x - 1, y - 1 + 0.5 * (2 * x - 1))
     )
     body = Body(mesh, SOLID, 2, fixed="bottom")
-    newton = MonolithicNewton(
-        body, ContactFacets(body, law.Microblock(0.05), lambda x: 0.5 * x + x**2, "top")
-    )
+    newton = MonolithicNewton(body, ContactFacets(body, Microblock(0.05), lambda x: 0.5 * x + x**2, "top"))
     states = [newton.solve(approach) for approach in (0.1 - 1e-5, 0.1, 0.1 + 1e-5)]
     slope = (states[2].fields.energy() - states[0].fields.energy()) / 2e-5
     assert slope == pytest.approx(states[1].load, rel=1e-7)
 
 
 def under_cylinder(body, model):
-    return MonolithicNewton(body, ContactFacets(body, model, obstacles.Cylinder(1.0)))
+    return MonolithicNewton(body, ContactFacets(body, model, Cylinder(1.0)))
 
 
 def test_microclamped_surface_may_be_rotated(block):
     """psi prescribed other than zero on the surface, and a displaced support, take part in contact."""
     turned = {"psi": {"contact": 0.02}}
     body = Body(block, SOLID, 2, fixed={"u1": "bottom"}, prescribed={"u2": {"bottom": 0.05}} | turned)
-    pushed = under_cylinder(body, law.Microclamped()).solve(0.05)
+    pushed = under_cylinder(body, Microclamped()).solve(0.05)
     assert pushed.psi == pytest.approx(np.full(13, 0.02), abs=1e-14)
     level = Body(block, SOLID, 2, fixed=BOTTOM, prescribed=turned)
-    same = under_cylinder(level, law.Microclamped()).solve(0.1)
+    same = under_cylinder(level, Microclamped()).solve(0.1)
     assert pushed.traction == pytest.approx(same.traction, abs=1e-11)  # a rigid translation apart
 
 
 def test_microblocks_on_a_clamped_surface(block):
     body = Body(block, SOLID, 2, fixed=BOTTOM | {"psi": "contact"})
-    state = under_cylinder(body, law.Microblock(0.0)).solve(0.1)
+    state = under_cylinder(body, Microblock(0.0)).solve(0.1)
     # the block's nearer corner is half a block closer to the vertex
-    free = under_cylinder(body, law.Unilateral()).solve(0.1)
+    free = under_cylinder(body, Unilateral()).solve(0.1)
     assert state.kkt < 1e-11 and state.load > free.load
 
 
 def test_no_load_is_first_touch(block):
-    newton = indented(block, law.Microblock(0.05), control="load")
+    newton = indented(block, Microblock(0.05), control="load")
     touch = newton.solve(0.0)
     assert touch.load == 0 and min(gap.min() for gap in touch.gaps.values()) == pytest.approx(0, abs=1e-15)
     path = list(load_path(newton, [0.0, 0.1, 0.05, 0.0]))
@@ -209,7 +214,7 @@ def test_rounding_of_a_high_rho_is_an_error_not_a_result(block, method):
 
 
 def test_mirrored_blocks_mirror_the_result(block):
-    left, right = (indented(block, law.Microblock(turn)).solve(0.1) for turn in (0.05, -0.05))
+    left, right = (indented(block, Microblock(turn)).solve(0.1) for turn in (0.05, -0.05))
     assert left.traction[::-1] == pytest.approx(right.traction, abs=1e-11)
     assert left.micromoment[::-1] == pytest.approx(-right.micromoment, abs=1e-11)
     assert np.abs(left.traction[::-1] - left.traction).max() > 1e-2  # and it is not symmetric by itself
@@ -226,7 +231,7 @@ def test_symmetric_half_is_half_of_the_whole():
         for number, name in enumerate(mesh.GetBoundaries()):
             mesh.ngmesh.SetBCName(number, {"top": "contact"}.get(name, name))
         body = Body(ng.Mesh(mesh.ngmesh), SOLID, 2, fixed=fixed)
-        return under_cylinder(body, law.Microblock()).solve(0.1)
+        return under_cylinder(body, Microblock()).solve(0.1)
 
     whole = solved(6, -1.0, BOTTOM)
     half = solved(3, 0.0, {"u1": "bottom|left", "u2": "bottom", "psi": "left"})
@@ -236,7 +241,7 @@ def test_symmetric_half_is_half_of_the_whole():
 
 
 def test_punch_presses_only_where_it_is(block):
-    newton = indented(block, law.Unilateral(), 2, obstacles.Punch(0.4))
+    newton = indented(block, Unilateral(), 2, Punch(0.4))
     state = newton.solve(0.05)
     outside = np.abs(newton.facets.points[:, 0]) > 0.4
     assert np.all(np.abs(state.traction[outside]) < 1e-15) and np.all(state.traction[~outside] < 0)
@@ -244,7 +249,7 @@ def test_punch_presses_only_where_it_is(block):
 
 def test_other_loads_act_as_well(block):
     body = Body(block, SOLID, 2, fixed=BOTTOM)
-    facets = ContactFacets(body, law.Unilateral(), obstacles.Plane(0.5))
+    facets = ContactFacets(body, Unilateral(), Plane(0.5))
     hanging = MonolithicNewton(body, facets, loads=Loads(traction={"contact": (0, 0.2)})).solve(0.0)
     assert hanging.load == 0 and hanging.fields.u2(body.mesh(0.0, 0.0)) > 0
 
@@ -257,7 +262,7 @@ def test_no_contact_is_a_state_of_its_own(block):
 
 def test_event_between_states_is_where_the_set_changes():
     body = Body(meshes.line(1.0, 1), SOLID, 8, fixed={"u1": "middle", "u2": "middle"})
-    newton = MonolithicNewton(body, ContactFacets(body, law.Microblock(0.02), obstacles.Plane(0.004)))
+    newton = MonolithicNewton(body, ContactFacets(body, Microblock(0.02), Plane(0.004)))
     first, second = newton.solve(0.001), newton.solve(0.002)
     event = next_event(first, second)
     assert (event.corner, event.kind) == ("A", "closes")
@@ -327,9 +332,7 @@ def test_cycling_is_named(block, monkeypatch):
 def test_unsupported_body_is_named(block):
     body = Body(block, SOLID, 1, fixed={"u1": "bottom"})
     newton = MonolithicNewton(
-        body,
-        ContactFacets(body, law.Unilateral(), obstacles.Plane(0.1)),
-        loads=Loads(traction={"contact": (0, -0.1)}),
+        body, ContactFacets(body, Unilateral(), Plane(0.1)), loads=Loads(traction={"contact": (0, -0.1)})
     )
     with pytest.raises(NotConverged, match="supported"):
         newton.solve(0.05)
@@ -342,9 +345,9 @@ def test_level_must_be_a_number(block):
 
 def test_a_residual_that_falls_slowly_does_not_stall(block):
     """Rounding of a large rho leaves a step that halves the residual again and again."""
-    body = mb.Body(block, mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085), 1, fixed="bottom")
+    body = Body(block, Cosserat(E=100, nu=0.3, beta=1, ell=0.085), 1, fixed="bottom")
     usual, large = (
-        mb.Contact(body, mb.Cylinder(R=10), mb.Microblock(), mb.Newton("al", rho=one)).solve(load=1.0)
+        Contact(body, Cylinder(R=10), Microblock(), Newton("al", rho=one)).solve(load=1.0)
         for one in (None, 1e12)
     )
     assert large.pressure == pytest.approx(usual.pressure, abs=1e-3 * usual.pressure.max())

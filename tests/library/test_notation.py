@@ -14,8 +14,13 @@ DOCS = Path(__file__).parents[2] / "docs"
 source = importlib.util.spec_from_file_location("mathml", DOCS / "_ext" / "mathml.py")
 mathml = importlib.util.module_from_spec(source)
 source.loader.exec_module(mathml)
-NOTATION = DOCS / "theory" / "notation.md"
-PAGES = [*sorted((DOCS / "theory").glob("*.md")), *sorted((DOCS / "gallery").glob("*.md")), DOCS / "paper.md"]
+NOTATION = DOCS / "notation.md"
+PAGES = [
+    *sorted((DOCS / "theory").glob("*.md")),
+    *sorted((DOCS / "gallery").glob("*.md")),
+    DOCS / "differences.md",
+    NOTATION,
+]
 # what is no quantity: a derivative and a difference, an integral's d, signs and numbers without a name
 SIGNS = set("∂Δd∞…")
 LOWER = {"msub": 1, "munder": 1, "msubsup": 2, "munderover": 2}  # children below the base, by element

@@ -5,19 +5,24 @@ import math
 import numpy as np
 import pytest
 
-from microblock.contact import Contact
-from microblock.errors import BadArgument
+from microblock import (
+    BadArgument,
+    Block,
+    Body,
+    Contact,
+    Cosserat,
+    Cylinder,
+    HalfPlane,
+    Microblock,
+    Newton,
+    Plane,
+    Punch,
+    Uniform,
+    Unilateral,
+)
 from microblock.fem import meshes
-from microblock.fem.body import Body
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import MonolithicNewton
-from microblock.halfplane.kernels import HalfPlane
-from microblock.model import obstacles
-from microblock.model.bodies import Block
-from microblock.model.law import Microblock, Unilateral
-from microblock.model.material import Cosserat
-from microblock.model.methods import Newton, Uniform
-from microblock.model.obstacles import Cylinder
 
 NU, P = 0.3, math.pi / 2  # E* = 2, R = 1: a_Hz = p_Hz = 1
 SOLID = Cosserat(E=2 * (1 - NU**2), nu=NU, ell=0.25, beta=1)
@@ -48,7 +53,7 @@ def pressed(h, law=Microblock(), kind="al", **options):
 def test_patch(law, order, rule, shape):
     """A plane presses a square: every pressure is E/(1 - nu^2) times the compression."""
     body = block(shape, order)
-    state = MonolithicNewton(body, ContactFacets(body, law, obstacles.Plane(), rule=rule)).solve(0.01)
+    state = MonolithicNewton(body, ContactFacets(body, law, Plane(), rule=rule)).solve(0.01)
     # rounding of a system of some hundred unknowns
     assert -state.traction == pytest.approx(0.02, rel=1e-9)
     # also on the axis, where the gaps see the sum alone
@@ -118,7 +123,7 @@ def test_gauss_agrees_from_load_to_load():
     assert last.pressures == pytest.approx(direct, abs=1e-9 * direct.max())  # Newton's residual
 
 
-def gauss_on(body, law=Unilateral(), obstacle=obstacles.Plane(), boundary="contact"):
+def gauss_on(body, law=Unilateral(), obstacle=Plane(), boundary="contact"):
     return ContactFacets(body, law, obstacle, boundary, rule="gauss")
 
 
@@ -130,7 +135,7 @@ def gauss_on(body, law=Unilateral(), obstacle=obstacles.Plane(), boundary="conta
             "psi free",
             lambda: gauss_on(block(fixed={"psi": "contact", "u2": "bottom"}), Microblock(0.1)),
         ),
-        ("rule", "psi free", lambda: gauss_on(block(), obstacle=obstacles.Punch(0.5))),
+        ("rule", "psi free", lambda: gauss_on(block(), obstacle=Punch(0.5))),
         ("rule", "one order", lambda: gauss_on(block(order=2, order_psi=1))),
         ("rule", "2D", lambda: gauss_on(Body(meshes.line(1.0, 4), SOLID, 1, fixed="middle"))),
         ("rule", "straight", lambda: gauss_on(block(), boundary="contact|side")),

@@ -9,13 +9,11 @@ from threading import Barrier
 import numpy as np
 import pytest
 import scipy.linalg.blas  # noqa: F401      (its library is one of those that are looked at)
-from threadpoolctl import threadpool_info, threadpool_limits
+from threadpoolctl import ThreadpoolController, threadpool_info, threadpool_limits
 
 import microblock as mb
 from microblock import threads
 from microblock.fem import meshes
-from microblock.fem.facets import ContactFacets
-from microblock.fem.newton import MonolithicNewton
 from microblock.threads import LARGE, bounded, released
 from microblock.view.explorer import Explorer
 
@@ -58,11 +56,6 @@ def body():
     return mb.Body(mesh, SOLID, order=3, fixed="bottom")
 
 
-def newton(obstacle):
-    ground = body()
-    return MonolithicNewton(ground, ContactFacets(ground, mb.Unilateral(), obstacle), control="load")
-
-
 LAW, UNIFORM = mb.Unilateral(), mb.Uniform(h=0.2, reach=0.8)
 
 
@@ -74,41 +67,43 @@ def block(obstacle, method=None):
     return mb.Contact(mb.Block(SOLID, 10.0), obstacle, LAW, method)
 
 
-ENTRIES = {
-    "panels": lambda obstacle: line(obstacle).solve(load=1.0, rtol=1e-2),
-    "panels, path": lambda obstacle: line(obstacle).path(load=1.0).at(0.5),
-    "panels, events": lambda obstacle: line(obstacle).path(load=1.0).events,
-    "cells": lambda obstacle: line(obstacle, mb.Cells(nodes=64, window=(-1, 1))).solve(load=1.0),
-    "fitted": lambda obstacle: block(obstacle).solve(load=1.0, rtol=3e-2),
-    "fitted, path": lambda obstacle: block(obstacle).path(load=1.0, rtol=3e-2).at(0.5),
-    "fitted, order": lambda obstacle: block(obstacle, mb.Fitted(order=4)).solve(load=1.0),
-    "uniform": lambda obstacle: mb.Contact(mb.Block(SOLID, 4.0), obstacle, LAW, UNIFORM).solve(load=0.5),
-    "body": lambda obstacle: mb.Contact(body(), obstacle, LAW).solve(load=0.5),
-    "body, path": lambda obstacle: mb.Contact(body(), obstacle, LAW).path(load=0.5).at(0.3),
-    "body, events": lambda obstacle: mb.Contact(body(), obstacle, LAW).path(load=0.5).events,
-    "newton": lambda obstacle: mb.Contact(body(), obstacle, LAW, mb.Newton()).solve(load=0.5),
-    "Explorer": lambda obstacle: Explorer(line(obstacle), load=1.0),
+def on_body(obstacle, method=None):
+    return mb.Contact(body(), obstacle, LAW, method)
+
+
+ENTRIES = {  # how a problem is made, and what is asked of it
+    "panels": (line, lambda problem: problem.solve(load=1.0, rtol=1e-2)),
+    "panels, path": (line, lambda problem: problem.path(load=1.0).at(0.5)),
+    "panels, events": (line, lambda problem: problem.path(load=1.0).events),
+    "cells": (
+        lambda obstacle: line(obstacle, mb.Cells(nodes=64, window=(-1, 1))),
+        lambda problem: problem.solve(load=1.0),
+    ),
+    "fitted": (block, lambda problem: problem.solve(load=1.0, rtol=3e-2)),
+    "fitted, path": (block, lambda problem: problem.path(load=1.0, rtol=3e-2).at(0.5)),
+    "fitted, order": (
+        lambda obstacle: block(obstacle, mb.Fitted(order=4)),
+        lambda problem: problem.solve(load=1.0),
+    ),
+    "uniform": (
+        lambda obstacle: mb.Contact(mb.Block(SOLID, 4.0), obstacle, LAW, UNIFORM),
+        lambda problem: problem.solve(load=0.5),
+    ),
+    "body": (on_body, lambda problem: problem.solve(load=0.5)),
+    "body, path": (on_body, lambda problem: problem.path(load=0.5).at(0.3)),
+    "body, events": (on_body, lambda problem: problem.path(load=0.5).events),
+    "newton": (lambda obstacle: on_body(obstacle, mb.Newton()), lambda problem: problem.solve(load=0.5)),
+    "Explorer": (line, lambda problem: Explorer(problem, load=1.0)),
 }
 
 
 @pytest.mark.parametrize("entry", ENTRIES)
-def test_inside_there_is_one_thread_and_outside_what_was_there(entry, monkeypatch):
-    watching = Watching()
-    # what problems ask of an obstacle when they are made is a few numbers, before any work
-    monkeypatch.setattr("microblock.model.obstacles.check", lambda obstacle: None)
-    monkeypatch.setattr("microblock.model.solver.check_lowest", lambda *arguments: None)
-    ENTRIES[entry](watching)
+def test_inside_there_is_one_thread_and_outside_what_was_there(entry):
+    watching, (make, ask) = Watching(), ENTRIES[entry]
+    problem = make(watching)
+    watching.seen.clear()  # a few numbers, before any work
+    ask(problem)
     assert watching.seen == {1}, entry
-
-
-def test_newton_has_one_thread_too(monkeypatch):
-    solver, seen = newton(mb.Cylinder(10.0)), set()
-    look = solver._look
-    monkeypatch.setattr(
-        solver, "_look", lambda *arguments: seen.update(numbers().values()) or look(*arguments)
-    )
-    solver.solve(0.5)
-    assert seen == {1}
 
 
 def test_threads_come_back_after_an_interruption_and_after_a_refusal():
@@ -169,7 +164,7 @@ def test_libraries_that_are_loaded_later_are_seen():
     """NGSolve's own BLAS comes when a mesh is first used, which may be within a call."""
     code = (
         "from microblock.threads import bounded\n"
-        "from threadpoolctl import threadpool_info\n"
+        "from threadpoolctl import ThreadpoolController, threadpool_info\n"
         "def numbers(): return [library['num_threads'] for library in threadpool_info()]\n"
         "@bounded\n"
         "def outer():\n"
@@ -187,7 +182,7 @@ def test_libraries_that_are_loaded_later_are_seen():
 def test_libraries_are_looked_for_only_when_modules_came(monkeypatch):
     """A look takes a millisecond, the state of a half-plane fifteen."""
     bounded(lambda: None)()
-    monkeypatch.setattr(threads, "_look", lambda: pytest.fail("looked again"))
+    monkeypatch.setattr(ThreadpoolController, "__init__", lambda *_: pytest.fail("looked again"))
     bounded(lambda: bounded(lambda: None)())()
 
 

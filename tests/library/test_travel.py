@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.errors import BadArgument
+from microblock import BadArgument
 from microblock.fem import meshes
 
 SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)

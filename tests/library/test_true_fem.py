@@ -274,6 +274,21 @@ def test_penetrations_of_a_soft_penalty_are_said():
     assert not any("inside the obstacle" in words for words in stiff)
 
 
+def test_a_translation_that_nothing_holds_is_said():
+    """Newton's matrix is singular then, and the state has any translation along the surface."""
+    held, free = (
+        mb.Contact(
+            mb.Body(flat(), SOLID, 1, fixed=fixed, contact="top"),
+            mb.Cylinder(10.0),
+            mb.Unilateral(),
+            mb.Newton(),
+        ).solve(load=1.0)
+        for fixed in ("bottom", {"u2": "bottom"})
+    )
+    assert any("u1" in words for words in free.warnings)
+    assert not any("u1" in words for words in held.warnings)
+
+
 @pytest.mark.parametrize(
     "nu, order, locks", [(0.3, 1, False), (0.4999, 1, True), (0.4999, 2, True), (0.4999, 3, False)]
 )

@@ -1,0 +1,157 @@
+"""Formulas in x as functions of an array: read by Python's parser, computed term by term, never executed.
+
+What a formula may hold stands in the tables below; anything else that Python knows is refused. All numbers
+are floats, and length, depth and exponents are bounded: no formula takes long or much memory.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..errors import LARGEST, BadArgument, require_kind
+from ..model.types import Array
+
+DEEPEST = 100  # terms within terms: a sum of that many is as deep
+STEEPEST = 100  # absolute value of an exponent without x: doubles carry 1e3 to that power
+# without quotes, brackets, other alphabets, ends of lines, ...; and no more than 500 characters
+PLAIN = re.compile(r"[A-Za-z0-9_ .,+*/()<>=!-]{0,500}")
+CONSTANTS = {"pi": np.pi, "e": np.e, "inf": np.inf}
+FUNCTIONS: dict[str, Any] = {
+    name: getattr(np, name)
+    for name in (
+        *("abs", "sqrt", "cbrt", "exp", "log", "sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh"),
+        *("cosh", "tanh", "sign", "floor", "ceil", "minimum", "maximum", "hypot", "arctan2", "power"),
+        *("where", "clip"),
+    )
+}
+OPERATORS: dict[type, Any] = {
+    ast.Add: np.add,
+    ast.Sub: np.subtract,
+    ast.Mult: np.multiply,
+    ast.Div: np.divide,
+    ast.Pow: np.power,
+    ast.USub: np.negative,
+    ast.UAdd: np.positive,
+    ast.Lt: np.less,
+    ast.LtE: np.less_equal,
+    ast.Gt: np.greater,
+    ast.GtE: np.greater_equal,
+    ast.Eq: np.equal,
+    ast.NotEq: np.not_equal,
+}
+ALLOWED = (
+    f"allowed are x, numbers, {', '.join(CONSTANTS)}, + - * / **, parentheses, {', '.join(FUNCTIONS)}, and "
+    "a comparison as first argument of where"
+)
+
+
+class _Refused(Exception):
+    """The term, or the number of the character, that is refused, and why."""
+
+
+def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Array]:
+    """Returns the function of an array x that a formula says, such as ``"x**2/20"``.
+
+    Parameters
+    ----------
+    formula : str
+        What `ALLOWED` lists.
+    name : str
+        What errors call the formula.
+
+    Returns
+    -------
+    callable
+        Returns an array of floats in the shape of x, NaN or inf where the formula has no number.
+
+    Raises
+    ------
+    BadArgument
+        If the formula holds anything else, a number above 1e50, an exponent above 100, more than 500
+        characters or 100 terms within each other; the message says what stands at which place.
+
+    Examples
+    --------
+    >>> from microblock.data.expressions import function_of_x
+    >>> function_of_x("where(x < 0, -x, x**2/2)")(np.array([-1.0, 2.0])).tolist()
+    [1.0, 2.0]
+    """
+    require_kind(str, "a formula in x, such as 'x**2/20'", **{name: formula})
+    formula = formula.strip()
+
+    def function(x: Array) -> Array:
+        places = np.array(x, float, ndmin=1)
+        with np.errstate(all="ignore"):  # the caller looks at what is no number
+            return np.reshape(_value(tree, places) + np.zeros_like(places), np.shape(x))
+
+    try:
+        tree = _tree(formula)
+        function(np.zeros(1))  # which visits each term
+    except _Refused as refused:
+        where, words = refused.args
+        start = getattr(where, "col_offset", where)
+        part = formula[start : getattr(where, "end_col_offset", start + 1)][:40] or "the end"
+        allowed = f"{ascii(part)} at place {start + 1} {words}; {ALLOWED}"
+        raise BadArgument(name, formula, allowed) from None
+    function.__name__ = formula
+    return function
+
+
+def _tree(formula: str) -> Any:
+    """Returns the parsed formula, of bounded length and of plain characters alone."""
+    strange = PLAIN.sub("", formula, count=1)
+    start = len(formula) - len(strange)
+    if strange:
+        raise _Refused(start, "is beyond 500 characters" if start == 500 else "is not allowed")
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of numbers that run into words
+            return ast.parse(formula, mode="eval").body
+    except (SyntaxError, MemoryError, RecursionError) as failure:
+        place = getattr(failure, "offset", 0) or len(formula) + 1
+        raise _Refused(place - 1, f"cannot stand there ({getattr(failure, 'msg', 'too deep')})") from None
+
+
+def _value(node: Any, x: Array, depth: int = 0, compared: bool = False) -> Any:
+    """Returns the values of a term at x, array (n,), or one number where there is no x in it; `compared`: the
+    term must be a comparison, and else none.
+    """
+    if depth > DEEPEST:
+        raise _Refused(node, "has too many terms around it")
+    if isinstance(node, ast.Compare) != compared:
+        raise _Refused(node, "must be a comparison" if compared else "is a comparison outside of where")
+    names = {"x": x, **CONSTANTS}
+    if getattr(node, "id", None) in names:
+        return names[node.id]
+    if type(getattr(node, "value", None)) in (int, float):
+        if node.value > LARGEST:
+            raise _Refused(node, f"is above {LARGEST:g}")
+        return np.float64(node.value)
+    function, parts = _function(node)
+    values = [_value(part, x, depth + 1, function is np.where and part is parts[0]) for part in parts]
+    if function is np.power and not np.ndim(values[1]) and not abs(values[1]) <= STEEPEST:
+        raise _Refused(parts[1], f"is an exponent above {STEEPEST}")
+    return function(*values)
+
+
+def _function(node: Any) -> tuple[Any, list[Any]]:
+    """Returns the function of a term, and the terms that are its arguments."""
+    operators = getattr(node, "ops", [getattr(node, "op", None)])
+    parts = [part for part in ast.iter_child_nodes(node) if isinstance(part, ast.expr)]
+    if len(operators) == 1 and type(operators[0]) in OPERATORS:
+        return OPERATORS[type(operators[0])], parts
+    if not isinstance(node, ast.Call):
+        raise _Refused(node, "is not allowed")
+    function = FUNCTIONS.get(getattr(node.func, "id", ""))
+    if function is None:
+        raise _Refused(node.func, "is no function of the list")
+    number = getattr(function, "nin", 3)  # numpy has it of all but `where` and `clip`
+    if len(node.args) != number or node.keywords:
+        raise _Refused(node, f"must have {number} unnamed argument{'s'[number == 1 :]}")
+    return function, node.args

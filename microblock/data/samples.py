@@ -1,0 +1,71 @@
+"""Obstacles from files of samples."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+from ..errors import LARGEST, BadArgument, shown
+from ..model.obstacles import Obstacle, Samples
+
+BETWEEN = re.compile(r"\s*[,;]\s*|\s+")  # the columns
+
+
+def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
+    """Returns the obstacle through the samples of a text file of two columns, x and height.
+
+    Parameters
+    ----------
+    path : str or path
+        A file with a sample a line, x ascending; a comma, a semicolon or blanks stand between the columns.
+        The first line may be a header, which has no number in it.
+    name : str
+        What the path is called in errors.
+
+    Raises
+    ------
+    BadArgument
+        If there is no such file, or it holds anything else; the message names the line.
+
+    Examples
+    --------
+    >>> from microblock.data.samples import read_samples
+    >>> with open("samples.csv", "w") as file:
+    ...     _ = file.write("x, height\\n-1, 0.5\\n0, 0\\n1, 0.5")
+    >>> read_samples("samples.csv").height(np.array([0.5])).tolist()
+    [0.25]
+    """
+
+    def wrong(words: str) -> BadArgument:
+        return BadArgument(name, str(path), f"{words}; it must hold two columns of numbers, x and height")
+
+    try:
+        if not os.path.isfile(path):  # a device may have no end
+            raise wrong("is no file")
+        text = Path(path).read_text("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as failure:
+        raise wrong(f"is no text that can be read ({failure})") from failure
+    lines = [(place, line.strip()) for place, line in enumerate(text.splitlines(), 1) if line.strip()]
+    samples: list[tuple[float, ...]] = []
+    for place, line in lines:
+        values = [_number(cell) for cell in BETWEEN.split(line)]
+        if (place, line) == lines[0] and values.count(None) == len(values):
+            continue  # a header
+        numbers = tuple(value for value in values if value is not None and abs(value) <= LARGEST)
+        if len(numbers) != 2 or len(values) != 2:
+            raise wrong(f"has {shown(line)} in line {place}")
+        if samples and not numbers > samples[-1][:1] + (LARGEST,):
+            raise wrong(f"does not ascend in x in line {place}, {shown(line)}")
+        samples.append(numbers)
+    if len(samples) < 2:
+        raise wrong(f"holds {len(samples)} samples of the two that it takes")
+    x, height = zip(*samples)
+    return Obstacle.from_samples(x, height)
+
+
+def _number(cell: str) -> float | None:
+    try:
+        return float(cell)
+    except ValueError:
+        return None

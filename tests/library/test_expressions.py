@@ -1,0 +1,156 @@
+"""Formulas in x: their values, and that nothing but formulas is read."""
+
+import time
+
+import numpy as np
+import pytest
+
+import microblock as mb
+from microblock.data.expressions import ALLOWED, FUNCTIONS, function_of_x
+
+X = np.linspace(-2.0, 2.0, 9)
+VALUES = {
+    "x**2/20": X**2 / 20,
+    " -x ** 2 ": -(X**2),  # the power binds stronger, as in Python
+    "2**3**2 + x": 512 + X,  # from the right
+    "1e-3*abs(x)": 1e-3 * np.abs(X),
+    "0.5": np.full(9, 0.5),
+    "1 - cos(2*pi*x/3)": 1 - np.cos(2 * np.pi * X / 3),
+    "where(x < 0, -x, 2*x)": np.where(X < 0, -X, 2 * X),
+    "where(abs(x) <= 1, 0.1*x, inf)": np.where(np.abs(X) <= 1, 0.1 * X, np.inf),
+    "where(x != 0, 1, e)": np.where(X != 0, 1, np.e),
+    "minimum((x-1)**2, maximum(x, hypot(x, 1)))": np.minimum((X - 1) ** 2, np.maximum(X, np.hypot(X, 1))),
+    "clip(power(x, 3), -1, +1)": np.clip(X**3, -1, 1),
+    "2**x": 2.0**X,
+    "+".join(["x"] * 90): 90 * X,
+}
+
+# {formula: (what stands there, at which place)}
+HOSTILE = {
+    "": ("the end", 1),
+    "x.real": ("x.real", 1),
+    "().__class__.__bases__": ("().__class__.__bases__", 1),
+    "__import__(x)": ("__import__", 1),
+    "__import__('os').system('true')": ("'", 12),
+    "abs(x)(x)": ("abs(x)", 1),
+    "eval(x)": ("eval", 1),
+    "exec": ("exec", 1),
+    "np.sin(x)": ("np.sin", 1),
+    "lambda: x": (":", 7),
+    "lambda x": (None, None),
+    'f"{x}"': ('"', 2),
+    "'x'": ("'", 1),
+    "x[0]": ("[", 2),
+    "[x for x in x]": ("[", 1),
+    "sum(x for y in x)": ("sum", 1),
+    "abs(x for y in x)": (None, None),
+    "{x}": ("{", 1),
+    "(y := x)": (":", 4),
+    "9**9**9": ("9**9", 4),
+    "9**999999999": ("999999999", 4),
+    "x**-101": ("-101", 4),
+    "power(x, 1e30)": ("1e30", 10),
+    "9" * 60: ("9" * 60, 1),
+    "1e999": ("1e999", 1),
+    "x**(1/0)": ("1/0", 5),
+    "(" * 240 + "x" + ")" * 240: (None, None),
+    "-" * 150 + "x": (None, None),
+    "abs(" * 99 + "x*1*1" + ")" * 99: (None, None),
+    "+".join(["x"] * 200): (None, None),
+    "x+" * 300 + "x": (None, 501),
+    "\N{CYRILLIC SMALL LETTER HA}**2": ("\\u0445", 1),
+    "\N{MATHEMATICAL BOLD SMALL X}**2": ("\\U0001d431", 1),
+    "x**\N{SUPERSCRIPT TWO}": ("\\xb2", 4),
+    "x\0": ("\\x00", 2),
+    "x\n+1": ("\\n", 2),
+    "x # y": ("#", 3),
+    "x; x": (";", 2),
+    "abs(x=x)": ("abs(x=x)", 1),
+    "abs(x, out=x)": ("abs(x, out=x)", 1),
+    "abs(*x)": ("*x", 5),
+    "abs(**x)": ("abs(**x)", 1),
+    "clip(x, 1)": ("clip(x, 1)", 1),
+    "abs()": ("abs()", 1),
+    "x, x": ("x, x", 1),
+    "x = 1": ("=", None),
+    "x < 1": ("x < 1", 1),
+    "abs(x < 1)": ("x < 1", 5),
+    "where(x, 1, 2)": ("x", 7),
+    "where(x in x, 1, 2)": ("x in x", 7),
+    "where(x is x, 1, 2)": ("x is x", 7),
+    "where(-1 < x < 1, 1, 2)": ("-1 < x < 1", 7),
+    "x if x else x": ("x if x else x", 1),
+    "x and x": ("x and x", 1),
+    "not x": ("not x", 1),
+    "~x": ("~", 1),
+    "x^2": ("^", 2),
+    "x // 2": ("x // 2", 1),
+    "x % 2": ("%", 3),
+    "x @ x": ("@", 3),
+    "1j*x": ("1j", 1),
+    "True": ("True", 1),
+    "None": ("None", 1),
+    "...": ("...", 1),
+    "nan": ("nan", 1),
+    "sin": ("sin", 1),
+    "y": ("y", 1),
+    "(yield x)": ("yield x", 2),
+    "await x": (None, None),
+    "x +": ("the end", 4),
+    "2x": (None, None),
+    "1if x else 2": ("1if x else 2", 1),
+}
+
+
+@pytest.mark.parametrize("formula", VALUES)
+def test_a_formula_has_the_values_of_numpy(formula):
+    height = function_of_x(formula)
+    assert np.array_equal(height(X), VALUES[formula])
+    assert height(np.empty(0)).shape == (0,) and height(1).shape == ()
+
+
+def test_every_function_of_the_list_is_numpys():
+    for name, function in FUNCTIONS.items():
+        first, number = ("x < 1", X < 1) if name == "where" else ("x", X), getattr(function, "nin", 3)
+        formula = f"{name}({', '.join([first[0], '2', '3'][:number])})"
+        with np.errstate(all="ignore"):
+            wanted = function(*[first[1], 2.0, 3.0][:number])
+        assert np.array_equal(function_of_x(formula)(X), wanted, equal_nan=True), formula
+        assert f" {name}," in ALLOWED
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("formula", HOSTILE, ids=lambda formula: ascii(formula)[:30])
+def test_what_is_no_formula_is_refused_with_its_place(formula):
+    """Each at once: a tenth of a second is a hundred times what it takes, and what a power of whole numbers
+    would exceed by ages."""
+    start = time.process_time()
+    with pytest.raises(mb.BadArgument) as caught:
+        function_of_x(formula, "height")
+    assert time.process_time() - start < 0.1
+    what, place = HOSTILE[formula]
+    failure = caught.value
+    assert failure.name == "height" and "\n" not in str(failure) and failure.allowed.isascii()
+    assert failure.allowed.endswith(ALLOWED)
+    assert place is None or f" at place {place} " in failure.allowed
+    assert what is None or what[:20] in failure.allowed
+
+
+@pytest.mark.parametrize("formula", [None, 1.0, b"x", ["x"], np.array(["x"])])
+def test_a_formula_is_a_text(formula):
+    with pytest.raises(mb.BadArgument):
+        function_of_x(formula)
+
+
+def test_where_there_is_no_number_the_function_says_so():
+    assert np.isnan(function_of_x("log(x)")(X)[0]) and function_of_x("1/abs(x)")(X)[4] == np.inf
+
+
+def test_a_formula_serves_as_obstacle():
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+    states = [
+        mb.Contact(mb.HalfPlane(solid), obstacle, mb.Microblock()).solve(load=1.0, rtol=1e-6)
+        for obstacle in (function_of_x("x**2/20"), mb.Cylinder(R=10))
+    ]
+    # both are good to rtol
+    assert states[0].half_width == pytest.approx(states[1].half_width, rel=1e-6)
