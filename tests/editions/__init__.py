@@ -29,7 +29,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from .problems import BEGINNING, PROBLEMS
+from .problems import BEGINNING, END, PROBLEMS
 
 ROOT = Path(__file__).parents[2]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "microblock" / "editions"
@@ -134,7 +134,8 @@ def text_of(problem):
     name, _, size = problem.partition(":")
     if name not in PROBLEMS:
         raise SystemExit(f"{problem} is no file, and none of the problems {'; '.join(PROBLEMS)}")
-    return f"SIZE = {size or PROBLEMS[name][0][1]}\n{BEGINNING}{PROBLEMS[name][2]}"
+    sizes, _, text = PROBLEMS[name]
+    return f"SIZE, LEAST = {size or sizes[1]}, {sizes[0]}\n{BEGINNING}{text}{END}"
 
 
 def difference(old, new):

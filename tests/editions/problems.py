@@ -1,7 +1,8 @@
 """Problems of every method at three sizes, as texts that any edition of the library can run.
 
-They use public names only. A text finds its size in SIZE, prepares what is not to be timed at its top, and
-returns its numbers, a dictionary, from `solve()`. BEGINNING stands before each.
+They use public names only. A text has a function `problem(size)` and one, `solve()`, that returns the numbers
+of its problem at SIZE, a dictionary; that is timed. BEGINNING stands before each, END after it: what a
+problem of the least size imports is not timed.
 """
 
 BEGINNING = """
@@ -31,175 +32,120 @@ def last(history):
     }
 
 
-def mesh(n, far=2.0):
-    from ngsolve import Mesh
-    from ngsolve.meshes import MakeStructured2DMesh
-
-    def place(x, y):
-        return far * (2 * x - 1), far * (y - 1)
-
-    made = MakeStructured2DMesh(quads=True, nx=2 * n, ny=n, mapping=place)
+def named(made):
     for number, name in enumerate(made.GetBoundaries()):
         made.ngmesh.SetBCName(number, {"top": "contact"}.get(name, name))
-    return Mesh(made.ngmesh)
+    return type(made)(made.ngmesh)
+
+
+def mesh(n):
+    from ngsolve.meshes import MakeStructured2DMesh
+
+    return named(MakeStructured2DMesh(nx=2 * n, ny=n, mapping=lambda x, y: (4 * x - 2, 2 * y - 2)))
+
+
+def mesh_in_space(n):
+    from ngsolve.meshes import MakeStructured3DMesh
+
+    place = lambda x, y, z: (2 * x - 1, 2 * y - 1, z - 1)
+    return named(MakeStructured3DMesh(nx=2 * n, ny=2 * n, nz=n, mapping=place))
 """
 
+END = """
+problem(LEAST)
+"""
+
+CYLINDER = "mb.Cylinder(R=10)"
 PUSHED = "[(1.0, 0.0), (1.0, 0.15), (1.0, -0.1)]"
+STATE = """
+def solve():
+    return numbers(problem(SIZE).solve(load=1.0))
+"""
+TO_RTOL = STATE.replace("load=1.0", "load=1.0, rtol=SIZE")
+
+
+def made(body, law, method="None", obstacle=CYLINDER):
+    """The function `problem` of a text."""
+    return f"""
+def problem(size):
+    return mb.Contact({body}, {obstacle}, {law}, {method})
+"""
+
+
+LINE, BLOCK, MESH = (
+    "mb.HalfPlane(solid)",
+    "mb.Block(solid, 6.0)",
+    'mb.Body(mesh(size), solid, 2, fixed="bottom")',
+)
+BLOCKS, RUBBING = "mb.Microblock()", "mb.Microblock(friction=0.3)"
+DEPTH = "elements in depth"
 
 # name: (three sizes, what SIZE is, text)
 PROBLEMS = {
-    "panels": (
-        (1e-3, 1e-6, 1e-9),
-        "rtol",
-        """
-def solve():
-    problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
-    return numbers(problem.solve(load=1.0, rtol=SIZE))
-""",
-    ),
+    "panels": ((1e-3, 1e-6, 1e-9), "rtol", made(LINE, BLOCKS) + TO_RTOL),
     "panels, path": (
         (1e-3, 1e-6, 1e-8),
         "rtol",
-        """
+        made(LINE, BLOCKS)
+        + """
 def solve():
-    problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
-    path = problem.path(load=1.0, rtol=SIZE)
+    path = problem(SIZE).path(load=1.0, rtol=SIZE)
     return numbers(path.at(1.0)) | {f"event {k}": event.load for k, event in enumerate(path.events)}
 """,
     ),
-    "cells": (
-        (2**11, 2**14, 2**17),
-        "cells",
-        """
-def solve():
-    problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock(), mb.Cells(nodes=SIZE))
-    return numbers(problem.solve(load=1.0))
-""",
-    ),
+    "cells": ((2**11, 2**14, 2**17), "cells", made(LINE, BLOCKS, "mb.Cells(nodes=size)") + STATE),
     "cells, period": (
         (2**11, 2**14, 2**17),
         "cells",
-        """
-rough = mb.Rough(period=1.0, slope=0.1)
-def solve():
-    problem = mb.Contact(mb.HalfPlane(solid, period=1.0), rough, mb.Microblock(), mb.Cells(nodes=SIZE))
-    return numbers(problem.solve(load=0.5))
-""",
+        made("mb.HalfPlane(solid, 1.0)", BLOCKS, "mb.Cells(nodes=size)", "mb.Rough(period=1.0, slope=0.1)")
+        + STATE,
     ),
-    "fitted": (
-        (1e-2, 1e-4, 1e-6),
-        "rtol",
-        """
-import ngsolve  # which is not to be timed
-def solve():
-    problem = mb.Contact(mb.Block(solid, 6.0), mb.Cylinder(R=10), mb.Microblock(), mb.Fitted())
-    return numbers(problem.solve(load=1.0, rtol=SIZE))
-""",
-    ),
-    "uniform": (
-        (0.04, 0.02, 0.01),
-        "h",
-        """
-import ngsolve  # which is not to be timed
-def solve():
-    problem = mb.Contact(mb.Block(solid, 6.0), mb.Cylinder(R=10), mb.Microblock(), mb.Uniform(h=SIZE))
-    return numbers(problem.solve(load=1.0))
-""",
-    ),
-    "newton": (
-        (12, 24, 48),
-        "elements in depth",
-        """
-body = mb.Body(mesh(SIZE), solid, order=2, fixed="bottom")
-def solve():
-    problem = mb.Contact(body, mb.Cylinder(R=10), mb.Microblock(), mb.Newton())
-    return numbers(problem.solve(load=1.0))
-""",
-    ),
-    "penalty": (
-        (12, 24, 48),
-        "elements in depth",
-        """
-body = mb.Body(mesh(SIZE), solid, order=2, fixed="bottom")
-def solve():
-    problem = mb.Contact(body, mb.Cylinder(R=10), mb.Microblock(), mb.Newton("penalty"))
-    return numbers(problem.solve(load=1.0))
-""",
-    ),
-    "body": (
-        (16, 32, 64),
-        "elements in depth",
-        """
-body = mb.Body(mesh(SIZE), solid, order=2, fixed="bottom")
-def solve():
-    problem = mb.Contact(body, mb.Cylinder(R=10), mb.Microblock())
-    return numbers(problem.solve(load=1.0))
-""",
-    ),
+    "fitted": ((1e-2, 1e-4, 1e-6), "rtol", made(BLOCK, BLOCKS, "mb.Fitted()") + TO_RTOL),
+    "uniform": ((0.04, 0.02, 0.01), "h", made(BLOCK, BLOCKS, "mb.Uniform(h=size)") + STATE),
+    "newton": ((12, 24, 48), DEPTH, made(MESH, BLOCKS, "mb.Newton()") + STATE),
+    "penalty": ((12, 24, 48), DEPTH, made(MESH, BLOCKS, 'mb.Newton("penalty")') + STATE),
+    "body": ((16, 32, 64), DEPTH, made(MESH, BLOCKS) + STATE),
     "body, orders 3 and 2": (
         (8, 16, 32),
-        "elements in depth",
-        """
-body = mb.Body(mesh(SIZE), solid, order=3, order_psi=2, fixed="bottom")
-def solve():
-    problem = mb.Contact(body, mb.Cylinder(R=10), mb.Microblock())
-    return numbers(problem.solve(load=1.0))
-""",
+        DEPTH,
+        made(MESH.replace("solid, 2", "solid, 3, order_psi=2"), BLOCKS) + STATE,
     ),
     "body in space": (
         (2, 3, 4),
-        "elements in depth",
-        """
-from ngsolve import Mesh
-from ngsolve.meshes import MakeStructured3DMesh
-made = MakeStructured3DMesh(
-    hexes=True, nx=2 * SIZE, ny=2 * SIZE, nz=SIZE, mapping=lambda x, y, z: (2 * x - 1, 2 * y - 1, z - 1)
-)
-for number, name in enumerate(made.GetBoundaries()):
-    made.ngmesh.SetBCName(number, {"top": "contact"}.get(name, name))
-body = mb.Body3D(Mesh(made.ngmesh), solid, order=2, fixed="bottom")
-def solve():
-    problem = mb.Contact(body, mb.Sphere(R=10), mb.Microblock())
-    return numbers(problem.solve(load=1.0))
-""",
+        DEPTH,
+        made('mb.Body3D(mesh_in_space(size), solid, 2, fixed="bottom")', BLOCKS, obstacle="mb.Sphere(R=10)")
+        + STATE,
     ),
     "half-space": (
         (64, 128, 256),
         "cells a side",
-        """
-def solve():
-    problem = mb.Contact(mb.HalfSpace(solid), mb.Sphere(R=10), mb.Microblock(), mb.Cells(nodes=SIZE))
-    return numbers(problem.solve(load=1.0))
-""",
+        made("mb.HalfSpace(solid)", BLOCKS, "mb.Cells(nodes=size)", "mb.Sphere(R=10)") + STATE,
     ),
     "friction, cells": (
         (0.1, 0.03, 0.003),
         "rtol",
-        f"""
-law = mb.Microblock(friction=0.3)
+        made(LINE, RUBBING)
+        + f"""
 def solve():
-    problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), law)
-    return last(problem.history({PUSHED}, rtol=SIZE))
+    return last(problem(SIZE).history({PUSHED}, rtol=SIZE))
 """,
     ),
     "friction, panels": (
         (1e-3, 1e-5, 1e-7),
         "rtol",
-        """
-law, body = mb.Unilateral(friction=0.3), mb.HalfPlane(solid)
+        made(LINE, "mb.Unilateral(friction=0.3)", "mb.Panels()", f"mb.Deformable({LINE}, {CYLINDER})")
+        + f"""
 def solve():
-    problem = mb.Contact(body, mb.Deformable(body, mb.Cylinder(R=10)), law, mb.Panels())
-    return last(problem.history([(1.0, 0.0), (1.0, 0.15)], rtol=SIZE))
+    return last(problem(SIZE).history({PUSHED}[:2], rtol=SIZE))
 """,
     ),
     "friction, condensed": (
         (8, 16, 32),
-        "elements in depth",
-        f"""
-body = mb.Body(mesh(SIZE), solid, order=2, fixed="bottom")
+        DEPTH,
+        made(MESH, RUBBING)
+        + f"""
 def solve():
-    problem = mb.Contact(body, mb.Cylinder(R=10), mb.Microblock(friction=0.3))
-    return last(problem.history({PUSHED}))
+    return last(problem(SIZE).history({PUSHED}))
 """,
     ),
 }

@@ -402,3 +402,17 @@ def test_what_corners_do_is_that_of_their_matrix():
         matrix = onto @ compliance.matrix @ onto.T
         flexibility, _, _ = compliance.corner_system(law, mb.Cylinder(1.0))
         assert flexibility == pytest.approx(matrix, abs=1e-14 * np.abs(matrix).max())
+
+
+def test_a_state_is_the_start_of_the_next_on_its_own_mesh_and_on_another():
+    """Counted are the systems that are solved; at a solution one, and one that shows that nothing is left."""
+    first, second = (
+        mb.Contact(
+            mb.Body(ground(6.0, spacing=h), SOLID, 2, fixed="bottom"), mb.Cylinder(R=1.0), mb.Microblock()
+        )
+        for h in (0.12, 0.07)
+    )
+    other, fresh = first.solve(load=P), second.solve(load=P)
+    assert len(other.x) != len(fresh.x)
+    assert second.solve(load=P, initial=other).iterations < fresh.iterations
+    assert second.solve(load=P, initial=fresh).iterations <= 2 < fresh.iterations

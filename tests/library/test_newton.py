@@ -11,10 +11,12 @@ from conftest import dome
 from microblock import (
     BadArgument,
     Body,
+    Contact,
     Cosserat,
     Cylinder,
     Microblock,
     Microclamped,
+    Newton,
     NotConverged,
     Plane,
     Punch,
@@ -339,3 +341,13 @@ def test_unsupported_body_is_named(block):
 def test_level_must_be_a_number(block):
     with pytest.raises(BadArgument, match="level"):
         indented(block).solve(np.nan)
+
+
+def test_a_residual_that_falls_slowly_does_not_stall(block):
+    """Rounding of a large rho leaves a step that halves the residual again and again."""
+    body = Body(block, Cosserat(E=100, nu=0.3, beta=1, ell=0.085), 1, fixed="bottom")
+    usual, large = (
+        Contact(body, Cylinder(R=10), Microblock(), Newton("al", rho=one)).solve(load=1.0)
+        for one in (None, 1e12)
+    )
+    assert large.pressure == pytest.approx(usual.pressure, abs=1e-3 * usual.pressure.max())

@@ -83,3 +83,12 @@ def test_a_key_has_the_marks_of_the_curves():
     plots.key(drawing, ["line"], plots.shades(1))
     marks, plain = ([handle.get_marker() for handle in one.legend_handles] for one in drawing.legends)
     assert marks == ["o", "s"] and plain in (["None"], [None])
+
+
+@pytest.mark.parametrize("right", [-4, 4])
+def test_a_label_stands_beside_its_point(right):
+    drawing, axis = plots.figure(height=4)
+    text = plots.label(axis, 0.5, 0.5, "some words", shift=(right, 0))
+    drawing.draw_without_rendering()
+    place, extent = axis.transData.transform((0.5, 0.5))[0], Text.get_window_extent(text)
+    assert extent.x0 > place if right > 0 else extent.x1 < place
