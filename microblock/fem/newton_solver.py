@@ -14,7 +14,6 @@ from .mesh_fields import BelowOnMesh
 from .newton import MonolithicNewton, NodalState
 from .newton_path import load_path
 
-
 ADRIFT = "no support holds u1: displacements along x1 hold up to a translation"
 
 
