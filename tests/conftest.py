@@ -62,11 +62,27 @@ def forms(monkeypatch):
     return made
 
 
+def pytest_generate_tests(metafunc):
+    """Tests marked nightly(count, *known) take a tenth of so many seeds, and known ones: those that a fault
+    needed, or that a kind of problem has. With `-m nightly` they take all of them. An argument `seeds` is the
+    list, `seed` one after the other.
+    """
+    for mark in metafunc.definition.iter_markers("nightly"):
+        count, *known = mark.args
+        few = sorted({*range(-(-count // 10)), *known})
+        seeds = sorted({*range(count), *known}) if "nightly" in metafunc.config.getoption("-m") else few
+        if "seeds" in metafunc.fixturenames:
+            metafunc.parametrize("seeds", [seeds], ids=[f"{len(seeds)}"])
+        else:
+            metafunc.parametrize("seed", seeds)
+
+
 def pytest_collection_modifyitems(config, items):
-    """Tests marked browser run with `-m browser` only."""
-    if "browser" not in config.getoption("-m"):
-        config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("browser")])
-        items[:] = [item for item in items if not item.get_closest_marker("browser")]
+    """Tests marked browser or site run with `-m` and that name only."""
+    for name in ("browser", "site"):
+        if name not in config.getoption("-m"):
+            config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker(name)])
+            items[:] = [item for item in items if not item.get_closest_marker(name)]
 
 
 def smallest_letters(drawing, rows):

@@ -1,4 +1,4 @@
-"""Contact states on a compliance: solve, path, 10 000 small problems and an independent solver."""
+"""Contact states on a compliance: solve, path, seeded small problems and an independent solver."""
 
 from collections import Counter
 
@@ -8,7 +8,6 @@ import pytest
 from microblock import MicroblockError, NotConverged
 from microblock.corners.active_set import _kkt, _pivoting, _problems, path, solve
 
-PROBLEMS = 10_000
 KINDS = ("plain", "indefinite", "inf", "weights", "duplicates", "ties", "pairs", "singular", "rigid", "tiny")
 KKT = 1e-10  # what is promised; the solver aims at 1e-15
 
@@ -76,9 +75,10 @@ def residual(H, g0, c, state, load=None):
     return max(parts + ([] if load is None else [abs(share.sum() - load) / load]))
 
 
-def test_ten_thousand_small_problems(capsys):
+@pytest.mark.nightly(10_000)
+def test_ten_thousand_small_problems(seeds, capsys):
     failures, worst, used = Counter(), Counter(), Counter()
-    for seed in range(PROBLEMS):
+    for seed in seeds:
         kind, H, g0, c, level = problem(seed)
         try:
             state = solve(H, g0, c=c, **level)
@@ -116,10 +116,11 @@ def test_an_approach_that_rigid_corners_cannot_take_is_refused():
         solve(H, np.array([0.0, 0, 0, 0, 0, -1]), approach=0.0, c=np.array([1.0, 1, 1, 100, 1, 0.01]))
 
 
-def test_plain_active_set_cycles():
+@pytest.mark.nightly(4000)
+def test_plain_active_set_cycles(seeds):
     """Negative control: the same exchanges of (b) without the safeguard come back to where they were."""
     cycles = 0
-    for seed in [s for s in range(4000) if KINDS[s % len(KINDS)] in ("plain", "singular")]:
+    for seed in [s for s in seeds if KINDS[s % len(KINDS)] in ("plain", "singular")]:
         _, H, g0, c, level = problem(seed)
         if "approach" in level:
             continue
@@ -137,9 +138,10 @@ def test_plain_active_set_cycles():
     assert cycles > 0
 
 
-def test_path_and_solve_agree_on_small_problems():
+@pytest.mark.nightly(2000)
+def test_path_and_solve_agree_on_small_problems(seeds):
     events = 0
-    for seed in range(2000):
+    for seed in seeds:
         kind, H, g0, c, level = problem(seed)
         if "approach" in level:
             continue
@@ -164,18 +166,19 @@ def test_path_and_solve_agree_on_small_problems():
         # unique
         if kind in ("plain", "indefinite", "inf", "weights", "tiny"):
             assert np.array_equal(closed, solve(H, g0, load=load, c=c).closed), seed
-    assert events > 2000
+    assert events > len(seeds)
 
 
 @pytest.mark.parametrize(
     "kinds", [("plain", "inf", "weights", "ties", "pairs"), ("duplicates", "singular", "rigid")]
 )
-def test_an_independent_solver_agrees(kinds):
+@pytest.mark.nightly(600)
+def test_an_independent_solver_agrees(kinds, seeds):
     """Against the dual method of Goldfarb and Idnani: forces where they are unique, else the objective."""
     import quadprog
 
     checked = 0
-    for seed in range(600):
+    for seed in seeds:
         kind, H, g0, c, level = problem(seed)
         if kind not in kinds or "approach" in level:
             continue
@@ -198,7 +201,7 @@ def test_an_independent_solver_agrees(kinds):
             0 if unique else 1e-6 * (np.trace(G) or 1.0) * load**2
         )
         checked += 1
-    assert checked >= 100
+    assert checked >= len(seeds) // 6
 
 
 def test_one_corner():

@@ -101,17 +101,6 @@ def test_public_names_exist():
         assert getattr(microblock, name).__doc__
 
 
-def test_lines_are_short_enough_to_stand_beside_each_other():
-    long = [
-        f"{path.name}:{number}"
-        for folder in (ROOT, ROOT.parent / "cases", ROOT.parent / "tests")
-        for path in sorted(folder.rglob("*.py"))
-        for number, line in enumerate(path.read_text().splitlines(), 1)
-        if len(line) > 110
-    ]
-    assert not long
-
-
 def test_insides_that_tests_use_are_listed_with_a_reason():
     """`python -m tests.insides --names` names them, `--write` counts them anew in tests/INSIDES.md."""
     listed = insides.listed()
@@ -134,10 +123,3 @@ def test_uses_of_insides_are_counted(tmp_path):
     assert {kind: kinds.count(kind) for kind in insides.KINDS} == dict(
         imports=2, private=3, patches=2, reached=1
     )
-
-
-def test_one_version_everywhere():
-    top = ROOT.parent
-    changes = next(line for line in (top / "CHANGELOG.md").read_text().splitlines() if line.startswith("## "))
-    assert changes.split()[1].rstrip(",") == microblock.__version__
-    assert f"\nversion: {microblock.__version__}\n" in (top / "CITATION.cff").read_text()

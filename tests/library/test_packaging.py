@@ -49,9 +49,11 @@ def test_extras_of_messages_exist():
     assert used and used <= extras
 
 
-def test_one_version():
-    for name in ("CITATION.cff", "CHANGELOG.md"):
-        assert re.search(rf"\b{re.escape(mb.__version__)}\b", (ROOT / name).read_text()), name
+def test_one_version_everywhere():
+    log = (ROOT / "CHANGELOG.md").read_text().splitlines()
+    changes = next(line for line in log if line.startswith("## "))
+    assert changes.split()[1].rstrip(",") == mb.__version__
+    assert f"\nversion: {mb.__version__}\n" in (ROOT / "CITATION.cff").read_text()
 
 
 def test_the_long_description_has_no_link_that_breaks_elsewhere():
@@ -63,3 +65,9 @@ def test_the_long_description_has_no_link_that_breaks_elsewhere():
 def test_pythons_of_the_classifiers_begin_with_the_one_required():
     versions = re.findall(r"Python :: 3\.(\d+)", SETUP["metadata"]["classifiers"])
     assert min(map(int, versions)) == int(SETUP["options"]["python_requires"].rpartition(".")[2])
+
+
+def test_pre_commit_runs_the_ruff_of_the_extra():
+    """Another version would format otherwise."""
+    hooks = (ROOT / ".pre-commit-config.yaml").read_text()
+    assert "rev: v" + re.search(r"ruff ==(\S+)", SETUP["options.extras_require"]["test"])[1] in hooks
