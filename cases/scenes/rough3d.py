@@ -163,7 +163,9 @@ def figure(records):
         axes[0].plot(load, contact, label=law, **style)
         axes[1].plot(load, column(chosen, "kappa_rim"), **style)
     axes[1].axhspan(*BAND, color="0.9", zorder=0)
-    plots.label(axes[1], LOADS[-1], BAND[1], "classical theories,\nsmall pressures", "0.35", (0, -10), ha="right")
+    plots.label(
+        axes[1], LOADS[-1], BAND[1], "classical theories,\nsmall pressures", "0.35", (0, -10), ha="right"
+    )
     axes[0].set(xscale="log", yscale="log", ylabel="fraction that touches $A/A_0$")
     axes[1].set(xscale="log", ylabel=r"$\kappa = (A/A_0)\, E^* h'/p_0$")
     axes[1].set_xlabel("mean pressure $p_0/(E^* h')$")
