@@ -17,9 +17,7 @@ FE_RTOL = 1e-3  # of the finite elements beside it
 NOMINAL_RTOL = 1e-4  # of the nominal hardness
 FE_ALPHAS = (0.01, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0, 1.25)  # of Fig. 11
 MARKED = 30  # nodes of finite elements that are drawn on a curve, about evenly along x1
-BETWEEN = 3  # points of a curve between two nodes
 MARKER = {"markersize": 2.6, "markerfacecolor": "none", "markeredgewidth": 0.5}
-EDGE_SIDE = 1e-9  # of the width: a curve is drawn from this side of an edge to the other
 
 
 def both(**changes):
@@ -47,27 +45,8 @@ def profile_rows(**changes):
     parameters = hertz.Parameters(rtol=FIGURE_RTOL, **changes)
     resolved = parameters.resolved()
     found = [(state, hertz.observe(resolved, state, estimate)) for state, estimate in hertz.solve(resolved)]
-    states = [{**record, "profile": drawn(resolved, state)} for state, record in found]
+    states = [{**record, "profile": hertz.drawn(resolved, state)} for state, record in found]
     return named(hertz, parameters, hertz.rows(parameters, {"states": states}))
-
-
-def drawn(parameters, state):
-    """The profile of a state as it is drawn: between the nodes too, and up to the edges of all zones. M is
-    that of the corners."""
-    a, p_Hz = parameters.a_Hz, parameters.p_Hz
-    edges = np.array(sorted({edge for zones in state.zones.values() for zone in zones for edge in zone}))
-    beside = EDGE_SIDE * (edges[-1] - edges[0])
-    nodes = state.x
-    # off the middle between two nodes, where panels may meet and neither has the point
-    between = nodes[:-1, None] + np.diff(nodes)[:, None] * (np.arange(BETWEEN) + 0.4) / BETWEEN
-    x = np.unique(np.concatenate((nodes, between.ravel(), edges - beside, edges + beside)))
-    moment = sum(lever * state.pressure_at(x, corner) for corner, lever in state.law.levers(x).items())
-    return {
-        "x": (x / a).tolist(),
-        "pressure": (state.pressure_at(x) / p_Hz).tolist(),
-        "micromoment": (moment / (2 * p_Hz)).tolist(),
-        "psi": (state.solution.rotation(x) * parameters.R / a).tolist(),
-    }
 
 
 def draw_profiles(axes, groups):

@@ -51,7 +51,8 @@ def fig3_draw(rows):
 
     The paper's Fig. 3: upper half of the compressed strip for four thicknesses H, lengths in units of ell.
     Blue: the horizontal displacement u1, 25 times too large, off the dashed initial lines. Orange:
-    microblocks rotated by psi0 + psi, 30 times too much, so that their corners pass the plane.
+    microblocks rotated by psi0 + psi, 30 times too much; the uppermost one, which rotates like the surface,
+    touches the plane with a corner.
 
     Seen: four panels; squares are tilted by some 30 degrees at depth in the thick strips at the left and by
     less towards the plane at the top, where a few degrees are left; in the thinnest strip, at the right, all
@@ -61,16 +62,20 @@ def fig3_draw(rows):
     for axis, (ratio, nodes) in zip(axes, grouped(rows, "ell_over_H").items()):
         x2, psi, u1 = (np.array(column(nodes, name)) for name in ("x2", "psi", "u1"))
         H = 1 / ratio
-        # the uppermost block hangs below the plane, and rotates like the surface
-        for place, (centre, depth) in enumerate(((H - 0.5, 1), (2 / 3 * H, 2 / 3), (H / 3, 1 / 3), (0, 0))):
+        highest = H
+        for place, share in enumerate((1, 2 / 3, 1 / 3, 0)):
             line = 1.5 * place
             axis.plot([line, line], [0, H], "--", color="0.5", linewidth=0.5)
             axis.plot(line + U1_MAGNIFIED * u1 * H, x2 * H, color=plots.COLOURS[0], linewidth=0.9)
+            depth = share * highest / H
             angle = ROTATION_MAGNIFIED * (np.radians(nodes[0]["psi0_deg"]) + np.interp(depth, x2, psi))
-            square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) / 2
             rotation = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+            square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) / 2 @ rotation
+            if place == 0:  # rotates like the surface, and hangs below the plane
+                highest = H - square[:, 1].max()
+            centre = min(share * highest, H - square[:, 1].max())
             shift = line + U1_MAGNIFIED * H * np.interp(depth, x2, u1)
-            axis.plot(*((square @ rotation) + (shift, centre)).T, color=plots.COLOURS[1], linewidth=0.8)
+            axis.plot(*(square + (shift, centre)).T, color=plots.COLOURS[1], linewidth=0.8)
         axis.axhline(H, color="k", linewidth=1)
         axis.set(
             title=rf"$\ell/H = {ratio:g}$",

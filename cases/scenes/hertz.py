@@ -33,6 +33,8 @@ from . import hertz_fe
 RTOL = 1e-3
 ALPHA = 0.25
 SAMPLES = 24  # on each panel for largest values
+BETWEEN = 3  # points of a curve between two nodes
+EDGE_SIDE = 1e-9  # of the width: a curve is drawn from this side of an edge to the other
 FE = {"model": "fe"}  # what options of the finite elements belong to
 PSI0_IN = {"gap": "gaps and levers", "lever": "levers"}
 
@@ -210,7 +212,7 @@ def observe(parameters, state, estimate):
     zones = over(data["zones"], dict.fromkeys(data["zones"], a))
     outer, inner = half_widths(zones["contact"])
     units = {"x": a, "weight": a, "pressure": p, "pressure_A": p, "pressure_B": p, "micromoment": p * ell}
-    infinite = parameters.obstacle == "punch" or (parameters.obstacle == "wedge" and _covers_apex(state))
+    infinite = _infinite(parameters, state)
     top, where = (None, []) if infinite else largest(state.pressure_at, samples(state))
     load = state.load / parameters.P
     moment = None if infinite and len(state.pressures) == 2 else _micromoment_max(state) / (p * ell)
@@ -243,6 +245,11 @@ def samples(state):
     order = solution.panels.order if state.method == "panels" else solution.order
     between = x[:-1, None] + np.diff(x)[:, None] * np.linspace(0, 1, max(2, SAMPLES // order) + 1)[:-1]
     return np.append(between.ravel(), x[-1])
+
+
+def _infinite(parameters, state):
+    """Whether the pressure has no bound: at edges of a punch, or at the apex of a wedge."""
+    return parameters.obstacle == "punch" or (parameters.obstacle == "wedge" and _covers_apex(state))
 
 
 def _micromoment_max(state):
@@ -310,10 +317,41 @@ def result(parameters, quiet=True):
     )
 
 
+def drawn(parameters, state):
+    """The profile of a state as it is drawn: between the nodes too, and where the pressure is finite up to
+    the edges of all zones. M is that of the corners.
+    """
+    a, p_Hz = parameters.a_Hz, parameters.p_Hz
+    nodes, beside = state.x, []
+    # off the middle between two nodes, where panels may meet and neither has the point
+    between = nodes[:-1, None] + np.diff(nodes)[:, None] * (np.arange(BETWEEN) + 0.4) / BETWEEN
+    if not _infinite(parameters, state):
+        edges = np.array(sorted({edge for zones in state.zones.values() for zone in zones for edge in zone}))
+        beside = np.outer((-1, 1), EDGE_SIDE * np.ptp(edges)) + edges
+    x = np.unique(np.concatenate((nodes, between.ravel(), np.ravel(beside))))
+    moment = sum(lever * state.pressure_at(x, corner) for corner, lever in state.law.levers(x).items())
+    return {
+        "x": (x / a).tolist(),
+        "pressure": (state.pressure_at(x) / p_Hz).tolist(),
+        "micromoment": (moment / (2 * p_Hz)).tolist(),
+        "psi": (state.solution.rotation(x) * parameters.R / a).tolist(),
+    }
+
+
 def rows(parameters, answer):
     """A row a node along the contact line."""
     columns = "x", "pressure", "micromoment", "psi"
     return profiles(answer["states"], "load", "half_width", "error_estimate", columns=columns)
+
+
+def curves(parameters, answer):
+    """A row a point of the curves that are drawn; of finite elements a row a node."""
+    resolved = parameters.resolved()
+    if resolved.model == "fe":
+        return rows(parameters, answer)
+    profiles = [drawn(resolved, state) for state, _ in solve(resolved)]
+    states = [{**one, "profile": profile} for one, profile in zip(answer["states"], profiles)]
+    return rows(parameters, {"states": states})
 
 
 def show(answer):
@@ -363,4 +401,4 @@ def over_x(curves):
     return drawing
 
 
-FIGURES = {"hertz": (rows, figure)}
+FIGURES = {"hertz": (curves, figure)}

@@ -5,7 +5,8 @@ Equations  those of `sphere`, for the three laws.
 Model      square cells of the surface on three grids (docs/theory/halfspace.md).
 Reference  alpha -> 0: Hertz. alpha -> infinity: Hertz again, stiffer by 1 + (1 - nu) beta, for one corner;
            for microblocks four contacts of a quarter of the load each, one for each corner.
-Look at    hardness falling with the size of the block under microblocks, rising under the unilateral law.
+Look at    hardness falling with the size of the block under microblocks, rising under the unilateral law;
+           the approach falls under both.
 Units      those of `sphere`; hardness, the load over the area of contact, over P/(pi a_Hz^2).
 """
 
@@ -110,12 +111,16 @@ def rows(parameters, answer):
 
 
 def figure(records):
-    """Under microblocks a small sphere finds a softer solid than a large one; without corners a harder one.
+    """Under microblocks a sphere touches more as blocks grow, so that the hardness falls, though it sinks in
+    less.
 
-    Radius (a), approach (b) and hardness (c) of a sphere at a fixed load over the size of the blocks, each
-    over Hertz's; bars are errors by three grids. Short lines at the right are the ends for large blocks.
+    Radius (a), approach (b) and hardness (c), the load over the area of contact, of a sphere at a fixed load
+    over the size of the blocks, each over Hertz's; bars are errors by three grids. Short lines at the right
+    are the ends for large blocks. The law microblock ends with four contacts of a quarter of the load, one
+    for each corner: together wider than one, and less deep. With one corner the hardness rises instead.
 
-    Seen: curves that leave 1 as blocks grow; in (c) that of microblocks falls, the others rise.
+    Seen: curves that leave 1 as blocks grow; in (a) that of microblocks rises, the others fall; in (b) all
+    fall, that of microblocks the furthest; in (c) that of microblocks falls, the others rise.
     """
     from microblock.view import plots
 

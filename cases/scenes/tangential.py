@@ -7,8 +7,9 @@ Equations  (10)-(18) in the half-plane, corner gaps and conditions (26); on each
 Model      cells graded towards all edges, loads followed from event to event (docs/theory/friction.md).
 Reference  Cattaneo and Mindlin for two equal bodies and small blocks; for the rigid cylinder, uncoupled, the
            similar stick zone of the first loading.
-Look at    stick zones that shrink as the shear grows, and grow again behind a reversal; microblocks lose them
-           on the side to which the cylinder moves.
+Look at    stick zones that grow with the first shear, which turns the slip of one side, shrink as the shear
+           grows, and grow again behind a reversal; microblocks lose them on the side to which the cylinder
+           moves.
 Units      E* and R of both bodies together: lengths over a_Hz, pressures over p_Hz, both of the load P
            (normal = 1); M over p_Hz ell, psi as psi R/a_Hz, slip over a_Hz^2/R, energies over P a_Hz^2/R,
            shear over f P.
@@ -31,6 +32,7 @@ from ..common.records import print_table, returned
 RTOL = 1e-2
 LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 SHOWN = ("alpha", "normal", "shear", "half_width", "stick", "dissipation", "error_estimate", "balance")
+SHORTEST = 0.1  # slip zone over a_Hz that has a mark in the figure
 SECOND = "four numbers: E2 over the first body's modulus, NU2, BETA2, ALPHA2 (ell2 over a_Hz)"
 
 
@@ -193,37 +195,53 @@ def rows(parameters, answer):
 
 
 def figure(records):
-    """As the shear grows the stick zone shrinks towards the side from which the cylinder comes.
+    """The first shear makes one side of the contact stick; from then on the stick zone shrinks as the shear
+    grows.
 
-    A cylinder is pressed on a half-plane with friction, then sheared. (a) Shear traction for the loads one
-    after the other, from dark to light; dotted: the largest one that friction allows at the first and
-    last of them. (b) The stick zone of each state, in the order of the loads from below.
+    A rigid cylinder is pressed on a half-plane with friction, then pushed to the right, and back. (a) Shear
+    traction over its bound f p, for the loads one after the other in the shades of (b). (b) Bars: stick
+    zones, in the order of the loads from below; thin: slip zones, where a mark points the way in which the
+    cylinder drags the surface. Pressing draws the surface inwards, so that both sides slip and the cylinder
+    drags them outwards. A push to the right goes on with that at the right; at the left it would have to turn
+    the slip, and all of that side sticks until the traction has passed from the lower bound to the upper.
 
-    Seen: in (a) curves that follow the dotted bound on both sides and leave it between; in (b) bars that get
-    shorter from one load to the next, none where all slips, and a bar again after the reversal.
+    Seen: in (a) a curve that goes from the lower bound at the left to the upper one at the right, and others
+    that leave the upper bound further and further to the left; in (b) a short bar in the middle, then one
+    over the left half, which shrinks, none where all slips, and a long bar once the shear is taken back.
     """
     from microblock.view import plots
 
     kinds = grouped(records, "kind")
     alpha = kinds["cell"][0]["alpha"]
-    cells = [row for row in kinds["cell"] if row["alpha"] == alpha]
+    cells = [row for row in kinds["cell"] if row["alpha"] == alpha and row["pressure"] > 0]
     zones = [row for row in kinds.get("stick", ()) if row["alpha"] == alpha]
     drawing, axes = plots.figure(2, 1, height=1.8, sharex=True)
     states = list(grouped(cells, "state").values())
-    colours = plots.shades(len(states))
-    friction = cells[0]["friction"]
-    for colour, own in zip(colours, states):
-        axes[0].plot(column(own, "x"), column(own, "shear"), color=colour)
-    for own in (states[0], states[-1]):
-        axes[0].plot(
-            column(own, "x"), friction * np.array(column(own, "pressure")), ":", color="0.5", linewidth=0.8
-        )
-    loads = [own[0]["load"] for own in states]
-    for level, (colour, own) in enumerate(zip(colours, states)):
+    for bound in (-1, 1):
+        axes[0].axhline(bound, linestyle=":", color="0.5", linewidth=0.8)
+    for level, (colour, own) in enumerate(zip(plots.shades(len(states)), states)):
+        x, bound = np.array(column(own, "x")), own[0]["friction"] * np.array(column(own, "pressure"))
+        share = np.array(column(own, "shear")) / bound
+        axes[0].plot(x, share, color=colour)
+        axes[1].plot((x[0], x[-1]), (level, level), color=colour, linewidth=0.8)
+        sticking = np.zeros(len(x), bool)
         for zone in (row for row in zones if row["state"] == own[0]["state"]):
-            axes[1].plot((zone["left"], zone["right"]), (level, level), color=colour, linewidth=3)
-    touching = [row["x"] for row in cells if row["pressure"] > 0]
-    axes[0].set(ylabel=r"$q/p_\mathrm{Hz}$", xlim=(1.1 * min(touching), 1.1 * max(touching)))
+            axes[1].plot(
+                (zone["left"], zone["right"]),
+                (level, level),
+                color=colour,
+                linewidth=5,
+                solid_capstyle="butt",
+            )
+            sticking |= (x > zone["left"]) & (x < zone["right"])
+        turns = np.flatnonzero(np.diff(np.where(sticking, 0, np.sign(share)))) + 1
+        for part in np.split(np.arange(len(x)), turns):
+            if not sticking[part[0]] and np.ptp(x[part]) > SHORTEST:
+                mark = ">" if share[part[0]] > 0 else "<"
+                axes[1].plot((x[part[0]] + x[part[-1]]) / 2, level, mark, color=colour)
+    loads = [own[0]["load"] for own in states]
+    reach = 1.05 * max(abs(row["x"]) for row in cells)
+    axes[0].set(ylabel=r"$q/(f p_n)$", xlim=(-reach, reach))
     axes[1].set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$Q/(fP)$", ylim=(-0.7, len(loads) - 0.3))
     axes[1].set_yticks(range(len(loads)), [f"{load:.3g}" for load in loads])
     plots.letter(axes)

@@ -142,12 +142,12 @@ def show(answer):
 
 
 def rows(parameters, answer):
-    """A row a node along the contact line, of the first load; beside the second body as it is a rigid one."""
+    """A row a point of the curve, of the first load; beside the second body as it is a rigid one."""
     found = []
     for second in dict.fromkeys((parameters.second, RIGID)):
         other = replace(parameters, second=second, loads=parameters.loads[:1])
         (state,) = solve(other)
-        profile = hertz.observe(other, state, state.error_estimate)["profile"]
+        profile = hertz.drawn(other, state)
         names = "x", "pressure", "micromoment"
         nodes = zip(*(profile[name] for name in names))
         found += [{"body": " ".join(second), **dict(zip(names, node))} for node in nodes]

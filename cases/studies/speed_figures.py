@@ -47,16 +47,16 @@ CLASSICAL_NAMES = {
     "half-plane": (6, -18),
     "cells": (5, -1),
     "fitted fe": (0, 8),
-    "tamaas": (-16, -58),
+    "tamaas": (-16, -68),
     "scikit-fem, order 1": (6, -6),
     "ContactBoundary, order 1": (6, 0),
-    "AL, order 1": (-30, 22),
+    "AL, order 1": (-30, 30),
 }
 LAW_NAMES = {
     "half-plane": (0, -20),
-    "cells": (-35, -53),
+    "cells": (-25, -58),
     "fitted fe": (6, -7),
-    "condensed, order 4": (-4, 9),
+    "condensed, order 4": (10, 26),
     "AL, order 1": (-30, 9),
 }
 ERRORS, SECONDS = (3, 3e-11), (4e-4, 400)  # of the axes: errors fall to the right

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cases.paper import figures_strip
 from cases.scenes import strip
 from cases.scenes.strip import Parameters
 
@@ -285,3 +286,10 @@ def test_model_out_of_its_ground_is_said():
     assert strip.result(Parameters())["warnings"] == []
     found = strip.result(Parameters(psi0_deg=20, ell_over_H=2, delta_over_H=0.2))["warnings"]
     assert len(found) == 3
+
+
+def test_blocks_of_the_figure_hang_below_the_plane():
+    drawing = figures_strip.fig3_draw(figures_strip.fields_records())
+    for axis, ratio in zip(drawing.axes, figures_strip.RATIOS):
+        blocks = [line.get_ydata() for line in axis.lines if len(line.get_ydata()) == 5]
+        assert len(blocks) == 4 and max(map(max, blocks)) == pytest.approx(1 / ratio, abs=1e-12)

@@ -40,6 +40,11 @@ def test_the_command_returns_what_other_programs_rely_on(capsys):
     dissipated = [one["dissipation"] for one in answer["states"]]
     assert dissipated == sorted(dissipated)
     assert not answer["states"][1]["stick"] and answer["pressed"][0]["shear"] == 0
+    # pressing drags the surface outwards on both sides: the shear sticks the side where it is against that
+    ((left, right),), ((sheared_left, sheared_right),) = (
+        one["stick"] for one in (*answer["pressed"], answer["states"][0])
+    )
+    assert sheared_left < left < sheared_right < right and sheared_right - sheared_left > right - left
     assert "full slip" in [event["kind"] for event in answer["events"]]
 
 
