@@ -8,10 +8,11 @@ from . import plots
 CLOSED = ("#FFFFFF", "#C6DBEF", "#6BAED6", "#3182BD", "#08306B")  # none to four corners
 
 
+@plots.styled()
 def draw(state):
     """The figure of a SurfaceState."""
     second = bool(state.counter_displacement.any())
-    figure, axes = plots.figure(1, 3 + second, height=2.4, width=7.2 + 2.4 * second)
+    figure, axes = plots.figure(1, 3 + second, height=2.6, width=7.2 + 2.4 * second)
     half = state.width / 2
     box = (state.x1[0] - half, state.x1[-1] + half, state.x2[0] - half, state.x2[-1] + half)
     colour_map(axes[0], state.pressure, box, "$p$")
