@@ -29,7 +29,7 @@ FIGURES = {
     "rough": figure_of(rough, "rough", nodes=2**15),
     "scatter": figure_of(scatter, "scatter", seeds=8, nodes=2048),
     "two_faces": figure_of(two_faces, "two_faces"),
-    "coating": figure_of(coating, "coating", thicknesses=(0.1, 0.4, 4.0, 16.0), rtol=1e-2),
+    "coating": figure_of(coating, "coating", thicknesses=(0.1, 0.2, 0.4, 4.0, 8.0, 16.0)),
     "hole": figure_of(hole, "hole", rtols=(0.1, 0.03, 0.01)),
     "two_bodies": figure_of(two_bodies, "two_bodies"),
     "tangential": figure_of(tangential, "tangential", rtol=0.03),

@@ -177,8 +177,13 @@ def rows(parameters, answer):
     return of_kinds(layer=without_seconds(answer["layers"]), body=points_of(drawn, (-SEEN, SEEN, -PICTURE)))
 
 
-# where the names of the curves stand over their last points
-NAMES = {"cylinder": (4, -8), "punch": (4, 6)}
+# slopes that are expected, over and under the curves: exponent, its words and where they stand, in points
+# right and up of the middle; ends, size at the first end
+SLOPES = (
+    (1.5, "3/2", (8, -6), (0.1, 0.4), 0.005),
+    (1, "1", (0, 7), (0.1, 0.4), 0.055),
+    (-2, "−2", (8, 5), (4, 16), 0.09),
+)
 
 
 def figure(records):
@@ -187,13 +192,13 @@ def figure(records):
     (a) Layer of thickness a_Hz, bonded to a rigid base, under a cylinder with the force 1.77 p_Hz a_Hz: the
     middle of the deformed body (displacements magnified as the title says), vertical stress in shades. The
     mesh is a user's and was refined until the estimated error was below the rtol. (b) Difference of the
-    pressure to both limits over the thickness, under a cylinder and a tilted punch; full: microblocks,
-    dotted: unilateral; dashed: slopes of the orders 3/2 and 1 that are expected towards the foundation, -2
-    towards the half-plane, which two thicknesses on either side do not measure.
+    pressure to the foundation, left, and to the half-plane, right, over the thickness, under a cylinder and a
+    tilted punch; full: microblocks, dotted: unilateral; bars are estimated errors. Dashed: the slopes that
+    are expected.
 
-    Seen: a slab that is most compressed in the middle of its dented top; below, two thin layers at the left,
-    from which the lines rise, and two thick ones at the right, to which they fall, about as steeply as the
-    dashed lines.
+    Seen: a slab that is most compressed in the middle of its dented top; below, curves that rise at the left,
+    that of the punch less steeply than that of the cylinder, and fall together at the right; all are about
+    as steep as the dashed lines beside them.
     """
     from microblock.view import plots
 
@@ -207,18 +212,18 @@ def figure(records):
     ):
         for rows, style in zip(grouped(own, "law").values(), ("-", ":")):
             for chosen in grouped(rows, "limit").values():
-                x, y = column(chosen, "h"), column(chosen, "difference")
-                axis.loglog(x, y, style, color=colour, marker=marker)
-        plots.label(axis, x[-1], y[-1], obstacle, colour, NAMES[obstacle])
-    for power, (first, last), size in (
-        (1.5, (0.05, 0.4), 0.0015),
-        (1, (0.05, 0.4), 0.03),
-        (-2, (4, 32), 0.2),
-    ):
-        axis.loglog((first, last), (size, size * (last / first) ** power), "--", color="0.6", linewidth=0.7)
-    axis.set(xlabel=r"$h/a_\mathrm{Hz}$", ylabel="difference to the limit", xlim=(0.03, 150))
-    plots.label(axis, 0.45, 0.03, "Winkler\nfoundation", "0.35", (2, 0))
-    plots.label(axis, 6, 0.01, "half-plane", "0.35", (-2, 0))
+                names = "h", "difference", "error_estimate"
+                x, y, error = (column(chosen, name) for name in names)
+                axis.errorbar(x, y, error, color=colour, marker=marker, linestyle=style, elinewidth=0.7)
+        plots.label(axis, own[0]["h"], own[0]["difference"], obstacle, colour, (-6, 0))
+    for power, words, shift, (first, last), size in SLOPES:
+        sizes = size, size * (last / first) ** power
+        axis.plot((first, last), sizes, "--", color="0.6", linewidth=0.7)
+        plots.label(axis, (first * last) ** 0.5, (sizes[0] * sizes[1]) ** 0.5, words, "0.35", shift)
+    axis.set(xscale="log", yscale="log", xlim=(0.02, 50), ylim=(1.5e-3, 0.5))
+    axis.set(xlabel=r"$h/a_\mathrm{Hz}$", ylabel="difference to the limit")
+    for x, words in ((0.2, "to the foundation"), (8, "to the half-plane")):
+        plots.label(axis, x, 0.32, words, "0.35", (0, 0))
     plots.letter((body, axis), rf"displacements $\times$ {magnified:.2g}", "")
     return drawing
 

@@ -8,6 +8,7 @@ from .surface_figure import colours_of, numbered
 OPEN = "#D9D9D9"  # a mark that is seen on white
 
 
+@plots.styled()
 def draw(state):
     """The figure of a State3D."""
     figure, axes = plots.figure(1, 3, height=2.4, width=7.2)

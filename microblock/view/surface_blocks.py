@@ -24,6 +24,7 @@ CUBE = np.array([(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]) 
 FACES = {"top": (1, 3, 7, 5), "front": (0, 1, 5, 4), "right": (4, 5, 7, 6)}
 
 
+@plots.styled()
 def draw(state):
     """The figure of the blocks of a SurfaceState.
 
@@ -66,7 +67,7 @@ def draw(state):
     axis.view_init(*SEEN)
     bar = figure.colorbar(ScalarMappable(**look), ax=axis, shrink=0.6, pad=0.02, label="closed corners")
     numbered(bar, len(law.names))
-    return figure.captioned(f"Displacement and rotation are drawn {magnified:.2g} times larger.")
+    return figure.captioned(f"Displacement and rotation are drawn {magnified:.2g} times as large.")
 
 
 def _places(state, ell):

@@ -8,16 +8,19 @@ from . import plots
 CLOSED = ("#FFFFFF", "#C6DBEF", "#6BAED6", "#3182BD", "#08306B")  # none to four corners
 
 
+@plots.styled()
 def draw(state):
     """The figure of a SurfaceState."""
     second = bool(state.counter_displacement.any())
-    figure, axes = plots.figure(1, 3 + second, height=2.4, width=7.2 + 2.4 * second)
+    figure, axes = plots.figure(1, 3 + second, height=2.6, width=7.2 + 2.4 * second)
+    figure.set_layout_engine("compressed")  # panels of equal sides, which else push labels out
     half = state.width / 2
     box = (state.x1[0] - half, state.x1[-1] + half, state.x2[0] - half, state.x2[-1] + half)
     colour_map(axes[0], state.pressure, box, "$p$")
     closed_map(axes[1], state.closed, box, len(state.pressures))
     for axis in axes[:2]:
         axis.set(xlabel="$x_1$", ylabel="$x_2$")
+        axis.locator_params(nbins=5)  # as many as are there when the layout is made
     for number, (direction, label) in enumerate((("x1", "$p$ along $x_1$"), ("diagonal", "$p$, diagonal"))):
         cut = state.along(direction)
         along = cut["x1"] * (np.sqrt(2) if direction == "diagonal" else 1)

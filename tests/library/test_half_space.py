@@ -273,6 +273,11 @@ def test_a_state_shows_itself(tmp_path):
     state = mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(R), mb.Microblock(), mb.Cells(nodes=32)).solve(load=1.0)
     assert "radius" in repr(state) and "<table" in state._repr_html_()
     state.plot(tmp_path / "sphere.png")
+    drawn = state.plot()
+    drawn.draw_without_rendering()
+    width, height = drawn.get_size_inches()
+    box = drawn.get_tightbbox()
+    assert min(box.x0, box.y0) > 0 and box.x1 < width and box.y1 < height  # nothing is clipped
     assert (tmp_path / "sphere.png").stat().st_size > 10_000
     assert 0 < state.hardness < 10 and state.unknowns == 4 * 32**2
 
