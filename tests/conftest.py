@@ -65,12 +65,16 @@ def forms(monkeypatch):
 def pytest_generate_tests(metafunc):
     """Tests marked nightly(count, *known) take a tenth of so many seeds, and known ones: those that a fault
     needed, or that a kind of problem has. With `-m nightly` they take all of them. An argument `seeds` is the
-    list, `seed` one after the other.
+    list, `seed` one after the other. Without a count, the whole test is left to `-m nightly`.
     """
     for mark in metafunc.definition.iter_markers("nightly"):
+        if not mark.args:
+            continue
         count, *known = mark.args
         few = sorted({*range(-(-count // 10)), *known})
-        seeds = sorted({*range(count), *known}) if "nightly" in metafunc.config.getoption("-m") else few
+        seeds = (
+            sorted({*range(count), *known}) if "nightly" in metafunc.config.getoption("-m").split() else few
+        )
         if "seeds" in metafunc.fixturenames:
             metafunc.parametrize("seeds", [seeds], ids=[f"{len(seeds)}"])
         else:
@@ -78,11 +82,12 @@ def pytest_generate_tests(metafunc):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Tests marked browser or site run with `-m` and that name only."""
-    for name in ("browser", "site"):
-        if name not in config.getoption("-m"):
-            config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker(name)])
-            items[:] = [item for item in items if not item.get_closest_marker(name)]
+    """Tests marked browser, site, or nightly without a count, run with `-m` and that name only."""
+    for name in {"browser", "site", "nightly"} - {*config.getoption("-m").split()}:
+        marked = [(item, item.get_closest_marker(name)) for item in items]
+        left = [item for item, mark in marked if mark and not mark.args]
+        config.hook.pytest_deselected(items=left)
+        items[:] = [item for item in items if item not in left]
 
 
 def smallest_letters(drawing, rows):

@@ -124,7 +124,7 @@ def test_runs_that_do_not_come_back_do_not_stop_the_others():
     assert [row["error"] for row in rows] == [1.0, None, None, 2.0]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_quick_study(tmp_path, capsys):
     assert main(["limits", "--quick", "--json", str(tmp_path / "a.json"), "--out", str(tmp_path / "o")]) == 0
     assert "typed error" in capsys.readouterr().out

@@ -1,6 +1,7 @@
 """The notebooks run from top to bottom in a kernel of their own, and look like something in a browser.
 
-`python -m pytest -m browser` runs the second: it needs Chromium (Debian's package `chromium`).
+`.ci/site` runs the first. `python -m pytest -m browser` runs the second: it needs Chromium (Debian's package
+`chromium`).
 """
 
 import json
@@ -48,6 +49,7 @@ def outputs(book, mime):
     ]
 
 
+@pytest.mark.site
 @pytest.mark.parametrize("path", IN_KERNELS, ids=lambda path: path.stem)
 def test_notebook_runs_from_top_to_bottom(executed, path):
     book = executed(path)  # an error in a cell is raised here
@@ -58,6 +60,7 @@ def test_notebook_runs_from_top_to_bottom(executed, path):
     ]
 
 
+@pytest.mark.site
 @pytest.mark.parametrize("path", AS_SCRIPTS, ids=lambda path: path.stem)
 def test_cells_run_from_top_to_bottom(path, monkeypatch):
     pyplot = pytest.importorskip("matplotlib.pyplot")
@@ -81,6 +84,7 @@ def test_there_are_notebooks_and_they_are_kept_without_outputs():
         assert not any(cell.get("outputs") for cell in json.loads(path.read_text())["cells"]), path.name
 
 
+@pytest.mark.site
 def test_sliders_of_the_first_notebook_are_there(executed):
     book = executed(notebooks.NOTEBOOKS["first_contact"])
     assert len(outputs(book, "application/vnd.jupyter.widget-view+json")) == 1

@@ -252,7 +252,7 @@ def test_numbers_of_processes_have_bounds(workers):
         report.Parameters(workers=workers)
 
 
-@pytest.mark.slow
+@pytest.mark.site
 def test_every_figure_and_table_can_be_made(tmp_path):
     assert main(["report", "--out", str(tmp_path)]) == 0
     for name, (_, drawing) in report.FIGURES.items():

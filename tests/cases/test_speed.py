@@ -208,6 +208,7 @@ def test_best_rho_of_each_mesh_is_marked():
     assert [row["best"] for row in speed.marked(rows)] == [False, True, False, True]
 
 
+@pytest.mark.nightly
 def test_quick_study(tmp_path, capsys):
     assert (
         main(

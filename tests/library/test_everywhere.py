@@ -92,10 +92,13 @@ def test_narrow_pits_have_panels_of_their_own(width):
     assert missed(fine, cells) < cells.error_estimate
 
 
-def test_smooth_bumps_and_short_waves_are_answered():
-    """Of 24 seeded ones all; zones there are narrow, many, and next to meeting each other."""
+@pytest.mark.nightly(24, *range(6))
+def test_smooth_bumps_and_short_waves_are_answered(seeds):
+    """Three bumps and three waves, at night twelve: zones there are narrow, many, and next to meeting each
+    other.
+    """
     rng, worst = np.random.default_rng(1080), 0.0
-    for number in range(24):
+    for number in seeds:
         size, width, place = rng.uniform(0.0005, 0.01), rng.uniform(0.1, 0.4), rng.uniform(-0.2, 0.2)
         bump = (
             (lambda x: x**2 / 20 - size * np.exp(-(((x - place) / width) ** 2)))

@@ -1,6 +1,6 @@
 """The pages: they are built without a warning, all links lead somewhere, and nothing comes from the network.
 
-Notebooks and the examples of the gallery have tests of their own and do not run here.
+`.ci/site` runs this. Notebooks and the examples of the gallery have tests of their own and do not run here.
 `python -m pytest -m browser tests/library/test_site.py` opens pages in Chromium and reads its log.
 """
 
@@ -93,6 +93,7 @@ def lost(pages):
     return found
 
 
+@pytest.mark.site
 def test_pages_are_built_and_lead_somewhere(tmp_path):
     """One build for all that is asked of it, since it takes seconds."""
     pytest.importorskip("myst_nb", reason="the pages need the extra `docs`")
