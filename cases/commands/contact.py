@@ -29,12 +29,12 @@ from microblock.data.samples import read_samples
 from microblock.model.summary import intervals
 
 from ..common.case import named, profiles
-from ..common.options import Checked, coupling, option, poisson
+from ..common.laws import LAWS
+from ..common.options import Checked, coupling, option, poisson, rotation
 from ..common.records import print_events, print_table, returned
 
 RTOL = {"panels": 1e-3, "cells": 1e-2}
 CELLS = "Cells(nodes=..., window=...) take"  # the advice of an obstacle that is too wide for panels
-LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 
 
 @dataclass(frozen=True)
@@ -59,13 +59,7 @@ class Parameters(Checked):
     nu: float = poisson()
     beta: float = coupling()
     ell: float = option(0.1, "length scale of the material, and side of a block (length)", above=0)
-    psi0_deg: float = option(
-        0.0,
-        "initial rotation of the blocks in degrees, counterclockwise",
-        at_least=-45,
-        at_most=45,
-        only_with={"contact": "microblock"},
-    )
+    psi0_deg: float = rotation()
     contact: str = option("microblock", "contact law", str, choices=tuple(LAWS))
     rtol: float | None = option(
         None,

@@ -98,6 +98,17 @@ def coupling():
     return option(1.0, "coupling number 2 eta/(1 + eta), 0 < beta < 2", above=0, below=2)
 
 
+def rotation():
+    """psi0 of blocks, as far as rotations are small."""
+    return option(
+        0.0,
+        "initial rotation of the blocks in degrees, counterclockwise",
+        at_least=-45,
+        at_most=45,
+        only_with={"contact": "microblock"},
+    )
+
+
 def names(text, known):
     """Words out of those that are known; none if nothing is said."""
     return option((), text, str, nargs="+", metavar="NAME", known=known)

@@ -26,7 +26,7 @@ from microblock.halfplane.kernels import kernels
 from microblock.model.zones import half_widths, largest
 
 from ..common.case import over, profiles
-from ..common.options import Checked, coupling, option, poisson
+from ..common.options import Checked, coupling, option, poisson, rotation
 from ..common.records import print_events, print_table, returned
 from . import hertz_fe
 
@@ -62,13 +62,7 @@ class Parameters(Checked):
     wedge_deg: float = option(1.0, "slope of the wedge's flanks in degrees", above=0, at_most=45)
     punch_half_width: float = option(1.0, "half-width of the punch over a_Hz", above=0)
     tilt_deg: float = option(0.0, "tilt of the punch in degrees, counterclockwise", at_least=-45, at_most=45)
-    psi0_deg: float = option(
-        0.0,
-        "initial rotation of the blocks in degrees, counterclockwise",
-        at_least=-45,
-        at_most=45,
-        only_with={"contact": "microblock"},
-    )
+    psi0_deg: float = rotation()
     psi0_reading: str = option(
         "gap", "psi0 in gaps and levers, or in the levers only", str, choices=tuple(PSI0_IN)
     )

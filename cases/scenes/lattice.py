@@ -22,6 +22,7 @@ import microblock as mb
 from microblock.data.records import column, grouped
 
 from ..common.blocks import BlockHalfPlane, Springs, identified
+from ..common.laws import LAWS
 from ..common.options import Checked, option
 from ..common.records import print_table, returned
 
@@ -29,7 +30,6 @@ RTOL = 1e-6  # of the continuum, relative to the pressure: couples of small bloc
 MOST_UNEQUAL = 100  # springs; beyond it layers are many blocks thick, or nothing beside a block
 ISOTROPIC = 1e-12  # of the ratio of the springs
 MOST_BLOCKS = 512  # from the middle to the last one that may touch: matrices of 2000 corners
-LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 DERIVED = "microblock, derived couple"
 # of the study of convergence: blocks on a_Hz, and places of the middle block over b
 SIZES, SHIFTS = (4, 8, 16, 32, 64), (0.0, 0.25, 0.5)

@@ -22,10 +22,10 @@ import microblock as mb
 from microblock.fem import meshes3d
 
 from ..common.case import of_kinds, over
+from ..common.laws import LAWS
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned
 
-LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 FACES = {"square": 4.0, "round": np.pi}  # and their areas
 GROWTH = 1.8  # of the elements away from the punch
 SHOWN = ("model", "size", "unknowns", "approach", "pressure_centre", "contact_area", "residual", "seconds")

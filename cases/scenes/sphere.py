@@ -24,11 +24,11 @@ import microblock as mb
 
 from ..common import second_body
 from ..common.case import over
+from ..common.laws import LAWS
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned
 
 RTOL = 1e-2
-LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 SHOWN = (
     "load",
     "pressure_centre",

@@ -26,11 +26,11 @@ from microblock.data.records import column, grouped
 
 from ..common import second_body
 from ..common.case import of_kinds, over, profiles
+from ..common.laws import LAWS
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned
 
 RTOL = 1e-2
-LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 SHOWN = ("alpha", "normal", "shear", "half_width", "stick", "dissipation", "error_estimate", "balance")
 SHORTEST = 0.1  # slip zone over a_Hz that has a mark in the figure
 SECOND = "four numbers: E2 over the first body's modulus, NU2, BETA2, ALPHA2 (ell2 over a_Hz)"

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import microblock as mb
 from microblock.data.records import grouped
 
-from ..common.options import Checked, coupling, option, poisson
+from ..common.options import Checked, coupling, option, poisson, rotation
 from ..common.records import returned
 from ..common.second_body import RIGID, SAME, numbers
 from . import hertz
@@ -50,13 +50,7 @@ class Parameters(Checked):
     )
     obstacle: str = option("cylinder", "shape of the second body", str, choices=("cylinder", "wedge"))
     wedge_deg: float = option(1.0, "slope of the wedge's flanks in degrees", above=0, at_most=45)
-    psi0_deg: float = option(
-        0.0,
-        "initial rotation of the blocks in degrees, counterclockwise",
-        at_least=-45,
-        at_most=45,
-        only_with={"contact": "microblock"},
-    )
+    psi0_deg: float = rotation()
     contact: str = option(
         "microblock", "contact law", str, choices=("microblock", "unilateral", "microclamped")
     )

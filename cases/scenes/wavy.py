@@ -24,6 +24,7 @@ from microblock.data.records import column, grouped
 from microblock.halfplane.kernels import symbol
 
 from ..common.case import of_kinds, over, profiles
+from ..common.laws import LAWS
 from ..common.options import Checked, coupling, option, poisson
 from ..common.records import print_table, returned
 
@@ -37,7 +38,6 @@ PATH_FIRST = 1e-3
 # what is said of the curves of the path, beside the first mark from PATH_NAMED on: points right and up
 PATH_NAMED = 0.5
 PATH_NAMES = {"microblock": ("one corner or both", (-6, 7)), "classical": ("classical", (6, -4))}
-LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 
 
 @dataclass(frozen=True)
