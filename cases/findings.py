@@ -12,7 +12,6 @@ Under a cylinder blocks touch with both corners in the middle of the contact, an
 
 import math
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import microblock as mb
@@ -77,5 +76,4 @@ def figure(result):
 if __name__ == "__main__":
     result = solve()
     print(*result["sentences"], sep="\n")
-    figure(result)
-    plt.show()
+    figure(result).savefig("findings.png")

@@ -5,6 +5,8 @@ Everything that a page needs is put beside it: no page asks the network for anyt
 
 import hashlib
 import os
+import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -21,12 +23,13 @@ project = "microblock"
 author = "the microblock developers"
 copyright = author
 release = version = microblock.__version__
-extensions = ["sphinx.ext.autodoc", "numpydoc", "myst_nb", "gallery", "mathml", "pages"]
-exclude_patterns = ["description.md"]  # the text for the package index
+extensions = ["sphinx.ext.autodoc", "numpydoc", "myst_nb", "sphinx_gallery.gen_gallery", "mathml", "pages"]
+exclude_patterns = ["description.md", "gallery/**/*.ipynb"]  # the package index's, and downloads
 
 html_theme = "furo"
 html_title = f"microblock {release}"
 html_static_path = ["_static"]
+html_extra_path = ["../out/beside"]
 html_css_files = ["site.css"]
 html_math_renderer = "mathml"
 html_copy_source = False
@@ -46,7 +49,38 @@ nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 nb_output_stderr = "remove-warn"
-gallery_digest = DIGEST
+
+# the gallery: scripts of `cases` in groups; those of an earlier digest are drawn anew
+HEADINGS = {"plane": "In the plane", "space": "In space", "the_paper": "The figures of the paper"}
+SCRIPTS, MADE = DOCS.parent / "out" / "scripts", DOCS / "gallery"
+shutil.rmtree(SCRIPTS, ignore_errors=True)
+shutil.copytree(
+    DOCS.parent / "cases" / "playground",
+    DOCS.parent / "out" / "beside" / "cases" / "playground",
+    dirs_exist_ok=True,
+)
+if not (MADE / DIGEST).exists():
+    shutil.rmtree(MADE, ignore_errors=True)
+for folder, heading in {"": "Gallery", **HEADINGS}.items():
+    for place in (SCRIPTS / folder, MADE):
+        place.mkdir(parents=True, exist_ok=True)
+    (SCRIPTS / folder / "GALLERY_HEADER.rst").write_text(f"{heading}\n{'-='[not folder] * len(heading)}\n")
+(MADE / DIGEST).touch()
+for path in FILES:
+    text = path.read_text()
+    if path.parent.name in ("cases", "paper") and "    plt.show()" in text:
+        folder = "space" if re.search("HalfSpace|Body3D", text) else "plane"
+        shutil.copy(path, SCRIPTS / ("the_paper" if path.parent.name == "paper" else folder))
+sphinx_gallery_conf = {
+    "examples_dirs": str(SCRIPTS),
+    "gallery_dirs": "gallery",
+    "backreferences_dir": "gallery/uses",
+    "filename_pattern": "",
+    "reset_modules": ("matplotlib", "pages.style"),
+    "download_all_examples": False,
+    "write_computation_times": False,
+    "show_signature": False,
+}
 
 # a word of a type, such as nodes, may be the name of several attributes
 suppress_warnings = ["ref.python"]

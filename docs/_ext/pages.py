@@ -6,6 +6,10 @@ page have names. For all: sliders need a kernel, so that a page has neither thei
 
 from pathlib import Path
 
+import matplotlib
+
+from microblock.view.plots import STYLE
+
 NAMED = {
     '<div class="table-wrapper colwidths-auto docutils container">': (
         '<div class="table-wrapper colwidths-auto docutils container" tabindex="0">'
@@ -23,7 +27,7 @@ def names(app, failure):
     """Rewrite the pages; a page that is rewritten already stays as it is."""
     if failure or app.builder.format != "html":
         return
-    for page in set(Path(app.outdir).rglob("*.html")) - set(Path(app.outdir, "playground").glob("*")):
+    for page in Path(app.outdir).rglob("*.html"):
         text = page.read_text()
         named = text
         for before, after in NAMED.items():
@@ -35,6 +39,11 @@ def names(app, failure):
 def without_sliders(app, name, template, context, doctree):
     """Drop what myst-nb would add to the page of a notebook with sliders."""
     getattr(app.env, "nb_metadata", {}).get(name, {}).pop("js_files", None)
+
+
+def style(gallery, script):
+    """Pictures of the gallery have our style, and no ground of their own: that of the page is seen."""
+    matplotlib.rcParams.update({**STYLE, "savefig.transparent": True})
 
 
 def setup(app):
