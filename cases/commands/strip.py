@@ -69,54 +69,54 @@ def solve(
     elements : elements per half-thickness (20 if only --order is given)
     rtol : relative L2 error; chooses order and elements, not together with them (1e-09 if nothing is given)
     """
-    given, failures = dict(locals()), []
-    check(given)
+    options, failures = dict(locals()), []
+    check(options)
     if order or elements:
-        return results(given | {"order": order or 1, "elements": elements or 20})
+        return results(options | {"order": order or 1, "elements": elements or 20})
     for tolerance in RTOL if rtol is None else (rtol,):
         try:
-            return results(given | {"rtol": tolerance}, rtol is not None, *failures)
+            return results(options | {"rtol": tolerance}, rtol is not None, *failures)
         except mb.NotConverged as failure:
             failures.append(failure)
     raise failures[-1]
 
 
-def check(given):
+def check(options):
     """Raises BadArgument for the first option that is out of range, or for rtol beside what it chooses."""
-    for name, value in given.items():
+    for name, value in options.items():
         least, most = RANGES.get(name, (-math.inf, math.inf))
         if isinstance(value, (int, float)):
             require_size(**{name: value or 1.0})
             if not least <= value <= most:
                 raise mb.BadArgument(name, value, f"must lie between {least:g} and {most:g}")
-    if given["rtol"] is not None and (given["order"] or given["elements"]):
+    if options["rtol"] is not None and (options["order"] or options["elements"]):
         raise mb.BadArgument(
-            "rtol", given["rtol"], "does not go together with --order or --elements: it chooses both"
+            "rtol", options["rtol"], "does not go together with --order or --elements: it chooses both"
         )
 
 
-def results(given, demanded=False, *failures):
+def results(options, demanded=False, *failures):
     """(State, JSON object) on the discretisation of the options, or refined to their rtol."""
-    rtol, rho, estimate = given["rtol"], given["rho"], None
+    rtol, rho, estimate = options["rtol"], options["rho"], None
     if rtol is None:
-        state, delta_fc = level(given)
+        state, delta_fc = level(options)
     else:
-        (state, delta_fc), estimate = refine(level, refinements(given), distance, rtol)
-        if given["method"] == "penalty" and rho is not None:  # its error falls like 1/rho
-            stiffer = level(given | resolution(state) | {"rho": 10 * rho})
+        (state, delta_fc), estimate = refine(level, refinements(options), distance, rtol)
+        if options["method"] == "penalty" and rho is not None:  # its error falls like 1/rho
+            stiffer = level(options | resolution(state) | {"rho": 10 * rho})
             estimate += 10 / 9 * distance((state, delta_fc), stiffer)
     if demanded and estimate > rtol:
         raise out_of_reach(
             rtol, estimate, besides=f"take another penalty than rho = {rho:g}, or the augmented Lagrangian"
         )
-    said = warnings(given, state.solid) + [f"computed to rtol = {rtol:g}: {why}" for why in failures[:1]]
+    remarks = warnings(options, state.solid) + [f"computed to rtol = {rtol:g}: {why}" for why in failures[:1]]
     try:
         compared = errors(state)
     except ModuleNotFoundError:
         compared = dict.fromkeys(("error_psi", "error_u", "error_psi_paper"))
-        said.append("microblock.model.closed_forms is missing: no errors against the closed form")
-    entries = {**observed(state, delta_fc), "error_estimate": estimate, **compared, "warnings": said}
-    return state, {"parameters": given | resolution(state), **entries}
+        remarks.append("microblock.model.closed_forms is missing: no errors against the closed form")
+    entries = {**observed(state, delta_fc), "error_estimate": estimate, **compared, "warnings": remarks}
+    return state, {"parameters": options | resolution(state), **entries}
 
 
 def resolution(state):
@@ -125,12 +125,12 @@ def resolution(state):
     return {"order": solver.body.order, "elements": solver.body.mesh.ne, "rho": solver.newton("approach").rho}
 
 
-def refinements(given):
+def refinements(options):
     """Options with orders 2 to 16 on a mesh of the layer's scale, then on its halvings.
 
     The rho of the penalty, whose error falls like 1/rho, rises along unless it is given.
     """
-    solid = problem(given | {"order": 1, "elements": 1}).body.solid
+    solid = problem(options | {"order": 1, "elements": 1}).body.solid
     # order 16 resolves exp(-8) over an element
     coarsest, most = max(1, math.ceil(1 / (8 * solid.layer_length))), RANGES["elements"][1]
     if coarsest > most:
@@ -139,28 +139,28 @@ def refinements(given):
             f"{most} elements; take a larger ell_over_H"
         )
     for halvings, order in product(range(4), range(2, 17, 2)):
-        step = given | {"elements": coarsest * 2**halvings, "order": order}
-        if given["method"] == "penalty" and given["rho"] is None:
+        step = options | {"elements": coarsest * 2**halvings, "order": order}
+        if options["method"] == "penalty" and options["rho"] is None:
             step["rho"] = (solid.lam + 2 * solid.mu) * 10.0 ** (order // 2 + 1)
         yield step
 
 
-def problem(given):
+def problem(options):
     """The contact problem of the options, with order and elements."""
     names = "ell_over_H", "psi0_deg", "nu", "beta", "curvature", "order", "elements"
     return strip.problem(
-        *(given[name] for name in names),
-        column=given["model"] == "column",
-        method=mb.Newton(given["method"], given["rho"]),
+        *(options[name] for name in names),
+        column=options["model"] == "column",
+        method=mb.Newton(options["method"], options["rho"]),
     )
 
 
-def level(given):
+def level(options):
     """(State, delta_fc) on one discretisation."""
-    contact = problem(given)
+    contact = problem(options)
     delta_fc = strip.full_contact(contact)
     # not `Contact.solve`, which refuses planes that do not touch
-    solution = contact.solver.solve(None, given["delta_over_H"], None)
+    solution = contact.solver.solve(None, options["delta_over_H"], None)
     return contact.solver.state(solution), delta_fc
 
 
@@ -238,23 +238,23 @@ def errors(state):
     }
 
 
-def warnings(given, solid):
-    """Where the small-strain model leaves its range of validity, or given elements miss the layer."""
-    delta, ell, elements = given["delta_over_H"], given["ell_over_H"], given["elements"] or math.inf
-    longest = meshes.longest_element(solid, given["order"] or 1)
+def warnings(options, solid):
+    """Where the small-strain model leaves its range of validity, or the elements asked for miss the layer."""
+    delta, ell, elements = options["delta_over_H"], options["ell_over_H"], options["elements"] or math.inf
+    longest = meshes.longest_element(solid, options["order"] or 1)
     cases = (
         # there sin and tan leave the small-angle form (41) by over 1 %
         (
-            abs(given["psi0_deg"]) > 10,
-            f"psi0 = {given['psi0_deg']:g} degrees: beyond the small-angle form (41)",
+            abs(options["psi0_deg"]) > 10,
+            f"psi0 = {options['psi0_deg']:g} degrees: beyond the small-angle form (41)",
         ),
         (delta <= 0, f"delta = {delta:g} H: the planes do not press, all fields are zero (separation)"),
         (delta > 0.1, f"delta = {delta:g} H: beyond small strain"),
         (ell > 1, f"ell = {ell:g} H: the blocks are larger than the half-thickness"),
         (
             1 / elements > longest,
-            f"elements of order {given['order']} longer than {at_most(longest)} H do not resolve the layer: "
-            "take more, or a higher order, or ask for an --rtol",
+            f"elements of order {options['order']} longer than {at_most(longest)} H do not resolve the "
+            "layer: take more, or a higher order, or ask for an --rtol",
         ),
     )
     return [words for holds, words in cases if holds]
