@@ -24,9 +24,10 @@ import microblock as mb
 
 from .. import layers
 from ..layers import figure  # noqa: F401
+from . import MATERIAL, require_ranges
 
 RTOLS = 1e-4, 1e-5  # of the meshes: the last gives the row, its distance to the first the error
-RANGES = {"alphas": (1e-3, 2.0), "positions": (1e-3, 100.0)}
+RANGES = MATERIAL | {"alphas": (1e-3, 2.0), "positions": (1e-3, 100.0)}
 
 
 def solve(
@@ -46,10 +47,7 @@ def solve(
     beta : coupling number 2 eta/(1 + eta), 0 < beta < 2
     model : modes of the half-plane, or fitted finite elements
     """
-    for name, values in (("alphas", alphas), ("positions", positions)):
-        least, most = RANGES[name]
-        if not all(least <= value <= most for value in values):
-            raise mb.BadArgument(name, values, f"must lie between {least:g} and {most:g}")
+    require_ranges(locals(), RANGES)
     if model == "halfplane":
         return {"model": model, **layers.solve(alphas, positions, nu, beta)}
     rows = [row for alpha in alphas for row in on_meshes(alpha, positions, nu, beta)]
@@ -101,8 +99,8 @@ def micropolar(state):
     """theta, the micropolar mode's part of psi, as an NGSolve function.
 
     The rest of psi is a classical rotation, which is harmonic, and L^2 lap(theta) = theta. So theta = L^2
-    lap(psi). By the balance of moments (14), div m = sigma_12 - sigma_21 with m = G grad(psi), that is (L^2/G)
-    (sigma_12 - sigma_21), of first derivatives of the computed fields.
+    lap(psi). By the balance of moments (14), div m = sigma_12 - sigma_21 with m = G grad(psi), that is
+    (L^2/G) (sigma_12 - sigma_21), of first derivatives of the computed fields.
     """
     solid, stress = state.solid, state.fields.stress
     stiffness = solid.curvature * solid.mu * solid.ell**2

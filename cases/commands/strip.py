@@ -16,15 +16,16 @@ from typing import Literal
 import numpy as np
 
 import microblock as mb
-from microblock.errors import at_most, out_of_reach, require_size
+from microblock.errors import at_most, out_of_reach
 from microblock.fem import meshes
 from microblock.model.plain_data import plain_data
 from microblock.model.refinement import refine
 from microblock.model.zones import relative_error
 
 from .. import strip
+from . import MATERIAL, OPEN, require_ranges
 
-RANGES = {
+RANGES = MATERIAL | {
     "ell_over_H": (1e-6, 1e6),
     "psi0_deg": (-45, 45),
     "delta_over_H": (-1, 1),
@@ -32,7 +33,7 @@ RANGES = {
     "rho": (1e-12, 1e16),
     "order": (1, 20),
     "elements": (1, 4000),
-    "rtol": (1e-50, math.nextafter(1, 0)),
+    "rtol": (0.0, 1.0, OPEN),
 }
 RTOL = (1e-9, 1e-6, 1e-3)  # where nothing is asked for: the first that rounding allows
 
@@ -70,7 +71,10 @@ def solve(
     rtol : relative L2 error; chooses order and elements, not together with them (1e-09 if nothing is given)
     """
     options, failures = dict(locals()), []
-    check(options)
+    require_ranges(options, RANGES)
+    if rtol is not None and (order or elements):
+        words = "does not go together with --order or --elements: it chooses both"
+        raise mb.BadArgument("rtol", rtol, words)
     if order or elements:
         return results(options | {"order": order or 1, "elements": elements or 20})
     for tolerance in RTOL if rtol is None else (rtol,):
@@ -79,20 +83,6 @@ def solve(
         except mb.NotConverged as failure:
             failures.append(failure)
     raise failures[-1]
-
-
-def check(options):
-    """Raises BadArgument for the first option that is out of range, or for rtol beside what it chooses."""
-    for name, value in options.items():
-        least, most = RANGES.get(name, (-math.inf, math.inf))
-        if isinstance(value, (int, float)):
-            require_size(**{name: value or 1.0})
-            if not least <= value <= most:
-                raise mb.BadArgument(name, value, f"must lie between {least:g} and {most:g}")
-    if options["rtol"] is not None and (options["order"] or options["elements"]):
-        raise mb.BadArgument(
-            "rtol", options["rtol"], "does not go together with --order or --elements: it chooses both"
-        )
 
 
 def results(options, demanded=False, *failures):
