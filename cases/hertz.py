@@ -73,11 +73,8 @@ def figure(states):
     drawing, (top, bottom) = plt.subplots(2, 1, figsize=(4.0, 3.6), sharex=True, layout="constrained")
     for state in states:
         x = np.linspace(-1.2, 1.2, 1201) * a_Hz
-        pressures = {corner: state.pressure_at(x, corner) for corner in state.law.corners}
-        levers = state.law.levers(x)
-        moment = sum(levers[corner] * pressures[corner] for corner in pressures) / 2
-        top.plot(x / a_Hz, sum(pressures.values()) / p_Hz, label=f"$P = {state.load / P:g}$")
-        bottom.plot(x / a_Hz, moment / p_Hz)
+        top.plot(x / a_Hz, state.pressure_at(x) / p_Hz, label=f"$P = {state.load / P:g}$")
+        bottom.plot(state.x / a_Hz, state.micromoment / (p_Hz * state.solid.ell))
     hertz = np.sqrt(np.maximum(states[-1].load / P - (x / a_Hz) ** 2, 0))
     top.plot(x / a_Hz, hertz, "k:", label=f"Hertz, $P = {states[-1].load / P:g}$")
     top.set_ylabel(r"$p/p_\mathrm{Hz}$")
