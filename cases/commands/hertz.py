@@ -28,7 +28,7 @@ EQUAL_SQUARES = 2.0  # half-width and depth of their region, over that of the co
 HALVINGS = 0.4, 0.2, 0.1, 0.05, 0.025  # of h over a_Hz, where rtol chooses it
 UNIFORM_ORDER = 2  # there
 FITTED_ORDER = 4  # of a fitted mesh of which h alone is given: the lowest that rtol takes
-STEEPEST = 45.0  # degrees
+ANGLES = "wedge_deg", "tilt_deg", "psi0_deg"
 PSI0_IN = {"gap": "gaps and levers", "lever": "levers"}
 SAMPLES = 4  # between two nodes, for largest values
 
@@ -127,10 +127,9 @@ def _check(model, mesh, method, contact, loads, **given):
     require_tolerance(said.get("rtol", RTOL))
     fe, uniform = model == "fe", mesh == "uniform"
     orders = (1 if uniform else 2, 20) if fe else (4, 30)
-    angle = f"must lie between -{STEEPEST:g} and {STEEPEST:g}"
     rules = [
         ("ell", "alpha" not in said, "does not go together with --alpha"),
-        *((name, abs(said[name]) <= STEEPEST, angle) for name in ("wedge_deg", "tilt_deg", "psi0_deg")),
+        *((name, abs(said[name]) <= 45, "must lie between -45 and 45") for name in ANGLES),
         ("psi0_deg", contact == "microblock" or not said["psi0_deg"], "belongs to --contact microblock"),
         *((name, fe, "belongs to --model fe") for name in ("domain", "mesh", "h", "method", "rho")),
         ("domain", _size(said.get("domain", "inf")) > 0, "must be a positive number (over a_Hz), or inf"),
@@ -192,8 +191,8 @@ def solutions(options):
         return [(state, estimate) for state in states]
     contact, states = problem(options), []
     for load in options.loads:
-        initial = states[-1] if states and options.model == "halfplane" else None
-        states.append(contact.solve(load * options.P, rtol=options.rtol, initial=initial))
+        before = states[-1] if states and options.model == "halfplane" else None
+        states.append(contact.solve(load * options.P, rtol=options.rtol, initial=before))
     return [(state, state.error_estimate) for state in states]
 
 

@@ -1,28 +1,26 @@
-"""Size effects under a cylinder: width, pressure and hardness over alpha, and alpha_mid at which the middle opens.
+"""Size effects under a cylinder: width, pressure and hardness over alpha, and alpha_mid.
 
-The problems are those of `hertz` at the load P, under the law of microblocks and the unilateral one. Hardness is
-over P/(2 a_Hz). The nominal hardness needs an approach: --model fe returns it on the paper's domain of 18 a_Hz.
+The problems are those of `hertz` at the load P, under the law of microblocks and under the unilateral law.
+Hardness is over P/(2 a_Hz). From alpha_mid on the middle of the contact is open. The nominal hardness needs
+an approach: --model fe returns it on the paper's domain of 18 a_Hz.
 """
 
 import math
 from typing import Literal
 
-import matplotlib.pyplot as plt
+import numpy as np
 
 import microblock as mb
 from microblock.corners import active_set
 
+from .. import size_effect
 from . import hertz
 
 ALPHAS = 0.01, 0.02, 0.05, 0.1, 0.2, 0.25, 0.35, 0.5, 0.65, 0.75, 0.8, 0.83, 0.84, 0.86, 0.9, 1.0, 1.125, 1.25
 LAWS = "microblock", "unilateral"
 ENTRIES = "half_width", "inner_half_width", "pressure_max", "hardness_apparent", "hardness_real"
 ORDERS = 6, 8, 10, 12, 14  # of panels, for alpha_mid over the size of their Gauss spacing
-MESHES = (7, 4), (9, 5)  # (order, levels) of fitted meshes for alpha_mid
-SQUARES = 0.2, 0.1, 0.05, 0.025  # sides of the squares over a_Hz at which bilinear elements give alpha_mid
 NEAR = 0.86  # ell over a_Hz there: an alpha near to what they give
-REACH = 2.0  # half-width and depth of the squares, over a_Hz
-FINEST = 0.01  # this alpha and twice this give the nominal hardness for alpha -> 0
 DOMAIN = "18"  # of the paper, over a_Hz
 
 
@@ -69,8 +67,7 @@ def solve(
 
 def _row(options):
     """The row of one law and alpha, its nominal hardness still empty."""
-    ((state, estimate),) = hertz.solutions(options)
-    record = hertz.observe(options, state, estimate)
+    record = hertz.observe(options, *hertz.solutions(options)[0])
     nominal = {"hardness_nominal": None, "hardness_nominal_error": None}
     entries = {name: record[name] for name in (*ENTRIES, "error_estimate", "profile")}
     return {"alpha": options.alpha, **entries, **nominal}
@@ -92,7 +89,7 @@ def classical_hardness(common):
     """The nominal hardness for alpha -> 0, linear in alpha, and its error."""
     (fine, fine_error), (coarse, coarse_error) = (
         nominal_hardness(hertz.resolved(alpha=alpha, contact="unilateral", **common))
-        for alpha in (FINEST, 2 * FINEST)
+        for alpha in (0.01, 0.02)
     )
     return 2 * fine - coarse, 2 * fine_error + coarse_error
 
@@ -114,31 +111,29 @@ def by_panels(nu, beta):
 def by_elements(nu, beta):
     """((alpha_mid in the limit of elements and domain, its error), [(h over a_Hz, alpha_mid)]).
 
-    The error is that of the extrapolation and of the order together. h is that of bilinear elements on a uniform
-    mesh, of which the node on the axis closes at that load.
+    The error is that of the extrapolation and of the order of the elements, from two meshes. h is that of
+    bilinear elements on a uniform mesh, of which the node on the axis closes at that load.
     """
     from microblock.halfplane.coalescence import coalescence
 
     problem = mb.Contact(mb.Block(_solid(nu, beta)), mb.Cylinder(1.0), mb.Microblock())
-    (coarse, _), (load, error) = (coalescence(problem.solver, *mesh) for mesh in MESHES)
+    (coarse, _), (load, error) = (coalescence(problem.solver, *mesh) for mesh in ((7, 4), (9, 5)))
     alpha = 1 / math.sqrt(2 * load / math.pi)
     return (alpha, alpha * (error + abs(load - coarse)) / load / 2), bilinear(nu, beta)
 
 
-def bilinear(nu, beta, squares=SQUARES):
-    """[(h over a_Hz, alpha_mid)] of bilinear elements on a uniform mesh; a_Hz is that of the load."""
+def bilinear(nu, beta, squares=(0.2, 0.1, 0.05, 0.025)):
+    """[(h over a_Hz, alpha_mid)] of bilinear elements on uniform meshes; a_Hz is that of the load."""
     body, of_h = mb.Block(_solid(nu, beta, NEAR), float(DOMAIN)), []
     for h in squares:
-        problem = mb.Contact(body, mb.Cylinder(1.0), mb.Microblock(), mb.Uniform(h=h, reach=REACH))
+        problem = mb.Contact(body, mb.Cylinder(1.0), mb.Microblock(), mb.Uniform(h=h, reach=2.0))
         a_Hz = math.sqrt(2 * axis_closes(problem.solver) / math.pi)
         of_h.append((h / a_Hz, NEAR / a_Hz))
     return of_h
 
 
 def axis_closes(solver):
-    """Load at which the node on the axis closes for good, of a condensed `Uniform` solver of half of the body."""
-    if not solver.symmetric:
-        raise mb.BadArgument("problem", solver.contact, "must be symmetric")
+    """Load at which the node on the axis closes for good, of a condensed `Uniform` solver of half a body."""
     _, flexibility, gaps, share = solver.prepare()
     last = solver.solid.E_star * solver.reach**2 / 4  # classical contact would fill the squares under less
     events = active_set.path(flexibility, gaps, [last], c=share).events
@@ -150,12 +145,10 @@ def axis_closes(solver):
 
 def figure(result):
     """Returns apparent and real hardness over 1/alpha."""
-    drawing, axis = plt.subplots(figsize=(4.0, 3.0), layout="constrained")
-    for law, kind, style in zip((*LAWS, "microblock"), ("apparent", "apparent", "real"), ("o-", "^-", "s--")):
-        rows = result["laws"][law]
-        over, hardness = [1 / row["alpha"] for row in rows], [row[f"hardness_{kind}"] for row in rows]
-        axis.semilogx(over, hardness, style, label=f"{law}, {kind}")
-    axis.axvline(1 / result["alpha_mid"], color="0.6", linestyle=":", label=r"$\alpha_\mathrm{mid}$")
-    axis.set(xlabel=r"$1/\alpha$", ylabel=r"$H/H_\mathrm{Hz}$")
-    drawing.legend(loc="outside upper center", ncols=2)
-    return drawing
+    rows = result["laws"]
+    hardness = {
+        law: {kind: [row[f"hardness_{kind}"] for row in rows[law]] for kind in ("apparent", "real")}
+        for law in rows
+    }
+    alphas = np.array([row["alpha"] for row in rows["unilateral"]])
+    return size_effect.figure({"alphas": alphas, "alpha_mid": result["alpha_mid"], **hardness})
