@@ -101,9 +101,10 @@ def resolved(**given):
     _check(**vars(options))
     scaled = mb.Cosserat(options.E, options.nu, 1.0, beta=options.beta)
     options.a_Hz, options.p_Hz = mb.hertz_scales(scaled, options.R, options.P)
-    ell = options.ell or (options.alpha or ALPHA) * options.a_Hz
+    options.alpha = options.ell / options.a_Hz if options.ell else options.alpha or ALPHA
+    ell = options.ell or options.alpha * options.a_Hz
     options.solid = mb.Cosserat(options.E, options.nu, ell, beta=options.beta)
-    options.alpha, options.ell, options.model = ell / options.a_Hz, None, options.model or "halfplane"
+    options.ell, options.model = None, options.model or "halfplane"
     if options.order is None and options.h is None:
         options.rtol = options.rtol or RTOL
     if options.model == "fe":
@@ -126,7 +127,7 @@ def _check(model, mesh, method, contact, loads, **given):
         require_positive(loads=load)
     require_tolerance(said.get("rtol", RTOL))
     fe, uniform = model == "fe", mesh == "uniform"
-    orders = (1 if uniform else 2, 20) if fe else (4, 30)
+    lowest, highest = (1 if uniform else 2, 20) if fe else (4, 30)
     rules = [
         ("ell", "alpha" not in said, "does not go together with --alpha"),
         *((name, abs(said[name]) <= 45, "must lie between -45 and 45") for name in ANGLES),
@@ -135,11 +136,7 @@ def _check(model, mesh, method, contact, loads, **given):
         ("domain", _size(said.get("domain", "inf")) > 0, "must be a positive number (over a_Hz), or inf"),
         ("method", uniform or method == "condensed", "goes with --mesh uniform: a fitted mesh is condensed"),
         ("rho", method in ("al", "penalty"), "belongs to --method al or penalty"),
-        (
-            "order",
-            orders[0] <= said.get("order", 4) <= orders[1],
-            "must lie between {} and {}".format(*orders),
-        ),
+        ("order", lowest <= (said.get("order") or 0) <= highest, f"must lie between {lowest} and {highest}"),
         ("rtol", not {"order", "h"} & set(said), "does not go together with --order or --h: it chooses them"),
     ]
     for name, allowed, words in rules:
