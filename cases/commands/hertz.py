@@ -102,9 +102,9 @@ def resolved(**given):
     scaled = mb.Cosserat(options.E, options.nu, 1.0, beta=options.beta)
     options.a_Hz, options.p_Hz = mb.hertz_scales(scaled, options.R, options.P)
     options.alpha = options.ell / options.a_Hz if options.ell else options.alpha or ALPHA
-    ell = options.ell or options.alpha * options.a_Hz
+    options.ell, ell = None, options.ell or options.alpha * options.a_Hz
     options.solid = mb.Cosserat(options.E, options.nu, ell, beta=options.beta)
-    options.ell, options.model = None, options.model or "halfplane"
+    options.model = options.model or "halfplane"
     if options.order is None and options.h is None:
         options.rtol = options.rtol or RTOL
     if options.model == "fe":
@@ -221,8 +221,8 @@ def observe(options, state, estimate):
     units = {"x": a, "weight": a, "micromoment": p * options.solid.ell, "psi": a / options.R}
     zones = {name: (np.array(pairs) / a).tolist() for name, pairs in data["zones"].items()}
     outer, inner = half_widths(zones["contact"])
-    load, corners = state.load / options.P, len(state.pressures)
-    sharp = options.obstacle == "punch" or (options.obstacle == "wedge" and _covers_apex(state))
+    load, corners, wedge = state.load / options.P, len(state.pressures), options.obstacle == "wedge"
+    sharp = options.obstacle == "punch" or (wedge and _covers_apex(state))
     x = _between(state.x)
     top, where = (None, []) if sharp else largest(state.pressure_at, x)
     moment = np.abs(state.micromoment).max() if corners == 1 else None
@@ -233,10 +233,9 @@ def observe(options, state, estimate):
             return abs(sum(lever * state.pressure_at(x, corner) for corner, lever in levers))
 
         moment = state.solid.ell / 2 * largest(micromoment, x)[0]
-    bounded = not (sharp and corners == 1 and options.obstacle == "wedge")
     return {
         "load": load,
-        "pressure_centre": float(state.pressure_at(0.0)) / p if bounded else None,
+        "pressure_centre": None if wedge and sharp and corners == 1 else float(state.pressure_at(0.0)) / p,
         "pressure_max": top and top / p,
         "pressure_max_at": [place / a for place in where],
         "zones": zones,
