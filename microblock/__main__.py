@@ -18,7 +18,7 @@ FILE       two columns, x (ascending) and height, with commas, semicolons or bla
 import os
 import sys
 from math import radians
-from typing import Literal
+from typing import Any, Literal
 
 # threads stall small dense work on busy cores; set before numpy is first imported
 for library in ("OPENBLAS", "OMP"):
@@ -32,6 +32,7 @@ from . import (  # noqa: E402
     HalfPlane,
     Microblock,
     Microclamped,
+    State,
     Unilateral,
     __version__,
 )
@@ -47,7 +48,7 @@ CELLS = "Cells(nodes=..., window=...) take"  # the advice of an obstacle that is
 def solve(
     height: str | None = None,
     samples: str | None = None,
-    window: tuple[float, ...] = (),
+    window: tuple[float, float] | None = None,
     loads=(1.0,),
     E=100.0,
     nu=0.3,
@@ -78,17 +79,20 @@ def solve(
     """
     if height is not None and samples is not None:
         raise BadArgument("height", height, "does not go together with --samples: each is an obstacle")
-    if height is None and samples is None:
-        raise BadArgument("height", "EXPR", "must be given, or --samples FILE")
     if window and path:
         raise BadArgument("window", window, "does not go together with --path: cells follow no events")
     if psi0_deg and contact != "microblock":
         raise BadArgument("psi0_deg", psi0_deg, "belongs to --contact microblock")
-    obstacle = function_of_x(height, "height") if samples is None else read_samples(samples, "samples")
+    if samples is not None:
+        obstacle: Any = read_samples(samples, "samples")
+    elif height is not None:
+        obstacle = function_of_x(height, "height")
+    else:
+        raise BadArgument("height", "EXPR", "must be given, or --samples FILE")
     method = Cells(window=window) if window else None
     rtol = rtol if rtol is not None else RTOL["cells" if window else "panels"]
     law = Microblock(radians(psi0_deg)) if contact == "microblock" else LAWS[contact]()
-    states = []
+    states: list[State] = []
     try:
         problem = Contact(HalfPlane(Cosserat(E, nu, ell, beta=beta)), obstacle, law, method)
         for load in loads:

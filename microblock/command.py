@@ -5,8 +5,9 @@ A command is a module with ``solve(**options)``, whose default values give the t
 without a value says its type (``rtol: float | None = None``). `Literal` names choices. A section "Parameters"
 in the docstring of `solve`, a line each (``rtol : tolerance``), explains them. A module may have
 ``figure(result)``: a figure, or {name: figure}; and ``to_dict(result)`` where its JSON object is
-not the plain data of the result. A `solve` that writes files itself takes the folder as its argument `out`; the
-module's `OUT` is the folder where none is named. An entry "parameters" of the object says what was resolved.
+not the plain data of the result. A `solve` that writes files itself takes the folder as its argument `out`;
+`OUT` of the module is the folder where none is named. An entry "parameters" of the object says what was
+resolved.
 """
 
 import argparse
@@ -67,8 +68,8 @@ class Option:
 
     def add_to(self, parser):
         """Adds the option to a parser, which leaves its value as text."""
-        default = self.default if self.many else (self.default,)
-        given = default not in ((None,), (), None, (False,))
+        default = self.default if isinstance(self.default, tuple) else (self.default,)
+        given = default not in ((None,), (), (False,))
         text = self.text + f" (default {' '.join(map(str, default))})" * given
         if self.choices:
             text = f"{', '.join(map(str, self.choices))}: {text}"
