@@ -90,8 +90,6 @@ def figure(states):
 
 if __name__ == "__main__":
     states = solve()
-    for words, state in states.items():
-        (left, _), *_, (_, right) = state.zones["contact"]
-        print(f"{words}: contact from {left:.4f} to {right:.4f} a_Hz")
+    print(*states.values(), sep="\n")
     figure(states)
     plt.show()

@@ -89,7 +89,9 @@ def figure(result):
         inside = x[abs(x) < 1]
         punch.plot(x, 2 * state.pressure_at(x) / state.load, f"C{number}", label=name)
         punch.plot(inside, classical_punch(inside, tilted), f"C{number}", linestyle="--", linewidth=0.7)
-    wedge.set(xlabel=r"$x_1/\ell$", ylabel=r"$p/(E^* s)$", ylim=(0, 3.2), title="(a) wedge; dashed: classical")
+    wedge.set(
+        xlabel=r"$x_1/\ell$", ylabel=r"$p/(E^* s)$", ylim=(0, 3.2), title="(a) wedge; dashed: classical"
+    )
     punch.set(xlabel="$x_1/b$", ylabel="$2 b\\,p/P$", ylim=(0, 6), title="(b) punch; dashed: classical")
     for axis in (wedge, punch):
         axis.legend()

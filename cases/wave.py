@@ -34,10 +34,7 @@ def solve(ell_over_wavelength=0.05, nu=0.3, beta=1.0, nodes=2048, last=1.5, load
     """
     E = (1 - nu**2) / (math.pi * AMPLITUDE)  # which makes the unit of pressure 1
     result = {}
-    for name, law, coupling in (
-        ("microblocks", mb.Microblock(), beta),
-        ("classical", mb.Unilateral(), 0.0),
-    ):
+    for name, law, coupling in (("microblocks", mb.Microblock(), beta), ("classical", mb.Unilateral(), 0.0)):
         body = mb.HalfPlane(mb.Cosserat(E=E, nu=nu, ell=ell_over_wavelength, beta=coupling), period=1.0)
         problem = mb.Contact(body, mb.Wave(AMPLITUDE, wavelength=1.0), law, mb.Cells(nodes=nodes))
         result[name] = [problem.solve(load=load) for load in np.linspace(0, last, loads + 1)[1:]]
@@ -62,15 +59,15 @@ def figure(result):
         ("microblocks", np.min, "C1.-", "microblocks, both corners"),
     ):
         axis.plot(loads, in_contact(result[name], corners), look, markersize=3, label=words)
-    axis.set(xlabel=r"mean pressure, $\bar p\,\lambda/(\pi E^*\Delta)$", ylabel=r"length in contact over $\lambda$")
+    axis.set(
+        xlabel=r"mean pressure, $\bar p\,\lambda/(\pi E^*\Delta)$", ylabel=r"length in contact over $\lambda$"
+    )
     drawing.legend(loc="outside upper center")
     return drawing
 
 
 if __name__ == "__main__":
     result = solve()
-    closed = in_contact(result["microblocks"], np.min).index(1.0)
-    load = result["microblocks"][closed].load
-    print(f"all corners are closed at {load:.3g} times the mean pressure of classical closure")
+    print(*result["microblocks"], sep="\n")
     figure(result)
     plt.show()
