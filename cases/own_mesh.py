@@ -1,14 +1,18 @@
 """
 Bodies on a mesh of your own
 ============================
-A hole moves the load to the firm side; a thin layer presses back like a Winkler foundation, a thick one like a half-plane.
+A hole moves the load to the firm side; a thin layer presses back like a Winkler foundation, a thick one
+like a half-plane.
 
-:Geometry:  a cylinder with the force P per thickness on (a) a block of 8 by 4 with a hole of the radius 0.8, (b) layers of the thickness h; both are bonded to a rigid base (u = 0, psi = 0)
+:Geometry:  a cylinder with the force P per thickness on (a) a block of 8 by 4 with a hole of the radius
+            0.8, (b) layers of the thickness h; both are bonded to a rigid base (u = 0, psi = 0)
 :Equations: (10)-(18) in the body, corner gaps (20)-(22), contact conditions (26)
 :Method:    finite elements on a mesh of Netgen, refined until the estimated error is below rtol
-:Reference: thin layer: :math:`p = (\\lambda + 2\\mu)\\, u/h` and :math:`M = \\gamma' \\mu\\, \\ell^2\\, \\psi/h`; thick layer: panels on the half-plane
-:Units:     those of Hertz' contact: lengths over :math:`a_\\mathrm{Hz}`, pressures over :math:`p_\\mathrm{Hz}`
-"""  # noqa: E501
+:Reference: thin layer: :math:`p = (\\lambda + 2\\mu)\\, u/h` and :math:`M = \\gamma' \\mu\\, \\ell^2\\,
+            \\psi/h`; thick layer: panels on the half-plane
+:Units:     those of Hertz' contact: lengths over :math:`a_\\mathrm{Hz}`, pressures over
+            :math:`p_\\mathrm{Hz}`
+"""
 
 import matplotlib.pyplot as plt
 import netgen.occ as occ

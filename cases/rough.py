@@ -1,14 +1,17 @@
 """
 Rough surfaces and rough blocks
 ===============================
-Rough contact rests on many small zones, most of them on one corner of the blocks; unevenly rotated blocks lose the contact of both corners first.
+Rough contact rests on many small zones, most of them on one corner of the blocks; unevenly rotated blocks
+lose the contact of both corners first.
 
-:Geometry:  half-plane :math:`x_2 < 0` with blocks rotated by a self-affine :math:`\\psi_0(x_1)`; (a) under a self-affine profile of one period, (b) under a cylinder
+:Geometry:  half-plane :math:`x_2 < 0` with blocks rotated by a self-affine :math:`\\psi_0(x_1)`; (a) under
+            a self-affine profile of one period, (b) under a cylinder
 :Equations: (10)-(18) in the solid, corner gaps (20)-(22), contact conditions (26)
 :Method:    uniform cells, products by Fourier transforms (``Cells``): no matrix is stored
 :Reference: four times as many cells; aligned blocks by panels fitted to the edges
-:Units:     (a) lengths over the period, pressures over :math:`E^*` times the root mean square slope h'; (b) lengths over :math:`a_\\mathrm{Hz}`, :math:`\\psi_0` over :math:`a_\\mathrm{Hz}/R`
-"""  # noqa: E501
+:Units:     (a) lengths over the period, pressures over :math:`E^*` times the root mean square slope h'; (b)
+            lengths over :math:`a_\\mathrm{Hz}`, :math:`\\psi_0` over :math:`a_\\mathrm{Hz}/R`
+"""
 
 import math
 

@@ -3,7 +3,8 @@ A measured profile
 ==================
 The polygon through samples has a spike of pressure at each sample; a smooth curve through them has none.
 
-:Geometry:  half-plane :math:`x_2 < 0`; a profile given by samples, pressed down by the force P per thickness
+:Geometry:  half-plane :math:`x_2 < 0`; a profile given by samples, pressed down by the force P per
+            thickness
 :Equations: (10)-(18) in the solid, corner gaps (20)-(22), contact conditions (26)
 :Method:    uniform cells on a window, products by Fourier transforms (``Cells``)
 :Reference: the formula behind the samples

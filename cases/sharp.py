@@ -1,14 +1,18 @@
 """
 Wedge and punch
 ===============
-Where the classical pressure is infinite once, at the edge of a wedge or at the end of a punch, that of microblocks is infinite twice: half a block to either side.
+Where the classical pressure is infinite once, at the edge of a wedge or at the end of a punch, that of
+microblocks is infinite twice: half a block to either side.
 
-:Geometry:  half-plane :math:`x_2 < 0`; a wedge with flanks of slope s, or a punch of the half-width b, flat or tilted, pressed down by a force P per thickness
+:Geometry:  half-plane :math:`x_2 < 0`; a wedge with flanks of slope s, or a punch of the half-width b, flat
+            or tilted, pressed down by a force P per thickness
 :Equations: (10)-(18) in the solid, corner gaps (20)-(22), contact conditions (26)
 :Method:    panels on the contact line, no mesh
-:Reference: classical wedge :math:`P/(\\pi a)\\, \\mathrm{arcosh}(a/|x_1|)` with :math:`a = P/(E^* s)`, classical punch :math:`(P/\\pi - E^* s\\, x_1/2)/\\sqrt{b^2 - x_1^2}` with a tilt s
-:Units:     wedge: lengths over the block's side, pressures over :math:`E^* s`; punch: lengths over b, pressures over P/(2 b)
-"""  # noqa: E501
+:Reference: classical wedge :math:`P/(\\pi a)\\, \\mathrm{arcosh}(a/|x_1|)` with :math:`a = P/(E^* s)`,
+            classical punch :math:`(P/\\pi - E^* s\\, x_1/2)/\\sqrt{b^2 - x_1^2}` with a tilt s
+:Units:     wedge: lengths over the block's side, pressures over :math:`E^* s`; punch: lengths over b,
+            pressures over P/(2 b)
+"""
 
 import math
 

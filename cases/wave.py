@@ -1,14 +1,18 @@
 """
 Wavy surface, from first touch to full closure
 ==============================================
-Under a rigid wave, microblocks of a twentieth of its length close with both corners only at 1.33 times the mean pressure that closes a classical solid.
+Under a rigid wave, microblocks of a twentieth of its length close with both corners only at 1.33 times the
+mean pressure that closes a classical solid.
 
-:Geometry:  half-plane :math:`x_2 < 0`; a rigid cosine of the length :math:`\\lambda` and the amplitude :math:`\\Delta`, pressed down by a mean pressure
+:Geometry:  half-plane :math:`x_2 < 0`; a rigid cosine of the length :math:`\\lambda` and the amplitude
+            :math:`\\Delta`, pressed down by a mean pressure
 :Equations: (10)-(18) in the solid, corner gaps (20)-(22), contact conditions (26)
 :Method:    a period of uniform cells, products by Fourier transforms (``Cells``)
-:Reference: Westergaard: classical contact of the length :math:`2a` at :math:`\\bar p = \\sin^2(\\pi a/\\lambda)`; microblocks: full closure in closed form
-:Units:     lengths over :math:`\\lambda`, pressures over :math:`\\pi E^* \\Delta/\\lambda`, the mean pressure of classical closure
-"""  # noqa: E501
+:Reference: Westergaard: classical contact of the length :math:`2a` at :math:`\\bar p = \\sin^2(\\pi
+            a/\\lambda)`; microblocks: full closure in closed form
+:Units:     lengths over :math:`\\lambda`, pressures over :math:`\\pi E^* \\Delta/\\lambda`, the mean
+            pressure of classical closure
+"""
 
 import math
 

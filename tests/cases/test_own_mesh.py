@@ -22,7 +22,7 @@ def test_the_winkler_foundation_meets_the_contact_conditions():
 
 
 def test_the_winkler_foundation_under_a_cylinder():
-    """Half-width (3 P R h/(2 K))^(1/3), Johnson, Contact Mechanics, 5.8; no moment where the base lets psi go."""
+    """Half-width (3 P R h/(2 K))^(1/3), Johnson, Contact Mechanics, 5.8; no moment where psi is free at the base."""
     x = np.linspace(-2, 2, 40001)
     gaps, weights = np.array([x**2 / 2]), np.full(len(x), x[1] - x[0])
     exact = (3 * 1.7 / (2 * LAYER.normal)) ** (2 / 3) / 2
@@ -52,7 +52,7 @@ def test_a_hole_widens_the_contact_and_moves_the_load_away(states):
 
 
 def test_layers_between_their_limits(states):
-    """Differences fall like (h/a)^(3/2) to the foundation, by its edges, and like (a/h)^2 to the half-plane."""
+    """Differences fall like (h/a)^(3/2) to the foundation, by its edges; like (a/h)^2 to the half-plane."""
     x, half_plane = np.linspace(-1.4, 1.4, 4001), states["half-plane"]
 
     def off(h, limit):

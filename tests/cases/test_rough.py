@@ -1,7 +1,5 @@
 """Rough contact: the estimate of cells, panels for aligned blocks, mirror images, and what seeds show."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 

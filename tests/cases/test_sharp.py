@@ -119,7 +119,7 @@ def test_elements_keep_their_promise_under_punches(law, beta, ell, tilt, load, r
 
 @pytest.mark.parametrize("alpha", [0.1, 0.07, 0.0125])
 def test_rims_of_a_flat_punch_are_as_wide_as_blocks(alpha):
-    """A rim of one corner, 0.16 ell wide, at any size; cells beside it, which fall slowly towards 1/sqrt(r)."""
+    """A rim of one corner, 0.16 ell wide, at any size; cells beside it, which resolve 1/sqrt(r) slowly."""
     state = mb.Contact(sharp.body(alpha), mb.Punch(1.0), mb.Microblock()).solve(load=0.01, rtol=1e-4)
     (left, _), (rim, right) = state.zones["A"]
     assert (left, right) == pytest.approx((alpha / 2 - 1, alpha / 2 + 1))
