@@ -22,7 +22,7 @@ def test_the_winkler_foundation_meets_the_contact_conditions():
 
 
 def test_the_winkler_foundation_under_a_cylinder():
-    """Half-width (3 P R h/(2 K))^(1/3), Johnson, Contact Mechanics, 5.8; no moment where psi is free at the base."""
+    """Half-width (3 P R h/(2 K))^(1/3), Johnson, Contact Mechanics, 5.8; no moment where psi is free."""
     x = np.linspace(-2, 2, 40001)
     gaps, weights = np.array([x**2 / 2]), np.full(len(x), x[1] - x[0])
     exact = (3 * 1.7 / (2 * LAYER.normal)) ** (2 / 3) / 2
