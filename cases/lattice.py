@@ -76,7 +76,7 @@ def on_blocks(state, blocks):
     x, b, p_Hz = blocks.x, blocks.solid.ell, blocks.problem.body.springs.E_star / 2
     if state is blocks:
         return np.array([state.pressure, state.micromoment / b]) / p_Hz
-    points = (x[:, None] + b * (np.arange(0.5, 1000) / 1000 - 0.5)).ravel()
+    points = (x[:, None] + b * (np.arange(0.5, 4000) / 4000 - 0.5)).ravel()
     corners = [state.pressure_at(points, name).reshape(len(x), -1).mean(axis=1) for name in state.pressures]
     return np.array([sum(corners), (corners[0] - corners[-1]) / 2]) / p_Hz
 
