@@ -87,7 +87,7 @@ def figure(result):
         axis.axhline(1, linestyle=":", color="gray")
         axis.set(xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$", ylabel=words, xticks=alphas, xticklabels=alphas)
     below[0].set_title("less approach: stiffer under every law", loc="left")
-    below[1].set_title("microblock softer, one corner harder", loc="left")
+    below[1].set_title("microblock less hard, one corner harder", loc="left")
     drawing.legend(*below[1].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return drawing
 
