@@ -26,18 +26,24 @@ from microblock.view.plots import STYLE
 
 OUT = "out"
 HERE = Path(__file__).parent
-GROUPS = {"The paper's figures": "paper", "Methods": "benchmarks", "Beyond the figures of the paper": ""}
+GROUPS = {"The paper": "cases.paper", "Methods": "cases.benchmarks", "Beyond the paper": "cases"}
+PAPER = "strip", "hertz", "size_effect", "layers"  # problems of the paper, whose scripts are with the others
 BESIDE = HERE / "playground" / "playground.html", HERE / "playground" / "table.js"
 
 
 def modules():
     """Returns {name: dotted module} of all that is drawn, in the order of the page."""
     found = {}
-    for folder in GROUPS.values():
-        for path in sorted((HERE / folder).glob("*.py")):
+    for package in GROUPS.values():
+        for path in sorted(HERE.parent.joinpath(*package.split(".")).glob("*.py")):
             if "\ndef figure(" in path.read_text():
-                found[path.stem] = ".".join(filter(None, ("cases", folder, path.stem)))
+                found[path.stem] = f"{package}.{path.stem}"
     return found
+
+
+def package(name, module):
+    """Returns the package under whose heading a module is shown."""
+    return GROUPS["The paper"] if name in PAPER else module.rpartition(".")[0]
 
 
 def solve(only: tuple[str, ...] | None = None, out: str | None = None):
@@ -65,7 +71,10 @@ def make(chosen, folder):
         If one of them failed. The page is written all the same, with the others.
     """
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    start, items = time.perf_counter(), {name: {"name": name, "module": chosen[name]} for name in chosen}
+    start, items = (
+        time.perf_counter(),
+        {name: {"name": name, "package": package(name, chosen[name])} for name in chosen},
+    )
     with ThreadPoolExecutor(2) as pool:
         waiting = {pool.submit(alone, *entry, folder): entry[0] for entry in chosen.items()}
         for done in as_completed(waiting):
@@ -117,7 +126,8 @@ def text(words):
     links = r"\[([^\]]+)\]\([^)]+\)"
     words = re.sub(r":math:`([^`]+)`|\$([^$]+)\$", r"<i>\1\2</i>", re.sub(links, r"\1", html.escape(words)))
     words = re.sub(r"_\{?(?:\\mathrm\{)?(\w+)\}*", r"<sub>\1</sub>", words)
-    return re.sub(r"\\(\w+)", r"&\1;", re.sub(r"`+([^`]+)`+", r"<code>\1</code>", words))
+    words = words.replace(r"\sqrt", r"\radic")
+    return re.sub(r"\\([a-z]+)", r"&\1;", re.sub(r"`+([^`]+)`+", r"<code>\1</code>", words))
 
 
 def differences():
@@ -152,10 +162,9 @@ def page(items, folder, seconds):
         chart = {"figures": {"chart": (700, 500)}, "title": "Speed", "message": "Time over true error."}
     shown = [item for name, item in items.items() if name not in ("findings", "chart")]
     sections = []
-    for heading, part in GROUPS.items():
-        ours = [card(item) for item in shown if (item["module"].split(".")[1:-1] or [""])[0] == part]
-        if ours:
-            sections.append(f'<h2>{heading}</h2><div class="cards">{"".join(ours)}</div>')
+    for heading, group in GROUPS.items():
+        ours = [card(item) for item in shown if item["package"] == group]
+        sections += [f'<h2>{heading}</h2><div class="cards">{"".join(ours)}</div>'] if ours else []
     return Template((HERE / "report.html").read_text()).substitute(
         first=pictures(first) if "figures" in first else card(first),
         chart=pictures(chart),

@@ -34,11 +34,11 @@ class Page(HTMLParser):
 
 
 def test_a_script_that_fails_does_not_stop_the_others(tmp_path):
-    with pytest.raises(NotConverged, match=r"1 of 2 scripts failed: broken \(AttributeError"):
-        report.make({"broken": "json", "findings": "cases.findings"}, tmp_path)
+    with pytest.raises(NotConverged, match=r"1 of 2 scripts failed: broken \(ModuleNotFound"):
+        report.make({"broken": "cases.broken", "findings": "cases.findings"}, tmp_path)
     page = Page(tmp_path)
     page.check(tmp_path)
-    assert "broken failed: AttributeError" in page.text and "larger than 0.8343 a" in page.text
+    assert "broken failed: ModuleNotFound" in page.text and "larger than 0.8343 a" in page.text
     assert main(["report", "--only", "nowhere", "--out", str(tmp_path)]) == 2
 
 
