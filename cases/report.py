@@ -28,7 +28,6 @@ OUT = "out"
 HERE = Path(__file__).parent
 GROUPS = {"The paper": "cases.paper", "Methods": "cases.benchmarks", "Beyond the paper": "cases"}
 PAPER = "strip", "hertz", "size_effect", "layers"  # problems of the paper, whose scripts are with the others
-BESIDE = HERE / "playground" / "playground.html", HERE / "playground" / "table.js"
 
 
 def modules():
@@ -39,11 +38,6 @@ def modules():
             if "\ndef figure(" in path.read_text():
                 found[path.stem] = f"{package}.{path.stem}"
     return found
-
-
-def package(name, module):
-    """Returns the package under whose heading a module is shown."""
-    return GROUPS["The paper"] if name in PAPER else module.rpartition(".")[0]
 
 
 def solve(only: tuple[str, ...] | None = None, out: str | None = None):
@@ -71,18 +65,18 @@ def make(chosen, folder):
         If one of them failed. The page is written all the same, with the others.
     """
     (folder / "figures").mkdir(parents=True, exist_ok=True)
-    start, items = (
-        time.perf_counter(),
-        {name: {"name": name, "package": package(name, chosen[name])} for name in chosen},
-    )
+    start = time.perf_counter()
+    items = {
+        name: {"name": name, "package": GROUPS["The paper"] if name in PAPER else module.rpartition(".")[0]}
+        for name, module in chosen.items()
+    }
     with ThreadPoolExecutor(2) as pool:
         waiting = {pool.submit(alone, *entry, folder): entry[0] for entry in chosen.items()}
         for done in as_completed(waiting):
             item, failure = items[waiting[done]], done.exception()
             item |= {"failed": f"{type(failure).__name__}: {failure}"} if failure else done.result()
             print(f"{item['name']}: {item.get('failed', 'done')}", file=sys.stderr)
-    for file in filter(Path.exists, BESIDE):
-        shutil.copy(file, folder)
+    shutil.copytree(HERE / "playground", folder / "playground", dirs_exist_ok=True)
     write_text(folder / "index.html", page(items, folder, time.perf_counter() - start))
     failed = [f"{name} ({item['failed']})" for name, item in items.items() if "failed" in item]
     if failed:
@@ -123,10 +117,9 @@ def drawn(name, module, folder):
 
 def text(words):
     """Returns words of RST or Markdown as HTML: short formulas in italics, with Greek letters and indices."""
-    links = r"\[([^\]]+)\]\([^)]+\)"
-    words = re.sub(r":math:`([^`]+)`|\$([^$]+)\$", r"<i>\1\2</i>", re.sub(links, r"\1", html.escape(words)))
+    words = re.sub(r"\[([^\]]+)\]\([^)]+\)", r"\1", html.escape(words))  # links
+    words = re.sub(r":math:`([^`]+)`|\$([^$]+)\$", r"<i>\1\2</i>", words.replace(r"\sqrt", r"\radic"))
     words = re.sub(r"_\{?(?:\\mathrm\{)?(\w+)\}*", r"<sub>\1</sub>", words)
-    words = words.replace(r"\sqrt", r"\radic")
     return re.sub(r"\\([a-z]+)", r"&\1;", re.sub(r"`+([^`]+)`+", r"<code>\1</code>", words))
 
 
