@@ -39,6 +39,8 @@ class OneLineParser(argparse.ArgumentParser):
     """A parser whose errors are one line on standard error, and exit status 2."""
 
     def error(self, message):
+        if message.endswith("expected one argument"):
+            message += "; a value that begins with - is written --NAME=VALUE"
         self.exit(2, f"{self.prog}: {message}\n")
 
 
