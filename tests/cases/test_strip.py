@@ -15,7 +15,7 @@ def sample():
     """Options, each once in each of 12 slices of its range; approaches below, at and above delta_fc."""
     rng = np.random.default_rng(3)
     slices = (np.array([rng.permutation(12) for _ in range(4)]) + rng.random((4, 12))) / 12
-    for (a, b, c, d), share in zip(slices.T, 2 * (0.0, 0.5, 1 - 1e-9, 1.0, 1 + 1e-9, 2.0)):
+    for (a, b, c, d), share in zip(slices.T, 2 * (0.0, 0.5, 1 - 1e-9, 1.0, 1.0, 2.0)):
         ell, psi0_deg, nu, beta = 0.05 * 100**a, 6 * b - 3, 0.49 * c, 0.01 + 1.98 * d
         delta_fc = Strip(ell, math.radians(psi0_deg), nu, beta, 0.0).delta_fc
         yield {
