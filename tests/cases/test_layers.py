@@ -67,10 +67,10 @@ def test_null_where_the_fit_is_not_determined(shape, reason, lost):
     assert reason in row["reason"] and tuple(name for name in FITTED if row[name] is None) == lost
 
 
-@pytest.mark.parametrize("alpha, x1", [(0.01, 0.2), (0.1, 0.7)])
-def test_no_start_leads_to_a_better_fit(alpha, x1):
+@pytest.mark.parametrize("alpha, x1, nu, beta", [(0.01, 0.2, 0.45, 1.8), (0.1, 0.7, 0.3, 1.0)])
+def test_no_start_leads_to_a_better_fit(alpha, x1, nu, beta):
     """The valleys are narrow for a small alpha, the lengths nearly equal for a large one."""
-    x2, microblock, unilateral, _ = script.profiles(alpha, (x1,))
+    x2, microblock, unilateral, _ = script.profiles(alpha, (x1,), nu, beta)
     values = (microblock - unilateral)[0] / np.abs(microblock - unilateral).max()
 
     def misfit(logarithms):
