@@ -75,7 +75,7 @@ def figure(states):
         xlabel=r"mean pressure $p_0/(E^* h')$",
         ylabel=r"$\kappa = (A/A_0)\,E^* h'/p_0$",
         xticks=loads,
-        xticklabels=loads,
+        xticklabels=np.round(loads, 3),
     )
     below.legend()
     return drawing
