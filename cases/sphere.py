@@ -85,7 +85,12 @@ def figure(result):
             axis.plot([1.3 * alphas[-1], 2 * alphas[-1]], [end, end], color=f"C{number}")
     for axis, words in zip(below, ("approach over Hertz's", "hardness over Hertz's")):
         axis.axhline(1, linestyle=":", color="gray")
-        axis.set(xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$", ylabel=words, xticks=alphas, xticklabels=alphas)
+        axis.set(
+            xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$",
+            ylabel=words,
+            xticks=alphas,
+            xticklabels=np.round(alphas, 3),
+        )
     below[0].set_title("less approach: stiffer under every law", loc="left")
     below[1].set_title("microblock less hard, one corner harder", loc="left")
     drawing.legend(*below[1].get_legend_handles_labels(), loc="outside lower center", ncols=3)
