@@ -151,8 +151,7 @@ def figure(result):
 
 if __name__ == "__main__":
     result = solve()
-    print(
-        f"delta_fc = {result['delta_fc']:.6f} H; closed form {strip.closed_form(result['loads'][0]).delta_fc:.6f}"
-    )
+    exact = strip.closed_form(result["loads"][0])
+    print(f"delta_fc = {result['delta_fc']:.6f} H; closed form {exact.delta_fc:.6f}")
     figure(result)
     plt.show()
