@@ -1,9 +1,11 @@
 """
 Figures 3 to 6: the strip between rigid planes
 ==============================================
-Compressed blocks rotate back within a layer of a few :math:`\\ell` below the surface, until both corners touch.
+Compressed blocks rotate back within a layer of a few :math:`\\ell` below the surface, until both corners
+touch.
 
-:Geometry:  strip of the thickness 2 H between rigid planes, blocks rotated by :math:`\\psi_0 = 1` degree (paper, Fig. 2)
+:Geometry:  strip of the thickness 2 H between rigid planes, blocks rotated by :math:`\\psi_0 = 1` degree
+            (paper, Fig. 2)
 :Equations: (44) with the conditions (45) of partial, and of full contact
 :Method:    20 bilinear elements over the half-thickness as in the paper; elements of high order for Fig. 5
 :Reference: closed form (46)-(49)
@@ -109,7 +111,9 @@ def fig5(states):
 
 def surface(exact):
     """Micromoment, traction, psi, u1 and u2 of a closed form at the surface."""
-    return np.array([exact.micromoment, exact.traction, *(field(1.0) for field in (exact.psi, exact.u1, exact.u2))])
+    return np.array(
+        [exact.micromoment, exact.traction, *(field(1.0) for field in (exact.psi, exact.u1, exact.u2))]
+    )
 
 
 def fig6(states, delta_fc):
@@ -124,7 +128,10 @@ def fig6(states, delta_fc):
     curves = (
         (axes[0], r"$M/M(\delta_{fc})$", lambda s: s[0] / surface(full)[0]),
         (axes[0], r"$M/[t_n\ell(1-\psi_0)/2]$", lambda s: s[0] / (s[1] * lever)),
-        *((axes[1], name, lambda s, k=k: s[k] / sizes[k]) for k, name in ((2, r"$\psi$"), (3, "$u_1$"), (4, "$u_2$"))),
+        *(
+            (axes[1], name, lambda s, k=k: s[k] / sizes[k])
+            for k, name in ((2, r"$\psi$"), (3, "$u_1$"), (4, "$u_2$"))
+        ),
     )
     for number, (axis, words, value) in enumerate(curves):
         axis.plot(fine, value(lines), f"C{number}")
@@ -144,6 +151,7 @@ def figure(result):
 
 if __name__ == "__main__":
     result = solve()
-    print(f"delta_fc = {result['delta_fc']:.6f} H; closed form {strip.closed_form(result['loads'][0]).delta_fc:.6f}")
+    exact = strip.closed_form(result["loads"][0])
+    print(f"delta_fc = {result['delta_fc']:.6f} H; closed form {exact.delta_fc:.6f}")
     figure(result)
     plt.show()

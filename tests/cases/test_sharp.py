@@ -49,6 +49,26 @@ def test_classical_limit(obstacle, load, exact):
         assert sharp.classical_punch(x, tilted) * load / 2 == pytest.approx(exact(x), rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    "obstacle, load, exact, order",
+    [
+        (mb.Cylinder(1.0), math.pi / 4, closed_forms.hertz, 1),
+        (mb.Wedge(0.01), 0.01, closed_forms.wedge, 1 / 2),
+        (mb.Punch(1.0), 1.0, closed_forms.punch, 1 / 4),
+    ],
+)
+def test_orders_of_uniform_cells(obstacle, load, exact, order):
+    """They follow from what a cell misses: a root, a logarithm, and an inverse root in the weighted norm."""
+    body, errors = mb.HalfPlane(mb.Cosserat(E=0.91, nu=0.3, ell=1.0, beta=1e-10)), []
+    for nodes in (1000, 4000):
+        cells = mb.Cells(nodes=nodes, window=(-1.25, 1.25))
+        state = mb.Contact(body, obstacle, mb.Unilateral(), cells).solve(load=load)
+        form = exact(state.x, load, 1.0)
+        weights = np.sqrt(np.maximum(1 - state.x**2, 0)) ** (order == 1 / 4)
+        errors.append(math.sqrt(weights @ (state.pressure - form) ** 2 / (weights @ form**2)))
+    assert math.log(errors[0] / errors[1], 4) == pytest.approx(order, abs=0.03)
+
+
 @pytest.mark.parametrize("share, tilt", [(0.2, 0.01), (0.7, -0.02), (1.0, 0.01), (3.0, -0.02)])
 def test_the_closed_form_of_a_tilted_punch_is_a_contact(share, tilt):
     """Its load, its sign, and the slope of the surface below it, pv int p/(s - x) dx = pi E* tilt/2."""
