@@ -101,7 +101,9 @@ class Panels:
                         while done < (b - a) / 2:
                             until = 2 * done or size
                             until = (b - a) / 2 if until > 0.4 * (b - a) else until
-                            rows.append((corner, end + sign * done, sign * (until - done), PLAIN if done else kind))
+                            rows.append(
+                                (corner, end + sign * done, sign * (until - done), PLAIN if done else kind)
+                            )
                             done = until
         return cls(*map(np.array, zip(*rows)), order)
 
