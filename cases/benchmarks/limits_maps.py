@@ -65,7 +65,7 @@ def compared(state, true, promise=None, **more):
 def on_panels(problem, load, state, rtol):
     """The Outcome of a State on panels, by the second code; by uniform cells where that has no answer."""
     try:
-        true, own = panels.reference(problem, load, [panels.zones_of(state)])
+        true, own = panels.reference(problem, load, state)
         return compared(state, true, rtol + own, judge="panels")
     except NoAnswer:
         grid = problem.with_(method=mb.Cells(nodes=4096)).solve(load=load)

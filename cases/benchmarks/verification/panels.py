@@ -1,14 +1,15 @@
 """A second code for the contact line to ten digits: graded Legendre panels in x, edges by Newton's method.
 
-Pressure       Legendre polynomials of x on panels that double in length away from every edge of either corner;
-               the panel at an edge, a fifth of ell long, takes f/v, v^2 = r/h, and the panel at a jump of the
-               slope polynomials of r and the same times log r.
+Pressure       Legendre polynomials of x on panels that double in length away from every edge of either
+               corner; the panel at an edge, a fifth of ell long, takes f/v, v^2 = r/h, and the panel at a jump
+               of the slope polynomials of r and the same times log r.
 Equations      closed gaps at Gauss points of each panel, and the load.
 Quadrature     Gauss, and tanh-sinh from both ends for a target within a quarter of a panel.
 Edges          Newton's method with differences, on the coefficients of 1/sqrt(r).
 Error          distance of the last two orders. A state that meets (26) everywhere is the only one.
 
-The zones of the state in question are the first guess: where they are not right, (26) cannot be met on them.
+The zones of the state in question are the first guess. Where a gap is negative outside them there is another
+zone next time.
 """
 
 from dataclasses import dataclass
@@ -31,6 +32,9 @@ STEPS = 30  # of Newton's method
 ROUNDING = 1e-7  # of a way: steps below it that no longer shrink are rounding
 TOLERANCE = 1e-13  # of a way
 VIOLATION = 1e-7  # of (26), largest of a reference
+EDGES = 24  # at most: there are as many systems for the Jacobian
+REPAIRS = 3  # of zones
+SAMPLES = 4000  # abscissae of a window at which gaps are looked at
 
 
 def tanh_sinh(step=0.05, reach=3.4):
@@ -46,9 +50,10 @@ class Problem:
     """A `Contact` and its load in plain numbers: gaps and levers of the corners, kernels.
 
     features : [(x, width)] of the obstacle; the width is 0 where its slope jumps
+    window : ends of the surface that may touch
     """
 
-    def __init__(self, contact, load, features=()):
+    def __init__(self, contact, load, features=(), window=()):
         solid, law = contact.solid, contact.law
         self.load, self.ell, self.E_star = load, solid.ell, solid.E_star
         self.c, self.material = (1 - solid.nu) / solid.mu, (solid.nu, solid.beta, solid.curvature)
@@ -62,6 +67,11 @@ class Problem:
         self.lifts = (lift, -lift) if two else (0.0,)
         features = [*features, *((x, 0.0) for x in getattr(contact.obstacle, "kinks", None) or ())]
         self.places = {x - shift: width for x, width in features for shift in self.shifts}
+        ends = getattr(contact.obstacle, "ends", None) or ()
+        self.ends = np.array([end - shift for end in ends for shift in self.shifts])
+        around = np.array([0, *np.geomspace(0.01, 3, 12)])
+        near = [x + max(width, 1e-3 * self.ell) * sign * around for x, width in features for sign in (1, -1)]
+        self.looked = np.concatenate([np.linspace(*window, SAMPLES) if window else [], *near])
 
     def kernel(self, target, source):
         """Gap of a corner under a unit force of another one, a function of x over ell."""
@@ -175,19 +185,26 @@ class Reference:
         return sum(pressures), moment
 
     def violation(self):
-        """Conditions (26): tensile pressure over the largest pressure, overlap over the obstacle's scale."""
-        worst, edges = [], all_edges(self.zones)
-        width = np.ptp(edges)
-        steps = np.concatenate([sign * width * np.geomspace(1e-6, 1, 60) for sign in (1, -1)])
-        scale = np.ptp(self.problem.height(np.array([edges[0], edges.mean(), edges[-1]])))
+        """Conditions (26): tensile pressure over the largest pressure, and overlap over the load's scale; zones
+        of overlap {corner: intervals}.
+        """
+        problem, edges, worst, more = self.problem, all_edges(self.zones), 0.0, {}
+        steps = np.ptp(edges) * np.geomspace(1e-6, 1, 60)
+        x = np.unique([*(edges[:, None] + steps).ravel(), *(edges[:, None] - steps).ravel(), *problem.looked])
         for corner, pairs in self.zones.items():
             p = self.pressure(corner, np.concatenate([np.linspace(*pair, 203)[1:-1] for pair in pairs]))
-            x = np.unique(edges[:, None] + steps)
-            x = x[np.all([(x < left) | (x > right) for left, right in pairs], axis=0)]
-            kernels = [self.problem.kernel(corner, source) for source in range(len(self.problem.levers))]
-            gap = self.panels.integrals(x, kernels, self.problem.ell) @ self.f.ravel() - self.approach
-            worst += [-p.min() / p.max(), -(gap + self.problem.gap(corner, x)).min() / scale]
-        return max(worst)
+            kernels = [problem.kernel(corner, source) for source in range(len(problem.levers))]
+            free = x[np.all([(x < left) | (x > right) for left, right in pairs], axis=0)]
+            with np.errstate(over="ignore"):
+                gap = problem.gap(corner, free) - self.approach
+            low = gap < 9 * problem.load / problem.E_star  # elsewhere the surface does not come near
+            free, gap = free[low], gap[low] + self.panels.integrals(free[low], kernels, problem.ell) @ self.f.ravel()
+            overlap = -gap * problem.E_star / problem.load
+            worst = max(worst, -p.min() / p.max(), overlap.max(initial=0.0))
+            bad = np.pad(overlap > VIOLATION, 1).astype(int)
+            ends = np.flatnonzero(np.diff(bad)).reshape(-1, 2)
+            more[corner] = [(free[max(a - 1, 0)], free[min(b, len(free) - 1)]) for a, b in ends]
+        return worst, more
 
 
 def all_edges(zones):
@@ -225,6 +242,9 @@ def singular_parts(state):
     at_zero = legvander(-np.ones(1), panels.order - 1)[0]
     for corner, pairs in state.zones.items():
         for edge, sign in [(edge, sign) for pair in pairs for edge, sign in zip(pair, (1, -1))]:
+            if edge in state.problem.ends:  # a punch has it there
+                parts.append(0.0)
+                continue
             here = (panels.corner == corner) & (panels.kind == ROOT) & (panels.e == edge)
             (number,) = np.flatnonzero(here & (np.sign(panels.h) == sign))
             parts.append(at_zero @ state.f[number] * np.sqrt(abs(panels.h[number])))
@@ -247,10 +267,13 @@ def fitted(problem, zones, orders):
             parts, edges = singular_parts(state), [e for pairs in zones.values() for p in pairs for e in p]
             ways = np.array([way(all_edges(zones), edge) for edge in edges])
             if jacobian is None or (iteration % 4 == 3 and order == orders[0]):
+                free = ~np.isin(edges, problem.ends)
                 steps = np.diag(DIFFERENCE * np.minimum(ways, problem.ell))
-                near = [solve(problem, moved(zones, step), orders[0]) for step in steps]
                 here = singular_parts(solve(problem, zones, orders[0]))
-                jacobian = np.array([singular_parts(one) - here for one in near]).T / steps.diagonal()
+                jacobian = np.eye(len(edges))
+                for n in np.flatnonzero(free):
+                    near = singular_parts(solve(problem, moved(zones, steps[n]), orders[0]))
+                    jacobian[:, n] = (near - here) / steps[n, n]
             step = np.linalg.solve(jacobian, -parts)
             size = np.abs(step / ways).max()
             if size < TOLERANCE or (size < ROUNDING and size > last / 3):
@@ -262,43 +285,52 @@ def fitted(problem, zones, orders):
     return states
 
 
-def reference(contact, load, guesses, orders=ORDERS, features=()):
-    """(Reference, its error) of a contact problem: the first guess of zones {corner: [(left, right)]} that
-    leads to a state with (26).
+def reference(contact, load, state, orders=ORDERS, **known):
+    """(Reference, its error) of a contact problem, from the zones of a state.
+
+    known : features and window of the obstacle, see `Problem`
 
     Raises
     ------
     NoAnswer
-        If no guess does.
+        If (26) are not met.
     """
-    problem, complaint = Problem(contact, load, features), "no zones to start from"
-    for zones in guesses:
+    problem, zones = Problem(contact, load, **known), zones_of(state)
+    for _ in range(REPAIRS):
+        if 2 * sum(map(len, zones.values())) > EDGES:
+            raise NoAnswer(f"no reference: more than {EDGES} edges")
+        zones = {c: [tuple(_snapped(problem.ends, e) for e in pair) for pair in pairs] for c, pairs in zones.items()}
         try:
             *_, coarse, fine = fitted(problem, zones, orders)
-            violation = fine.violation()
-        except (NoAnswer, ArithmeticError, ValueError, np.linalg.LinAlgError) as failure:
-            complaint = str(failure)
-            continue
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError) as failure:
+            raise NoAnswer(f"no reference: {failure}") from failure
+        violation, more = fine.violation()
         if violation < VIOLATION:
             places = [*all_edges(coarse.zones), *all_edges(fine.zones), *problem.places]
-            return fine, distance(coarse.fields, fine.fields, places)
-        complaint = f"(26) violated by {violation:.1e}"
-    raise NoAnswer(f"no reference: {complaint}")
+            return fine, distance(coarse.fields, fine.fields, places, problem.ends)
+        zones = {corner: sorted([*pairs, *more[corner]]) for corner, pairs in fine.zones.items()}
+    raise NoAnswer(f"no reference: (26) violated by {violation:.1e}")
+
+
+def _snapped(ends, edge):
+    """An edge, or the end of the obstacle that it stands for."""
+    return min([edge, *ends], key=lambda end: abs(end - edge) - 1e-9 * (end in ends))
 
 
 def zones_of(state):
-    """Zones {corner: intervals} of a state, a first guess; corners with the same edges are set apart."""
+    """Zones {corner: intervals} of a state; edges that the corners share are set apart."""
     names = state.law.corners if len(state.law.corners) == 2 else ("contact",)
-    hair = 1e-3 * state.solid.ell
-    return {
-        corner: [(a + corner * hair, b - corner * hair) for a, b in state.zones[name]]
-        for corner, name in enumerate(names)
-    }
+    zones = {corner: [tuple(pair) for pair in state.zones[name]] for corner, name in enumerate(names)}
+    edges, hair = [e for pair in zones[0] for e in pair], 1e-3 * state.solid.ell
+    for number, (a, b) in enumerate(zones.get(1, ())):
+        apart = [hair * (np.min(np.abs(np.subtract(edges, e))) < 1e-6 * hair) for e in (a, b)]
+        zones[1][number] = a + apart[0], b - apart[1]
+    return zones
 
 
-def distance(first, second, places):
+def distance(first, second, places, ends=()):
     """max(|dp|, |dM|/ell)/|p| in L2 between two functions x -> (p, M/ell): tanh-sinh between each two
-    neighbours of `places`.
+    neighbours of `places`; next to `ends` of the obstacle the distance from them is the weight.
     """
     places = np.unique(places)
     least = 4e-15 * np.ptp(places)  # nearer to a place rounding decides on which side a point is
@@ -307,6 +339,8 @@ def distance(first, second, places):
     left, right = places[:-1, None], places[1:, None]
     x = np.where(share < 0.5, left + (right - left) * share, right - (right - left) * rest)
     x, weights = np.clip(x, left + least, right - least).ravel(), ((right - left) * weights).ravel()
+    for end in ends:
+        weights = weights * np.minimum(1, 2 * np.abs(x - end) / np.ptp(places))
     (p, moment), (other, turning) = first(x), second(x)
-    return float(np.sqrt(max(weights @ (p - other) ** 2, weights @ (moment - turning) ** 2)
-                         / (weights @ other**2)))  # fmt: skip
+    wrong = max(weights @ (p - other) ** 2, weights @ (moment - turning) ** 2)
+    return float(np.sqrt(wrong / (weights @ other**2)))
