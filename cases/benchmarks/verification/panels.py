@@ -135,12 +135,11 @@ class Panels:
         share, rest, sinh_weights = tanh_sinh()
         columns = []
         for number, (corner, e, h, kind) in enumerate(zip(self.corner, self.e, self.h, self.kind)):
-            v, along, kernel, root = (gauss + 1) / 2, (x - e) / h, kernels[corner], kind == ROOT
-            source = e + h * (v * v if root else v)
+            along, kernel, root = (x - e) / h, kernels[corner], kind == ROOT
             near = (along > -1) & (along < 2) if root else (along > -NEAR) & (along < 1 + NEAR)
-            near |= kind == LOG
-            block = np.empty((len(x), self.order))
-            block[~near] = (kernel((x[~near, None] - source) / ell) * weights / 2) @ self.density(number, v)
+            v, v_weights = (share, sinh_weights) if kind == LOG else ((gauss + 1) / 2, weights / 2)
+            source, block = e + h * (v * v if root else v), np.empty((len(x), self.order))
+            block[~near] = (kernel((x[~near, None] - source) / ell) * v_weights) @ self.density(number, v)
             inside = np.clip(along[near], 0, 1)
             beyond = np.where(inside == along[near], 0.0, x[near] - (e + h * inside))[:, None]
             cut = (np.sqrt(inside) if root else inside)[:, None]  # parameter nearest to the target
