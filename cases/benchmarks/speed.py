@@ -1,0 +1,264 @@
+"""Speed against accuracy: processor time over true error, one curve a method.
+
+:Geometry:  a cylinder on a half-plane for both laws, alpha = 0.01, 0.05, 0.25, 1, and its classical limit
+:Equations: those of the paper
+:Method:    panels, cells, fitted elements, equal squares condensed or with the paper's augmented Lagrangian or
+            the penalty; tamaas, scikit-fem and NGSolve's ContactBoundary in the classical limit (`peers`)
+:Reference: Hertz' ellipse, else the second code `verification.panels`; its own error is the floor
+:Units:     processor seconds of one thread, setup (what further loads reuse) and solution apart, each the best of
+            `repeats` after a warm-up; errors max(|dp|, |dM|/ell)/|p| in L2
+
+Where an accuracy is asked for nothing is tuned. Other programs are tuned in their favour: rho and period are the
+best of each mesh, as only someone who has the answer knows.
+"""
+
+import importlib.util
+import math
+import time
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+import microblock as mb
+from microblock.data.records import versions
+from microblock.halfplane.cell_solver import halvings
+from microblock.halfplane.kernels import gap_kernel, kernels
+from microblock.model.plain_data import plain_data
+
+from . import chart, growth, peers
+from .peers import FAR, LOAD, REACH, Answer, clock
+from .verification import panels
+
+NU, CLASSICAL = 0.3, 1e-10  # coupling beta of the classical limit
+DOMAIN = 18.0  # size of the paper's block over a_Hz
+ONCE = 1.0  # seconds of a run beyond which it is not repeated
+STEEPER = 5.0  # times dearer, at most, is the next level of a method
+QUICK = "classical", "microblock-0.25"
+PAPER = "microblock-0.25"  # alone has the levels that take a minute
+COLUMNS = ("rtol", "h", "order", "solver", "rho", "domain", "nodes", "period", "unknowns", "error", "floor", "setup",
+           "solve", "spent", "repeats", "estimate", "failure")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A cylinder R = 1 with E* = 2: lengths are over a_Hz, pressures over p_Hz, alpha is ell over a_Hz."""
+
+    name: str
+    contact: str
+    alpha: float
+    beta: float = 1.0
+
+    @property
+    def solid(self):
+        return mb.Cosserat(E=2 * (1 - NU**2), nu=NU, ell=self.alpha, beta=self.beta)
+
+    @property
+    def half_plane(self):
+        law = mb.Microblock() if self.contact == "microblock" else mb.Unilateral()
+        return mb.Contact(mb.HalfPlane(self.solid), mb.Cylinder(1.0), law)
+
+    @cached_property
+    def reference(self):
+        """(x -> (p, M/ell), edges, own error)"""
+        if self.beta == CLASSICAL:  # what is left of the coupling is of the order beta log(beta)
+            ellipse = np.polynomial.Polynomial([1, 0, -1])
+            return lambda x: (np.sqrt(np.maximum(ellipse(x), 0)), 0 * x), [-1.0, 1.0], 2.3e-9
+        fine, own = panels.reference(self.half_plane, LOAD, self.half_plane.solve(load=LOAD, rtol=1e-3))
+        return fine.fields, list(panels.all_edges(fine.zones)), own
+
+    def error(self, fields):
+        """Error of x -> (p, M/ell), by a rule that is the same for all methods."""
+        exact, edges, _ = self.reference
+        outer = 1.5 * edges[-1]
+        return panels.distance(fields, exact, [*edges, *np.linspace(-outer, outer, 100)])
+
+
+def half_plane(problem, rtol):
+    start = clock()
+    kernels.cache_clear()
+    contact = problem.half_plane
+    gap_kernel(contact.solver.problem, np.ones(1), np.zeros(1), np.zeros(1))  # the material's table of kernels
+    ready = clock()
+    state = contact.solve(load=LOAD, rtol=rtol)
+    return Answer(fields(state), state.unknowns, ready - start, clock() - ready, state.error_estimate)
+
+
+def fitted(problem, rtol):
+    """Every load has meshes of its own: nothing is setup."""
+    start = clock()
+    state = problem.half_plane.with_(body=mb.Block(problem.solid)).solve(load=LOAD, rtol=rtol)
+    return Answer(fields(state), int(state.unknowns), 0.0, clock() - start, state.error_estimate)
+
+
+def squares(problem, h, order=1, solver="condensed", rho=None, domain=math.inf):
+    start = clock()
+    newton = None if solver == "condensed" else mb.Newton(solver, rho)
+    method = mb.Uniform(h=h, order=order, newton=newton, reach=REACH)
+    contact = problem.half_plane.with_(body=mb.Block(problem.solid, domain), method=method)
+    contact.solver.prepare()
+    ready = clock()
+    state = contact.solve(load=LOAD)
+    return Answer(fields(state), int(state.unknowns), ready - start, clock() - ready)
+
+
+def cells(problem, nodes):
+    """Cells on a window a tenth wider than the contact."""
+    start = clock()
+    outer = 1.1 * problem.reference[1][-1]
+    contact = problem.half_plane.with_(method=mb.Cells(nodes=nodes, window=(-outer, outer)))
+    for size in halvings(nodes):
+        contact.solver.prepare(size)
+    ready = clock()
+    state = contact.solve(load=LOAD)
+    values = state.pressure, state.micromoment / problem.solid.ell
+    return Answer(
+        lambda x: tuple(np.interp(x, state.x, one, left=0, right=0) for one in values),
+        state.unknowns,
+        ready - start,
+        clock() - ready,
+        state.error_estimate,
+    )
+
+
+def fields(state):
+    """A function: x -> (pressure, micromoment over ell) of a State."""
+
+    def values(x):
+        levers = state.law.levers(x)
+        pressures = {corner: state.pressure_at(x, corner) for corner in levers}
+        return sum(pressures.values()), sum(levers[corner] * p for corner, p in pressures.items()) / 2
+
+    return values
+
+
+@dataclass(frozen=True)
+class Method:
+    """A curve: a function, its settings from the cheapest on, `dear` settings for one problem, and the package
+    that it needs, where only the classical limit can be solved.
+    """
+
+    run: object
+    settings: tuple
+    dear: tuple = ()
+    peer: str | None = None
+
+    def levels(self, problem):
+        """Settings for a problem; none where it cannot be solved, or the package is not installed."""
+        if self.peer and (problem.beta != CLASSICAL or importlib.util.find_spec(self.peer) is None):
+            return ()
+        return self.settings + (self.dear if problem.name == PAPER else ())
+
+
+def grid(**values):
+    """Settings: all combinations of the values of each parameter, the first one outermost."""
+    settings = [{}]
+    for name, several in values.items():
+        several = several if isinstance(several, tuple) else (several,)
+        settings = [{**one, name: value} for one in settings for value in several]
+    return tuple(settings)
+
+
+AL = {"solver": "al", "domain": DOMAIN, "rho": 2 * (1 - NU) ** 2 / (1 - 2 * NU) / REACH}
+PENALTY = {"solver": "penalty", "domain": DOMAIN, "rho": tuple(10.0**power for power in range(1, 7))}
+STIFFNESSES = 1e2, 10**2.5, 1e3, 1e4  # rho of ContactBoundary
+HALVED = 0.4, 0.2, 0.1, 0.05
+METHODS = {
+    "half-plane": Method(half_plane, grid(rtol=tuple(10.0**-power for power in range(2, 9)))),
+    "fitted fe": Method(fitted, grid(rtol=(1e-2, 1e-3, 1e-4, 1e-5))),
+    "condensed, order 1": Method(squares, grid(h=HALVED, order=1)),
+    "condensed, order 2": Method(squares, grid(h=(0.8, *HALVED[:-1]), order=2)),
+    "condensed, order 4": Method(squares, grid(h=(2.0, 1.0, 0.5, 0.25), order=4)),
+    "condensed, order 6": Method(squares, grid(h=(2.0, 1.0, 0.5), order=6)),
+    "AL, order 1": Method(squares, grid(h=HALVED, **AL), grid(h=0.02, **AL)),
+    "AL, order 2": Method(squares, grid(h=(0.8, 0.4, 0.2), order=2, **AL), grid(h=0.1, order=2, **AL)),
+    "penalty": Method(squares, grid(h=HALVED[:-1], **PENALTY), grid(h=0.05, **PENALTY)),
+    "cells": Method(cells, grid(nodes=(128, 512, 2048, 8192, 32768))),
+    "tamaas": Method(peers.tamaas, grid(nodes=(512, 2048, 8192, 32768), period=(24, 48, 96, 192)), peer="tamaas"),
+    "scikit-fem, order 1": Method(peers.scikit_fem, grid(h=HALVED, order=1), peer="skfem"),
+    "scikit-fem, order 2": Method(peers.scikit_fem, grid(h=(0.8, *HALVED[:-1]), order=2), peer="skfem"),
+    "ContactBoundary, order 1": Method(
+        peers.contact_boundary, grid(h=HALVED, order=1, rho=STIFFNESSES), peer="ngsolve"),
+    "ContactBoundary, order 2": Method(
+        peers.contact_boundary, grid(h=(0.8, *HALVED[:-1]), order=2, rho=STIFFNESSES), peer="ngsolve"),
+}  # fmt: skip
+PROBLEMS = [Problem("classical", "unilateral", 1.0, CLASSICAL)]
+PROBLEMS += [Problem(f"{law}-{a:g}", law, a) for law in ("microblock", "unilateral") for a in (0.01, 0.05, 0.25, 1.0)]
+
+
+def measure(problem, method, setting, repeats):
+    """Columns of one setting; a failed run says why."""
+    row, start = dict.fromkeys(COLUMNS) | setting | {"floor": problem.reference[2]}, clock()
+    try:
+        answers = [method.run(problem, **setting)]  # the warm-up
+        row["spent"] = clock() - start
+        if row["spent"] < ONCE:
+            answers = [method.run(problem, **setting) for _ in range(repeats)]
+    except (mb.MicroblockError, MemoryError, RuntimeError) as failure:  # NGSolve's own are RuntimeErrors
+        text = f"{type(failure).__name__}: {' '.join(str(failure).split())}"
+        return row | {"spent": clock() - start, "failure": text}
+    best = answers[0]
+    return row | {
+        "error": min(problem.error(reading) for reading in best.readings),
+        "unknowns": best.unknowns,
+        "estimate": best.estimate,
+        "setup": min(one.setup for one in answers),
+        "solve": min(one.solve for one in answers),
+        "repeats": len(answers),
+    }
+
+
+def refined(problem, name, settings, repeats, limit):
+    """Rows of a method's levels, up to where the next one would take longer than `limit`."""
+    rows = []
+    for setting in settings:
+        finer = rows and any(setting.get(key) != rows[-1][key] for key in ("h", "nodes", "rtol"))
+        if finer and rows[-1]["spent"] * STEEPER > limit:
+            break
+        rows.append(measure(problem, METHODS[name], setting, repeats))
+    about = {"scene": problem.name, "contact": problem.contact, "alpha": problem.alpha, "nu": NU, "beta": problem.beta}
+    return [{**about, "method": name, **row} for row in rows]
+
+
+def solve(quick=False, only: tuple[str, ...] = (), repeats=3, limit=100.0, out=None):
+    """Runs of all problems and methods, and the growth of time and memory: two tables.
+
+    Parameters
+    ----------
+    quick : two problems, two settings of each method
+    only : problems and methods
+    repeats : runs after the warm-up, of which the best counts
+    limit : seconds of a run beyond which a method is not refined
+    """
+    problems = [one for one in PROBLEMS if (one.name in only or not set(only) & {p.name for p in PROBLEMS})]
+    work = [
+        (problem, name, method.levels(problem)[: 2 if quick else None])
+        for problem in problems
+        if not quick or problem.name in (only or QUICK)
+        for name, method in METHODS.items()
+        if name in only or not set(only) & set(METHODS)
+    ]
+    rows = [row for one in tqdm(work, unit="curve", disable=None) for row in refined(*one, repeats, limit)]
+    tables = {"runs": pd.DataFrame(rows)}
+    if not only:
+        tables["growth"] = growth.solve(quick)
+    for name, table in tables.items():
+        tables[name] = table = table.assign(**{f"version_{key}": value for key, value in versions().items()})
+        if out:
+            table.to_csv(out / {"runs": "speed.csv", "growth": "speed_growth.csv"}[name], index=False)
+    return tables
+
+
+def to_dict(tables):
+    """Plain data: rows of the runs and of the growth, without the versions."""
+    shown = {name: one[[key for key in one if not key.startswith("version")]] for name, one in tables.items()}
+    return {
+        name: plain_data(one.astype(object).where(one.notna(), None).to_dict("records")) for name, one in shown.items()
+    }
+
+
+def figure(tables):
+    """Processor time over true error in the classical limit."""
+    return chart.figure(tables["runs"])
