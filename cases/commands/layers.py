@@ -96,15 +96,14 @@ def mode_length(states, x1):
 
 
 def micropolar(state):
-    """theta, the micropolar mode's part of psi, as an NGSolve function.
+    """theta, the micropolar mode's part of psi, up to a factor that its length does not have.
 
     The rest of psi is a classical rotation, which is harmonic, and L^2 lap(theta) = theta. So theta = L^2
-    lap(psi). By the balance of moments (14), div m = sigma_12 - sigma_21 with m = G grad(psi), that is
-    (L^2/G) (sigma_12 - sigma_21), of first derivatives of the computed fields.
+    lap(psi). By the balance of moments (14), div m = sigma_12 - sigma_21 with m = G grad(psi), that is L^2/G
+    times sigma_12 - sigma_21, of first derivatives of the computed fields.
     """
-    solid, stress = state.solid, state.fields.stress
-    stiffness = solid.curvature * solid.mu * solid.ell**2
-    return solid.layer_length**2 / stiffness * (stress[0, 1] - stress[1, 0])
+    stress = state.fields.stress
+    return stress[0, 1] - stress[1, 0]
 
 
 def along(state, function, x1, x2):

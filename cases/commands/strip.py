@@ -105,7 +105,12 @@ def results(options, demanded=False, *failures):
     except ModuleNotFoundError:
         compared = dict.fromkeys(("error_psi", "error_u", "error_psi_paper"))
         remarks.append("microblock.model.closed_forms is missing: no errors against the closed form")
-    entries = {**observed(state, delta_fc), "error_estimate": estimate, **compared, "warnings": remarks}
+    entries = {
+        **observed(state, delta_fc, options["delta_over_H"]),
+        "error_estimate": estimate,
+        **compared,
+        "warnings": remarks,
+    }
     return state, {"parameters": options | resolution(state), **entries}
 
 
@@ -189,10 +194,10 @@ def distance(coarse, fine):
     )
 
 
-def observed(state, delta_fc):
+def observed(state, delta_fc, delta):
     """Surface values with the signs of the paper, layer lengths, and fields over the height."""
     (psi,), (u1,), (u2,) = strip.below(state, [1.0])
-    traction, micromoment, delta = -float(state.pressure[0]), float(state.micromoment[0]), state.approach
+    traction, micromoment = -float(state.pressure[0]), float(state.micromoment[0])
     full = delta >= delta_fc * (1 - max(1e-11, state.residual))  # up to rounding of a solve
     name = "separation" if delta <= 0 else "full" if full else "partial"
     lost = delta <= 0 or abs(micromoment) <= 10 * state.residual * state.solid.ell * abs(traction)
