@@ -79,7 +79,8 @@ def figure(result):
     """(a) The micromoment where the pressure is largest: at the rim of the grey, one corner carries all."""
     drawing, (top, bottom) = plt.subplots(2, 1, figsize=(3.54, 4.4), layout="constrained")
     state = result["profile"]
-    part = slice(max(np.argmax(state.pressure) - 1000, 0), np.argmax(state.pressure) + 1000)
+    middle, half = np.argmax(state.pressure), len(state.x) // 32
+    part = slice(max(middle - half, 0), middle + half)
     x, p = state.x[part], state.pressure[part]
     top.fill_between(x, -p, p, color="0.7", label=r"$\pm p/(E^* h')$")
     moment = 2 * state.micromoment[part] / state.solid.ell
@@ -88,7 +89,11 @@ def figure(result):
     for words, lengths in result["lengths"].items():
         mean, scatter = lengths.mean(axis=1), lengths.std(axis=1)
         bottom.errorbar(result["psi0"], mean, scatter, marker=".", capsize=2, label=words)
-    bottom.set(xscale="log", xlabel=r"root mean square of $\psi_0 R/a_\mathrm{Hz}$", title="(b) cylinder")
+    bottom.set(
+        xscale="log",
+        xlabel=r"root mean square of $\psi_0 R/a_\mathrm{Hz}$",
+        title="(b) cylinder; bars: seeds",
+    )
     bottom.set(ylabel=r"length in contact over $a_\mathrm{Hz}$", ylim=(0, None))
     for axis in (top, bottom):
         axis.legend(loc="best")
@@ -97,7 +102,6 @@ def figure(result):
 
 if __name__ == "__main__":
     result = solve()
-    zones = result["profile"].zones
-    print(f"rough profile: {len(zones['contact'])} zones of contact, {len(zones['full'])} on both corners")
+    print(result["profile"])
     figure(result)
     plt.show()

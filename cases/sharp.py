@@ -88,8 +88,7 @@ def figure(result):
     x = np.linspace(-1.2, 1.2, 2000)
     for number, name in enumerate(("flat punch", "tilted punch")):
         state = result[name]
-        slope = state.obstacle.tilt
-        tilted = state.load / (math.pi / 2 * slope) if slope else math.inf
+        tilted = math.inf if name == "flat punch" else state.load / (math.pi / 2 * SLOPE)
         inside = x[abs(x) < 1]
         punch.plot(x, 2 * state.pressure_at(x) / state.load, f"C{number}", label=name)
         punch.plot(inside, classical_punch(inside, tilted), f"C{number}", linestyle="--", linewidth=0.7)

@@ -24,7 +24,7 @@ import microblock as mb
 AMPLITUDE = 1e-3  # drops out: the problem is linear in amplitude and load together
 
 
-def solve(ell_over_wavelength=0.05, nu=0.3, beta=1.0, nodes=2048, last=1.5, loads=30):
+def solve(ell_over_wavelength=0.05, nu=0.3, beta=1.0, nodes=1024, last=1.5, loads=30):
     """States of microblocks and of a classical solid (beta = 0) at mean pressures up to `last`.
 
     Parameters
