@@ -99,6 +99,7 @@ def figure(result):
 
 if __name__ == "__main__":
     result = solve()
-    print("radius", result["state"].radius / a_Hz, "approach", result["state"].approach / a_Hz**2)
+    state = result["state"]
+    print(f"radius {state.radius / a_Hz:.3f}  approach {state.approach / a_Hz**2:.4f}  of Hertz's")
     figure(result)
     plt.show()
