@@ -28,7 +28,7 @@ P = math.pi / 4  # the load with a_Hz = 1
 LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 
 
-def history(shears, alpha=0.25, contact="microblock", friction=0.3, nu=0.3, beta=1.0, rtol=0.05):
+def history(shears, alpha=0.25, contact="microblock", friction=0.3, nu=0.3, beta=1.0, rtol=0.1):
     """The cylinder is pressed with P, then sheared with these multiples of f P, one after the other."""
     solid = mb.Cosserat(E=1 - nu**2, nu=nu, ell=alpha, beta=beta)
     problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=1.0), LAWS[contact](friction=friction))
