@@ -28,7 +28,7 @@ P = math.pi / 4  # the load with a_Hz = 1
 LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 
 
-def history(shears, alpha=0.25, contact="microblock", friction=0.3, nu=0.3, beta=1.0, rtol=0.03):
+def history(shears, alpha=0.25, contact="microblock", friction=0.3, nu=0.3, beta=1.0, rtol=0.1):
     """The cylinder is pressed with P, then sheared with these multiples of f P, one after the other."""
     solid = mb.Cosserat(E=1 - nu**2, nu=nu, ell=alpha, beta=beta)
     problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=1.0), LAWS[contact](friction=friction))
@@ -44,7 +44,7 @@ def dissipation(alpha, contact, friction=0.3, nu=0.3, beta=1.0, rtol=0.1):
 def solve(
     alpha=0.25,
     shear=(0.05, 0.25, 0.5, 0.75, 1.0, 0.0),
-    alphas=(0.1, 0.2, 0.3, 0.6, 1.5),
+    alphas=(0.1, 0.2, 0.3, 0.8),
     friction=0.3,
     nu=0.3,
     beta=1.0,
@@ -107,7 +107,7 @@ def figure(result):
 if __name__ == "__main__":
     result = solve()
     for state in result["history"].states:
-        print(f"Q = {state.shear / (0.3 * P):.2f} f P  stick {state.zones['stick']}")
-    print("dissipation of a cycle", result["dissipation"])
+        print(f"Q = {state.shear / (0.3 * P):.2f} f P  stick", np.round(state.zones["stick"], 3).tolist())
+    print("dissipation of a cycle", np.round(list(result["dissipation"].values()), 4).tolist())
     figure(result)
     plt.show()

@@ -96,6 +96,6 @@ def figure(states):
 
 if __name__ == "__main__":
     states = solve()
-    print("half-widths", {name: state.half_width for name, state in states[-1].items()})
+    print("half-widths", {name: round(state.half_width, 4) for name, state in states[-1].items()})
     figure(states)
     plt.show()

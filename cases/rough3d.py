@@ -56,7 +56,7 @@ def fraction(state):
     """Fraction of the surface that touches with a corner."""
     touches = state.closed > 0
     sides = sum(np.mean(touches != np.roll(touches, 1, axis)) for axis in (0, 1))
-    return touches.mean() - (math.pi - 1 + math.log(2)) / 24 * sides
+    return float(touches.mean() - (math.pi - 1 + math.log(2)) / 24 * sides)
 
 
 def figure(states):
@@ -83,6 +83,9 @@ def figure(states):
 
 if __name__ == "__main__":
     states = solve()
-    print("fractions that touch", {name: [*map(fraction, solved)] for name, solved in states.items()})
+    print(
+        "fractions that touch",
+        {name: [round(fraction(one), 4) for one in solved] for name, solved in states.items()},
+    )
     figure(states)
     plt.show()

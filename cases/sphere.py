@@ -65,17 +65,21 @@ def large_blocks(solid, contact):
     return radius**2, 1 / (contacts * radius**2)
 
 
-def figure(result):
-    """Corners that touch, from above; approach and hardness over the size of the blocks."""
-    drawing, axes = plt.subplots(3, 1, figsize=(3.54, 6.4), layout="constrained")
-    state, sizes, (above, *below) = result["state"], result["sizes"], axes
+def draw_corners(axis, state):
+    """Corners that touch, from above."""
     edge = (state.x1[-1] + state.width / 2) / a_Hz
     look = {"cmap": plt.get_cmap("viridis_r", 4), "vmin": 0.5, "vmax": 4.5, "origin": "lower"}
     touching = np.ma.masked_equal(state.closed.T, 0)
-    shown = above.imshow(touching, extent=(-edge, edge, -edge, edge), **look)
-    drawing.colorbar(shown, ax=above, ticks=range(1, 5), label="corners that touch")
-    above.set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$x_2/a_\mathrm{Hz}$")
-    for number, (contact, states) in enumerate(sizes.items()):
+    shown = axis.imshow(touching, extent=(-edge, edge, -edge, edge), **look)
+    axis.figure.colorbar(shown, ax=axis, ticks=range(1, 5), label="corners that touch")
+    axis.set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$x_2/a_\mathrm{Hz}$")
+
+
+def figure(result):
+    """Corners that touch; approach and hardness over the size of the blocks."""
+    drawing, (above, *below) = plt.subplots(3, 1, figsize=(3.54, 6.4), layout="constrained")
+    draw_corners(above, result["state"])
+    for number, (contact, states) in enumerate(result["sizes"].items()):
         alphas = np.array([state.problem.solid.ell for state in states]) / a_Hz
         values = np.array(
             [(state.approach / a_Hz**2, math.pi * a_Hz**2 * state.hardness) for state in states]
@@ -99,6 +103,7 @@ def figure(result):
 
 if __name__ == "__main__":
     result = solve()
-    print("radius", result["state"].radius / a_Hz, "approach", result["state"].approach / a_Hz**2)
+    state = result["state"]
+    print(f"radius {state.radius / a_Hz:.3f}  approach {state.approach / a_Hz**2:.4f}  of Hertz's")
     figure(result)
     plt.show()

@@ -7,10 +7,12 @@ p_Hz, M over p_Hz ell, psi as psi R/a_Hz and the approach as d R/a_Hz^2.
 import math
 from typing import Literal
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 import microblock as mb
-from cases.sphere import a_Hz, problem
+from cases import sphere as script
+from cases.sphere import a_Hz
 from microblock.errors import BadArgument, require_positive, require_whole
 from microblock.model.plain_data import plain_data
 
@@ -49,13 +51,14 @@ def solve(
     if period is not None and period <= 2:
         raise BadArgument("period", period, "must be larger than 2")
     require_positive(alpha=alpha)
+    mb.Cosserat(E=1.0, nu=nu, ell=alpha, beta=beta)  # names nu where E = 1 - nu^2 would be at fault
     if cells is not None:
         require_whole(32, 2048, cells=cells)
     elif rtol is None:
         rtol = 1e-2
     width = None if period is None else period * a_Hz
     moduli = {"alpha_prime": alpha_prime, "beta_prime": beta_prime}
-    pressed = problem(alpha, contact, nu, beta, mb.Cells(nodes=cells), width, **moduli)
+    pressed = script.problem(alpha, contact, nu, beta, mb.Cells(nodes=cells), width, **moduli)
     return {"rtol": rtol, "states": [pressed.solve(load=load, rtol=rtol) for load in loads]}
 
 
@@ -91,5 +94,14 @@ def to_dict(result):
 
 
 def figure(result):
-    """Pressure and closed corners from above at the last load, and cuts through the middle."""
-    return result["states"][-1].plot()
+    """Corners that touch at the last load (a); pressure and micromoment through the middle (b)."""
+    drawing, (above, below) = plt.subplots(2, 1, figsize=(3.54, 5.0), layout="constrained")
+    state = result["states"][-1]
+    script.draw_corners(above, state)
+    axis, diagonal = (profile(state, direction) for direction in ("x1", "diagonal"))
+    below.plot(axis["x1"], axis["pressure"], label="$p$ along $x_1$")
+    below.plot(math.sqrt(2) * diagonal["x1"], diagonal["pressure"], "--", label="$p$, diagonal")
+    below.plot(axis["x1"], axis["m2"], "-.", label=r"$M_2/\ell$ along $x_1$")
+    below.set(xlabel=r"$r/a_\mathrm{Hz}$", ylabel=r"stress$/p_\mathrm{Hz}$", xlim=above.get_xlim())
+    drawing.legend(*below.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return drawing

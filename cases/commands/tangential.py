@@ -51,6 +51,7 @@ def solve(
     histories = []
     for size in alpha:
         require_positive(alpha=size)
+        mb.Cosserat(E=1.0, nu=nu, ell=size, beta=beta)  # names nu where E = 1 - nu^2 would be at fault
         solid, other = mb.Cosserat(1 - nu**2, nu, size, beta=beta), second_solid(second, nu, beta, size)
         E_star = 1.0 if other is None else 1 / (1 + 1 / other.E_star)
         cylinder = mb.Cylinder(R=1.0)

@@ -13,7 +13,7 @@ KEYS = "normal shear stick slip half_width dissipation energy work error_estimat
 
 
 def test_the_first_shear_makes_one_side_of_microblocks_stick():
-    *touching, slid = friction.history((0.05, 0.25, 0.5, 1.0), rtol=0.05).states
+    *touching, slid = friction.history((0.05, 0.25, 0.5, 1.0)).states
     lengths = [sum(right - left for left, right in state.zones["stick"]) for state in touching]
     # 0.43, 1.14, 0.94, 0.78 at rtol 0.01
     assert 2 * lengths[0] < lengths[1] > lengths[2] > lengths[3] and not slid.zones["stick"]
