@@ -2,10 +2,9 @@
 
     python -m tests.friction_histories 300
 
-prints a line each: law, obstacle, sizes, the seconds it took, and the outcome: "right", "NotConverged",
-"refused", or "wrong" and why. With --panels RTOL histories between equal bodies on cells are measured at
-their sums on panels, with --errors RTOL any on cells at two more levels: errors over estimates, and errors of
-edges over what is said of them. Each takes some half an hour.
+prints a line each: law, obstacle, sizes, the outcome: "right", "NotConverged", "refused", or "wrong" and why, and
+the seconds it took. With --panels RTOL histories between equal bodies on cells are measured at their sums on
+panels: errors over estimates.
 """
 
 import argparse
@@ -15,9 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 import microblock as mb
-from microblock import cost
 from microblock.corners.friction import FrictionPath
-from microblock.halfplane import friction_edges, friction_solver
+from microblock.halfplane import friction_edges
 from microblock.halfplane.friction_solver import FrictionSolver
 from microblock.model.zones import distance_to_ends
 
@@ -25,8 +23,6 @@ RTOL = 0.05  # of the outcomes
 BALANCED = 1e-8  # of the work, over load times the height of the obstacle at the edge; rounding leaves 1e-13
 SAME = 1e-7  # of tractions over the largest, with pairs put in between
 BETWEEN = 3  # of them on each way
-FORCES = 3000  # of a reference, at most: where two more levels need more, it has one more
-PAIRS = 2  # of them at most, where the error is measured
 
 
 def scene(seed):
@@ -148,46 +144,6 @@ def outcome(seed):
     return words, found, time.perf_counter() - begun
 
 
-def outcomes(count):
-    """Prints the outcomes of so many seeds, and a summary."""
-    kinds, slowest = {}, 0.0
-    for seed in range(count):
-        words, found, seconds = outcome(seed)
-        kind = found.split(":")[0]
-        kinds[kind], slowest = kinds.get(kind, 0) + 1, max(slowest, seconds)
-        print(f"{seed:3d} {words:72s} {seconds:5.1f} s  {found}", flush=True)
-    print(", ".join(f"{number} {kind}" for kind, number in sorted(kinds.items())), f"slowest {slowest:.0f} s")
-
-
-def measured(seed, rtol):
-    """(words, levels of the reference beyond, error over estimate, the largest ratio of an edge's error to
-    what is said of it, edges that are off by more, edges), the state being the worst of a seed's history.
-    """
-    words, contact, given, coupled = scene(seed)
-    solver = FrictionSolver(contact.solver, np.array(given[:PAIRS]), coupled)
-    level, found, more = None, None, []
-    for number in range(len(friction_solver.FINENESS) + 1):
-        try:
-            finer = solver.level(number, level)
-        except mb.NotConverged:
-            break
-        finer = finer if level is None else solver._compared(finer, level, np.zeros((len(solver.pairs), 2)))
-        level, estimates = finer, [one.error_estimate or np.inf for one in finer.solutions]
-        if found is not None:
-            more.append(level)
-        elif max(estimates) <= rtol:
-            found = level
-        if len(more) == 2:
-            break
-    if not more:
-        return words, 0, None, None
-    pairs_of_states = list(zip(found.solutions, more[-1].solutions))
-    ratio = max(
-        friction_solver._difference(exact, one) / one.error_estimate for one, exact in pairs_of_states
-    )
-    return words, len(more), ratio, [each for pair in pairs_of_states for each in edges(*pair)]
-
-
 def edges(one, exact):
     """(error of a fitted edge, of the cells' one, what is said of it, length of a cell there) of each edge of
     a state, over the half-width of a classical contact.
@@ -204,42 +160,6 @@ def edges(one, exact):
             width = one.weights[np.argmin(np.abs(one.x - end))]
             found.append((abs(end - other) / a, abs(cell - other) / a, error / a, width / a))
     return found
-
-
-def errors(count, rtol):
-    """Prints ratios of errors and estimates of so many seeds, and a summary."""
-    cost.CUBED = cost.LONGEST / FORCES**3 / PAIRS
-    friction_solver.FINENESS = (*friction_solver.FINENESS, 0.005)
-    worst, ends = 0.0, []
-    for seed in range(count):
-        begun = time.perf_counter()
-        words, beyond, ratio, own = measured(seed, rtol)
-        line = f"{seed:3d} {words:72s} {time.perf_counter() - begun:5.1f} s"
-        if ratio is None:
-            print(line, " no level, or none beyond it", flush=True)
-            continue
-        worst, ends = max(worst, ratio), ends + own
-        largest = max((error / said for error, _, said, _ in own if said), default=0.0)
-        print(line, f" {beyond} beyond: ratio {ratio:.2f}, edges up to {largest:.2f}", flush=True)
-    _sum_up(worst, ends)
-
-
-def _sum_up(worst, ends):
-    error, cell, said, width = np.array([each for each in ends if each[2]]).T
-    above, worse = np.count_nonzero(error > said), np.count_nonzero(error > cell + width / 8)
-    print(
-        f"largest ratio {worst:.2f}; {above} of {len(error)} edges are off by more than is said of them, at"
-    )
-    print(
-        f"most {(error / said).max():.2f} times it; {worse} by more than those of cells and an eighth of one"
-    )
-    print(
-        f"error of an edge, mean {error.mean():.1e} and largest {error.max():.1e}; of the cells' edges",
-        end="",
-    )
-    print(
-        f" {cell.mean():.1e} and {cell.max():.1e}; said {said.mean():.1e}; cells are {width.mean():.1e} long"
-    )
 
 
 def equal_bodies(seed):
@@ -294,32 +214,14 @@ def against_panels(seed, rtol):
     return words, max(ratios), ends
 
 
-def all_against_panels(count, rtol):
-    """Prints errors over estimates of so many seeds, and a summary."""
-    worst, ends = 0.0, []
-    for seed in range(count):
-        begun = time.perf_counter()
-        try:
-            words, ratio, own = against_panels(seed, rtol)
-        except mb.MicroblockError as failure:
-            print(f"{seed:3d} {equal_bodies(seed)[0]:40s} {type(failure).__name__}: {failure}", flush=True)
-            continue
-        worst, ends = max(worst, ratio), ends + own
-        largest = max((error / said for error, _, said, _ in own if said), default=0.0)
-        line = f"{seed:3d} {words:40s} {time.perf_counter() - begun:5.1f} s"
-        print(line, f" ratio {ratio:.2f}, edges {largest:.2f}", flush=True)
-    _sum_up(worst, ends)
-
-
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("count", type=int)
-    parser.add_argument("--errors", type=float, metavar="RTOL")
     parser.add_argument("--panels", type=float, metavar="RTOL")
     options = parser.parse_args()
-    if options.panels is not None:
-        all_against_panels(options.count, options.panels)
-    elif options.errors is None:
-        outcomes(options.count)
-    else:
-        errors(options.count, options.errors)
+    for number in range(options.count):
+        try:
+            told = outcome(number) if options.panels is None else against_panels(number, options.panels)[:2]
+        except mb.MicroblockError as failure:
+            told = equal_bodies(number)[0], f"{type(failure).__name__}: {failure}"
+        print(f"{number:3d}", *told, flush=True)

@@ -18,7 +18,7 @@ from microblock.fem.newton import WORST
 from microblock.model.zones import layer_lengths, zone_edges
 
 from .sampling import Axis, Map, Outcome
-from .verification import NoAnswer, panels
+from .verification import NoAnswer, lines, panels
 
 LOAD, RADIUS = np.pi / 2, 10.0
 ALPHA_MID = 0.8343132323  # where two zones touch, for nu = 0.3 and beta = 1
@@ -42,24 +42,9 @@ def solid_of(alpha, nu=0.3, eta=1.0, E_star=2 * RADIUS):
     return mb.Cosserat(E=E_star * (1 - nu**2), nu=nu, ell=alpha, beta=2 * eta / (1 + eta))
 
 
-def fields(state):
-    """A function: x -> (pressure, micromoment over ell) of a State."""
-
-    def values(x):
-        levers = state.law.levers(x)
-        pressures = {corner: state.pressure_at(x, corner) for corner in levers}
-        return sum(pressures.values()), sum(levers[corner] * p for corner, p in pressures.items()) / 2
-
-    return values
-
-
 def compared(state, true, promise=None, **more):
     """The Outcome of a State beside a more accurate State, or a `panels.Reference`."""
-    edges = panels.all_edges(true.zones), zone_edges(state.zones)
-    kinks = [x + s for x in getattr(state.obstacle, "kinks", ()) for s in state.law.shifts(state.solid.ell)]
-    exact = true.fields if isinstance(true, panels.Reference) else fields(true)
-    error = panels.distance(fields(state), exact, [*edges[0], *edges[1], *kinks])
-    return Outcome(error, promise, state.error_estimate, **more)
+    return Outcome(lines.error(state, true), promise, state.error_estimate, **more)
 
 
 def on_panels(problem, load, state, rtol):

@@ -31,6 +31,7 @@ from microblock.model.plain_data import plain_data
 from . import chart, growth, peers
 from .peers import FAR, LOAD, REACH, Answer, clock
 from .verification import panels
+from .verification.lines import fields
 
 NU, CLASSICAL = 0.3, 1e-10  # coupling beta of the classical limit
 DOMAIN = 18.0  # size of the paper's block over a_Hz
@@ -121,17 +122,6 @@ def cells(problem, nodes):
         clock() - ready,
         state.error_estimate,
     )
-
-
-def fields(state):
-    """A function: x -> (pressure, micromoment over ell) of a State."""
-
-    def values(x):
-        levers = state.law.levers(x)
-        pressures = {corner: state.pressure_at(x, corner) for corner in levers}
-        return sum(pressures.values()), sum(levers[corner] * p for corner, p in pressures.items()) / 2
-
-    return values
 
 
 @dataclass(frozen=True)

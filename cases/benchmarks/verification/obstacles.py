@@ -45,7 +45,7 @@ def _parabola(x):
     return x**2 / (2 * RADIUS)
 
 
-def _sharp(p):
+def sharp(p):
     """Width of a panel that the pressure |x|^(p - 1) asks for: to the power p - 1/2 it is its part of L2."""
     return 1e-5 ** (1 / (p - 0.5))
 
@@ -162,7 +162,7 @@ def _power(half, p, place):
     return (
         lambda x: half**2 / (2 * RADIUS) * np.abs((x - place) / half) ** p,
         _about(place, reach),
-        ((place, half * _sharp(p)),),
+        ((place, half * sharp(p)),),
     )
 
 
@@ -204,7 +204,7 @@ def cusps(rng, half):
     scale = half**2 / (2 * RADIUS) * log(rng, 0.5, 5)
     parts = zip(places, powers, levels)
     height = _lowest(*(lambda x, c=c, p=p, z=z: scale * np.abs((x - c) / half) ** p + z for c, p, z in parts))
-    features = [(float(place), float(half * _sharp(p))) for place, p in zip(places, powers)]
+    features = [(float(place), float(half * sharp(p))) for place, p in zip(places, powers)]
     return height, _about(0, 40 * half), features
 
 

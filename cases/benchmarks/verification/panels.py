@@ -65,7 +65,7 @@ class Problem:
         self.levers = (1 + psi0, psi0 - 1) if two else (0.0,)
         self.shifts = (-half, half) if two else (0.0,)  # of a corner from the contact point, (20)
         self.lifts = (lift, -lift) if two else (0.0,)
-        features = [*features, *((x, 0.0) for x in getattr(contact.obstacle, "kinks", None) or ())]
+        features = [*((x, 0.0) for x in getattr(contact.obstacle, "kinks", None) or ()), *features]
         self.places = {x - shift: width for x, width in features for shift in self.shifts}
         ends = getattr(contact.obstacle, "ends", None) or ()
         self.ends = np.array([end - shift for end in ends for shift in self.shifts])
@@ -115,6 +115,8 @@ class Panels:
                                 (corner, end + sign * done, sign * (until - done), PLAIN if done else kind)
                             )
                             done = until
+        if not rows:
+            raise NoAnswer("no zone is wider than nothing")
         return cls(*map(np.array, zip(*rows)), order)
 
     def basis(self, number, v):
@@ -296,12 +298,12 @@ def reference(contact, load, state, orders=ORDERS, **known):
     """
     problem, zones = Problem(contact, load, **known), zones_of(state)
     for _ in range(REPAIRS):
-        if 2 * sum(map(len, zones.values())) > EDGES:
-            raise NoAnswer(f"no reference: more than {EDGES} edges")
+        if not 0 < 2 * sum(map(len, zones.values())) <= EDGES:
+            raise NoAnswer(f"no reference: no zones, or more than {EDGES} edges")
         zones = {c: [tuple(_snapped(problem.ends, e) for e in pair) for pair in pairs] for c, pairs in zones.items()}
         try:
             *_, coarse, fine = fitted(problem, zones, orders)
-        except (ArithmeticError, ValueError, np.linalg.LinAlgError) as failure:
+        except (ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError) as failure:
             raise NoAnswer(f"no reference: {failure}") from failure
         violation, more = fine.violation()
         if violation < VIOLATION:
@@ -312,8 +314,9 @@ def reference(contact, load, state, orders=ORDERS, **known):
 
 
 def _snapped(ends, edge):
-    """An edge, or the end of the obstacle that it stands for."""
-    return min([edge, *ends], key=lambda end: abs(end - edge) - 1e-9 * (end in ends))
+    """An edge, or the end of the obstacle that it stands for; cells are wider than what is between."""
+    near = [end for end in ends if abs(end - edge) < 0.01 * np.ptp(ends)]
+    return near[0] if near else edge
 
 
 def zones_of(state):

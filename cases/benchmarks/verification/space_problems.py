@@ -1,33 +1,19 @@
-"""200 surfaces in three dimensions, drawn by program, and what microblock says of them, beside the second
-code `space`.
-
-    python -m tests.judges.space_scenes [--first K] [--count N] [--json FILE] [--truth FILE] [--follow]
-
-prints a line for each scene and the count of each outcome: right, warned, error (a typed one), wrong
-(silently), below the promised width (wrong, with a pin narrower than the state's `seen_width`), crash, nan,
-slow. Right is: approach, L2 norm of the pressure and load on each summit within
-max(rtol, estimate) and the judge's own bar.
+"""200 surfaces in three dimensions, drawn by program, beside the second code `space`: approach, norm of the pressure
+and load on each summit. Its answers are kept in `space_truth.json`.
 """
 
-from __future__ import annotations
-
-import argparse
 import json
-import re
-import signal
-import sys
-import time
-from collections import Counter
 from dataclasses import dataclass, replace
 from math import cos, inf, pi, sin, sqrt
 from pathlib import Path
 
 import numpy as np
 
-from . import SEED, space
+from . import SEED, NoAnswer, space
+from .judging import Case
+from .obstacles import log
 
 RTOL = 1e-2
-SECONDS = 120  # of the processor; longer is an outcome of its own
 TRUTH = Path(__file__).with_name("space_truth.json")
 MATERIALS = [(0.91, 0.3, 1.0), (0.91, 0.3, 1.0), (1.2, 0.2, 0.4), (0.8, 0.4, 1.7)]  # E, nu, beta
 KINDS = (
@@ -82,10 +68,6 @@ def paraboloids(summits, radii, levels):
         return rise
 
     return height
-
-
-def log(rng, low, high):
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def _base(rng, low=0.005, high=0.3):
@@ -385,14 +367,6 @@ def truth(s):
 # ---- the library's ----
 
 
-class TooLong(BaseException):  # not an Exception, which a library may catch
-    pass
-
-
-def _alarm(*_):
-    raise TooLong
-
-
 def problem(mb, s):
     """The scene as microblock's problem, in its units, and the load."""
     E, nu, beta, ell = s.solid
@@ -405,137 +379,48 @@ def problem(mb, s):
     return mb.Contact(body, height, law, method), s.load * stress * length**2
 
 
+def solved(s):
+    """The library's state of a scene."""
+    import microblock as mb
+
+    contact, load = problem(mb, s)
+    return contact.solve(load=load, rtol=RTOL)
+
+
 def figures(state, s):
     """Approach, norm of the pressure and loads on the summits, in the scene's units."""
     stress, length = s.unit
-    if hasattr(state, "points"):
-        x, y = np.asarray(state.points)[:, 0], np.asarray(state.points)[:, 1]
-    else:
-        x, y = (g.ravel() for g in np.meshgrid(state.x1, state.x2, indexing="ij"))
-    x, y, area = x / length, y / length, np.ravel(state.weights) / length**2
-    pressure, owner = np.ravel(state.pressure) / stress, Owner(s.summits, s.period)
+    x, y = (places.ravel() / length for places in np.meshgrid(state.x1, state.x2, indexing="ij"))
+    area, owner = np.ravel(state.weights) / length**2, Owner(s.summits, s.period)
     loads = np.zeros(owner.count)
     for name, force in state.pressures.items():
-        arm = (
-            np.array([{"-": -0.5, "+": 0.5}[c] for c in name]) * s.solid[3] if len(name) == 2 else (0.0, 0.0)
-        )
-        place = x + arm[0], y + arm[1]
-        loads += np.bincount(owner(*place), np.ravel(force) / stress * area, owner.count)
-    return {
-        "approach": float(state.approach) / length,
-        "norm": float(np.sqrt(area @ pressure**2)),
-        "peak": float(pressure.max()),
-        "loads": loads.tolist(),
-    }
+        arm = [{"-": -0.5, "+": 0.5}[c] * s.solid[3] for c in name] if len(name) == 2 else (0.0, 0.0)
+        corner = owner(x + arm[0], y + arm[1])
+        loads += np.bincount(corner, np.ravel(force) / stress * area, owner.count)
+    norm = np.sqrt(area @ (np.ravel(state.pressure) / stress) ** 2)
+    return {"approach": float(state.approach) / length, "norm": float(norm), "loads": loads.tolist()}
 
 
-def outcome(s, true, rtol=RTOL, seconds=SECONDS):
-    """Asks microblock; returns class, figures, the largest ratio of error to bar, and seconds."""
-    import microblock as mb
+def case(k):
+    """Scene k as a case; the error is the figure that is worst beside its bar."""
+    s = scene(k)
 
-    signal.signal(signal.SIGPROF, _alarm)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
-    start = time.process_time()
-    row = {"class": "right", "figures": None, "ratio": None, "message": ""}
-    try:
-        contact, load = problem(mb, s)
-        state = contact.solve(load=load, rtol=rtol)
-        row["figures"] = figures(state, s)
-        row["estimate"], row["seen"] = state.error_estimate, getattr(state, "seen_width", None)
-        row["message"] = "; ".join(map(str, state.warnings))
-        row["class"] = _verdict(row, s, true, rtol)
-    except mb.MicroblockError as error:
-        row["class"], row["message"] = "error", f"{type(error).__name__}: {error}"
-    except TooLong:
-        row["class"] = "slow"
-    except Exception as error:
-        row["class"], row["message"] = "crash", f"{type(error).__name__}: {error}"
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-    row["seconds"] = time.process_time() - start
-    return row
+    def verify(state):
+        known = json.loads(TRUTH.read_text())
+        true, got = known[str(k)] if str(k) in known else truth(s), figures(state, s)
+        if true is None:  # no state exists
+            return inf, 0.0, 0.0
+        whole = abs(true["approach"]) + (4 * s.load / s.solid[0] / s.period if s.period else 0)
+        apart = {
+            "approach": abs(got["approach"] - true["approach"]) / whole,
+            "norm": abs(got["norm"] / true["norm"] - 1) if s.norm else 0.0,
+            "loads": float(np.max(np.abs(np.subtract(got["loads"], true["loads"])))) / s.load,
+        }
+        allowed = max(RTOL, state.error_estimate or 0.0)
+        worst = max(apart, key=lambda name: apart[name] / (allowed + true["bars"][name]))
+        narrow = min((2 * r for _, _, r in s.features), default=inf) < (state.seen_width or 0) / s.unit[1]
+        if narrow and apart[worst] > allowed + true["bars"][worst]:
+            raise NoAnswer("below the promised width")
+        return apart[worst], state.error_estimate, true["bars"][worst]
 
-
-def followed(s, true, row, seconds=SECONDS):
-    """The outcome of what a refusal advises: the rtol that it says works."""
-    said = re.search(r"ask for rtol=([0-9.e+-]+)", row["message"])
-    if row["class"] != "error" or not said:
-        return row
-    advised = float(said[1].rstrip("."))
-    again = outcome(s, true, advised, seconds)
-    again["class"] = "advice broken" if again["class"] == "error" else again["class"]
-    return again | {"message": f"asked for {advised:.2g} as advised; {again['message']}"}
-
-
-def _verdict(row, s, true, rtol):
-    got = row["figures"]
-    if not np.isfinite([got["approach"], got["norm"], *got["loads"]]).all():
-        return "nan"
-    if true is None:
-        return "warned" if row["message"] else "wrong"
-    allowed = max(rtol, row["estimate"] or 0.0)
-    whole = abs(true["approach"]) + (4 * s.load / s.solid[0] / s.period if s.period else 0)
-    apart = {
-        "approach": abs(got["approach"] - true["approach"]) / whole,
-        "norm": abs(got["norm"] / true["norm"] - 1) if s.norm else 0.0,
-        "loads": float(np.max(np.abs(np.subtract(got["loads"], true["loads"])))) / s.load,
-    }
-    row["apart"] = apart
-    row["ratio"] = max(apart[name] / (allowed + true["bars"][name]) for name in apart)
-    if row["ratio"] <= 1:
-        return "right"
-    width = min((2 * r for _, _, r in s.features), default=inf)
-    if row.get("seen") and width < row["seen"] / s.unit[1]:
-        return "below the promised width"
-    return "warned" if row["message"] else "wrong"
-
-
-def line(k, s, row, true):
-    ratio = "" if row["ratio"] is None else f"{row['ratio']:.2g} of the bar"
-    bar = "" if true is None else f"judge {max(true['bars'].values()):.0e}"
-    text = f"{k:3d} {row['class']:6s} {row['seconds']:6.1f} s  {s.kind:8s}{s.law:13s}{s.note:36s}"
-    text = f"{text} {ratio:18s} {bar}"
-    return text + (f"  {row['message'][:90]}" if row["class"] != "right" else "")
-
-
-def main(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--json", type=Path)
-    parser.add_argument(
-        "--truth", type=Path, default=TRUTH, help="the judge's answers, computed and added where missing"
-    )
-    parser.add_argument("--seconds", type=float, default=SECONDS)
-    parser.add_argument(
-        "--follow", action="store_true", help="ask again with the rtol that a refusal advises"
-    )
-    parser.add_argument("--judge-only", action="store_true")
-    options = parser.parse_args(arguments)
-    known = json.loads(options.truth.read_text()) if options.truth.exists() else {}
-    rows, classes = {}, Counter()
-    for k in range(options.first, min(200, options.first + options.count)):
-        s = scene(k)
-        if str(k) not in known:
-            start = time.perf_counter()
-            known[str(k)] = truth(s)
-            options.truth.write_text(json.dumps(known, indent=0))
-            if options.judge_only:
-                print(
-                    k, s.kind, s.law, s.note, known[str(k)], round(time.perf_counter() - start, 1), flush=True
-                )
-        if options.judge_only:
-            continue
-        rows[k] = outcome(s, known[str(k)], seconds=options.seconds)
-        if options.follow:
-            rows[k] = followed(s, known[str(k)], rows[k], options.seconds)
-        classes[rows[k]["class"]] += 1
-        print(line(k, s, rows[k], known[str(k)]), flush=True)
-        if options.json:
-            options.json.write_text(json.dumps(rows, indent=1, default=float))
-    print(dict(classes))
-    return classes
-
-
-if __name__ == "__main__":
-    sys.exit(0 if not main()["wrong"] else 1)
+    return Case(f"{s.kind:8s}{s.law:13s}{s.note:36s}", RTOL, lambda: solved(s), verify)

@@ -1,7 +1,5 @@
 """A second code for contact with friction of half-planes; it imports nothing of the library.
 
-    python -m tests.judges.friction [--first K] [--count N] [--json FILE]
-
 Symbols: the balances of forces and moments of waves exp(i k x1) are six equations of first order in depth;
 those of their solutions that decay are an invariant subspace (Schur), which relates surface fields and loads.
 Compliances: on equal cells, loads and displacements are averages; what symbols have in common with A/k and
@@ -9,25 +7,21 @@ A exp(-k ell)/k is in closed form, the rest is a Fourier series whose waves beyo
 Friction: small implicit steps in the loads; in each, corners are open or closed and cells stick or slip
 forwards or back until no sign is violated. Steps and cells are of first order: twice as many tell the error.
 
-The command draws histories (SEED, 20, k), follows them with the library as well, and prints a line for each:
-the relative L2 errors over the pressure of p, M/ell and q/f, the library's estimate, and the judge's own.
+`case` draws history (SEED, 20, k): its error is the largest relative L2 error over the pressure of p, M/ell and q/f.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
-import time
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import inf, pi
-from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.linalg import schur, solve
 
-from . import SEED
+from . import SEED, NoAnswer
+from .judging import Case
 
 CURVATURE = 2.0  # gamma' of (12)
 ENDS = 1e-6, 1e6  # of k ell, beyond which symbols are their limits
@@ -419,70 +413,28 @@ def errors(line, fields, x, weights, others):
     return (apart**2 @ norm) ** 0.5 / (fields[0] ** 2 @ norm) ** 0.5 / [1, 1, p.friction]
 
 
-def record(mb, k, cells=CELLS):
-    """Of the worst state of history k: errors, estimate, bar (what the judge does not know) and `class`."""
+def case(k, cells=CELLS):
+    """History k as a case, whose states are the library's."""
     p = draw(k)
-    row = {"k": k, "class": "state", "text": str(p)}
-    start = time.process_time()
-    try:
-        found = history(mb, p)
-    except mb.MicroblockError as refused:
-        return row | {"class": type(refused).__name__, "message": str(refused)}
-    row["seconds"], worst = time.process_time() - start, -1.0
-    (rough, before), (line, states) = answer(p, cells, cells * STEPS // CELLS)
-    for number, (less, true, state) in enumerate(zip(before, states, found)):
-        moment = state.micromoment / p.solid[3] * (p.law == "microblock")
-        other = np.array([state.pressure, moment, state.shear_traction])
-        apart = errors(line, true.fields, state.x, state.weights, other)
-        bar = errors(rough, less.fields, line.x, line.width, true.fields).max()
-        ratio = float(apart.max() / (max(p.rtol, state.error_estimate) + bar))
-        if ratio > worst:
-            worst = ratio
-            lost = [each.dissipation for each in (state, true, less)]
-            row |= {"errors": apart.tolist(), "estimate": state.error_estimate, "bar": bar, "ratio": ratio}
-            row |= {"state": number, "dissipation": lost, "warnings": list(state.warnings)}
-    return row
 
+    def solve():
+        import microblock as mb
 
-def line_of(row):
-    text = f"{row['k']:2d} {row['text']}"
-    if row["class"] != "state":
-        return f"{text} {row['class']}: {row['message'][:150]}"
-    p, M, q = row["errors"]
-    own, other, rough = row["dissipation"]
-    return (
-        f"{text} {row['seconds']:5.1f} s, state {row['state']}: p {p:.1e} M {M:.1e} q {q:.1e} estimate "
-        f"{row['estimate']:.1e} judge {row['bar']:.0e} "
-        f"{'BEYOND ' * int(row['ratio'] > 1)}{row['ratio']:.2f}; "
-        f"dissipation {own:.3e}, {other:.3e} +- {abs(other - rough):.0e}"
-    )
+        return history(mb, p)
 
+    def verify(found):
+        worst = (-1.0, 0.0, 0.0, 0.0)
+        try:
+            (rough, before), (line, states) = answer(p, cells, cells * STEPS // CELLS)
+        except RuntimeError as failure:
+            raise NoAnswer(str(failure)) from failure
+        for less, true, state in zip(before, states, found):
+            moment = state.micromoment / p.solid[3] * (p.law == "microblock")
+            other = np.array([state.pressure, moment, state.shear_traction])
+            apart = errors(line, true.fields, state.x, state.weights, other).max()
+            bar = errors(rough, less.fields, line.x, line.width, true.fields).max()
+            ratio = apart / (max(p.rtol, state.error_estimate) + bar)
+            worst = max(worst, (ratio, apart, state.error_estimate, bar))
+        return tuple(map(float, worst[1:]))
 
-def summary(rows):
-    states = [row for row in rows if row["class"] == "state"]
-    beyond = [row["k"] for row in states if row["ratio"] > 1]
-    worst = max((row["ratio"] for row in states), default=0.0)
-    text = f"{len(states)} of {len(rows)} followed, largest ratio {worst:.2f}"
-    return f"{text}, beyond max(rtol, estimate): {beyond}"
-
-
-def main(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--count", type=int, default=20)
-    parser.add_argument("--json", type=Path)
-    options = parser.parse_args(arguments)
-    import microblock as mb
-
-    rows = []
-    for k in range(options.first, options.first + options.count):
-        rows.append(record(mb, k))
-        print(line_of(rows[-1]), flush=True)
-        if options.json:
-            options.json.write_text(json.dumps(rows, indent=1, default=float))
-    print(summary(rows))
-    return rows
-
-
-if __name__ == "__main__":
-    main()
+    return Case(str(p), p.rtol, solve, verify)

@@ -1,0 +1,46 @@
+"""Seeded problems of a set beside its second code, a line each: python -m cases.benchmarks.verification SET.
+
+panels cells fitted body   60 problems of each method that estimates its error
+obstacles                  2000 obstacles that are meant to be hard (--seed 2020: those of the records before)
+space                      200 surfaces of a half-space
+friction                   20 histories
+units                      every tenth of these in other units, moved and mirrored
+"""
+
+import argparse
+
+import numpy as np
+
+from . import SEED, friction, judging, lines, space_problems, units
+
+SETS = {**dict.fromkeys(lines.METHODS, 60), "obstacles": 2000, "space": 200, "friction": 20, "units": 6}
+
+
+def cases(name, numbers, seed=SEED, rtol=1e-3):
+    """Yields (number, Case) of a set."""
+    for k in numbers:
+        if name == "units":
+            yield from ((10 * k, one) for method in lines.METHODS[:2] for one in units.on_lines(method, 10 * k))
+            yield from ((10 * k, one) for one in units.in_space(10 * k))
+        elif name in lines.METHODS:
+            yield k, lines.fresh(name, k)
+        else:
+            of = {"obstacles": lambda k: lines.hard(k, seed, rtol), "space": space_problems.case}
+            yield k, of.get(name, friction.case)(k)
+
+
+def main(words=None):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("set", choices=SETS)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, help="problems, by default all of the set")
+    parser.add_argument("--seconds", type=float, default=60, help="of the processor, for a state")
+    parser.add_argument("--seed", type=int, default=SEED, help="of obstacles")
+    parser.add_argument("--rtol", type=float, default=1e-3, help="of obstacles")
+    given = parser.parse_args(words)
+    numbers = np.arange(given.first, given.first + (given.count or SETS[given.set])).tolist()
+    return judging.run(given.set, cases(given.set, numbers, given.seed, given.rtol), given.seconds)
+
+
+if __name__ == "__main__":
+    main()

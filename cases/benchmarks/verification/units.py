@@ -1,0 +1,109 @@
+"""The same problems in other units, moved and mirrored: the same state must come back."""
+
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+
+import numpy as np
+
+import microblock as mb
+from microblock.model.zones import zone_edges
+
+from . import lines, panels, space_problems
+from .judging import Case
+
+SCALE_FREE = 1e-6  # of the same computation in other units: rounding, through a few thousand sums
+
+
+@dataclass(frozen=True)
+class Change:
+    """x -> sign*length*x + shift of lengths, stress*p of stresses."""
+
+    name: str
+    stress: float = 1.0
+    length: float = 1.0
+    shift: float = 0.0
+    sign: int = 1
+
+
+CHANGES = (
+    Change("moduli x 1e9", stress=1e9),
+    Change("lengths x 1e-6", length=1e-6),
+    Change("shifted", shift=100.0),
+    Change("mirrored", sign=-1),
+)
+
+
+def changed(contact, change):
+    """A contact problem on a half-plane after the change."""
+    a, b, old, solid, law = change.sign * change.length, change.shift * change.length, contact.obstacle, None, None
+    rigid = getattr(old, "height", old)
+    obstacle = SimpleNamespace(height=lambda x: change.length * rigid((np.asarray(x) - b) / a))
+    for name in ("kinks", "ends"):
+        if getattr(old, name, None):
+            setattr(obstacle, name, tuple(sorted(a * x + b for x in getattr(old, name))))
+    solid = replace(contact.solid, E=contact.solid.E * change.stress, ell=contact.solid.ell * change.length)
+    law = contact.law
+    if len(law.corners) == 2:
+        law = replace(law, psi0=law.psi0 * change.sign)
+    period = contact.body.period and contact.body.period * change.length
+    return contact.with_(body=mb.HalfPlane(solid, period=period), obstacle=obstacle, law=law)
+
+
+def back(state, law, change):
+    """x -> (p, M/ell) of a state of the changed problem, in the terms of the plain one."""
+    a, b, swap = change.sign * change.length, change.shift * change.length, {"A": "B", "B": "A"}
+
+    def values(x):
+        levers = law.levers(x)
+        own = {c: swap.get(c, c) if change.sign < 0 else c for c in levers}
+        p = {c: state.pressure_at(a * x + b, own[c]) / change.stress for c in levers}
+        return sum(p.values()), sum(levers[c] * p[c] for c in levers) / 2
+
+    return values
+
+
+def on_lines(method, k):
+    """Cases of problem k of a method on the half-plane, one for each change."""
+    words, contact, load, rtol, _ = lines.drawn(method, k)
+    for change in CHANGES:
+        if change.shift and contact.body.period:
+            continue
+
+        def verify(state, change=change):
+            plain = changed(contact, Change("plain")).solve(load=load, rtol=rtol)
+            a, b = change.sign * change.length, change.shift * change.length
+            places = [*zone_edges(plain.zones), *((np.array(zone_edges(state.zones)) - b) / a)]
+            ends = getattr(contact.obstacle, "ends", ())
+            apart = panels.distance(back(state, contact.law, change), lines.fields(plain), places, ends)
+            return apart, max(state.error_estimate, plain.error_estimate), 0.0
+
+        moved, force = changed(contact, change), load * change.stress * change.length
+        solve = lambda moved=moved, force=force: moved.solve(load=force, rtol=rtol)  # noqa: E731
+        yield Case(f"{words} {change.name}", SCALE_FREE, solve, verify)
+
+
+def in_space(k):
+    """Cases of scene k of the half-space, one for each change: norm and approach must come back."""
+    plain = space_problems.scene(k)
+    for change in CHANGES:
+        if plain.boxes is None or (change.shift and plain.window):
+            continue
+        b = 0.1 * change.shift
+        units = plain.unit[0] * change.stress, plain.unit[1] * change.length
+        places = tuple((change.sign * x + b, y) for x, y in plain.summits)
+
+        def height(x, y, b=b, sign=change.sign):
+            return plain.height(sign * (x - b), y)
+
+        moved = replace(plain, height=height, summits=places, unit=units)
+
+        def verify(state, moved=moved):
+            contact, load = space_problems.problem(mb, plain)
+            first = contact.solve(load=load, rtol=space_problems.RTOL)
+            one, other = space_problems.figures(first, plain), space_problems.figures(state, moved)
+            names = ("norm", "approach") if plain.norm else ("approach",)
+            apart = max(abs(other[name] / one[name] - 1) for name in names)
+            return apart, max(state.error_estimate, first.error_estimate), 0.0
+
+        solve = lambda moved=moved: space_problems.solved(moved)  # noqa: E731
+        yield Case(f"{plain.kind:8s}{plain.note} {change.name}", SCALE_FREE, solve, verify)
