@@ -10,7 +10,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from .peers import clock
@@ -74,16 +73,6 @@ def solve(quick=False):
                 break
         rows += own
     return pd.DataFrame(rows)
-
-
-def slopes(table):
-    """Exponents of seconds and memory over unknowns, fitted to the last decade of each method."""
-    found = {}
-    for name, own in table.groupby("method", sort=False):
-        last = own[10 * own.unknowns >= own.unknowns.max()]
-        logs = np.log(last[["unknowns", "seconds", "megabytes"]].astype(float).clip(1e-9))
-        found[name] = np.polyfit(logs.unknowns, logs[["seconds", "megabytes"]], 1)[0].tolist()
-    return found
 
 
 if __name__ == "__main__":

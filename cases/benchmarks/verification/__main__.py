@@ -4,7 +4,7 @@ panels cells fitted body   60 problems of each method that estimates its error
 obstacles                  2000 obstacles that are meant to be hard (--seed 2020: those of the records before)
 space                      200 surfaces of a half-space
 friction                   20 histories
-units                      every tenth of these in other units, moved and mirrored
+units                      every tenth of panels and cells in other units, moved and mirrored
 """
 
 import argparse
@@ -21,7 +21,6 @@ def cases(name, numbers, seed=SEED, rtol=1e-3):
     for k in numbers:
         if name == "units":
             yield from ((10 * k, one) for method in lines.METHODS[:2] for one in units.on_lines(method, 10 * k))
-            yield from ((10 * k, one) for one in units.in_space(10 * k))
         elif name in lines.METHODS:
             yield k, lines.fresh(name, k)
         else:

@@ -1,7 +1,6 @@
 """A second code for contact with friction of half-planes; it imports nothing of the library.
 
-Symbols: the balances of forces and moments of waves exp(i k x1) are six equations of first order in depth;
-those of their solutions that decay are an invariant subspace (Schur), which relates surface fields and loads.
+Symbols are those of `space`.
 Compliances: on equal cells, loads and displacements are averages; what symbols have in common with A/k and
 A exp(-k ell)/k is in closed form, the rest is a Fourier series whose waves beyond the cells' are folded back.
 Friction: small implicit steps in the loads; in each, corners are open or closed and cells stick or slip
@@ -18,12 +17,12 @@ from math import inf, pi
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.linalg import schur, solve
+from scipy.linalg import solve
 
-from . import SEED, NoAnswer
+from . import SEED, NoAnswer, space
 from .judging import Case
 
-CURVATURE = 2.0  # gamma' of (12)
+CURVATURE = space.CURVATURE
 ENDS = 1e-6, 1e6  # of k ell, beyond which symbols are their limits
 FINE = 1920  # equal cells of which others are made
 NEAR = 40  # cells are smaller within this part of the window beside a feature
@@ -38,20 +37,9 @@ LAWS = "microblock", "microblock", "unilateral", "microclamped"
 
 def symbol(k, nu, beta):
     """(u, u1, psi) under (p, q, M) with exp(i k x1), k > 0; u and p point into the body, mu = ell = 1."""
-    lam, mu_c = 2 * nu / (1 - 2 * nu), beta / (2 - beta)
-    u1, u2, psi, s12, s22, m2 = np.eye(6, dtype=complex)
-    u1_2 = (s12 - (1 - mu_c) * 1j * k * u2 - 2 * mu_c * psi) / (1 + mu_c)
-    u2_2 = (s22 - lam * 1j * k * u1) / (lam + 2)
-    s11 = (lam + 2) * 1j * k * u1 + lam * u2_2
-    s21 = (1 - mu_c) * u1_2 + (1 + mu_c) * 1j * k * u2 - 2 * mu_c * psi
-    rates = [u1_2, u2_2, m2 / CURVATURE, -1j * k * s11, -1j * k * s21, CURVATURE * k**2 * psi + s12 - s21]
-    sizes = np.array([1, 1, k, k, k, k * max(k, 1)])
-    _, modes, count = schur(np.array(rates) * sizes / sizes[:, None], "complex", sort="rhp")
-    assert count == 3, (k, nu, beta)
-    modes = modes[:, :3] * sizes[:, None]
-    inward = np.array([-1, 1, 1])
-    order = [1, 0, 2]
-    return (modes[:3] @ np.linalg.inv(modes[3:]))[np.ix_(order, order)] * inward * inward[:, None]
+    order, signs = [1, 0, 2], np.array([-1, 1, -1])
+    plane = space.compliance(space._plane(k, 2 * nu / (1 - 2 * nu), beta / (2 - beta)), k, [0, 1, 2])
+    return plane[np.ix_(order, order)] * signs * signs[:, None]
 
 
 @lru_cache

@@ -1,4 +1,7 @@
-"""The same problems in other units, moved and mirrored: the same state must come back."""
+"""The same problems in other units, moved and mirrored: the same state must come back.
+
+Scenes of the kinds "units" and "scale" of `space_problems` ask the same of the half-space.
+"""
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
@@ -8,7 +11,7 @@ import numpy as np
 import microblock as mb
 from microblock.model.zones import zone_edges
 
-from . import lines, panels, space_problems
+from . import lines, panels
 from .judging import Case
 
 SCALE_FREE = 1e-6  # of the same computation in other units: rounding, through a few thousand sums
@@ -80,30 +83,3 @@ def on_lines(method, k):
         moved, force = changed(contact, change), load * change.stress * change.length
         solve = lambda moved=moved, force=force: moved.solve(load=force, rtol=rtol)  # noqa: E731
         yield Case(f"{words} {change.name}", SCALE_FREE, solve, verify)
-
-
-def in_space(k):
-    """Cases of scene k of the half-space, one for each change: norm and approach must come back."""
-    plain = space_problems.scene(k)
-    for change in CHANGES:
-        if plain.boxes is None or (change.shift and plain.window):
-            continue
-        b = 0.1 * change.shift
-        units = plain.unit[0] * change.stress, plain.unit[1] * change.length
-        places = tuple((change.sign * x + b, y) for x, y in plain.summits)
-
-        def height(x, y, b=b, sign=change.sign):
-            return plain.height(sign * (x - b), y)
-
-        moved = replace(plain, height=height, summits=places, unit=units)
-
-        def verify(state, moved=moved):
-            contact, load = space_problems.problem(mb, plain)
-            first = contact.solve(load=load, rtol=space_problems.RTOL)
-            one, other = space_problems.figures(first, plain), space_problems.figures(state, moved)
-            names = ("norm", "approach") if plain.norm else ("approach",)
-            apart = max(abs(other[name] / one[name] - 1) for name in names)
-            return apart, max(state.error_estimate, first.error_estimate), 0.0
-
-        solve = lambda moved=moved: space_problems.solved(moved)  # noqa: E731
-        yield Case(f"{plain.kind:8s}{plain.note} {change.name}", SCALE_FREE, solve, verify)
