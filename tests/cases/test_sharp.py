@@ -122,7 +122,8 @@ def test_heavy_loads_are_classical():
     "law, beta, ell, tilt, load, rtol",
     [
         (mb.Unilateral(), 1e-10, 0.3, 0.0, 0.02, 3e-3),
-        (mb.Unilateral(), 1e-10, 0.3, 0.01, math.pi / 2 * 0.01, 1e-2),  # an edge just reaches an end
+        # an edge just reaches an end: the search settles late, at 50 000 unknowns whatever rtol is
+        pytest.param(mb.Unilateral(), 1e-10, 0.3, 0.01, math.pi / 2 * 0.01, 1e-2, marks=pytest.mark.nightly),
         (mb.Unilateral(), 1.0, 0.3, 0.01, math.pi / 4 * 0.01, 3e-3),
         (mb.Microblock(), 1.0, 0.3, 0.0, 0.02, 3e-3),
         (mb.Microblock(1.2e-6), 1.0, 1.0862, 1.9e-5, 1.0, 3e-3),
