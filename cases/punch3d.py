@@ -5,8 +5,8 @@ Blocks beside a flat face still stand below it with some of their corners, which
 the face.
 
 The rim of the face lies where the area of a row of nodes ends. Corners stand half of a block beside it; with
-eight facets and blocks of half of the half-width another row ends there. The bottom of the block is fixed: its
-finite size takes a part from the approach that falls like 1/size.
+eight facets and blocks of half of the half-width another row ends there. The bottom of the block is fixed:
+its finite size takes a part from the approach that falls like 1/size.
 
 :Geometry:  block of the half-width and depth s, of which a quarter is modelled; rigid square or round face
 :Equations: (10)-(17) in three dimensions, gaps of four corners, conditions (26) on each of them
