@@ -4,7 +4,8 @@ Flat punch on a block
 Blocks beside a flat face still stand below it with some of their corners, which spreads the pressure beyond
 the face.
 
-The rim of the face lies where the area of the last row of nodes ends. The bottom of the block is constrained;
+The rim of the face lies where the area of a row of nodes ends. Corners stand half of a block beside it; with
+eight facets and blocks of half of the half-width another row ends there. The bottom of the block is fixed:
 its finite size takes a part from the approach that falls like 1/size.
 
 :Geometry:  block of the half-width and depth s, of which a quarter is modelled; rigid square or round face
@@ -37,7 +38,7 @@ def quarter(solid, size, facets):
 
 
 def solve(
-    alpha=0.5, face: Literal["square", "round"] = "square", nu=0.3, beta=1.0, size=6.0, facets=6, cells=96
+    alpha=0.5, face: Literal["square", "round"] = "square", nu=0.3, beta=1.0, size=5.0, facets=8, cells=96
 ):
     """Returns the states of the block and of the half-space at the load 1.
 

@@ -46,8 +46,6 @@ def solve(
     rtol : relative L2 error of pressure and of micromoment over ell, of means over cells (0.01)
     period : period along x1 and x2 over a_Hz, more than 2; without it there is one sphere
     """
-    if cells is not None and rtol is not None:
-        raise BadArgument("rtol", rtol, "does not go together with --cells: it chooses the cells")
     if period is not None and period <= 2:
         raise BadArgument("period", period, "must be larger than 2")
     require_positive(alpha=alpha)
