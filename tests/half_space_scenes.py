@@ -1,13 +1,4 @@
-"""Seeded contact problems on half-spaces: the estimate beside the error that four times as many cells find.
-
-    python -m tests.half_space_scenes 60
-    python -m tests.half_space_scenes 20 two        # with a second body
-
-prints a line each: obstacle, law, size of the blocks, cells, estimate, true error and their ratio; some
-minutes.
-"""
-
-import sys
+"""Seeded contact problems on half-spaces: the estimate beside the error that four times as many cells find."""
 
 import numpy as np
 
@@ -99,14 +90,3 @@ def measured(seed, scene=scene):
     words, problem, load = scene(seed)
     state = problem.solve(load=load, rtol=RTOL)
     return words, len(state.x1), state.error_estimate, errors(problem, state)
-
-
-if __name__ == "__main__":
-    chosen = two_bodies if sys.argv[2:] == ["two"] else scene
-    for number in range(int(sys.argv[1])):
-        try:
-            words, cells, estimate, error = measured(number, chosen)
-            told = f"cells {cells:4d} estimate {estimate:.4f} error {error:.4f} ratio {error / estimate:.2f}"
-        except mb.MicroblockError as failure:
-            words, told = chosen(number)[0], f"{type(failure).__name__}: {failure}"
-        print(f"{number:3d} {words} {told}", flush=True)

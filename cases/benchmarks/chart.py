@@ -9,12 +9,12 @@ RECORD = Path(__file__).parent / "results" / "speed.csv"
 NAMES = {  # of the curves, and how they are drawn
     "half-plane": ("panels", "o-", "C0"),
     "cells": ("uniform cells", "h-", "C5"),
-    "fitted fe": ("fitted finite elements", "^-", "C2"),
-    "AL, order 1": ("uniform mesh, augmented Lagrangian", "s-", "C1"),
-    "condensed, order 1": ("uniform mesh, condensed", "v:", "C4"),
+    "fitted fe": ("fitted elements", "^-", "C2"),
+    "AL, order 1": ("squares, augm. Lagrangian", "s-", "C1"),
+    "condensed, order 1": ("squares, condensed", "v:", "C4"),
     "tamaas": ("tamaas", "*-", "C6"),
     "scikit-fem, order 1": ("scikit-fem", "<:", "C3"),
-    "ContactBoundary, order 1": ("NGSolve's ContactBoundary", "P--", "0.5"),
+    "ContactBoundary, order 1": ("ContactBoundary", "P--", "0.5"),
 }
 
 

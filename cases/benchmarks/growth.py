@@ -53,7 +53,7 @@ def apart(name, setting):
     words = [sys.executable, "-m", __name__, name, json.dumps(setting)]
     child = subprocess.run(words, capture_output=True, text=True, env={**os.environ, **THREADS})
     if child.returncode:
-        return {"failure": (child.stderr.strip().splitlines() or [f"status {child.returncode}"])[-1]}
+        return {"failure": f"status {child.returncode}: {child.stderr.strip()[-200:]}"}
     return json.loads(child.stdout.splitlines()[-1])
 
 

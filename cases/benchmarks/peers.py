@@ -8,9 +8,9 @@ has the best ordering for its matrices; ContactBoundary starts at about the righ
 than the ground, and the better of two readings of its pressure counts; period and rho are the best of each mesh.
 """
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from time import process_time as clock  # what other programs do on this machine does not count
 
 import netgen.meshing as netgen
 import ngsolve as ng
@@ -40,15 +40,6 @@ class Answer:
     setup: float
     solve: float
     estimate: float | None = None
-
-    @property
-    def readings(self):
-        return self.fields if isinstance(self.fields, list) else [self.fields]
-
-
-def clock():
-    """Processor seconds: what other programs do on this machine does not count."""
-    return time.process_time()
 
 
 def tamaas(problem, nodes, period):

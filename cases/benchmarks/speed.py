@@ -14,7 +14,6 @@ best of each mesh, as only someone who has the answer knows.
 
 import importlib.util
 import math
-import time
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -191,7 +190,7 @@ def measure(problem, method, setting, repeats):
         return row | {"spent": clock() - start, "failure": text}
     best = answers[0]
     return row | {
-        "error": min(problem.error(reading) for reading in best.readings),
+        "error": min(map(problem.error, best.fields if isinstance(best.fields, list) else [best.fields])),
         "unknowns": best.unknowns,
         "estimate": best.estimate,
         "setup": min(one.setup for one in answers),

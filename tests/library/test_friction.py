@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import microblock as mb
-from cases.studies import reference_kernels as reference
+from cases.benchmarks.verification import kernels as reference
 from microblock.corners.friction import FrictionalContact, FrictionPath
 from microblock.halfplane.kernels import Kernels, step, symbol
 from microblock.halfplane.shear_cells import averages, frictional_contact, with_counter

@@ -311,7 +311,7 @@ def test_forces_of_least_norm_keep_their_resultants():
 
 @pytest.mark.parametrize("seed", [5, 9, 34])
 def test_the_estimate_holds_in_seeded_problems(seed):
-    """Of 60 of them, `python -m tests.half_space_scenes 60`, the error is at most 0.8 of the estimate."""
+    """Of the first 60 seeds the error is at most 0.8 of the estimate."""
     _, cells, estimate, error = half_space_scenes.measured(seed)
     assert cells >= 128 and error <= estimate <= half_space_scenes.RTOL
 

@@ -14,7 +14,7 @@ import microblock as mb
 from microblock.fem import meshes3d
 from microblock.fem.body import Loads
 from microblock.fem.body3d import Loads3D
-from tests.judges import SEED
+from cases.benchmarks.verification import SEED
 
 SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
 COPIES = pytest.mark.parametrize("copied", [lambda one: pickle.loads(pickle.dumps(one)), copy.deepcopy])

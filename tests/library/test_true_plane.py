@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from tests.judges import SEED
+from cases.benchmarks.verification import SEED
 
 LAWS = mb.Unilateral(), mb.Microclamped(), mb.Microblock(), mb.Microblock(psi0=0.01)
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.05)

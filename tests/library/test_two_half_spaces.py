@@ -378,7 +378,7 @@ def test_the_estimate_holds():
 
 @pytest.mark.parametrize("seed", [4, 8])
 def test_the_estimate_holds_in_seeded_problems(seed):
-    """Of 20, `python -m tests.half_space_scenes 20 two`, the error is 0.61 of the estimate at most."""
+    """Of the first 20 seeds the error is 0.61 of the estimate at most."""
     _, _, estimate, error = half_space_scenes.measured(seed, half_space_scenes.two_bodies)
     assert error <= estimate <= half_space_scenes.RTOL
 

@@ -61,12 +61,11 @@ def outcome(case, seconds=60):
     row, start = dict.fromkeys(("ratio", "error", "estimate", "bar")) | {"message": ""}, time.process_time()
     try:
         state = within(seconds, case.solve)
-    except MicroblockError as failure:
-        return row | {"class": "error", "message": f"{type(failure).__name__}: {failure}", "seconds": 0.0}
     except OutOfTime:
         return row | {"class": "slow", "seconds": seconds}
     except Exception as failure:  # whatever it is, it is a result
-        return row | {"class": "crash", "message": f"{type(failure).__name__}: {failure}", "seconds": 0.0}
+        name = "error" if isinstance(failure, MicroblockError) else "crash"
+        return row | {"class": name, "message": f"{type(failure).__name__}: {failure}", "seconds": 0.0}
     row["seconds"] = time.process_time() - start
     words = [str(word) for one in (state if isinstance(state, list) else [state]) for word in one.warnings]
     row["message"] = "; ".join(words)

@@ -42,9 +42,6 @@ class Scene:
     unit: tuple = (1.0, 1.0)  # of stress and of length
     note: str = ""
 
-    def count(self):
-        return len(self.summits)
-
 
 class Owner:
     """The number of the summit that is nearest to a place."""
@@ -53,10 +50,9 @@ class Owner:
         self.summits, self.count, self.period = summits, len(summits), period
 
     def __call__(self, x, y):
-        def nearest(d):
-            return d - self.period * np.round(d / self.period) if self.period else d
-
-        return np.argmin([nearest(x - a) ** 2 + nearest(y - b) ** 2 for a, b in self.summits], axis=0)
+        period = self.period or 1e300
+        ways = [(x - a, y - b) for a, b in self.summits]
+        return np.argmin([sum((d - period * np.round(d / period)) ** 2 for d in way) for way in ways], axis=0)
 
 
 def paraboloids(summits, radii, levels):
