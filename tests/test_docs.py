@@ -253,7 +253,7 @@ def test_a_body_can_do_what_readme_says(feature, column):
     """ "yes" computes, "no" raises BadArgument or has no such attribute; a half-plane has an approach with a
     period alone.
     """
-    said = dict(zip(table(README)[""], table(README)[feature]))[column]
+    said = dict(zip(table(README)["feature"], table(README)[feature]))[column]
     if said == "no":
         with pytest.raises((mb.BadArgument, AttributeError)):
             FEATURES[feature](BODIES[column](), SECOND[column])

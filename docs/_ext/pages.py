@@ -17,6 +17,7 @@ NAMED = {
     '<div class="table-wrapper colwidths-given docutils container">': (
         '<div class="table-wrapper colwidths-given docutils container" tabindex="0">'
     ),
+    '\n<div id="search-results">': '\n<h1>Search</h1><div id="search-results">',
     "<pre>": '<pre tabindex="0">',
     '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="All pages">',
     '<aside class="toc-drawer">': '<aside class="toc-drawer" aria-label="On this page">',
