@@ -1,10 +1,10 @@
-"""Seeded histories of friction on half-planes: what comes of each. Estimates beside true errors: the set `friction` of
-`cases.benchmarks.verification`.
+"""Seeded histories of friction on half-planes: what comes of each. Estimates beside true errors: the set
+`friction` of `cases.benchmarks.verification`.
 
     python -m tests.friction_histories 300
 
-prints a line each: law, obstacle, sizes, the outcome: "right", "NotConverged", "refused", or "wrong" and why, and
-the seconds it took.
+prints a line each: law, obstacle, sizes, the outcome: "right", "NotConverged", "refused", or "wrong" and why,
+and the seconds it took.
 """
 
 import sys

@@ -1,7 +1,7 @@
 """How time and peak memory grow with the number of unknowns, up to 10^6; a part of the study `speed`.
 
-Each run is a process of its own: imports, a warm-up on the first level, then the run. Memory is the peak of the
-resident set during the run over what was resident before it.
+Each run is a process of its own: imports, a warm-up on the first level, then the run. Memory is the peak of
+the resident set during the run over what was resident before it.
 """
 
 import json
@@ -58,7 +58,7 @@ def apart(name, setting):
 
 
 def solve(quick=False):
-    """A table of all methods and levels; where the next level would take too long, or too much memory, it ends."""
+    """A table of all methods and levels, up to where the next level would take too long or too much memory."""
     rows = []
     for name, settings in LEVELS.items():
         own = []
@@ -66,7 +66,9 @@ def solve(quick=False):
             if len(own) > 1:
                 larger = own[-1]["unknowns"] / own[-2]["unknowns"]
                 costs = {cost: own[-1][cost] * larger**power for cost, power in STEEPEST.items()}
-                if costs["seconds"] > LONGEST or costs["megabytes"] > SPARE * line_of("meminfo", "MemAvailable"):
+                if costs["seconds"] > LONGEST or costs["megabytes"] > SPARE * line_of(
+                    "meminfo", "MemAvailable"
+                ):
                     break
             own.append({"method": name, **setting, **apart(name, setting)})
             if "failure" in own[-1]:

@@ -75,7 +75,7 @@ def _renamed(setting):
 
 
 def fails(frame):
-    """Whether runs gave no answer, exceeded their promise or, where nothing is promised, are off by TOO_FAR."""
+    """Whether runs gave no answer, exceeded their promise or, where none is made, are off by TOO_FAR."""
     return ~frame.kind.isin(KINDS[:2]) | (frame.promise.isna() & (frame.error > TOO_FAR))
 
 
@@ -107,7 +107,7 @@ def to_dict(frame):
 
 
 def figure(frame):
-    """Performance profile: the share of a method's runs whose true error is below a multiple of the promise."""
+    """Performance profile: the share of runs whose true error is below a multiple of the promise."""
     drawing, axis = plt.subplots(layout="constrained", figsize=(3.54, 3.2))
     axis.axvline(1, color="0.5", linewidth=0.8)
     for (name, runs), line in zip(CURVES.items(), ("-", "--", "-.", ":") * 2):
@@ -118,5 +118,5 @@ def figure(frame):
             axis.step([1e-5, *ratios, 1e2], shares, line, where="post", label=name)
     axis.set(xscale="log", xlim=(1e-5, 1e2), ylim=(0, 1.05), ylabel="share of runs")
     axis.set_xlabel("true error over promised error")
-    drawing.legend(loc="outside lower center", ncols=2)
+    drawing.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return drawing

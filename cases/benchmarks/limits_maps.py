@@ -1,5 +1,5 @@
-"""Questions of the study `limits`, as data: each map is a function that solves one problem and verifies it, and
-the ranges of its parameters.
+"""Maps of the study `limits`, as data: each map is a function that solves one problem and verifies it, and the
+ranges of its parameters.
 
 Units of the problems on a line: E* = 20, R = 10 and the load pi/2, so that a classical contact has the
 half-width 1. `eta` is mu_c/mu: beta = 2 eta/(1 + eta) vanishes with it and tends to 2 beyond it.
@@ -84,7 +84,7 @@ def asked(method, contact, strictness, nu, eta, alpha, psi0, slope):
 
 
 def event(kind, distance, strictness, psi0, alpha):
-    """A load next to an event: two zones apart or joined, or the second corner of rotated blocks that touches."""
+    """A load next to an event: two zones apart or joined, or the second corner of rotated blocks touches."""
     rtol, load, law = 1e-2 * 1e-6**strictness, LOAD, mb.Microblock()
     if kind == "touching":
         law = mb.Microblock(psi0)
@@ -193,7 +193,7 @@ def squares(rule, order, contact, nu, eta, alpha, psi0, spacing):
 
 
 def stretched(shape, order, aspect, spacing, alpha):
-    """A user's block of ground with elements `aspect` times as long as high, growing downwards and outwards."""
+    """A user's block of ground: elements `aspect` times as long as high, growing downwards and outwards."""
 
     def growing(step, lines, far=100.0):
         while lines[-1] + step < far:
@@ -212,8 +212,8 @@ def stretched(shape, order, aspect, spacing, alpha):
 
 
 def newton(kind, rho, spacing, alpha):
-    """A monolithic method on the paper's block, rho over (lambda + 2 mu)/a_Hz: the penalty beside the half-plane,
-    the augmented Lagrangian beside the condensed body, which is the same discrete problem.
+    """A monolithic method on the paper's block, rho over (lambda + 2 mu)/a_Hz: the penalty beside the
+    half-plane, the augmented Lagrangian beside the condensed body, which is the same discrete problem.
     """
     solid = solid_of(alpha)
     problem = mb.Contact(mb.Block(solid, DOMAIN), mb.Cylinder(RADIUS), mb.Microblock())
@@ -274,8 +274,8 @@ def supported(solver, supports, eta, order, nu, ell):
 
 
 def friction(body, friction, alpha, contact):
-    """Pressed, sheared to full slip, and back to full slip the other way: a cylinder on a half-plane by cells or
-    on a block by finite elements, a plane on all of a square. Work is energy and dissipation.
+    """Pressed, sheared to full slip, and back to full slip the other way: a cylinder on a half-plane by cells
+    or on a block by finite elements, a plane on all of a square. Work is energy and dissipation.
     """
     solid, obstacle, way, rtol = solid_of(alpha, E_star=2.0), mb.Cylinder(1.0), None, None
     law = (mb.Microblock if contact == "microblock" else mb.Unilateral)(friction=friction)

@@ -1,11 +1,12 @@
 """Other programs on the classical line contact, a rigid cylinder R = 1 with E* = 2 at the load pi/2.
 
-scikit-fem has no contact of its own; this is what its users write: nodes of the active set are Dirichlet nodes on
-the obstacle, their reactions the forces. NGSolve's ContactBoundary is used as in its tutorial 6.2, with Newton's
-method and a penalty. Both have half of the ground on the mesh of `microblock.fem.meshes.uniform`, and the load by
-two right-hand sides of one factorisation. Each is tuned in its favour: scikit-fem starts with the exact contact and
-has the best ordering for its matrices; ContactBoundary starts at about the right approach, its counterpart is finer
-than the ground, and the better of two readings of its pressure counts; period and rho are the best of each mesh.
+scikit-fem has no contact of its own; this is what its users write: nodes of the active set are Dirichlet nodes
+on the obstacle, their reactions the forces. NGSolve's ContactBoundary is used as in its tutorial 6.2, with
+Newton's method and a penalty. Both have half of the ground on the mesh of `microblock.fem.meshes.uniform`, and
+the load by two right-hand sides of one factorisation. Each is tuned in its favour: scikit-fem starts with the
+exact contact and has the best ordering for its matrices; ContactBoundary starts at about the right approach, its
+counterpart is finer than the ground, and the better of two readings of its pressure counts; period and rho are
+the best of each mesh.
 """
 
 from collections.abc import Callable
@@ -59,8 +60,8 @@ def tamaas(problem, nodes, period):
 
 
 def on_facets(ends, places, values):
-    """A function of x: on each facet between `ends` the polynomial with these values (facets, points) at places in
-    [0, 1]; even, and zero beyond.
+    """A function of x: on each facet between `ends` the polynomial with these values (facets, points) at
+    places in [0, 1]; even, and zero beyond.
     """
 
     def pressure(x):
@@ -116,7 +117,9 @@ def from_forces(ends, places, shares, forces):
         lengths[place : len(lengths) - order + place : order] += share * side
     lengths[-1] *= 2  # goes on beyond the reach
     values = forces / lengths
-    return on_facets(ends, places, np.array([values[n : n + order + 1] for n in range(0, len(values) - 1, order)]))
+    return on_facets(
+        ends, places, np.array([values[n : n + order + 1] for n in range(0, len(values) - 1, order)])
+    )
 
 
 def contact_boundary(problem, h, order, rho):
@@ -125,7 +128,9 @@ def contact_boundary(problem, h, order, rho):
     space = ng.VectorH1(mesh, order=order, dirichletx="bottom|axis", dirichlety="bottom")
     u = space.TrialFunction()
     strain = ng.Sym(ng.Grad(u))
-    energy = problem.solid.lam / 2 * ng.Trace(strain) ** 2 + problem.solid.mu * ng.InnerProduct(strain, strain)
+    energy = problem.solid.lam / 2 * ng.Trace(strain) ** 2 + problem.solid.mu * ng.InnerProduct(
+        strain, strain
+    )
     form = ng.BilinearForm(space, symmetric=True)
     form += ng.Variation(energy * ng.dx("ground"))
     contact = ng.ContactBoundary(mesh.Boundaries("contact"), mesh.Boundaries("under"))
@@ -150,7 +155,10 @@ def contact_boundary(problem, h, order, rho):
     for facet, own in enumerate(np.maximum(penalty, 0) * weights @ lagrange(nodes, places) * ends[1]):
         forces[order * facet : order * facet + order + 1] += own
     by_penetration = on_facets(ends, places, penalty)
-    readings = [from_forces(ends, nodes, shares, forces), lambda x: (np.maximum(by_penetration(x)[0], 0), 0 * x)]
+    readings = [
+        from_forces(ends, nodes, shares, forces),
+        lambda x: (np.maximum(by_penetration(x)[0], 0), 0 * x),
+    ]
     return Answer(readings, sum(free), ready - start, spent)
 
 
@@ -179,9 +187,14 @@ def lower(form, free, state, lowered, load, approach, rho):
 
 
 def ground_and_counterpart(lines, finer):
-    """One mesh of quadrilaterals: the ground, and above the reach a row of elements with the boundary "under"."""
+    """One mesh of quadrilaterals: the ground, and above the reach a row of elements, boundary "under"."""
     mesh, near = netgen.Mesh(dim=2), round(np.searchsorted(lines, REACH * (1 + 1e-9))) - 1
-    sides = {"bottom": np.s_[0, :], "side": np.s_[:, -1], "axis": np.s_[::-1, 0], "contact": np.s_[-1, near::-1]}
+    sides = {
+        "bottom": np.s_[0, :],
+        "side": np.s_[:, -1],
+        "axis": np.s_[::-1, 0],
+        "contact": np.s_[-1, near::-1],
+    }
     sides |= {"free": np.s_[-1, : near - 1 : -1]}
     above = {"under": np.s_[0, :], "right": np.s_[:, -1], "over": np.s_[1, ::-1], "left": np.s_[::-1, 0]}
     rows = np.linspace(0, REACH, near * finer + 1), np.array((0, lines[1]))

@@ -1,4 +1,4 @@
-"""The questions of the study `limits`: {question: (map, condition on its runs, where it fails, what to do)}."""
+"""Questions of the study `limits`: {question: (map, condition on its runs, where it fails, what to do)}."""
 
 ALMOST_TWO, ALMOST_ZERO = "eta > 30", "eta < 0.03"  # beta = 2 eta/(1 + eta) beyond 1.93, and below 0.06
 PANELS, FITTED = "method == 'panels' and ", "method == 'fitted' and "

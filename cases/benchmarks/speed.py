@@ -2,14 +2,14 @@
 
 :Geometry:  a cylinder on a half-plane for both laws, alpha = 0.01, 0.05, 0.25, 1, and its classical limit
 :Equations: those of the paper
-:Method:    panels, cells, fitted elements, equal squares condensed or with the paper's augmented Lagrangian or
-            the penalty; tamaas, scikit-fem and NGSolve's ContactBoundary in the classical limit (`peers`)
+:Method:    panels, cells, fitted elements, equal squares condensed or with the paper's augmented Lagrangian
+            or the penalty; tamaas, scikit-fem and NGSolve's ContactBoundary in the classical limit (`peers`)
 :Reference: Hertz' ellipse, else the second code `verification.panels`; its own error is the floor
-:Units:     processor seconds of one thread, setup (what further loads reuse) and solution apart, each the best of
-            `repeats` after a warm-up; errors max(|dp|, |dM|/ell)/|p| in L2
+:Units:     processor seconds of one thread, setup (what further loads reuse) and solution apart, each the
+            best of `repeats` after a warm-up; errors max(|dp|, |dM|/ell)/|p| in L2
 
-Where an accuracy is asked for nothing is tuned. Other programs are tuned in their favour: rho and period are the
-best of each mesh, as only someone who has the answer knows.
+Where an accuracy is asked for nothing is tuned. Other programs are tuned in their favour: rho and period are
+the best of each mesh, as only someone who has the answer knows.
 """
 
 import importlib.util
@@ -28,7 +28,7 @@ from microblock.halfplane.kernels import gap_kernel, kernels
 from microblock.model.plain_data import plain_data
 
 from . import chart, growth, peers
-from .peers import FAR, LOAD, REACH, Answer, clock
+from .peers import LOAD, REACH, Answer, clock
 from .verification import panels
 from .verification.lines import fields
 
@@ -38,8 +38,8 @@ ONCE = 1.0  # seconds of a run beyond which it is not repeated
 STEEPER = 5.0  # times dearer, at most, is the next level of a method
 QUICK = "classical", "microblock-0.25"
 PAPER = "microblock-0.25"  # alone has the levels that take a minute
-COLUMNS = ("rtol", "h", "order", "solver", "rho", "domain", "nodes", "period", "unknowns", "error", "floor", "setup",
-           "solve", "spent", "repeats", "estimate", "failure")  # fmt: skip
+COLUMNS = ("rtol", "h", "order", "solver", "rho", "domain", "nodes", "period", "unknowns", "error", "floor",
+           "setup", "solve", "spent", "repeats", "estimate", "failure")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,9 @@ def half_plane(problem, rtol):
     start = clock()
     kernels.cache_clear()
     contact = problem.half_plane
-    gap_kernel(contact.solver.problem, np.ones(1), np.zeros(1), np.zeros(1))  # the material's table of kernels
+    gap_kernel(
+        contact.solver.problem, np.ones(1), np.zeros(1), np.zeros(1)
+    )  # the material's table of kernels
     ready = clock()
     state = contact.solve(load=LOAD, rtol=rtol)
     return Answer(fields(state), state.unknowns, ready - start, clock() - ready, state.error_estimate)
@@ -125,8 +127,8 @@ def cells(problem, nodes):
 
 @dataclass(frozen=True)
 class Method:
-    """A curve: a function, its settings from the cheapest on, `dear` settings for one problem, and the package
-    that it needs, where only the classical limit can be solved.
+    """A curve: a function, its settings from the cheapest on, `dear` settings for one problem, and the
+    package that it needs, where only the classical limit can be solved.
     """
 
     run: object
@@ -174,7 +176,9 @@ METHODS = {
         peers.contact_boundary, grid(h=(0.8, *HALVED[:-1]), order=2, rho=STIFFNESSES), peer="ngsolve"),
 }  # fmt: skip
 PROBLEMS = [Problem("classical", "unilateral", 1.0, CLASSICAL)]
-PROBLEMS += [Problem(f"{law}-{a:g}", law, a) for law in ("microblock", "unilateral") for a in (0.01, 0.05, 0.25, 1.0)]
+PROBLEMS += [
+    Problem(f"{law}-{a:g}", law, a) for law in ("microblock", "unilateral") for a in (0.01, 0.05, 0.25, 1.0)
+]
 
 
 def measure(problem, method, setting, repeats):
@@ -207,7 +211,13 @@ def refined(problem, name, settings, repeats, limit):
         if finer and rows[-1]["spent"] * STEEPER > limit:
             break
         rows.append(measure(problem, METHODS[name], setting, repeats))
-    about = {"scene": problem.name, "contact": problem.contact, "alpha": problem.alpha, "nu": NU, "beta": problem.beta}
+    about = {
+        "scene": problem.name,
+        "contact": problem.contact,
+        "alpha": problem.alpha,
+        "nu": NU,
+        "beta": problem.beta,
+    }
     return [{**about, "method": name, **row} for row in rows]
 
 
@@ -244,7 +254,8 @@ def to_dict(tables):
     """Plain data: rows of the runs and of the growth, without the versions."""
     shown = {name: one[[key for key in one if not key.startswith("version")]] for name, one in tables.items()}
     return {
-        name: plain_data(one.astype(object).where(one.notna(), None).to_dict("records")) for name, one in shown.items()
+        name: plain_data(one.astype(object).where(one.notna(), None).to_dict("records"))
+        for name, one in shown.items()
     }
 
 

@@ -20,7 +20,9 @@ def cases(name, numbers, seed=SEED, rtol=1e-3):
     """Yields (number, Case) of a set."""
     for k in numbers:
         if name == "units":
-            yield from ((10 * k, one) for method in lines.METHODS[:2] for one in units.on_lines(method, 10 * k))
+            yield from (
+                (10 * k, one) for method in lines.METHODS[:2] for one in units.on_lines(method, 10 * k)
+            )
         elif name in lines.METHODS:
             yield k, lines.fresh(name, k)
         else:
@@ -29,7 +31,9 @@ def cases(name, numbers, seed=SEED, rtol=1e-3):
 
 
 def main(words=None):
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("set", choices=SETS)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--count", type=int, help="problems, by default all of the set")

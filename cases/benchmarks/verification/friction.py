@@ -6,7 +6,8 @@ A exp(-k ell)/k is in closed form, the rest is a Fourier series whose waves beyo
 Friction: small implicit steps in the loads; in each, corners are open or closed and cells stick or slip
 forwards or back until no sign is violated. Steps and cells are of first order: twice as many tell the error.
 
-`case` draws history (SEED, 20, k): its error is the largest relative L2 error over the pressure of p, M/ell and q/f.
+`case` draws history (SEED, 20, k): its error is the largest relative L2 error, over the pressure, of p, M/ell
+and q/f.
 """
 
 from __future__ import annotations

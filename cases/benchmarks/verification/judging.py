@@ -1,5 +1,5 @@
-"""One loop for all sets: a problem is solved within a limit of time, a second code verifies it, a line says how it
-went.
+"""One loop for all sets: a problem is solved within a limit of time, a second code verifies it, a line says
+how it went.
 """
 
 import signal
@@ -55,8 +55,8 @@ def within(seconds, function, *arguments):
 def outcome(case, seconds=60):
     """{class, ratio, error, estimate, bar, seconds, message} of a case.
 
-    "right": the error is at most max(rtol, estimate) and what the judge does not know; "wrong", without a word, and
-    "warned": it is not; "error": a typed error; "slow", "crash"; "unjudged": the judge has no answer.
+    "right": the error is at most max(rtol, estimate) and what the judge does not know; "wrong", without a word,
+    and "warned": it is not; "error": a typed error; "slow", "crash"; "unjudged": the judge has no answer.
     """
     row, start = dict.fromkeys(("ratio", "error", "estimate", "bar")) | {"message": ""}, time.process_time()
     try:
@@ -96,7 +96,9 @@ def run(name, cases, seconds=60):
         rows.append(outcome(case, seconds))
         print(told(number, case, rows[-1]), flush=True)
     known = [row for row in rows if row["ratio"] is not None]
-    dull = [row["estimate"] / row["error"] for row in known if row["estimate"] and row["error"] > 2 * row["bar"]]
+    dull = [
+        row["estimate"] / row["error"] for row in known if row["estimate"] and row["error"] > 2 * row["bar"]
+    ]
     median, high = np.quantile(dull, [0.5, 0.9]) if dull else (np.nan, np.nan)
     worst = max((row["ratio"] for row in known), default=np.nan)
     print(

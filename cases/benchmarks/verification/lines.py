@@ -1,5 +1,5 @@
-"""Problems on a line and their judges: the second code `panels` for the half-plane, `period` for a period, fitted
-elements at rtol/30 for a body.
+"""Problems on a line and their judges: the second code `panels` for the half-plane, `period` for a period,
+fitted elements at rtol/30 for a body.
 
 `fresh(method, k)` is problem k of a method that estimates its error, `hard(k)` a problem of `obstacles`.
 """
@@ -37,7 +37,8 @@ def error(state, true):
     """max(|dp|, |dM|/ell)/|p| in L2 of a State beside a more accurate State, or a `panels.Reference`."""
     obstacle, shifts = state.obstacle, state.law.shifts(state.solid.ell)
     kinks, ends = (
-        [x - shift for x in getattr(obstacle, name, None) or () for shift in shifts] for name in ("kinks", "ends")
+        [x - shift for x in getattr(obstacle, name, None) or () for shift in shifts]
+        for name in ("kinks", "ends")
     )
     places = [*panels.all_edges(true.zones), *zone_edges(state.zones), *kinks]
     first, second = fields(state), true.fields if isinstance(true, panels.Reference) else fields(true)
@@ -49,7 +50,9 @@ def error(state, true):
         away = [np.minimum(1, np.abs(state.x - end) / np.ptp(ends) * 2) for end in ends]
         weights = state.weights * np.prod(away, axis=0)
         own = np.sqrt(weights @ wrong**2 / (weights @ state.pressure**2))
-    return max(own, panels.distance(lambda x: (first(x)[0], 0 * x), lambda x: (second(x)[0], 0 * x), places, ends))
+    return max(
+        own, panels.distance(lambda x: (first(x)[0], 0 * x), lambda x: (second(x)[0], 0 * x), places, ends)
+    )
 
 
 def by_panels(problem, load, **known):
@@ -116,7 +119,13 @@ def drawn(method, k):
         solid = mb.Cosserat(E=E, nu=nu, beta=beta, ell=ell)
         body, law = mb.HalfPlane(solid, period=1.0), laws.get(name, mb.Microblock())
         problem = mb.Contact(body, obstacle, law, mb.Cells())
-        return f"{kind:9s}{name:13s}ell {ell:.1e}", problem, load, rtols[method], by_period(problem, height, load, name)
+        return (
+            f"{kind:9s}{name:13s}ell {ell:.1e}",
+            problem,
+            load,
+            rtols[method],
+            by_period(problem, height, load, name),
+        )
     a = log(rng, 0.05, 0.5)
     kind = KINDS[rng.integers(len(KINDS))]
     ell = a * log(rng, 1e-2 if method in ("cells", "body") else 1e-4, 1e2 if method != "body" else 3)

@@ -199,7 +199,10 @@ class Reference:
             with np.errstate(over="ignore"):
                 gap = problem.gap(corner, free) - self.approach
             low = gap < 9 * problem.load / problem.E_star  # elsewhere the surface does not come near
-            free, gap = free[low], gap[low] + self.panels.integrals(free[low], kernels, problem.ell) @ self.f.ravel()
+            free, gap = (
+                free[low],
+                gap[low] + self.panels.integrals(free[low], kernels, problem.ell) @ self.f.ravel(),
+            )
             overlap = -gap * problem.E_star / problem.load
             worst = max(worst, -p.min() / p.max(), overlap.max(initial=0.0))
             bad = np.pad(overlap > VIOLATION, 1).astype(int)
@@ -259,7 +262,7 @@ def moved(zones, steps):
 
 
 def fitted(problem, zones, orders):
-    """A `Reference` of each order on zones whose edges carry no 1/sqrt(r); NoAnswer if Newton does not end."""
+    """A `Reference` of each order on zones whose edges carry no 1/sqrt(r); NoAnswer if Newton fails."""
     states, jacobian = [], None
     for order in orders:
         last = np.inf
@@ -300,7 +303,10 @@ def reference(contact, load, state, orders=ORDERS, **known):
     for _ in range(REPAIRS):
         if not 0 < 2 * sum(map(len, zones.values())) <= EDGES:
             raise NoAnswer(f"no reference: no zones, or more than {EDGES} edges")
-        zones = {c: [tuple(_snapped(problem.ends, e) for e in pair) for pair in pairs] for c, pairs in zones.items()}
+        zones = {
+            c: [tuple(_snapped(problem.ends, e) for e in pair) for pair in pairs]
+            for c, pairs in zones.items()
+        }
         try:
             *_, coarse, fine = fitted(problem, zones, orders)
         except (ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError) as failure:

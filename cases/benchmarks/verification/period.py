@@ -4,7 +4,7 @@ library.
 
 from __future__ import annotations
 
-from math import pi, sqrt
+from math import pi
 
 import numpy as np
 from scipy.fft import irfft, rfft
@@ -67,7 +67,3 @@ class Line:
             p[more] -= tau * g[more]
             p *= load / p.sum() / self.side
         return p, error
-
-
-def norm(values, weights):
-    return sqrt(float(np.sum(weights * np.asarray(values) ** 2)))

@@ -1,5 +1,5 @@
-"""200 surfaces in three dimensions, drawn by program, beside the second code `space`: approach, norm of the pressure
-and load on each summit. Its answers are kept in `space_truth.json`.
+"""200 surfaces in three dimensions, drawn by program, beside the second code `space`: approach, norm of the
+pressure and load on each summit. Its answers are kept in `space_truth.json`.
 """
 
 import json

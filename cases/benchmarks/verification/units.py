@@ -31,7 +31,7 @@ class Change:
 CHANGES = (
     Change("moduli x 1e9", stress=1e9),
     Change("lengths x 1e-6", length=1e-6),
-    Change("shifted", shift=100.0),
+    Change("shifted", shift=10.0),
     Change("mirrored", sign=-1),
 )
 
@@ -78,6 +78,8 @@ def on_lines(method, k):
             apart = panels.distance(back(state, contact.law, change), lines.fields(plain), places, ends)
             return apart, max(state.error_estimate, plain.error_estimate), 0.0
 
-        moved, force = changed(contact, change), load * change.stress * change.length
-        solve = lambda moved=moved, force=force: moved.solve(load=force, rtol=rtol)  # noqa: E731
+        def solve(change=change):
+            force = load * change.stress * change.length
+            return changed(contact, change).solve(load=force, rtol=rtol)
+
         yield Case(f"{words} {change.name}", SCALE_FREE, solve, verify)
