@@ -11,6 +11,8 @@ method": the same, by a method that the result names; "typed error": an error th
 an answer beyond its promise; "not finite", "time limit", "untyped error", "crash": defects.
 """
 
+from pathlib import Path
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
@@ -23,6 +25,7 @@ from .limits_maps import MAPS
 from .questions import QUESTIONS
 from .sampling import KINDS, Outcome, records
 
+RECORD = Path(__file__).parent / "results" / "limits.csv"
 QUICK = 2  # runs of a map
 TOO_FAR = 0.1  # relative error of an answer that is of no use, where nothing is promised
 # curves of the profile: runs that were promised something
@@ -106,8 +109,9 @@ def to_dict(frame):
     }
 
 
-def figure(frame):
+def figure(frame=None):
     """Performance profile: the share of runs whose true error is below a multiple of the promise."""
+    frame = pd.read_csv(RECORD, low_memory=False) if frame is None else frame
     drawing, axis = plt.subplots(layout="constrained", figsize=(3.54, 3.2))
     axis.axvline(1, color="0.5", linewidth=0.8)
     for (name, runs), line in zip(CURVES.items(), ("-", "--", "-.", ":") * 2):
