@@ -4,7 +4,7 @@ Cylinder with friction
 The first shear makes one side of a contact of microblocks stick; from then on the stick zone shrinks as the
 shear grows. A cycle of shear dissipates less under microblocks than under blocks on one corner.
 
-Pressing draws the surface inwards. Under microblocks nearly all of it slips, dragged outwards on both sides.
+Pressing draws the surface inwards. Under microblocks most of it slips, dragged outwards on both sides.
 A push to the right continues this slip at the right. At the left it would have to reverse the slip, and all
 of this side sticks until the shear traction has changed from its lower to its upper bound. Blocks on two
 corners also rotate with the cylinder before they slip: least is dissipated where a block is some 0.3 of the
@@ -92,6 +92,7 @@ def dissipation_figure(alphas, cycles, friction):
     for contact, values in cycles.items():
         axis.semilogx(alphas, values, "o-", label=contact)
     axis.set(xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$", xticks=alphas, xticklabels=alphas, ylim=(0, None))
+    axis.minorticks_off()
     axis.set(ylabel=r"dissipation$/(P a_\mathrm{Hz}^2/R)$")
     drawing.legend(loc="outside upper center", ncols=2)
     return drawing

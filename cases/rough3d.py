@@ -62,9 +62,13 @@ def fraction(state):
 def figure(states):
     """Corners that touch at the last load (a); the fraction that touches over the pressure (b)."""
     drawing, (above, below) = plt.subplots(2, 1, figsize=(3.54, 4.8), layout="constrained")
-    look = {"cmap": plt.get_cmap("viridis_r", 4), "vmin": 0.5, "vmax": 4.5, "origin": "lower"}
     shown = above.imshow(
-        np.ma.masked_equal(states["microblock"][-1].closed.T, 0), extent=(-0.5, 0.5, -0.5, 0.5), **look
+        np.ma.masked_equal(states["microblock"][-1].closed.T, 0),
+        cmap=plt.get_cmap("viridis_r", 4),
+        vmin=0.5,
+        vmax=4.5,
+        origin="lower",
+        extent=(-0.5, 0.5, -0.5, 0.5),
     )
     drawing.colorbar(shown, ax=above, ticks=range(1, 5), label="corners that touch")
     above.set(xlabel=r"$x_1$ over the period", ylabel=r"$x_2$ over the period")
@@ -77,6 +81,7 @@ def figure(states):
         xticks=loads,
         xticklabels=np.round(loads, 3),
     )
+    below.minorticks_off()
     below.legend()
     return drawing
 

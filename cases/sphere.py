@@ -89,6 +89,7 @@ def figure(result):
             axis.plot([1.3 * alphas[-1], 2 * alphas[-1]], [end, end], color=f"C{number}")
     for axis, words in zip(below, ("approach over Hertz's", "hardness over Hertz's")):
         axis.axhline(1, linestyle=":", color="gray")
+        axis.minorticks_off()
         axis.set(
             xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$",
             ylabel=words,
