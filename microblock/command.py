@@ -214,8 +214,9 @@ def summary(entries):
     lines = []
     for name, value in entries.items():
         if isinstance(value, list) and value and all(isinstance(row, dict) for row in value):
+            keys = dict.fromkeys(key for row in value for key, cell in row.items() if cell is not None)
             columns = [
-                key for key, cell in value[-1].items() if not isinstance(cell, (list, dict, type(None)))
+                key for key in keys if not any(isinstance(row.get(key), (list, dict)) for row in value)
             ]
             cells = [columns, *([_shown(row.get(key)) for key in columns] for row in value)]
             widths = [max(len(line[place]) for line in cells) for place in range(len(columns))]
