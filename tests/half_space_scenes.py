@@ -1,4 +1,6 @@
-"""Seeded contact problems on half-spaces: the estimate beside the error that four times as many cells find."""
+"""Seeded contact problems on half-spaces: the estimate beside the error that four times as many cells
+find.
+"""
 
 import numpy as np
 

@@ -58,7 +58,7 @@ def apart(name, setting):
 
 
 def solve(quick=False):
-    """A table of all methods and levels, up to where the next level would take too long or too much memory."""
+    """A table of all methods and levels, up to where the next one would take too long or too much memory."""
     rows = []
     for name, settings in LEVELS.items():
         own = []

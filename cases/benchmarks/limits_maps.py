@@ -1,5 +1,5 @@
-"""Maps of the study `limits`, as data: each map is a function that solves one problem and verifies it, and the
-ranges of its parameters.
+"""Maps of the study `limits`, as data: each map is a function that solves one problem and verifies it, and
+the ranges of its parameters.
 
 Units of the problems on a line: E* = 20, R = 10 and the load pi/2, so that a classical contact has the
 half-width 1. `eta` is mu_c/mu: beta = 2 eta/(1 + eta) vanishes with it and tends to 2 beyond it.
@@ -309,28 +309,37 @@ STRICT, SPACING = Axis("strictness", 0.0, 1.0, "linear", ends=(1,)), Axis("spaci
 CONTACTS = Axis("contact", names=("microblock", "rotated", "unilateral"))
 ASKED = ("microblock", "rotated", "levers", "unilateral", "wedge", "wedge rotated", "wedge unilateral")
 MAPS = (
-    Map("asked", asked, 240, (Axis("method", names=tuple(RTOLS)), Axis("contact", names=ASKED), STRICT, NU, ETA, ALPHA,
-        PSI0, Axis("slope", 1e-4, 1.0, ends=(0,)))),
-    Map("event", event, 100, (Axis("kind", names=("apart", "joined", "touching")),
-        Axis("distance", 1e-1, 1e-10, ends=(1,)), STRICT, Axis("psi0", 1e-3, 0.1), Axis("alpha", 0.1, 2.0))),
-    Map("states", states, 240, (Axis("problem", names=("ill-conditioned", "copies", "no gaps", "rank", "weights")),
+    Map("asked", asked, 240, (
+        Axis("method", names=tuple(RTOLS)), Axis("contact", names=ASKED), STRICT, NU, ETA, ALPHA, PSI0,
+        Axis("slope", 1e-4, 1.0, ends=(0,)))),
+    Map("event", event, 100, (
+        Axis("kind", names=("apart", "joined", "touching")), Axis("distance", 1e-1, 1e-10, ends=(1,)), STRICT,
+        Axis("psi0", 1e-3, 0.1), Axis("alpha", 0.1, 2.0))),
+    Map("states", states, 240, (
+        Axis("problem", names=("ill-conditioned", "copies", "no gaps", "rank", "weights")),
         Axis("method", names=("plain", "pivoting", "path")), Axis("degree", 0.0, 1.0, "linear", ends=(1,)),
         Axis("size", 2, 300, "whole"), Axis("start", names=("nothing", "absurd", "random")),
         Axis("seed", 0, 2**31, "linear"))),
-    Map("squares", squares, 240, (Axis("rule", names=("nodal", "gauss")), Axis("order", 1, 6, "whole"), CONTACTS, NU,
-        ETA, Axis("alpha", 0.02, 1.0, ends=(0,)), PSI0, SPACING)),
-    Map("stretched", stretched, 60, (Axis("shape", names=("quadrilaterals", "triangles")), Axis("order", 1, 6, "whole"),
+    Map("squares", squares, 240, (
+        Axis("rule", names=("nodal", "gauss")), Axis("order", 1, 6, "whole"), CONTACTS, NU, ETA,
+        Axis("alpha", 0.02, 1.0, ends=(0,)), PSI0, SPACING)),
+    Map("stretched", stretched, 60, (
+        Axis("shape", names=("quadrilaterals", "triangles")), Axis("order", 1, 6, "whole"),
         Axis("aspect", 1e-2, 1e4, ends=(0, 1)), SPACING, ALPHA)),
-    Map("newton", newton, 120, (Axis("kind", names=("penalty", "al")), Axis("rho", 1e-4, 1e8, ends=(0, 1)), SPACING, ALPHA)),
-    Map("strip", strip, 160, (Axis("kind", names=("penalty", "al")), Axis("order", 1, 6, "whole"),
-        Axis("elements", 1, 64, "whole"), Axis("ell_over_h", 0.01, 100.0, ends=(0,)), Axis("nu", 0.0, 0.45, "linear"),
-        Axis("eta", 0.03, 20.0), Axis("rho", 1e-4, 1e8, ends=(0, 1)))),
-    Map("supported", supported, 120, (Axis("solver", names=("no contact", "condensed", "al", "penalty")),
-        Axis("supports", names=tuple(SUPPORTS)), Axis("eta", 1e-12, 1e6, ends=(0, 1)), Axis("order", 1, 4, "whole"),
-        Axis("nu", 0.0, 0.49, "linear"), Axis("ell", 0.01, 1.0))),
-    Map("friction", friction, 120, (Axis("body", names=("half-plane", "block", "square")),
-        Axis("friction", 0.3, 10.0, ends=(1,)), Axis("alpha", 0.01, 3.0, ends=(0, 1)),
-        Axis("contact", names=("microblock", "unilateral")))),
-    Map("layer", layer, 60, (Axis("alpha", 1e-3, 2.0, ends=(0, 1)), Axis("x1", 1e-3, 10.0, ends=(0, 1)),
+    Map("newton", newton, 120, (
+        Axis("kind", names=("penalty", "al")), Axis("rho", 1e-4, 1e8, ends=(0, 1)), SPACING, ALPHA)),
+    Map("strip", strip, 160, (
+        Axis("kind", names=("penalty", "al")), Axis("order", 1, 6, "whole"), Axis("elements", 1, 64, "whole"),
+        Axis("ell_over_h", 0.01, 100.0, ends=(0,)), Axis("nu", 0.0, 0.45, "linear"), Axis("eta", 0.03, 20.0),
+        Axis("rho", 1e-4, 1e8, ends=(0, 1)))),
+    Map("supported", supported, 120, (
+        Axis("solver", names=("no contact", "condensed", "al", "penalty")),
+        Axis("supports", names=tuple(SUPPORTS)), Axis("eta", 1e-12, 1e6, ends=(0, 1)),
+        Axis("order", 1, 4, "whole"), Axis("nu", 0.0, 0.49, "linear"), Axis("ell", 0.01, 1.0))),
+    Map("friction", friction, 120, (
+        Axis("body", names=("half-plane", "block", "square")), Axis("friction", 0.3, 10.0, ends=(1,)),
+        Axis("alpha", 0.01, 3.0, ends=(0, 1)), Axis("contact", names=("microblock", "unilateral")))),
+    Map("layer", layer, 60, (
+        Axis("alpha", 1e-3, 2.0, ends=(0, 1)), Axis("x1", 1e-3, 10.0, ends=(0, 1)),
         Axis("beta", 0.1, 1.9, "linear"))),
 )  # fmt: skip

@@ -1,12 +1,12 @@
 """Other programs on the classical line contact, a rigid cylinder R = 1 with E* = 2 at the load pi/2.
 
-scikit-fem has no contact of its own; this is what its users write: nodes of the active set are Dirichlet nodes
-on the obstacle, their reactions the forces. NGSolve's ContactBoundary is used as in its tutorial 6.2, with
-Newton's method and a penalty. Both have half of the ground on the mesh of `microblock.fem.meshes.uniform`, and
-the load by two right-hand sides of one factorisation. Each is tuned in its favour: scikit-fem starts with the
-exact contact and has the best ordering for its matrices; ContactBoundary starts at about the right approach, its
-counterpart is finer than the ground, and the better of two readings of its pressure counts; period and rho are
-the best of each mesh.
+scikit-fem has no contact of its own; this is what its users write: nodes of the active set are Dirichlet
+nodes on the obstacle, their reactions the forces. NGSolve's ContactBoundary is used as in its tutorial 6.2,
+with Newton's method and a penalty. Both have half of the ground on the mesh of
+`microblock.fem.meshes.uniform`, and the load by two right-hand sides of one factorisation. Each is tuned in
+its favour: scikit-fem starts with the exact contact and has the best ordering for its matrices;
+ContactBoundary starts at about the right approach, its counterpart is finer than the ground, and the better
+of two readings of its pressure counts; period and rho are the best of each mesh.
 """
 
 from collections.abc import Callable

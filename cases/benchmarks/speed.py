@@ -167,7 +167,8 @@ METHODS = {
     "AL, order 2": Method(squares, grid(h=(0.8, 0.4, 0.2), order=2, **AL), grid(h=0.1, order=2, **AL)),
     "penalty": Method(squares, grid(h=HALVED[:-1], **PENALTY), grid(h=0.05, **PENALTY)),
     "cells": Method(cells, grid(nodes=(128, 512, 2048, 8192, 32768))),
-    "tamaas": Method(peers.tamaas, grid(nodes=(512, 2048, 8192, 32768), period=(24, 48, 96, 192)), peer="tamaas"),
+    "tamaas": Method(peers.tamaas, grid(nodes=(512, 2048, 8192, 32768), period=(24, 48, 96, 192)),
+        peer="tamaas"),
     "scikit-fem, order 1": Method(peers.scikit_fem, grid(h=HALVED, order=1), peer="skfem"),
     "scikit-fem, order 2": Method(peers.scikit_fem, grid(h=(0.8, *HALVED[:-1]), order=2), peer="skfem"),
     "ContactBoundary, order 1": Method(

@@ -1,4 +1,6 @@
-"""The studies `speed` and `limits`: what they measure, what they call an answer, and what their records say."""
+"""The studies `speed` and `limits`: what they measure, what they call an answer, and what their records
+say.
+"""
 
 import json
 import os

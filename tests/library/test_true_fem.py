@@ -11,10 +11,10 @@ import pytest
 from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
+from cases.benchmarks.verification import SEED
 from microblock.fem import meshes3d
 from microblock.fem.body import Loads
 from microblock.fem.body3d import Loads3D
-from cases.benchmarks.verification import SEED
 
 SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
 COPIES = pytest.mark.parametrize("copied", [lambda one: pickle.loads(pickle.dumps(one)), copy.deepcopy])

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import microblock as mb
+from cases.benchmarks.verification import SEED
 from microblock.corners.friction import FrictionalContact, FrictionPath
 from microblock.errors import at_least, out_of_reach
 from microblock.fem import meshes
 from microblock.halfplane.friction_solver import FrictionSolver
-from cases.benchmarks.verification import SEED
 
 
 def test_figures_of_messages_are_not_below_what_they_stand_for():

@@ -55,8 +55,9 @@ def within(seconds, function, *arguments):
 def outcome(case, seconds=60):
     """{class, ratio, error, estimate, bar, seconds, message} of a case.
 
-    "right": the error is at most max(rtol, estimate) and what the judge does not know; "wrong", without a word,
-    and "warned": it is not; "error": a typed error; "slow", "crash"; "unjudged": the judge has no answer.
+    "right": the error is at most max(rtol, estimate) and what the judge does not know; "wrong", without a
+    word, and "warned": it is not; "error": a typed error; "slow", "crash"; "unjudged": the judge has no
+    answer.
     """
     row, start = dict.fromkeys(("ratio", "error", "estimate", "bar")) | {"message": ""}, time.process_time()
     try:
@@ -102,7 +103,7 @@ def run(name, cases, seconds=60):
     median, high = np.quantile(dull, [0.5, 0.9]) if dull else (np.nan, np.nan)
     worst = max((row["ratio"] for row in known), default=np.nan)
     print(
-        f"== {name}: {dict(Counter(row['class'] for row in rows))}, largest ratio {worst:.2f}; estimate over error: "
-        f"median {median:.2f}, 90 % {high:.2f} of {len(dull)}"
+        f"== {name}: {dict(Counter(row['class'] for row in rows))}, largest ratio {worst:.2f}; "
+        f"estimate over error: median {median:.2f}, 90 % {high:.2f} of {len(dull)}"
     )
     return rows

@@ -1,8 +1,8 @@
 """A second code for the contact line to ten digits: graded Legendre panels in x, edges by Newton's method.
 
 Pressure       Legendre polynomials of x on panels that double in length away from every edge of either
-               corner; the panel at an edge, a fifth of ell long, takes f/v, v^2 = r/h, and the panel at a jump
-               of the slope polynomials of r and the same times log r.
+               corner; the panel at an edge, a fifth of ell long, takes f/v, v^2 = r/h, and the panel at a
+               jump of the slope polynomials of r and the same times log r.
 Equations      closed gaps at Gauss points of each panel, and the load.
 Quadrature     Gauss, and tanh-sinh from both ends for a target within a quarter of a panel.
 Edges          Newton's method with differences, on the coefficients of 1/sqrt(r).
@@ -186,8 +186,8 @@ class Reference:
         return sum(pressures), moment
 
     def violation(self):
-        """Conditions (26): tensile pressure over the largest pressure, and overlap over the load's scale; zones
-        of overlap {corner: intervals}.
+        """Conditions (26): tensile pressure over the largest pressure, and overlap over the load's scale;
+        zones of overlap {corner: intervals}.
         """
         problem, edges, worst, more = self.problem, all_edges(self.zones), 0.0, {}
         steps = np.ptp(edges) * np.geomspace(1e-6, 1, 60)

@@ -567,8 +567,8 @@ def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, featu
     """The state under height(x1, x2) at places that `boxes` contain, all of them: (x, y, half-widths) of
     obstacle points.
 
-    Returns approach, L2 norm and peak of the pressure, load on each summit, and `bars` of what is not known of
-    them: solid = (E, nu, beta, ell); owner(x, y) is the number of the summit that a place belongs to. Bars
+    Returns approach, L2 norm and peak of the pressure, load on each summit, and `bars` of what is not known
+    of them: solid = (E, nu, beta, ell); owner(x, y) is the number of the summit that a place belongs to. Bars
     come from grids of n/2 and n cells along each box, which is made to fit what presses unless it is `fixed`.
     """
     E, nu, beta, ell = solid
