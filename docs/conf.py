@@ -51,26 +51,29 @@ nb_merge_streams = True
 nb_output_stderr = "remove-warn"
 
 # the gallery: scripts of `cases` in groups; those of an earlier digest are drawn anew
-HEADINGS = {"plane": "In the plane", "space": "In space", "the_paper": "The figures of the paper"}
 SCRIPTS, MADE = DOCS.parent / "out" / "scripts", DOCS / "gallery"
-shutil.rmtree(SCRIPTS, ignore_errors=True)
-shutil.copytree(
-    DOCS.parent / "cases" / "playground",
-    DOCS.parent / "out" / "beside" / "cases" / "playground",
-    dirs_exist_ok=True,
-)
-if not (MADE / DIGEST).exists():
-    shutil.rmtree(MADE, ignore_errors=True)
-for folder, heading in {"": "Gallery", **HEADINGS}.items():
-    for place in (SCRIPTS / folder, MADE):
-        place.mkdir(parents=True, exist_ok=True)
-    (SCRIPTS / folder / "GALLERY_HEADER.rst").write_text(f"{heading}\n{'-='[not folder] * len(heading)}\n")
-(MADE / DIGEST).touch()
+for stale in (SCRIPTS, *([] if (MADE / DIGEST).exists() else [MADE])):
+    shutil.rmtree(stale, ignore_errors=True)
+(MADE / DIGEST).mkdir(parents=True, exist_ok=True)
+for folder, heading in {
+    "": "Gallery\n=======",
+    "plane": "In the plane\n------------",
+    "space": "In space\n--------",
+    "the_paper": "The figures of the paper\n------------------------",
+}.items():
+    (SCRIPTS / folder).mkdir(parents=True, exist_ok=True)
+    (SCRIPTS / folder / "GALLERY_HEADER.rst").write_text(f"{heading}\n")
 for path in FILES:
     text = path.read_text()
     if path.parent.name in ("cases", "paper") and "    plt.show()" in text:
-        folder = "space" if re.search("HalfSpace|Body3D", text) else "plane"
-        shutil.copy(path, SCRIPTS / ("the_paper" if path.parent.name == "paper" else folder))
+        dimensions = "space" if re.search("HalfSpace|Body3D", text) else "plane"
+        shutil.copy(path, SCRIPTS / ("the_paper" if path.parent.name == "paper" else dimensions))
+# README links to it
+shutil.copytree(
+    SCRIPTS.parents[1] / "cases/playground",
+    SCRIPTS.with_name("beside") / "cases/playground",
+    dirs_exist_ok=True,
+)
 sphinx_gallery_conf = {
     "examples_dirs": str(SCRIPTS),
     "gallery_dirs": "gallery",
