@@ -12,7 +12,6 @@ from scipy.special import ellipk
 import microblock as mb
 from microblock.fem import meshes, meshes3d
 from microblock.model import closed_forms
-from tests.states import apart
 
 P = math.pi / 2  # in the plane with E* = 2 and R = 1: a_Hz = p_Hz = 1
 WEAK = mb.Cosserat(E=2 * (1 - 0.3**2), nu=0.3, ell=0.25, beta=1e-8)  # classical but for beta
@@ -132,6 +131,11 @@ SURFACES = {  # problem, load, rtol, pressure of the radius, approach
         mb.Contact(SPACE, mb.Deformable(SPACE, mb.Sphere(1.0)), mb.Unilateral()), 2 / 3, 0.03,
         lambda r: ellipsoid(r) / 2, 1.0,
     ),
+    # blocks far larger than the contact leave U of short waves, 1/(1 + (1 - nu) beta) of the others
+    "large blocks": (
+        mb.Contact(mb.HalfSpace(small(1e4)), mb.Sphere(1.0), mb.Unilateral()), 4 / 3 * 1.7, 0.03,
+        lambda r: ellipsoid(r) * 1.7, 1.0,
+    ),
     # the approach is that of the corners, which touch half a block farther out
     "blocks": (
         mb.Contact(mb.HalfSpace(small(1e-3)), mb.Sphere(1.0), mb.Microblock()), 4 / 3, 0.03, ellipsoid, 1.0,
@@ -156,15 +160,6 @@ def test_a_flat_punch_has_the_classical_stiffness():
     """P = 2 E* a d; cells cut the rim into steps, on 128 of them 1 %."""
     problem = mb.Contact(SPACE, mb.FlatPunch(1.0), mb.Unilateral(), mb.Cells(nodes=128))
     assert problem.solve(load=1.0).approach == pytest.approx(0.5, rel=1e-2)
-
-
-@pytest.mark.parametrize("ell", [1e4, 1e-8])
-def test_contacts_far_smaller_or_larger_than_blocks_are_hertz(ell):
-    """Blocks far larger than the contact leave U of short waves, c/(1 + (1 - nu) beta)."""
-    state = mb.Contact(mb.HalfSpace(small(ell)), mb.Sphere(1.0), mb.Unilateral()).solve(load=4 / 3, rtol=2e-2)
-    a = (1.0 if ell < 1 else 1 / (1 + 0.7)) ** (1 / 3)
-    assert state.approach == pytest.approx(a**2, rel=2e-3)
-    assert state.pressure.max() == pytest.approx(2 / np.pi / a**2, rel=5e-3)
 
 
 def test_a_body_of_elements_has_hertz_where_blocks_are_small():
@@ -207,11 +202,8 @@ def test_a_body_ten_orders_stiffer_is_a_rigid_obstacle(name, law):
         mb.Contact(body, obstacle, law, method).solve(load=1.0, rtol=rtol)
         for obstacle in (shape, mb.Deformable(stiff, shape))
     )
-    if name == "panels":
-        assert apart(found, rigid) < 1e-9
-    else:
-        assert found.pressure == pytest.approx(rigid.pressure, abs=1e-9 * rigid.pressure.max())
-        assert found.micromoment == pytest.approx(rigid.micromoment, abs=1e-10 * rigid.pressure.max())
+    assert found.pressure == pytest.approx(rigid.pressure, abs=3e-9 * rigid.pressure.max())
+    assert found.micromoment == pytest.approx(rigid.micromoment, abs=3e-10 * rigid.pressure.max())
 
 
 @pytest.mark.parametrize("name", ["panels", "half-spaces"])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from microblock import NotConverged
-from microblock.corners.active_set import _kkt, _pivoting, _problems, path, solve
+from microblock.corners.active_set import _pivoting, _problems, path, solve
 
 KINDS = ("plain", "indefinite", "inf", "weights", "duplicates", "ties", "pairs", "singular", "rigid", "tiny")
 KKT = 1e-10  # what is promised; the solver aims at 1e-15
@@ -176,37 +176,6 @@ def test_an_independent_solver_agrees(kinds, seeds):
         )
         checked += 1
     assert checked >= len(seeds) // 6
-
-
-@pytest.mark.parametrize(
-    "forces, closed, approach, expected",
-    [
-        ([2, 1], [1, 1], 5, 0),
-        ([2, 1], [1, 1], 6, 1 / 11),
-        ([2, 2], [1, 1], 6, 1 / 3),
-        ([3, 0], [1, 0], 6, 2 / 12),
-    ],
-)
-def test_kkt_sees_every_violation(forces, closed, approach, expected):
-    """H = [[2, 1], [1, 2]], g0 = (0, 1), P = 3: none; closed gaps -1 of 6 + 5; load 4; open gap -2 of 12."""
-    H, g0, forces = np.array([[2.0, 1], [1, 2]]), np.array([0.0, 1]), np.array(forces, float)
-    kkt = _kkt(H, g0, forces, np.array(closed, bool), approach, 3.0)
-    assert kkt == pytest.approx(expected, rel=1e-14)
-
-
-def test_work_of_the_load_is_the_energy():
-    """Load over approach is piecewise linear with corners at the events alone, good to the regularisation,
-    1e-12: the trapezoidal rule is exact there, and not without them.
-    """
-    rng = np.random.default_rng(2)
-    H, g0 = spd(rng, 40) - 5.0, rng.normal(size=40)  # no kernel: corners open again
-    events = path(H, g0, [2.0]).events
-    assert {event.kind for event in events} == {"closes", "opens"}
-    last = solve(H, g0, load=2.0)
-    load, approach = np.array([(point.load, point.approach) for point in [*events, last]]).T
-    energy = last.forces @ H @ last.forces / 2
-    assert np.trapezoid(load, approach) == pytest.approx(energy, rel=1e-11)
-    assert abs(np.trapezoid(load[[0, -1]], approach[[0, -1]]) - energy) > 1e-3 * abs(energy)
 
 
 def test_an_approach_that_rigid_corners_cannot_take_is_refused():

@@ -107,21 +107,6 @@ def test_narrow_pits_have_panels_of_their_own(width):
     assert missed(fine, cells) < cells.error_estimate
 
 
-@pytest.mark.nightly(24, *range(6))
-def test_smooth_bumps_and_short_waves_are_answered(seeds):
-    """Bumps and waves by turns: zones there are narrow, many, and next to meeting each other."""
-    rng = np.random.default_rng(1080)
-    for number in seeds:
-        size, width, place = rng.uniform(0.0005, 0.01), rng.uniform(0.1, 0.4), rng.uniform(-0.2, 0.2)
-        bump = (
-            (lambda x: x**2 / 20 - size * np.exp(-(((x - place) / width) ** 2)))
-            if number % 2
-            else (lambda x: x**2 / 20 + size / 10 * np.cos(x / width * 6 + place))
-        )
-        state = contact(bump, BLOCKS).solve(load=rng.choice([0.1, 0.5, 2.0]), rtol=1e-3)
-        assert state.error_estimate <= 1e-3
-
-
 def test_a_narrow_bump_between_two_contacts_is_found_as_soon_as_it_touches():
     """The gap of the two contacts alone says how high it is then."""
 

@@ -12,38 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
-from scipy.sparse import csr_matrix, diags, random
 
 import microblock as mb
-from microblock.fem import factors, meshes
+from microblock.fem import meshes
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import MonolithicNewton
 
 SOLID = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
-
-
-@pytest.mark.parametrize("kind", [factors.SuperLU, factors.Cholmod])
-@pytest.mark.parametrize("count, held", [(40, 1), (400, 30), (12, 11)])
-def test_the_block_is_the_factor_of_the_schur_complement(kind, count, held):
-    """With an unknown that is neither inner nor contact; entries up to 2. What is indefinite is refused."""
-    numbers, rows = (
-        np.random.default_rng(count).permutation(count),
-        random(count, count, density=3 / count, random_state=held),
-    )
-    contact, inner = np.sort(numbers[:held]), np.sort(numbers[held:-1])
-    matrix = csr_matrix(rows @ rows.T + diags(np.linspace(0.5, 2, count)))
-    found, dense, used = kind(matrix, inner, contact), matrix.toarray(), np.sort(numbers[:-1])
-    to_inner, own = dense[np.ix_(inner, found.contact)], dense[np.ix_(inner, inner)]
-    schur = dense[np.ix_(found.contact, found.contact)]
-    if len(inner):
-        schur = schur - to_inner.T @ np.linalg.solve(own, to_inner)
-    assert sorted(found.contact) == list(contact) and not np.triu(found.block, 1).any()
-    assert found.block @ found.block.T == pytest.approx(schur, abs=1e-13)
-    right = np.random.default_rng(1).normal(size=count)
-    exact, solution = np.linalg.solve(dense[np.ix_(used, used)], right[used]), found.solve(right)
-    assert solution[used] == pytest.approx(exact, abs=1e-12) and solution[numbers[-1]] == 0
-    with pytest.raises(factors.Singular):
-        kind(csr_matrix([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), np.arange(2), np.array([2]))
 
 
 def answers():

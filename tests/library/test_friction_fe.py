@@ -13,7 +13,6 @@ import microblock as mb
 from microblock.corners import coulomb
 from microblock.fem import meshes
 from microblock.fem.friction import FrictionFacets, MonolithicFriction
-from microblock.fem.slip_nodes import SlipNodes
 
 F = 0.3
 SOLID, CYLINDER = mb.Cosserat(E=100, nu=0.2, ell=0.1, beta=1), mb.Cylinder(R=10.0)
@@ -30,38 +29,6 @@ def block(h=0.15, solid=SOLID, order=2):
 def followed(body, friction, control, pairs):
     facets = FrictionFacets(body, mb.Microblock(friction=friction), mb.Plane())
     return MonolithicFriction(facets, control=control).follow(pairs)
-
-
-@pytest.mark.parametrize("prescribed", [(False, False), (True, True), (False, True)])
-@pytest.mark.parametrize("reduced", [True, False])
-def test_equations_are_the_derivative_of_the_residual(prescribed, reduced):
-    """It is piecewise linear, so that differences err by rounding alone, 1e-16 over the step."""
-    system = MonolithicFriction(FrictionFacets(block(0.3), BLOCKS, CYLINDER), reduced=reduced).system
-    newton, random = coulomb.FrictionNewton(system, prescribed), np.random.default_rng(1)
-    sizes = np.full(system.operators[0].shape[1], 1e-3)
-    sizes[system.parts[1].start : system.parts[2].stop] *= 3 * system.rho  # so that nodes stick as well
-    sizes[system.parts[2]] *= F
-    sizes[system.parts[0]] /= 10
-    kinds = set()
-    for _ in range(5):
-        before, now = (coulomb.Iterate(system, sizes * random.normal(size=sizes.shape)) for _ in range(2))
-        sets, level, way = (
-            newton.sets(now, before),
-            np.array([1.0, 0.1]),
-            sizes * random.normal(size=sizes.shape),
-        )
-        kinds |= {*sets.slips[sets.closed.any(axis=0)]} | ({"open"} if not sets.closed.all() else set())
-        ahead, behind = (
-            newton.residual(coulomb.Iterate(system, now.values + sign * 1e-7 * way), before, level)
-            for sign in (1, -1)
-        )
-        differences, derivative = (ahead - behind) / 2e-7, newton.equations(sets) @ way
-        corners = derivative[system.parts[1]].reshape(sets.closed.shape)
-        derivative[system.parts[2]] += (
-            F * sets.slips * corners.sum(axis=0)
-        )  # rows that a piece can do without
-        assert np.abs(differences - derivative).max() < 1e-6 * np.abs(derivative).max()
-    assert kinds == {-1, 0, 1, "open"}
 
 
 @pytest.mark.parametrize("law", [BLOCKS, mb.Unilateral(friction=F), mb.Microclamped(friction=F)], ids=str)
@@ -155,20 +122,6 @@ def test_supports_carry_both_loads_and_work_is_energy_and_dissipation(body, obst
         assert state.dissipation >= last - 1e-14 * state.energy
         last = state.dissipation
     assert last > 1e-3 * state.energy
-
-
-def test_a_flat_punch_sticks_like_a_glued_one_where_friction_is_large():
-    """With f so large that nothing slips, shear tractions are those of nodes with one displacement."""
-    body, law = block(0.2), mb.Unilateral(friction=5.0)
-    history = mb.Contact(body, mb.Punch(half_width=0.4), law).history([(1.0, 0.0), (1.0, 0.3)], coupled=False)
-    nodes, state = SlipNodes(body), history.states[-1]
-    n, under = len(nodes.weights), np.flatnonzero(np.abs(nodes.points[:, 0]) < 0.4 + 1e-9)
-    own, cross = (nodes.response[2 * n + under][:, start + under] for start in (2 * n, 0))
-    pressed = cross @ (state.pressure * state.weights)[under]
-    glued = np.linalg.solve(own, np.column_stack((np.ones(len(under)), pressed)))
-    rigid = (0.3 - glued[:, 1].sum()) / glued[:, 0].sum()
-    forces = (state.shear_traction * state.weights)[under]
-    assert not state.zones["slip"] and forces == pytest.approx(glued @ [rigid, 1.0], abs=1e-9)
 
 
 def test_a_block_has_its_history_to_a_tolerance():

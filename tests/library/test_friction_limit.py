@@ -59,41 +59,10 @@ def followed(solver, f, pairs, coupled=True):
     return [(one.iterate.pressures[0], one.iterate.shear) for one in coulomb.History(system).follow(pairs)]
 
 
-def states(load, f):
-    """All states of node 1 under (load, Q) with node 2 sticking, its forces by brute force: (name, n1, t1).
-
-    Anchors are those of the way over (P, 0): both nodes first touched with D - s = 0.
-    """
-    found = [("open", 0.0, 0.0)] if GAP - load >= 0 else []
-    n, t = wedged(load)
-    found += [("stick", n, t)] if n >= 0 and abs(t) <= f * n else []
-    for sign in (1, -1):
-        n = (load - GAP) / (2 - C * f * sign)
-        way = (Q - sign * f * n) - (sign * f * n - C * n)  # D - s1, D that of node 2
-        found += [("slip", n, sign * f * n)] if n > 0 and sign * way > 0 else []
-    return [one for one in found if abs(Q - one[2]) <= f * (load - one[1])]
-
-
 NEWTON = mb.Newton()
 RTOL = {NEWTON: None, None: 0.3}
 SOLVERS = ("cells", "reduced", "whole")
 WAY = [(P, 0.0), (P, Q)]
-
-
-@pytest.mark.parametrize("f", [2.6, 3.0, 8.0])
-def test_two_states_of_two_nodes_beyond_the_critical_friction(f):
-    """Klarbring's example for loads: node 1 is wedged by its shear, or stands off, under the same loads."""
-    snap = slips_at(f)
-    assert wedged(snap)[1] == pytest.approx(f * wedged(snap)[0], rel=1e-12) and snap < GAP
-    names = [name for name, *_ in states((snap + GAP) / 2, f)]
-    assert names == ["open", "stick", "slip"]  # the slipping one between the two is that which turns back
-    assert [name for name, *_ in states(snap - 1e-6, f)] == ["open"]
-
-
-@pytest.mark.parametrize("f", [0.5, 2.0, 2.4])
-def test_one_state_of_two_nodes_below_it(f):
-    for load in (0.5, 0.9, 0.99, 1.01, 1.1, 1.5):
-        assert len({(round(n, 9), round(t, 9)) for _, n, t in states(load, f)}) <= 1
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
@@ -239,21 +208,3 @@ def test_a_mesh_on_which_states_jump_says_so():
     for f, coupled in ((3.0, True), (4.0, False)):  # what it advises
         state = cylinder(f, block(), NEWTON, coupled).states[-1]
         assert state.work == pytest.approx(state.energy + state.dissipation, rel=1e-9)
-
-
-def test_meshes_and_cells_refuse_from_the_same_friction_on():
-    """Kernels of a half-plane and a block of four half-widths: 3.89 either, by bisection to 2 %; below it
-    they have the same forces left of any place, to 5 % of the load.
-    """
-    whole, x = mb.HalfPlane(TALL), np.linspace(-1.5, 1.5, 61)
-    for one, other in zip(cylinder(3.6, block(), NEWTON).states, cylinder(3.6, whole).states):
-        for name, scale in (("pressure", 1.0), ("shear_traction", 3.6)):
-            left = []
-            for state in (one, other):
-                ends = np.append(state.x - state.weights / 2, state.x[-1] + state.weights[-1] / 2)
-                sums = np.append(0.0, np.cumsum(state.weights * getattr(state, name)))
-                left.append(np.interp(x, ends, sums) / LOAD)
-            assert np.abs(np.subtract(*left)).max() < 0.05 * scale
-    for body, method in ((block(), NEWTON), (whole, None)):
-        with pytest.raises(mb.NotConverged, match="unique"):
-            cylinder(4.2, body, method)

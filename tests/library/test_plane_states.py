@@ -12,7 +12,6 @@ import pytest
 import microblock as mb
 from microblock.halfplane import contact_line, panel_solution
 from microblock.halfplane.kernels import coalescence_exponent, symbol
-from microblock.model.zones import distance
 from tests.judges import SEED
 from tests.states import apart
 
@@ -83,21 +82,6 @@ def test_wedges_converge_like_smooth_obstacles(law):
     assert errors[0] < 1e-2 and errors[1] < errors[0] / 30 and errors[2] < 1e-6
 
 
-def cube(x):
-    return np.abs(x) ** 3
-
-
-@pytest.mark.parametrize("law", [mb.Microblock(), mb.Microblock(0.01)], ids=str)
-def test_obstacles_less_smooth_than_the_panels_are_answered(law):
-    """Edges of one corner's zone are next to where the other's gap is not smooth; both promise their rtol."""
-    body = mb.HalfPlane(mb.Cosserat(E=100, nu=0.2, ell=0.085, beta=0.5))
-    for load in (0.8, 1.0, 1.3, 2.1, 2.7):
-        fine = mb.Contact(body, mb.Obstacle(cube, kinks=(0.0,)), law).solve(load=load, rtol=1e-6)
-        state = mb.Contact(body, cube, law).solve(load=load)
-        p = [fine.pressure_at(state.x, corner) - state.pressures[corner] for corner in "AB"]
-        assert distance(state.weights, p[0] + p[1], (p[0] - p[1]) / 2, state.pressure) <= 1e-3
-
-
 SAMPLES = np.linspace(-3, 3, 31)
 
 
@@ -160,16 +144,6 @@ def test_edges_that_drift_together_and_zones_that_hardly_touch_are_fitted():
         assert 0.6 < (right - left) / np.sqrt(beyond) < 1.1 and left < event.x < right + 0.05
 
 
-def test_zones_of_unsymmetric_problems_meet_once():
-    """What psi0 shifts is of its second power: A's and B's zones meet where those of straight blocks do."""
-    straight, _ = problem(0.3, mb.Microblock()).solver.coalescence()
-    events = problem(0.3, mb.Microblock(1e-6)).path(load=0.7).events
-    born, merged = (one for one in events if one.kind == "merged" or (one.kind, one.zone) == ("born", "full"))
-    assert (born.zone, merged.zone) == ("full", "contact") and born.load == merged.load
-    assert abs(merged.load - straight) < merged.load_error < 1e-5 * straight
-    assert {event.kind for event in events} == {"born", "merged"}
-
-
 @pytest.mark.parametrize("load", [0.558, 0.5596, 0.56])
 def test_just_before_a_zone_is_born_no_error_is_infinite(load):
     """The trial zones have one more, which vanishes."""
@@ -200,22 +174,6 @@ def test_full_contact_with_a_wave_is_that_of_the_symbol(rtol):
     exact = 9.0 + WAVE.amplitude / symbol(SOLID, [2 * np.pi])[0, 0] * np.cos(2 * np.pi * x)
     assert exact.min() > 0 and difference(state, exact, x) <= state.error_estimate <= rtol
     assert state.pressure_at(x).mean() == pytest.approx(9.0, rel=1e-9)
-
-
-def test_microblocks_close_where_their_waves_say():
-    """Closed gaps ask for u = d - D + D cos(k ell/2) cos(k x) and phi = D sin(k ell/2) sin(k x), D the
-    amplitude; linear then, and the symbol exact on the grid: the residual asked for.
-    """
-    body, k = mb.HalfPlane(mb.Cosserat(E=0.91, nu=0.3, ell=0.2, beta=1), 1.0), 2 * np.pi
-    here = mb.Contact(body, mb.Wave(1 / np.pi, 1.0), mb.Microblock(), mb.Cells(512))
-    (U,), (V,), (W,) = symbol(here.solid, np.array([k]))
-    p1, m1 = np.linalg.solve([[U, V], [V, W]], np.array((np.cos(0.1 * k), np.sin(0.1 * k))) / np.pi)
-    closure = float(np.hypot(p1, m1))  # corner pressures (p -+ m)/2 >= 0
-    state, less = (here.solve(load=share * closure) for share in (1.001, 0.999))
-    assert state.pressure == pytest.approx(1.001 * closure + p1 * np.cos(k * state.x), abs=1e-7)
-    assert state.micromoment == pytest.approx(0.1 * m1 * np.sin(k * state.x), abs=1e-8)
-    least = [min(own.min() for own in one.pressures.values()) for one in (state, less)]
-    assert least[0] > 0 == least[1]
 
 
 @pytest.mark.parametrize("law", LAWS[1:], ids=str)
@@ -367,12 +325,3 @@ def test_what_was_asked_before_changes_no_answer(name, law):
         state = here.solve(**questions[number], initial=pickle.loads(pickle.dumps(before)))
         assert difference(state, expected, x) <= state.error_estimate + expected.error_estimate
         before = state
-
-
-def test_a_rough_profile_is_what_it_says():
-    """Its slope to differences of 1e-3, its period, its seed."""
-    profile, x = mb.Rough(2.0, slope=0.1, waves=(2, 50), seed=3), np.linspace(0, 2, 4001)
-    z = profile.height(x)
-    assert profile.height(x + 2) == pytest.approx(z, abs=1e-12)
-    assert np.sqrt(np.mean(np.gradient(z, x) ** 2)) == pytest.approx(0.1, rel=1e-3)
-    assert np.array_equal(mb.Rough(2.0, 0.1, waves=(2, 50), seed=3).height(x), z)

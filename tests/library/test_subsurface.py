@@ -82,8 +82,8 @@ def test_the_surface_is_that_of_the_state_with_twice_the_points_as_well(solved):
 
 @pytest.mark.parametrize("alpha, beta, close", [(0.3, 1e-9, 1e-8), (0.01, 1.0, 5e-4)])
 def test_hertz_below_the_centre(alpha, beta, close):
-    """Hardly any coupling: classical but for beta; the size effect of small blocks is of the order of alpha^2.
-    A maximum is flat: its place is known to the root of what its value is.
+    """Hardly any coupling: classical but for beta; the size effect of small blocks is of the order of
+    alpha^2. A maximum is flat: its place is known to the root of what its value is.
     """
     below, depth = state(mb.Unilateral(), alpha=alpha, beta=beta, rtol=1e-8).fields, np.linspace(0.05, 3, 20)
     stress, root = below(0.0, -depth).stress, np.sqrt(1 + depth**2)
