@@ -12,6 +12,7 @@ from scipy.special import ellipk
 import microblock as mb
 from microblock.fem import meshes, meshes3d
 from microblock.model import closed_forms
+from tests.states import apart
 
 P = math.pi / 2  # in the plane with E* = 2 and R = 1: a_Hz = p_Hz = 1
 WEAK = mb.Cosserat(E=2 * (1 - 0.3**2), nu=0.3, ell=0.25, beta=1e-8)  # classical but for beta
@@ -202,8 +203,8 @@ def test_a_body_ten_orders_stiffer_is_a_rigid_obstacle(name, law):
         mb.Contact(body, obstacle, law, method).solve(load=1.0, rtol=rtol)
         for obstacle in (shape, mb.Deformable(stiff, shape))
     )
-    assert found.pressure == pytest.approx(rigid.pressure, abs=3e-9 * rigid.pressure.max())
-    assert found.micromoment == pytest.approx(rigid.micromoment, abs=3e-10 * rigid.pressure.max())
+    worst = np.abs(found.pressure - rigid.pressure).max() if name == "half-spaces" else apart(found, rigid)
+    assert worst < 1e-9 * (rigid.pressure.max() if name == "half-spaces" else 1)
 
 
 @pytest.mark.parametrize("name", ["panels", "half-spaces"])
