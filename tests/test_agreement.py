@@ -304,11 +304,14 @@ UNITS = {  # body and method of a length, rtol, what a mirror image may differ b
     "Newton": (
         lambda solid, size: (mb.Block(solid, 4 * size), mb.Uniform(0.1 * size, newton=AL)), None, 1e-8,
     ),
+    # cells and their edges are others in a mirror: what both say of themselves
+    "friction on cells": (lambda solid, size: (mb.HalfPlane(solid), None), 0.1, 0.2),
+    "friction on a mesh": (lambda solid, size: (mb.Block(solid, 4 * size), mb.Uniform(0.1 * size)), None, 1e-8),
 }  # fmt: skip
 
 
 def moved(method, modulus=1.0, length=1.0, sign=1):
-    """Pressure at some places of a skew problem in other units, or of its mirror image, and with friction."""
+    """Pressure, or the shear traction, and a gap of a skew problem in other units, or of its mirror image."""
     solid = mb.Cosserat(100 * modulus, 0.3, 0.1 * length, beta=1)
 
     def height(x):
@@ -316,10 +319,13 @@ def moved(method, modulus=1.0, length=1.0, sign=1):
         return length * (x**2 / 20 + 0.003 * np.sin(7 * x + 1))
 
     body, chosen = UNITS[method][0](solid, length)
-    problem = mb.Contact(body, height, mb.Microblock(sign * 0.005), chosen)
-    found = problem.solve(load=modulus * length, rtol=UNITS[method][1])
+    rubs, rtol, size = F * ("friction" in method), UNITS[method][1], modulus * length
+    problem = mb.Contact(body, height, mb.Microblock(0.0 if rubs else sign * 0.005, friction=rubs), chosen)
+    pairs = [(size, 0.0), (size, 0.2 * sign * size), (0.8 * size, -0.1 * sign * size)]
+    found = problem.history(pairs, rtol=rtol).states[-1] if rubs else problem.solve(load=size, rtol=rtol)
     x = sign * length * np.linspace(-0.5, 0.5, 150)
-    return found.pressure_at(x) / modulus, found.gap_at("AB"[::sign][0], x) / length
+    values = sign * np.interp(x, found.x, found.shear_traction) if rubs else found.pressure_at(x)
+    return values / modulus, found.gap_at("AB"[::sign][0], x) / length
 
 
 @pytest.mark.parametrize("method", UNITS)

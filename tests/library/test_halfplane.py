@@ -24,7 +24,7 @@ SOLIDS = [  # nu, beta, gamma'
     for nu in (-0.9, 0.4999)
     for beta in (1e-12, 1.0, 1.999999)
     for curvature in (0.01, 100.0)
-]
+] + [(0.3, 0.0, 2.0)]
 # the last two have a root of D next to the line of the rotated wavenumbers
 FEW = [
     (0.3, 1.0, 2.0),
@@ -149,19 +149,15 @@ def test_symbol_is_that_of_the_modes(solid):
                 )
                 exact[-1].append((-u2, u1, half * psi))
     U, V, W = symbol(solid, DECADES / solid.ell)
-    np.testing.assert_allclose((U, V, W), np.array(exact, float)[:, [0, 0, 2], [0, 2, 2]].T, rtol=3e-15)
+    np.testing.assert_allclose(
+        (U, V, W), np.array(exact, float)[:, [0, 0, 2], [0, 2, 2]].T, rtol=3e-15, atol=1e-55
+    )
     Y = U - 1 / (2 * solid.mu * DECADES / solid.ell)
     stated = np.array([[U, -Y, V], [-Y, U, -V], [V, -V, W]]).transpose(2, 1, 0)
     # Y is a difference that leaves 1/70 of U at nu = 0.49; each entry is as good as its row and column
     sizes = np.sqrt(np.einsum("nii,njj->nij", stated, stated))
     np.testing.assert_array_less(np.abs(np.array(exact, float) - stated) / sizes, 3e-14)
     assert np.linalg.eigvalsh(stated / sizes).min() > 0 and np.all(clamped(U, V, W) > 0)
-
-
-def test_without_coupling_blocks_turn_alone():
-    """beta = 0: U = c/k, V = 0 and W = c_psi/k, to rounding."""
-    c, _, c_psi = stiffness(solid_of(0.3, 0.0, 2.0))
-    assert symbol(solid_of(0.3, 0.0, 2.0), [5.0])[:, 0] == pytest.approx((c / 5, 0, c_psi / 5), rel=1e-15)
 
 
 # --- kernels on the line

@@ -176,13 +176,22 @@ def test_full_contact_with_a_wave_is_that_of_the_symbol(rtol):
     assert state.pressure_at(x).mean() == pytest.approx(9.0, rel=1e-9)
 
 
+STIFFER = mb.HalfPlane(mb.Cosserat(E=200, nu=0.2, beta=0.5, ell=0.05), period=1.0)
+FULL = {  # body, obstacle
+    "rigid": (mb.HalfPlane(SOLID, period=1.0), WAVE),
+    "two bodies": (mb.HalfPlane(SOLID, period=1.0), mb.Deformable(STIFFER, WAVE)),
+    "half-space": (
+        mb.HalfSpace(SOLID, 1.0),
+        lambda x, y: -0.005 * (np.cos(2 * np.pi * x) + np.cos(2 * np.pi * y)),
+    ),
+}
+
+
 @pytest.mark.parametrize("law", LAWS[1:], ids=str)
-@pytest.mark.parametrize("two", [False, True])
-def test_an_approach_at_the_mean_height_is_refused(law, two):
+@pytest.mark.parametrize("name", FULL)
+def test_an_approach_at_the_mean_height_is_refused(law, name):
     """In full contact the approach is the mean height whatever the load; below it, it leads to a load."""
-    body = mb.HalfPlane(SOLID, period=1.0)
-    other = mb.HalfPlane(mb.Cosserat(E=200, nu=0.2, beta=0.5, ell=0.05), period=1.0)
-    here = mb.Contact(body, mb.Deformable(other, WAVE) if two else WAVE, law)
+    here = mb.Contact(*FULL[name], law)
     full = here.solve(load=9.0)
     for more in (0.0, 1e-12, 1e-2):
         with pytest.raises(mb.BadArgument, match="^approach = .*must stay below the mean height"):
