@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 import microblock as mb
-from cases.scenes import lattice, strip
+from cases.commands import strip
+from cases.scenes import lattice
 from microblock.data.records import read_records
 
 PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "columns.md").read_text()
@@ -50,7 +51,7 @@ def test_columns_of_histories_and_events(tmp_path):
 @pytest.mark.parametrize(
     "case, answer",
     [
-        ("strip", lambda: strip.result(strip.Parameters(elements=4, order=2))),
+        ("strip", lambda: strip.to_dict(strip.solve(elements=4, order=2))),
         ("lattice", lambda: lattice.result(lattice.Parameters(blocks_per_a=2))),
     ],
 )
