@@ -1,4 +1,4 @@
-"""The contact term: gaps (20)-(22) and forces (29) worked out on paper, rule and nodes, potential structure."""
+"""The contact term: gaps (20)-(22) and forces (29) on paper, rule and nodes, potential structure."""
 
 import ngsolve as ng
 import numpy as np

@@ -28,9 +28,9 @@ MAY_IMPORT = {  # a room, and the rooms below it that it may use
 DRAWN_WHEN_CALLED = {"model", "halfplane", "halfspace", "fem"}  # which load `view` by a call alone
 INSIDE = {  # what tests may name of the library beside its public names, and why
     "errors threads cost": "what all rooms share: values as they are shown, one thread, memory",
-    "model": "closed forms, laws and proxies of obstacles: numbers by hand and functions known by their values",
+    "model": "closed forms, laws and proxies of obstacles: functions known by their values",
     "corners": "systems of corners at fixed nodes have no public name",
-    "halfplane halfspace": "kernels and symbols against modes and quadrature; solvers beside the one that is taken",
+    "halfplane halfspace": "kernels and symbols against modes and quadrature; cells that judge",
     "fem": "loads without contact, the contact term by hand, meshes to solve on",
     "view": "sessions and pictures are looked at as they are drawn",
     "data command": "records are read back; options of commands",
@@ -95,7 +95,7 @@ def test_public_names_say_what_they_are_and_type_checkers_know_them():
 
 
 def test_tests_know_little_of_the_inside():
-    """Rooms of INSIDE, and private names of PRIVATE alone; the names of frozen numbers follow the library's."""
+    """Rooms of INSIDE, and private names of PRIVATE alone."""
     allowed = {room for rooms in INSIDE for room in rooms.split()}
     for path in Path(__file__).parents[1].rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
