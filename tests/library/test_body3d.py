@@ -1,4 +1,4 @@
-"""Contact of bodies in three dimensions: patch test, balances, the plane body, symmetry, warnings."""
+"""Contact of bodies in three dimensions: patch test, conditions and balances, warnings."""
 
 import ngsolve as ng
 import numpy as np
@@ -6,7 +6,7 @@ import pytest
 from ngsolve.meshes import MakeStructured3DMesh
 
 import microblock as mb
-from microblock.fem import meshes, meshes3d
+from microblock.fem import meshes3d
 from microblock.fem.body3d import FIELDS
 from microblock.fem.nodes3d import ContactNodes3D
 
@@ -101,45 +101,9 @@ def test_conditions_and_balances(law, order):
     assert fields.energy() == pytest.approx(state.energy, rel=1e-8)
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("law", [mb.Microblock(), mb.Microblock(0.02), mb.Unilateral()], ids=str)
-def test_a_slab_in_plane_strain_is_the_plane_body(law, order):
-    """One layer of hexahedra with the fields of the plane, against the plane's own elements and contact."""
-    x, depth = np.linspace(-1, 1, 17), np.linspace(-1, 0, 9)
-    sides = {name: "front|back|bottom" for name in ("u2", "psi1", "psi3")}
-    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.2, alpha_prime=0.3, beta_prime=0.5)
-    slab = meshes3d.block(x, np.array([0.0, 0.5]), depth)
-    body = mb.Body3D(slab, solid, order, fixed={**dict.fromkeys(FIELDS, "bottom"), **sides})
-    found = mb.Contact(body, lambda x1, x2: x1**2 / 4 + 0 * x2, law).solve(load=4.0)
-    flat = mb.Body(meshes.rectangles(x, depth), solid, order, fixed="bottom", contact="top")
-    wanted = mb.Contact(flat, mb.Cylinder(2.0), law).solve(load=8.0)
-    row = np.flatnonzero(found.x2 == 0)
-    close = 1e-7 * wanted.pressure.max()  # the residual of the conditions
-    assert found.x1[row] == pytest.approx(wanted.x)
-    assert found.pressure[row] == pytest.approx(wanted.pressure, abs=close)
-    assert -found.micromoment[1][row] == pytest.approx(wanted.micromoment, abs=close)
-    assert -found.psi[1][row] == pytest.approx(wanted.psi, abs=1e-7)
-    assert found.approach == pytest.approx(wanted.approach, rel=1e-8)
-
-
 def test_steps_that_do_not_grow_are_equal():
     steps = meshes3d.graded(reach=1.0, step=0.5, far=2.5, growth=1.0)
     assert steps == pytest.approx([0, 0.5, 1, 1.5, 2, 2.5])
-
-
-@LAWS
-def test_a_quarter_is_a_part_of_the_whole(law):
-    x = meshes3d.graded(reach=0.6, step=0.15, far=2.0, growth=2.0)
-    both = np.concatenate((-x[:0:-1], x))
-    whole = mb.Body3D(meshes3d.block(both, both, -x[::-1], reach=0.6), SOLID, fixed="bottom")
-    wanted = mb.Contact(whole, SPHERE, law).solve(load=1.0)
-    found = mb.Contact(quarter(x, -x[::-1]), SPHERE, law).solve(load=0.25)
-    here = (wanted.x1 >= 0) & (wanted.x2 >= 0)
-    close = 1e-6 * wanted.pressure.max()  # the residual of the conditions, and corners that are not unique
-    assert found.approach == pytest.approx(wanted.approach, rel=1e-8)
-    for name, own in wanted.pressures.items():
-        assert found.pressures[name] == pytest.approx(own[here], abs=close)
-    assert found.micromoment == pytest.approx(wanted.micromoment[:, here], abs=close * SOLID.ell)
 
 
 def test_a_flat_punch_ends_at_its_nodes():

@@ -54,17 +54,13 @@ def test_nodes_satisfy_the_contact_conditions_and_the_body_is_in_equilibrium(blo
     assert len(newton.facets.corners) == 2 or np.all(state.micromoment == 0)
 
 
-def test_result_does_not_depend_on_rho_and_the_penalty_errs_by_one_over_rho(block):
+def test_result_does_not_depend_on_rho(block):
     stiffness = indented(block).rho
     states = [indented(block, LAWS["turned"], rho=stiffness * 10.0**k).solve(0.1) for k in (-4, -2, 2, 4, 0)]
     for name in ("traction", "micromoment"):
         *others, wanted = (getattr(state, name) for state in states)
         # rounding by the conditioning of the extreme rho
         assert others == pytest.approx(np.array(4 * [wanted]), abs=1e-9 * np.abs(wanted).max())
-    exact, rho = indented(block).solve(0.1).load, stiffness * 10.0 ** np.arange(3, 7)
-    errors = [exact - indented(block, method="penalty", rho=one).solve(0.1).load for one in rho]
-    # the active set changes a little at the soft end
-    assert np.polyfit(np.log(rho), np.log(errors), 1)[0] == pytest.approx(-1, abs=0.02)
 
 
 @pytest.mark.parametrize("model", [Microblock(), Microblock(0.05), Unilateral()], ids=str)
