@@ -159,15 +159,6 @@ def test_numbers_that_do_not_exist_are_none():
     assert plain_data(values) == {"a": [1.5, None], "2": [None, None, 3, True, None, "word"]}
 
 
-def test_profiles_of_json_carry_the_load():
-    profile = solved(method=CELLS).to_dict()["profile"]
-    assert np.dot(profile["weight"], profile["pressure"]) == pytest.approx(1.0, rel=1e-9)  # of the solver
-    assert np.all(np.diff(profile["x"]) > 0) and tuple(profile)[:3] == ("x", "weight", "pressure")
-    half_space = on_grid()
-    diagonal = half_space.to_dict()["profile"]["diagonal"]["m1"]
-    assert np.array_equal(diagonal, half_space.along("diagonal")["m1"])
-
-
 @pytest.mark.parametrize("R, P", [(10.0, 1.0), (0.3, 7.0)])
 def test_scales_are_those_of_the_classical_contact(R, P):
     """Half-width and pressure in the middle of a contact whose blocks are small against it."""
@@ -183,22 +174,6 @@ def test_a_history_is_a_series_in_time(tmp_path):
     listed = [(float(one.get("timestep")), int(one.get("part")), one.get("file")) for one in sets]
     assert listed == [(i // 2, i % 2, file.name) for i, file in enumerate(files)] and len(files) == 4
     assert meshio.read(files[3]).point_data["stress"].shape[1] == 4  # the file of the body
-
-
-@pytest.mark.parametrize("kind", ["interrupted", "half-plane"])
-def test_no_line_crosses_a_gap(kind, tmp_path):
-    """Between parts of a body, and between zones of a half-plane: A is on the left alone, B on the right."""
-    if kind == "interrupted":
-        state = solved(small(), LAWS[1])
-        state.solution.nodes.apart[3] = True
-        gap = state.x[3:5]
-    else:
-        state = solved(mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.5)), mb.Microblock())
-        gap = sorted((state.zones["A"][0][1], state.zones["B"][0][0]))
-    surface = meshio.read(mb.to_vtk(state, tmp_path / "state")[0])
-    ends = surface.points[surface.cells_dict["line"], 0]
-    assert np.all(ends[:, 1] > ends[:, 0]) and np.ptp(gap) > 0.05
-    assert not np.any((ends[:, 0] <= gap[0]) & (ends[:, 1] >= gap[1]))
 
 
 def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contact(tmp_path):

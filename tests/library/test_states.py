@@ -12,7 +12,6 @@ import pytest
 import microblock as mb
 from microblock.fem import fitted, meshes, meshes3d
 from microblock.model.law import Law
-from microblock.model.zones import lowest
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 GROUND, CYLINDER, LAW, LINE = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock(), mb.Unilateral()
@@ -329,12 +328,3 @@ def test_first_touch_is_where_the_gap_is_least(obstacle, law, places):
         assert [place for name, place in born if name == zone] == pytest.approx([x], abs=1e-7)
     contact = sorted(x for zone, x in born if zone == "contact")
     assert contact == pytest.approx(sorted(places.values()), abs=1e-7)
-
-
-def test_lowest_points_are_told_from_flat_bottoms_and_ties():
-    x = np.linspace(-1, 1, 10)  # the minimum of the first lies between two samples, equally far from both
-    assert lowest(lambda x: x**2, x) == pytest.approx((0, 0), abs=1e-8)  # root of rounding
-    assert lowest(lambda x: np.where(x < 0.3, np.inf, x), np.unique([*x, 0.3])) == (0.3, 0.3)
-    assert lowest(lambda x: 0 * x + 2, x) == (2.0, None)
-    assert lowest(lambda x: np.cos(2 * np.pi * x), x)[1] is None  # -1/2 and 1/2
-    assert lowest(lambda x: np.maximum(np.abs(x), 1 / 9 + 1e-9), x)[1] is None  # flat between two samples
