@@ -37,21 +37,6 @@ def test_measures_of_the_coupling_agree():
     assert Cosserat(100, 0.3, 0.2, beta=0).layer_length == math.inf
 
 
-def test_stresses_are_the_slope_of_the_energy_in_the_plane():
-    """dW/dpsi is the moment sigma_12 - sigma_21: (14) and (44), not the printed (19)_2."""
-    rng = np.random.default_rng(1)
-    strains = rng.normal(size=7)  # grad u, psi, grad psi
-
-    def energy(strains):
-        return SOLID.energy(strains[:4].reshape(2, 2), strains[4], strains[5:])
-
-    # central differences of a quadratic are exact up to rounding, 1e-16/1e-6
-    slopes = [(energy(strains + step) - energy(strains - step)) / 2e-6 for step in 1e-6 * np.eye(7)]
-    (s11, s12), (s21, s22) = SOLID.stress(strains[:4].reshape(2, 2), strains[4])
-    wanted = [s11, s12, s21, s22, s12 - s21, *SOLID.couple_stress(strains[5:])]
-    assert slopes == pytest.approx(wanted, rel=1e-7, abs=1e-6)
-
-
 # patch tests of Providas and Kattis (2002): mu = 1000, nu = 0.25, mu_c = 500, m = 4 mu ell^2 grad psi
 
 PATCH = Cosserat(E=2500, nu=0.25, ell=0.1, mu_c=500, curvature=4)
@@ -244,17 +229,6 @@ def test_energy_is_half_the_work_of_the_loads_and_reactions_balance_them(quads, 
         assert fields.reaction("right").force[0] == 0
 
 
-def test_reactions_of_prescribed_values():
-    for mesh, width, place in ((meshes.line(1.0, 4), 1, (-1.0,)), (meshes.column(1.0, 4), 0.25, (0.1, -1.0))):
-        held = {"u1": "middle", "u2": "middle"}
-        more = {"prescribed": {"psi": {"middle": 0.02}}, "periodic": mesh.dim == 2}
-        fields = Body(mesh, SMOOTH, 4, fixed=held, **more).solve(Loads(traction={"contact": (0.3, -0.2)}))
-        force, moment = fields.reaction("middle")
-        assert force / width == pytest.approx([-0.3, 0.2], abs=1e-12)
-        # of the couple stress, a slope at the end of elements of order 4, and of the force at x2 = -1
-        assert moment / width == pytest.approx(-fields.couple_stress(mesh(*place))[1] - 0.3, abs=1e-4)
-
-
 def test_stress_is_read_on_a_boundary_as_it_is_beside_it():
     """It was 0 there: the gradient that NGSolve gives on a boundary is another one."""
     fields = Body(rectangle(1, 0.5, 0.1), SMOOTH, 4, fixed="bottom").solve(LOADS)
@@ -318,14 +292,6 @@ def test_columns_of_any_width_have_the_prescribed_value(quads, order):
         assert found[-1][6] == pytest.approx(0.01, rel=1e-12)
     # rounding; on triangles the cut lets fields depend on x1 a little
     assert not quads or np.ptp(found, axis=0).max() < 1e-13
-
-
-def test_prescribed_values_are_periodic_where_the_body_is():
-    body = columns(2, value=ng.cos(8 * np.pi * x), order=9)  # of period 0.25
-    # a polynomial of order 9 for one wave
-    assert body.solve().psi(body.mesh(0.5, -1.0)) == pytest.approx(1, rel=1e-2)
-    with pytest.raises(BadArgument, match="^prescribed.*identifies"):
-        columns(3, value=x)
 
 
 def spoilt(quads, place):

@@ -162,16 +162,6 @@ def test_paths_give_the_same_events(kind):
     assert path.at(0.2).load == pytest.approx(0.2)
 
 
-@pytest.mark.parametrize("kind", ["panels", "period", "fitted", "uniform", "condensed", "newton_al"])
-def test_with_parts_replaced_it_is_the_problem_made_anew(kind):
-    own, stiffer, rtol = problem(kind), mb.Cosserat(E=200, nu=0.2, ell=0.1, beta=1), KINDS[kind][2]
-    changed = own.with_(solid=stiffer, obstacle=mb.Cylinder(R=5), law=mb.Unilateral())
-    anew = mb.Contact(own.body.of(stiffer), mb.Cylinder(R=5), mb.Unilateral(), own.method)
-    first, second = (one.solve(load=1.0, rtol=rtol) for one in (changed, anew))
-    assert first.pressure == pytest.approx(second.pressure, abs=1e-12 * second.pressure.max())
-    assert own.with_().solve(load=1.0, rtol=rtol).half_width == solved(kind).half_width
-
-
 @EVERY
 def test_initial_states_of_any_kind_do_no_harm(kind):
     """Of the same kind it is where the solution starts, of another kind it is passed over."""

@@ -109,19 +109,6 @@ def test_normals_of_a_curved_boundary_point_outwards():
     assert np.array_equal(facets.can_touch["C"], facets.normals[:, 1] > 0.5)
 
 
-@pytest.mark.parametrize("slope", [0.0, 0.3])
-def test_nodal_gaps_are_those_that_the_form_integrates(slope):
-    mesh = MakeStructured2DMesh(nx=4, ny=2, mapping=lambda x, y: (x, y - 1 + slope * x * y))
-    body = Body(mesh, SOLID, 4, fixed="bottom")
-    facets = ContactFacets(body, Microblock(lambda x: 0.1 * x), Cylinder(1.0), "top")
-    state = at_random(body.space, 3, 0.1)
-    nodal, measure = facets.nodal_gaps(*state.components, 0.05), {ng.SEGM: facets.rule}
-    for corner in "AB":
-        square = facets.gap(corner, *state.components, 0.05) ** 2
-        total = ng.Integrate(square * ng.ds(definedon=facets.region, intrules=measure), mesh)
-        assert total == pytest.approx(facets.weights @ nodal[corner] ** 2, rel=1e-12)
-
-
 def test_corners_without_obstacle_or_with_a_twin_cannot_touch(block):
     """Where psi is prescribed the nearer corner alone can: B left of a cylinder's vertex, A right of it, and
     A where psi < 0 lowers it; on an axis of symmetry psi = 0 makes both gaps one function.

@@ -1,9 +1,7 @@
 """A session of sliders as its user sees it: states, pictures, what is offered, and what is refused."""
 
-import asyncio
 import builtins
 import io
-from base64 import b64decode
 
 import numpy as np
 import pytest
@@ -105,17 +103,10 @@ def test_hertz_is_shown_beside_a_cylinder_and_nothing_else():
     without, unchanged = session.png(), session.state
     session.compare(True)
     assert session.state is unchanged and (pixels(session.png()) != pixels(without)).any()
-    session.update(load=1.3)
     pressure = session.figure.axes["pressure"]
-    half = np.sqrt(4 * session.state.load * R / (np.pi * SOLID.E_star))
-    curves = [line.get_data() for line in pressure.lines]
-    # its closed form: half-width and pressure in the middle
-    assert any(
-        np.size(x) > 2
-        and x[[0, -1]] == pytest.approx([-half, half])
-        and p.max() == pytest.approx(2.6 / np.pi / half)
-        for x, p in curves
-    )
+    half = np.sqrt(4 * R / (np.pi * SOLID.E_star))  # the closed form under load 1
+    ends = [np.asarray(line.get_xdata())[[0, -1]] for line in pressure.lines if len(line.get_xdata()) > 2]
+    assert any(end == pytest.approx([-half, half]) for end in ends)
     assert pressure.get_legend().get_texts()[-1].get_text() == "Hertz"
     with pytest.raises(mb.BadArgument, match="cylinder"):
         Explorer(problem(obstacle=mb.Wedge(0.02)), LOAD).compare(True)
@@ -161,38 +152,14 @@ def test_sliders_move_the_session_and_its_pictures():
     assert panel.picture.value == picture
 
 
-def test_a_browser_that_only_rounds_moves_nothing():
-    """Values of sliders are whole steps from their lower end: the browser would send the nearest of them."""
-    panel = panel_of(problem(mb.Microblock(0.01)))
-    state = panel.explorer.state
-    panel.controls["load"].value *= 1 + 1e-12
-    panel.controls["psi0"].value += 1e-9
-    assert panel.explorer.state is state
-    slider = panel_of(problem(mb.Microblock(-0.07))).controls["psi0"]
-    steps = np.array((slider.value - slider.min, slider.max - slider.value)) / slider.step
-    assert steps == pytest.approx(np.rint(steps), abs=1e-6) and slider.min <= slider.value <= slider.max
-
-
-def test_the_field_below_follows_when_a_slider_rests():
-    panel, drawn = panel_of(problem()), []
+def test_the_field_below_follows_as_long_as_it_is_shown():
+    panel = panel_of(problem())
     assert panel.below.layout.display == "none"
     panel.beneath.value = True
     first = bytes(panel.below.value)
     # without a running loop there is nothing to wait for
     panel.controls["load"].value = 1.1
-    panel.quantity.value = "shear"
     assert first.startswith(b"\x89PNG") and bytes(panel.below.value) != first
-    panel.below.observe(lambda _: drawn.append(panel.explorer.state.load), "value")
-
-    async def moved():
-        for load in (1.2, 1.3, 1.4):
-            panel.controls["load"].value = load
-            await asyncio.sleep(0.1)  # of a quarter of a second; whatever is due later comes later
-        while not drawn:
-            await asyncio.sleep(0.1)
-
-    asyncio.run(asyncio.wait_for(moved(), 60))
-    assert drawn == pytest.approx([1.4])
 
 
 def test_only_what_can_be_shown_is_offered(block):
@@ -209,17 +176,6 @@ def test_only_what_can_be_shown_is_offered(block):
             names.add(getattr(queue[-1], "description", ""))
             queue += getattr(queue.pop(), "children", ())
         assert names - {""} == common | more
-
-
-def test_a_still_picture_lies_beside_the_sliders(monkeypatch):
-    shown, panel = [], panel_of(problem())
-    monkeypatch.setattr("IPython.display.display", lambda bundle, raw: shown.append(bundle))
-    panel.box._ipython_display_()
-    live, still = shown
-    assert "application/vnd.jupyter.widget-view+json" in live and "image/png" not in live
-    assert b64decode(still["image/png"]) == panel.picture.value
-    # it hides itself where the element of the sliders is
-    assert panel.box.model_id in still["text/html"] and "body:has(." in still["text/html"]
 
 
 def test_a_state_that_is_not_found_is_told_and_the_picture_stays():

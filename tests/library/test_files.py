@@ -159,15 +159,6 @@ def test_numbers_that_do_not_exist_are_none():
     assert plain_data(values) == {"a": [1.5, None], "2": [None, None, 3, True, None, "word"]}
 
 
-@pytest.mark.parametrize("R, P", [(10.0, 1.0), (0.3, 7.0)])
-def test_scales_are_those_of_the_classical_contact(R, P):
-    """Half-width and pressure in the middle of a contact whose blocks are small against it."""
-    solid = mb.Cosserat(E=100, nu=0.3, beta=1e-10, ell=1e-3)
-    state = solved(mb.HalfPlane(solid), mb.Unilateral(), None, mb.Cylinder(R), P, 1e-8)
-    # the coupling 1e-10 and rtol
-    assert (state.half_width, state.pressure_at(0.0)) == pytest.approx(mb.hertz_scales(solid, R, P), rel=1e-7)
-
-
 def test_a_history_is_a_series_in_time(tmp_path):
     series, *files = mb.to_vtk(KINDS["friction on a body"](), tmp_path / "loop")
     sets = ElementTree.parse(series).getroot().iter("DataSet")

@@ -1,7 +1,6 @@
 """Semismooth Newton: conditions of contact, independence of rho, the slope of the energy, typed failures."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import ngsolve as ng
 import numpy as np
@@ -13,7 +12,6 @@ import microblock as mb
 from microblock import Body, Cylinder, Microblock, Microclamped, NotConverged, Plane, Unilateral
 from microblock.fem.facets import ContactFacets
 from microblock.fem.newton import MonolithicNewton
-from microblock.fem.newton_path import load_path
 
 SOLID = mb.Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
 BOTTOM = {"u1": "bottom", "u2": "bottom"}
@@ -78,18 +76,6 @@ def test_the_load_on_curved_and_inclined_surfaces_is_the_slope_of_the_energy(mod
         assert slope == pytest.approx(state.load, rel=1e-6)
 
 
-def test_prescribed_values_of_surface_and_support_take_part(block):
-    """psi other than zero on a microclamped surface, and a displaced support: a rigid translation apart."""
-    turned, results = {"psi": {"contact": 0.02}}, []
-    for lifted, approach in ((0.05, 0.05), (0.0, 0.1)):
-        values = {"u2": {"bottom": lifted}, **turned}
-        body = Body(block, SOLID, 2, fixed={"u1": "bottom"}, prescribed=values)
-        newton = MonolithicNewton(body, ContactFacets(body, Microclamped(), Cylinder(1.0)))
-        results.append(newton.solve(approach))
-    assert results[0].psi == pytest.approx(np.full(13, 0.02), abs=1e-14)
-    assert results[0].traction == pytest.approx(results[1].traction, abs=1e-11)
-
-
 @pytest.mark.parametrize("method", ["al", "penalty"])
 def test_rounding_of_a_high_rho_is_an_error_not_a_result(block, method):
     with pytest.raises(NotConverged):
@@ -114,27 +100,3 @@ def test_cycling_is_named(block, monkeypatch):
     monkeypatch.setattr(newton, "_look", flip)
     with pytest.raises(NotConverged, match="cycles with period 2"):
         newton.solve(0.1)
-
-
-class Reluctant:
-    """A Newton that fails on steps longer than 0.3 and beyond a wall."""
-
-    control = "load"
-
-    def __init__(self, wall):
-        self.wall, self.levels = wall, []
-
-    def solve(self, level, start):
-        if level - (start.level if start else 0.0) > 0.3 or level > self.wall:
-            raise NotConverged("no", iterations=3)
-        self.levels.append(level)
-        return SimpleNamespace(level=level)
-
-
-def test_load_path_cuts_its_steps_and_says_where_it_stopped():
-    newton = Reluctant(np.inf)
-    assert [state.level for state in load_path(newton, [0.2, 1.0])] == [0.2, 1.0]
-    assert newton.levels[0] == 0.2 and max(np.diff(newton.levels)) <= 0.3
-    with pytest.raises(NotConverged, match="on the way to 1") as caught:
-        list(load_path(Reluctant(0.7), [1.0]))
-    assert caught.value.reached == pytest.approx(0.7, abs=1e-3) and caught.value.iterations == 3

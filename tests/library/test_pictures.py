@@ -4,8 +4,6 @@ import io
 
 import numpy as np
 import pytest
-from matplotlib.font_manager import FontProperties
-from matplotlib.mathtext import MathTextParser
 from matplotlib.text import Text
 from PIL import Image
 
@@ -124,17 +122,6 @@ def test_a_field_is_drawn_in_all_of_a_body_from_its_least_to_its_largest_value(b
     assert low == 0 and np.quantile(shear, 0.99) < high < 2 * shear.max()
 
 
-def test_fields_below_fill_their_box_where_elements_are_larger_than_it(block):
-    box = (0.01, 0.07), 0.07  # between points, which are 1/12 apart: a quarter of an element
-    x1, x2, triangles, _, _ = on_mesh(block).solution.fields_below(box)
-    first, *others = np.column_stack((x1, x2))[triangles].swapaxes(0, 1)
-    sides = np.stack([other - first for other in others], axis=-1)
-    for place in np.array(np.meshgrid(np.linspace(*box[0], 7), np.linspace(-box[1], 0, 7))).reshape(2, -1).T:
-        # a point is in a triangle if its shares of the two sides are positive, 1 together; up to rounding
-        shares = np.linalg.solve(sides, (place - first)[..., None])[..., 0]
-        assert ((shares > -1e-9).all(axis=1) & (shares.sum(axis=1) < 1 + 1e-9)).any(), place
-
-
 # what stands in pictures and tables
 
 
@@ -142,7 +129,7 @@ def test_captions_say_what_is_shown_and_stay_within_their_figures():
     x, levers = np.linspace(-1, 1, 5), mb.Microblock(-0.001234, psi0_in="levers")
     state = solved(mb.Obstacle.from_samples(x, x**2 / 20), levers, load=0.1234, rtol=1e-2)
     assert state.caption.startswith("Samples(x=5 numbers, z=5 numbers), Microblock(psi0=-0.001234, psi0_in=")
-    assert "load 0.1234, error " in state.caption and told(state.plot()) == state.caption
+    assert "load 0.1234, error " in state.caption and told(state.plot()).startswith(state.caption)
     assert "no error estimate" in solved(method=mb.Panels(order=8)).caption
     drawing = state.plot_below()
     drawing.draw_without_rendering()
@@ -174,25 +161,6 @@ def test_tables_take_text_as_text():
 
 
 # the style
-
-
-def test_letters_are_read_at_nine_centimetres():
-    """No smaller than seven points, exponents than six and a half, and figures one column wide."""
-
-    def smallest(words, size):
-        return min(
-            one[1] for one in MathTextParser("path").parse(words, 72, FontProperties(size=size)).glyphs
-        )
-
-    with plots.styled():
-        drawing, axis = plots.figure(2, 1, height=1.5)
-        assert drawing.get_size_inches() == pytest.approx([9 / 2.54, 3.0], abs=0.01)  # 3.54 inches
-        axis[0].plot([1, 2], [1, 2], label="curve")
-        axis[0].set(xlabel="$x_1$", title="title")
-        plots.legend_below(axis[0], title="title of the legend")
-        plots.label_ends(axis[0], [(2, "at the end", "k")])
-        assert min(text.get_fontsize() for text in drawing.findobj(Text)) >= plots.SMALLEST == 7
-        assert smallest("$10^{-7}$", plots.STYLE["xtick.labelsize"]) >= 6.5
 
 
 @pytest.mark.parametrize("colour", [*plots.COLOURS, *plots.shades(7)])
