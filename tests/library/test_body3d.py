@@ -1,6 +1,5 @@
 """Contact of bodies in three dimensions: patch test, conditions and balances, warnings."""
 
-import ngsolve as ng
 import numpy as np
 import pytest
 from ngsolve.meshes import MakeStructured3DMesh
@@ -8,7 +7,6 @@ from ngsolve.meshes import MakeStructured3DMesh
 import microblock as mb
 from microblock.fem import meshes3d
 from microblock.fem.body3d import FIELDS
-from microblock.fem.nodes3d import ContactNodes3D
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 LAWS = pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock(), mb.Microclamped()], ids=str)
@@ -27,20 +25,6 @@ def quarter(x, depth, order=1, reach=0.6, ell=0.1):
     fixed = meshes3d.supports("bottom", x1="left", x2="front")
     solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=ell)
     return mb.Body3D(meshes3d.block(x, x, np.array(depth), reach=reach), solid, order, fixed=fixed)
-
-
-@pytest.mark.parametrize("order", [1, 2, 3])
-def test_nodes_have_the_values_and_the_areas_of_their_facets(order):
-    body = box(3, order)
-    nodes, field = ContactNodes3D(body), ng.GridFunction(ng.H1(body.mesh, order=order))
-    field.Set(ng.x**order - 2 * ng.y**order + 1)
-    exact = nodes.points[:, 0] ** order - 2 * nodes.points[:, 1] ** order + 1
-    assert len(exact) == (3 * order + 1) ** 2 and not nodes.points[:, 2].any()
-    assert nodes.values @ field.vec.FV().NumPy() == pytest.approx(exact, abs=1e-11)  # rounding of Set
-    # exact for degree 2 order - 1 in each direction
-    assert nodes.weights @ nodes.points[:, :2].prod(axis=1) == pytest.approx(1 / 4, rel=1e-12)
-    places, between = nodes.between
-    assert between @ exact == pytest.approx(places[:, 0] ** order - 2 * places[:, 1] ** order + 1, abs=1e-12)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -134,10 +118,3 @@ def test_states_say_what_they_cannot_estimate(reach, step, ell, words):
     body = quarter(x, [-2.0, -0.5, -0.2, 0.0], reach=reach, ell=ell)
     told = mb.Contact(body, SPHERE, mb.Unilateral()).solve(load=0.25).warnings
     assert words in " ".join(told) and bool(words) == bool(told)
-
-
-def test_conjugate_gradients_that_stop_are_an_error(monkeypatch):
-    """No input is known on which they do."""
-    monkeypatch.setattr("microblock.fem.newton3d.LINEAR_STEPS", 3)
-    with pytest.raises(mb.NotConverged, match="conjugate gradients"):
-        mb.Contact(box(), SPHERE, mb.Unilateral(), mb.Newton()).solve(load=1.0)

@@ -87,19 +87,6 @@ def facets_of(block, order, model=Microblock(0.02), obstacle=Cylinder(1.0), **op
     return ContactFacets(Body(block, SOLID, order, **{"fixed": "bottom", **options}), model, obstacle)
 
 
-@pytest.mark.parametrize("order", [1, 2, 5])
-def test_nodes_weigh_the_length_and_have_the_values_of_fields(block, order):
-    facets = facets_of(block, order)
-    x = facets.points[:, 0]
-    assert len(x) == 6 * order + 1 == facets.multipliers.ndof and np.all(np.diff(x) > 0)
-    assert facets.weights.sum() == pytest.approx(2.0, rel=1e-14)
-    values = np.random.default_rng(2).normal(size=len(x))
-    assert facets.at_nodes("multiplier", facets.interpolate(values)) == pytest.approx(values, rel=1e-12)
-    field = ng.GridFunction(facets.body.spaces[1])
-    field.Set(1 + 2 * ng.x)
-    assert facets.at_nodes("u2", field) == pytest.approx(1 + 2 * x, rel=1e-12)
-
-
 def test_normals_of_a_curved_boundary_point_outwards():
     facets = ContactFacets(Body(dome(4), SOLID, 4, fixed="base"), Unilateral(), Plane(1.0))
     # a curved mesh of order 4, whose normals lose an order

@@ -163,13 +163,6 @@ def test_tables_take_text_as_text():
 # the style
 
 
-@pytest.mark.parametrize("colour", [*plots.COLOURS, *plots.shades(7)])
-def test_words_in_the_colour_of_a_curve_have_contrast_with_white(colour):
-    parts = np.array(plots.legible(colour))
-    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
-    assert 1.05 / (linear @ (0.2126, 0.7152, 0.0722) + 0.05) >= 4.5  # level AA for text
-
-
 @pytest.mark.parametrize("right", [-4, 4])
 def test_a_label_stands_beside_its_point(right):
     drawing, axis = plots.figure(height=4)

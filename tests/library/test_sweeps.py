@@ -10,11 +10,9 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.data.provenance import digest
 from microblock.data.records import read_records, write_records
 
 ROOT = Path(mb.__file__).parents[1]
@@ -120,46 +118,6 @@ def test_an_interruption_loses_nothing_and_leaves_a_valid_file(tmp_path, how, ex
 
 
 # what makes a point another one
-
-
-def scaled(factor):
-    return lambda x: factor * x
-
-
-def test_values_are_told_apart():
-    solids = [mb.Cosserat(1, 0.3, 0.1, beta=beta) for beta in (1, 0.5)]
-    values = [
-        1,
-        1.0,
-        True,
-        None,
-        "1",
-        (1,),
-        [1],
-        {"a": 1},
-        {"a": 2},
-        {1: 1},
-        {"1": 1},
-        np.ones(1),
-        np.ones(2),
-    ]
-    values += [np.zeros(1), 1 + 3e-16, mb.Cylinder(1.0), mb.Cylinder(2.0), mb.Microblock(), mb.Unilateral()]
-    values += [
-        *map(mb.HalfPlane, solids),
-        scaled,
-        scaled(1),
-        scaled(2),
-        partial(scaled, 1),
-        partial(scaled, 2),
-    ]
-    values += [lambda: 1, lambda: 2, np.sin, np.cos, abs]
-    assert len({digest(value) for value in values}) == len(values)
-    assert digest(np.float64(0.1)) == digest(0.1) and digest(scaled(1)) == digest(scaled(1))
-    ring = []
-    ring.append(ring)
-    for value in (object(), [object()], ring):
-        with pytest.raises(mb.BadArgument):
-            digest(value)
 
 
 NOTEBOOK = """

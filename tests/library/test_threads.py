@@ -1,8 +1,5 @@
 """One BLAS thread inside the library, what was there before afterwards; no test here reads a clock."""
 
-from concurrent.futures import ThreadPoolExecutor
-from threading import Barrier
-
 import numpy as np
 import pytest
 import scipy.linalg.blas  # noqa: F401      (its library is one of those that are looked at)
@@ -10,7 +7,6 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 import microblock as mb
 from microblock.fem import meshes
-from microblock.threads import bounded
 from microblock.view.explorer import Explorer
 
 SOLID, LAW = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), mb.Unilateral()
@@ -73,14 +69,3 @@ def test_threads_come_back_after_an_interruption_and_after_a_refusal():
         problem.solve(load=1.0)
     with pytest.raises(mb.BadArgument):
         problem.solve(load=-1.0)
-
-
-def test_entries_of_several_python_threads_are_counted_together():
-    """The number belongs to the process: the first to leave must not give it back under the other."""
-    first, both, left = (Barrier(2, timeout=30) for _ in range(3))
-    early = bounded(lambda: (first.wait(), both.wait()))
-    late = bounded(lambda: (both.wait(), left.wait(), numbers())[-1])
-    with ThreadPoolExecutor(2) as pool:
-        leaving = pool.submit(lambda: (early(), left.wait()))
-        assert pool.submit(lambda: (first.wait(), late())[-1]).result() == {1}
-        leaving.result()
