@@ -1,0 +1,24 @@
+"""Commands whose options and JSON keys other programs rely on."""
+
+from microblock.errors import BadArgument, require_size
+
+OPEN = "open"  # as the third entry of a range: without its ends
+MATERIAL = {"nu": (-1.0, 0.5, OPEN), "beta": (0.0, 2.0, OPEN)}
+
+
+def require_ranges(options, ranges):
+    """Raises BadArgument for the first option of a command with a value outside its range.
+
+    Parameters
+    ----------
+    options : {name: number, tuple of numbers or None}
+    ranges : {name: (least, most) or (least, most, OPEN)}
+    """
+    for name, (least, most, *ends) in ranges.items():
+        values = options[name] if isinstance(options[name], tuple) else (options[name],)
+        for value in filter(None, values):
+            require_size(**{name: value})
+        sign, inside = ("<", lambda x: least < x < most) if ends else ("<=", lambda x: least <= x <= most)
+        for value in values:
+            if value is not None and not inside(value):
+                raise BadArgument(name, value, f"must satisfy {least:g} {sign} {name} {sign} {most:g}")

@@ -1,295 +1,116 @@
-"""The strip against its closed form: the whole range of the command, accuracy asked for, rates."""
+"""The strip against its closed form over the whole range of the command, and the command itself."""
 
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from cases.paper import figures_strip
-from cases.scenes import strip
-from cases.scenes.strip import Parameters
-
-LIMITS = {"ell_over_H": (0.05, 5.0), "psi0_deg": (-3.0, 3.0, 0.0), "nu": (0.0, 0.49), "beta": (1e-3, 1.99)}
-SHARES = (0.5, 0.999999, 1.0, 1.000001, 2.0)  # of delta_fc
+from cases import strip as script
+from cases.__main__ import main
+from cases.commands import strip
+from microblock.model.closed_forms import Strip
 
 
-def sample(count, seed):
-    """Seeded and stratified: each parameter once in each of `count` equal slices; every fifth sample near a
-    limit.
-    """
-    rng = np.random.default_rng(seed)
-    slices = (np.array([rng.permutation(count) for _ in range(5)]) + rng.random((5, count))) / count
-    for number, (a, b, c, d, e) in enumerate(slices.T):
-        drawn = dict(
-            ell_over_H=float(0.05 * 100**a),
-            psi0_deg=6 * b - 3,
-            nu=0.49 * c,
-            beta=0.01 + 1.98 * d,
-            delta_over_H=0.1 * e,
+def sample():
+    """Closed form and options, each once in each of 12 slices of its range, below, at and above delta_fc."""
+    rng = np.random.default_rng(3)
+    slices = (np.array([rng.permutation(12) for _ in range(4)]) + rng.random((4, 12))) / 12
+    for (a, b, c, d), share in zip(slices.T, 2 * (0.0, 0.5, 1 - 1e-9, 1.0, 1.0, 2.0)):
+        ell, psi0_deg, nu, beta = 0.05 * 100**a, 6 * b - 3, 0.49 * c, 0.01 + 1.98 * d
+        exact = Strip(ell, math.radians(psi0_deg), nu, beta, 0.0)
+        delta = share * exact.delta_fc
+        yield (
+            replace(exact, delta=delta),
+            {"ell_over_H": ell, "psi0_deg": psi0_deg, "nu": nu, "beta": beta, "delta_over_H": delta},
         )
-        if number % 5 == 0:
-            name = list(LIMITS)[rng.integers(4)]
-            drawn[name] = LIMITS[name][rng.integers(len(LIMITS[name]))]
-            exact = strip.reference(Parameters(**drawn))
-            drawn["delta_over_H"] = (0.0, *(share * exact.delta_fc for share in SHARES))[rng.integers(6)]
-        yield Parameters(**drawn)
 
 
-def check(parameters, rel):
-    """Every number of the result against the closed form; `rel` of the largest size on the way."""
-    found, exact = strip.result(parameters), strip.reference(parameters)
-    assert found["state"] == exact.state
-    # surface values carry the accuracy of the fields, fluxes and the event that of the energy or better
-    for name, value in dict(
-        psi_surface=exact.psi(1.0),
-        u1_surface=exact.u1(1.0),
-        u2_surface=exact.u2(1.0),
-        traction=exact.traction,
-        micromoment=exact.micromoment,
-        delta_fc=exact.delta_fc,
-    ).items():
-        assert found[name] == pytest.approx(float(value), rel=rel, abs=1e-16), name
-    if exact.state == "separation" or parameters.psi0_deg == 0:
-        assert found["L_psi"] is None and found["L_u"] is None
-    else:
-        assert found["L_psi"] == pytest.approx(exact.L_psi, rel=rel)
-        assert found["L_u"] == pytest.approx(exact.L_u, rel=rel)
-    assert max(found["error_psi"], found["error_u"]) <= 1e-9
-    return found
+def solved(**options):
+    """The JSON object of the command."""
+    return strip.to_dict(strip.solve(**options))
 
 
-@pytest.mark.parametrize(
-    "parameters", list(sample(60, seed=3)), ids=lambda parameters: f"{parameters.delta_over_H:.3g}"
-)
-def test_default_accuracy_over_the_whole_range(parameters):
-    check(parameters, rel=1e-8)  # ten times what the default asks of the fields
+@pytest.mark.parametrize("model", ["line", "column"])
+@pytest.mark.parametrize("exact, options", list(sample()))
+def test_closed_form(exact, options, model):
+    entries = solved(**options, model=model)
+    lengths = () if exact.state == "separation" else ("L_psi", "L_u")
+    assert (entries["state"], entries["L_psi"] is None) == (exact.state, not lengths)
+    # the default is rtol = 1e-9; surface values and forces carry ten times that
+    expected = {
+        **{name: getattr(exact, name) for name in ("traction", "micromoment", "delta_fc", *lengths)},
+        **{f"{name}_surface": float(getattr(exact, name)(1.0)) for name in ("psi", "u1", "u2")},
+    }
+    assert {name: entries[name] for name in expected} == pytest.approx(expected, rel=1e-8, abs=1e-16)
+    assert max(entries["error_psi"], entries["error_u"]) <= 1e-9
 
 
-@pytest.mark.parametrize(
-    "share, state",
-    [(-0.1, "separation"), (0.0, "separation"), (1 - 1e-9, "partial"), (1.0, "full"), (1 + 1e-9, "full")],
-)
-@pytest.mark.parametrize("psi0_deg", [1.0, -2.0])
-@pytest.mark.parametrize("model", strip.MODELS)
-def test_state_on_either_side_of_delta_fc_and_at_it(model, psi0_deg, share, state):
-    base = Parameters(model=model, psi0_deg=psi0_deg)
-    delta_fc = strip.reference(base).delta_fc
-    assert strip.result(replace(base, delta_over_H=share * delta_fc))["state"] == state
-
-
-# the penalty's rounding, eps rho over the stiffness, keeps it from nine digits just where a corner is about
-# to close
-@pytest.mark.parametrize(
-    "method, rtol",
-    [
-        ("al", 1e-2),
-        ("al", 1e-4),
-        ("al", 1e-6),
-        ("al", 1e-9),
-        ("penalty", 1e-2),
-        ("penalty", 1e-4),
-        ("penalty", 1e-6),
-    ],
-)
-def test_error_obtained_is_below_the_error_asked_for(method, rtol):
-    for parameters in sample(10, seed=4):
-        if method == "penalty" and parameters.beta < 0.1:
-            # with hardly any coupling the pressure of partial contact drowns in the penalty's rounding
-            continue
-        found = strip.result(replace(parameters, rtol=rtol, method=method))
-        assert max(found["error_psi"], found["error_u"]) <= rtol
-        assert found["error_estimate"] <= rtol
-
-
-# a micromoment that is small beside the forces that balance it, so that it shows the rounding first
-LEAST_COUPLED = Parameters(ell_over_H=3.976, psi0_deg=0.93, nu=0.362, beta=0.914, delta_over_H=0.0872)
-
-
-@pytest.mark.parametrize("order, elements", [(1, 20), (2, 5), (5, 3), (12, 2), (8, 20)])
-def test_line_and_column_agree(order, elements):
-    for parameters in [*sample(5, seed=5), LEAST_COUPLED]:
-        line, column = (
-            strip.result(replace(parameters, model=model, order=order, elements=elements))
-            for model in strip.MODELS
-        )
-        assert line["state"] == column["state"]
-        for name in ("psi_surface", "u1_surface", "u2_surface", "traction", "micromoment", "delta_fc"):
-            # rounding: 1e-10 of the micromoment on one processor, 1.7e-10 on another
-            assert line[name] == pytest.approx(column[name], rel=1e-9, abs=1e-16)
-
-
-def test_triangles_agree_with_the_closed_form():
-    """A column cut into triangles is not symmetric sideways; it still converges to the strip."""
-    from microblock import Body, Microblock, Plane
-    from microblock.fem import meshes
-    from microblock.fem.facets import ContactFacets
-    from microblock.fem.newton import MonolithicNewton
-
-    parameters = Parameters()
-    body = Body(
-        meshes.column(1.0, 3, quads=False),
-        parameters.solid,
-        8,
-        fixed={"u1": "middle", "u2": "middle"},
-        periodic=True,
-    )
-    facets = ContactFacets(
-        body, Microblock(parameters.psi0), Plane(parameters.ell_over_H / 2 * parameters.psi0)
-    )
-    state = MonolithicNewton(body, facets).solve(0.02)
-    assert state.psi == pytest.approx(strip.reference(parameters).psi(1.0), rel=1e-9)
-
-
-def test_bilinear_elements_converge_with_second_order():
-    elements = np.array([20, 40, 80, 160])
-    for name in ("error_psi", "error_u"):
-        error = [strip.result(Parameters(model="column", order=1, elements=int(n)))[name] for n in elements]
-        assert -np.polyfit(np.log(elements), np.log(error), 1)[0] == pytest.approx(2, abs=0.02)
-
-
-@pytest.mark.parametrize("order", [1, 2, 3, 4, 5])
-def test_orders_converge_with_p_plus_1(order):
-    elements = np.array([4, 8, 16])
-    error = [strip.result(Parameters(order=order, elements=int(n)))["error_psi"] for n in elements]
-    assert -np.polyfit(np.log(elements), np.log(error), 1)[0] == pytest.approx(order + 1, abs=0.2)
-
-
-@pytest.mark.parametrize("ell_over_H, order, elements", [(0.5, 12, 1), (0.1, 15, 2)])
-def test_ten_digits_with_a_hundred_unknowns(ell_over_H, order, elements):
-    found = strip.result(Parameters(ell_over_H=ell_over_H, order=order, elements=elements))
-    assert found["unknowns"] <= 100 and max(found["error_psi"], found["error_u"]) < 1e-10
-
-
-@pytest.mark.parametrize("thickness", np.geomspace(0.1, 20, 9))
-@pytest.mark.parametrize("beta", [0.1, 1.0, 1.9])
+@pytest.mark.parametrize("thickness", [0.1, 3.0, 20.0])
+@pytest.mark.parametrize("beta", [0.1, 1.9])
 def test_layer_lengths_49(thickness, beta):
-    ell = math.sqrt(beta) / thickness
-    found = strip.result(Parameters(ell_over_H=ell, beta=beta, rtol=1e-9))
-    assert math.sqrt(beta) * found["L_psi"] / ell == pytest.approx(1 / math.tanh(thickness), rel=1e-9)
-    assert math.sqrt(beta) * found["L_u"] / ell == pytest.approx(math.tanh(thickness), rel=1e-9)
-
-
-def test_one_order_more_for_u_does_not_lock():
-    """Towards the couple-stress limit bilinear elements lock; u of order 2 with psi of order 1 does not."""
-    from microblock import Body, Microblock, Plane
-    from microblock.fem import meshes
-    from microblock.fem.facets import ContactFacets
-    from microblock.fem.newton import MonolithicNewton
-
-    def error(order, elements, beta):
-        parameters = Parameters(beta=beta)
-        body = Body(
-            meshes.line(1.0, elements),
-            parameters.solid,
-            order,
-            order_psi=1,
-            fixed={"u1": "middle", "u2": "middle"},
-        )
-        plane = Plane(parameters.ell_over_H / 2 * parameters.psi0)
-        state = MonolithicNewton(body, ContactFacets(body, Microblock(parameters.psi0), plane)).solve(0.02)
-        exact = float(strip.reference(parameters).psi(1.0))
-        return abs(state.psi[0] - exact) / abs(exact)
-
-    locked, free = error(1, 8, 1.999), error(2, 6, 1.999)
-    assert locked > 0.1 and free < 0.01  # negative control: equal orders lose the solution
-    assert free < 2 * error(2, 6, 1.0)
-
-
-def test_layer_lengths_do_not_depend_on_the_branch():
-    partial, full = (strip.result(Parameters(delta_over_H=delta)) for delta in (0.01, 0.05))
-    assert (partial["state"], full["state"]) == ("partial", "full")
-    for name in ("L_psi", "L_u"):
-        assert partial[name] == pytest.approx(full[name], rel=1e-10)
-
-
-def test_printed_curvature_misses_the_closed_form_by_sqrt_2():
-    printed = strip.result(Parameters(ell_over_H=0.05, curvature=1.0))
-    needed = strip.result(Parameters(ell_over_H=0.05))
-    assert needed["L_psi"] / printed["L_psi"] == pytest.approx(math.sqrt(2), rel=1e-9)
-    assert printed["error_psi"] < 1e-9 and needed["error_psi_paper"] < 1e-9
-    assert printed["error_psi_paper"] > 0.1
-
-
-def test_rho_does_not_matter_over_eight_decades():
-    found = [
-        strip.result(Parameters(rho=10.0**power, order=10, elements=1, delta_over_H=0.04))
-        for power in range(-4, 5)
-    ]
-    for name in ("psi_surface", "u1_surface", "u2_surface", "traction", "micromoment"):
-        values = np.array([result[name] for result in found])
-        assert values == pytest.approx(np.full(9, values[4]), rel=1e-9)
+    entries = solved(ell_over_H=math.sqrt(beta) / thickness, beta=beta, rtol=1e-9)
+    lengths = np.array([entries["L_psi"], entries["L_u"]]) * thickness  # over ell/sqrt(beta)
+    assert lengths == pytest.approx([1 / math.tanh(thickness), math.tanh(thickness)], rel=1e-9)
 
 
 def test_penalty_error_falls_like_one_over_rho():
-    rho = 10.0 ** np.arange(3, 8)
-    error = [
-        strip.result(Parameters(method="penalty", rho=float(value), order=12, elements=1))["error_psi"]
-        for value in rho
-    ]
-    assert np.polyfit(np.log(rho), np.log(error), 1)[0] == pytest.approx(-1, abs=0.01)
+    entries = [solved(method="penalty", rho=rho) for rho in (1e3, 1e5)]
+    assert entries[0]["error_psi"] / entries[1]["error_psi"] == pytest.approx(100, rel=0.05)  # up to 1/rho^2
+    assert all(max(one["error_psi"], one["error_u"]) <= one["error_estimate"] for one in entries)
 
 
-@pytest.mark.parametrize("method, model", [("al", "line"), ("al", "column"), ("penalty", "line")])
-def test_aligned_blocks_are_in_full_contact_at_once(method, model):
-    for parameters in sample(8, seed=6):
-        found = strip.result(replace(parameters, psi0_deg=0.0, delta_over_H=0.03, method=method, model=model))
-        assert (found["state"], found["delta_fc"]) == ("full", 0.0)
-        assert (found["L_psi"], found["error_psi"]) == (None, 0.0)
-        assert found["error_u"] <= found["parameters"]["rtol"]
+def test_printed_curvature_makes_the_layer_thinner_by_sqrt_2():
+    printed, needed = (solved(ell_over_H=0.05, curvature=curvature) for curvature in (1.0, 2.0))
+    assert needed["L_psi"] / printed["L_psi"] == pytest.approx(math.sqrt(2), rel=1e-9)
+    assert needed["error_psi_paper"] < 1e-9 and printed["error_psi_paper"] > 0.1  # (18) as printed
 
 
-def test_rounding_of_the_gaps_is_part_of_the_estimate():
-    """Corner gaps are differences of lengths as large as delta: tiny psi0 cannot be had to nine digits."""
-    for psi0_deg in (1e-6, -1e-8):
-        found = strip.result(Parameters(ell_over_H=0.05, psi0_deg=psi0_deg, delta_over_H=0.1))
-        assert found["error_psi"] <= found["error_estimate"]
-        assert "1e-09 was not reached" in found["warnings"][0]
+def test_blocks_that_are_aligned_or_nearly():
+    """Corner gaps are differences of lengths as large as delta: their rounding is part of the estimate."""
+    aligned, nearly = (solved(psi0_deg=angle, ell_over_H=0.05, delta_over_H=0.1) for angle in (0.0, -1e-8))
+    assert (aligned["state"], aligned["delta_fc"], aligned["L_psi"]) == ("full", 0.0, None)
+    assert nearly["error_psi"] <= nearly["error_estimate"] and "1e-09 was not" in nearly["warnings"][0]
 
 
-def test_penalty_stiffness_given_is_kept_and_its_error_told():
-    found = strip.result(Parameters(method="penalty", rho=1e4))
-    assert found["parameters"]["rho"] == 1e4
-    assert 1e-5 < max(found["error_psi"], found["error_u"]) <= found["error_estimate"]
-
-
-def test_accuracy_out_of_reach_is_reported():
-    from microblock import NotConverged
-
-    with pytest.raises(NotConverged, match="rtol = 1e-17") as caught:
-        strip.result(Parameters(rtol=1e-17))
-    assert 0 < caught.value.rtol_reached < 1e-11
-    with pytest.raises(NotConverged, match="rho = 1000"):
-        strip.result(Parameters(method="penalty", rho=1e3, rtol=1e-6))
-
-
-@pytest.mark.parametrize("method, rho", [("al", 1e10), ("al", 1e12), ("al", 1e16), ("penalty", 1e16)])
-@pytest.mark.parametrize("asked", [dict(rtol=1e-3), dict(order=6, elements=2)])
-def test_forces_drowned_by_rho_are_an_error_not_a_result(method, rho, asked):
-    """Either the forces hold to what was asked (fixed mesh: to 1e-5, the worst residual accepted being 1e-6),
-    or it is said.
-    """
-    from microblock import NotConverged
-
-    parameters = Parameters(method=method, rho=rho, delta_over_H=0.04, **asked)
-    try:
-        found = strip.result(parameters)
-    except NotConverged:
-        return
-    assert found["state"] == "full"
-    assert found["traction"] == pytest.approx(
-        strip.reference(parameters).traction, rel=asked.get("rtol", 1e-5)
+def test_script_finds_layers_and_full_contact():
+    states = script.solve(order=12)
+    exact = script.closed_form(states[0])
+    # order 12 on four elements has all digits but those of rounding
+    assert (*script.lengths(states[0]), script.full_contact(states[0].problem)) == pytest.approx(
+        (exact.L_psi, exact.L_u, exact.delta_fc), rel=1e-9
     )
 
 
-def test_model_out_of_its_ground_is_said():
-    assert strip.result(Parameters())["warnings"] == []
-    found = strip.result(Parameters(psi0_deg=20, ell_over_H=2, delta_over_H=0.2))["warnings"]
-    assert len(found) == 3
+@pytest.mark.parametrize(
+    "status, words",
+    [
+        (2, "--nu 0.5"),
+        (2, "--beta 0"),
+        (2, "--psi0-deg 60"),
+        (2, "--order 0"),
+        (2, "--rtol 1e-3 --order 2"),
+        (1, "--rtol 1e-17"),
+        (1, "--ell-over-H 1e-6"),
+        (1, "--method penalty --rho 1e3 --rtol 1e-6"),
+        (1, "--rho 1e16 --order 6 --elements 2"),
+        (0, "--order 4 --delta-over-H 0.2"),
+    ],
+)
+def test_exit_status(status, words, capsys):
+    assert main(["strip", *words.split(), "--json", "-"]) == status
+    printed = capsys.readouterr()
+    assert printed.err.count("\n") == (status > 0)
+    # a bad argument is named; delta = 0.2 H is beyond small strain
+    assert words.split()[0] in printed.err if status == 2 else status == 1 or "small strain" in printed.out
 
 
-def test_blocks_of_the_figure_hang_below_the_plane():
-    drawing = figures_strip.fig3_draw(figures_strip.fields_records())
-    for axis, ratio in zip(drawing.axes, figures_strip.RATIOS):
-        blocks = [line.get_ydata() for line in axis.lines if len(line.get_ydata()) == 5]
-        assert len(blocks) == 4 and max(map(max, blocks)) == pytest.approx(1 / ratio, abs=1e-12)
+def test_the_closed_form_is_nowhere_in_the_computation(monkeypatch):
+    """The same numbers without the module; only the errors against it do not exist, which is said."""
+    full = solved(psi0_deg=-1.5)
+    monkeypatch.setitem(sys.modules, "microblock.model.closed_forms", None)
+    bare = solved(psi0_deg=-1.5)
+    assert bare["error_psi"] is None and "closed_forms is missing" in " ".join(bare["warnings"])
+    same = set(full) - {"error_psi", "error_u", "error_psi_paper", "warnings"}
+    assert {name: bare[name] for name in same} == {name: full[name] for name in same}

@@ -9,7 +9,6 @@ import contextlib
 import io
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from pathlib import Path
 
 import netgen.occ as occ
 import ngsolve as ng
@@ -18,14 +17,11 @@ from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
 from cases.__main__ import main
-from cases.scenes.size_effect_fe import axis_closes
+from cases.commands.size_effect import axis_closes
 from microblock.fem import meshes, newton_path
 from microblock.fem.body import Loads
-from microblock.fem.facets import ContactFacets
-from microblock.fem.newton import MonolithicNewton
 from microblock.halfplane import kernels
 from microblock.model import closed_forms, zones
-from microblock.view.explorer import Explorer
 
 from . import problems as given
 
@@ -455,113 +451,6 @@ def of_studies():
         f"sweep radius={row['radius']} ell={row['ell']} {name}": row[name]
         for row in rows
         for name in ("half_width", "pressure_max")
-    }
-
-
-def refusals():
-    """{what is asked for: a call that must fail}."""
-    solid = material({"solid": given.SOLID})
-    half, cylinder, law = mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()
-    block = body_of({"solid": given.SOLID, "mesh": "block", "order": 1})
-    line, body = mb.Contact(half, cylinder, law), mb.Contact(block, cylinder, law)
-    period = mb.HalfPlane(solid, period=1.0)
-    facets = ContactFacets(block, law, cylinder)
-
-    def cells(**options):
-        return mb.Contact(half, cylinder, law, mb.Cells(window=(-0.6, 0.6), **options))
-
-    def uniform(**options):
-        return mb.Contact(mb.Block(solid, 4.0), cylinder, law, mb.Uniform(h=0.1, reach=0.8, **options))
-
-    def cosserat(**other):
-        return lambda: mb.Cosserat(**given.solid(**other))
-
-    return {
-        "solid with nu=0.5": cosserat(nu=0.5),
-        "solid with E=0": cosserat(E=0.0),
-        "solid with beta=2": cosserat(beta=2.0),
-        "solid with ell=-1": cosserat(ell=-1.0),
-        "solid with curvature=0": cosserat(curvature=0.0),
-        "solid with two couplings": cosserat(eta=1.0),
-        "solid with E=nan": cosserat(E=float("nan")),
-        "half-plane of no solid": lambda: mb.HalfPlane(cylinder),
-        "period=0": lambda: mb.HalfPlane(solid, 0.0),
-        "half-plane with beta=0": lambda: mb.Contact(
-            mb.HalfPlane(mb.Cosserat(**given.solid(beta=0.0))), cylinder, law
-        ).solve(1.0),
-        "cells not equally spaced": lambda: half.compliance([0.0, 1.0, 3.0]),
-        "compliance of a period": lambda: period.compliance([0.0, 0.5]),
-        "symbol at k=0": lambda: kernels.symbol(solid, [0.0]),
-        "plane level=inf": lambda: mb.Plane(level=float("inf")),
-        "cylinder R=-1": lambda: mb.Cylinder(R=-1),
-        "wedge slope=0": lambda: mb.Wedge(slope=0.0),
-        "punch half_width=0": lambda: mb.Punch(half_width=0.0),
-        "wave amplitude=0": lambda: mb.Wave(0.0, 1.0),
-        "rough hurst=2": lambda: mb.Rough(1.0, 0.1, hurst=2.0),
-        "rough waves backwards": lambda: mb.Rough(1.0, 0.1, waves=(9, 3)),
-        "samples not ascending": lambda: mb.Obstacle.from_samples([0, 0, 1], [1, 1, 1]),
-        "samples of two lengths": lambda: mb.Obstacle.from_samples([0, 1], [0]),
-        "kinks without jumps": lambda: mb.Obstacle(abs, (0.0, 1.0), (0.1,)),
-        "height that is no function": lambda: mb.Obstacle(3),
-        "psi0=2": lambda: mb.Microblock(psi0=2.0),
-        "psi0 read elsewhere": lambda: mb.Microblock(0.1, "both"),
-        "contact without a body": lambda: mb.Contact(solid, cylinder, law),
-        "contact with no law": lambda: mb.Contact(half, cylinder, cylinder),
-        "contact with no obstacle": lambda: mb.Contact(half, law, law),
-        "obstacle that falls": lambda: mb.Contact(half, lambda x: -x, law),
-        "obstacle that is nan": lambda: mb.Contact(half, lambda x: x * float("nan"), law),
-        "panels load=0": lambda: line.solve(0.0),
-        "panels rtol=2": lambda: line.solve(1.0, rtol=2.0),
-        "panels order=1": lambda: mb.Contact(half, cylinder, law, mb.Panels(order=1)),
-        "panels from no state": lambda: line.solve(1.0, initial=3.0),
-        "panels rtol=1e-15": lambda: line.solve(1.0, rtol=1e-15),
-        "panels of too many blocks": lambda: mb.Contact(
-            mb.HalfPlane(mb.Cosserat(**given.solid(ell=1e-9))), cylinder, law
-        ).solve(1.0),
-        "panels under a wave": lambda: mb.Contact(half, mb.Wave(0.01, 1.0), law).solve(1.0),
-        "panels under a rough profile": lambda: mb.Contact(half, mb.Rough(1.0, 0.1), law).solve(1.0),
-        "panels under a jump": lambda: mb.Contact(
-            half, lambda x: np.where(x < 0, 0.01, 0.0) + x**2, law
-        ).solve(1.0),
-        "coalescence under a punch": lambda: mb.Contact(half, mb.Punch(1.0), law).solver.coalescence(),
-        "path beyond its end": lambda: line.path(0.5).at(1.0),
-        "cells of a period with window": lambda: mb.Contact(period, cylinder, law, mb.Cells(window=(-1, 1))),
-        "cells load and approach": lambda: cells().solve(1.0, approach=0.1),
-        "cells nodes=8": lambda: cells(nodes=8).solve(1.0),
-        "cells nodes and rtol": lambda: cells(nodes=64).solve(1.0, rtol=0.1),
-        "cells approach without level": lambda: cells(nodes=64).solve(approach=0.02),
-        "cells load=-1": lambda: cells(nodes=64).solve(-1.0),
-        "cells beyond the window": lambda: cells(nodes=128).solve(10.0),
-        "fitted domain=0": lambda: mb.Block(solid, 0.0),
-        "fitted of no solid": lambda: mb.Block(half),
-        "fitted order=0": lambda: mb.Fitted(order=0),
-        "fitted in too small a block": lambda: mb.Contact(mb.Block(solid, 0.2), cylinder, law).solve(1.0),
-        "uniform method": lambda: uniform(newton="al"),
-        "uniform beyond the squares": lambda: uniform().solve(20.0),
-        "body order=0": lambda: mb.Body(block.mesh, solid, 0, fixed="bottom"),
-        "body fixed nowhere known": lambda: mb.Body(block.mesh, solid, 1, fixed="roof"),
-        "body of no mesh": lambda: mb.Body(solid, solid),
-        "body pressed where it is held": lambda: mb.Contact(
-            mb.Body(block.mesh, solid, 1, fixed="contact"), cylinder, law
-        ),
-        "body that is free": lambda: mb.Contact(mb.Body(block.mesh, solid, 1), cylinder, law).solve(1.0),
-        "body load=-1": lambda: body.solve(-1.0),
-        "periodic body in contact": lambda: mb.Contact(
-            body_of({"solid": given.SOLID, "mesh": "column"}), cylinder, law, mb.Condensed()
-        ),
-        "reaction where nothing is held": lambda: block.solve().reaction("left"),
-        "newton method": lambda: mb.Newton("lm"),
-        "newton rho=0": lambda: mb.Newton(rho=0.0),
-        "newton control": lambda: MonolithicNewton(block, facets, control="time"),
-        "facets rule": lambda: mb.Uniform(h=0.1, rule="simpson"),
-        "newton of a free body": lambda: mb.Contact(
-            mb.Body(block.mesh, solid, 1), cylinder, law, mb.Newton()
-        ).solve(approach=0.1),
-        "ground that does not reach": lambda: meshes.Ground(far=1.0, reach=(0.0, 2.0)),
-        "line of no elements": lambda: meshes.line(1.0, 0),
-        "sweep of no list": lambda: mb.sweep(indented, {"radius": 5}),
-        "table of nothing": lambda: mb.to_csv(None, Path(__file__).with_name("none.csv")),
-        "explorer of no contact": lambda: Explorer(half, 1.0),
     }
 
 

@@ -1,4 +1,4 @@
-"""Materials, obstacles, laws, kernels and closed forms at points; what is refused."""
+"""Materials, obstacles, laws, kernels and closed forms at points."""
 
 from .. import library
 
@@ -15,5 +15,3 @@ def rows():
             (name, value, "outcome" if isinstance(value, str) else "definition")
             for name, value in part().items()
         )
-    for name, call in library.refusals().items():
-        yield f"refused {name}", library.refused(call), "outcome"

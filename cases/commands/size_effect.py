@@ -1,0 +1,154 @@
+"""Size effects under a cylinder: width, pressure and hardness over alpha, and alpha_mid.
+
+The problems are those of `hertz` at the load P, under the law of microblocks and under the unilateral law.
+Hardness is over P/(2 a_Hz). From alpha_mid on the middle of the contact is open. The nominal hardness needs
+an approach: --model fe returns it on the paper's domain of 18 a_Hz.
+"""
+
+import math
+from typing import Literal
+
+import numpy as np
+
+import microblock as mb
+from microblock.corners import active_set
+
+from .. import size_effect
+from . import hertz
+
+ALPHAS = 0.01, 0.02, 0.05, 0.1, 0.2, 0.25, 0.35, 0.5, 0.65, 0.75, 0.8, 0.83, 0.84, 0.86, 0.9, 1.0, 1.125, 1.25
+LAWS = "microblock", "unilateral"
+ENTRIES = "half_width", "inner_half_width", "pressure_max", "hardness_apparent", "hardness_real"
+ORDERS = 6, 8, 10, 12, 14  # of panels, for alpha_mid over the size of their Gauss spacing
+NEAR = 0.86  # ell over a_Hz there: an alpha near to what they give
+DOMAIN = "18"  # of the paper, over a_Hz
+
+
+def solve(
+    alphas=ALPHAS,
+    nu=0.3,
+    beta=1.0,
+    model: Literal["fe", "halfplane"] | None = None,
+    rtol: float | None = None,
+):
+    """Returns a row for each law and alpha, alpha_mid and its error, and alpha_mid over the size of elements.
+
+    Parameters
+    ----------
+    alphas : ratios ell/a_Hz
+    nu : Poisson's ratio, -1 < nu < 1/2
+    beta : coupling number 2 eta/(1 + eta), 0 < beta < 2
+    model : without it the smallest that can answer is taken, halfplane
+    rtol : relative L2 error of pressure and micromoment (1e-6 by halfplane, 1e-4 by fe)
+    """
+    fe = model == "fe"
+    rtol = (1e-4 if fe else 1e-6) if rtol is None else rtol
+    common = {"nu": nu, "beta": beta, "model": model, "rtol": rtol}
+    options = {law: [hertz.resolved(alpha=alpha, contact=law, **common) for alpha in alphas] for law in LAWS}
+    laws = {law: [_row(one) for one in options[law]] for law in LAWS}
+    if fe:
+        limit, limit_error = classical_hardness(common)
+        for row, one in zip(sum(laws.values(), []), sum(options.values(), [])):
+            nominal, error = nominal_hardness(one)
+            row["hardness_nominal"] = nominal / limit
+            row["hardness_nominal_error"] = (error + limit_error) / limit
+    (alpha_mid, error), of_h = (by_elements if fe else by_panels)(nu, beta)
+    return {
+        "parameters": {"model": model or "halfplane", "rtol": rtol},
+        "laws": laws,
+        "alpha_mid": alpha_mid,
+        "alpha_mid_error": error,
+        "alpha_mid_of_h": of_h,
+        "warnings": []
+        if fe
+        else ["hardness_nominal needs an approach, which a half-plane does not have: it is null"],
+    }
+
+
+def _row(options):
+    """The row of one law and alpha, its nominal hardness still empty."""
+    record = hertz.observe(options, *hertz.solutions(options)[0])
+    nominal = {"hardness_nominal": None, "hardness_nominal_error": None}
+    entries = {name: record[name] for name in (*ENTRIES, "error_estimate", "profile")}
+    return {"alpha": options.alpha, **entries, **nominal}
+
+
+def nominal_hardness(options):
+    """P/(2 a_nom) on the paper's domain, a_nom = sqrt(d (2 R - d)) from the approach d, and its error.
+
+    The error is the distance from ten times the rtol.
+    """
+    options.domain, state, values = DOMAIN, None, []
+    for rtol in (10 * options.rtol, options.rtol):
+        state = hertz.problem(options).solve(load=options.P, rtol=rtol, initial=state)
+        values.append(options.P / (2 * math.sqrt(state.approach * (2 * options.R - state.approach))))
+    return values[1], abs(values[1] - values[0])
+
+
+def classical_hardness(common):
+    """The nominal hardness for alpha -> 0, linear in alpha, and its error."""
+    (fine, fine_error), (coarse, coarse_error) = (
+        nominal_hardness(hertz.resolved(alpha=alpha, contact="unilateral", **common))
+        for alpha in (0.01, 0.02)
+    )
+    return 2 * fine - coarse, 2 * fine_error + coarse_error
+
+
+def _solid(nu, beta, ell=1.0):
+    """A solid with E* = 2, for which a_Hz^2 = 2 P R/pi."""
+    return mb.Cosserat(E=2 * (1 - nu**2), nu=nu, ell=ell, beta=beta)
+
+
+def by_panels(nu, beta):
+    """((alpha_mid, its error), [(Gauss spacing over a_Hz of a panel of length ell, alpha_mid)])."""
+    problem = mb.Contact(mb.HalfPlane(_solid(nu, beta)), mb.Cylinder(1.0), mb.Microblock())
+    loads = {order: problem.solver.coalescence(order) for order in ORDERS}
+    alphas = {order: 1 / math.sqrt(2 * load / math.pi) for order, (load, _) in loads.items()}
+    finest, (load, error) = alphas[ORDERS[-1]], loads[ORDERS[-1]]
+    return (finest, finest * error / load / 2), [(finest / order, alphas[order]) for order in ORDERS]
+
+
+def by_elements(nu, beta):
+    """((alpha_mid in the limit of elements and domain, its error), [(h over a_Hz, alpha_mid)]).
+
+    The error is that of the extrapolation and of the order of the elements, from two meshes. h is that of
+    bilinear elements on a uniform mesh, of which the node on the axis closes at that load.
+    """
+    from microblock.halfplane.coalescence import coalescence
+
+    problem = mb.Contact(mb.Block(_solid(nu, beta)), mb.Cylinder(1.0), mb.Microblock())
+    (coarse, _), (load, error) = (coalescence(problem.solver, *mesh) for mesh in ((7, 4), (9, 5)))
+    alpha = 1 / math.sqrt(2 * load / math.pi)
+    return (alpha, alpha * (error + abs(load - coarse)) / load / 2), bilinear(nu, beta)
+
+
+def bilinear(nu, beta, squares=(0.2, 0.1, 0.05, 0.025)):
+    """[(h over a_Hz, alpha_mid)] of bilinear elements on uniform meshes; a_Hz is that of the load."""
+    body, of_h = mb.Block(_solid(nu, beta, NEAR), float(DOMAIN)), []
+    for h in squares:
+        problem = mb.Contact(body, mb.Cylinder(1.0), mb.Microblock(), mb.Uniform(h=h, reach=2.0))
+        a_Hz = math.sqrt(2 * axis_closes(problem.solver) / math.pi)
+        of_h.append((h / a_Hz, NEAR / a_Hz))
+    return of_h
+
+
+def axis_closes(solver):
+    """Load at which the node on the axis closes for good, of a condensed `Uniform` solver of half a body."""
+    _, flexibility, gaps, share = solver.prepare()
+    last = solver.solid.E_star * solver.reach**2 / 4  # classical contact would fill the squares under less
+    events = active_set.path(flexibility, gaps, [last], c=share).events
+    loads = [event.load for event in events if event.corner == 0 and event.kind == "closes"]
+    if not loads:
+        raise mb.NotConverged(f"the axis is open up to the load {2 * last:g}", reached=2 * last)
+    return 2 * loads[-1]
+
+
+def figure(result):
+    """Returns apparent and real hardness over 1/alpha."""
+    rows = result["laws"]
+    hardness = {
+        law: {kind: [row[f"hardness_{kind}"] for row in rows[law]] for kind in ("apparent", "real")}
+        for law in rows
+    }
+    alphas = np.array([row["alpha"] for row in rows["unilateral"]])
+    return size_effect.figure({"alphas": alphas, "alpha_mid": result["alpha_mid"], **hardness})

@@ -1,0 +1,86 @@
+"""
+Size effects under a cylinder
+=============================
+Larger blocks make the contact wider and softer under the law of microblocks, narrower and harder without it.
+
+:Geometry:  the cylinder on the half-plane of `hertz`, at the load P
+:Equations: (10)-(18) in the solid; corner gaps (20)-(22) and conditions (26), or a unilateral surface
+:Method:    panels on the contact line
+:Reference: Hertz for small blocks; :math:`\\alpha_\\mathrm{mid} = 0.8343132323`, at which the middle opens
+:Units:     hardness :math:`P/(2a)` over :math:`P/(2a_\\mathrm{Hz})`; lengths over :math:`a_\\mathrm{Hz}`
+"""
+
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import microblock as mb
+
+# %%
+# Scales of Hertz' contact (50), and the two laws
+
+E, nu, R, P = 100.0, 0.3, 10.0, 1.0
+LAWS = {"microblock": mb.Microblock(), "unilateral": mb.Unilateral()}
+
+
+def problem(alpha, beta=1.0, law="microblock"):
+    """Returns the contact problem of a cylinder on blocks of side alpha a_Hz."""
+    a_Hz, _ = mb.hertz_scales(mb.Cosserat(E=E, nu=nu, ell=1.0, beta=beta), R, P)
+    solid = mb.Cosserat(E=E, nu=nu, ell=alpha * a_Hz, beta=beta)
+    return mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R), LAWS[law])
+
+
+# %%
+# Hardness from the states: over the width between the outermost edges, and over the length in contact
+
+
+def solve(alphas=(0.01, 0.03, 0.1, 0.25, 0.5, 0.7, 0.8, 0.83, 0.84, 0.9, 1.0, 1.25), beta=1.0, rtol=1e-4):
+    """Returns hardness and half-width for each law and alpha, and alpha_mid.
+
+    Parameters
+    ----------
+    alphas : ratios of the side of a block to a_Hz
+    beta : coupling number, 0 < beta < 2
+    rtol : relative error of pressure and micromoment
+    """
+    # zones of contact scale with the load, so the load at which they meet gives alpha_mid
+    meeting = problem(0.5, beta).path(load=P, rtol=rtol).events[-1]
+    result = {"alpha_mid": 0.5 * math.sqrt(P / meeting.load), "alphas": np.array(alphas)}
+    for law in LAWS:
+        states = [problem(alpha, beta, law).solve(load=P, rtol=rtol) for alpha in alphas]
+        lengths = [sum(right - left for left, right in state.zones["contact"]) for state in states]
+        a_Hz = mb.hertz_scales(states[0].solid, R, P)[0]
+        result[law] = {
+            "half_width": np.array([state.half_width / a_Hz for state in states]),
+            "apparent": np.array([a_Hz / state.half_width for state in states]),
+            "real": 2 * a_Hz / np.array(lengths),
+        }
+    return result
+
+
+# %%
+# Hardness over the ratio of the contact to a block
+
+
+def figure(result):
+    """Returns apparent and real hardness over 1/alpha; they are one until the middle opens."""
+    drawing, axis = plt.subplots(figsize=(4.0, 3.0), layout="constrained")
+    over = 1 / result["alphas"]
+    axis.semilogx(over, result["microblock"]["apparent"], "o-", label="microblock, apparent")
+    axis.semilogx(over, result["microblock"]["real"], "s--", label="microblock, real")
+    axis.semilogx(over, result["unilateral"]["apparent"], "^-", label="unilateral")
+    axis.axvline(1 / result["alpha_mid"], color="0.6", linestyle=":", label=r"$\alpha_\mathrm{mid}$")
+    axis.set(xlabel=r"$1/\alpha = a_\mathrm{Hz}/\ell$", ylabel=r"$H/H_\mathrm{Hz}$")
+    drawing.legend(loc="outside upper center", ncols=2)
+    return drawing
+
+
+if __name__ == "__main__":
+    result = solve()
+    print(f"alpha_mid = {result['alpha_mid']:.8f}")
+    for law in LAWS:
+        for alpha, width, real in zip(result["alphas"], result[law]["half_width"], result[law]["real"]):
+            print(f"{law} alpha = {alpha:5.2f}  half-width {width:.5f}  real hardness {real:.5f}")
+    figure(result)
+    plt.show()

@@ -1,0 +1,132 @@
+"""
+Compressed strip
+================
+Two rigid planes compress a strip whose blocks are rotated; they rotate back within a layer below the surface.
+
+:Geometry:  strip of thickness 2 H with u1 = u2 = 0 in the middle; blocks are rotated by :math:`\\psi_0`, so
+            that each plane first touches one of their corners; then it approaches by :math:`\\delta`
+:Equations: (10)-(18) in the solid, which depend on :math:`x_2` alone, and the corner gaps (42), (43)
+:Method:    finite elements over the half-thickness, augmented Lagrangian (37)
+:Reference: closed form (46)-(49)
+:Units:     lengths over H, stresses over :math:`\\mu`
+"""
+
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import microblock as mb
+from microblock.fem import meshes
+from microblock.fem.newton_path import next_event
+from microblock.model.zones import layer_lengths
+
+# %%
+# The upper half of the strip; at the approach 0 the plane touches the corner that sticks out
+
+
+def problem(
+    ell_over_H=0.5,
+    psi0_deg=1.0,
+    nu=0.3,
+    beta=1.0,
+    curvature=2.0,
+    order=6,
+    elements=4,
+    column=False,
+    method=None,
+):
+    """The contact problem on 1D elements over the depth, or on a periodic column of 2D elements."""
+    solid = mb.Cosserat(E=2 * (1 + nu), nu=nu, ell=ell_over_H, beta=beta, curvature=curvature)
+    mesh = meshes.column(1.0, elements) if column else meshes.line(1.0, elements)
+    body = mb.Body(mesh, solid, order, fixed={"u1": "middle", "u2": "middle"}, periodic=column)
+    psi0 = math.radians(psi0_deg)
+    return mb.Contact(body, mb.Plane(ell_over_H / 2 * abs(psi0)), mb.Microblock(psi0), method or mb.Newton())
+
+
+def solve(ell_over_H=0.5, psi0_deg=1.0, nu=0.3, beta=1.0, deltas=(0.005, 0.01, 0.03), order=6, elements=4):
+    """States at the approaches.
+
+    Parameters
+    ----------
+    ell_over_H : length scale of the material, and side of a block, over H
+    psi0_deg : initial rotation of the blocks in degrees, counterclockwise
+    nu : Poisson's ratio, -1 < nu < 1/2
+    beta : coupling number 2 eta/(1 + eta), 0 < beta < 2
+    deltas : approaches of each plane over H, counted from first touch
+    order : polynomial order of the elements
+    elements : elements per half-thickness
+    """
+    contact = problem(ell_over_H, psi0_deg, nu, beta, order=order, elements=elements)
+    return [contact.solve(approach=delta) for delta in deltas]
+
+
+# %%
+# What a state shows
+
+
+def below(state, x2):
+    """psi (n,), u1/H (n,) and u2/H (n,) at the heights x2 (n,) above the middle."""
+    mesh = state.fields.body.mesh
+    x1 = [] if mesh.dim == 1 else [np.full(np.shape(x2), state.weights.sum() / 2)]
+    points = mesh(*x1, np.asarray(x2) - 1)
+    return [field(points).ravel() for field in (state.fields.psi, state.fields.u1, state.fields.u2)]
+
+
+def lengths(state):
+    """Layer lengths L_psi and L_u over H: field over derivative at the surface, (48)."""
+    psi, u1, _ = below(state, [1.0])
+    return layer_lengths(state.solid, psi[0], u1[0], state.micromoment[0], -state.pressure[0])
+
+
+def full_contact(contact):
+    """The approach delta_fc at which the second corner closes: the event ahead of two states before it."""
+    newton, law = contact.solver.newton("approach"), contact.law
+    if law.psi0 == 0:
+        return 0.0
+    # blocks that rotate as if they were free close both corners at this approach, so delta_fc lies above
+    rigid = contact.body.solid.ell / 2 * abs(law.psi0) * (1 - abs(law.psi0))
+    event = next_event(newton.solve(rigid / 4), newton.solve(rigid / 2))
+    if event is None:
+        raise mb.NotConverged(
+            f"the second corner does not close: rounding at rho = {newton.rho:g}; take a smaller rho"
+        )
+    return event.level
+
+
+def closed_form(state):
+    """The closed form (46)-(49) at the approach of a state."""
+    from microblock.model.closed_forms import Strip  # for comparison alone: the computation does without it
+
+    solid = state.solid
+    return Strip(solid.ell, state.law.psi0, solid.nu, solid.beta, state.approach, solid.curvature)
+
+
+# %%
+# Symbols are computed, lines are the closed form
+
+
+def figure(states):
+    """Microrotation and displacement over the height above the middle."""
+    drawing, axes = plt.subplots(2, 1, sharex=True, layout="constrained", figsize=(3.54, 3.8))
+    x2, fine = np.linspace(0, 1, 16), np.linspace(0, 1, 201)
+    for number, state in enumerate(states):
+        exact, style = closed_form(state), {"color": f"C{number}"}
+        for axis, name, values in zip(axes, ("psi", "u1"), below(state, x2)):
+            axis.plot(fine, getattr(exact, name)(fine), **style)
+            axis.plot(x2, values, "os^Dv"[number % 5], label=f"{state.approach:.3g}", **style)
+    axes[0].set(ylabel=r"$\psi$ (rad)")
+    axes[1].set(xlabel="$x_2/H$", ylabel="$u_1/H$")
+    handles, labels = axes[0].get_legend_handles_labels()
+    drawing.legend(handles, labels, loc="outside upper center", ncols=5, title=r"$\delta/H$")
+    return drawing
+
+
+if __name__ == "__main__":
+    states = solve()
+    for state in states:
+        print(f"delta = {state.approach:.3f}  psi at the surface {state.psi[0]:.6f}")
+    print("layer lengths {:.6f} and {:.6f}".format(*lengths(states[0])))
+    print(f"full contact from delta = {full_contact(problem()):.6f}")
+    figure(states)
+    plt.show()

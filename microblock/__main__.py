@@ -1,0 +1,130 @@
+"""Any rigid obstacle on a half-plane: its height as a formula in x, or as samples in a file.
+
+Geometry   half-plane x2 < 0; an obstacle of the given height over x1, pressed down by a force per thickness;
+           blocks of side ell at each point of the surface, rotated by psi0.
+Equations  (10)-(18) in the half-plane, the corner gaps (20)-(22) and conditions (26) on its surface.
+Method     panels fitted to the zones of each corner; between the ends of a window uniform cells, which take
+           many samples or waves in a second.
+Reference  the cylinder x**2/(2 R) and the wedge, whose classical limits have closed forms.
+Units      as given, any that go together, such as mm, MPa and N/mm: nothing is scaled.
+EXPR       numbers, x, pi, e, inf (no obstacle there), + - * / **, parentheses, and of numpy abs sqrt cbrt exp
+           log sin cos tan arcsin arccos arctan sinh cosh tanh sign floor ceil minimum maximum hypot arctan2
+           power clip, where(x < 0, 1, 2). An expression that begins with a minus is written --height=EXPR.
+FILE       two columns, x (ascending) and height, with commas, semicolons or blanks between them; a header is
+           left out. Straight lines between the samples, no obstacle beyond them. Each sample is a jump of the
+           slope: a hundred in contact take seconds, a thousand minutes, with a window they cost nothing.
+"""
+
+import os
+import sys
+from math import radians
+from typing import Any, Literal
+
+# threads stall small dense work on busy cores; set before numpy is first imported
+for library in ("OPENBLAS", "OMP"):
+    os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
+from . import (  # noqa: E402
+    BadArgument,
+    Cells,
+    Contact,
+    Cosserat,
+    HalfPlane,
+    Microblock,
+    Microclamped,
+    State,
+    Unilateral,
+    __version__,
+)
+from .command import run  # noqa: E402
+from .data.expressions import function_of_x  # noqa: E402
+from .data.samples import read_samples  # noqa: E402
+from .errors import require_positive  # noqa: E402
+
+LAWS = {"unilateral": Unilateral, "microclamped": Microclamped}
+RTOL = {"panels": 1e-3, "cells": 1e-2}
+CELLS = "Cells(nodes=..., window=...) take"  # the advice of an obstacle that is too wide for panels
+
+
+def solve(
+    height: str | None = None,
+    samples: str | None = None,
+    window: tuple[float, float] | None = None,
+    loads=(1.0,),
+    E=100.0,
+    nu=0.3,
+    beta=1.0,
+    ell=0.1,
+    psi0_deg=0.0,
+    contact: Literal["microblock", "unilateral", "microclamped"] = "microblock",
+    rtol: float | None = None,
+    path=False,
+):
+    """States of an obstacle on a half-plane at each load, in the order given.
+
+    Parameters
+    ----------
+    height : height of the obstacle, a formula in x such as 'x**2/20' (length)
+    samples : file with samples of the height (lengths)
+    window : both ends of the part of x1 in which the obstacle may touch: uniform cells in place of panels
+    loads : forces per thickness
+    E : Young's modulus (stress)
+    nu : Poisson's ratio, -1 < nu < 1/2
+    beta : coupling number 2 eta/(1 + eta), 0 < beta < 2
+    ell : length scale of the material, and side of a block (length)
+    psi0_deg : initial rotation of the blocks in degrees, counterclockwise
+    contact : the contact law
+    rtol : relative L2 error of pressure and of micromoment over ell, both over the pressure (0.001 if not
+        given, 0.01 with a window)
+    path : whether to follow the events from first touch to the largest load
+    """
+    require_positive(beta=beta)  # nothing holds the rotation of a half-plane without it
+    if height is not None and samples is not None:
+        raise BadArgument("height", height, "does not go together with --samples: each is an obstacle")
+    if window and path:
+        raise BadArgument("window", window, "does not go together with --path: cells follow no events")
+    if psi0_deg and contact != "microblock":
+        raise BadArgument("psi0_deg", psi0_deg, "belongs to --contact microblock")
+    if samples is not None:
+        obstacle: Any = read_samples(samples, "samples")
+    elif height is not None:
+        obstacle = function_of_x(height, "height")
+    else:
+        raise BadArgument("height", "EXPR", "must be given, or --samples FILE")
+    method = Cells(window=window) if window else None
+    rtol = rtol if rtol is not None else RTOL["cells" if window else "panels"]
+    law = Microblock(radians(psi0_deg)) if contact == "microblock" else LAWS[contact]()
+    states: list[State] = []
+    try:
+        problem = Contact(HalfPlane(Cosserat(E, nu, ell, beta=beta)), obstacle, law, method)
+        for load in loads:
+            initial = states[-1] if states else None
+            states.append(problem.solve(load=load, rtol=rtol, initial=initial))
+        events = problem.path(load=max(loads), rtol=rtol).to_dict()["events"] if path else None
+    except BadArgument as failure:
+        if failure.name != "obstacle":
+            raise
+        name, given = ("height", height) if samples is None else ("samples", samples)
+        raise BadArgument(name, given, failure.allowed.replace(CELLS, "--window L R takes")) from failure
+    return {"states": states, "parameters": {"rtol": rtol}, **({"events": events} if path else {})}
+
+
+def figure(result):
+    """Pressure, micromoment and zones of each state."""
+    return {f"contact_{state.load}": state.plot() for state in result["states"]}
+
+
+def main(words=None):
+    """The command `microblock contact ...`; returns the exit status."""
+    words = sys.argv[1:] if words is None else words
+    if words[:1] == ["contact"]:
+        return run("microblock contact", sys.modules[__name__], words[1:])
+    if words[:1] == ["--version"]:
+        print(f"microblock {__version__}")
+        return 0
+    print("contact      " + __doc__.partition("\n")[0] + "\n\nmicroblock contact --help: its options")
+    return 0 if not words or words[0] in ("-h", "--help") else 2
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,293 @@
+"""Functions as commands: options from the signature of a function, one JSON object, figures, and exit
+statuses: 0 done, 2 for a bad argument, 1 for a computation that failed.
+
+A command is a module with ``solve(**options)``, whose default values give the types of the options; an option
+without a value says its type (``rtol: float | None = None``). `Literal` names choices. A section "Parameters"
+in the docstring of `solve`, a line each (``rtol : tolerance``), explains them. A module may have
+``figure(result)``: a figure, or {name: figure}; and ``to_dict(result)`` where its JSON object is
+not the plain data of the result. A `solve` that writes files itself takes the folder as its argument `out`;
+`OUT` of the module is the folder where none is named. An entry "parameters" of the object says what was
+resolved.
+"""
+
+import argparse
+import inspect
+import re
+import sys
+import time
+import types
+import typing
+from difflib import get_close_matches
+from pathlib import Path
+
+from .data.records import json_text, versions, write_json
+from .errors import (
+    BadArgument,
+    MicroblockError,
+    require_finite,
+    require_place,
+    require_size,
+    shortened,
+    shown,
+)
+from .model.plain_data import plain_data
+
+DIGITS = 7  # of a printed number
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """A parser whose errors are one line on standard error, and exit status 2."""
+
+    def error(self, message):
+        if message.endswith("expected one argument"):
+            message += "; a value that begins with - is written --NAME=VALUE"
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
+def did_you_mean(word, known):
+    """Returns a question after an unknown word; it is empty if no known word is near."""
+    near = get_close_matches(word, list(known), n=1)
+    return f": did you mean {near[0]}?" if near else ""
+
+
+def flag(name):
+    """Returns the option of a parameter."""
+    return "--" + name.replace("_", "-")
+
+
+class Option:
+    """A parameter of a function as an option of the command line.
+
+    Attributes
+    ----------
+    name, default, text : of the parameter; the text is its line in the docstring
+    kind : float, int, str or bool, of each value
+    many : whether there are several values
+    choices : tuple of the words that are allowed, empty where any is
+    """
+
+    def __init__(self, parameter, hint, text):
+        self.name, self.default, self.text = parameter.name, parameter.default, text
+        if typing.get_origin(hint) in (typing.Union, types.UnionType):
+            hint = next(kind for kind in typing.get_args(hint) if kind is not types.NoneType)
+        self.many = isinstance(self.default, tuple) or typing.get_origin(hint) is tuple
+        if self.many:
+            hint = (*typing.get_args(hint), *map(type, self.default or ()), str)[0]
+        self.choices = typing.get_args(hint) if typing.get_origin(hint) is typing.Literal else ()
+        self.kind = str if self.choices else hint or type(self.default)
+
+    def add_to(self, parser):
+        """Adds the option to a parser, which leaves its value as text."""
+        default = self.default if isinstance(self.default, tuple) else (self.default,)
+        given = default not in ((None,), (), (False,))
+        text = self.text + f" (default {' '.join(map(str, default))})" * given
+        if self.choices:
+            text = f"{', '.join(map(str, self.choices))}: {text}"
+        several = {"nargs": "+"} if self.many else {"nargs": "?", "const": "yes"} if self.kind is bool else {}
+        word = "yes|no" if self.kind is bool else self.name.rpartition("_")[2].upper()
+        parser.add_argument(
+            flag(self.name),
+            dest=self.name,
+            metavar=word,
+            help=text.replace("%", "%%"),
+            default=argparse.SUPPRESS,
+            **several,
+        )
+
+    def value(self, text):
+        """Returns the value that a text, or a list of texts, stands for; raises BadArgument if it is none."""
+        return tuple(map(self._one, text)) if self.many else self._one(text)
+
+    def _one(self, text):
+        known = ("yes", "no") if self.kind is bool else self.choices
+        if known and text not in known:
+            words = f"must be one of {', '.join(known)}{did_you_mean(text, known)}"
+            raise BadArgument(self.name, text, words)
+        if self.kind in (bool, str):
+            return text == "yes" if self.kind is bool else text
+        try:
+            number = self.kind(text)
+        except (ValueError, OverflowError):
+            words = "must be a whole number" if self.kind is int else "must be a finite number"
+            raise BadArgument(self.name, text, words) from None
+        require_finite(**{self.name: number})
+        if number:  # products of others have no digits
+            require_size(**{self.name: number})
+        return number
+
+
+def options(function):
+    """Returns the `Option` of each parameter of a function."""
+    hints = typing.get_type_hints(function)
+    lines = re.findall(r"^\s*(\w+(?:, \w+)*) : (.+(?:\n {2,}\S.*)*)$", inspect.getdoc(function) or "", re.M)
+    texts = {name: " ".join(text.split()) for names, text in lines for name in names.split(", ")}
+    parameters = inspect.signature(function).parameters.values()
+    return [
+        Option(parameter, hints.get(parameter.name), texts.get(parameter.name, ""))
+        for parameter in parameters
+        if parameter.name != "out"
+    ]
+
+
+def parser(program, module):
+    """Returns the parser of a command, with all its options."""
+    head, _, rest = inspect.getdoc(module).partition("\n")
+    command = OneLineParser(
+        prog=program,
+        description=head,
+        epilog=rest.lstrip("=\n"),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    for option in options(module.solve):
+        option.add_to(command)
+    folder = getattr(module, "OUT", None)
+    command.add_argument(
+        "--json", metavar="FILE", help="write the result as one JSON object (-: standard output)"
+    )
+    text = (
+        f"folder for figures (default {folder})"
+        if folder
+        else "folder for figures; without it none are drawn"
+    )
+    command.add_argument("--out", metavar="DIR", default=folder, help=text)
+    return command
+
+
+def run(program, module, words, setup=0.0):
+    """Runs a command with the words of its command line; returns the exit status.
+
+    Parameters
+    ----------
+    program : str
+        How the command is called.
+    module : module
+        With `solve`, and what it may have besides.
+    words : list of str
+    setup : float
+        Seconds that the import of the module took.
+    """
+    top = parser(program, module)
+    given, unknown = top.parse_known_args(words)
+    known = {option.name: option for option in options(module.solve)}
+    if unknown:
+        wrong = next((word for word in unknown if word.startswith("-")), unknown[0])
+        flags = [*map(flag, known), "--json", "--out", "--help"]
+        top.error(f"unrecognized arguments: {' '.join(unknown)}{did_you_mean(wrong, flags)}")
+    place, out = given.json, given.out
+    try:
+        arguments = {name: known[name].value(text) for name, text in vars(given).items() if name in known}
+        if place not in (None, "-"):
+            require_place(place, "json")
+        folder = None if out is None else _folder(out)
+        start = time.perf_counter()
+        if "out" in inspect.signature(module.solve).parameters:
+            arguments["out"] = folder
+        result = module.solve(**arguments)
+        arguments.pop("out", None)
+        seconds = {"setup": setup, "solve": time.perf_counter() - start}
+        entries = _entries(module, result)
+        resolved = {name: option.default for name, option in known.items()} | arguments
+        resolved = plain_data(resolved) | entries.pop("parameters", {})
+        entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | entries
+        if place == "-":
+            print(json_text(entries))
+        else:
+            print("\n".join(summary({key: entries[key] for key in entries if key not in HEAD})))
+        files = _draw(module, result, folder, program.split()[-1]) if folder else []
+        if place not in (None, "-"):
+            write_json(place, entries)
+            files.append(place)
+        if files and place != "-":
+            print(f"wrote {', '.join(map(str, files))}", file=sys.stderr)
+    except BadArgument as failure:
+        return _fail(2, program, _complaint(failure, known))
+    except MicroblockError as failure:
+        return _fail(1, program, failure)
+    # NGSolve's own errors are RuntimeErrors
+    except (MemoryError, OSError, RuntimeError, ArithmeticError) as failure:
+        return _fail(1, program, f"stopped by {type(failure).__name__}: {failure}")
+    return 0
+
+
+HEAD = "parameters", "versions", "seconds"
+
+
+def _entries(module, result):
+    """The JSON object of a result, without what `run` adds."""
+    if hasattr(module, "to_dict"):
+        return module.to_dict(result)
+    data = plain_data(result)
+    return data if isinstance(data, dict) else {"states": data}
+
+
+def summary(entries):
+    """Returns lines with the numbers and words of a result; of a list of records a table of them."""
+    lines = []
+    for name, value in entries.items():
+        if isinstance(value, list) and value and all(isinstance(row, dict) for row in value):
+            keys = dict.fromkeys(key for row in value for key, cell in row.items() if cell is not None)
+            columns = [
+                key for key in keys if not any(isinstance(row.get(key), (list, dict)) for row in value)
+            ]
+            cells = [columns, *([_shown(row.get(key)) for key in columns] for row in value)]
+            widths = [max(len(line[place]) for line in cells) for place in range(len(columns))]
+            lines += [name, *("  ".join(map(str.rjust, line, widths)).rstrip() for line in cells)]
+        elif isinstance(value, dict):
+            lines += [f"{name}.{line}" for line in summary(value)]
+        elif not isinstance(value, list) or len(value) <= DIGITS:
+            lines.append(f"{name}  {_shown(value)}")
+    return lines
+
+
+def _shown(value):
+    if isinstance(value, list):
+        return " ".join(map(_shown, value)) or "-"
+    return (
+        f"{value:.{DIGITS}g}" if isinstance(value, float) else "-" if value is None else shortened(str(value))
+    )
+
+
+def _draw(module, result, folder, name):
+    """Draws the figures of a result in the style of the project; returns the files."""
+    if not hasattr(module, "figure"):
+        return []
+    from matplotlib import pyplot  # where something is drawn: other commands do without it
+
+    from .view.plots import STYLE
+
+    with pyplot.rc_context({**STYLE, "backend": "Agg"}):
+        drawn = module.figure(result)
+        figures = drawn if isinstance(drawn, dict) else {name: drawn}
+        files = [folder / f"{name}.{ending}" for name in figures for ending in ("png", "pdf")]
+        for file in files:
+            figures[file.stem].savefig(file)
+        pyplot.close("all")
+    return files
+
+
+def _folder(out):
+    try:
+        if not out:
+            raise BadArgument("out", repr(out), "must name a folder")
+        Path(out).mkdir(parents=True, exist_ok=True)
+    except OSError as failure:
+        raise BadArgument("out", out, f"is no folder that can be made ({failure.strerror})") from failure
+    require_place(Path(out) / "figure", "out")
+    return Path(out)
+
+
+def _complaint(failure, known):
+    """A BadArgument in the words of the command line."""
+    names = failure.name, f"{failure.name}_deg", f"{failure.name}s"  # one of its loads, an angle in degrees
+    name = next((name for name in names if name in known), None)
+    if name is None and failure.name not in ("json", "out"):
+        return str(failure)
+    value = shortened(failure.value) if isinstance(failure.value, str) else shown(failure.value)
+    value = value if name in (None, failure.name, f"{failure.name}s") else f"({failure.name} = {value})"
+    return f"{flag(name or failure.name)} {value}: {failure.allowed}"
+
+
+def _fail(status, program, message):
+    print(f"{program}: {' '.join(str(message).split())}", file=sys.stderr)
+    return status
