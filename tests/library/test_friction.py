@@ -1,25 +1,37 @@
-"""Friction on half-planes: kernels of shear, histories from event to event, closed forms of stick."""
+"""Friction on half-planes: the response to shear, histories from event to event, edges and estimates beside
+sums on panels, and what a history says of itself. Closed forms stand in test_limits.
+"""
+
+import copy
+import pickle
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
-from scipy.special import ellipk
 
 import microblock as mb
-from cases.studies import reference_kernels as reference
 from microblock.corners.friction import FrictionalContact, FrictionPath
-from microblock.halfplane.kernels import Kernels, step, symbol
-from microblock.halfplane.shear_cells import averages, frictional_contact, with_counter
+from microblock.errors import out_of_reach
+from microblock.fem import meshes
+from microblock.halfplane.friction_edges import beyond
+from microblock.halfplane.friction_memory import Memory
+from microblock.halfplane.kernels import symbol
+from microblock.halfplane.shear_cells import frictional_contact, with_counter
 from microblock.model.problem import Problem
+from tests import friction_histories
 
-NU = 0.3
-MATERIALS = [(0.3, 1.0, 2.0), (0.0, 0.2, 2.0), (0.49, 1.9, 1.0), (-0.5, 0.01, 5.0)]
-LAWS = [mb.Unilateral(friction=0.3), mb.Microclamped(friction=0.3), mb.Microblock(friction=0.3)]
-BALANCED = 1e-8  # what is asked for of work less energy and dissipation; rounding leaves 1e-13
+P, F = np.pi / 4, 0.3  # E* = 1 and R = 1: the classical contact is |x1| < 1
+PAIRS = ((P, 0.0), (P, 0.7 * F * P), (0.8 * P, -0.2 * F * P))
+LAWS = [mb.Unilateral(friction=F), mb.Microclamped(friction=F), mb.Microblock(friction=F)]
+BLOCKS = LAWS[2]
 
 
-def solid(ell=0.25, beta=1.0):
-    return mb.Cosserat(E=1 - NU**2, nu=NU, ell=ell, beta=beta)
+def half_plane(alpha=0.25, beta=1.0, nu=0.3):
+    return mb.HalfPlane(mb.Cosserat(E=1 - nu**2, nu=nu, ell=alpha, beta=beta))
+
+
+def contact(law, second=False, method=None, alpha=0.25, obstacle=mb.Cylinder(1.0)):
+    body = half_plane(alpha)
+    return mb.Contact(body, mb.Deformable(body, obstacle) if second else obstacle, law, method)
 
 
 def cells(features, fineness, reach):
@@ -27,415 +39,427 @@ def cells(features, fineness, reach):
     edges = [0.0]
     while edges[-1] < reach:
         near = min(abs(edges[-1] - one) for one in features)
-        guess = edges[-1] + fineness * np.sqrt(near + fineness**2 / 4) / 2
-        near = min(abs(guess - one) for one in features)
-        edges.append(edges[-1] + fineness * np.sqrt(near + fineness**2 / 4))
-    edges = np.array(edges)
-    edges = np.concatenate((-edges[:0:-1], edges))
+        edges.append(edges[-1] + fineness * np.sqrt(near + fineness**2))
+    edges = np.concatenate((-np.array(edges[:0:-1]), edges))
     return np.column_stack((edges[:-1], edges[1:]))
 
 
-def cylinder(edges):
-    """Heights x^2/2 averaged over cells."""
-    return ((edges[:, 1] ** 3 - edges[:, 0] ** 3) / (edges[:, 1] - edges[:, 0]) / 6)[None]
+def relative(state, values, size):
+    return np.sqrt(state.weights @ values**2 / (state.weights @ size**2))
 
 
-def stick_of(moment, edges):
-    own = edges[moment.stick]
-    return own[0, 0], own[-1, 1]
-
-
-def balance(moment):
-    """What is missing of the work, over load times the cylinder's rise at a = 1."""
-    return abs(moment.work - moment.energy - moment.dissipation) / moment.load
-
-
-# --- kernels
-
-
-@pytest.mark.parametrize("material", MATERIALS)
-def test_kernels_of_shear_are_transforms_along_another_ray(material):
-    x = np.array([0.01, 0.3, 1.0, 4.0, 30.0])
-    grid = np.arange(np.log(1e-22), np.log(1e19), reference.STEP)
-    k = np.exp(grid + 1j * reference.ANGLE)
-    of = reference.symbols(*material, k)
-    waves, lost = np.exp(1j * np.outer(x, k)), 2 * step(material[0]) * reference.ANGLE / np.pi
-
-    def transform(symbol):
-        return reference.STEP / np.pi * (waves @ (symbol * k))
-
-    shorter = 1 / (2 * (1 - material[0]) * k)
-    # the arc from the real axis to the ray around the pole k = 0
-    along = transform(of["U"] - shorter).imag + lost
-    fixed = transform(of["clamped"] - shorter).imag + lost
-    direct = along, transform(of["V"]).real, fixed, transform(of["reaction"]).real
-    # 1e-12 of the table; the ray leaves about as much
-    np.testing.assert_allclose(Kernels(*material)(x, (5, 6, 7, 8)), direct, rtol=0, atol=5e-12)
-
-
-def test_kernels_of_shear_have_classical_limits():
-    far = np.array([1e5, 1e7])
-    along, even, fixed = Kernels(NU, 1.0)(far, (5, 6, 7))
-    # Flamant: Dundurs' (1 - 2 nu)/(2 mu) over c, a half of it on either side; corrections fall like ell/x
-    np.testing.assert_allclose([along, fixed], np.full((2, 2), (1 - 2 * NU) / (4 * (1 - NU))), atol=1e-5)
-    assert np.all(np.abs(even) < 1e-9)
-    # the even kernel of V is c ell/2 in all: what is left beyond 1e4 ell is 1e-4 of it
-    edges = np.array([[-1e4, 1e4]])
-    own = averages(mb.Cosserat(E=1, nu=NU, ell=1, beta=1), edges, (6,))[0, 0, 0] * 2e4
-    assert own == pytest.approx((1 - NU) * 2 * (1 + NU) / 2, rel=1e-3)
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_averages_are_those_of_finer_cells(law):
-    """Forces spread evenly on thirds of cells do what they do on the cells."""
-    edges = cells((0.0, 0.5), 0.3, 1.0)
-    parts = np.linspace(edges[:, 0], edges[:, 1], 4).T
-    fine = np.column_stack((parts[:, :-1].ravel(), parts[:, 1:].ravel()))
-    widths = np.ptp(fine, axis=1).reshape(len(edges), 3)
-    gather = np.kron(np.eye(len(edges)), np.ones((1, 3))) * (widths / widths.sum(axis=1)[:, None]).ravel()
-    corners = np.kron(np.eye(len(law.corners)), gather)
-    problem = Problem(solid(), law, mb.Cylinder(R=1.0))
-    zero = np.zeros((len(law.corners), len(edges)))
-    whole = frictional_contact(problem, edges, zero)
-    small = frictional_contact(problem, fine, np.repeat(zero, 3, axis=1))
-    # two Gauss points beyond sixteen widths leave 2e-8, of entries near 1
-    np.testing.assert_allclose(corners @ small.normal @ corners.T, whole.normal, rtol=0, atol=1e-7)
-    np.testing.assert_allclose(gather @ small.cross @ corners.T, whole.cross, rtol=0, atol=1e-7)
-    np.testing.assert_allclose(gather @ small.tangential @ gather.T, whole.tangential, rtol=0, atol=1e-7)
+# --- the response
 
 
 def test_a_wave_on_cells_answers_as_in_fourier_space():
-    """Forces of A, of B and shear of a wave packet, each into both gaps and the corners' displacement."""
-    body, width, k = solid(), 1.5, 4.0
+    """Forces of A, of B and shear of a wave packet, each into both gaps and the corners' displacement; cells
+    of 0.1/k on either side smooth the wave by (0.1)^2/12.
+    """
+    body, width, k = half_plane().solid, 1.5, 4.0
     bounds = np.linspace(-12, 12, 961)
     edges = np.column_stack((bounds[:-1], bounds[1:]))
-    x, zero = edges.mean(axis=1), np.zeros((2, 960))
-    own = frictional_contact(Problem(body, mb.Microblock(friction=0.3), None), edges, zero)
-    forces = np.exp(-(x**2) / (2 * width**2)) * np.cos(k * x) * (bounds[1] - bounds[0])
-    # columns: what A, B and the shear do to the gaps of A and B and to the displacement
-    normal, cross = own.normal.reshape(2, 960, 2, 960) @ forces, own.cross.reshape(960, 2, 960) @ forces
-    lifted = np.array([own.cross[:, part].T @ forces for part in (slice(0, 960), slice(960, None))])
+    x, n = edges.mean(axis=1), 960
+    own = frictional_contact(Problem(body, BLOCKS, None), edges, np.zeros((2, n)))
+    whole = np.block([[own.normal, own.cross.T], [own.cross, own.tangential]]).reshape(3, n, 3, n)
+    found = whole @ (np.exp(-(x**2) / (2 * width**2)) * np.cos(k * x) * (bounds[1] - bounds[0]))
     waves, weights = np.polynomial.legendre.leggauss(400)
     waves, weights = 4 * (waves + 1) + 1e-3, 4 * weights  # 1e-3 to 8: the packet has exp(-18) at 0 and at 8
-    packet = width * np.sqrt(np.pi / 2) * np.exp(-((waves - k) ** 2) * width**2 / 2)
+    packet = width * np.sqrt(np.pi / 2) * np.exp(-((waves - k) ** 2) * width**2 / 2) * weights
     U, V, W = symbol(body, waves)
     Y = U - 1 / (2 * body.mu * waves)
-    whole = np.array([[U, -1j * Y, 1j * V], [1j * Y, U, -V], [-1j * V, -V, W]])
+    matrix = np.array([[U, -1j * Y, 1j * V], [1j * Y, U, -V], [-1j * V, -V, W]])
     loads = np.array([[1, 1, 0], [0, 0, 1], [1, -1, -1]])  # p, q, m from A, B and the shear
     answers = np.array([[1, 0, 1], [1, 0, -1], [0, 1, -1]])  # u + phi, u - phi, u1 - phi
-    known = np.einsum("ai,ijk,jb->abk", answers, whole, loads)
+    known = np.einsum("ai,ijk,jb->abk", answers, matrix, loads)
     for place in (400, 480, 497):
-        direct = (known @ (packet * weights * np.exp(1j * waves * x[place]))).real / np.pi
-        found = np.zeros((3, 3))
-        found[:2, :2], found[2, :2] = normal[:, place], cross[place]
-        found[:2, 2], found[2, 2] = lifted[:, place], own.tangential[place] @ forces
-        # cells of 0.1/k on either side smooth the wave by (0.1)^2/12
-        np.testing.assert_allclose(found, direct, rtol=0, atol=2e-3 * np.abs(direct).max())
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_compliance_is_symmetric_and_positive(law):
-    edges = cells((0.0, 1.0), 0.2, 1.2)
-    own = frictional_contact(Problem(solid(), law, None), edges, np.zeros((len(law.corners), len(edges))))
-    whole = np.block([[own.normal, own.cross.T], [own.cross, own.tangential]])
-    np.testing.assert_array_equal(whole, whole.T)
-    n, m = len(edges), len(own.gaps)
-    net = np.zeros((2, m + n))  # the rigid-body constants are arbitrary: no net forces
-    net[0, :m], net[1, m:] = 1.0, 1.0
-    kept = np.linalg.svd(net)[2][2:]
-    # per root of the widths, or small cells hide all else
-    scale = 1 / np.sqrt(np.tile(np.ptp(edges, axis=1), m // n + 1))
-    eigenvalues = np.linalg.eigvalsh(kept @ (whole * scale * scale[:, None]) @ kept.T)
-    assert eigenvalues.min() > 0
-
-
-# --- closed forms
-
-
-def test_cattaneo_and_mindlin():
-    """Two equal bodies in the classical limit: stick, traction, unloading, and full slip at Q = f P."""
-    f, shears = 0.3, (0.25, 0.5, 0.75)
-    widths = [np.sqrt(1 - shear) for shear in shears] + [np.sqrt(1 - 0.5 / 2)]
-    edges = cells((1.0, *widths), 0.02, 1.05)
-    classical = solid(1e-6, beta=1e-8)
-    problem = Problem(classical, mb.Unilateral(friction=f), None, counter=classical)
-    own = frictional_contact(problem, edges, cylinder(edges))
-    path = FrictionPath(with_counter(own, problem, edges, np.ones((1, len(edges)))))
-    P, x, weights = np.pi / 8, edges.mean(axis=1), np.ptp(edges, axis=1)
-    moment = path.to(P, 0.0)
-    assert edges[moment.closed][-1, 1] == pytest.approx(1, abs=1e-4)
-    assert moment.dissipation < 1e-12 * P  # no shear, as kernels of equal bodies cancel
-    for shear, width in zip((*shears, 0.25), widths):
-        moment = path.to(P, shear * f * P)
-        assert stick_of(moment, edges) == pytest.approx((-width, width), abs=1e-4), shear
-        if shear == 0.5:
-            q = f * 0.25 * (np.sqrt(np.maximum(1 - x**2, 0)) - np.sqrt(np.maximum(width**2 - x**2, 0)))
-            error = np.sqrt(weights @ (moment.tangential / weights - q) ** 2 / (weights @ q**2))
-            assert error < 5e-3  # 6e-4 of them from edges on the bounds of a cell, the rest constant cells
-    assert balance(moment) < BALANCED
-    last = path.to(P, f * P)
-    np.testing.assert_allclose(last.tangential, f * last.normal, atol=1e-9 * last.normal.max())
-    assert last.at_limit[last.closed].all()
-
-
-@pytest.mark.parametrize("friction, fineness", [(0.2, 0.015), (2 / 7, 0.02), (0.5, 0.02)])
-def test_similar_stick_under_a_rigid_cylinder(friction, fineness):
-    """Pressed down alone, uncoupled (Spence): K'(xi)/K(xi) = beta_D/f."""
-    dundurs = (1 - 2 * NU) / (2 * (1 - NU))
-    xi = brentq(lambda c: ellipk(1 - c * c) / ellipk(c * c) - dundurs / friction, 1e-9, 1 - 1e-12)
-    edges = cells((0.0, 1.0, xi), fineness, 1.03)
-    problem = Problem(solid(1e-6, beta=1e-8), mb.Unilateral(friction=friction), None)
-    path = FrictionPath(frictional_contact(problem, edges, cylinder(edges), coupled=False))
-    moment = path.to(np.pi / 4, 0.0)
-    found = stick_of(moment, edges)[1] / edges[moment.closed][-1, 1]
-    assert found == pytest.approx(xi, abs=1e-4)
-    assert balance(moment) < BALANCED and moment.dissipation > 0
-
-
-# --- one block by hand
-
-
-def block(friction, rotation=1e9, gap=0.0):
-    """One block that sticks with compliances 1 down and along, and turns freely: p, q and the tip by hand."""
-    normal = np.array([[1 + rotation, 1 - rotation], [1 - rotation, 1 + rotation]])
-    cross = -rotation * np.array([[1.0, -1.0]])
-    return FrictionalContact(normal, cross, np.array([[1 + rotation]]), np.full(2, gap), friction)
-
-
-def test_a_block_sticks_and_carries_shear_by_unequal_corners():
-    path = FrictionPath(block(0.5))
-    moment = path.to(1.0, 0.4)
-    # no micromoment is left: p_A - p_B = q
-    np.testing.assert_allclose(moment.normal, (0.7, 0.3), atol=1e-6)
-    assert moment.stick.all() and moment.dissipation == 0
-
-
-def test_a_block_slips_before_it_tips_if_friction_is_below_one():
-    moment = FrictionPath(block(0.5)).to(1.0, 0.5)
-    np.testing.assert_allclose(moment.normal, (0.75, 0.25), atol=1e-6)
-    assert moment.at_limit.all() and moment.closed.all()
-
-
-def test_a_block_tips_at_shear_equal_to_pressure():
-    path = FrictionPath(block(1.5))
-    np.testing.assert_allclose(path.to(1.0, 0.999).normal, (0.9995, 0.0005), atol=1e-6)
-    moment = path.to(1.0, 1.001)
-    assert moment.closed.tolist() == [True, False]
-    assert moment.gaps[1] > 1e3  # a millionth of the load turns the block by as much as its compliance allows
-    assert FrictionPath(block(1.5)).to(1.0, -1.001).closed.tolist() == [False, True]
-
-
-# --- histories
-
-
-@pytest.mark.parametrize("law", LAWS)
-@pytest.mark.parametrize("coupled", [True, False])
-@pytest.mark.nightly(17)
-def test_seeded_histories_balance(law, coupled, seeds):
-    """Seventeen of each law and coupling, 102 in all: no hang, no NaN, and friction gives nothing back."""
-    edges = cells((0.0, 1.0), 0.35, 1.6)
-    problem = Problem(solid(), law, mb.Cylinder(R=1.0))
-    points = np.concatenate((edges, edges.mean(axis=1, keepdims=True)), axis=1)
-    gaps = problem.initial_gaps(points.ravel()).reshape(-1, *points.shape) @ (np.array((1, 1, 4)) / 6)
-    contact = frictional_contact(problem, edges, gaps, coupled)
-    for seed in seeds:
-        random = np.random.default_rng(seed)
-        loads = random.uniform(0.1, 1.0, 6)
-        shears = 0.3 * loads * np.clip(random.uniform(-1.2, 1.2, 6), -1, 1)
-        path, before = FrictionPath(contact), 0.0
-        for P, Q in zip(loads, shears):
-            moment = path.to(P, Q)
-            n, t = moment.normal, moment.tangential
-            bound = 0.3 * n.reshape(-1, len(edges)).sum(axis=0)
-            assert balance(moment) < BALANCED
-            assert moment.dissipation >= before - 1e-12 * P
-            # forces of the pair, signs of (26), Coulomb's bound: roundings of some hundred pieces
-            assert (n.sum(), t.sum()) == pytest.approx((P, Q), abs=1e-9)
-            assert n.min() > -1e-10 and moment.gaps.min() > -1e-9 and np.all(np.abs(t) <= bound + 1e-9)
-            before = moment.dissipation
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_pairs_between_change_nothing(law):
-    edges = cells((0.0, 1.0), 0.3, 1.5)
-    problem = Problem(solid(), law, mb.Cylinder(R=1.0))
-    contact = frictional_contact(problem, edges, np.vstack([problem.initial_gaps(edges.mean(axis=1))]))
-    once, often = FrictionPath(contact), FrictionPath(contact)
-    for start, end in (((0, 0), (0.8, 0.0)), ((0.8, 0.0), (0.8, 0.2)), ((0.8, 0.2), (0.6, -0.1))):
-        for share in np.linspace(0, 1, 8)[1:]:
-            last = often.to(*(np.array(start) + share * np.subtract(end, start)))
-        direct = once.to(*end)
-    # rounding of some hundred pieces
-    np.testing.assert_allclose(last.tangential, direct.tangential, atol=1e-9)
-    np.testing.assert_allclose(last.normal, direct.normal, atol=1e-9)
-    assert last.dissipation == pytest.approx(direct.dissipation, rel=1e-8)
-
-
-def history(law, pairs, obstacle=None, rtol=0.08, **options):
-    problem = mb.Contact(mb.HalfPlane(solid()), obstacle or mb.Cylinder(R=1.0), law)
-    return problem.history(pairs, rtol=rtol, **options)
-
-
-def test_shear_the_other_way_is_the_mirror_image():
-    P = 0.5
-    one, other = (
-        history(mb.Microblock(friction=0.3), [(P, 0), (P, sign * 0.1), (P, -sign * 0.05)]) for sign in (1, -1)
-    )
-    for state, mirrored in zip(one.states, other.states):
-        x = np.linspace(-0.9, 0.9, 61)
-        left = np.interp(x, state.x, state.shear_traction)
-        right = -np.interp(-x, mirrored.x, mirrored.shear_traction)
-        # cells of either are not mirror images of each other, so that polygons differ by the error of them
-        assert np.sqrt(np.mean((left - right) ** 2) / np.mean(left**2)) < 0.1
-        assert mirrored.dissipation == pytest.approx(state.dissipation, rel=1e-2)
-
-
-def test_an_obstacle_shifted_and_mirrored():
-    def slope(x):
-        return 0.5 * x**2 + 0.05 * x**3 * (np.abs(x) < 2)
-
-    P, law = 0.3, mb.Unilateral(friction=0.3)
-    one = history(law, [(P, 0), (P, 0.05)], slope, rtol=0.05).states[-1]
-    other = history(law, [(P, 0), (P, -0.05)], lambda x: slope(-(x - 1)), rtol=0.05).states[-1]
-    mirrored = sorted((1 - right, 1 - left) for left, right in other.zones["stick"])
-    # both have the error of their edges, some hundredths of the contact at this rtol
-    np.testing.assert_allclose(one.zones["stick"], mirrored, atol=0.02)
-    assert other.dissipation == pytest.approx(one.dissipation, rel=0.02)
-
-
-def test_what_a_history_returns():
-    P, f = 0.5, 0.3
-    found = history(mb.Unilateral(friction=f), [(P, 0), (P, 0.5 * f * P), (P, f * P), (P, 0)], rtol=0.05)
-    loaded, sheared, sliding, back = found.states
-    assert [one.shear for one in found.states] == pytest.approx([0, 0.5 * f * P, f * P, 0])
-    for state in found.states:
-        assert state.weights @ state.pressure == pytest.approx(P, rel=1e-9)
-        assert state.weights @ state.shear_traction == pytest.approx(state.shear, abs=1e-9)
-        assert abs(state.work - state.energy - state.dissipation) < BALANCED * P
-        assert state.error_estimate <= 0.05 and state.tangential_approach is None
-        # where something touches the gap is closed: at the middle of a cell, its mean is
-        inside = np.mean(state.zones["contact"][0])
-        assert state.gap_at("C", inside) == pytest.approx(0, abs=1e-3) and state.gap_at("C", 1.2) > 0
-    assert not sliding.zones["stick"] and sliding.zones["slip"]
-    np.testing.assert_allclose(sliding.shear_traction, f * sliding.pressure, atol=1e-9)
-    kinds = [event.kind for event in found.events]
-    assert kinds.count("full slip") == kinds.count("reversal") == kinds.count("first slip") == 1
-    assert kinds.index("full slip") < kinds.index("reversal")
-    # what is pressed is drawn to the load (Flamant), and held back by the obstacle
-    outer = (np.abs(loaded.x) > 0.2) & (loaded.pressure > 0)
-    assert np.all(loaded.shear_traction[outer] * loaded.x[outer] > 0)
-    slip = sliding.slip[sliding.pressure > 0] - sheared.slip[sliding.pressure > 0]
-    assert slip.min() > -1e-9  # the obstacle goes on along q
-
-
-def test_normal_forces_are_those_without_friction_if_uncoupled():
-    law = mb.Microblock(friction=0.3)
-    state = history(law, [(0.5, 0.0), (0.5, 0.1)], coupled=False).states[-1]
-    plain = mb.Contact(mb.HalfPlane(solid()), mb.Cylinder(R=1.0), mb.Microblock()).solve(load=0.5, rtol=1e-4)
-    difference = np.sqrt(state.weights @ (state.pressure - plain.pressure_at(state.x)) ** 2)
-    # panels fitted to the zones against constant cells of the rtol that was asked for
-    assert difference < 0.08 * np.sqrt(state.weights @ state.pressure**2)
-
-
-def test_an_accuracy_out_of_reach_is_said():
-    frictional = mb.Contact(mb.HalfPlane(solid()), mb.Cylinder(R=1.0), mb.Unilateral(friction=0.3))
-    with pytest.raises(mb.NotConverged, match="was not reached"):
-        frictional.history([(0.5, 0), (0.5, 0.1)], rtol=1e-9)
-
-
-def test_an_answer_that_is_not_unique_is_named():
-    """Two cells whose shear lifts them by more than their weight pushes back."""
-    contact = FrictionalContact(
-        np.eye(2), np.array([[0.0, -4.0], [4.0, 0.0]]), np.eye(2), np.array([0.0, 0.0]), 5.0
-    )
-    try:
-        moment = FrictionPath(contact).to(1.0, 2.0)
-    except mb.NotConverged as failure:
-        assert "friction" in str(failure)
-    else:
-        assert balance(moment) < BALANCED
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_conditions_of_contact_and_friction_hold_all_along(law):
-    """Looked at from outside, on pairs so near that hardly a cell slips and sticks between two."""
-    edges = cells((0.0, 1.0), 0.3, 1.5)
-    problem = Problem(solid(), law, mb.Cylinder(R=1.0))
-    own = frictional_contact(problem, edges, np.vstack([problem.initial_gaps(edges.mean(axis=1))]))
-    path, before, moved = FrictionPath(own), None, 0
-    corners = [(0, 0), (0.8, 0.0), (0.8, 0.2), (0.5, -0.1), (0.8, -0.1)]
-    for start, end in zip(corners[:-1], corners[1:]):
-        for share in np.linspace(0, 1, 41)[1:]:
-            moment = path.to(*(np.array(start) + share * np.subtract(end, start)))
-            n, t = moment.normal, moment.tangential
-            gaps = own.gaps - moment.approach + own.normal @ n + own.cross.T @ t
-            assert gaps.min() > -1e-9 and n.min() > -1e-9 and np.abs(gaps * n).max() < 1e-9
-            along = moment.offset - own.cross @ n - own.tangential @ t
-            bound = 0.3 * n.reshape(-1, len(edges)).sum(axis=0)
-            assert np.all(np.abs(t) <= bound + 1e-9)
-            if before is not None:
-                way, force, limit = along - before[0], before[1], before[2]
-                touching = (limit > 0) & (bound > 0)
-                inside = touching & (np.abs(t) < bound - 1e-7) & (np.abs(force) < limit - 1e-7)
-                moved += np.count_nonzero(np.abs(way[inside]) > 1e-8)
-                assert np.all((way * t)[touching & (np.abs(t) > bound - 1e-9)] > -1e-9)
-            before = along, t, bound
-    assert moved <= 8  # cells that slip and stick again between two of the 160 pairs
+        direct = (known @ (packet * np.exp(1j * waves * x[place]))).real / np.pi
+        assert found[:, place] == pytest.approx(direct, abs=2e-3 * np.abs(direct).max())
 
 
 def test_corners_press_and_drag_a_second_body_where_they_stand():
-    """A at x - ell/2, B at x + ell/2; Flamant's solution, upside down."""
-    second, ell, edges = mb.Cosserat(E=2.0, nu=0.2, ell=0.1, beta=0), 0.25, cells((0.0,), 0.2, 1.0)
-    problem = Problem(solid(ell), mb.Microblock(friction=0.3), None, counter=second)
-    plain = frictional_contact(problem, edges, np.zeros((2, len(edges))))
-    left = 0.3 * np.ones(len(edges))  # the share of A, and that of B
-    whole = with_counter(plain, problem, edges, np.array((left, 1 - left)))
-    i, j = 2, len(edges) - 2  # cells far from each other, i on the left
-    x, n, c = edges.mean(axis=1), len(edges), (1 - 0.2) / second.mu
-    corners = {0: -ell / 2, 1: ell / 2}
-    level = -c / np.pi * np.log(1 / second.ell)  # of U, where -log(x/ell) is taken
-
-    def depth(a, b):
-        return level - c / np.pi * np.log(abs(x[i] + corners[a] - x[j] - corners[b]))
-
-    for a in (0, 1):
-        for b in (0, 1):
-            added = (whole.normal - plain.normal)[a * n + i, b * n + j]
-            # cells are averages, 1e-3 of their distance squared
-            assert added == pytest.approx(depth(a, b), abs=2e-3)
-        # under pressure its surface is drawn to the load as well: what is added to u1 - u1 of it has Y's sign
-        drawn = (whole.cross - plain.cross)[i, a * n + j]
-        assert drawn == pytest.approx(-(1 - 2 * 0.2) / (4 * second.mu), rel=1e-9)
-    shares = {0: 0.3, 1: 0.7}
-    along = sum(shares[a] * shares[b] * depth(a, b) for a in (0, 1) for b in (0, 1))
-    assert (whole.tangential - plain.tangential)[i, j] == pytest.approx(along, abs=2e-3)
+    """A at x - ell/2, B at x + ell/2; Flamant's solution, upside down. Cells are averages, 1e-3 of their
+    distance squared; surfaces are drawn to a load, so that what is added to u1 has Y's sign.
+    """
+    second, edges = mb.Cosserat(E=2.0, nu=0.2, ell=0.1, beta=0), cells((0.0,), 0.2, 1.0)
+    problem, n = Problem(half_plane().solid, BLOCKS, None, counter=second), len(edges)
+    plain = frictional_contact(problem, edges, np.zeros((2, n)))
+    whole = with_counter(plain, problem, edges, np.array((0.3, 0.7))[:, None] * np.ones(n))
+    x, i, j, c = edges.mean(axis=1), 2, n - 2, 0.8 / second.mu  # cells far from each other, i on the left
+    corners = np.array((-0.125, 0.125))
+    depth = -c / np.pi * np.log(np.abs(x[i] - x[j] + corners[:, None] - corners) / second.ell)
+    normal, cross, along = (
+        getattr(whole, name) - getattr(plain, name) for name in ("normal", "cross", "tangential")
+    )
+    assert normal.reshape(2, n, 2, n)[:, i, :, j] == pytest.approx(depth, abs=2e-3)
+    assert cross.reshape(n, 2, n)[i, :, j] == pytest.approx(-(1 - 2 * 0.2) / (4 * second.mu), rel=1e-9)
+    assert along[i, j] == pytest.approx(np.array((0.3, 0.7)) @ depth @ (0.3, 0.7), abs=2e-3)
 
 
-def two_bodies(law, E, coupled=False, rtol=0.1):
-    """Pressed, then sheared, with a second body of the modulus E."""
-    second = mb.Cosserat(E=E, nu=0.2, ell=0.1, beta=0)
-    obstacle = mb.Deformable(mb.HalfPlane(second), mb.Cylinder(R=1.0))
-    problem = mb.Contact(mb.HalfPlane(solid()), obstacle, law)
-    return problem, problem.history([(0.4, 0.0), (0.4, 0.06)], coupled=coupled, rtol=rtol)
+@pytest.mark.parametrize(
+    "friction, shear, forces, limit",
+    [
+        (0.5, 0.4, (0.7, 0.3), False),  # no micromoment is left: p_A - p_B = q
+        (0.5, 0.5, (0.75, 0.25), True),  # slips before it tips
+        (1.5, 0.999, (0.9995, 0.0005), False),  # tips at shear equal to pressure
+        (1.5, 1.001, (1.0, 0.0), False),
+        (1.5, -1.001, (0.0, 1.0), False),
+    ],
+)
+def test_one_block_sticks_slips_and_tips(friction, shear, forces, limit):
+    """By hand: compliances 1 down and along, and a rotation that is free to 1e-9."""
+    normal = np.array([[1 + 1e9, 1 - 1e9], [1 - 1e9, 1 + 1e9]])
+    own = FrictionalContact(
+        normal, -1e9 * np.array([[1.0, -1.0]]), np.array([[1 + 1e9]]), np.zeros(2), friction
+    )
+    moment = FrictionPath(own).to(1.0, shear)
+    assert moment.normal == pytest.approx(forces, abs=1e-6) and moment.at_limit.all() == limit
+    assert moment.closed.tolist() == [force > 0 for force in forces] and moment.dissipation == 0
 
 
-def test_normal_forces_of_two_bodies_are_those_of_panels():
-    problem, found = two_bodies(
-        mb.Microblock(friction=0.3), 1.0, rtol=0.4
-    )  # the corners' shares are worth 0.2
-    plain = problem.with_(law=mb.Microblock()).solve(load=0.4, rtol=1e-3)
-    state = found.states[-1]
-    difference = np.sqrt(state.weights @ (state.pressure - plain.pressure_at(state.x)) ** 2)
-    # panels with the corners' places on the second body by other code; cells are off by less than 0.1 of it
-    assert difference < 0.1 * np.sqrt(state.weights @ state.pressure**2)
-    assert any("shared" in warning for warning in state.warnings)
+# --- histories from event to event
 
 
-def test_a_stiff_second_body_is_a_rigid_obstacle():
-    for law in LAWS:
-        _, stiff = two_bodies(law, 1e9, coupled=True)
-        rigid = history(law, [(0.4, 0.0), (0.4, 0.06)], rtol=0.1)
-        for one, other in zip(stiff.states, rigid.states):
-            # a millionth softer; cells may be others where an edge falls on the bound of one
-            assert one.dissipation == pytest.approx(other.dissipation, rel=1e-4)
-            assert one.half_width == pytest.approx(other.half_width, rel=1e-3)
+@pytest.mark.parametrize("law", LAWS, ids=str)
+@pytest.mark.parametrize("coupled", [True, False])
+@pytest.mark.nightly(17)
+def test_seeded_histories_keep_all_conditions_and_the_balance(law, coupled, seeds):
+    """Gaps, signs, Coulomb's bound, forces of the pair, from the compliances alone; work less energy and
+    dissipation; friction gives nothing back; pairs between change nothing: roundings of some hundred pieces.
+    """
+    edges = cells((0.0, 1.0), 0.35, 1.6)
+    gaps = Problem(half_plane().solid, law, mb.Cylinder(R=1.0)).initial_gaps(edges.mean(axis=1))
+    own = frictional_contact(Problem(half_plane().solid, law, None), edges, np.vstack([gaps]), coupled)
+    for seed in seeds:
+        random = np.random.default_rng(seed)
+        loads = random.uniform(0.1, 1.0, 6)
+        ends = np.column_stack((loads, F * loads * np.clip(random.uniform(-1.2, 1.2, 6), -1, 1)))
+        path, often, before, last = FrictionPath(own), FrictionPath(own), 0.0, np.zeros(2)
+        for end in ends:
+            moment = path.to(*end)
+            n, t = moment.normal, moment.tangential
+            bound = F * n.reshape(-1, len(edges)).sum(axis=0)
+            gap = own.gaps - moment.approach + own.normal @ n + coupled * own.cross.T @ t
+            assert abs(moment.work - moment.energy - moment.dissipation) < 1e-8 * end[0]
+            assert moment.dissipation >= before - 1e-12 and (n.sum(), t.sum()) == pytest.approx(end, abs=1e-9)
+            assert min(n.min(), gap.min(), (bound - np.abs(t)).min()) > -1e-9 > -np.abs(gap * n).max() - 2e-9
+            for share in (0.3, 0.7, 1.0):
+                stepped = often.to(*(last + share * (end - last)))
+            assert stepped.tangential == pytest.approx(t, abs=1e-9)
+            assert stepped.dissipation == pytest.approx(moment.dissipation, rel=1e-8, abs=1e-12)
+            before, last = moment.dissipation, end
+
+
+@pytest.mark.parametrize("name", ["n", "t", "d", "D", "g"])
+def test_a_path_that_goes_astray_says_so(name):
+    """What is changed by a thousandth of the largest is off by about as much: gaps are sums."""
+    whole = np.eye(3), np.full((3, 3), 0.1), np.eye(3), np.array([0.0, 0.1, 0.3])
+    path = FrictionPath(FrictionalContact(*whole, 0.4, coupled=True))
+    assert path.to(1.0, 0.3).residual < 1e-14
+    value = np.asarray(getattr(path, name), float)
+    setattr(path, name, value + 1e-3 * np.abs(value).max())
+    residual = path.to(1.0, 0.3).residual  # no way to go
+    assert residual < 1e-14 if name == "g" else 1e-4 < residual < 1e-2
+
+
+# --- edges
+
+
+@pytest.mark.parametrize("power", [0.5, 1.5])
+@pytest.mark.parametrize("shift", [-0.6, 0.0, 0.7])
+def test_a_fit_finds_where_a_power_of_the_distance_vanishes(power, shift):
+    """Three powers describe it exactly; cells of constant pressure miss the most in the two at the edge,
+    which do not count. Nothing is found where nothing vanishes like a root.
+    """
+    ends = np.cumsum(np.concatenate(([0.0], np.full(8, 1.0), 1.2 ** np.arange(14)))) * 1e-3
+    points, weights = np.polynomial.legendre.leggauss(40)
+    r = ends[:-1, None] + np.diff(ends)[:, None] * (points + 1) / 2
+    y = np.maximum(r + shift * 1e-3, 0) ** power * (3 - 5 * r + r**2) @ weights / 2
+    own, rough = np.column_stack((ends[:-1], ends[1:])), np.concatenate(([0.7, 1.1], np.ones(20)))
+    found, doubt = beyond(own, y, grows=power > 1)
+    assert found == pytest.approx(shift * 1e-3, abs=1e-7) and 1e-4 < doubt < 2e-4
+    assert beyond(own, y * rough, grows=power > 1) == (found, doubt)
+    assert power == 0.5 or beyond(own, y, grows=False) is None
+    for none in (np.ones(22), own.mean(axis=1), -np.ones(22), y * (1 + 0.5 * (-1.0) ** np.arange(22))):
+        assert beyond(own, none, grows=True) is None
+
+
+@pytest.mark.parametrize(
+    "law, alpha, f, pairs",
+    [
+        (mb.Unilateral, 0.3, 0.01, 1),
+        (mb.Microblock, 0.3, 0.01, 1),
+        # of large blocks two zones slip apart, whatever comes after
+        (mb.Microblock, 1.0, F, 1),
+        (mb.Microblock, 1.0, F, 2),
+    ],
+)
+def test_a_surface_that_slips_both_ways_sticks_nowhere(law, alpha, f, pairs):
+    """The cell at which the traction changes its sign is no stick zone."""
+    states = (
+        contact(law(friction=f), alpha=alpha).history([(P, 0.0), (P, -0.8 * f * P)][:pairs], rtol=0.1).states
+    )
+    zones = states[0].zones
+    assert (
+        zones["stick"] == []
+        and zones["slip"] == zones["contact"]
+        and len(zones["contact"]) == 1 + (alpha == 1)
+    )
+
+
+@pytest.mark.parametrize("seed", [0, 4, 5])
+def test_seeded_histories_and_their_estimates_are_right(seed):
+    """Of 300, `python -m tests.friction_histories 300`, none is wrong; beside sums on panels the errors of 40
+    are at most 0.35 of the estimate.
+    """
+    if seed < 5:
+        assert friction_histories.outcome(seed)[1] == "right"
+    _, ratio, ends = friction_histories.against_panels(seed if seed != 4 else 0, 1e-2)
+    assert ratio <= 1 and all(error <= said for error, _, said, _ in ends)
+
+
+# --- equal bodies on panels
+
+
+def seeded(seed, count=5):
+    """Pairs that panels follow: first pressed, then with normal force that falls, is held, or grows."""
+    draw, found, last = np.random.default_rng(seed), [], (0.0, 0.0)
+    for number in range(count):
+        load = draw.uniform(0.3, 1.0) if not number else last[0] * draw.choice([1.0, 1.0, 0.7, 0.9, 1.3])
+        shear = F * load * np.clip(draw.uniform(-1.2, 1.2), -1, 1)
+        if load > last[0]:
+            shear = last[1] + F * (load - last[0]) * draw.uniform(-1, 1)
+        last = load, shear
+        found.append(last)
+    return found
+
+
+@pytest.mark.nightly(20, 2, 12, 13)  # those see layers lost below a smaller load
+def test_pairs_between_change_no_memory(seed):
+    """A sample may lie on either side of a bound."""
+    once = often = Memory()
+    last = (0.0, 0.0)
+    for pair in seeded(seed):
+        once = once.to(*pair, F)
+        for share in np.linspace(0, 1, 8)[1:]:
+            often = often.to(*(np.array(last) + share * np.subtract(pair, last)), F)
+        x = np.linspace(0, pair[0], 1001)[1:-1]
+        shares = [np.array(one.shares)[np.searchsorted(one.bounds, x) - 1] for one in (once, often)]
+        assert once.shear == pytest.approx(pair[1], abs=1e-12) and np.abs(once.shares).max() <= F
+        assert np.count_nonzero(np.abs(shares[0] - shares[1]) > 1e-9) <= 3
+        last = pair
+
+
+def uneven(x):
+    return np.where(x > 0, 0.3, 0.8) * x**2
+
+
+@pytest.mark.parametrize("seed, obstacle", [(0, mb.Cylinder(1.0)), (1, mb.Wedge(0.3)), (4, uneven)])
+def test_cells_find_what_panels_do(seed, obstacle):
+    """Another discretisation, that knows nothing of sums: forces and slip to rtol, energies, zones. Panels'
+    dissipation is f p times the slip where Q alone changes, by the states' own fields.
+    """
+    panels = contact(
+        LAWS[0], True, mb.Panels(), float(np.random.default_rng(seed).uniform(0.02, 1.0)), obstacle
+    )
+    pairs = seeded(seed, 4)
+    exact = panels.history(pairs, rtol=1e-4).states
+    for one, other in zip(exact, panels.with_(method=mb.Cells()).history(pairs, rtol=2e-2).states):
+        inside = other.pressure > 0
+        for name, scale in (("pressure", 1.0), ("shear_traction", F), ("slip", None)):
+            off = (np.interp(other.x, one.x, getattr(one, name)) - getattr(other, name)) * inside
+            if scale:
+                assert relative(other, off / scale, other.pressure) < 2e-2, name
+            else:
+                assert np.abs(off).max() < 0.02 * max(np.abs(one.slip).max(), np.abs(other.slip).max()) + 1e-9
+        assert one.dissipation == pytest.approx(other.dissipation, rel=5e-3, abs=1e-6)
+        assert one.work == pytest.approx(other.work, rel=1e-3)  # constants of the half-planes are the same
+        for name in ("contact", "stick"):
+            assert np.array(one.zones[name]) == pytest.approx(np.array(other.zones[name]), abs=5e-3)
+    before, after = panels.history([(P, 0.0), (P, 0.6 * F * P)], rtol=1e-4).states
+    lost = F * (
+        after.weights @ (after.pressure * np.abs(after.slip - np.interp(after.x, before.x, before.slip)))
+    )
+    assert after.dissipation - before.dissipation == pytest.approx(lost, rel=5e-3, abs=3e-6)
+
+
+# --- what a history says of itself
+
+
+def on_block(newton, law=BLOCKS):
+    chosen = mb.Uniform(h=0.1, order=1, reach=0.6, newton=newton)
+    return mb.Contact(mb.Block(half_plane().solid, 2.0), mb.Cylinder(1.0), law, chosen)
+
+
+SOLVED = {  # problem, size of its loads, rtol, what its residual may be
+    "cells": (lambda: contact(BLOCKS), 1.0, 0.1, 1e-9),
+    "clamped": (lambda: contact(LAWS[1]), 1.0, 0.1, 1e-9),
+    "panels": (lambda: contact(LAWS[0], True, mb.Panels()), 1.0, 1e-4, 1e-4),
+    "condensed": (lambda: on_block(None), 1 / 9, None, 1e-9),
+    "newton": (lambda: on_block(mb.Newton()), 1 / 9, None, 1e-9),
+}
+
+
+@pytest.mark.parametrize("name", SOLVED)
+def test_what_a_history_returns_is_so_whatever_was_asked_before(name):
+    """The residual is that of the state, and none by decree; work, events, slip at full slip; after copies,
+    pickles and other questions the same to rounding.
+    """
+    make, size, rtol, most = SOLVED[name]
+    pairs = size * P * np.array([(1, 0), (1, 0.5 * F), (1, F), (1, 0)])
+    problem = make()
+    found = problem.history(pairs, rtol=rtol)
+    kinds = [event.kind for event in found.events]
+    assert kinds.count("full slip") == kinds.count("reversal") == 1 and kinds.index(
+        "full slip"
+    ) < kinds.index("reversal")
+    for state in found.states:
+        lost = (
+            state.weights @ state.pressure - state.normal,
+            state.weights @ state.shear_traction - state.shear,
+        )
+        assert 0.5 * np.abs(lost).max() / state.normal <= state.residual <= most and state.residual > 0
+        assert abs(state.work - state.energy - state.dissipation) < 1e-8 * state.normal
+    sliding = found.states[2]
+    assert (
+        sliding.shear_traction == pytest.approx(F * sliding.pressure, abs=1e-6) and not sliding.zones["stick"]
+    )
+    for travel in (copy.deepcopy, lambda own: pickle.loads(pickle.dumps(own))):
+        problem = travel(problem)
+        problem.with_(law=mb.Unilateral()).solve(load=size * P / 2)
+        for state, other in zip(problem.history(pairs, rtol=rtol).states, found.states):
+            for field in ("x", "pressure", "shear_traction", "slip", "micromoment"):
+                value = getattr(other, field)
+                assert getattr(state, field) == pytest.approx(value, abs=1e-11 * np.abs(value).max())
+            assert (state.error_estimate, state.method) == (other.error_estimate, other.method)
+
+
+@pytest.mark.parametrize("name", ["cells", "condensed", "newton"])
+def test_units_and_mirrors_change_nothing(name):
+    """Of a body on a cylinder; cells and their edges are others in a mirror: what both say of themselves."""
+    states = []
+    for modulus, length, sign in ((1, 1, 1), (1e9, 1e-6, 1), (1, 1, -1)):
+        own = mb.Cosserat(0.91 * modulus, 0.3, 0.25 * length, beta=1)
+        plain, size, rtol, _ = SOLVED[name]
+        body = mb.HalfPlane(own) if name == "cells" else mb.Block(own, 2.0 * length)
+        method = (
+            None
+            if name == "cells"
+            else mb.Uniform(0.1 * length, 1, reach=0.6 * length, newton=plain().method.newton)
+        )
+        pairs = np.array(PAIRS) * (1, sign) * modulus * length * size
+        state = mb.Contact(body, mb.Cylinder(length), BLOCKS, method).history(pairs, rtol=rtol).states[-1]
+        x, p, q = (
+            state.x[::sign] * sign / length,
+            state.pressure[::sign] / modulus,
+            state.shear_traction[::sign] * sign / modulus,
+        )
+        states.append([np.interp(np.linspace(-0.5, 0.5, 99), x, values) for values in (p, q / F)])
+    for other, close in zip(states[1:], (1e-6, 0.2 if name == "cells" else 1e-6)):
+        assert np.linalg.norm(np.subtract(other, states[0])) < close * np.linalg.norm(states[0][0])
+
+
+def test_memory_and_time_end_refinement_and_what_is_advised_is_met(memory):
+    """With room for 400 cells the third level is not begun; no rtol helps where the first one is not. A
+    figure rounded down, .010107 to "1.0e-02", would be refused again when it is asked for.
+    """
+    assert out_of_reach(1e-3, 0.010107).rtol_reached == 0.011 and out_of_reach(1e-3, 1.7).rtol_reached is None
+    steep = contact(mb.Microblock(friction=4.2), alpha=3.0)
+    with pytest.raises(mb.NotConverged, match="minutes") as caught:
+        steep.history([(P, share * 4.2 * P) for share in np.tile((0.0, 0.999, -0.999, 0.0), 250_000)])
+    assert caught.value.rtol_reached is None
+    for law, second, room, rtol in (
+        (BLOCKS, False, 1.2e8, 0.01),
+        (BLOCKS, True, np.inf, 1e-6),
+        (LAWS[0], True, np.inf, 1e-6),
+    ):
+        memory(room)
+        problem = contact(law, second, mb.Cells())
+        with pytest.raises(mb.NotConverged, match="ask for rtol=") as caught:
+            problem.history(PAIRS, rtol=rtol)
+        met = caught.value.rtol_reached
+        assert max(state.error_estimate for state in problem.history(PAIRS, rtol=met).states) <= met
+    memory(1e5)
+    with pytest.raises(mb.NotConverged, match="GB of memory.*fewer features") as caught:
+        contact(BLOCKS).history(PAIRS)
+    assert caught.value.rtol_reached is None and "rtol" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "law, second, pairs, method",
+    [
+        (LAWS[0], True, PAIRS, "panels"),
+        (LAWS[0], True, ((P, 0.0), (1.1 * P, 0.5 * F * P)), "cells"),  # shear grows too fast
+        (BLOCKS, False, PAIRS[:1], "cells"),
+    ],
+)
+def test_the_method_that_is_taken_is_named(law, second, pairs, method, monkeypatch):
+    """Written out it changes nothing; panels that are named are replaced where they fail alone, in words."""
+    plain, named = contact(law, second), {"panels": mb.Panels(), "cells": mb.Cells()}
+    found = plain.history(pairs, rtol=0.05)
+    for one, other in zip(found.states, plain.with_(method=named[method]).history(pairs, rtol=0.05).states):
+        assert one.method == other.method == method and np.array_equal(
+            one.shear_traction, other.shear_traction
+        )
+    if method == "cells":
+        with pytest.raises(mb.BadArgument, match=r"Cells\(\)"):
+            plain.with_(method=mb.Panels()).history(pairs, rtol=0.05)
+    else:
+        failure = mb.NotConverged("no zones")
+        target = "microblock.halfplane.friction_panels.FrictionPanels.history"
+        monkeypatch.setattr(target, lambda *_: (_ for _ in ()).throw(failure))
+        (state,) = plain.history(pairs[:1], rtol=0.1).states
+        assert state.method == "cells" and "cells instead of panels (no zones)" in state.warnings
+        with pytest.raises(mb.NotConverged, match="no zones"):
+            plain.with_(method=mb.Panels(fallback=False)).history(pairs[:1])
+
+
+@pytest.mark.parametrize("law", [mb.Microblock, mb.Unilateral, mb.Microclamped])
+def test_a_rotation_that_nothing_holds_is_refused_by_name(law):
+    """As without friction; a second body alone may have beta = 0, since no block of its own rotates."""
+    free = mb.Contact(half_plane(beta=0.0), mb.Cylinder(1.0), law())
+    for ask in (lambda: free.solve(load=P), lambda: free.with_(law=law(friction=F)).history(PAIRS, rtol=0.1)):
+        with pytest.raises(mb.BadArgument, match="beta = 0.0: .*rotation"):
+            ask()
+    second = mb.Deformable(half_plane(beta=0.0), mb.Cylinder(1.0))
+    assert contact(law(friction=F), obstacle=second).history([(P, 0.0)], rtol=0.3).states
+    mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
+    body = mb.Body(mesh, half_plane(beta=0.0).solid, order=1, fixed={"u1": "bottom", "u2": "bottom"})
+    with pytest.raises(mb.NotConverged, match="psi where beta = 0"):
+        mb.Contact(body, mb.Cylinder(1.0), mb.Unilateral(friction=F), mb.Newton()).history([(P / 9, 0.0)])
+
+
+# --- estimates
+
+
+def test_estimates_see_shares_places_and_what_is_between_centres():
+    """A shear force for each corner changes a state by some 10 %, which finer cells do not show. Two levels
+    had the place where slip turns wrong: .033 was said of .058. Steps between centres lost 3.7e-3 where
+    3.9e-3 was said; a polygon is better by an order.
+    """
+    states = contact(BLOCKS, True, alpha=0.1).history([(P / 2, 0.0), (P / 2, 0.05)], rtol=0.4).states
+    for state in states:
+        assert state.error_parts.shares == pytest.approx(0.10, rel=0.3)
+        assert state.error_estimate == state.error_parts.total and "shared" in str(state.warnings)
+    problem = contact(mb.Microblock(friction=0.1), alpha=0.1)
+    coarse, fine = (problem.history([(P, 0.0)], rtol=rtol).states[0] for rtol in (0.1, 0.06))
+    off = np.interp(fine.x, coarse.x, coarse.shear_traction) - fine.shear_traction
+    assert 0.05 < relative(fine, off / 0.1, fine.pressure) < coarse.error_estimate <= 0.1
+    (state,) = contact(LAWS[0], alpha=1e-5).history([(P, 0.0)], coupled=False, rtol=0.03).states
+    x = np.linspace(-1, 1, 20001)
+    exact = 2 * P / np.pi * np.sqrt(1 - x**2)
+    assert np.linalg.norm(state.pressure_at(x) - exact) / np.linalg.norm(exact) < 1e-3 < state.error_estimate
+
+
+@pytest.mark.parametrize("law, coupled", [(LAWS[0], True), (LAWS[0], False), (LAWS[1], True)], ids=str)
+def test_gaps_of_two_bodies_close_where_both_surfaces_are_known(law, coupled):
+    """Between equal bodies whether shear acts on gaps or not, as it raises one surface by what it lowers the
+    other. Cells are averages: 1e-3 of the obstacle's height.
+    """
+    state = (
+        contact(law, True, mb.Cells(), 0.25)
+        .history([(P, 0.0), (P, 0.1)], rtol=0.05, coupled=coupled)
+        .states[-1]
+    )
+    gaps = state.surface().gaps[state.solution.pressures > 0]
+    assert np.abs(gaps).max() < 2e-3 * state.half_width**2 / 2
+    assert state.counter_displacement(0.0) > state.counter_displacement(0.4)

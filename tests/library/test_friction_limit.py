@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy import sparse
 
 import microblock as mb
 from microblock.corners import coulomb
@@ -110,14 +109,12 @@ def test_both_solvers_follow_the_wedged_node_up_to_where_it_snaps(solver):
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-@pytest.mark.parametrize("f,coupled", [(2.4, True), (3.0, False)])
+@pytest.mark.parametrize("f, coupled", [(2.4, True), (3.0, False)])
 def test_what_is_advised_helps(solver, f, coupled):
     """A smaller friction, or no coupling: node 1 slips, and opens at P = GAP, as the way on says."""
-    found = followed(solver, f, [*WAY, (1.02, Q), (0.97, Q)], coupled)
-    (n, t), (last, _) = found[-2:]
-    assert last[0] == pytest.approx(0.0, abs=1e-12)
+    (n, t), (last, _) = followed(solver, f, [*WAY, (1.02, Q), (0.97, Q)], coupled)[-2:]
     wanted = 0.02 / (2 - C * f) if coupled else 0.01
-    assert n[0] == pytest.approx(wanted, rel=1e-9) and t[0] == pytest.approx(f * wanted, rel=1e-9)
+    assert (n[0], t[0]) == pytest.approx((wanted, f * wanted), rel=1e-9) and abs(last[0]) < 1e-12
 
 
 @pytest.mark.parametrize("f,continues", [(0.9 / C, True), (1.1 / C, False)])
@@ -189,21 +186,6 @@ def all_states(contact, before, loads):
     return found
 
 
-def test_a_state_beside_two_others_is_not_taken_for_the_only_one():
-    """Four nodes on which Newton finds a branch that turns back, one of three from the same loads on."""
-    contact, history = drawn(52), coulomb.History(as_body(drawn(52)).reduced())
-    f = contact.friction
-    pairs = [(1.0, 0.0), (1.0, 0.9 * f), (1.0, -0.9 * f)]
-    with pytest.raises(mb.NotConverged, match="not (be )?unique") as failure:
-        list(history.follow(pairs))
-    load, shear = failure.value.reached
-    path = FrictionPath(contact)
-    before = [path.to(*pair) for pair in (*pairs[:2], (load, shear + 1e-9))][-1]
-    assert len(all_states(contact, before, (load, shear - 1e-4))) == 3
-    before = [path.to(*pair) for pair in (*pairs[:2],)][-1]
-    assert len(all_states(contact, before, (1.0, 0.85 * f))) == 1
-
-
 @pytest.mark.nightly(40, 84)
 def test_no_way_on_is_one_of_several_without_a_word(seeds, monkeypatch):
     """Wherever a history goes on, enumeration finds one state near the last one, or Newton has refused."""
@@ -234,31 +216,6 @@ def test_no_way_on_is_one_of_several_without_a_word(seeds, monkeypatch):
     assert len(seen) > len(seeds) and set(seen) == {(1, False), (2, True)}
 
 
-def test_signs_and_exchanges_are_those_of_determinants():
-    """Of random matrices factorised as dense and as sparse ones; and of pieces one by one."""
-    random = np.random.default_rng(2)
-    seen = set()
-    for density, size in itertools.product((0.01, 1.0), (60, 61, 62, 63)):
-        matrix = sparse.random(size, size, density, "csr", random_state=random) + sparse.csr_matrix(
-            np.eye(size)[random.permutation(size)]
-        )
-        _, sign = coulomb._factorised(sparse.csr_matrix(matrix))
-        assert sign == np.linalg.slogdet(matrix.toarray())[0]
-        seen.add((density, sign))
-    assert len(seen) == 4
-    newton = coulomb.FrictionNewton(as_body(on_cells(3.0), rho=0.7))
-    closed, open_ = np.ones((1, 2), bool), np.array([[False, True]])
-    kinds = [coulomb.Sets(open_, np.zeros(2, int))]
-    kinds += [coulomb.Sets(closed, np.array([slips, 0])) for slips in (-1, 0, 1)]
-    start = SimpleNamespace(way=np.zeros(2))
-    for one, other in itertools.permutations(kinds, 2):
-        signs = [np.linalg.slogdet(newton.equations(each).toarray())[0] for each in (one, other)]
-        piece = coulomb.Piece(newton, start, one)
-        assert piece.sign == signs[0] == (-1 if one.slips[0] == 1 else 1)
-        found = list(piece.opposite(other))
-        assert [each.key for each in found] == ([other.key] if signs[0] != signs[1] else [])
-
-
 LOAD = np.pi / 2  # a_Hz = 1
 TALL = mb.Cosserat(E=2 * (1 - 0.3**2), nu=0.3, ell=3.0, beta=1.0)
 
@@ -284,21 +241,19 @@ def test_a_mesh_on_which_states_jump_says_so():
         assert state.work == pytest.approx(state.energy + state.dissipation, rel=1e-9)
 
 
-def left_of(state, x, values):
-    """Share of a force that stands left of x, array."""
-    ends = np.append(state.x - state.weights / 2, state.x[-1] + state.weights[-1] / 2)
-    return np.interp(x, ends, np.append(0.0, np.cumsum(state.weights * values))) / LOAD
-
-
-def test_meshes_and_cells_have_the_same_states_up_to_the_friction_at_which_both_refuse():
-    """Kernels of a half-plane and a block of four half-widths: 3.89 either, by bisection to 2 %."""
-    near, beyond = 3.6, 4.2
-    whole = mb.HalfPlane(TALL)
-    for one, other in zip(cylinder(near, block(), NEWTON).states, cylinder(near, whole).states):
-        x = np.linspace(-1.5, 1.5, 61)
-        for name, scale in (("pressure", 1.0), ("shear_traction", near)):
-            apart = left_of(one, x, getattr(one, name)) - left_of(other, x, getattr(other, name))
-            assert np.abs(apart).max() < 0.05 * scale
+def test_meshes_and_cells_refuse_from_the_same_friction_on():
+    """Kernels of a half-plane and a block of four half-widths: 3.89 either, by bisection to 2 %; below it
+    they have the same forces left of any place, to 5 % of the load.
+    """
+    whole, x = mb.HalfPlane(TALL), np.linspace(-1.5, 1.5, 61)
+    for one, other in zip(cylinder(3.6, block(), NEWTON).states, cylinder(3.6, whole).states):
+        for name, scale in (("pressure", 1.0), ("shear_traction", 3.6)):
+            left = []
+            for state in (one, other):
+                ends = np.append(state.x - state.weights / 2, state.x[-1] + state.weights[-1] / 2)
+                sums = np.append(0.0, np.cumsum(state.weights * getattr(state, name)))
+                left.append(np.interp(x, ends, sums) / LOAD)
+            assert np.abs(np.subtract(*left)).max() < 0.05 * scale
     for body, method in ((block(), NEWTON), (whole, None)):
         with pytest.raises(mb.NotConverged, match="unique"):
-            cylinder(beyond, body, method)
+            cylinder(4.2, body, method)
