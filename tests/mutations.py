@@ -9,10 +9,10 @@ factor      a number is doubled, a product doubled or halved   index    a[0] is 
 order       an order of integration or of elements less one    compare  a < b is a <= b, or a >= b
 corner      "A" is "B", a loop over corners lacks the last     check    a refusal is gone, `and` is `or`
 
-Each is made in a copy of the last commit. Of the test files that execute the place (`--map` records that once,
-in the user's cache, with the package coverage) the quickest come first, and the first that fails ends it, once
-it has passed without the mutation. Files that take more than S seconds together are left out. A file that
-hangs has failed.
+Each is made in a copy of the last commit. Of the test files that execute the place (`--map` records that
+once, in the user's cache, with the package coverage) the quickest come first, and the first that fails ends
+it, once it has passed without the mutation. Files that take more than S seconds together are left out. A file
+that hangs has failed.
 
 Not drawn: texts and what is in a `raise` (messages), annotations and decorators, which decide nothing; in
 `view` numbers and products, constants, and arguments of methods of matplotlib: places, sizes and colours of

@@ -6,7 +6,6 @@ import pytest
 import microblock as mb
 from microblock.errors import LONGEST, shown
 from microblock.fem import meshes
-from tests import editions
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
 LAW, LINE, CYLINDER, BLOCK = mb.Microblock(), mb.Unilateral(), mb.Cylinder(R=10), mb.Block(SOLID, 4.0)
@@ -52,9 +51,3 @@ def test_microclamped_constrains_psi_on_a_surface_named_like_another():
     body = mb.Body(meshes.ng.Mesh(mesh.ngmesh), SOLID, 1, fixed=supports)
     state = mb.Contact(body, CYLINDER, mb.Microclamped()).solve(load=0.1)
     assert not state.psi.any() and state.micromoment.any()
-
-
-@pytest.mark.parametrize("call", [editions.edition, editions.text_of])
-def test_editions_that_are_not_known_are_named(call):
-    with pytest.raises(SystemExit, match="nothing of that name"):
-        call("nothing of that name")

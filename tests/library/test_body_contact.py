@@ -276,8 +276,8 @@ def test_events_on_a_mesh_have_an_error_that_holds():
 
 
 def test_paths_of_blocks_name_what_one_mesh_alone_sees():
-    wavy = mb.Obstacle(lambda x: x**2 / 20 + 0.0005 * np.cos(40 * x))
-    path = mb.Contact(mb.Block(SOLID, 4.0), wavy, mb.Microblock(psi0=0.01)).path(load=1.0)
+    wavy = lambda x: x**2 / 20 + 0.0005 * np.cos(40 * x)  # noqa: E731
+    path = on_block(4.0, mb.Microblock(psi0=0.01), wavy, SOLID).path(load=1.0)
     assert path.events and path.warnings and all("at about load 0." in words for words in path.warnings)
 
 

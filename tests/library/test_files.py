@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import asdict
-from xml.etree import ElementTree
 
 import netgen.occ as occ
 import ngsolve as ng
@@ -157,14 +156,6 @@ def test_histories_paths_and_rows_list_what_they_have(tmp_path):
 def test_numbers_that_do_not_exist_are_none():
     values = {"a": np.array([1.5, np.nan]), 2: (np.inf, np.float64("nan"), np.int64(3), True, None, "word")}
     assert plain_data(values) == {"a": [1.5, None], "2": [None, None, 3, True, None, "word"]}
-
-
-def test_a_history_is_a_series_in_time(tmp_path):
-    series, *files = mb.to_vtk(KINDS["friction on a body"](), tmp_path / "loop")
-    sets = ElementTree.parse(series).getroot().iter("DataSet")
-    listed = [(float(one.get("timestep")), int(one.get("part")), one.get("file")) for one in sets]
-    assert listed == [(i // 2, i % 2, file.name) for i, file in enumerate(files)] and len(files) == 4
-    assert meshio.read(files[3]).point_data["stress"].shape[1] == 4  # the file of the body
 
 
 def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contact(tmp_path):

@@ -64,14 +64,6 @@ def test_a_second_run_computes_what_is_missing_and_no_more(tmp_path, torn):
     assert [row["sum"] for row in both] == [3, 2, 1, 3] and len(file.read_text().splitlines()) == 3
 
 
-@pytest.mark.parametrize("text", ["a,b\n1,2\n", "notes", '{"a": 1}\n'])
-def test_a_file_of_another_kind_is_left_alone(tmp_path, text):
-    (tmp_path / "notes").write_text(text)
-    with pytest.raises(mb.BadArgument, match="no record of a sweep in line 1"):
-        mb.sweep(picky, {"x": (5,)}, records=tmp_path / "notes", quiet=True)
-    assert (tmp_path / "notes").read_text() == text
-
-
 def test_failures_are_recorded_and_retried_only_if_asked(tmp_path):
     file, points = tmp_path / "study.jsonl", tuple(range(7))
     study = partial(mb.sweep, picky, {"x": points}, workers=2, records=file, quiet=True)

@@ -1,8 +1,5 @@
 """An obstacle that deforms: closed forms, quadrature, balance, reciprocity, exponents, meshes, estimates."""
 
-import copy
-import pickle
-
 import netgen.occ as occ
 import ngsolve as ng
 import numpy as np
@@ -86,14 +83,6 @@ def test_work_of_one_pressure_on_the_displacement_of_another_is_mutual(law, peri
     assert np.sum(f * (flexibility @ f)) > 0
 
 
-@pytest.mark.parametrize("shape", [CYLINDER, mb.Wedge(slope=0.05)], ids=str)
-def test_panels_break_where_singularities_are_carried(shape):
-    """With the breaks the error of order 10 is below 1e-5, without them above 1e-4."""
-    problem = on_panels(CLASSICAL, shape, mb.Microblock(), 0.25, order=16)
-    coarse = problem.with_(method=mb.Panels(fallback=False, order=10)).solve(load=1.0)
-    assert apart(coarse, problem.solve(load=1.0)) < 1e-5
-
-
 def block(sign, spacing, E=100.0):
     """A square of 12 above or below x2 = 0 with "contact" for |x1| < 1, or above for 1.3."""
     reach, size = 1.15 + 0.15 * sign, 6.0
@@ -158,10 +147,3 @@ def test_error_estimates_hold(seed):
     problem, load = seeded(seed)
     state, fine = (problem.solve(load=load, rtol=rtol) for rtol in (1e-3, 1e-5))
     assert apart(state, fine) <= state.error_estimate <= 1e-3
-
-
-def test_heights_and_their_features_are_those_of_the_shape():
-    both = mb.Deformable(mb.HalfPlane(OTHER), mb.Wedge(slope=0.1))
-    assert (both.kinks, both.jumps, both.even, both.formulas) == ((0.0,), (0.2,), True, True)
-    assert both.height(np.ones(1)) == 0.1 and not any(hasattr(both, name) for name in ("ends", "period", "R"))
-    assert copy.deepcopy(both) == both == pickle.loads(pickle.dumps(both))
