@@ -1,6 +1,6 @@
 """The library is broken on purpose, in places drawn by program: which test sees it?
 
-    python -m tests.mutations [--first K] [--count N] [--seconds S] [--json FILE] [--list] [--map]
+    python -m tests.mutations [--first K] [--count N] [--seconds S] [--list] [--map]
 
 draws 60 places of `microblock/` from SEED, a room's share by its statements and kinds in equal parts:
 
@@ -9,10 +9,10 @@ factor      a number is doubled, a product doubled or halved   index    a[0] is 
 order       an order of integration or of elements less one    compare  a < b is a <= b, or a >= b
 corner      "A" is "B", a loop over corners lacks the last     check    a refusal is gone, `and` is `or`
 
-Each is made in a copy of the last commit. Of the tests that execute the place (`--map` records that once, in
-the user's cache, with the package coverage) the quickest come first, and the first that fails ends it, once
-it has passed without the mutation; those of a file that hand on what they computed stay together. Tests that
-take more than S seconds together are left out. A test that hangs has failed.
+Each is made in a copy of the last commit. Of the test files that execute the place (`--map` records that
+once, in the user's cache, with the package coverage) the quickest come first, and the first that fails ends
+it, once it has passed without the mutation. Files that take more than S seconds together are left out. A file
+that hangs has failed.
 
 Not drawn: texts and what is in a `raise` (messages), annotations and decorators, which decide nothing; in
 `view` numbers and products, constants, and arguments of methods of matplotlib: places, sizes and colours of
@@ -24,8 +24,6 @@ from __future__ import annotations
 
 import argparse
 import ast
-import functools
-import json
 import os
 import re
 import subprocess
@@ -37,16 +35,12 @@ from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 SEED = 7351  # of the places; another seed draws others
 PLACES = 60
 SECONDS = 600.0  # of the tests of a mutation, as they were recorded
-BATCHES = 0.0, 0.3, 3.0, 30.0, np.inf  # seconds of tests that share a process, and how long one may hang
 ROOT = Path(__file__).parents[1]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "microblock"
-SHARED = re.compile(r"^ *@.*(cache\b|scope=)", re.M)  # what a test of the file leaves for the next ones
-LINES = "MICROBLOCK_LINES"  # environment variable: the file to which the plugin of pytest writes
 ORDER = re.compile(r"order|degree|GAUSS", re.I)
 OTHER = {ast.Lt: "<= >=", ast.LtE: "< >", ast.Gt: ">= <=", ast.GtE: "> <", ast.Eq: "!=", ast.NotEq: "=="}
 WHOLE = re.compile(r"\blen\(|\.size\b|\.ndim\b|\.shape\b|^\d+ |[<>=] \d+$|count|number")  # of whole numbers
@@ -165,155 +159,88 @@ def drawn(seed=SEED, count=PLACES):
         yield from chosen.values()
 
 
-class Recorder:
-    """Plugin of pytest: which lines of the library a test executes, in coverage's file, and its seconds."""
-
-    def __init__(self, lines):
-        import coverage
-
-        self.file, self.seconds = Path(lines), {}
-        self.coverage = coverage.Coverage(data_file=lines, source=["microblock"], config_file=False)
-        self.coverage.set_option("run:relative_files", True)
-        self.coverage.start()
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_protocol(self, item):
-        modules = [vars(module) for name, module in sys.modules.items() if name.startswith("microblock")]
-        for value in [value for module in modules for value in module.values()]:
-            if isinstance(value, functools._lru_cache_wrapper):
-                value.cache_clear()  # what an earlier test computed is computed again
-        self.coverage.switch_context(item.nodeid)
-        start = time.perf_counter()
-        result = yield
-        self.seconds[item.nodeid] = time.perf_counter() - start
-        self.coverage.switch_context("")
-        return result
-
-    def pytest_sessionfinish(self):
-        self.coverage.stop()
-        self.coverage.save()
-        self.file.with_suffix(".json").write_text(json.dumps(self.seconds))
-
-
-def pytest_configure(config):
-    if LINES in os.environ:
-        config.pluginmanager.register(Recorder(os.environ[LINES]))
-
-
-def run_pytest(root, *arguments, **more):
-    """What pytest prints in a checkout, and whether all tests have passed."""
-    paths = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
-    environment = {**os.environ, "PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONUNBUFFERED": "1"}
-    command = [sys.executable, "-m", "pytest", "-vv", "-p", "no:cacheprovider", *map(str, arguments)]
-    done = subprocess.run(command, cwd=root, env=environment | more, capture_output=True, text=True)
+def run_pytest(root, test_file, *coverage, most=None):
+    """(what pytest prints of a test file in a checkout, whether it has passed); one that hangs has not."""
+    paths = {"PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, *coverage, "-m", "pytest", "-x", "-vv", "-p", "no:cacheprovider", test_file]
+    more = {"cwd": root, "env": os.environ | paths, "capture_output": True, "text": True, "timeout": most}
+    try:
+        done = subprocess.run(command, **more)
+    except subprocess.TimeoutExpired:
+        return f"{test_file}::hangs", False
     return done.stdout, done.returncode == 0
 
 
 def lines_of(test_file):
-    """Coverage's file of the lines that the tests of a file execute, named by what it depends on."""
-    file = ROOT / test_file
-    beside = file.with_name(file.stem.removeprefix("test_"))  # a package of what it reads
-    read = [file, *sorted((ROOT / "microblock").rglob("*.py")), *sorted(beside.rglob("*.*"))]
-    key = sha256(b"".join(path.read_bytes() for path in read if path.suffix != ".pyc")).hexdigest()[:12]
+    """Coverage's file of the lines that a test file executes, named by what it depends on."""
+    read = [ROOT / test_file, *sorted((ROOT / "microblock").rglob("*.py"))]
+    key = sha256(b"".join(path.read_bytes() for path in read)).hexdigest()[:12]
     return CACHE / "lines" / f"{test_file.replace('/', '.')}.{key}.db"
-
-
-def test_files():
-    return sorted(str(file.relative_to(ROOT)) for file in (ROOT / "tests").rglob("test_*.py"))
 
 
 def make_map():
     """Record the lines of every test file that has changed since, or the library with it."""
     (CACHE / "lines").mkdir(parents=True, exist_ok=True)
-    for test_file in test_files():
-        lines = lines_of(test_file)
-        if not lines.with_suffix(".json").exists():
-            start = time.perf_counter()
-            run_pytest(ROOT, "-p", "tests.mutations", test_file, **{LINES: str(lines)})
-            print(f"{test_file}: {time.perf_counter() - start:.0f} s", flush=True)
+    for file in sorted((ROOT / "tests").rglob("test_*.py")):
+        lines, start = lines_of(str(file.relative_to(ROOT))), time.perf_counter()
+        if not lines.exists():
+            record = "-m", "coverage", "run", "--source=microblock", f"--data-file={lines}"
+            run_pytest(ROOT, str(file.relative_to(ROOT)), *record)
+            lines.with_suffix(".json").write_text(f"{time.perf_counter() - start:.1f}")
+            print(f"{file.name}: {time.perf_counter() - start:.0f} s", flush=True)
 
 
 def tests_of(place):
-    """{test, or file whose tests belong together: recorded seconds} of those that execute a place.
-
-    Statements of a module or class are executed by what imports it: of them all tests of the file count.
-    """
+    """{test file: recorded seconds} of those that execute a place."""
     import coverage
 
-    units = {}
-    for test_file in test_files():
-        lines = lines_of(test_file)
-        if not lines.with_suffix(".json").exists():
-            raise SystemExit(f"lines of {test_file} are not recorded: --map")
-        seconds, data = json.loads(lines.with_suffix(".json").read_text()), coverage.CoverageData(lines)
+    found = {}
+    for file in sorted((ROOT / "tests").rglob("test_*.py")):
+        data = coverage.CoverageData(lines_of(str(file.relative_to(ROOT))))
         data.read()
-        contexts = data.contexts_by_lineno(place.file)
-        here = set().union(*(contexts.get(line, ()) for line in place.lines))
-        tests = set(seconds) & (set().union(*contexts.values()) if here == {""} else here)
-        whole = tests and SHARED.search((ROOT / test_file).read_text())
-        units |= {test_file: sum(seconds.values())} if whole else {test: seconds[test] for test in tests}
-    return units
-
-
-def first_failure(root, units):
-    """The first of the tests, quickest first, that fails or hangs, "" where none begins, or None."""
-    for low, high in zip(BATCHES, BATCHES[1:]):
-        some = sorted((seconds, unit) for unit, seconds in units.items() if low <= seconds < high)
-        if some:
-            hang = f"faulthandler_timeout={60 + 20 * some[-1][0]:.0f}", "faulthandler_exit_on_timeout=true"
-            printed, passed = run_pytest(
-                root, "-x", "-o", hang[0], "-o", hang[1], *(unit for _, unit in some)
-            )
-            if not passed:
-                begun = re.findall(r"^(tests/\S+?\.py::.*?)(?: [A-Z]+ .*)?$", printed, re.M)
-                return begun[-1] if begun else ""  # not even imported
-    return None
+        if {*place.lines} & {*(data.lines(str(ROOT / place.file)) or ())}:
+            name = str(file.relative_to(ROOT))
+            found[name] = float(lines_of(name).with_suffix(".json").read_text())
+    return found
 
 
 def judged(root, place, most):
-    """(test that finds a mutation or None, number of tests that may) in a checkout, which stays as it was."""
-    units, file = tests_of(place), root / place.file
-    total = np.cumsum(sorted(units.values()))
-    units = {unit: seconds for unit, seconds in units.items() if not most < total[total >= seconds][0]}
-    while True:
-        file.write_bytes(broken(place))
-        test = first_failure(root, units)
-        file.write_bytes((ROOT / place.file).read_bytes())
-        unit = test if test in units else str(test).split("::")[0]
-        if test is None or first_failure(root, {test: units.get(unit, 0.0)} if test else units) is None:
-            return test, len(units)
-        del units[unit]  # it fails without the mutation, too
+    """(test that finds a mutation or None, number of test files that may) in a checkout, which stays as it
+    was: the quickest first, a file that also fails without the mutation counts for nothing.
+    """
+    files, spent = tests_of(place), 0.0
+    for name, seconds in sorted(files.items(), key=lambda item: item[1]):
+        spent += seconds
+        if spent > most:
+            break
+        (root / place.file).write_bytes(broken(place))
+        printed, passed = run_pytest(root, name, most=60 + 20 * seconds)
+        (root / place.file).write_bytes((ROOT / place.file).read_bytes())
+        if not passed and run_pytest(root, name)[1]:
+            failed = re.findall(r"^(?:FAILED |ERROR )?(tests/\S+?\.py::\S+)", printed, re.M)
+            return (failed or [name])[-1], len(files)
+    return None, len(files)
 
 
 def main():
     words = argparse.ArgumentParser(prog="python -m tests.mutations", description=__doc__.split("\n")[0])
-    for name, usual in {"first": 0, "count": PLACES, "seconds": SECONDS, "json": ""}.items():
+    for name, usual in {"first": 0, "count": PLACES, "seconds": SECONDS}.items():
         words.add_argument(f"--{name}", type=type(usual), default=usual)
     for name, does in {"list": "print the places alone", "map": "record what tests execute"}.items():
         words.add_argument(f"--{name}", action="store_true", help=does)
-    given, rows = words.parse_args(), []
+    given = words.parse_args()
     if given.map:
         return make_map()
     with tempfile.TemporaryDirectory() as root:
         archive = subprocess.run(["git", "archive", "HEAD"], cwd=ROOT, capture_output=True, check=True).stdout
         subprocess.run(["tar", "-x", "-C", root], input=archive, check=True)
         for number, place in list(enumerate(drawn()))[given.first : given.first + given.count]:
-            start, said = time.perf_counter(), ""
+            said = ""
             if not given.list:
                 test, count = judged(Path(root), place, given.seconds)
                 why = next((why for text, why in EQUIVALENT.items() if text in words_of(place)), None)
-                found = (
-                    f"found by {test or 'the import'}"
-                    if test is not None
-                    else f"equivalent: {why}"
-                    if why
-                    else "SURVIVED"
-                )
-                said = f": {found}, of {count}, {time.perf_counter() - start:.0f} s"
+                said = f": {'found by ' + test if test else why or 'SURVIVED'}, of {count} files"
             print(f"{number} {words_of(place)}{said}", flush=True)
-            rows.append((number, words_of(place), said))
-    if given.json:
-        Path(given.json).write_text(json.dumps(rows, indent=1))
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
     python -m tests.editions COMMIT [COMMIT] --problem FILE|NAME[:SIZE] ... [--rounds N] [--at DIR]
     python -m tests.editions COMMIT --frozen [ROOM ...]
-    python -m tests.editions COMMIT --record FILE.csv --weight SCRIPT
 
 An edition is a commit of the repository's own history, or "." for this checkout as it stands, which is the
 second one unless one is named. Its files lie below DIR (usually microblock/editions in the user's cache) and
@@ -14,17 +13,13 @@ is a process of its own with one thread; seconds are the processor's. An error i
 its first line.
 """
 
-import ast
-import csv
 import json
 import os
-import runpy
 import shutil
 import subprocess
 import sysconfig
 import tempfile
 import venv
-from configparser import ConfigParser
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -34,7 +29,6 @@ from .problems import BEGINNING, END, PROBLEMS
 ROOT = Path(__file__).parents[2]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "microblock" / "editions"
 HERE = "."
-THREADS = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
 ROOM = """
 import sys
 from tests.frozen import Room
@@ -46,7 +40,7 @@ print(*wrong, f"{sys.argv[1]}: {len(wrong)} of {len(rows)} rows differ", sep="\\
 
 @dataclass(frozen=True)
 class Edition:
-    """The library of a commit: where its files are and the Python that runs them."""
+    """The library of a commit: where its files are and the Python that runs them, which knows no other."""
 
     name: str
     root: Path
@@ -54,15 +48,10 @@ class Edition:
 
     def run(self, *arguments, root=None, text=""):
         """A finished process of the edition's Python."""
+        threads = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
         paths = {"PYTHONPATH": str(root or self.root), "PYTHONDONTWRITEBYTECODE": "1"}
-        return subprocess.run(
-            [self.python, *arguments],
-            env=os.environ | THREADS | paths,
-            cwd=root or self.root,
-            input=text,
-            text=True,
-            capture_output=True,
-        )
+        more = {"cwd": root or self.root, "input": text, "text": True, "capture_output": True}
+        return subprocess.run([self.python, *arguments], env=os.environ | threads | paths, **more)
 
     def solve(self, text):
         """{"numbers", "seconds", "MiB"} of a problem's text, from a process of its own."""
@@ -78,53 +67,25 @@ class Edition:
 
 def edition(commit, at=CACHE):
     """The Edition of a commit, made where it is not there yet."""
-    at = Path(at).resolve()
-    at.mkdir(parents=True, exist_ok=True)
+    python, paths = Path(at) / "shared" / "bin" / "python", sysconfig.get_paths()
+    if not python.exists():
+        venv.create(python.parents[1], symlinks=True)
+    # a Python that has the packages of this one, but not what is installed from a checkout
+    (packages,) = python.parents[1].glob("lib/*/site-packages")
+    (packages / "shared.pth").write_text("\n".join({paths["purelib"], paths["platlib"]}))
     if commit == HERE:
-        return Edition("this checkout", ROOT, _shared(at))
+        return Edition("this checkout", ROOT, python)
     command = ["git", "rev-parse", "--verify", "-q", f"{commit}^{{commit}}"]
     known = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     if known.returncode:
         raise SystemExit(f"{commit} is no commit of {ROOT}")
     name = known.stdout[:12]
-    place = at / name
-    if not place.exists():
-        archive = subprocess.run(["git", "archive", name], cwd=ROOT, capture_output=True, check=True)
+    if not (place := Path(at) / name).exists():
         half = tempfile.mkdtemp(dir=at)
+        archive = subprocess.run(["git", "archive", name], cwd=ROOT, capture_output=True, check=True)
         subprocess.run(["tar", "-x", "-C", half], input=archive.stdout, check=True)
         os.rename(half, place)  # whole, or not at all
-    same = _required(place) == _required(ROOT)
-    return Edition(name, place, _shared(at) if same else _installed(place))
-
-
-def _required(root):
-    """What an edition says that it needs."""
-    read = ConfigParser()
-    read.read(root / "setup.cfg")
-    return sorted(read.get("options", "install_requires", fallback="").split("\n"))
-
-
-def _shared(at):
-    """A Python that has the packages of this one, but not what is installed from a checkout."""
-    place, paths = at / "shared", sysconfig.get_paths()
-    if not place.exists():
-        venv.create(place, symlinks=True)
-    (packages,) = place.glob("lib/*/site-packages")
-    (packages / "shared.pth").write_text("\n".join({paths["purelib"], paths["platlib"]}))
-    return place / "bin" / "python"
-
-
-def _installed(place):
-    """A Python with what the edition asks for."""
-    home = place / ".venv"
-    if not home.exists():
-        venv.create(home, with_pip=True, symlinks=True)
-        command = [home / "bin" / "pip", "install", "-q", f"{place}[test]"]
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode:
-            shutil.rmtree(home)
-            raise SystemExit(f"pip could not install {place}: {done.stderr.strip().splitlines()[-1]}")
-    return home / "bin" / "python"
+    return Edition(name, place.resolve(), python.absolute())
 
 
 def text_of(problem):
@@ -140,11 +101,9 @@ def text_of(problem):
 
 def difference(old, new):
     """In words: relative difference of two numbers, or that others differ."""
-    if old == new:
-        return ""
-    if not all(isinstance(value, (int, float)) for value in (old, new)):
-        return "differs"
-    return f"off by {abs(new - old) / max(abs(old), abs(new)):.1e}"
+    numbers = all(isinstance(value, (int, float)) for value in (old, new))
+    off = f"off by {abs(new - old) / max(abs(old), abs(new)):.1e}" if numbers and old != new else "differs"
+    return "" if old == new else off
 
 
 def compare(editions, problem, rounds):
@@ -178,35 +137,3 @@ def frozen(old, rooms):
         for room in rooms or sorted(file.stem for file in (ROOT / "tests/frozen/rooms").glob("*.csv")):
             done = old.run("-c", ROOM, room, root=place)
             yield done.stdout.strip() or f"{room}: {done.stderr.strip().splitlines()[-1]}"
-
-
-def weights(root, measure):
-    """{(room, quantity): count} of the library, with `measure(file)` of the script of weights."""
-    sums = {}
-    for file in sorted((root / "microblock").rglob("*.py")):
-        statements, tokens, constants, *_, literals, _ = measure(file)
-        classes = sum(isinstance(node, ast.ClassDef) for node in ast.walk(ast.parse(file.read_text())))
-        counts = dict(
-            statements=statements, tokens=tokens, constants=constants, literals=literals, classes=classes
-        )
-        for quantity, count in counts.items():
-            for room in ("all", file.parent.name):
-                sums[room, quantity] = sums.get((room, quantity), 0) + count
-    return sums
-
-
-def record(one, file, script, rounds):
-    """Write the edition's weights, and seconds, peak memory and numbers of all problems at all sizes."""
-    counts = weights(one.root, runpy.run_path(script)["measure"])
-    rows = [(one.name, room, "", quantity, count) for (room, quantity), count in counts.items()]
-    for name, (sizes, meaning, _) in PROBLEMS.items():
-        for size in sizes:
-            runs = [one.solve(text_of(f"{name}:{size}")) for _ in range(rounds)]
-            values = {key: f"{median(run[key] for run in runs):.4g}" for key in ("seconds", "MiB")}
-            rows += [
-                (one.name, name, f"{meaning} {size}", *pair) for pair in (values | runs[0]["numbers"]).items()
-            ]
-            print(f"{name:24}{meaning} {size:<8} {values['seconds']} s, {values['MiB']} MiB", flush=True)
-    with Path(file).open("w", newline="") as table:
-        writer = csv.writer(table, lineterminator="\n")
-        writer.writerows([("edition", "of", "size", "quantity", "value"), *rows])

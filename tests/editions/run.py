@@ -9,15 +9,9 @@ from pathlib import Path
 
 def plain(values):
     """{name: number or text} of a dictionary of numbers, of numpy, or lists of them."""
-    numbers = {}
-    for name, value in values.items():
-        value = value.tolist() if hasattr(value, "tolist") else value
-        numbers |= (
-            plain({f"{name} {k}": v for k, v in enumerate(value)})
-            if isinstance(value, list)
-            else {name: value}
-        )
-    return numbers
+    pairs = [(name, getattr(value, "tolist", lambda value=value: value)()) for name, value in values.items()]
+    lists = [(name, value if isinstance(value, list) else [value]) for name, value in pairs]
+    return {f"{n} {k}" if len(own) > 1 else n: one for n, own in lists for k, one in enumerate(own)}
 
 
 def main():
@@ -32,13 +26,8 @@ def main():
     seconds = time.process_time() - start
     peak = re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())  # of this process alone
     library = getattr(sys.modules.get("microblock"), "__file__", None)
-    result = {
-        "numbers": plain(scope["numbers"]),
-        "seconds": seconds,
-        "MiB": int(peak[1]) / 1024,
-        "library": library,
-    }
-    print(json.dumps(result))
+    result = {"seconds": seconds, "MiB": int(peak[1]) / 1024, "library": library}
+    print(json.dumps(result | {"numbers": plain(scope["numbers"])}))
 
 
 if __name__ == "__main__":

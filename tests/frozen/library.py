@@ -6,7 +6,9 @@ give what else is frozen.
 """
 
 import contextlib
+import copy
 import io
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
@@ -59,28 +61,41 @@ def _with_functions(options):
     }
 
 
-@cache
-def mesh_of(name):
-    """The meshes of the problems; their contact boundary is called "contact"."""
-    if name == "line":
-        return meshes.line(1.0, 3)
-    if name == "column":
-        return meshes.column(1.0, 3)
-    if name == "dome":
-        face = occ.WorkPlane().Circle(1.0).Face() * occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
-        face.edges.name = "contact"
-        face.edges.Min(occ.Y).name = "bottom"
-        return ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.2)).Curve(3)
-    mesh = MakeStructured2DMesh(quads=True, nx=20, ny=8, mapping=lambda x, y: (2 * x - 1, y - 1))
-    for number, side in enumerate(mesh.GetBoundaries()):
-        mesh.ngmesh.SetBCName(number, {"top": "contact"}.get(side, side))
+def copies(state):
+    """The state after pickling, and its copy."""
+    return {"pickled": pickle.loads(pickle.dumps(state)), "copied": copy.deepcopy(state)}
+
+
+def with_contact(mesh, side="top"):
+    """The mesh with one of its sides called "contact"."""
+    for number, name in enumerate(mesh.GetBoundaries()):
+        mesh.ngmesh.SetBCName(number, {side: "contact"}.get(name, name))
     return ng.Mesh(mesh.ngmesh)
 
 
+def dome(maxh=0.2, order=3, base="bottom"):
+    face = occ.WorkPlane().Circle(1.0).Face() * occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
+    face.edges.name, face.edges.Min(occ.Y).name = "contact", base
+    return ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=maxh)).Curve(order)
+
+
+MESHES = {  # of the problems; their contact boundary is called "contact"
+    "line": lambda: meshes.line(1.0, 3),
+    "column": lambda: meshes.column(1.0, 3),
+    "dome": dome,
+    "cap": lambda: dome(0.3, 2, "base"),
+    "block": lambda: with_contact(MakeStructured2DMesh(nx=20, ny=8, mapping=lambda x, y: (2 * x - 1, y - 1))),
+}
+
+
+@cache
+def mesh_of(name):
+    return MESHES[name]()
+
+
 def body_of(problem):
-    strip, fixed = problem["mesh"] in ("line", "column"), "bottom"
-    if strip:
-        fixed = {"u1": "middle", "u2": "middle"}
+    middle = {"u1": "middle", "u2": "middle"}
+    fixed = {"line": middle, "column": middle, "cap": "base"}.get(problem["mesh"], "bottom")
     return mb.Body(
         mesh_of(problem["mesh"]),
         material(problem),
@@ -93,31 +108,28 @@ def body_of(problem):
 def contact_of(problem):
     """The contact problem itself, before it is asked for a load."""
     method, touching = problem["method"], (obstacle_of(problem), law_of(problem))
-    if method == "panels":
-        return mb.Contact(mb.HalfPlane(material(problem)), *touching, mb.Panels(**_given(problem, "order")))
-    if method == "cells":
-        return mb.Contact(
-            mb.HalfPlane(material(problem), **_given(problem, "period")),
-            *touching,
-            mb.Cells(**_given(problem, "nodes", "window")),
-        )
-    block = (
-        mb.Block(material(problem), problem.get("domain", np.inf))
-        if method in ("fitted", "uniform")
-        else None
-    )
-    if method == "fitted":
-        return mb.Contact(block, *touching, mb.Fitted(**_given(problem, "order", "even")))
+    newton = mb.Newton(problem.get("newton", "al"), problem.get("rho"))
+    if method in ("panels", "cells"):
+        body = mb.HalfPlane(material(problem), **_given(problem, "period"))
+    else:
+        block = method in ("fitted", "uniform")
+        body = mb.Block(material(problem), problem.get("domain", np.inf)) if block else body_of(problem)
     if method == "uniform":
-        newton = mb.Newton(problem["newton"], problem.get("rho")) if "newton" in problem else None
-        return mb.Contact(
-            block,
-            *touching,
-            mb.Uniform(**_given(problem, "h", "reach", "order", "shape", "rule"), newton=newton),
-        )
-    if method == "body":
-        return mb.Contact(body_of(problem), *touching)
-    return mb.Contact(body_of(problem), *touching, mb.Newton(problem.get("newton", "al"), problem.get("rho")))
+        options = {"newton": newton if "newton" in problem else None}
+        chosen = mb.Uniform(**_given(problem, "h", "reach", "order", "shape", "rule"), **options)
+    else:
+        make, *names = METHODS[method]
+        chosen = make(**_given(problem, *names)) if make else newton if method == "newton" else None
+    return mb.Contact(body, *touching, chosen)
+
+
+METHODS = {
+    "panels": (mb.Panels, "order"),
+    "cells": (mb.Cells, "nodes", "window"),
+    "fitted": (mb.Fitted, "order", "even"),
+    "body": (None,),
+    "newton": (None,),
+}
 
 
 def _given(problem, *names):
@@ -155,19 +167,17 @@ def measured(state, problem):
         "unknowns": state.unknowns + (problem["method"] == "cells"),
         "iterations": state.iterations,
     }
+    left_out = ()
     if problem["method"] == "fitted" and "domain" not in problem:  # they grow with the size of the mesh
-        del found["approach"], found["energy"]
-    if estimated(problem):  # the largest at a node is the nodes' own
-        del found["pressure_max"], found["micromoment_max"]
-        if problem["obstacle"][0] == "Punch":  # under an edge they are infinite
-            del found["pressure squared"], found["micromoment squared"]
-    for name, intervals in state.zones.items():
-        found |= _edges(name, intervals)
-    for x in problem.get("at", ()):
-        found |= _at(state, problem, x)
-    for x1, x2 in problem.get("below", ()):
-        found |= {f"{name} at x1={x1:g} x2={x2:g}": value for name, value in _below(state, x1, x2).items()}
-    return found
+        left_out = "approach", "energy"
+    if estimated(problem):  # the largest at a node is the nodes' own, and under a punch's edge infinite
+        squares = ("pressure squared", "micromoment squared") if problem["obstacle"][0] == "Punch" else ()
+        left_out += "pressure_max", "micromoment_max", *squares
+    parts = [{name: value for name, value in found.items() if name not in left_out}]
+    parts += [_edges(name, intervals) for name, intervals in state.zones.items()]
+    parts += [_at(state, problem, x) for x in problem.get("at", ())]
+    parts += [below(state, *point) for point in problem.get("below", ())]
+    return {name: value for part in parts for name, value in part.items()}
 
 
 def _edges(name, intervals):
@@ -219,19 +229,12 @@ def _at(state, problem, x):
     return {f"{name} at {x:g}": value for name, value in found.items()}
 
 
-def _below(state, x1, x2):
+def below(state, x1, x2):
     """Fields at a point below the surface."""
     own = state.fields([x1], [x2])
-    psi, stress, couple = own.psi[0], own.stress[:, :, 0], own.couple_stress[:, 0]
-    return {
-        "psi": psi,
-        "s11": stress[0, 0],
-        "s22": stress[1, 1],
-        "s12": stress[0, 1],
-        "s21": stress[1, 0],
-        "m1": couple[0],
-        "m2": couple[1],
-    }
+    names = "psi", "s11", "s12", "s21", "s22", "m1", "m2"
+    values = np.concatenate([np.ravel(part) for part in (own.psi, own.stress, own.couple_stress)])
+    return {f"{name} at x1={x1:g} x2={x2:g}": value for name, value in zip(names, values)}
 
 
 def _of_newton(state):
@@ -271,18 +274,16 @@ SOLIDS = {
 
 
 def of_materials():
-    found, gradient, kappa = {}, np.array([[0.01, 0.002], [-0.004, -0.02]]), (0.3, -0.2)
+    found, gradient = {}, np.array([[0.01, 0.002], [-0.004, -0.02]])
     for name, other in SOLIDS.items():
         solid = material({"solid": given.solid(**other)})
-        values = {
-            part: getattr(solid, part)
-            for part in ("mu", "lam", "mu_c", "beta", "eta", "E_star", "layer_length")
-        }
-        values["energy density"] = solid.energy(gradient, 0.005, kappa)
-        (values["s11"], values["s12"]), (values["s21"], values["s22"]) = solid.stress(gradient, 0.005)
-        values["m1"], values["m2"] = solid.couple_stress(kappa)
+        parts = "mu", "lam", "mu_c", "beta", "eta", "E_star", "layer_length"
+        values = {part: getattr(solid, part) for part in parts}
+        values["energy density"] = solid.energy(gradient, 0.005, (0.3, -0.2))
+        values |= zip(("s11", "s12", "s21", "s22"), sum(map(tuple, solid.stress(gradient, 0.005)), ()))
+        values |= zip(("m1", "m2"), solid.couple_stress((0.3, -0.2)))
+        values |= zip(("short waves U", "short waves W"), kernels.short_waves(solid))
         values["exponent of coalescence"] = kernels.coalescence_exponent(solid)
-        values["short waves U"], values["short waves W"] = kernels.short_waves(solid)
         found |= {f"material {name} {part}": value for part, value in values.items()}
     return found
 
@@ -345,76 +346,81 @@ def of_kernels():
 
 
 def of_closed_forms():
-    found, x = {}, np.array([0.1, 0.25])
-    strip = {"ell": 0.5, "psi0": 0.0175, "nu": 0.3, "beta": 1.0}
-    for name, delta in (("partial", 0.01), ("full", 0.04)):
-        exact = closed_forms.Strip(**strip, delta=delta)
-        values = {
-            part: getattr(exact, part)
-            for part in ("delta_fc", "traction", "micromoment", "L_psi", "L_u", "state")
-        }
-        values |= {"psi": exact.psi(0.7), "u1": exact.u1(0.7), "u2": exact.u2(0.7)}
-        found |= {f"closed form strip {name} {part}": value for part, value in values.items()}
+    x, parts = np.array([0.1, 0.25]), ("delta_fc", "traction", "micromoment", "L_psi", "L_u", "state")
+    strips = {
+        name: closed_forms.Strip(ell=0.5, psi0=0.0175, nu=0.3, beta=1.0, delta=delta)
+        for name, delta in (("partial", 0.01), ("full", 0.04))
+    }
     two = closed_forms.TwoFacedStrip(0.5, 0.0175, -0.008, 0.3, 1.0, 0.02)
-    values = {"pressure": two.pressure, "psi": two.psi(0.3), "u1": two.u1(0.3), "u2": two.u2(0.3)}
-    values |= {
-        f"{part} {face}": value
-        for part in ("delta_fc", "surface", "micromoments")
-        for face, value in zip(("upper", "lower"), getattr(two, part))
-    }
-    found |= {f"closed form two faces {part}": value for part, value in values.items()}
     wavy = closed_forms.Wavy(closure=3.0, wavelength=1.0, mean=1.0)
-    found |= {
-        "closed form wave half_width": wavy.half_width,
-        "closed form wave approach": wavy.approach_over_amplitude,
-    }
     layer = closed_forms.ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
-    found |= {
-        f"closed form thin layer pressure {corner}": value
-        for corner, value in zip("AB", layer.pressures(np.array([[0.01], [0.004]]))[:, 0])
-    }
-    for name, pressures in {
+    profiles = {
         "hertz": closed_forms.hertz(x, 1.0, 0.34),
         "punch": closed_forms.punch(x, 1.0, 0.34),
         "wave": wavy.pressure(x),
         "tilted punch": closed_forms.tilted_punch(x, 1.0, 0.34, -0.01, 100.0)[0],
         "wedge": closed_forms.wedge(x, 1.0, 0.34),
-    }.items():
-        found |= {f"closed form {name} pressure at {place:g}": value for place, value in zip(x, pressures)}
-    return found
+    }
+    found = {
+        **{f"strip {name} {part}": getattr(own, part) for name, own in strips.items() for part in parts},
+        **{
+            f"strip {name} {part}": getattr(own, part)(0.7)
+            for name, own in strips.items()
+            for part in ("psi", "u1", "u2")
+        },
+        **{f"two faces {part}": getattr(two, part)(0.3) for part in ("psi", "u1", "u2")},
+        **{
+            f"two faces {part} {face}": value
+            for part in ("delta_fc", "surface", "micromoments")
+            for face, value in zip(("upper", "lower"), getattr(two, part))
+        },
+        "two faces pressure": two.pressure,
+        "wave half_width": wavy.half_width,
+        "wave approach": wavy.approach_over_amplitude,
+        **{
+            f"thin layer pressure {corner}": value
+            for corner, value in zip("AB", layer.pressures(np.array([[0.01], [0.004]]))[:, 0])
+        },
+        **{
+            f"{name} pressure at {place:g}": value
+            for name, pressures in profiles.items()
+            for place, value in zip(x, pressures)
+        },
+    }
+    return {f"closed form {name}": value for name, value in found.items()}
 
 
 def of_bodies():
     """A body without contact, an event ahead of Newton's steps, layer lengths, the largest shear."""
-    body = body_of({"solid": given.SOLID, "mesh": "block", "order": 3})
-    fields = body.solve(
-        Loads(force=(0.1, -0.2), couple=0.05, traction={"contact": (0.3, -1)}, micromoment={"contact": 0.1})
+    loads = Loads(
+        force=(0.1, -0.2), couple=0.05, traction={"contact": (0.3, -1)}, micromoment={"contact": 0.1}
     )
-    point = body.mesh(0.31, -0.27)
-    found = {f"body under loads {name}": field(point) for name, field in zip(("u1", "u2", "psi"), fields)}
-    found |= {"body under loads energy": fields.energy()}
-    force, moment = fields.reaction("bottom")
-    found |= {
-        "body under loads reaction f1": force[0],
-        "body under loads reaction f2": force[1],
-        "body under loads reaction moment": moment,
-    }
+    fields = body_of({"solid": given.SOLID, "mesh": "block", "order": 3}).solve(loads)
+    found = {f"body under loads {name}": value for name, value in under_loads(fields, (0.31, -0.27)).items()}
     strip = next(problem for problem in given.NEWTON if problem["name"] == "newton strip line")
     newton = contact_of(strip).solver.newton("approach")
-    states = [newton.solve(approach) for approach in (0.001, 0.002)]
-    event = newton_path.next_event(*states)
-    found |= {"strip next event level": event.level, "strip next event": f"{event.kind} {event.corner}"}
-    stepped = list(newton_path.load_path(newton, [0.002, 0.004, 0.02]))[-1]
-    found |= {
-        "strip load path last traction": stepped.traction[0],
-        "strip load path last micromoment": stepped.micromoment[0],
+    event = newton_path.next_event(*(newton.solve(approach) for approach in (0.001, 0.002)))
+    last = list(newton_path.load_path(newton, [0.002, 0.004, 0.02]))[-1]
+    u1, moment = newton.facets.at_nodes("u1", last.fields.u1)[0], last.micromoment[0]
+    solid = body_of(strip).solid
+    lengths = zones.layer_lengths(solid, last.psi[0], u1, moment, last.traction[0])
+    return found | {
+        "strip next event level": event.level,
+        "strip next event": f"{event.kind} {event.corner}",
+        "strip load path last traction": last.traction[0],
+        "strip load path last micromoment": moment,
+        "strip layer length psi": lengths[0],
+        "strip layer length u1": lengths[1],
     }
-    u1 = newton.facets.at_nodes("u1", stepped.fields.u1)[0]
-    lengths = zones.layer_lengths(
-        body_of(strip).solid, stepped.psi[0], u1, stepped.micromoment[0], stepped.traction[0]
-    )
-    found |= {"strip layer length psi": lengths[0], "strip layer length u1": lengths[1]}
-    return found
+
+
+def under_loads(fields, point):
+    """Fields of a body without contact at a point, its energy, and what its supports exert."""
+    force, moment = fields.reaction("bottom")
+    place = fields.body.mesh(*point)
+    found = {name: field(place) for name, field in zip(("u1", "u2", "psi"), fields)}
+    reactions = {"reaction f1": force[0], "reaction f2": force[1], "reaction moment": moment}
+    return found | reactions | {"energy": fields.energy()}
 
 
 def largest_shear():

@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-import netgen.occ as occ
-import ngsolve as ng
 import numpy as np
 
 import microblock as mb
@@ -202,64 +200,48 @@ def history_of(problem):
     """The History of a problem."""
     contact, pairs = contact_of(problem), np.array(problem["pairs"])
     if "cells" not in problem and "levels" not in problem:
-        rtol = {"rtol": problem["rtol"]} if "rtol" in problem else {}
-        return contact.history(problem["pairs"], coupled=problem["coupled"], **rtol)
-    solver = FrictionSolver(contact.solver, pairs, problem["coupled"])
-    if "levels" in problem:
-        level = None
-        for number in range(problem["levels"]):
-            level = solver.level(number, level)
-        edges = level.edges
-    else:
-        reach, number = problem["cells"]
-        places = np.linspace(-1, 1, number + 1)
-        places = reach * (places + places**3) / 2 + reach * BESIDE
-        edges = np.column_stack((places[:-1], places[1:]))
+        more = library._given(problem, "rtol")
+        return contact.history(problem["pairs"], coupled=problem["coupled"], **more)
+    solver, level = FrictionSolver(contact.solver, pairs, problem["coupled"]), None
+    for number in range(problem.get("levels", 0)):
+        level = solver.level(number, level)
+    edges = level.edges if level else cells_of(*problem["cells"])
     walk = Walk(solver, edges)
     states = [FrictionState(walk.to(*map(float, pair))) for pair in pairs]
     return History(contact, states, events(walk.path, edges, pairs))
 
 
+def cells_of(reach, number):
+    """Edges of cells that are longer towards the ends."""
+    places = np.linspace(-1, 1, number + 1)
+    places = reach * (places + places**3) / 2 + reach * BESIDE
+    return np.column_stack((places[:-1], places[1:]))
+
+
 def contact_of(problem):
     """The Contact, with a second body if there is one."""
     contact = library.contact_of(problem)
-    if problem.get("mesh") == "cap":
-        contact = contact.with_(body=mb.Body(_cap(), contact.solid, problem["order"], fixed="base"))
     if "second" not in problem:
         return contact
     second = mb.HalfPlane(mb.Cosserat(**{**problem["solid"], **problem["second"]}), problem.get("period"))
     return contact.with_(obstacle=mb.Deformable(second, contact.obstacle))
 
 
-def _cap():
-    """A half-disc above x2 = 0, whose round side is the contact boundary."""
-    face = occ.WorkPlane().Circle(1.0).Face() * occ.WorkPlane().MoveTo(-2, 0).Rectangle(4, 2).Face()
-    face.edges.name = "contact"
-    face.edges.Min(occ.Y).name = "base"
-    return ng.Mesh(occ.OCCGeometry(face, dim=2).GenerateMesh(maxh=0.3)).Curve(2)
-
-
 def of_motions():
     """A body under given motions of the obstacle, its unknowns eliminated and not."""
-    law, cylinder, found = mb.Microblock(friction=0.3), mb.Cylinder(R=10.0), {}
-    body = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1})
-    for reduced in (True, False):
-        facets = FrictionFacets(body, law, cylinder)
+    body, found = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1}), {}
+    for row, reduced in (("motions reduced", True), ("motions whole", False)):
+        facets = FrictionFacets(body, mb.Microblock(friction=0.3), mb.Cylinder(R=10.0))
         newton = MonolithicFriction(facets, control="approach", reduced=reduced)
         for number, state in enumerate(newton.follow([(0.012, 0.0), (0.012, 0.004), (0.006, -0.001)])):
-            values = {
-                "normal": state.normal,
-                "shear": state.shear,
-                "work": state.work,
-                "energy": state.energy,
-                "dissipation": state.dissipation,
+            names = "normal", "shear", "work", "energy", "dissipation"
+            values = {name: getattr(state, name) for name in names} | {
                 "pressures": digest(state.pressures),
                 "shear traction": digest(np.round(state.shear_traction, 12)),
                 "slip": digest(state.slip),
                 "slips": " ".join(str(int(each)) for each in state.slips),
             }
-            row = f"motions {'reduced' if reduced else 'whole'} {number}"
-            found |= {f"{row} {name}": value for name, value in values.items()}
+            found |= {f"{row} {number} {name}": value for name, value in values.items()}
     return found
 
 
@@ -281,32 +263,27 @@ def integrals(state, full):
 
 def pointwise(state, problem):
     """{quantity at a point: number}: fields on the surface, gaps or pressures of corners, fields below."""
-    found = {}
+    found, law, read = {}, state.law, {True: "pressure", False: "gap"}
+    values = {"shear": state.shear_traction, "slip": state.slip}
+    values |= {"micromoment": state.micromoment} if len(law.corners) > 1 or law.clamps_rotation else {}
+    values |= {} if law.clamps_rotation else {"psi": state.psi}
+    fixed = {} if library.estimated(problem) else values  # there nodes follow from what is asked for
     for x in problem["at"]:
-        values = {"shear": state.shear_traction, "slip": state.slip}
-        if len(state.law.corners) > 1 or state.law.clamps_rotation:
-            values["micromoment"] = state.micromoment
-        if not state.law.clamps_rotation:
-            values["psi"] = state.psi
-        if not library.estimated(problem):  # there nodes follow from what is asked for
-            found |= {f"{name} at {x:g}": np.interp(x, state.x, each) for name, each in values.items()}
-        for corner in state.law.corners:
-            closed = state.pressure_at(x, corner) > OPEN * state.pressure.max()
-            name, read = (
-                ("pressure", state.pressure_at(x, corner)) if closed else ("gap", state.gap_at(corner, x))
-            )
-            found[f"{name} {corner} at {x:g}"] = float(read)
+        found |= {f"{name} at {x:g}": np.interp(x, state.x, each) for name, each in fixed.items()}
+        for corner in law.corners:
+            pressure = state.pressure_at(x, corner)
+            closed = bool(pressure > OPEN * state.pressure.max())
+            value = float(pressure if closed else state.gap_at(corner, x))
+            found[f"{read[closed]} {corner} at {x:g}"] = value
     for x in problem.get("beside", ()):  # of panels: between nodes they are as accurate as at them
-        found[f"gap at {x:g}"] = state.gap_at(state.law.corners[0], x)
+        found[f"gap at {x:g}"] = state.gap_at(law.corners[0], x)
         moved = state.counter_displacement([x, 2 * x])
         found[f"counter displacement at {x:g} over {2 * x:g}"] = moved[0] - moved[1]
-    for x1, x2 in problem.get("below", ()):
-        found |= {
-            f"{name} at x1={x1:g} x2={x2:g}": each for name, each in library._below(state, x1, x2).items()
-        }
+    for point in problem.get("below", ()):
+        found |= library.below(state, *point)
     if "supports" in problem:
         force, moment = state.reaction(problem["supports"])
-        found |= {"support force 1": force[0], "support force 2": force[1], "support moment": moment}
+        found |= zip(("support force 1", "support force 2", "support moment"), (*force, moment))
     return found
 
 

@@ -1,7 +1,5 @@
 """Frozen contact of bodies on meshes in the plane in names of the library, beside `tests.frozen.library`."""
 
-import copy
-import pickle
 from functools import cache
 
 import ngsolve as ng
@@ -47,15 +45,8 @@ def mesh_of(name):
     """A mesh with a straight contact boundary, or with one along a circle, of straight edges."""
     if name != "bent":
         return library.mesh_of(name)
-
-    def mapped(x, y):
-        x = 1.6 * x - 0.8
-        return x, y * np.sqrt(1 - x * x / 4)
-
-    mesh = MakeStructured2DMesh(quads=False, nx=16, ny=8, mapping=mapped)
-    for number, side in enumerate(mesh.GetBoundaries()):
-        mesh.ngmesh.SetBCName(number, {"top": "contact"}.get(side, side))
-    return ng.Mesh(mesh.ngmesh)
+    mapped = lambda x, y: (1.6 * x - 0.8, y * np.sqrt(1 - (1.6 * x - 0.8) ** 2 / 4))  # noqa: E731
+    return library.with_contact(MakeStructured2DMesh(quads=False, nx=16, ny=8, mapping=mapped))
 
 
 def body_of(problem):
@@ -112,56 +103,47 @@ def that_travel():
     found = {}
     for problem in (given.STATES[number] for number in (6, 9, 12)):
         state = solve(problem)
-        for way, again in (("pickled", pickle.loads(pickle.dumps(state))), ("copied", copy.deepcopy(state))):
-            name = f"{problem['name']} {way}"
-            found[f"{name} is the same"] = str(np.array_equal(again.pressure, state.pressure))
-            found[f"{name} energy"] = again.solution.fields.energy()
-            found[f"{name} reaction moment"] = again.reaction("bottom")[1]
-            found[f"{name} psi below"] = again.fields([0.1], [-0.1]).psi[0]
+        for way, again in library.copies(state).items():
+            values = {
+                "is the same": str(np.array_equal(again.pressure, state.pressure)),
+                "energy": again.solution.fields.energy(),
+                "reaction moment": again.reaction("bottom")[1],
+                "psi below": again.fields([0.1], [-0.1]).psi[0],
+            }
+            found |= {f"{problem['name']} {way} {name}": value for name, value in values.items()}
     return found
 
 
 def of_bodies():
     """Bodies without contact: values that are prescribed, orders, periods; a picture; a load path's state."""
-    found, solid = {}, library.material({"solid": given.SOLID})
+    found, solid, mesh = {}, library.material({"solid": given.SOLID}), library.mesh_of("block")
     loads = Loads(
         force=(0.1, -0.2), couple=0.05, traction={"contact": (ng.x, -1)}, micromoment={"contact": 0.1}
     )
-    mesh = library.mesh_of("block")
+    values = {"u1": {"left": 0.01 * ng.y}, "psi": {"right": 0.02}}
     bodies = {
-        "prescribed": mb.Body(
-            mesh, solid, 2, fixed="bottom", prescribed={"u1": {"left": 0.01 * ng.y}, "psi": {"right": 0.02}}
-        ),
+        "prescribed": mb.Body(mesh, solid, 2, fixed="bottom", prescribed=values),
         "orders of elements": mb.Body(mesh, solid, np.where(np.arange(mesh.ne) % 3, 2, 3), fixed="bottom"),
         "psi of order 1": mb.Body(mesh, solid, 3, order_psi=1, fixed="bottom"),
         "triangles": mb.Body(mesh_of("bent"), solid, 3, fixed="bottom"),
     }
     for name, body in bodies.items():
-        fields = body.solve(loads)
-        found[f"mesh under loads {name} energy"] = fields.energy()
-        force, moment = fields.reaction("bottom")
-        found |= {f"mesh under loads {name} reaction f{i}": value for i, value in enumerate(force, 1)}
-        found[f"mesh under loads {name} reaction moment"] = moment
-        point = body.mesh(0.31, 0.2 if name == "triangles" else -0.27)
-        found |= {
-            f"mesh under loads {name} {part}": field(point)
-            for part, field in zip(("u1", "u2", "psi"), fields)
-        }
-    state = solve(given.STATES[0])
-    x1, x2, triangles, psi, stress = state.solution.fields_below(((-0.5, 0.5), 0.4))
-    found |= {"mesh picture points number": len(x1), "mesh picture triangles number": len(triangles)}
+        own = library.under_loads(body.solve(loads), (0.31, 0.2 if name == "triangles" else -0.27))
+        found |= {f"under loads {name} {part}": value for part, value in own.items()}
+    x1, x2, triangles, psi, stress = solve(given.STATES[0]).solution.fields_below(((-0.5, 0.5), 0.4))
+    path = mb.Contact(mb.Block(solid, 4.0), mb.Cylinder(R=10.0), mb.Microblock(), mb.Fitted(order=3)).path(
+        1.0
+    )
     found |= {
-        "mesh picture psi": psi @ x1,
-        "mesh picture s22": stress[1, 1] @ x2,
-        "mesh picture s12": stress[0, 1] @ x1,
+        "picture points number": len(x1),
+        "picture triangles number": len(triangles),
+        "picture psi": psi @ x1,
+        "picture s22": stress[1, 1] @ x2,
+        "picture s12": stress[0, 1] @ x1,
+        "fitted path half_width": path.at(0.5).half_width,
+        "fitted path energy": path.at(0.5).energy,
     }
-    block = mb.Block(solid, 4.0)
-    path = mb.Contact(block, mb.Cylinder(R=10.0), mb.Microblock(), mb.Fitted(order=3)).path(1.0)
-    found |= {
-        "mesh fitted path half_width": path.at(0.5).half_width,
-        "mesh fitted path energy": path.at(0.5).energy,
-    }
-    return found
+    return {f"mesh {name}": value for name, value in found.items()}
 
 
 def refusals():

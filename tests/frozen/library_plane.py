@@ -41,23 +41,22 @@ def cells_of(edges=EDGES):
 
 
 def of_shear_kernels():
-    found, places = {}, np.array([0.01, -1.0, 50.0])
-    for name, other in (("beta=1", {}), ("beta=0.3", SOFT)):
-        solid = solid_of(**other)
+    found, places, few = {}, np.array([0.01, -1.0, 50.0]), [0, 1, 2, 15, 17, 255, 300, 4095, 4999]
+    solids = {"beta=1": solid_of(), "beta=0.3": solid_of(**SOFT)}
+    for name, solid in solids.items():
         own = solid.nu, solid.beta, solid.curvature
-        for number, values in enumerate(kernels.kernels(*own)(places, range(3, 9)), 3):
-            found |= {f"kernel {name} {number} at x/ell={x:g}": value for x, value in zip(places, values)}
+        table = enumerate(kernels.kernels(*own)(places, range(3, 9)), 3)
         twice = kernels.kernels(*own, shear_cells.SecondAntiderivatives)(places, range(9))
-        found |= {f"second antiderivative {name} {number}": digest(each) for number, each in enumerate(twice)}
-        found[f"step {name}"] = kernels.step(solid.nu)
-        found[f"normal kernel {name}"] = digest(kernels.normal_kernel(solid, places))
-        found[f"normal symbol {name}"] = digest(kernels.normal_symbol(solid, np.abs(places)))
-        for part, values in zip("UVWYE", kernels.HalfPlane(solid).cells(5000, 0.003, (0, 1, 2, 3, 4))):
-            chosen = values[[0, 1, 2, 15, 17, 255, 300, 4095, 4999]]
-            found[f"cells {name} {part}"] = digest(chosen)
-    classical = solid_of(**CLASSICAL)
-    found["normal kernel classical"] = digest(kernels.normal_kernel(classical, places))
-    found["normal symbol classical"] = digest(kernels.normal_symbol(classical, np.abs(places)))
+        cells = zip("UVWYE", kernels.HalfPlane(solid).cells(5000, 0.003, (0, 1, 2, 3, 4)))
+        found |= {
+            **{f"kernel {name} {i} at x/ell={x:g}": v for i, values in table for x, v in zip(places, values)},
+            **{f"second antiderivative {name} {i}": digest(each) for i, each in enumerate(twice)},
+            **{f"cells {name} {part}": digest(values[few]) for part, values in cells},
+            f"step {name}": kernels.step(solid.nu),
+        }
+    for name, own in {**solids, "classical": solid_of(**CLASSICAL)}.items():
+        found[f"normal kernel {name}"] = digest(kernels.normal_kernel(own, places))
+        found[f"normal symbol {name}"] = digest(kernels.normal_symbol(own, np.abs(places)))
     matrix = mb.HalfPlane(solid).compliance(np.linspace(-0.1, 0.1, 4), clamped=True).matrix
     return found | {"compliance clamped": digest(matrix)}
 
@@ -66,37 +65,41 @@ def of_averages():
     """Averages over cells of unlike widths, near and far, and the compliances that are made of them."""
     found, edges = {}, cells_of()
     middle, width = edges.mean(axis=1), np.ptp(edges, axis=1)
-    apart = middle[:, None] - middle
     for name, other, which in (
         ("beta=1", {}, range(9)),
         ("beta=0.3", SOFT, range(9)),
         ("classical", CLASSICAL, (0, 5)),
     ):
         solid = solid_of(**other)
-        for shift in (0.0, solid.ell):
-            for number, matrix in zip(which, shear_cells.averages(solid, edges, which, shift)):
-                found[f"averages {name} shift={shift:g} {number}"] = digest(matrix)
-        normal = averages.normal_averages(solid, apart, width, width[:, None])
-        found[f"normal averages {name}"] = digest(normal)
-        found[f"normal averages {name} of a cell"] = normal[3, 3]
-        found[f"normal averages {name} far"] = float(averages.normal_averages(solid, [40.0], 0.1, 0.2)[0])
-    gaps = np.zeros(len(edges))
+        normal = averages.normal_averages(solid, middle[:, None] - middle, width, width[:, None])
+        found |= {
+            **{
+                f"averages {name} shift={shift:g} {i}": digest(matrix)
+                for shift in (0.0, solid.ell)
+                for i, matrix in zip(which, shear_cells.averages(solid, edges, which, shift))
+            },
+            f"normal averages {name}": digest(normal),
+            f"normal averages {name} of a cell": normal[3, 3],
+            f"normal averages {name} far": float(averages.normal_averages(solid, [40.0], 0.1, 0.2)[0]),
+        }
     for name, law in LAWS.items():
         problem = Problem(solid_of(), law, mb.Cylinder(R=10.0), counter=solid_of(**problems.BEHIND))
-        corners = len(law.corners)
-        own = shear_cells.frictional_contact(problem, edges, np.tile(gaps, corners))
+        corners, even = len(law.corners), np.linspace(-0.2, 0.2, 7)
+        own = shear_cells.frictional_contact(problem, edges, np.zeros(corners * len(edges)))
         shares = np.full((corners, len(edges)), 1 / corners)
-        for words, each in (
-            ("", own),
-            (" with a body", shear_cells.with_counter(own, problem, edges, shares)),
-            (" with a body, a force for each corner", shear_cells.with_counter(own, problem, edges)),
-        ):
-            parts = {"normal": each.normal, "cross": each.cross, "tangential": each.tangential}
-            found |= {f"cells {name}{words} {part}": digest(matrix) for part, matrix in parts.items()}
-            found[f"cells {name}{words} cross entry"] = each.cross[2, 4]
-        even = np.linspace(-0.2, 0.2, 7)
-        found[f"counter flexibility {name}"] = digest(counter_flexibility(problem, even, np.full(7, 0.05)))
-        found[f"graded flexibility {name}"] = digest(graded_cells._flexibility(problem, middle, width))
+        each = shear_cells.with_counter(own, problem, edges)
+        ways = {"": own, " with a body, a force for each corner": each}
+        ways[" with a body"] = shear_cells.with_counter(own, problem, edges, shares)
+        found |= {
+            **{
+                f"cells {name}{words} {part}": digest(getattr(way, part))
+                for words, way in ways.items()
+                for part in ("normal", "cross", "tangential")
+            },
+            **{f"cells {name}{words} cross entry": way.cross[2, 4] for words, way in ways.items()},
+            f"counter flexibility {name}": digest(counter_flexibility(problem, even, np.full(7, 0.05))),
+            f"graded flexibility {name}": digest(graded_cells._flexibility(problem, middle, width)),
+        }
     return found
 
 
@@ -307,35 +310,31 @@ def of_others():
 
 def of_ways():
     """States one after the other, at a given approach, and by cells where panels have none."""
-    half, cylinder = mb.HalfPlane(solid_of()), mb.Cylinder(R=10.0)
-    panels = mb.Contact(half, cylinder, mb.Microblock(), mb.Panels(order=8))
-    cells = mb.Contact(half, cylinder, mb.Microblock(), mb.Cells(nodes=64, window=(-0.6, 0.6)))
-    for name, problem in (("panels", panels), ("cells", cells)):
-        state = None
+    half, cylinder, law = mb.HalfPlane(solid_of()), mb.Cylinder(R=10.0), mb.Microblock()
+    methods = {"panels": mb.Panels(order=8), "cells": mb.Cells(nodes=64, window=(-0.6, 0.6))}
+    for name, method in methods.items():
+        problem, state = mb.Contact(half, cylinder, law, method), None
         for number, load in enumerate((0.5, 1.0, 0.2)):
             state = problem.solve(load, initial=state)
             yield f"one after the other {name} {number} half_width", state.half_width, "discrete"
             yield f"one after the other {name} {number}", digest(state.pressure), "discrete"
     wave = mb.Contact(mb.HalfPlane(solid_of(), 1.0), mb.Wave(0.01, 1.0), mb.Unilateral(), mb.Cells(nodes=64))
     yield "cells of a period at an approach", wave.solve(approach=0.004).load, "discrete"
-    ways = {
-        "cells to an accuracy": (mb.Contact(half, cylinder, mb.Unilateral(), mb.Cells()), 0.02),
-        "panels of samples": (mb.Contact(half, SHAPES["samples"], mb.Microblock()), 0.1),
-        "panels of noise": (
-            mb.Contact(half, lambda x: x**2 + 1e-3 * np.sin(1e3 * x * x), mb.Microblock()),
-            0.1,
-        ),
-    }
-    for name, (problem, rtol) in ways.items():
+    noise = lambda x: x**2 + 1e-3 * np.sin(1e3 * x * x)  # noqa: E731
+    for name, problem, rtol in (
+        ("cells to an accuracy", mb.Contact(half, cylinder, mb.Unilateral(), mb.Cells()), 0.02),
+        ("panels of samples", mb.Contact(half, SHAPES["samples"], law), 0.1),
+        ("panels of noise", mb.Contact(half, noise, law), 0.1),
+    ):
         try:
             state = problem.solve(1.0, rtol=rtol)
         except mb.MicroblockError as failure:
-            yield f"{name}", type(failure).__name__, "outcome"
-            continue
-        yield f"{name} method", state.method, "outcome"
-        yield f"{name} warnings", len(state.warnings), "outcome"
-        yield f"{name} force", state.weights @ state.pressure, "discrete"
-    fitted = mb.Contact(mb.Block(solid_of()), cylinder, mb.Microblock())
+            yield name, type(failure).__name__, "outcome"
+        else:
+            yield f"{name} method", state.method, "outcome"
+            yield f"{name} warnings", len(state.warnings), "outcome"
+            yield f"{name} force", state.weights @ state.pressure, "discrete"
+    fitted = mb.Contact(mb.Block(solid_of()), cylinder, law)
     load, _ = coalescence.load_at_inner_edge(fitted.solver, 1e-3 * fitted.solid.ell, 0.1, 4, 2)
     yield "coalescence fitted", load, "estimated", 1e-6  # a root, found to less
 

@@ -4,8 +4,6 @@
 nodes or cells have, and fields in the body.
 """
 
-import copy
-import pickle
 from functools import cache
 
 import ngsolve as ng
@@ -24,7 +22,7 @@ from microblock.halfspace.surface_law import on_surface
 from microblock.model.obstacles import Rough
 
 from . import problems_space as given
-from .library import material
+from .library import copies, material, with_contact
 
 WARNINGS = {  # kinds of warnings, by words that a text of the kind has
     "few nodes": "nodes in contact and no error estimate",
@@ -58,30 +56,29 @@ def _functions(value):
     return given.FUNCTIONS.get(value, value) if isinstance(value, str) else value
 
 
+X = np.linspace(0, 1, 5)
+GRADED = meshes3d.graded(reach=0.6, step=0.15, far=2.0, growth=2.0)
+MESHES = {  # all but the quarter are 1 x 1 wide; their contact boundary is "contact"
+    "block": lambda: meshes3d.block(X, X, X[:3] - X[2]),
+    "coarse": lambda: meshes3d.block(X[::2], X[::2], X[:2] - X[1]),
+    "quarter": lambda: meshes3d.block(GRADED, GRADED, -GRADED[[-1, 5, 2, 0]], reach=0.6),
+    "two heights": lambda: _raised(meshes3d.block(np.linspace(0, 1, 6), X[::2], X[:3:2] - X[2])),
+    "tetrahedra": lambda: with_contact(
+        MakeStructured3DMesh(hexes=False, nx=3, nz=2, mapping=lambda x, y, z: (x, y, (z - 1) / 2))
+    ),
+    "bent": lambda: with_contact(
+        MakeStructured3DMesh(
+            nx=2,
+            nz=2,
+            mapping=lambda x, y, z: (x + 0.6 * x * (1 - x) * y, y - 0.4 * y * (1 - y) * x, z - 1.3),
+        )
+    ),
+}
+
+
 @cache
 def mesh_of(name):
-    """The meshes of the problems; all but the quarter are 1 x 1 wide. Their contact boundary is "contact"."""
-    x = np.linspace(0, 1, 5)
-    if name == "block":
-        return meshes3d.block(x, x, x[:3] - x[2])
-    if name == "coarse":
-        return meshes3d.block(x[::2], x[::2], x[:2] - x[1])
-    if name == "quarter":
-        x = meshes3d.graded(reach=0.6, step=0.15, far=2.0, growth=2.0)
-        return meshes3d.block(x, x, -x[[-1, 5, 2, 0]], reach=0.6)
-    if name == "two heights":
-        return _raised(meshes3d.block(np.linspace(0, 1, 6), x[::2], x[:3:2] - x[2]))
-    bent = name == "bent"
-
-    def mapped(x, y, z):
-        if not bent:
-            return x, y, (z - 1) / 2
-        return x + 0.6 * x * (1 - x) * y, y - 0.4 * y * (1 - y) * x, z - 1.3
-
-    mesh = MakeStructured3DMesh(hexes=bent, nx=2 if bent else 3, ny=None, nz=2, mapping=mapped)
-    for number, side in enumerate(mesh.GetBoundaries()):
-        mesh.ngmesh.SetBCName(number, {"top": "contact"}.get(side, side))
-    return ng.Mesh(mesh.ngmesh)
+    return MESHES[name]()
 
 
 def _raised(mesh):
@@ -149,42 +146,37 @@ def measured(state, problem):
             line = state.along(direction)
             found |= {f"along {direction} {name}": np.abs(values).sum() for name, values in line.items()}
     if problem["method"] == "body" and not problem.get("brief"):
-        found |= _in_body(state, problem.get("below", ()))
+        found |= fields_at(state.fields, problem.get("below", ()))
+        found |= {n: x for n, x in reactions(state.fields).items() if n[9:] in ("f3", "m1", "m2")}
     return found
 
 
 def totals(state):
     """Integrals over the contact, its area by the number of closed corners, and what was computed."""
-    w, p = state.weights.ravel(), state.pressure.ravel()
-    x1, x2 = state.x1, state.x2
+    w, p, (x1, x2) = state.weights.ravel(), state.pressure.ravel(), (state.x1, state.x2)
     if np.ndim(state.weights) == 2:
         x1, x2 = (x.ravel() for x in np.meshgrid(x1, x2, indexing="ij"))
     moment, psi = (np.reshape(values, (2, -1)) for values in (state.micromoment, state.psi))
-    found = {
-        "load": state.load,
-        "approach": state.approach,
-        "energy": state.energy,
-        "contact area": state.contact_area,
-        "pressure squared": w @ p**2,
-        "pressure x1": w @ (p * x1),
-        "pressure x2": w @ (p * x2),
-        "micromoment squared 1": w @ moment[0] ** 2,
-        "micromoment squared 2": w @ moment[1] ** 2,
-        "psi squared 1": w @ psi[0] ** 2,
-        "psi squared 2": w @ psi[1] ** 2,
-        "displacement squared": w @ np.ravel(state.displacement) ** 2,
-        "warnings": ", ".join(kinds_of(state.warnings)) or "none",
-        "unknowns": state.unknowns,
-        "iterations": state.iterations,
+    names = "load", "approach", "energy", "contact_area", "unknowns", "iterations", "error_estimate"
+    found = {name.replace("t_a", "t a"): getattr(state, name, None) for name in names}
+    found |= {"pressure squared": w @ p**2, "pressure x1": w @ (p * x1), "pressure x2": w @ (p * x2)}
+    found |= {f"micromoment squared {i}": w @ each**2 for i, each in enumerate(moment, 1)}
+    found |= {f"psi squared {i}": w @ each**2 for i, each in enumerate(psi, 1)}
+    found |= {
+        f"area of {n} closed": w @ (state.closed.ravel() == n) for n in range(1, len(state.pressures) + 1)
     }
-    if getattr(state, "error_estimate", None) is not None:
-        found["error_estimate"] = state.error_estimate
-    for number in range(1, len(state.pressures) + 1):
-        found[f"area of {number} closed"] = w @ (state.closed.ravel() == number)
+    return (
+        {name: value for name, value in found.items() if value is not None}
+        | {"displacement squared": w @ np.ravel(state.displacement) ** 2}
+        | {"warnings": ", ".join(kinds_of(state.warnings)) or "none"}
+        | dict(zip(["counter displacement squared"], [w @ np.ravel(each) ** 2 for each in _above(state)]))
+    )
+
+
+def _above(state):
+    """The displacement of a second body that gives way, if there is one."""
     other = getattr(state, "counter_displacement", None)
-    if other is not None and other.any():
-        found["counter displacement squared"] = w @ np.ravel(other) ** 2
-    return found
+    return [] if other is None or not other.any() else [other]
 
 
 def kinds_of(warnings):
@@ -197,143 +189,141 @@ def _at(state, x1, x2):
     here = (np.argmin(np.hypot(state.x1 - x1, state.x2 - x2)),)
     if np.ndim(state.weights) == 2:
         here = np.argmin(np.abs(state.x1 - x1)), np.argmin(np.abs(state.x2 - x2))
-    pick = (slice(None), *here)
-    found = {"displacement": state.displacement[here]}
-    found |= {f"pressure {name}": values[here] for name, values in state.pressures.items()}
-    found |= {f"micromoment {i}": value for i, value in zip("12", state.micromoment[pick])}
-    found |= {f"psi {i}": value for i, value in zip("12", state.psi[pick])}
-    other = getattr(state, "counter_displacement", None)
-    if other is not None and other.any():
-        found["counter displacement"] = other[here]
-    return found
-
-
-def _in_body(state, points):
-    """Reactions of the supports, and fields at points."""
-    force, moment = state.fields.reaction("bottom")
-    found = {"reaction f3": force[2], "reaction m1": moment[0], "reaction m2": moment[1]}
-    return found | fields_at(state.fields, points)
+    vectors = {"micromoment": state.micromoment, "psi": state.psi}
+    return (
+        {"displacement": state.displacement[here]}
+        | {f"pressure {name}": values[here] for name, values in state.pressures.items()}
+        | {f"{name} {i}": values[i - 1][here] for name, values in vectors.items() for i in (1, 2)}
+        | dict(zip(["counter displacement"], [other[here] for other in _above(state)]))
+    )
 
 
 def fields_at(fields, points):
     """Displacement, rotation, gamma, stresses and couple stresses at points (x1, x2, x3)."""
-    found = {}
-    for point in points:
-        place, where = fields.body.mesh(*point), "at " + " ".join(f"{x:g}" for x in point)
-        found |= {f"u{i} {where}": value for i, value in enumerate(fields.u(place), 1)}
-        found |= {f"psi{i} {where}": value for i, value in enumerate(fields.psi(place), 1)}
-        for name, tensor in (("s", fields.stress), ("m", fields.couple_stress)):
-            values = np.reshape(tensor(place), (3, 3))
-            found |= {f"{name}{i + 1}{j + 1} {where}": values[i, j] for i, j in np.ndindex(3, 3)}
-    return found
+    parts = {"u": fields.u, "psi": fields.psi, "s": fields.stress, "m": fields.couple_stress}
+    return {
+        f"{name}{i // 3 + 1}{i % 3 + 1 if name in 'sm' else ''} at "
+        + " ".join(f"{x:g}" for x in point): value
+        for point in points
+        for name, part in parts.items()
+        for i, value in zip(range(9) if name in "sm" else range(0, 9, 3), part(fields.body.mesh(*point)))
+    }
+
+
+def reactions(fields):
+    force, moment = fields.reaction("bottom")
+    return {
+        f"reaction {name}{i}": x for name, own in (("f", force), ("m", moment)) for i, x in enumerate(own, 1)
+    }
 
 
 def of_bodies():
     """Bodies without contact under loads, nodes, graded coordinates, and what travels."""
-    found = {}
-    for mesh, order in (("block", 1), ("tetrahedra", 2), ("bent", 3)):
-        body = mb.Body3D(mesh_of(mesh), mb.Cosserat(**given.TWISTED), order, fixed="bottom")
-        loads = Loads3D(
+    found, loads = (
+        {},
+        Loads3D(
             force=(0.1, -0.2, 0.3),
             couple=(0.05, -0.02, ng.x),
             traction={"contact": (0.3, -0.4, -1 - ng.x * ng.y)},
             micromoment={"contact": (0.1, 0.2, -0.3)},
-        )
-        fields = body.solve(loads)
-        name = f"body3d under loads {mesh} order={order}"
-        values = {"energy": fields.energy()}
-        values |= fields_at(fields, given.BENT if mesh == "bent" else given.INSIDE)
-        force, moment = fields.reaction("bottom")
-        values |= {f"reaction f{i}": value for i, value in enumerate(force, 1)}
-        values |= {f"reaction m{i}": value for i, value in enumerate(moment, 1)}
-        found |= {f"{name} {part}": value for part, value in values.items()}
+        ),
+    )
+    for mesh, order in (("block", 1), ("tetrahedra", 2), ("bent", 3)):
+        fields = mb.Body3D(mesh_of(mesh), mb.Cosserat(**given.TWISTED), order, fixed="bottom").solve(loads)
+        values = fields_at(fields, given.BENT if mesh == "bent" else given.INSIDE) | reactions(fields)
+        values["energy"] = fields.energy()
+        found |= {f"body3d under loads {mesh} order={order} {part}": value for part, value in values.items()}
     for mesh, order in (("block", 2), ("tetrahedra", 1), ("bent", 2)):
         nodes = ContactNodes3D(mb.Body3D(mesh_of(mesh), mb.Cosserat(**given.SOLID), order, fixed="bottom"))
-        x1, x2, _ = nodes.points.T
-        name = f"contact nodes {mesh} order={order}"
-        found[f"{name} number"] = len(x1)
-        found[f"{name} weights x1 x2"] = nodes.weights @ (x1 * x2)
-        found[f"{name} weights squared"] = nodes.weights @ nodes.weights
-        found[f"{name} depths"] = nodes.depths.sum()
+        values = {
+            "number": len(nodes.points),
+            "weights x1 x2": nodes.weights @ nodes.points[:, :2].prod(axis=1),
+            "weights squared": nodes.weights @ nodes.weights,
+            "depths": nodes.depths.sum(),
+        }
+        found |= {f"contact nodes {mesh} order={order} {part}": value for part, value in values.items()}
     x = meshes3d.graded(reach=0.5, step=0.2, far=4.0, growth=1.5)
-    found |= {f"graded {number}": x[number] for number in (1, 3, 4, -2)}
-    found["graded number"] = len(x)
-    return found
+    return found | {f"graded {number}": x[number] for number in (1, 3, 4, -2)} | {"graded number": len(x)}
 
 
 def that_travel(method):
     """{what travels: its largest pressures, or an energy, before and after}."""
-    found = {}
-    both = given.BODIES[3], given.BODIES[4], given.SPACES[0], given.SPACES[6]
-    for problem in (one for one in both if one["method"] == method):
+    found, problems = {}, (given.BODIES[3], given.BODIES[4], given.SPACES[0], given.SPACES[6])
+    for problem in (one for one in problems if one["method"] == method):
         state = solve(problem)
-        for way, again in (("pickled", pickle.loads(pickle.dumps(state))), ("copied", copy.deepcopy(state))):
-            name = f"{problem['name']} {way}"
+        for way, again in copies(state).items():
             same = np.array_equal(again.pressure, state.pressure) and np.array_equal(again.psi, state.psi)
-            found[f"{name} is the same"] = str(same)
-            found[f"{name} energy"] = again.energy
-            if problem["method"] == "body":
-                found[f"{name} energy of fields"] = again.fields.energy()
-                found[f"{name} reaction"] = again.fields.reaction("bottom").moment[0]
+            values = {"is the same": str(same), "energy": again.energy}
+            if method == "body":
+                values["energy of fields"] = again.fields.energy()
+                values["reaction"] = again.fields.reaction("bottom").moment[0]
+            found |= {f"{problem['name']} {way} {name}": value for name, value in values.items()}
     return found
 
 
 def of_kernels():
     """Symbols at wavenumbers, kernels at distances and averaged over cells."""
-    found = {}
+    found, k, r = {}, np.array(given.WAVENUMBERS), np.array(given.DISTANCES)
+    names, parts = ("u", "v", "w0", "w2", "u clamped", "m clamped"), ("u", "v1", "v2", "w11", "w12", "w22")
     for name, options in given.SOLIDS.items():
         solid = mb.Cosserat(**options)
-        k, r = np.array(given.WAVENUMBERS), np.array(given.DISTANCES)
-        for letter, values in zip(("U", "V", "W", "W along"), symbol.symbol(solid, k)):
-            found |= {f"symbol {name} {letter} at k={at:g}": value for at, value in zip(k, values)}
-        found[f"symbol {name} W at rest"] = symbol.at_rest(solid)
         table = kernels.kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
-        for letter, values in zip(("u", "v", "w0", "w2", "u clamped", "m clamped"), table(r)):
-            found |= {f"kernel {name} {letter} at r={at:g}": value for at, value in zip(r, values)}
-        parts = "u", "v1", "v2", "w11", "w12", "w22"
-        for kind, values in (("free", table.cells(14, 0.2)), ("clamped", table.cells(14, 0.2, clamped=True))):
-            for part, own in zip(parts, values):
-                found |= {f"cells {name} {kind} {part} at {i} {j}": own[i, j] for i, j in ((0, 0), (13, 5))}
+        cells = {"free": table.cells(14, 0.2), "clamped": table.cells(14, 0.2, clamped=True)}
+        symbols = zip(("U", "V", "W", "W along"), symbol.symbol(solid, k))
+        found |= {
+            **{f"symbol {name} {part} at k={at:g}": x for part, own in symbols for at, x in zip(k, own)},
+            **{
+                f"kernel {name} {part} at r={at:g}": x
+                for part, own in zip(names, table(r))
+                for at, x in zip(r, own)
+            },
+            **{
+                f"cells {name} {kind} {part} at {i} {j}": own[i, j]
+                for kind, values in cells.items()
+                for part, own in zip(parts, values)
+                for i, j in ((0, 0), (13, 5))
+            },
+            f"symbol {name} W at rest": symbol.at_rest(solid),
+        }
     return found
+
+
+FORCES = np.cos(np.arange(4 * 64.0)).reshape(4, 8, 8) ** 2
 
 
 def of_second_bodies():
     """The response of second bodies: symbol, point load, shares, products."""
-    found, forces = {}, np.cos(np.arange(4 * 64.0)).reshape(4, 8, 8) ** 2
-    offsets = on_surface(mb.Microblock()).offsets
+    found, offsets, x = {}, on_surface(mb.Microblock()).offsets, 0.11 * np.arange(8)
     for name, options in (("softer", given.SOFTER), ("classical", given.CLASSICAL)):
         solid = mb.Cosserat(**options)
-        for k, value in zip(given.WAVENUMBERS, normal_symbol(solid, np.array(given.WAVENUMBERS))):
-            found[f"second {name} symbol at k={k:g}"] = value
-        for r, value in zip(given.DISTANCES, counter.kernel(solid, np.array(given.DISTANCES))):
-            found[f"second {name} point load at r={r:g}"] = value
-        for periodic in (False, True):
+        waves = zip(given.WAVENUMBERS, normal_symbol(solid, np.array(given.WAVENUMBERS)))
+        points = zip(given.DISTANCES, counter.kernel(solid, np.array(given.DISTANCES)))
+        values = {f"symbol at k={k:g}": value for k, value in waves}
+        values |= {f"point load at r={r:g}": value for r, value in points}
+        for where, periodic in (("alone", False), ("on a period", True)):
             own = counter.Counter.on(solid, 0.3, offsets, 0.11, 8, periodic)
-            gaps, where = own @ forces, "on a period" if periodic else "alone"
-            found |= {f"second {name} {where} gap {i}": gaps[i, 3, 5] for i in range(4)}
-            found[f"second {name} {where} pressed"] = own.pressed(forces)[4, 6]
-            if not periodic:
-                x = 0.11 * np.arange(8)
-                far = own.at(forces, (x, x), np.array([2.0]), np.array([-1.5]))
-                found |= {f"second {name} far away gap {i}": far[i, 0] for i in range(4)}
+            values |= {f"{where} gap {i}": gap[3, 5] for i, gap in enumerate(own @ FORCES)}
+            values[f"{where} pressed"] = own.pressed(FORCES)[4, 6]
+        far = counter.Counter.on(solid, 0.3, offsets, 0.11, 8, False)
+        gaps = far.at(FORCES, (x, x), np.array([2.0]), np.array([-1.5]))
+        values |= {f"far away gap {i}": gap[0] for i, gap in enumerate(gaps)}
+        found |= {f"second {name} {part}": value for part, value in values.items()}
     return found
 
 
 def of_products():
     """The flexibility of cells on a field of forces, and its preconditioner."""
-    found, forces = {}, np.cos(np.arange(4 * 64.0)).reshape(4, 8, 8) ** 2
-    solid, x = mb.Cosserat(**given.TWISTED), 0.11 * np.arange(8)
+    found, solid, x = {}, mb.Cosserat(**given.TWISTED), 0.11 * np.arange(8)
     for name, pair in {**given.LAWS, "varying": given.VARYING}.items():
         law = on_surface(_made(pair))
-        tilt = law.tilt(*np.meshgrid(x, x, indexing="ij"))
-        for periodic in (False, True):
+        own, tilt = FORCES[: len(law.offsets)], law.tilt(*np.meshgrid(x, x, indexing="ij"))
+        for where, periodic in (("alone", False), ("on a period", True)):
             H = flexibility(solid, law.offsets, tilt, 0.11, periodic, law.clamped)
-            own = forces[: len(law.offsets)]
-            where = f"flexibility {name} {'on a period' if periodic else 'alone'}"
-            for part, values in (("gap", H @ own), ("preconditioned", H.precondition(own))):
-                found |= {f"{where} {part} {i}": values[i, 3, 5] for i in range(len(own))}
-            if len(own) == 1:
-                found |= {f"{where} beside {i}": value for i, value in enumerate(H.beside(own)[:, 3, 5], 1)}
+            parts = {"gap": H @ own, "preconditioned": H.precondition(own)}
+            beside = {} if len(own) > 1 else dict(enumerate(H.beside(own)[:, 3, 5], 1))
+            values = {f"{part} {i}": one[3, 5] for part, each in parts.items() for i, one in enumerate(each)}
+            values |= {f"beside {i}": value for i, value in beside.items()}
+            found |= {f"flexibility {name} {where} {part}": value for part, value in values.items()}
     return found
 
 
@@ -348,27 +338,26 @@ def of_least_norm():
 
 def of_surfaces():
     """Obstacles over a surface at two places, and gaps of corners of laws there."""
-    found, x1, x2 = {}, np.array([-0.3, 0.17]), np.array([0.2, 0.05])
-    obstacles = {
-        "sphere": given.SPHERE,
-        "ellipsoid": ("Ellipsoid", {"R1": 10.0, "R2": 4.0}),
-        "cone": ("Cone", {"slope": 0.1}),
-        "punch": ("FlatPunch", {"half_width": 0.25, "face": "square"}),
-        "round punch": ("FlatPunch", {"half_width": 0.25}),
-        "rough": given.ROUGH,
+    x1, x2 = np.array([-0.3, 0.17]), np.array([0.2, 0.05])
+    heights = {name: _made(pair).height(x1, x2) for name, pair in given.OVER.items()}
+    rough = _made(given.ROUGH).height(*np.meshgrid(x1, x2, indexing="ij"))
+    laws = {**given.LAWS, "levers": given.LEVERS, "varying": given.VARYING}
+    laws = {name: on_surface(_made(pair)) for name, pair in laws.items()}
+    parts = {f"{name} gap": law.initial_gaps(_made("skew"), 0.3, x1, x2) for name, law in laws.items()}
+    parts |= {f"{name} tilt": law.tilt(x1, x2) for name, law in laws.items()}
+    return {
+        **{
+            f"surface {name} height {i}": x if np.isfinite(x) else "none"
+            for name, own in heights.items()
+            for i, x in enumerate(own)
+        },
+        **{f"surface rough on a grid {i} {j}": rough[i, j] for i, j in np.ndindex(2, 2)},
+        **{
+            f"surface law {name} {c} {i}": own[c, i]
+            for name, own in parts.items()
+            for c, i in np.ndindex(own.shape)
+        },
     }
-    for name, pair in obstacles.items():
-        for number, value in enumerate(_made(pair).height(x1, x2)):
-            found[f"surface {name} height {number}"] = value if np.isfinite(value) else "none"
-    rough = _made(obstacles["rough"]).height(*np.meshgrid(x1, x2, indexing="ij"))
-    found |= {f"surface rough on a grid {i} {j}": rough[i, j] for i, j in np.ndindex(2, 2)}
-    for name, pair in {**given.LAWS, "levers": given.LEVERS, "varying": given.VARYING}.items():
-        law = on_surface(_made(pair))
-        gaps = law.initial_gaps(_made("skew"), 0.3, x1, x2)
-        found |= {f"surface law {name} gap {c} {i}": gaps[c, i] for c, i in np.ndindex(gaps.shape)}
-        tilt = law.tilt(x1, x2)
-        found |= {f"surface law {name} tilt {c} {i}": tilt[c, i] for c, i in np.ndindex(tilt.shape)}
-    return found
 
 
 def outside():
@@ -395,9 +384,7 @@ def refusals_of_bodies():
         return mb.Contact(body(**options), height, own, method)
 
     everywhere = {name: "bottom|left" for name in FIELDS}
-    plane = MakeStructured3DMesh(hexes=False, nx=1)
-    for number, side in enumerate(plane.GetBoundaries()):
-        plane.ngmesh.SetBCName(number, {"top": "contact"}.get(side, side))
+    plane = with_contact(MakeStructured3DMesh(hexes=False, nx=1))
     return {
         "3d mesh in the plane": lambda: mb.Body(mesh, solid),
         "3d no solid": lambda: mb.Body3D(mesh, None),
@@ -408,9 +395,7 @@ def refusals_of_bodies():
         "3d contact that stands": lambda: condensed3d(body(contact="left")),
         "3d contact that faces down": lambda: condensed3d(body(contact="bottom", fixed="contact")),
         "3d contact that is held": lambda: condensed3d(body(fixed="contact")),
-        "3d triangles of order 2": lambda: condensed3d(
-            mb.Body3D(ng.Mesh(plane.ngmesh), solid, 2, fixed="bottom")
-        ),
+        "3d triangles of order 2": lambda: condensed3d(mb.Body3D(plane, solid, 2, fixed="bottom")),
         "3d cylinder": lambda: contact(mb.Cylinder(R=10.0)),
         "3d panels": lambda: contact(method=mb.Panels()),
         "3d psi0 of x1": lambda: contact(own=mb.Microblock(np.cos)),

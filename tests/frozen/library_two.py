@@ -2,7 +2,6 @@
 
 from functools import cache
 
-import ngsolve as ng
 import numpy as np
 from ngsolve.meshes import MakeStructured2DMesh
 
@@ -17,12 +16,12 @@ RESIDUAL = 1e-12  # of cells: the digits of a row are not the solver's
 
 
 @cache
-def upper():
-    """A mesh above x2 = 0, wider than that of the first body, whose nodes are others."""
-    mesh = MakeStructured2DMesh(quads=True, nx=17, ny=6, mapping=lambda x, y: (2.6 * x - 1.3, 0.8 * y))
-    for number, side in enumerate(mesh.GetBoundaries()):
-        mesh.ngmesh.SetBCName(number, {"bottom": "contact"}.get(side, side))
-    return ng.Mesh(mesh.ngmesh)
+def upper(width=2.6, columns=17):
+    """A mesh above x2 = 0, wider than that of the first body, whose nodes are others, or narrower."""
+    rows = 6 if columns == 17 else 2
+    height = 0.8 if columns == 17 else 1.0
+    mapped = lambda x, y: (width * x - width / 2, height * y)  # noqa: E731
+    return library.with_contact(MakeStructured2DMesh(nx=columns, ny=rows, mapping=mapped), "bottom")
 
 
 def second_of(problem):
@@ -71,10 +70,7 @@ def refusals():
     plane, roller = mb.HalfPlane(solid), mb.Deformable(mb.HalfPlane(solid), cylinder)
     block = library.body_of({"solid": problems.SOLID, "mesh": "block", "order": 1})
     other = mb.Body(upper(), solid, 1, fixed="top")
-    narrow = MakeStructured2DMesh(quads=True, nx=4, ny=2, mapping=lambda x, y: (x - 0.5, y))
-    for number, side in enumerate(narrow.GetBoundaries()):
-        narrow.ngmesh.SetBCName(number, {"bottom": "contact"}.get(side, side))
-    small = mb.Body(ng.Mesh(narrow.ngmesh), solid, 1, fixed="top")
+    small = mb.Body(upper(1.0, 4), solid, 1, fixed="top")
 
     def pressed(body, obstacle, method=None, **asked):
         return lambda: mb.Contact(body, obstacle, law, method).solve(**asked or {"load": 1.0})

@@ -146,3 +146,11 @@ ESTIMATED = [
 ]
 SOLIDS = {"beta=1": SOLID, "alpha' and beta'": TWISTED}
 WAVENUMBERS, DISTANCES = (1e-3, 0.5, 4.0, 1e4), (1e-5, 0.03, 0.7, 200.0)
+OVER = {  # obstacles over a surface
+    "sphere": SPHERE,
+    "ellipsoid": ("Ellipsoid", {"R1": 10.0, "R2": 4.0}),
+    "cone": ("Cone", {"slope": 0.1}),
+    "punch": ("FlatPunch", {"half_width": 0.25, "face": "square"}),
+    "round punch": ("FlatPunch", {"half_width": 0.25}),
+    "rough": ROUGH,
+}

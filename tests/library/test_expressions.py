@@ -136,21 +136,5 @@ def test_what_is_no_formula_is_refused_with_its_place(formula):
     assert what is None or what[:20] in failure.allowed
 
 
-@pytest.mark.parametrize("formula", [None, 1.0, b"x", ["x"], np.array(["x"])])
-def test_a_formula_is_a_text(formula):
-    with pytest.raises(mb.BadArgument):
-        function_of_x(formula)
-
-
 def test_where_there_is_no_number_the_function_says_so():
     assert np.isnan(function_of_x("log(x)")(X)[0]) and function_of_x("1/abs(x)")(X)[4] == np.inf
-
-
-def test_a_formula_serves_as_obstacle():
-    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-    states = [
-        mb.Contact(mb.HalfPlane(solid), obstacle, mb.Microblock()).solve(load=1.0, rtol=1e-6)
-        for obstacle in (function_of_x("x**2/20"), mb.Cylinder(R=10))
-    ]
-    # both are good to rtol
-    assert states[0].half_width == pytest.approx(states[1].half_width, rel=1e-6)

@@ -1,4 +1,4 @@
-"""Who may import whom, what runs without NGSolve, what the package says of itself."""
+"""Who may import whom, what runs without NGSolve, what tests may know of the inside."""
 
 import ast
 import subprocess
@@ -6,17 +6,11 @@ import sys
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-import pytest
-
 import microblock
-from tests import insides
 
 ROOT = Path(microblock.__file__).parent
 GROUND = {"errors", "threads", "cost"}  # may be used by all
 MAY_IMPORT = {  # a room, and the rooms below it that it may use
-    "errors": set(),
-    "threads": set(),
-    "cost": set(),
     "__init__": set(),
     "model": set(),
     "corners": {"model"},
@@ -28,22 +22,33 @@ MAY_IMPORT = {  # a room, and the rooms below it that it may use
     "contact": {"model", "halfplane", "halfspace", "fem", "path"},
     "view": {"model", "corners", "halfplane", "halfspace", "fem", "path", "contact"},
     "data": {"model", "corners", "halfplane", "halfspace", "fem", "path", "contact", "__init__"},
+    # a command is a user: it may ask for anything
+    **dict.fromkeys(("command", "__main__"), {"__init__", "model", "data", "view", "contact", "command"}),
 }
-WHEN_CALLED = {  # rooms above that are loaded by a call alone: what draws, and what needs NGSolve
-    "model": {"view"},
-    "halfplane": {"view"},
-    "halfspace": {"view"},
-    "fem": {"view"},
+DRAWN_WHEN_CALLED = {"model", "halfplane", "halfspace", "fem"}  # which load `view` by a call alone
+INSIDE = {  # what tests may name of the library beside its public names, and why
+    "errors threads cost": "what all rooms share: values as they are shown, one thread, memory",
+    "model": "closed forms, laws and proxies of obstacles: functions known by their values",
+    "corners": "systems of corners at fixed nodes have no public name",
+    "halfplane halfspace": "kernels and symbols against modes and quadrature; cells that judge",
+    "fem": "loads without contact, the contact term by hand, meshes to solve on",
+    "view": "sessions and pictures are looked at as they are drawn",
+    "data command": "records are read back; options of commands",
+    "path": "returns on a path, which no input brings about",
+}
+PRIVATE = {  # modules of which tests take private names: there no public call reaches what is tested
+    "microblock.corners.active_set": "pivoting alone, and a tableau that is spoilt",
+    "microblock.halfspace.solver": "cells of a state that are made finer, and loads beyond them",
+    "microblock.halfspace.kernels": "a pole of the symbol",
+    "microblock.path": "returns on a path",
 }
 
 
 def imports(path):
-    """(modules of the package that are imported with the module, those that functions import when called),
-    dotted."""
+    """(modules of the package imported with the module, those imported when a function is called)."""
     package = ("microblock", *path.relative_to(ROOT).parts[:-1])
-    tree = ast.parse(path.read_text())
     found = {True: set(), False: set()}
-    for node in ast.walk(tree):
+    for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.level:
             above = package[: len(package) - node.level + 1]
             base = ".".join((*above, *(node.module or "").split("."))).strip(".")
@@ -55,71 +60,46 @@ def imports(path):
 
 
 def dotted(path):
-    """The name of the module in a file."""
     return ".".join(("microblock", *path.relative_to(ROOT).with_suffix("").parts))
 
 
 def room(module):
-    """The room of a dotted module, or its own name where it stands at the top."""
     return module.split(".")[1] if "." in module else "__init__"
 
 
-def test_imports_run_downwards():
-    for path in ROOT.rglob("*.py"):
+def test_imports_run_downwards_and_in_no_circle():
+    files = list(ROOT.rglob("*.py"))
+    for path in files:
         own = room(dotted(path))
         at_once, later = ({room(one) for one in names} - GROUND - {own} for names in imports(path))
-        assert at_once <= MAY_IMPORT[own], path.name
-        assert later <= MAY_IMPORT[own] | WHEN_CALLED.get(own, set()), path.name
+        allowed = MAY_IMPORT.get(own, set())
+        assert at_once <= allowed, path.name
+        assert later <= allowed | ({"view"} if own in DRAWN_WHEN_CALLED else set()), path.name
+    # CycleError names the circle
+    tuple(TopologicalSorter({dotted(path): imports(path)[0] for path in files}).static_order())
 
 
-def test_no_circle_of_modules():
-    graph = {dotted(path): imports(path)[0] for path in ROOT.rglob("*.py")}
-    tuple(TopologicalSorter(graph).static_order())  # CycleError names the circle
+def test_rooms_without_a_mesh_load_neither_ngsolve_nor_matplotlib():
+    files = [path for name in ("model", "corners", "halfplane") for path in (ROOT / name).glob("*.py")]
+    modules = ", ".join(dotted(path) for path in files if path.stem != "__init__")
+    code = f"import sys; import {modules}; assert not {{'ngsolve', 'matplotlib'}} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
 
 
-@pytest.mark.parametrize("name", ["model", "corners", "halfplane"])
-def test_rooms_without_a_mesh_load_neither_ngsolve_nor_matplotlib(name):
-    files = (ROOT / name).glob("*.py")
-    modules = [f"microblock.{name}.{path.stem}" for path in files if path.stem != "__init__"]
-    code = (
-        f"import sys; import {', '.join(modules)}; assert not {{'ngsolve', 'matplotlib'}} & set(sys.modules)"
-    )
-    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
+def test_public_names_say_what_they_are_and_type_checkers_know_them():
+    assert all(getattr(microblock, name).__doc__ for name in microblock.__all__)
+    stub = (ROOT / "__init__.pyi").read_text()
+    assert {line.split()[-1] for line in stub.splitlines() if line.startswith("from")} == {
+        *microblock.__all__
+    }
 
 
-def test_numbers_do_without_ngsolve():
-    code = (
-        "import sys; import microblock as mb; import microblock.model.closed_forms; "
-        "mb.Cosserat(1, 0.3, 0.1, beta=1); mb.Microblock(); mb.Cylinder(1.0); "
-        "assert 'ngsolve' not in sys.modules"
-    )
-    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
-
-
-def test_public_names_exist():
-    for name in microblock.__all__:
-        assert getattr(microblock, name).__doc__
-
-
-def test_insides_that_tests_use_are_listed_with_a_reason():
-    """`python -m tests.insides --names` names them, `--write` counts them anew in tests/INSIDES.md."""
-    listed = insides.listed()
-    assert {name: counts for name, (counts, *_) in listed.items()} == insides.counted()
-    assert [name for name, (_, part, why) in listed.items() if not (part and why)] == []
-
-
-def test_uses_of_insides_are_counted(tmp_path):
-    (tmp_path / "some.py").write_text(
-        "import microblock as mb, sys\n"
-        "from microblock.fem import meshes, body as b\n"
-        "from microblock.corners.active_set import _kkt, solve\n"
-        "def test(monkeypatch, state, mesh=meshes.uniform):\n"
-        "    monkeypatch.setattr(b, 'Loads', None)\n"
-        "    monkeypatch.setattr('microblock.cost._x', 1)\n"
-        "    monkeypatch.setattr('time.sleep', None), monkeypatch.setitem(sys.modules, 'x', None)\n"
-        "    return state.solution.thing, state._hidden, state._repr_html_(), mb.State, meshes.uniform\n"
-    )
-    kinds = [kind for kind, _ in insides.uses(tmp_path / "some.py")]
-    assert {kind: kinds.count(kind) for kind in insides.KINDS} == dict(
-        imports=2, private=3, patches=2, reached=1
-    )
+def test_tests_know_little_of_the_inside():
+    """Rooms of INSIDE, and private names of PRIVATE alone."""
+    allowed = {room for rooms in INSIDE for room in rooms.split()}
+    for path in Path(__file__).parents[1].rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("microblock."):
+                assert room(node.module) in allowed, path
+                private = [name.name for name in node.names if name.name.startswith("_")]
+                assert not private or node.module in PRIVATE, path

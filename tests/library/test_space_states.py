@@ -194,7 +194,7 @@ def test_the_estimate_holds_of_a_finer_grid(law):
     "seed, scene", [(5, "scene"), (9, "scene"), (34, "scene"), (4, "two_bodies"), (8, "two_bodies")]
 )
 def test_the_estimate_holds_in_seeded_problems(seed, scene):
-    """Of 60, `python -m tests.half_space_scenes 60`, the error is at most 0.8 of it, of 20 with two bodies
+    """Of the first 60 seeds the error is at most 0.8 of it, of 20 with two bodies
     0.61.
     """
     _, _, estimate, error = half_space_scenes.measured(seed, getattr(half_space_scenes, scene))

@@ -1,7 +1,8 @@
 """Histories with friction by every method: states, zones, events, energies; what is refused."""
 
-from .. import library, library_friction, of_kind
+from .. import library_friction, of_kind
 from .. import problems_friction as problems
+from ..states import rows_of, rows_refused
 
 LEAST, MOST = 1e-9, 1e-3  # tolerances of edges
 
@@ -10,10 +11,8 @@ def rows():
     for problem in problems.HISTORIES:
         yield from rows_of_history(problem)
     yield from rows_of_estimates(problems.MEASURED)
-    for name, value in library_friction.of_motions().items():
-        yield of_kind(name, value, "discrete")
-    for name, call in library_friction.refusals().items():
-        yield f"refused {name}", library.refused(call), "outcome"
+    yield from rows_of("discrete", library_friction.of_motions)
+    yield from rows_refused(library_friction.refusals)
 
 
 def rows_of_history(problem):
@@ -50,20 +49,17 @@ def rows_of_estimates(problem):
     """Of a history to a loose tolerance what does not depend on it, and its estimates, which may change."""
     found = library_friction.history_of(problem)
     for number, state in enumerate(found.states):
-        row = f"{problem['name']} state {number}"
-        yield (
-            f"{row} zones",
-            " ".join(f"{len(state.zones[name])} {name}" for name in ("A", "B", "contact")),
-            "outcome",
-        )
-        yield f"{row} warnings", len(state.warnings), "outcome"
-        yield f"{row} normal force", state.weights @ state.pressure, "discrete"
-        yield f"{row} shear force", state.weights @ state.shear_traction, "discrete"
-        yield f"{row} energies", (state.energy + state.dissipation) / state.work, "discrete"
-        yield f"{row} error_estimate", state.error_estimate, "count"
-        yield f"{row} shares", state.error_parts.shares, "count"
+        w, row = state.weights, f"{problem['name']} state {number}"
+        forces = {"normal force": w @ state.pressure, "shear force": w @ state.shear_traction}
+        forces["energies"] = (state.energy + state.dissipation) / state.work
         errors = [edge for pairs in state.zone_errors.values() for pair in pairs or () for edge in pair]
-        yield f"{row} zone errors", max(errors), "count"
+        counts = {"error_estimate": state.error_estimate, "shares": state.error_parts.shares}
+        counts["zone errors"] = max(errors)
+        zones = " ".join(f"{len(state.zones[name])} {name}" for name in ("A", "B", "contact"))
+        yield f"{row} zones", zones, "outcome"
+        yield f"{row} warnings", len(state.warnings), "outcome"
+        yield from ((f"{row} {name}", value, "discrete") for name, value in forces.items())
+        yield from ((f"{row} {name}", value, "count") for name, value in counts.items())
     yield f"{problem['name']} error of events", max(event.error or 0.0 for event in found.events), "count"
 
 

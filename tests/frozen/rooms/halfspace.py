@@ -1,6 +1,7 @@
 """Half-spaces: states alone and on a period, of one body and of two, symbols, kernels, what is refused."""
 
-from .. import library, library_space, of_kind, problems_space
+from .. import library_space, of_kind, problems_space
+from ..states import rows_of, rows_refused
 
 AGREED = 1e-3  # approach and energy are second order in errors of a state, of which the estimates are 0.05
 
@@ -15,17 +16,8 @@ def rows():
         yield f"{problem['name']} energy", state.energy, "estimated", AGREED
         yield f"{problem['name']} error_estimate", state.error_estimate, "count"
         yield f"{problem['name']} cells", len(state.x1), "count"
-    for part in (
-        library_space.of_kernels,
-        library_space.of_second_bodies,
-        library_space.of_products,
-        library_space.of_surfaces,
-        library_space.of_least_norm,
-    ):
-        yield from (of_kind(name, value, "definition") for name, value in part().items())
-    for found in (library_space.that_travel("cells"), library_space.outside()):
-        yield from (of_kind(name, value, "discrete") for name, value in found.items())
-    for name, kinds in library_space.warned().items():
-        yield name, kinds, "outcome"
-    for name, call in library_space.refusals_of_spaces().items():
-        yield f"refused {name}", library.refused(call), "outcome"
+    names = "kernels", "second_bodies", "products", "surfaces", "least_norm"
+    yield from rows_of("definition", *(getattr(library_space, f"of_{name}") for name in names))
+    others = library_space.outside, library_space.warned
+    yield from rows_of("discrete", lambda: library_space.that_travel("cells"), *others)
+    yield from rows_refused(library_space.refusals_of_spaces)

@@ -1,17 +1,15 @@
 """Materials, obstacles, laws, kernels and closed forms at points."""
 
 from .. import library
+from ..states import rows_of
 
 
 def rows():
-    for part in (
+    yield from rows_of(
+        "definition",
         library.of_materials,
         library.of_obstacles,
         library.of_laws,
         library.of_kernels,
         library.of_closed_forms,
-    ):
-        yield from (
-            (name, value, "outcome" if isinstance(value, str) else "definition")
-            for name, value in part().items()
-        )
+    )

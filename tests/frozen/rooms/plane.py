@@ -2,30 +2,24 @@
 
 from .. import library, library_friction, library_plane, of_kind
 from .. import problems_friction as problems
+from ..states import rows_of, rows_refused
 
 # sums of hundreds of differences of tabulated kernels, whose own rounding is 1e-13
 SUMS = 1e-11
 
 
 def rows():
-    for name, value in library_plane.of_shear_kernels().items():
-        yield name, value, "definition", SUMS
-    for part in (library_plane.of_averages, library_plane.of_products):
-        for name, value in part().items():
-            yield name, value, "definition", SUMS
+    for part in (library_plane.of_shear_kernels, library_plane.of_averages, library_plane.of_products):
+        yield from ((name, value, "definition", SUMS) for name, value in part().items())
     for part in (library_plane.of_second_bodies, library_plane.of_memories, library_plane.of_others):
-        for name, value in part().items():
-            kind = "outcome" if isinstance(value, str) else "definition"
+        for name, value, kind in rows_of("definition", part):
             # jumps of a slope that was sampled
             yield (name, value, "estimated", 1e-6) if name.startswith("kinks") else (name, value, kind)
-    for name, value in library_plane.of_gradients().items():
-        yield name, value, "discrete"
-    for part in (library_plane.of_pictures, library_plane.of_intervals, library_plane.of_edges):
-        yield from part()
-    yield from library_plane.of_ways()
+    yield from rows_of("discrete", library_plane.of_gradients)
+    names = "of_pictures", "of_intervals", "of_edges", "of_ways"
+    yield from (row for name in names for row in getattr(library_plane, name)())
     yield from states()
-    for name, call in library_plane.refusals().items():
-        yield f"refused {name}", library.refused(call), "outcome"
+    yield from rows_refused(library_plane.refusals)
 
 
 def states():

@@ -1,7 +1,7 @@
 """Two bodies in the plane: half-planes on panels and cells, bodies on meshes, load paths, what is refused."""
 
-from .. import library, library_two, problems_two
-from ..states import rows_of_paths, rows_of_states
+from .. import library_two, problems_two
+from ..states import rows_of_paths, rows_of_states, rows_refused
 
 
 def rows():
@@ -9,5 +9,4 @@ def rows():
     yield from rows_of_paths(problems_two.PATHS, library_two)
     for problem in problems_two.COALESCENCE:
         yield problem["name"], library_two.coalescence_of(problem), "estimated", 1e-6  # `coalescence`'s own
-    for name, call in library_two.refusals().items():
-        yield f"refused {name}", library.refused(call), "outcome"
+    yield from rows_refused(library_two.refusals)

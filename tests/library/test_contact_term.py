@@ -1,0 +1,205 @@
+"""The contact term: gaps (20)-(22) and forces (29) on paper, rule and nodes, potential structure."""
+
+import ngsolve as ng
+import numpy as np
+import pytest
+from conftest import dome
+from ngsolve.meshes import MakeStructured2DMesh
+
+from microblock import Body, Cosserat, Cylinder, Microblock, Microclamped, Plane, Punch, Unilateral
+from microblock.fem import meshes
+from microblock.fem.facets import ContactFacets, lobatto
+from microblock.model import law
+
+SOLID = Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
+
+
+@pytest.mark.parametrize(
+    "model, x, obstacle, normal, expected",
+    [
+        # N = (-0.02, 1), S = (1, 0.02): A at (-0.25, -0.005), B at (0.25, 0.005)
+        (Microblock(0.02), 0.0, Plane(0.01), (0, 1), {"A": 0.015, "B": 0.005}),
+        # corners at 0.75 and 1.25, heights 0.75^2/4 and 1.25^2/4; psi0 lifts A by 0.025 and lowers B by 0.025
+        (Microblock(-0.1), 1.0, Cylinder(2.0), (0, 1), {"A": 0.140625 - 0.025, "B": 0.390625 + 0.025}),
+        (Microblock(-0.1, psi0_in="levers"), 1.0, Cylinder(2.0), (0, 1), {"A": 0.140625, "B": 0.390625}),
+        # psi0 = 0.06 at x = 3: 0.25*0.06 = 0.015
+        (Microblock(lambda x: 0.02 * x), 3.0, Plane(1.0), (0, 1), {"A": 1.015, "B": 0.985}),
+        # tangent s = n x e3 = (0.8, -0.6): A = (-0.2, 0.15), B = (0.2, -0.15); the gap along n is (1 - x2) n2
+        (Microblock(), 0.0, Plane(1.0), (0.6, 0.8), {"A": 0.68, "B": 0.92}),
+        (Unilateral(), 1.0, Cylinder(2.0), (0, 1), {"C": 0.25}),
+        (Microclamped(), 1.0, Cylinder(2.0), (0, 1), {"C": 0.25}),
+        (Unilateral(), 0.0, Plane(1.0), (0, -1), {"C": np.inf}),  # faces away
+        (Unilateral(), 1.5, Punch(1.0), (0, 1), {"C": np.inf}),
+    ],
+)
+def test_gaps_are_those_worked_out_on_paper(model, x, obstacle, normal, expected):
+    gaps = model.initial_gaps(np.array([[x, 0.0]]), np.array([normal], float), 0.5, obstacle)
+    assert {corner: gap[0] for corner, gap in gaps.items()} == pytest.approx(expected, abs=1e-15)
+
+
+def test_traction_and_micromoment_are_those_of_29():
+    """t_n = -8 and M = -0.25 (1.02*(-3) + (-0.98)*(-5)) = -0.46; of equal forces M = psi0 ell lambda, where
+    the text after fig. 6 has (1 - psi0) on both corners and none.
+    """
+    for psi0, ell, forces, micromoment in ((0.02, 0.5, (-3.0, -5.0), -0.46), (0.1, 1.0, (-1.0, -1.0), 0.1)):
+        multipliers = {name: np.array([force]) for name, force in zip("AB", forces)}
+        levers = Microblock(psi0).levers(np.zeros(1))
+        assert law.traction(multipliers) == [sum(forces)]
+        assert law.micromoment(multipliers, levers, ell) == pytest.approx([micromoment])
+    assert Microblock(-0.1, psi0_in="levers").levers(np.zeros(1)) == {"A": [0.9], "B": [-1.1]}
+    assert Unilateral().levers(np.zeros(1)) == Microclamped().levers(np.zeros(1)) == {"C": [0.0]}
+
+
+def test_gap_22_on_an_inclined_surface_by_hand():
+    """n = (-0.6, 0.8), s = n x e3 = (0.8, 0.6), psi0 = 0.1, ell = 0.4, u = (0.03, -0.02), psi = 0.05.
+
+    The approach is 0.01. At C = (0, 0): corners -+0.2 (s + 0.1 n), so A = (-0.148, -0.136) and
+    B = (0.148, 0.136). Plane at height 0.5: g0_A = (0.5 + 0.136) 0.8 = 0.5088, g0_B = 0.2912. Then
+    -u.n = 0.018 + 0.016 = 0.034, the approach takes 0.01*0.8 = 0.008, and ell/2 psi times 1.1 and -0.9 is
+    0.011 and -0.009.
+    """
+    mesh = MakeStructured2DMesh(nx=2, ny=1, mapping=lambda x, y: (1.6 * x - 0.8, y - 1 + 1.2 * x - 0.6))
+    body = Body(mesh, SOLID, 1, fixed="bottom")
+    facets = ContactFacets(body, Microblock(0.1), Plane(0.5), "top")
+    state = ng.GridFunction(body.space)
+    for component, value in zip(state.components, (0.03, -0.02, 0.05)):
+        component.vec[:] = value
+    gaps = facets.nodal_gaps(*state.components, 0.01)
+    middle = np.argmin(np.abs(facets.points[:, 0]))
+    assert facets.normals[middle] == pytest.approx([-0.6, 0.8])
+    assert gaps["A"][middle] == pytest.approx(0.5088 + 0.034 - 0.008 + 0.011, abs=1e-14)
+    assert gaps["B"][middle] == pytest.approx(0.2912 + 0.034 - 0.008 - 0.009, abs=1e-14)
+
+
+# rule and nodes
+
+
+@pytest.mark.parametrize("order", [*range(1, 7), 12])
+def test_lobatto_is_exact_to_degree_2p_minus_1(order):
+    points, weights = lobatto(order)
+    for degree in range(2 * order):
+        assert weights @ points**degree == pytest.approx(1 / (degree + 1), rel=1e-13)
+    # negative control; beyond order 6 the first error sinks into rounding
+    assert order > 6 or weights @ points ** (2 * order) != pytest.approx(1 / (2 * order + 1), rel=1e-8)
+
+
+def facets_of(block, order, model=Microblock(0.02), obstacle=Cylinder(1.0), **options):
+    return ContactFacets(Body(block, SOLID, order, **{"fixed": "bottom", **options}), model, obstacle)
+
+
+def test_normals_of_a_curved_boundary_point_outwards():
+    facets = ContactFacets(Body(dome(4), SOLID, 4, fixed="base"), Unilateral(), Plane(1.0))
+    # a curved mesh of order 4, whose normals lose an order
+    assert facets.normals == pytest.approx(facets.points, abs=1e-2)
+    assert facets.weights.sum() == pytest.approx(np.pi, rel=1e-5)
+    # what is steeper than 60 degrees cannot touch
+    assert np.array_equal(facets.can_touch["C"], facets.normals[:, 1] > 0.5)
+
+
+def test_corners_without_obstacle_or_with_a_twin_cannot_touch(block):
+    """Where psi is prescribed the nearer corner alone can: B left of a cylinder's vertex, A right of it, and
+    A where psi < 0 lowers it; on an axis of symmetry psi = 0 makes both gaps one function.
+    """
+    facets = facets_of(block, 2, obstacle=Punch(0.5))
+    x = facets.points[:, 0]
+    assert np.array_equal(facets.can_touch["A"], np.abs(x - 0.2) <= 0.5)
+    assert np.array_equal(facets.can_touch["B"], np.abs(x + 0.2) <= 0.5)
+    held, aside = {"u1": "bottom", "u2": "bottom"}, np.abs(x) > 1e-9
+    clamped = facets_of(block, 2, Microblock(0.02), fixed=held | {"psi": "contact"}).can_touch
+    assert np.array_equal(clamped["A"][aside], x[aside] > 0)
+    assert np.array_equal(clamped["B"][aside], x[aside] < 0)
+    turned = facets_of(block, 2, Microblock(), Plane(), fixed=held, prescribed={"psi": {"contact": -0.1}})
+    assert turned.can_touch["A"].all()
+    half = facets_of(block, 2, Microblock(), Plane(), fixed={"u1": "left", "u2": "bottom", "psi": "left"})
+    assert half.can_touch["A"].all() and np.array_equal(half.can_touch["B"], x > -1)
+
+
+# energy, residual and tangent
+
+
+def at_random(space, seed, size):
+    state = ng.GridFunction(space)
+    state.vec.FV().NumPy()[:] = size * np.random.default_rng(seed).normal(size=space.ndof)
+    return state
+
+
+def contact_form(facets, method):
+    """The contact functional alone, on (u, psi) and for the augmented Lagrangian the multipliers."""
+    space = facets.body.space
+    for _ in facets.corners if method == "al" else ():
+        space = space * facets.multipliers
+    trial, form = space.TrialFunction(), ng.BilinearForm(space)
+    form += ng.Variation(
+        facets.penalty(7.0, *trial, 0.3)
+        if method == "penalty"
+        else facets.augmented_lagrangian(7.0, *trial[:3], trial[3:], 0.3)
+    )
+    return form
+
+
+@pytest.mark.parametrize("method", ["al", "penalty"])
+@pytest.mark.parametrize("model", [Microblock(lambda x: 0.1 * x), Unilateral()], ids=["blocks", "unilateral"])
+@pytest.mark.parametrize("order", [1, 3])
+def test_energy_residual_and_tangent_belong_together(block, method, model, order):
+    form = contact_form(facets_of(block, order, model, Plane(0.2)), method)
+    state, along, other = (at_random(form.space, seed, size).vec for seed, size in ((4, 0.1), (5, 1), (6, 1)))
+    # small enough that no node changes its state, so that the functional is quadratic: rounding only
+    step = 1e-6
+    ahead, back = ((state + sign * step * along).Evaluate() for sign in (1, -1))
+    residuals = [state.CreateVector() for _ in range(3)]
+    for vector, residual in zip((state, ahead, back), residuals):
+        form.Apply(vector, residual)
+    slope = (form.Energy(ahead) - form.Energy(back)) / (2 * step)
+    assert slope == pytest.approx(ng.InnerProduct(residuals[0], along), rel=1e-6)
+    form.AssembleLinearization(state)
+    tangent = (form.mat * along).Evaluate()
+    difference = ((1 / (2 * step)) * (residuals[1] - residuals[2]) - tangent).Evaluate()
+    assert difference.Norm() < 1e-7 * tangent.Norm()
+    mutual = ng.InnerProduct(along, form.mat * other)
+    assert ng.InnerProduct(other, tangent) == pytest.approx(mutual, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "multiplier, gap, energy",
+    [
+        # (38) with rho = 7: (lambda + rho/2 g) g where lambda + rho g <= 0, else -lambda^2/(2 rho)
+        (-0.5, -0.1, 0.085),
+        (-0.5, 0.05, -0.01625),
+        (-0.5, 0.1, -0.25 / 14),
+        (0.2, -0.01, -0.04 / 14),
+        (0.2, -0.1, 0.015),
+    ],
+)
+def test_augmented_lagrangian_38(multiplier, gap, energy):
+    """Numbers worked out by hand for one corner on the depth alone."""
+    body = Body(meshes.line(1.0, 1), SOLID, 1)
+    form = contact_form(ContactFacets(body, Unilateral(), Plane(gap + 0.3)), "al")
+    state = ng.GridFunction(form.space)
+    state.components[3].vec[:] = multiplier
+    assert form.Energy(state.vec) == pytest.approx(energy, rel=1e-12)  # the approach is 0.3
+
+
+@pytest.mark.parametrize("u2, psi", [(0.5, 0.1), (0.1, -1.0), (0.1, 1.0), (-0.5, 0.0)])
+def test_potential_structure_36(u2, psi):
+    """On the depth alone, in full contact, A only, B only, and separated: the residual is (-t_n, -M) of (33),
+    and d t_n/d psi = d M/d u2 = rho ell/2 with one corner closed (+ for A, - for B), else 0.
+    """
+    body, rho, lever = Body(meshes.line(1.0, 1), SOLID, 1), 7.0, 0.2
+    form = contact_form(ContactFacets(body, Microblock(), Plane(0.0)), "penalty")
+
+    def forces(u2, psi):
+        state = ng.GridFunction(body.space)
+        state.components[1].vec[:], state.components[2].vec[:] = u2 - 0.3, psi
+        residual = state.vec.CreateVector()
+        form.Apply(state.vec, residual)
+        return np.array([-sum(residual[body.space.Range(i)]) for i in (1, 2)])
+
+    gaps = np.array((-u2 + lever * psi, -u2 - lever * psi))
+    A, B = rho * np.minimum(gaps, 0)
+    assert forces(u2, psi) == pytest.approx([A + B, lever * (B - A)], abs=1e-13)
+    by_psi = (forces(u2, psi + 1e-5) - forces(u2, psi - 1e-5))[0] / 2e-5
+    by_u2 = (forces(u2 + 1e-5, psi) - forces(u2 - 1e-5, psi))[1] / 2e-5
+    closed = gaps < 0
+    # rounding over the step
+    assert by_psi == pytest.approx(by_u2, abs=1e-9)
+    assert by_psi == pytest.approx(rho * lever * (int(closed[0]) - closed[1]), abs=1e-9)

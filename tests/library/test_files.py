@@ -1,0 +1,201 @@
+"""CSV, VTK and plain data: what comes back is what the state has."""
+
+import json
+from dataclasses import asdict
+
+import netgen.occ as occ
+import ngsolve as ng
+import numpy as np
+import pytest
+
+import microblock as mb
+from microblock.data.records import column, read_records
+from microblock.fem import meshes, meshes3d
+from microblock.model.plain_data import plain_data
+
+meshio = pytest.importorskip("meshio", reason="VTK needs the extra `vtk`")
+
+SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
+GROUND, CYLINDER, TURNED = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock(psi0=0.002)
+ROLLER = mb.Deformable(GROUND, CYLINDER)
+LAWS = TURNED, mb.Unilateral(), mb.Microclamped()
+CELLS, FEW = mb.Cells(nodes=64, window=(-1, 1)), mb.Cells(nodes=32)
+
+
+def solved(body=GROUND, law=TURNED, method=None, obstacle=CYLINDER, load=1.0, rtol=None):
+    return mb.Contact(body, obstacle, law, method).solve(load=load, rtol=rtol)
+
+
+def on_grid(law=TURNED, obstacle=mb.Sphere(R=1.0), period=None):
+    return solved(mb.HalfSpace(SOLID, period), law, FEW, obstacle, 0.1)
+
+
+def in_space(law=TURNED, method=None):
+    x = meshes3d.graded(reach=0.6, step=0.3, far=3.0, growth=2.0)
+    sides = meshes3d.supports("bottom", x1="left", x2="front")
+    body = mb.Body3D(meshes3d.block(x, x, -x[::-1], reach=0.6), SOLID, fixed=sides)
+    return solved(body, law, method, mb.Sphere(R=10), 0.1)
+
+
+def small():
+    mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
+    return mb.Body(mesh, SOLID, 2, fixed="bottom")
+
+
+def triangles():
+    block = occ.Rectangle(4, 2).Face().Move((-2, -2, 0))
+    block.edges.Max(occ.Y).name, block.edges.Min(occ.Y).name = "contact", "bottom"
+    return mb.Body(ng.Mesh(occ.OCCGeometry(block, dim=2).GenerateMesh(maxh=0.8)), SOLID, 3, fixed="bottom")
+
+
+def on_depth():
+    line = mb.Body(meshes.line(1.0, 4), SOLID, 2, fixed={"u2": "middle"})
+    return mb.Contact(line, mb.Plane(), mb.Microblock()).solve(approach=0.01)
+
+
+def rubbed(body=GROUND, method=None, law=mb.Unilateral(friction=0.3), rtol=None, obstacle=CYLINDER):
+    return mb.Contact(body, obstacle, law, method).history([(1.0, 0.0), (1.0, 0.1)], rtol=rtol)
+
+
+BLOCK = mb.Block(SOLID, 4.0)
+KINDS = {
+    **{f"panels {law}": lambda law=law: solved(law=law) for law in LAWS},
+    "punch": lambda: solved(obstacle=mb.Punch(0.5)),
+    "cells": lambda: solved(method=CELLS),
+    "fitted": lambda: solved(mb.Block(SOLID, 18.0), mb.Microblock(), rtol=1e-2),
+    "body": lambda: solved(triangles()),
+    "two bodies on panels": lambda: solved(obstacle=ROLLER),
+    "two bodies on cells": lambda: solved(law=LAWS[1], method=CELLS, obstacle=ROLLER),
+    "period": lambda: solved(mb.HalfPlane(SOLID, 1.0), LAWS[2], mb.Cells(64), mb.Wave(0.01, 1.0), 0.1),
+    "uniform": lambda: solved(BLOCK, method=mb.Uniform(h=0.2)),
+    "depth": on_depth,
+    "newton": lambda: solved(small(), LAWS[2], mb.Newton()),
+    "friction on cells": lambda: rubbed(rtol=0.2),
+    "friction on panels": lambda: rubbed(method=mb.Panels(), rtol=0.05, obstacle=ROLLER),
+    "friction on a body": lambda: rubbed(small(), law=mb.Microblock(friction=0.3)),
+    "friction by Newton": lambda: rubbed(BLOCK, mb.Uniform(h=0.2, newton=mb.Newton())),
+    **{f"half-space {law}": lambda law=law: on_grid(law) for law in LAWS},
+    **{f"half-space of a period {law}": lambda law=law: on_grid(law, period=2.0) for law in LAWS},
+    "two half-spaces": lambda: on_grid(obstacle=mb.Deformable(mb.HalfSpace(SOLID), mb.Sphere(R=1.0))),
+    **{f"in space {law}": lambda law=law: in_space(law, mb.Condensed()) for law in LAWS},
+    "in space by Newton": lambda: in_space(method=mb.Newton()),
+}
+
+
+def arrays(state, kind):
+    """{name in the files: values} of a state."""
+    plane = isinstance(state, mb.State)
+    if plane:
+        found = {
+            "x1": state.x,
+            "x2": state.solution.points[:, 1],
+            "displacement": state.solution.displacement,
+        }
+        found |= {name: getattr(state, name) for name in ("micromoment", "psi")}
+    else:
+        x1, x2 = state.x1, state.x2
+        x1, x2 = np.meshgrid(x1, x2, indexing="ij") if state.pressure.ndim == 2 else (x1, x2)
+        found = {"x1": x1, "x2": x2, "displacement": state.displacement, "closed": state.closed}
+        found |= dict(zip(("m1", "m2", "psi1", "psi2"), (*state.micromoment, *state.psi)))
+    found |= {"weight": state.weights, "pressure": state.pressure}
+    found |= {f"pressure_{name}": values for name, values in state.pressures.items()}
+    if "friction" in kind:
+        found |= {"shear_traction": state.shear_traction, "slip": state.slip}
+    if "two" in kind or kind == "friction on panels":
+        above = state.counter_displacement(state.x) if plane else state.counter_displacement
+        found |= {"counter_displacement": above}
+    return found
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_of_state_comes_back_whole(kind, tmp_path):
+    """All arrays and numbers that a state has, to the last digit, from the table, the surface and JSON."""
+    made = KINDS[kind]()
+    states = made.states if isinstance(made, mb.History) else [made]
+    mb.to_csv(made, tmp_path / "state.csv")
+    rows, written = read_records(tmp_path / "state.csv"), mb.to_vtk(made, tmp_path / "state.vtu")
+    files = [file for file in written if "surface" in file.name]
+    assert rows[0]["version_ngsolve"] and len(files) == len(states)
+    data = made.to_dict()
+    assert json.loads(json.dumps(data, allow_nan=False)) == data  # digit by digit, and no tuples
+    for number, (state, file) in enumerate(zip(states, files)):
+        own, surface = [row for row in rows if row.get("state", 0) == number], meshio.read(file)
+        plain = data["states"][number] if "friction" in kind else data
+        for name, values in arrays(state, kind).items():
+            assert np.array_equal(column(own, name), np.ravel(values)), name
+            place = {"x1": surface.points[:, 0], "x2": surface.points[:, 1]}.get(name)
+            back = surface.point_data[name].ravel() if place is None else place
+            assert np.array_equal(back, np.ravel(values)), name
+        for name in ("weights", "pressure", "micromoment", "psi"):
+            assert np.array_equal(np.array(plain[name], float), getattr(state, name)), name
+        assert all(len(block.data) for block in surface.cells)
+        names = ["load", "approach", "error_estimate", "energy", "residual", "method"]
+        names += ["shear", "tangential_approach", "dissipation", "work"] * ("friction" in kind)
+        expected = {name: getattr(state, name) for name in names}
+        assert {name: own[0][name] for name in names} == expected
+        assert {name: plain[name] for name in names} == expected
+        assert (own[0]["warnings"] or "") == "; ".join(state.warnings)
+
+
+def test_histories_paths_and_rows_list_what_they_have(tmp_path):
+    history = rubbed(rtol=0.2)
+    path = mb.Contact(GROUND, CYLINDER, mb.Microblock()).path(load=0.1)
+    for made, events in ((history.events, history.events), (path, path.events)):
+        mb.to_csv(made, tmp_path / "events.csv")
+        for row, event in zip(read_records(tmp_path / "events.csv"), events, strict=True):
+            assert all(row[name] == value for name, value in asdict(event).items())
+    for made in (history, path):
+        kinds = [(event.kind, event.zone) for event in made.events]
+        assert [(event["kind"], event["zone"]) for event in made.to_dict()["events"]] == kinds
+    rows = [{"radius": 5.0, "law": "microblock", "half_width": np.float64(0.1), "error": None}]
+    mb.to_csv(rows, tmp_path / "rows.csv")
+    (back,) = read_records(tmp_path / "rows.csv")
+    assert {name: back[name] for name in rows[0]} == rows[0] and back["version_microblock"]
+
+
+def test_numbers_that_do_not_exist_are_none():
+    values = {"a": np.array([1.5, np.nan]), 2: (np.inf, np.float64("nan"), np.int64(3), True, None, "word")}
+    assert plain_data(values) == {"a": [1.5, None], "2": [None, None, 3, True, None, "word"]}
+
+
+def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contact(tmp_path):
+    state, x1, x2 = solved(method=mb.Panels(order=8)), np.array([-0.3, 0.0, 0.2]), np.array([-1.0, -0.1, 0.0])
+    grid = meshio.read(mb.to_vtk(state, tmp_path / "state", x1=x1, x2=x2)[1])
+    assert [len(block.data) for block in grid.cells] == [4]
+    for number, point in enumerate(grid.points):
+        own = state.fields(point[:1], point[1])
+        wanted = {
+            "u": (*own.u[:, 0], 0),
+            "psi": own.psi,
+            "stress": own.stress,
+            "couple_stress": own.couple_stress,
+        }
+        for name, value in wanted.items():
+            # the sums over sources are taken together, so that rounding differs
+            close = 1e-9 * np.abs(own.stress).max()
+            assert np.ravel(grid.point_data[name][number]) == pytest.approx(np.ravel(value), abs=close), name
+    points = meshio.read(mb.to_vtk(state, tmp_path / "usual")[1]).points
+    edges = np.ravel(state.zones["contact"])
+    assert points[:, 0].min() < edges.min() and points[:, 0].max() > edges.max()
+    assert points[:, 1].max() == 0 and points[:, 1].min() < -np.ptp(edges)
+
+
+@pytest.mark.parametrize("kind", ["body", "fitted", "in space"])
+def test_fields_of_meshes_come_back(kind, tmp_path):
+    """At points within one element: elsewhere a point has the stresses of its neighbours."""
+    state = in_space() if kind == "in space" else KINDS[kind]()
+    fields, back = state.fields, meshio.read(mb.to_vtk(state, tmp_path / "state")[1])
+    mesh, points = fields.body.mesh, back.points
+    _, first, copies = np.unique(points.round(9), axis=0, return_index=True, return_counts=True)
+    box = points[:, : mesh.dim]
+    within = np.all((box > box.min(axis=0) + 1e-9) & (box < box.max(axis=0) - 1e-9), axis=1)
+    inner = first[(copies == 1) & within[first]] if mesh.dim == 2 else first[within[first]]
+    flat = {"psi": "psi", "stress": "stress", "couple_stress": "couple_stress"}
+    expected = {name: getattr(fields, name) for name in flat} if mesh.dim == 2 else {}
+    expected["u"] = ng.CF((fields.u1, fields.u2, 0)) if mesh.dim == 2 else fields.u
+    assert len(inner) > (mesh.ne if mesh.dim == 2 else 10)
+    for name, field in expected.items():
+        there = field(mesh(*box[inner].T)).reshape(len(inner), -1)
+        own = back.point_data[name].reshape(len(points), -1)[inner]
+        assert np.abs(own - there).max() < 1e-9 * np.abs(there).max(), name  # rounding
+    assert back.point_data["stress"].shape[1] == mesh.dim**2

@@ -1,0 +1,172 @@
+"""Pictures of states: corners that touch, fields below, captions, axes that are cut, letters."""
+
+import io
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+from PIL import Image
+
+import microblock as mb
+from microblock.model.summary import Row, Summary, html, intervals, number
+from microblock.view import blocks, plots
+from microblock.view.state_figure import StateFigure
+
+SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
+LAW, LINE = mb.Microblock(), mb.Unilateral()
+
+
+def solved(obstacle=mb.Cylinder(R=10.0), law=LAW, method=None, body=mb.HalfPlane(SOLID), load=1.0, rtol=None):
+    return mb.Contact(body, obstacle, law, method).solve(load=load, rtol=rtol)
+
+
+def on_mesh(block, law=LAW):
+    body = mb.Body(block, mb.Cosserat(E=2.6, nu=0.3, beta=1, ell=0.2), order=3, fixed="bottom")
+    return solved(mb.Cylinder(2.0), law, body=body, load=0.05)
+
+
+def ink(drawing):
+    """Share of a picture that is not white."""
+    png = Image.open(io.BytesIO(drawing._repr_png_())).convert("RGB")
+    return (np.asarray(png).astype(int).min(axis=2) < 200).mean()
+
+
+def told(drawing):
+    return " ".join(drawing.get_suptitle().split())
+
+
+# states
+
+
+def test_a_corner_touches_in_the_picture_where_its_gap_is_closed():
+    """A alone, B alone, both and none are four fills; a shifted contact has shifted blocks."""
+    state = solved(law=mb.Microblock(0.002), load=2.0)
+    zones, surface = state.zones["contact"], state.surface(blocks.window(SOLID.ell, state.zones["contact"]))
+    shown = blocks.blocks(surface, zones)
+    fills = [
+        tuple(colour) for colour in StateFigure(("A", "B")).update(state).blocks._squares.get_facecolor()
+    ]
+    pairs = [tuple(map(bool, closed)) for closed in shown.closed]
+    assert len({*zip(pairs, fills, strict=True)}) == len({*pairs}) == len({*fills}) == 4
+    for corner in (0, 1):
+        tips, centres = shown.squares[:, corner], shown.squares[:, :2].mean(axis=1)
+        over = shown.magnification * (tips[:, 0] ** 2 / 20 - state.solution.approach) - tips[:, 1]
+        # heights are interpolated between points of the surface: a thousandth of a block is not seen
+        expected = shown.magnification * np.interp(centres[:, 0], surface.x, surface.gaps[corner])
+        assert over == pytest.approx(expected, abs=1e-3 * SOLID.ell)
+        assert np.all(over[shown.closed[:, corner]] < 1e-3 * SOLID.ell)
+    shifted = solved(lambda x: (x - 1) ** 2 / 20, mb.Microblock(0.002), load=2.0)
+    moved = blocks.blocks(shifted.surface(), shifted.zones["contact"]).squares
+    # rounding of abscissae is magnified a little
+    assert moved == pytest.approx(blocks.blocks(state.surface(), zones).squares + (1.0, 0.0), abs=1e-9)
+
+
+def test_pictures_do_not_magnify_rounding(block):
+    """Gaps of 1e-17 are nothing: all corners are marked; a law of one corner has no legend of two."""
+    state = mb.Contact(on_mesh(block).problem.body, mb.Plane(), LAW).solve(load=0.05)
+    shown = blocks.blocks(state.surface(), state.zones["contact"])
+    assert shown.closed.all() and shown.magnification == 1.0
+    figure = StateFigure(LINE.corners).update(solved(mb.Punch(0.3), LINE))
+    assert figure.axes["gap"].get_ylim()[1] == 1.0 and figure.axes["blocks"].get_legend() is None
+
+
+def test_every_kind_of_state_shows_and_draws_itself(block, tmp_path):
+    wave = solved(mb.Wave(0.01, 1.0), LINE, mb.Cells(nodes=256), mb.HalfPlane(SOLID, 1.0), 0.5)
+    fitted = solved(law=mb.Microclamped(), body=mb.Block(SOLID), rtol=1e-2)
+    for state in (solved(), solved(mb.Punch(0.3), LINE), fitted, on_mesh(block), wave):
+        assert len(repr(state)) < 150 and "force per thickness" in state._repr_html_()
+        assert ink(state.plot()) > 0.01  # lines and letters on white
+        for one in (state.problem, state.problem.body, state.solid):
+            assert "<table" in one._repr_html_() and len(str(one)) < 250
+    solved().plot_blocks(tmp_path / "load_0.5")
+    assert [file.name for file in tmp_path.iterdir()] == ["load_0.5.png"]
+
+
+# fields below
+
+
+@pytest.mark.parametrize("quantity", ["psi", "shear", "s22"])
+def test_fields_are_drawn_with_numbers_beside_the_colours_that_keep_apart(block, quantity):
+    for state in (on_mesh(block), solved()):
+        drawing = state.plot_below(quantity)
+        assert ink(drawing) > 0.05  # colours, and not an empty box
+        drawing.draw_without_rendering()
+        bar = drawing.axes[-1]
+        places = np.sort([label.get_window_extent().y0 for label in bar.get_yticklabels()])
+        assert len(places) >= 3 and np.diff(places).min() > 8  # pixels: a letter is as high
+        # those beyond the colours would be drawn on the number that belongs at their end
+        low, high = bar.get_ylim()
+        assert all(low - 1e-9 <= tick <= high + 1e-9 for tick in bar.get_yticks())
+
+
+def filled(drawing):
+    """(x1, x2) of all corners of the triangles of a picture of a field, and the ends of its colours."""
+    contours = next(each for each in drawing.axes[0].collections if getattr(each, "filled", False))
+    corners = np.concatenate([path.vertices for path in contours.get_paths() if len(path.vertices)])
+    return corners, contours.levels[[0, -1]]
+
+
+def test_a_field_is_drawn_in_all_of_a_body_from_its_least_to_its_largest_value(block):
+    state, angles = on_mesh(block), np.radians(np.arange(0.0, 180.0))
+    corners, (low, high) = filled(state.plot_body("psi"))
+    # the unit block is [-1, 1] x [-1, 0]; its corners are nodes
+    assert corners.min(axis=0) == pytest.approx([-1, -1]) and corners.max(axis=0) == pytest.approx([1, 0])
+    # round numbers around the values, of which 0.4 % may lie beyond
+    assert 0.5 < high / np.degrees(np.abs(state.psi).max()) < 2 and high == -low
+    x1, x2 = np.meshgrid(np.linspace(-0.97, 0.97, 20), np.linspace(-0.97, -0.02, 20))
+    stress = state.fields(x1.ravel(), x2.ravel()).stress
+    normal, along = np.array((np.cos(angles), np.sin(angles))), np.array((-np.sin(angles), np.cos(angles)))
+    shear = np.abs(np.einsum("ik,ijp,jk->pk", along, stress, normal)).max(axis=1)
+    _, (low, high) = filled(state.plot_body("shear"))
+    # next to the edges of the contact, between these places, it is larger
+    assert low == 0 and np.quantile(shear, 0.99) < high < 2 * shear.max()
+
+
+# what stands in pictures and tables
+
+
+def test_captions_say_what_is_shown_and_stay_within_their_figures():
+    x, levers = np.linspace(-1, 1, 5), mb.Microblock(-0.001234, psi0_in="levers")
+    state = solved(mb.Obstacle.from_samples(x, x**2 / 20), levers, load=0.1234, rtol=1e-2)
+    assert state.caption.startswith("Samples(x=5 numbers, z=5 numbers), Microblock(psi0=-0.001234, psi0_in=")
+    assert "load 0.1234, error " in state.caption and told(state.plot()).startswith(state.caption)
+    assert "no error estimate" in solved(method=mb.Panels(order=8)).caption
+    drawing = state.plot_below()
+    drawing.draw_without_rendering()
+    box = drawing._suptitle.get_window_extent()
+    assert len(state.caption) > 80 and box.x0 >= 0 and box.x1 <= drawing.bbox.width
+
+
+@pytest.mark.parametrize(
+    "obstacle, law, words",
+    [
+        (mb.Punch(0.5), LINE, "cut: unbounded at ±0.5"),
+        (mb.Punch(0.5), LAW, "cut: unbounded at ±0.542, ±0.458"),
+        (mb.Wedge(0.02), LAW, "cut: unbounded at ±0.0425"),
+        (mb.Cylinder(R=10), LAW, ""),
+    ],
+)
+def test_axes_that_are_cut_say_so_and_where(obstacle, law, words):
+    figure = StateFigure(law.corners).update(solved(obstacle, law))
+    assert any(text.get_text() == words for text in figure.axes["pressure"].texts)
+    moments = [text.get_text() for text in figure.axes["micromoment"].texts]
+    assert any("unbounded" in text for text in moments) == (law is LAW and bool(words))
+
+
+def test_tables_take_text_as_text():
+    summary = Summary("<b>", "a & b", (Row("<i>", "&ell;", 1 / 3, "m<sup>"),), ("<script>",))
+    assert "<script>" not in html(summary) and "&lt;b&gt;" in html(summary) and "0.3333" in html(summary)
+    assert number(None) == "-" and number(3) == "3" and intervals([]) == "none"
+    assert intervals([(k, k + 0.5) for k in range(6)]) == "6 intervals, 3 together"
+
+
+# the style
+
+
+@pytest.mark.parametrize("right", [-4, 4])
+def test_a_label_stands_beside_its_point(right):
+    drawing, axis = plots.figure(height=4)
+    text = plots.label(axis, 0.5, 0.5, "some words", shift=(right, 0))
+    drawing.draw_without_rendering()
+    place, extent = axis.transData.transform((0.5, 0.5))[0], Text.get_window_extent(text)
+    assert extent.x0 > place if right > 0 else extent.x1 < place

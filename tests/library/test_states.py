@@ -1,0 +1,297 @@
+"""What states, paths and errors say is true, and problems given in another way have the same answers."""
+
+import copy
+import pickle
+import re
+from dataclasses import replace
+from html import escape
+
+import numpy as np
+import pytest
+
+import microblock as mb
+from microblock.fem import fitted, meshes, meshes3d
+from microblock.model.law import Law
+
+SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+GROUND, CYLINDER, LAW, LINE = mb.HalfPlane(SOLID), mb.Cylinder(R=10), mb.Microblock(), mb.Unilateral()
+RUBBING = mb.Unilateral(friction=0.3)
+
+
+def on_mesh(height=1.0, order=1):
+    mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), height)
+    return mb.Body(mesh, SOLID, order, fixed="bottom")
+
+
+def in_space():
+    x = meshes3d.graded(reach=0.6, step=0.3, far=3.0, growth=2.0)
+    fixed = meshes3d.supports("bottom", x1="left", x2="front")
+    return mb.Body3D(meshes3d.block(x, x, -x[::-1], reach=0.6), SOLID, fixed=fixed)
+
+
+BODY, SPACE = on_mesh(), in_space()
+PROBLEMS = {
+    "panels": mb.Contact(GROUND, CYLINDER, LAW),
+    "cells": mb.Contact(GROUND, CYLINDER, LAW, mb.Cells(nodes=64, window=(-1, 1))),
+    "fitted": mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, LAW, mb.Fitted(order=2)),
+    "uniform": mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, LAW, mb.Uniform(h=0.2)),
+    "condensed": mb.Contact(BODY, CYLINDER, LAW),
+    "newton": mb.Contact(BODY, CYLINDER, LAW, mb.Newton()),
+    "half-space": mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(1.0), LAW, mb.Cells(nodes=32)),
+    "in space": mb.Contact(SPACE, mb.Sphere(10.0), LAW),
+    "in space by Newton": mb.Contact(SPACE, mb.Sphere(10.0), LAW, mb.Newton()),
+}
+ASKED = {  # what shows its progress under which word
+    **{
+        kind: (lambda kind=kind, **more: PROBLEMS[kind].solve(load=0.1, **more), "solve:")
+        for kind in PROBLEMS
+    },
+    **{
+        f"path {kind}": (lambda kind=kind, **more: PROBLEMS[kind].path(0.1, **more).events, "load path:")
+        for kind in ("panels", "fitted", "condensed")
+    },
+    **{
+        f"history {body}": (
+            lambda body=body, rtol=rtol, **more: mb.Contact(body, CYLINDER, RUBBING).history(
+                [(1.0, 0.0), (1.0, 0.1)], rtol=rtol, **more
+            ),
+            "history:",
+        )
+        for body, rtol in ((GROUND, 0.2), (BODY, None))
+    },
+}
+
+
+@pytest.mark.parametrize("name", ASKED)
+def test_progress_is_shown_by_every_method_where_it_is_asked_for(name, capsys):
+    ask, word = ASKED[name]
+    ask()
+    assert not capsys.readouterr().err
+    ask(progress=True)
+    assert word in capsys.readouterr().err
+
+
+# warnings
+
+
+@pytest.mark.parametrize("kind", [kind for kind in PROBLEMS if kind != "in space by Newton"])
+def test_warnings_stand_in_what_a_state_says_of_itself(kind):
+    """In the terminal, the notebook and above the figure alike."""
+    tilted = PROBLEMS[kind].with_(law=mb.Microblock(psi0=0.3))  # 17 degrees: beyond small angles
+    state = tilted.solve(load=1.0 if kind == "fitted" else 1e-3)
+    if kind == "half-space":  # which warns of nothing there
+        state = replace(state, warnings=("cells are few",))
+    above = " ".join(state.plot().get_suptitle().split())
+    assert state.warnings
+    for text in state.warnings:
+        assert text in str(state) and escape(text) in state._repr_html_() and text in above
+
+
+def test_warnings_of_a_history_are_those_of_its_states_once_each():
+    history = mb.Contact(BODY, CYLINDER, RUBBING).history([(0.01, 0.0), (0.01, 0.001)])
+    assert history.warnings == history.states[0].warnings == history.states[1].warnings
+    assert history.warnings and all(text in str(history) for text in history.warnings)
+
+
+STEEP = mb.HalfPlane(mb.Cosserat(E=2, nu=0.3, beta=1, ell=0.1))
+COARSE = mb.Contact(on_mesh(0.25, 2), CYLINDER, LAW)
+WARNED = {  # problem, load, words of its warnings
+    "small strain": (PROBLEMS["panels"], 1.0, []),
+    "steep": (mb.Contact(STEEP, mb.Cylinder(1.0), mb.Microblock(0.2)), 1.0, ["degrees", "slope"]),
+    "large blocks": (mb.Contact(mb.HalfPlane(replace(SOLID, ell=3.0)), CYLINDER, LAW), 1.0, ["larger"]),
+    # the obstacle touches between two nodes at most: no zone is wide enough to be seen
+    "no node": (PROBLEMS["uniform"], 1e-3, ["only 0 nodes in contact"]),
+    "few nodes": (COARSE, 1.0, [r"only \d nodes in contact and no error estimate.*ask for rtol="]),
+    "few uniform nodes": (PROBLEMS["uniform"], 1.0, [r"only \d nodes in contact and no.*smaller h"]),
+    "many nodes": (mb.Contact(on_mesh(0.05, 2), CYLINDER, LAW), 1.0, []),
+}
+
+
+@pytest.mark.parametrize("name", WARNED)
+def test_a_state_warns_of_what_it_cannot_see(name):
+    problem, load, words = WARNED[name]
+    told = problem.solve(load=load).warnings
+    assert all(any(re.search(word, text) for text in told) for word in words) and bool(words) == bool(told)
+
+
+def test_an_estimate_speaks_for_itself():
+    estimated = mb.State(replace(COARSE.solve(load=1.0).solution, error_estimate=0.1))
+    assert not any("nodes in" in text for text in estimated.warnings)
+
+
+# errors
+
+OUT_OF_REACH = {  # problem, what keeps rtol from being reached (small caps stand for long waits), rtol
+    "panels": (PROBLEMS["panels"], (), 1e-15),
+    "cells": (PROBLEMS["cells"].with_(method=mb.Cells()), ("halfplane.cell_solver.MOST", 512), 1e-6),
+    "fitted": (
+        mb.Contact(mb.Block(SOLID, 4.0), CYLINDER, LAW),
+        ("fem.fitted.LEVELS", fitted.LEVELS[:2]),
+        1e-5,
+    ),
+    "condensed": (PROBLEMS["condensed"], ("fem.recovery.PASSES", 3), 1e-4),
+    "half-space": (
+        mb.Contact(mb.HalfSpace(SOLID), mb.Sphere(1.0), LINE),
+        ("halfspace.solver.MOST", 128),
+        1e-6,
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", OUT_OF_REACH)
+def test_the_rtol_that_a_message_advises_is_met(kind, monkeypatch):
+    problem, cap, rtol = OUT_OF_REACH[kind]
+    if cap:
+        monkeypatch.setattr(f"microblock.{cap[0]}", cap[1])
+    with pytest.raises(mb.NotConverged) as caught:
+        problem.solve(load=0.1, rtol=rtol)
+    advised = caught.value.rtol_reached
+    assert caught.value.reached == pytest.approx(0.1) and f"ask for rtol={advised:.1e}" in str(caught.value)
+    assert rtol < problem.solve(load=0.1, rtol=advised).error_estimate <= advised
+
+
+@pytest.mark.parametrize(
+    "failure",
+    [
+        mb.BadArgument("R", -1, "must be positive"),
+        mb.NotConverged("no luck", reached=0.2, rtol_reached=0.1, iterations=3),
+        mb.MissingExtra("explore()", "ipywidgets", "notebook"),
+    ],
+)
+def test_errors_come_back_from_other_processes(failure):
+    """Of BadArgument a raw TypeError came back: it was made anew of its message alone."""
+    for back in (pickle.loads(pickle.dumps(failure)), copy.copy(failure)):
+        assert type(back) is type(failure) and str(back) == str(failure) and vars(back) == vars(failure)
+
+
+def test_unknown_zones_and_corners_are_refused_by_name():
+    state = PROBLEMS["cells"].solve(load=0.1)
+    for table, name in ((state.zones, "zone"), (state.pressures, "corner")):
+        with pytest.raises(mb.BadArgument, match=f"^{name} = 'Z': must be one of"):
+            table["Z"]
+        assert table.get("Z") is None and pickle.loads(pickle.dumps(table)).keys() == table.keys()
+
+
+# the same problem, given in another way
+
+
+def pressed(obstacle=CYLINDER, law=LAW, method=None, body=GROUND, load=1.0, rtol=None):
+    return mb.Contact(body, obstacle, law, method).solve(load=load, rtol=rtol)
+
+
+def writes(x):
+    x *= x
+    return x / 20
+
+
+def tilts(x):
+    x *= 0.01
+    return x
+
+
+def circle(x):
+    return np.where(np.abs(x) < 10, 10 - np.sqrt(np.maximum(100 - x**2, 0)), np.inf)
+
+
+class Turned(Law):
+    """Microblocks with other names of corners, or gaps in another order."""
+
+    shifts = LAW.shifts
+
+    def __init__(self, corners, gaps):
+        self.corners, self.gaps = corners, gaps
+
+    def levers(self, x):
+        return dict(zip(self.corners, LAW.levers(x).values()))
+
+    def initial_gaps(self, *where):
+        gaps = dict(zip(self.corners, LAW.initial_gaps(*where).values()))
+        return {name: gaps[name] for name in self.gaps}
+
+
+def waved(sign):
+    return lambda x: 0.01 * (1 - sign * np.cos(2 * np.pi * x))
+
+
+LEVEL = mb.Obstacle.from_samples([-1, 1], [0, 0])
+CELLS, PERIOD = mb.Cells(nodes=np.int16(64)), mb.HalfPlane(SOLID, period=1.0)
+SAME = {  # one, other, relative difference of half-widths
+    # (x/R)^2 = 0.0013 at the edge of the contact, a quarter of it in height, and two estimates below 1e-3
+    "a circle": (lambda: pressed(circle), lambda: pressed(), 3e-3),
+    # both to 1e-6, where zones differ by its square root next to the ends at most
+    "level samples": (lambda: pressed(LEVEL, rtol=1e-6), lambda: pressed(mb.Punch(1.0), rtol=1e-6), 1e-6),
+    "functions that write": (lambda: pressed(writes), lambda: pressed(lambda x: x**2 / 20), 1e-12),
+    "rotations that write": (
+        lambda: pressed(law=mb.Microblock(tilts)),
+        lambda: pressed(law=mb.Microblock(lambda x: 0.01 * x)),
+        1e-12,
+    ),
+    # 200^2 is 64 as an unsigned number of eight bits
+    **{
+        kind.__name__: (
+            lambda kind=kind: pressed(mb.Cylinder(kind(200)), load=kind(100)),
+            lambda: pressed(mb.Cylinder(200.0), load=100.0),
+            0,
+        )
+        for kind in (np.uint8, np.int16, np.float32)
+    },
+    "numbers of cells": (
+        lambda: pressed(method=CELLS, load=np.int8(100)), lambda: pressed(method=CELLS, load=100.0), 0,
+    ),
+    # one begins at a valley, one at a peak: a zone over the end of a period is one, to a cell
+    "begun elsewhere": (
+        lambda: pressed(waved(1), LAW, mb.Cells(1024), PERIOD, 0.5),
+        lambda: pressed(waved(-1), LAW, mb.Cells(1024), PERIOD, 0.5),
+        5e-3,
+    ),
+    "corners of other names": (
+        lambda: pressed(law=Turned(("heel", "toe"), ("heel", "toe")), body=BODY),
+        lambda: pressed(body=BODY), 0,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SAME)
+def test_a_problem_given_in_another_way_has_the_same_answer(name):
+    one, other, close = SAME[name]
+    one, other = one(), other()
+    assert one.half_width == pytest.approx(other.half_width, rel=close, abs=0)
+    assert len(one.zones["contact"]) == len(other.zones["contact"])
+    assert name != "corners of other names" or one.zones["toe"] == other.zones["B"]
+
+
+def test_what_a_user_gives_is_taken_as_it_is():
+    kinked = np.vectorize(lambda x: x**2 / 20 if x > 0 else x**2 / 10)  # no otypes: fails for no points
+    assert pressed(kinked).error_estimate <= 1e-3
+    with pytest.raises(mb.BadArgument, match="initial_gaps.*in the order A, B"):
+        pressed(law=Turned(("A", "B"), ("B", "A")))
+    # an obstacle that ends, although its height goes on: contact points lie half a block further
+    bounded = type("Bounded", (), {"ends": (-0.3, 0.3), "R": "no radius", "height": lambda self, x: x**2})()
+    state = pressed(bounded, load=100.0)
+    assert np.ravel(state.zones["contact"])[[0, -1]] == pytest.approx([-0.35, 0.35], rel=1e-9)
+    assert "Hertz" not in state._repr_html_()  # an attribute R makes no cylinder
+
+
+# first touch
+
+
+@pytest.mark.parametrize(
+    "obstacle, law, places",
+    [
+        (CYLINDER, LAW, {"A": 0.05, "B": -0.05}),
+        (lambda x: (x - 0.1) ** 2 / 20, LAW, {"A": 0.15, "B": 0.05}),
+        (mb.Wedge(0.02), LAW, {"A": 0.05, "B": -0.05}),
+        (CYLINDER, LINE, {"contact": 0.0}),
+        (mb.Punch(0.5, tilt=0.001), LINE, {"contact": -0.5}),
+        (mb.Punch(0.5), LINE, {"contact": 0.0}),
+    ],
+    ids=["cylinder", "callable", "wedge", "unilateral", "tilted", "flat"],
+)
+def test_first_touch_is_where_the_gap_is_least(obstacle, law, places):
+    events = mb.Contact(GROUND, obstacle, law).path(load=0.02).events
+    born = [(event.zone, event.x) for event in events if event.load == 0]
+    for zone, x in places.items():
+        # root of rounding in a parabola's gap
+        assert [place for name, place in born if name == zone] == pytest.approx([x], abs=1e-7)
+    contact = sorted(x for zone, x in born if zone == "contact")
+    assert contact == pytest.approx(sorted(places.values()), abs=1e-7)
