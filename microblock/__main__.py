@@ -39,6 +39,7 @@ from . import (  # noqa: E402
 from .command import run  # noqa: E402
 from .data.expressions import function_of_x  # noqa: E402
 from .data.samples import read_samples  # noqa: E402
+from .errors import require_positive  # noqa: E402
 
 LAWS = {"unilateral": Unilateral, "microclamped": Microclamped}
 RTOL = {"panels": 1e-3, "cells": 1e-2}
@@ -77,6 +78,7 @@ def solve(
         given, 0.01 with a window)
     path : whether to follow the events from first touch to the largest load
     """
+    require_positive(beta=beta)  # nothing holds the rotation of a half-plane without it
     if height is not None and samples is not None:
         raise BadArgument("height", height, "does not go together with --samples: each is an obstacle")
     if window and path:

@@ -21,7 +21,15 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from .data.records import json_text, versions, write_json
-from .errors import BadArgument, MicroblockError, require_finite, require_place, shortened, shown
+from .errors import (
+    BadArgument,
+    MicroblockError,
+    require_finite,
+    require_place,
+    require_size,
+    shortened,
+    shown,
+)
 from .model.plain_data import plain_data
 
 DIGITS = 7  # of a printed number
@@ -31,6 +39,8 @@ class OneLineParser(argparse.ArgumentParser):
     """A parser whose errors are one line on standard error, and exit status 2."""
 
     def error(self, message):
+        if message.endswith("expected one argument"):
+            message += "; a value that begins with - is written --NAME=VALUE"
         self.exit(2, f"{self.prog}: {message}\n")
 
 
@@ -101,6 +111,8 @@ class Option:
             words = "must be a whole number" if self.kind is int else "must be a finite number"
             raise BadArgument(self.name, text, words) from None
         require_finite(**{self.name: number})
+        if number:  # products of others have no digits
+            require_size(**{self.name: number})
         return number
 
 

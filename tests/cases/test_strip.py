@@ -1,6 +1,7 @@
 """The strip against its closed form over the whole range of the command, and the command itself."""
 
 import math
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -103,3 +104,13 @@ def test_exit_status(status, words, capsys):
     assert printed.err.count("\n") == (status > 0)
     # a bad argument is named; delta = 0.2 H is beyond small strain
     assert words.split()[0] in printed.err if status == 2 else status == 1 or "small strain" in printed.out
+
+
+def test_the_closed_form_is_nowhere_in_the_computation(monkeypatch):
+    """The same numbers without the module; only the errors against it do not exist, which is said."""
+    full = solved(psi0_deg=-1.5)
+    monkeypatch.setitem(sys.modules, "microblock.model.closed_forms", None)
+    bare = solved(psi0_deg=-1.5)
+    assert bare["error_psi"] is None and "closed_forms is missing" in " ".join(bare["warnings"])
+    same = set(full) - {"error_psi", "error_u", "error_psi_paper", "warnings"}
+    assert {name: bare[name] for name in same} == {name: full[name] for name in same}

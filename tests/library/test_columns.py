@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 import microblock as mb
-from cases.commands import strip
-from cases.scenes import lattice
+from cases.__main__ import main
 from microblock.data.records import read_records
 
 PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "columns.md").read_text()
@@ -49,19 +48,12 @@ def test_columns_of_histories_and_events(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "case, answer",
-    [
-        ("strip", lambda: strip.to_dict(strip.solve(elements=4, order=2))),
-        ("lattice", lambda: lattice.result(lattice.Parameters(blocks_per_a=2))),
-    ],
+    "words", ["strip --elements 4 --order 2", "hertz", "size_effect --alphas 0.5", "lattice --blocks-per-a 2"]
 )
-def test_keys_of_json(case, answer):
-    rows = re.findall(rf"^\| {case} \| (.*?) \| (.*?) \|$", PAGE, re.M)
-    known = answer()
-    for keys, words in rows:
-        for key in re.findall(r"`([\w']+)`", keys):
-            assert key in known
-            inner = known[key] if isinstance(known[key], dict) else {}
-            deeper = {**inner, **next((one for one in inner.values() if isinstance(one, dict)), {})}
-            assert not inner or set(re.findall(r"`([\w']+)`", words)) <= {*deeper}
+def test_keys_of_json(words, capsys):
+    assert main([*words.split(), "--json", "-"]) == 0
+    keys = set(re.findall(r"\"([\w']+)\":", capsys.readouterr().out))  # at any depth
+    rows = re.findall(rf"^\| {words.split()[0]} \| (.*?) \| (.*?) \|$", PAGE, re.M)
+    for names, meaning in rows:
+        assert set(re.findall(r"([\w']+)`", names + meaning * meaning.startswith("list of"))) <= keys
     assert len(rows) > 1
