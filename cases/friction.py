@@ -92,6 +92,7 @@ def dissipation_figure(alphas, cycles, friction):
     for contact, values in cycles.items():
         axis.semilogx(alphas, values, "o-", label=contact)
     axis.set(xlabel=r"$\alpha = \ell/a_\mathrm{Hz}$", xticks=alphas, xticklabels=alphas, ylim=(0, None))
+    axis.minorticks_off()
     axis.set(ylabel=r"dissipation$/(P a_\mathrm{Hz}^2/R)$")
     drawing.legend(loc="outside upper center", ncols=2)
     return drawing

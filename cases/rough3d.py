@@ -77,6 +77,7 @@ def figure(states):
         xticks=loads,
         xticklabels=np.round(loads, 3),
     )
+    below.minorticks_off()
     below.legend()
     return drawing
 
