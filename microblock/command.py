@@ -13,7 +13,9 @@ resolved.
 import argparse
 import inspect
 import re
+import shutil
 import sys
+import textwrap
 import time
 import types
 import typing
@@ -33,6 +35,7 @@ from .errors import (
 from .model.plain_data import plain_data
 
 DIGITS = 7  # of a printed number
+LABEL = r":\w+: +|\w[\w ]*?  +"  # of an item in the docstring of a module
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -79,7 +82,7 @@ class Option:
     def add_to(self, parser):
         """Adds the option to a parser, which leaves its value as text."""
         default = self.default if isinstance(self.default, tuple) else (self.default,)
-        given = default not in ((None,), (), (False,))
+        given = default not in ((None,), ()) and default[0] is not False
         text = self.text + f" (default {' '.join(map(str, default))})" * given
         if self.choices:
             text = f"{', '.join(map(str, self.choices))}: {text}"
@@ -134,8 +137,8 @@ def parser(program, module):
     head, _, rest = inspect.getdoc(module).partition("\n")
     command = OneLineParser(
         prog=program,
-        description=head,
-        epilog=rest.lstrip("=\n"),
+        description=_wrapped(head),
+        epilog=_wrapped(rest.lstrip("=\n")),
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
@@ -152,6 +155,17 @@ def parser(program, module):
     )
     command.add_argument("--out", metavar="DIR", default=folder, help=text)
     return command
+
+
+def _wrapped(text):
+    """A text without marks of RST, as wide as the terminal; what follows a label stays right of it."""
+    width = shutil.get_terminal_size().columns - 2
+    lines, text = [], re.sub(r"(:\w+:)?`+([^`]+)`+", r"\2", text)
+    for item in re.split(rf"\n(?=\n|{LABEL})", text):
+        margin = " " * len(re.match(f"\n*({LABEL})?", item)[1] or "")
+        words = re.sub(r"\n\s*", " ", item.strip("\n"))
+        lines += [""] * (item[:1] in ("", "\n")) + textwrap.wrap(words, width, subsequent_indent=margin)
+    return "\n".join(lines)
 
 
 def run(program, module, words, setup=0.0):
@@ -190,12 +204,12 @@ def run(program, module, words, setup=0.0):
         resolved = {name: option.default for name, option in known.items()} | arguments
         resolved = plain_data(resolved) | entries.pop("parameters", {})
         entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | entries
-        if place == "-":
-            print(json_text(entries))
-        else:
+        if place != "-":
             print("\n".join(summary({key: entries[key] for key in entries if key not in HEAD})))
         files = _draw(module, result, folder, program.split()[-1]) if folder else []
-        if place not in (None, "-"):
+        if place == "-":  # after the figures: where they fail, nothing stands on standard output
+            print(json_text(entries))
+        elif place:
             write_json(place, entries)
             files.append(place)
         if files and place != "-":
@@ -221,10 +235,11 @@ def _entries(module, result):
     return data if isinstance(data, dict) else {"states": data}
 
 
-def summary(entries):
+def summary(entries, within=""):
     """Returns lines with the numbers and words of a result; of a list of records a table of them."""
     lines = []
     for name, value in entries.items():
+        name = within + name
         if isinstance(value, list) and value and all(isinstance(row, dict) for row in value):
             keys = dict.fromkeys(key for row in value for key, cell in row.items() if cell is not None)
             columns = [
@@ -234,10 +249,16 @@ def summary(entries):
             widths = [max(len(line[place]) for line in cells) for place in range(len(columns))]
             lines += [name, *("  ".join(map(str.rjust, line, widths)).rstrip() for line in cells)]
         elif isinstance(value, dict):
-            lines += [f"{name}.{line}" for line in summary(value)]
-        elif not isinstance(value, list) or len(value) <= DIGITS:
+            lines += summary(value, f"{name}.")
+        elif _short(value):
             lines.append(f"{name}  {_shown(value)}")
     return lines
+
+
+def _short(value):
+    """Whether a value is a number, a word, or a list of a few of them."""
+    few = isinstance(value, list) and len(value) <= DIGITS
+    return few and all(map(_short, value)) or not isinstance(value, (list, dict))
 
 
 def _shown(value):
@@ -283,7 +304,8 @@ def _complaint(failure, known):
     name = next((name for name in names if name in known), None)
     if name is None and failure.name not in ("json", "out"):
         return str(failure)
-    value = shortened(failure.value) if isinstance(failure.value, str) else shown(failure.value)
+    value = failure.value if isinstance(failure.value, tuple) else (failure.value,)
+    value = " ".join(shortened(one) if isinstance(one, str) else shown(one) for one in value).strip() or "''"
     value = value if name in (None, failure.name, f"{failure.name}s") else f"({failure.name} = {value})"
     return f"{flag(name or failure.name)} {value}: {failure.allowed}"
 

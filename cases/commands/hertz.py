@@ -79,9 +79,9 @@ def solve(
     contact : law of contact
     model : without it the smallest that can answer is taken, halfplane
     domain : fe: size of the square over a_Hz, or inf for a half-plane (inf if not given)
-    method : fe: condensed if not given; the others go with --mesh uniform
+    method : of fe, condensed if not given; the others go with --mesh uniform
     rho : regularisation of al and penalty (stress over length); without it one that suits the contact
-    mesh : fe: fitted to the zones, or uniform near the contact (fitted if not given)
+    mesh : of fe, to the zones or near the contact; fitted if not given
     h : fe: near-zone element over a_Hz; with --order alone 0.02 on a uniform mesh
     order : Gauss points on a panel, 4 to 30, or order of the finite elements; fixes what --rtol would choose
     rtol : relative L2 error of pressure and of micromoment over ell, both over the pressure (0.001)

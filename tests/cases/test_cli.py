@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from cases.__main__ import cases
-from microblock.command import flag, options
+from microblock.command import flag, options, summary
 
 ROOT = Path(__file__).parents[2]
 SCRIPTS = [path for path in ROOT.glob("cases/**/*.py") if path.parent.name in ("cases", "paper")]
@@ -52,6 +52,33 @@ def test_help_has_every_option(name, run):
     assert all(flag(option.name) in out for option in options(import_module(cases()[name][0]).solve))
 
 
+@pytest.mark.parametrize("name", ["layers", "wave"])  # labels of commands, and of scripts
+def test_help_fits_a_terminal_of_80_columns(name, run, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    _, out, _ = run(f"{name} --help")
+    assert max(map(len, out.splitlines())) <= 80 and ":math:" not in out
+    assert re.search(r"\n\n:?Geometry:?  +half-plane x_?2 < 0", out) and "\n           " in out
+
+
+def test_help_has_defaults_of_zero(run):
+    assert "alpha' of (12) (default 0.0)" in " ".join(run("sphere --help")[1].split())
+
+
+def test_printed_tables_of_a_group_are_named_once():
+    rows = [{"load": 1.0, "zones": [[0, 1]]}, {"load": 2.0, "zones": []}]
+    lines = summary({"laws": {"unilateral": rows}, "zones": [[-1, 1]], "fields": [[0] * 9], "more": [rows]})
+    assert lines == ["laws.unilateral", "load", "   1", "   2", "zones  -1 1"]
+
+
+def test_a_figure_that_fails_leaves_standard_output_empty(run, monkeypatch, tmp_path):
+    def full(_):
+        raise OSError("no space left")
+
+    monkeypatch.setattr("cases.commands.lattice.figure", full)
+    status, out, err = run(f"lattice --blocks-per-a 2 --json - --out {tmp_path}")
+    assert (status, out) == (1, "") and "no space left" in err
+
+
 def test_cases_are_listed_one_line_each_and_none_is_imported():
     code = "import sys; from cases.__main__ import main; main([]); assert 'cases.hertz' not in sys.modules"
     listed = subprocess.run(
@@ -84,6 +111,9 @@ REFUSED = {
     "hertz --rtol 1e-15": (1, "the smallest error estimate"),
     "hertz --alpha 1e-8": (1, "blocks wide"),
     "strip --rtol 1e-17": (1, "1e-17"),
+    "sphere --cells 64 --rtol 0.1": (2, "--rtol 0.1: does not go together with --cells"),
+    "lattice --spring 1 2 3": (2, "--spring 1.0 2.0 3.0: must be two"),
+    "hertz --model=": (2, "--model '': must be one of"),
 }
 
 
