@@ -12,11 +12,11 @@ import pytest
 from ngsolve.meshes import MakeStructured2DMesh
 
 import microblock as mb
+from cases.benchmarks.verification import SEED
 from microblock.fem import meshes, meshes3d
 from microblock.fem.body import Loads
 from microblock.fem.condensation import Condensed
 from microblock.fem.meshes import Ground
-from cases.benchmarks.verification import SEED
 from tests.states import apart
 
 P = math.pi / 2  # with E* = 2 and R = 1: a_Hz = p_Hz = 1
