@@ -1,48 +1,28 @@
-"""The case punch3d: what its command returns, the half-space and the classical punch, its picture."""
+"""Flat punch on a block in three dimensions, beside the half-space and the classical punch."""
 
-import json
+import math
 
-import numpy as np
 import pytest
 
-from cases.__main__ import main
-from cases.scenes import punch3d
-
-# at 32 cells corners lie on the rim of the face, and rounding decides which touch
-SMALL = ["--facets", "4", "--size", "6", "--cells", "64"]
+import microblock as mb
+from cases import punch3d
 
 
-def test_the_command_returns_a_block_of_two_sizes_and_the_half_space(capsys):
-    assert main(["punch3d", *SMALL, "--json", "-"]) == 0
-    answer = json.loads(capsys.readouterr().out)
-    assert [state["model"] for state in answer["states"]] == ["half of the size", "block", "half-space"]
-    near, block, half = answer["states"]
-    assert near["size"] == 3 and block["size"] == 6 and half["size"] is None
-    # a small block is stiffer; facets of 1/4 and the finite size leave 8 %
-    assert near["approach"] < block["approach"] < half["approach"]
-    assert answer["approach_unbounded"] == pytest.approx(half["approach"], rel=0.08)
-    inside = np.array(half["profile"]["x1"]) < 0.5
-    between = np.interp(
-        np.array(half["profile"]["x1"])[inside], block["profile"]["x1"], block["profile"]["pressure"]
-    )
-    # facets of 1/4 leave 25 % of the pressure, of 1/8 beside 96 cells 14 %
-    assert between == pytest.approx(np.array(half["profile"]["pressure"])[inside], rel=0.25)
-    assert (
-        len(answer["nodes"]["x1"]) == len(answer["nodes"]["closed"]) and max(answer["nodes"]["closed"]) == 4
-    )
+def test_block_and_half_space_agree():
+    near, far = (punch3d.solve(size=size, facets=4, cells=64) for size in (3.0, 6.0))
+    block, half_space = far.values()
+    # a small block is stiffer; its size counts like 1/size; facets of 1/4 and what follows leave 8 %
+    assert near["block"].approach < block.approach < half_space.approach
+    assert 2 * block.approach - near["block"].approach == pytest.approx(half_space.approach, rel=0.08)
+    # corners of blocks up to half of a block, 0.25, beside the face touch; nodes and cells cut the rim
+    assert 4 * block.contact_area == pytest.approx(2.5**2, rel=0.05)
+    assert half_space.contact_area == pytest.approx(2.5**2, rel=0.02)
 
 
-@pytest.mark.parametrize("face", ["round", "square"])
-def test_the_classical_punch_where_blocks_are_small(face):
-    parameters = punch3d.Parameters(alpha=0.01, contact="unilateral", face=face, cells=96)
-    state = parameters.problem(punch3d.mb.HalfSpace(parameters.solid()), punch3d.mb.Cells(nodes=96))
+@pytest.mark.parametrize("face, approach", [("round", 0.5), ("square", math.sqrt(math.pi / 4) / 2.024)])
+def test_small_blocks_are_the_classical_punch(face, approach):
+    """For the square King, Int. J. Solids Struct. 23 (1987) 1657."""
+    solid = mb.Cosserat(E=1 - 0.3**2, nu=0.3, ell=0.01, beta=1)
+    problem = mb.Contact(mb.HalfSpace(solid), mb.FlatPunch(1.0, face), mb.Unilateral(), mb.Cells(nodes=96))
     # cells cut the round rim into steps
-    assert state.solve(load=1.0).approach == pytest.approx(punch3d.reference(parameters), rel=0.01)
-
-
-def test_the_picture_is_drawn_from_its_records(tmp_path):
-    parameters = punch3d.Parameters(facets=4, size=6.0, cells=32)
-    rows = punch3d.rows(parameters, punch3d.result(parameters))
-    assert {row["kind"] for row in rows} == {"node", "block", "half-space"}
-    punch3d.figure(rows).savefig(tmp_path / "punch.png")
-    assert (tmp_path / "punch.png").stat().st_size > 20_000
+    assert problem.solve(load=1.0).approach == pytest.approx(approach, rel=0.01)

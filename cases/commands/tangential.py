@@ -1,0 +1,132 @@
+"""Cylinder with friction under a normal load, then shear loads: stick, slip, and what is dissipated.
+
+E* and R of both bodies together set the scales of the load P (normal = 1): lengths are over a_Hz, pressures
+over p_Hz, M over p_Hz ell, psi as psi R/a_Hz, slip over a_Hz^2/R, energies over P a_Hz^2/R, shear over f P.
+"""
+
+import math
+from typing import Literal
+
+import numpy as np
+
+import microblock as mb
+from cases import friction as script
+from microblock.errors import BadArgument, require_positive
+from microblock.model.plain_data import plain_data
+
+SECOND = "must be rigid, same, or E2 (over the first body's modulus), NU2, BETA2 and ALPHA2 (ell2 over a_Hz)"
+
+
+def solve(
+    alpha=(0.25,),
+    friction=0.3,
+    normal=1.0,
+    shear=(0.25, 0.5, 0.75, 1.0, 0.0),
+    coupled: Literal["yes", "no"] = "yes",
+    contact: Literal["microblock", "unilateral", "microclamped"] = "microblock",
+    nu=0.3,
+    beta=1.0,
+    second=("rigid",),
+    rtol=1e-2,
+):
+    """Returns the contact modulus of both bodies, and the history at each size of the blocks.
+
+    Parameters
+    ----------
+    alpha : sizes of a block over a_Hz
+    friction : coefficient of friction
+    normal : normal load, a multiple of P
+    shear : shear loads over f P at this normal load, -1 to 1, in the order in which they are followed
+    coupled : whether shear acts on the gaps
+    contact : contact law
+    nu : Poisson's ratio, -1 < nu < 1/2
+    beta : coupling number 2 eta/(1 + eta), 0 < beta < 2
+    second : the cylinder: rigid, same as the half-plane, or E2 NU2 BETA2 ALPHA2
+    rtol : relative L2 error of pressure, micromoment over ell and shear traction over the friction
+    """
+    require_positive(friction=friction, normal=normal)
+    for share in shear:
+        if not -1 <= share <= 1:
+            raise BadArgument("shear", share, "must satisfy -1 <= shear <= 1")
+    histories = []
+    for size in alpha:
+        require_positive(alpha=size)
+        mb.Cosserat(E=1.0, nu=nu, ell=size, beta=beta)  # names nu where E = 1 - nu^2 would be at fault
+        solid, other = mb.Cosserat(1 - nu**2, nu, size, beta=beta), second_solid(second, nu, beta, size)
+        E_star = 1.0 if other is None else 1 / (1 + 1 / other.E_star)
+        cylinder = mb.Cylinder(R=1.0)
+        obstacle = cylinder if other is None else mb.Deformable(mb.HalfPlane(other), cylinder)
+        problem = mb.Contact(mb.HalfPlane(solid), obstacle, script.LAWS[contact](friction=friction))
+        P = normal * math.pi / 4 * E_star
+        pairs = [(P, share * friction * P) for share in (0.0, *shear)]
+        histories.append(problem.history(pairs, coupled=coupled == "yes", rtol=rtol))
+    return {"E_star": E_star, "normal": normal, "histories": histories}
+
+
+def second_solid(second, nu, beta, ell):
+    """Returns the solid of the cylinder, None of a rigid one; `second` are words of the command."""
+    if second == ("rigid",):
+        return None
+    words = (1.0, nu, beta, ell) if second == ("same",) else second
+    try:
+        E, other_nu, other_beta, other_ell = map(float, words)
+    except ValueError as failure:
+        raise BadArgument("second", " ".join(second), SECOND) from failure
+    try:
+        return mb.Cosserat(E * (1 - nu**2), other_nu, other_ell, beta=other_beta)
+    except BadArgument as failure:
+        raise BadArgument(
+            "second", " ".join(second), f"has a {failure.name} that {failure.allowed}"
+        ) from failure
+
+
+def row(state, E_star):
+    """Returns what the JSON object has of a state."""
+    P, ell, data = math.pi / 4 * E_star, state.solid.ell, state.to_dict()
+    p_Hz, zones = E_star / 2, data["zones"]
+    energies = {name: data[name] / P for name in ("dissipation", "energy", "work")}
+    scales = {"pressure": p_Hz, "shear": p_Hz, "micromoment": p_Hz * ell}
+    columns = ("x", "weight", "pressure", "shear", "micromoment", "psi", "slip")
+    return {
+        "alpha": ell,
+        "normal": state.normal / P,
+        "shear": state.shear / (state.law.friction * state.normal),
+        **{name: zones[name] for name in ("stick", "slip")},
+        "zones": {name: zones[name] for name in ("A", "B", "full", "contact")},
+        "half_width": state.half_width,
+        **energies,
+        "balance": abs(energies["work"] - energies["energy"] - energies["dissipation"]),
+        "error_estimate": state.error_estimate,
+        "unknowns": state.unknowns,
+        "profile": {name: np.array(data["profile"][name]) / scales.get(name, 1) for name in columns},
+    }
+
+
+def event_row(event, history, E_star, normal):
+    """Returns what the JSON object has of an event."""
+    P, law = math.pi / 4 * E_star, history.problem.law
+    loads = {"normal": event.normal / P, "shear": event.shear / (law.friction * normal * P)}
+    return {"alpha": history.problem.solid.ell, **vars(event), **loads}
+
+
+def to_dict(result):
+    """Returns the JSON object: at each size of the blocks the state without shear, the others, the events."""
+    E_star, histories = result["E_star"], result["histories"]
+    rows = [[row(state, E_star) for state in history.states] for history in histories]
+    return plain_data(
+        {
+            "model": "halfplane",
+            "pressed": [first for first, *_ in rows],
+            "states": [state for _, *others in rows for state in others],
+            "events": [
+                event_row(event, history, E_star, result["normal"])
+                for history in histories
+                for event in history.events
+            ],
+        }
+    )
+
+
+def figure(result):
+    """Shear traction and stick zones of the first size of the blocks."""
+    return script.traction_figure(result["histories"][0].states)
