@@ -66,8 +66,8 @@ for folder, heading in {
 for path in FILES:
     text = path.read_text()
     if path.parent.name in ("cases", "paper") and "    plt.show()" in text:
-        dimensions = "space" if re.search("HalfSpace|Body3D", text) else "plane"
-        shutil.copy(path, SCRIPTS / ("the_paper" if path.parent.name == "paper" else dimensions))
+        plane = "space" if re.search("HalfSpace|Body3D", text) else "plane"
+        shutil.copy(path, SCRIPTS / {"paper": "the_paper"}.get(path.parent.name, plane))
 # README links to it
 shutil.copytree(
     SCRIPTS.parents[1] / "cases/playground",

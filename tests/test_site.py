@@ -113,9 +113,9 @@ def test_playground_shows_the_state(tmp_path):
     ]
     page = (ROOT / "cases" / "playground" / "playground.html").as_uri()
     shown = subprocess.run([*command, page], check=True, capture_output=True, timeout=120, text=True).stdout
-    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.25)
-    a_Hz, p_Hz = mb.hertz_scales(solid, R=10, P=1)
-    problem = mb.Contact(mb.HalfPlane(solid.with_(ell=0.25 * a_Hz)), mb.Cylinder(10), mb.Microblock())
+    a_Hz, p_Hz = mb.hertz_scales(mb.Cosserat(E=100, nu=0.3, beta=1, ell=1), R=10, P=1)
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.25 * a_Hz)
+    problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(10), mb.Microblock())
     state = problem.solve(load=1)
     numbers = re.search(r"Half-width ([\d.]+), largest pressure ([\d.]+)\. Zones of A: (-?[\d.]+) to", shown)
     values = state.half_width / a_Hz, state.pressure.max() / p_Hz, state.zones["A"][0][0] / a_Hz

@@ -296,11 +296,10 @@ def layer(alpha, x1, beta):
     """The length of the layer by the fit (51) below x1, beside that of the micropolar mode."""
     from ..commands import layers  # a case of its own
 
-    entries = layers.to_dict(layers.solve(alphas=(alpha,), positions=(x1,), beta=beta))
-    (row,) = entries["layers"]
-    if row["L_bl_over_ell"] is None:
+    (row,) = layers.solve(alphas=(alpha,), positions=(x1,), beta=beta)["layers"]
+    if None in (row["L_bl_over_ell"], row["mode_length_over_ell"]):
         raise mb.NotConverged(row["reason"])
-    return Outcome(abs(row["L_bl_over_ell"] / entries["mode_length_over_ell"] - 1))
+    return Outcome(abs(row["L_bl_over_ell"] / row["mode_length_over_ell"] - 1))
 
 
 ALPHA, NU = Axis("alpha", 0.05, 1.5), Axis("nu", 0.5, 1e-4, "below 1/2", ends=(1,))

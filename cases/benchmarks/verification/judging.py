@@ -77,7 +77,7 @@ def outcome(case, seconds=60):
     except OutOfTime:
         return row | {"class": "unjudged", "message": "the judge takes too long"}
     ratio = error / (max(case.rtol, estimate or 0.0) + bar)
-    name = "right" if ratio <= 1 else "warned" if words else "wrong"
+    name = "right" if ratio <= 1 else "unjudged" if np.isnan(ratio) else "warned" if words else "wrong"
     return row | {"class": name, "ratio": ratio, "error": error, "estimate": estimate, "bar": bar}
 
 

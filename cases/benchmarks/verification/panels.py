@@ -321,7 +321,8 @@ def reference(contact, load, state, orders=ORDERS, **known):
 
 def _snapped(ends, edge):
     """An edge, or the end of the obstacle that it stands for; cells are wider than what is between."""
-    near = [end for end in ends if abs(end - edge) < 0.01 * np.ptp(ends)]
+    apart = np.diff(np.unique(ends)).min(initial=np.inf)
+    near = [end for end in ends if abs(end - edge) < min(0.01 * np.ptp(ends), 0.1 * apart)]
     return near[0] if near else edge
 
 
