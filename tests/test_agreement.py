@@ -306,7 +306,9 @@ UNITS = {  # body and method of a length, rtol, what a mirror image may differ b
     ),
     # cells and their edges are others in a mirror: what both say of themselves
     "friction on cells": (lambda solid, size: (mb.HalfPlane(solid), None), 0.1, 0.2),
-    "friction on a mesh": (lambda solid, size: (mb.Block(solid, 4 * size), mb.Uniform(0.1 * size)), None, 1e-8),
+    "friction on a mesh": (
+        lambda solid, size: (mb.Block(solid, 4 * size), mb.Uniform(0.1 * size)), None, 1e-8,
+    ),
 }  # fmt: skip
 
 
