@@ -164,7 +164,8 @@ def test_no_line_crosses_a_gap_between_zones(tmp_path):
     left, right = sorted((state.zones["A"][0][1], state.zones["B"][0][0]))
     surface = meshio.read(mb.to_vtk(state, tmp_path / "state")[0])
     ends = surface.points[surface.cells_dict["line"], 0]
-    assert right - left > 0.05 and not np.any((ends[:, 0] <= left) & (ends[:, 1] >= right))
+    assert len(ends) > 0.8 * len(state.x) and right - left > 0.05
+    assert not np.any((ends[:, 0] <= left) & (ends[:, 1] >= right))
 
 
 def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contact(tmp_path):
