@@ -105,24 +105,20 @@ def of_averages():
 
 def of_products():
     """Products on equal cells by FFT with and without a period and a second body, and preconditioners."""
-    found, counter = {}, solid_of(**problems.BEHIND)
+    found, bodies = {}, {"": None, " with a body": solid_of(**problems.BEHIND)}
     for words, period, count in (("", None, 40), (" of a period", 1.0, 41), (" of a long line", None, 300)):
         grid = CellGrid(mb.HalfPlane(solid_of(), period), -0.5, 0.5, count)
         for name, law in LAWS.items():
             forces = np.cos(np.arange(len(law.corners) * count)).reshape(len(law.corners), -1) + 1.1
-            for body, second in (("", None), (" with a body", counter)):
-                own, row = grid.flexibility(law, second), f"product{words} {name}{body}"
-                found[row] = digest(own @ forces)
-                found[f"{row} back"] = digest(own.precondition(own @ forces))
-                if own.matrix is not None:
-                    found[f"{row} matrix"] = digest(own.matrix)
-                if own.aside is not None:
-                    found[f"{row} aside"] = digest(own.aside(forces))
-    spectrum = tuple(np.cos(part + np.arange(2**15 + 1)) + 2 for part in range(3))
-    values = np.sin(np.arange(2 * 2**15)).reshape(2, -1)
-    long = convolution.convolution((spectrum[0], 1j * spectrum[1], spectrum[2]), 2**16, True)
-    found["long convolution"] = digest(long(values))
-    return found
+            for body, second in bodies.items():
+                own = grid.flexibility(law, second)
+                values = {"": own @ forces, " back": own.precondition(own @ forces), " matrix": own.matrix}
+                values[" aside"] = own.aside and own.aside(forces)
+                row = f"product{words} {name}{body}"
+                found |= {f"{row}{part}": digest(x) for part, x in values.items() if x is not None}
+    first, second, third = (np.cos(part + np.arange(2**15 + 1)) + 2 for part in range(3))
+    long = convolution.convolution((first, 1j * second, third), 2**16, True)
+    return found | {"long convolution": digest(long(np.sin(np.arange(2 * 2**15)).reshape(2, -1)))}
 
 
 def of_gradients():
@@ -198,25 +194,22 @@ def of_pictures():
     """What is detected of obstacles from their heights: (name, value, how far it may move)."""
     for name, shape in SHAPES.items():
         own = picture.picture(Problem(solid_of(), mb.Microblock(), shape), 1.0)
-        counts = {
-            part: len(getattr(own, part))
-            for part in ("kinks", "ends", "steps", "tips", "stretches", "minima")
-        }
-        words = ", ".join(f"{count} {part}" for part, count in counts.items() if count)
-        yield f"picture {name}", f"{words}{', simple' if own.simple else ''}", "outcome"
+        parts = "kinks", "ends", "steps", "tips", "stretches", "minima"
+        counts = [f"{len(getattr(own, part))} {part}" for part in parts if len(getattr(own, part))]
+        values = {part: getattr(own, part) for part in ("kinks", "jumps", "steps", "tips")}
+        values["end"] = np.clip(own.ends, -9, 9)
+        yield f"picture {name}", f"{', '.join(counts)}{', simple' if own.simple else ''}", "outcome"
         yield f"picture {name} rise", own.rise, "definition"
         yield f"picture {name} 1 + lowest", 1 + own.lowest, "estimated", 1e-6
         yield f"picture {name} half_width", own.half_width, "estimated", 1e-3
-        for part in ("kinks", "jumps", "steps", "tips"):
-            for number, value in enumerate(getattr(own, part)):
-                yield f"picture {name} {part} {number}", value, "estimated", 1e-6
-        for number, value in enumerate(np.clip(own.ends, -9, 9)):
-            yield f"picture {name} end {number}", value, "estimated", 1e-6
+        for part, each in values.items():
+            yield from (
+                (f"picture {name} {part} {i}", value, "estimated", 1e-6) for i, value in enumerate(each)
+            )
     angle = proxy.proxy(lambda x: np.abs(np.sin(3 * x)) + x, np.linspace(-1, 2, 13))
     yield "proxy kinks", len(angle.singular), "outcome"
-    for number, (place, jump) in enumerate(zip(angle.singular, angle.jumps)):
-        yield f"proxy 1 + place {number}", 1 + place, "estimated", 1e-6
-        yield f"proxy jump {number}", jump, "estimated", 1e-5
+    yield from ((f"proxy 1 + place {i}", 1 + x, "estimated", 1e-6) for i, x in enumerate(angle.singular))
+    yield from ((f"proxy jump {i}", jump, "estimated", 1e-5) for i, jump in enumerate(angle.jumps))
 
 
 def of_intervals():
@@ -279,33 +272,29 @@ def of_edges():
 
 def of_others():
     """Closed forms, solids of blocks, and a rotation of blocks whose slope jumps."""
-    x, found = np.linspace(-0.3, 0.3, 7), {}
-    for load in (0.1, 5.0):
-        pressure, contact = closed_forms.tilted_punch(x, load, 0.34, -0.01, 100.0)
-        found |= {
-            f"tilted punch at load {load:g}": digest(pressure),
-            f"tilted punch {load:g}": digest(contact),
-        }
-    for delta in (-0.01, 0.01, 0.04, 0.08):
-        two = closed_forms.TwoFacedStrip(0.5, 0.0175, -0.008, 0.3, 1.0, delta)
-        found |= {
-            f"two faces delta={delta:g}": " ".join(two.states),
-            f"two faces {delta:g} pressure": two.pressure,
-        }
+    x, law = np.linspace(-0.3, 0.3, 7), mb.Microblock(psi0=lambda x: 0.01 * np.abs(x - 0.1))
+    punches = {load: closed_forms.tilted_punch(x, load, 0.34, -0.01, 100.0) for load in (0.1, 5.0)}
+    strip = 0.5, 0.0175, -0.008, 0.3, 1.0
+    strips = {delta: closed_forms.TwoFacedStrip(*strip, delta) for delta in (-0.01, 0.01, 0.04, 0.08)}
+    blocks = {couples: mb.Cosserat.of_blocks(0.1, 1000.0, couples=couples) for couples in (False, True)}
     layer = closed_forms.ThinLayer(normal=100.0, rotational=0.5, ell=0.1)
-    gaps, weights = np.array([x**2, (x - 0.05) ** 2]), np.full(7, 0.1)
-    found["thin layer approach"] = layer.approach(0.7, gaps, weights)
-    for couples in (False, True):
-        solid = mb.Cosserat.of_blocks(0.1, 1000.0, couples=couples)
-        found[f"of blocks couples={couples}"] = digest(
-            [solid.E, solid.nu, solid.beta, solid.curvature, solid.eta]
-        )
-    law = mb.Microblock(psi0=lambda x: 0.01 * np.abs(x - 0.1))
     problem = Problem(solid_of(), law, mb.Wedge(slope=0.02))
     problem = Problem(solid_of(), law, mb.Wedge(slope=0.02), picture=picture.picture(problem, 1.0))
-    for number, (place, jumps) in enumerate(sorted(problem.kinks.items())):
-        found[f"kinks {number}"] = digest([1 + place, *(jumps[corner] for corner in sorted(jumps))])
-    return found
+    return {
+        **{f"tilted punch at load {load:g}": digest(pressure) for load, (pressure, _) in punches.items()},
+        **{f"tilted punch {load:g}": digest(contact) for load, (_, contact) in punches.items()},
+        **{f"two faces delta={delta:g}": " ".join(two.states) for delta, two in strips.items()},
+        **{f"two faces {delta:g} pressure": two.pressure for delta, two in strips.items()},
+        "thin layer approach": layer.approach(0.7, np.array([x**2, (x - 0.05) ** 2]), np.full(7, 0.1)),
+        **{
+            f"of blocks couples={couples}": digest([own.E, own.nu, own.beta, own.curvature, own.eta])
+            for couples, own in blocks.items()
+        },
+        **{
+            f"kinks {i}": digest([1 + place, *(jumps[corner] for corner in sorted(jumps))])
+            for i, (place, jumps) in enumerate(sorted(problem.kinks.items()))
+        },
+    }
 
 
 def of_ways():

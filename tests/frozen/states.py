@@ -47,29 +47,23 @@ def rows_of_states(problems, library=library):
             yield of_kind(f"{problem['name']} {quantity}", value, kind, tolerance)
 
 
+def in_order(event):
+    """What rounding does not change."""
+    return float(f"{event.load:.{DIGITS}g}"), event.zone, event.kind, round(event.x, DIGITS)
+
+
 def rows_of_paths(problems, library=library):
     """Events of load paths in an order that rounding does not change, and half-widths on the way."""
     for problem in problems:
-        events, at = library.path_of(problem)
-        kind = "estimated" if "rtol" in problem else "discrete"
-        ordered = sorted(
-            events,
-            key=lambda event: (
-                float(f"{event.load:.{DIGITS}g}"),
-                event.zone,
-                event.kind,
-                round(event.x, DIGITS),
-            ),
-        )
-        for number, event in enumerate(ordered):
+        (events, at), kind = library.path_of(problem), "estimated" if "rtol" in problem else "discrete"
+        for number, event in enumerate(sorted(events, key=in_order)):
             row, tolerance = f"{problem['name']} event {number}", event.load_error / (event.load or 1.0)
             yield row, f"{event.kind} {event.zone}", "outcome"
             yield of_kind(f"{row} load", event.load, kind, tolerance)
             yield of_kind(f"{row} 1 + x", 1 + event.x, kind, np.sqrt(tolerance))
-        for load in problem["states"]:
-            state = at(load)
-            tolerance = state.error_estimate or 0.0
-            yield of_kind(f"{problem['name']} half_width at load={load:g}", state.half_width, kind, tolerance)
+        for load, state in ((load, at(load)) for load in problem["states"]):
+            row = f"{problem['name']} half_width at load={load:g}"
+            yield of_kind(row, state.half_width, kind, state.error_estimate or 0.0)
 
 
 def leaves(value, name=""):

@@ -79,6 +79,9 @@ def test_conditions_and_balances(law, order):
         assert np.abs(gap[own > 0]).max() < 1e-7 * state.approach
         moment += np.array((-x2, x1)) @ (state.weights * own)
     moment += state.micromoment @ state.weights * law.clamps_rotation
+    corners = np.column_stack((state.x1, state.x2))[state.nodes.triangles]
+    areas = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 2
+    assert areas.sum() == pytest.approx(1.0) and areas.min() > 0  # the surface as files have it
     force, turning = fields.reaction("bottom")
     assert force == pytest.approx([0, 0, 2.0], abs=1e-9)  # rounding of the factorisation
     assert turning == pytest.approx([-moment[0], -moment[1], 0], abs=1e-8)

@@ -3,7 +3,6 @@
 import ngsolve as ng
 import numpy as np
 import pytest
-from conftest import dome
 from ngsolve.meshes import MakeStructured2DMesh
 
 from microblock import Body, Cosserat, Cylinder, Microblock, Microclamped, Plane, Punch, Unilateral
@@ -85,15 +84,6 @@ def test_lobatto_is_exact_to_degree_2p_minus_1(order):
 
 def facets_of(block, order, model=Microblock(0.02), obstacle=Cylinder(1.0), **options):
     return ContactFacets(Body(block, SOLID, order, **{"fixed": "bottom", **options}), model, obstacle)
-
-
-def test_normals_of_a_curved_boundary_point_outwards():
-    facets = ContactFacets(Body(dome(4), SOLID, 4, fixed="base"), Unilateral(), Plane(1.0))
-    # a curved mesh of order 4, whose normals lose an order
-    assert facets.normals == pytest.approx(facets.points, abs=1e-2)
-    assert facets.weights.sum() == pytest.approx(np.pi, rel=1e-5)
-    # what is steeper than 60 degrees cannot touch
-    assert np.array_equal(facets.can_touch["C"], facets.normals[:, 1] > 0.5)
 
 
 def test_corners_without_obstacle_or_with_a_twin_cannot_touch(block):

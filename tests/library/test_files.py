@@ -158,6 +158,16 @@ def test_numbers_that_do_not_exist_are_none():
     assert plain_data(values) == {"a": [1.5, None], "2": [None, None, 3, True, None, "word"]}
 
 
+def test_no_line_crosses_a_gap_between_zones(tmp_path):
+    """Corner A is on the left alone, B on the right."""
+    state = solved(mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.5)), mb.Microblock())
+    left, right = sorted((state.zones["A"][0][1], state.zones["B"][0][0]))
+    surface = meshio.read(mb.to_vtk(state, tmp_path / "state")[0])
+    ends = surface.points[surface.cells_dict["line"], 0]
+    assert len(ends) > 0.8 * len(state.x) and right - left > 0.05
+    assert not np.any((ends[:, 0] <= left) & (ends[:, 1] >= right))
+
+
 def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contact(tmp_path):
     state, x1, x2 = solved(method=mb.Panels(order=8)), np.array([-0.3, 0.0, 0.2]), np.array([-1.0, -0.1, 0.0])
     grid = meshio.read(mb.to_vtk(state, tmp_path / "state", x1=x1, x2=x2)[1])

@@ -114,11 +114,6 @@ def test_a_state_warns_of_what_it_cannot_see(name):
     assert all(any(re.search(word, text) for text in told) for word in words) and bool(words) == bool(told)
 
 
-def test_an_estimate_speaks_for_itself():
-    estimated = mb.State(replace(COARSE.solve(load=1.0).solution, error_estimate=0.1))
-    assert not any("nodes in" in text for text in estimated.warnings)
-
-
 # errors
 
 OUT_OF_REACH = {  # problem, what keeps rtol from being reached (small caps stand for long waits), rtol

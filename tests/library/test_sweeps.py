@@ -150,10 +150,3 @@ def test_a_script_is_computed_anew_when_any_of_what_it_uses_changes(tmp_path):
         more = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True, "check": True}
         printed.append(subprocess.run([sys.executable, "-c", code], **more).stdout.split())
     assert printed == [["called", "9.0"], ["9.0"], ["called", "1.3"], ["called", "1.29"], ["1.29"]]
-
-
-@pytest.mark.parametrize("missing", ["pebble", "cloudpickle"])
-def test_without_the_library_of_processes_the_extra_is_named(monkeypatch, missing):
-    monkeypatch.setitem(sys.modules, missing, None)  # as if it were not installed
-    with pytest.raises(mb.MissingExtra, match=f"{missing}.*study"):
-        mb.sweep(picky, {"x": (5,)}, quiet=True, workers=1)
