@@ -43,7 +43,14 @@ def body(solid, width, height, hole=None, order=4):
     return mb.Body(mesh.Curve(order), solid, order=order, fixed="base")
 
 
-def solve(hole=(0.6, 1.4, 0.8), thicknesses=(0.05, 0.2, 1.0, 5.0), alpha=0.1, nu=0.3, beta=1.0, rtol=1e-2):
+def solve(
+    hole: tuple[float, float, float] = (0.6, 1.4, 0.8),
+    thicknesses=(0.05, 0.2, 1.0, 5.0),
+    alpha=0.1,
+    nu=0.3,
+    beta=1.0,
+    rtol=1e-2,
+):
     """States of the block without and with the hole, of the layers, and of the half-plane.
 
     Parameters
@@ -55,6 +62,8 @@ def solve(hole=(0.6, 1.4, 0.8), thicknesses=(0.05, 0.2, 1.0, 5.0), alpha=0.1, nu
     beta : coupling of rotations, between 0 and 2
     rtol : relative error of each state
     """
+    if min(thicknesses) <= 0:
+        raise mb.BadArgument("thicknesses", min(thicknesses), "must be positive")
     solid = mb.Cosserat(E=2 * R * (1 - nu**2), nu=nu, ell=alpha, beta=beta)
     bodies = {"solid block": body(solid, 8, 4), "block with a hole": body(solid, 8, 4, hole)}
     bodies |= {f"h = {h:g}": body(solid, 4 + 8 * h, h) for h in thicknesses}

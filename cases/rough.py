@@ -67,6 +67,8 @@ def solve(psi0=(0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0), seeds=6, load=0.3, nodes=
     load : mean pressure on the profile, over E* h'
     nodes : cells of the profile
     """
+    if seeds < 1:
+        raise mb.BadArgument("seeds", seeds, "must be at least 1")
     states = [[cylinder(size, seed) for seed in range(seeds)] for size in psi0]
     lengths = {
         words: np.array([[in_contact(state, corners) for state in row] for row in states])

@@ -65,7 +65,7 @@ class Option:
     ----------
     name, default, text : of the parameter; the text is its line in the docstring
     kind : float, int, str or bool, of each value
-    many : whether there are several values
+    many : False of one value, else how many there must be, "+" for any number
     choices : tuple of the words that are allowed, empty where any is
     """
 
@@ -75,7 +75,9 @@ class Option:
             hint = next(kind for kind in typing.get_args(hint) if kind is not types.NoneType)
         self.many = isinstance(self.default, tuple) or typing.get_origin(hint) is tuple
         if self.many:
-            hint = (*typing.get_args(hint), *map(type, self.default or ()), str)[0]
+            kinds = typing.get_args(hint)
+            self.many = "+" if not kinds or ... in kinds else len(kinds)
+            hint = (*kinds, *map(type, self.default or ()), str)[0]
         self.choices = typing.get_args(hint) if typing.get_origin(hint) is typing.Literal else ()
         self.kind = str if self.choices else hint or type(self.default)
 
@@ -86,7 +88,9 @@ class Option:
         text = self.text + f" (default {' '.join(map(str, default))})" * given
         if self.choices:
             text = f"{', '.join(map(str, self.choices))}: {text}"
-        several = {"nargs": "+"} if self.many else {"nargs": "?", "const": "yes"} if self.kind is bool else {}
+        several = (
+            {"nargs": self.many} if self.many else {"nargs": "?", "const": "yes"} if self.kind is bool else {}
+        )
         word = "yes|no" if self.kind is bool else self.name.rpartition("_")[2].upper()
         parser.add_argument(
             flag(self.name),
@@ -210,12 +214,13 @@ def run(program, module, words, setup=0.0):
         if place == "-":  # after the figures: where they fail, nothing stands on standard output
             print(json_text(entries))
         elif place:
-            write_json(place, entries)
+            _write(place, entries)
             files.append(place)
         if files and place != "-":
             print(f"wrote {', '.join(map(str, files))}", file=sys.stderr)
     except BadArgument as failure:
-        return _fail(2, program, _complaint(failure, known))
+        named = [name for name in vars(given) if name in known]
+        return _fail(2, program, _complaint(failure, known, named))
     except MicroblockError as failure:
         return _fail(1, program, failure)
     # NGSolve's own errors are RuntimeErrors
@@ -287,6 +292,13 @@ def _draw(module, result, folder, name):
     return files
 
 
+def _write(place, entries):
+    try:
+        write_json(place, entries)
+    except BadArgument as failure:
+        raise BadArgument("json", place, failure.allowed) from failure
+
+
 def _folder(out):
     try:
         if not out:
@@ -298,12 +310,14 @@ def _folder(out):
     return Path(out)
 
 
-def _complaint(failure, known):
+def _complaint(failure, known, given):
     """A BadArgument in the words of the command line."""
     names = failure.name, f"{failure.name}_deg", f"{failure.name}s"  # one of its loads, an angle in degrees
     name = next((name for name in names if name in known), None)
     if name is None and failure.name not in ("json", "out"):
-        return str(failure)
+        if len(given) != 1:
+            return str(failure)
+        name = given[0]  # nothing else can be wrong: the defaults are right
     value = failure.value if isinstance(failure.value, tuple) else (failure.value,)
     value = " ".join(shortened(one) if isinstance(one, str) else shown(one) for one in value).strip() or "''"
     value = value if name in (None, failure.name, f"{failure.name}s") else f"({failure.name} = {value})"

@@ -16,7 +16,7 @@ LARGEST = {"blocks_per_a": 256, "far": 1000}
 NOT_ISOTROPIC = "unequal springs: the solid of long waves is not isotropic, as the half-plane has to be"
 
 
-def solve(blocks_per_a=8.0, spring=(1.0, 1.0), far=9.0, loads=(1.0,)):
+def solve(blocks_per_a=8.0, spring: tuple[float, float] = (1.0, 1.0), far=9.0, loads=(1.0,)):
     """Returns the states at each load, {name: State}, of the blocks and of the continua.
 
     Parameters
@@ -35,7 +35,7 @@ def solve(blocks_per_a=8.0, spring=(1.0, 1.0), far=9.0, loads=(1.0,)):
         require_positive(loads=load)
     if 1.2 * max(loads) ** 0.5 * blocks_per_a > 512:
         raise BadArgument(
-            "loads", loads, "press on more than 512 blocks on either side; take fewer --blocks-per-a"
+            "loads", loads, "press on over 512 blocks on either side; take fewer --blocks-per-a"
         )
     return lattice.solve(blocks_per_a, spring, far, loads)
 

@@ -112,7 +112,12 @@ REFUSED = {
     "hertz --alpha 1e-8": (1, "blocks wide"),
     "strip --rtol 1e-17": (1, "1e-17"),
     "sphere --cells 64 --rtol 0.1": (2, "--rtol 0.1: does not go together with --cells"),
-    "lattice --spring 1 2 3": (2, "--spring 1.0 2.0 3.0: must be two"),
+    "lattice --spring 1": (2, "--spring: expected 2 arguments"),
+    "lattice --spring 1 1000": (2, "--spring 1.0 1000.0: must be two"),
+    "own_mesh --hole 1": (2, "--hole: expected 3 arguments"),
+    "own_mesh --thicknesses 1 -1": (2, "--thicknesses -1.0: must be positive"),
+    "rough --seeds 0": (2, "--seeds 0: must be at least 1"),
+    "rough3d --nu 7": (2, "--nu (E = -480.0): must be positive"),  # the option alone can be at fault
     "hertz --model=": (2, "--model '': must be one of"),
 }
 
