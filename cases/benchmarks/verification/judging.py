@@ -12,8 +12,6 @@ import numpy as np
 
 from microblock import MicroblockError
 
-from . import NoAnswer
-
 
 @dataclass(frozen=True)
 class Case:
@@ -72,8 +70,8 @@ def outcome(case, seconds=60):
     row["message"] = "; ".join(words)
     try:
         error, estimate, bar = within(4 * seconds, case.verify, state)
-    except (NoAnswer, MicroblockError) as failure:
-        return row | {"class": "unjudged", "message": str(failure)}
+    except Exception as failure:  # whatever it is, there is no verdict
+        return row | {"class": "unjudged", "message": f"{type(failure).__name__}: {failure}"}
     except OutOfTime:
         return row | {"class": "unjudged", "message": "the judge takes too long"}
     ratio = error / (max(case.rtol, estimate or 0.0) + bar)

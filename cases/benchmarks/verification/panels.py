@@ -193,9 +193,11 @@ class Reference:
         steps = np.ptp(edges) * np.geomspace(1e-6, 1, 60)
         x = np.unique([*(edges[:, None] + steps).ravel(), *(edges[:, None] - steps).ravel(), *problem.looked])
         for corner, pairs in self.zones.items():
-            p = self.pressure(corner, np.concatenate([np.linspace(*pair, 203)[1:-1] for pair in pairs]))
+            p = self.pressure(
+                corner, np.concatenate([[], *(np.linspace(*pair, 203)[1:-1] for pair in pairs)])
+            )
             kernels = [problem.kernel(corner, source) for source in range(len(problem.levers))]
-            free = x[np.all([(x < left) | (x > right) for left, right in pairs], axis=0)]
+            free = x[np.all([x == x, *((x < left) | (x > right) for left, right in pairs)], axis=0)]
             with np.errstate(over="ignore"):
                 gap = problem.gap(corner, free) - self.approach
             low = gap < 9 * problem.load / problem.E_star  # elsewhere the surface does not come near
@@ -204,7 +206,7 @@ class Reference:
                 gap[low] + self.panels.integrals(free[low], kernels, problem.ell) @ self.f.ravel(),
             )
             overlap = -gap * problem.E_star / problem.load
-            worst = max(worst, -p.min() / p.max(), overlap.max(initial=0.0))
+            worst = max(worst, -p.min(initial=0.0) / p.max(initial=1e-300), overlap.max(initial=0.0))
             bad = np.pad(overlap > VIOLATION, 1).astype(int)
             ends = np.flatnonzero(np.diff(bad)).reshape(-1, 2)
             more[corner] = [(free[max(a - 1, 0)], free[min(b, len(free) - 1)]) for a, b in ends]
