@@ -36,6 +36,8 @@ def solve(ell_over_wavelength=0.05, nu=0.3, beta=1.0, nodes=1024, last=1.5, load
     last : the largest mean pressure, over that of classical closure
     loads : number of mean pressures
     """
+    if loads < 1:
+        raise mb.BadArgument("loads", loads, "must be at least 1")
     E = (1 - nu**2) / (math.pi * AMPLITUDE)  # which makes the unit of pressure 1
     result = {}
     for name, law, coupling in (("microblocks", mb.Microblock(), beta), ("classical", mb.Unilateral(), 0.0)):

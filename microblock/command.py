@@ -312,12 +312,14 @@ def _folder(out):
 
 def _complaint(failure, known, given):
     """A BadArgument in the words of the command line."""
-    names = failure.name, f"{failure.name}_deg", f"{failure.name}s"  # one of its loads, an angle in degrees
-    name = next((name for name in names if name in known), None)
-    if name is None and failure.name not in ("json", "out"):
-        if len(given) != 1:
-            return str(failure)
-        name = given[0]  # nothing else can be wrong: the defaults are right
+    names = f"{failure.name}_deg", f"{failure.name}s"  # an angle in degrees, one of its loads
+    near = [name for name in names if name in given] or given  # of one alone: the defaults are right
+    near = near if len(near) == 1 else [name for name in names if name in known]
+    name = failure.name if failure.name in known else near[0] if near else None
+    if failure.name in ("json", "out"):
+        name = None
+    elif name is None:
+        return str(failure)
     value = failure.value if isinstance(failure.value, tuple) else (failure.value,)
     value = " ".join(shortened(one) if isinstance(one, str) else shown(one) for one in value).strip() or "''"
     value = value if name in (None, failure.name, f"{failure.name}s") else f"({failure.name} = {value})"

@@ -117,6 +117,9 @@ REFUSED = {
     "own_mesh --hole 1": (2, "--hole: expected 3 arguments"),
     "own_mesh --thicknesses 1 -1": (2, "--thicknesses -1.0: must be positive"),
     "rough --seeds 0": (2, "--seeds 0: must be at least 1"),
+    "wave --loads 0": (2, "--loads 0: must be at least 1"),
+    "wave --last 0": (2, "--last (load = 0.0): must be positive"),
+    "lattice --loads 100": (2, "--far 9.0: must be at least"),
     "rough3d --nu 7": (2, "--nu (E = -480.0): must be positive"),  # the option alone can be at fault
     "hertz --model=": (2, "--model '': must be one of"),
 }
