@@ -1,4 +1,6 @@
+import json
 import os
+import shlex
 import signal
 
 for library in ("OPENBLAS", "OMP"):  # before numpy and tamaas: threads stall small dense work
@@ -103,3 +105,30 @@ def smallest_letters(drawing, rows):
     letters = [text for text in finished.findobj(Text) if text.get_visible() and text.get_text().strip()]
     # a figure of the width of a column is 0.1 % narrower or wider than 9 cm
     return min(text.get_fontsize() for text in letters) * min(1, 1.002 * 9 / 2.54 / finished.get_figwidth())
+
+
+@pytest.fixture
+def run(capsys):
+    """A function of a command line: (exit status, standard output, standard error)."""
+    from cases.__main__ import main
+
+    def status_and_output(words):
+        try:
+            status = main(shlex.split(words))
+        except SystemExit as stop:  # argparse's own way out
+            status = stop.code
+        return status, *capsys.readouterr()
+
+    return status_and_output
+
+
+@pytest.fixture
+def answer(run):
+    """A function of a command line: its JSON object, beside which nothing is printed."""
+
+    def json_object(words):
+        status, out, err = run(f"{words} --json -")
+        assert (status, err) == (0, "")
+        return json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} in the JSON"))
+
+    return json_object

@@ -44,7 +44,7 @@ def solve(
     second : the cylinder: rigid, same as the half-plane, or E2 NU2 BETA2 ALPHA2
     rtol : relative L2 error of pressure, micromoment over ell and shear traction over the friction
     """
-    require_positive(friction=friction, normal=normal)
+    require_positive(friction=friction, normal=normal, beta=beta)
     for share in shear:
         if not -1 <= share <= 1:
             raise BadArgument("shear", share, "must satisfy -1 <= shear <= 1")
