@@ -96,7 +96,11 @@ SCENES = [  # solid, obstacle, law, load, rtol, number of contacts
 
 
 @pytest.mark.parametrize(
-    "scene", SCENES, ids=lambda scene: f"{scene[3]:.0f} {scene[4]:g} {scene[1]} {scene[2]}"[:60]
+    "scene",
+    SCENES,
+    ids=lambda scene: f"{scene[3]:.0f} {scene[4]:g} {getattr(scene[1], '__name__', scene[1])} {scene[2]}"[
+        :60
+    ],
 )
 def test_estimates_hold_and_no_contact_is_missed(scene):
     solid, obstacle, law, load, rtol, contacts = scene
