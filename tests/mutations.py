@@ -9,10 +9,10 @@ factor      a number is doubled, a product doubled or halved   index    a[0] is 
 order       an order of integration or of elements less one    compare  a < b is a <= b, or a >= b
 corner      "A" is "B", a loop over corners lacks the last     check    a refusal is gone, `and` is `or`
 
-Each is made in a copy of the last commit. Of the test files that execute the place (`--map` records that
-once, in the user's cache, with the package coverage) the quickest come first, and the first that fails ends
-it, once it has passed without the mutation. Files that take more than S seconds together are left out. A file
-that hangs has failed.
+Each is made in a copy of the last commit. Of the tests that execute the place (`--map` records that once, in
+the user's cache, with the package coverage) the quickest come first, then those that execute its file, and the
+first that fails ends it, once it has passed without the mutation. Tests beyond the first S seconds are left
+out. A test that hangs has failed. This module is the plugin of pytest that does so.
 
 Not drawn: texts and what is in a `raise` (messages), annotations and decorators, which decide nothing; in
 `view` numbers and products, constants, and arguments of methods of matplotlib: places, sizes and colours of
@@ -24,21 +24,26 @@ from __future__ import annotations
 
 import argparse
 import ast
+import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections import defaultdict, namedtuple
+from concurrent.futures import ThreadPoolExecutor
 from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-SEED = 7351  # of the places; another seed draws others
+SEED = 241124  # of the places; another seed draws others
 PLACES = 60
-SECONDS = 600.0  # of the tests of a mutation, as they were recorded
+SECONDS = 300.0  # of the tests of a mutation, as they were recorded
+LONGEST = 180  # seconds that what pytest imports may take
 ROOT = Path(__file__).parents[1]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "microblock"
 ORDER = re.compile(r"order|degree|GAUSS", re.I)
@@ -159,67 +164,138 @@ def drawn(seed=SEED, count=PLACES):
         yield from chosen.values()
 
 
-def run_pytest(root, test_file, *coverage, most=None):
-    """(what pytest prints of a test file in a checkout, whether it has passed); one that hangs has not."""
-    paths = {"PYTHONPATH": str(root), "PYTHONDONTWRITEBYTECODE": "1"}
-    command = [sys.executable, *coverage, "-m", "pytest", "-x", "-vv", "-p", "no:cacheprovider", test_file]
-    more = {"cwd": root, "env": os.environ | paths, "capture_output": True, "text": True, "timeout": most}
-    try:
-        done = subprocess.run(command, **more)
-    except subprocess.TimeoutExpired:
-        return f"{test_file}::hangs", False
-    return done.stdout, done.returncode == 0
+def started():
+    """The file of tests that a run has started, each with the seconds that it took, beside that of its tests."""
+    return Path(os.environ["MUTATIONS_TESTS"]).with_suffix(".log")
+
+
+def chosen():
+    """{test: recorded seconds} that pytest runs, in this order; none where lines are recorded."""
+    file = Path(os.environ["MUTATIONS_TESTS"])
+    return json.loads(file.read_text()) if file.exists() else {}
+
+
+def pytest_configure():
+    signal.alarm(LONGEST)  # which ends the process: an import can hang, too
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items):
+    if order := {name: number for number, name in enumerate(chosen())}:
+        items[:] = sorted(
+            (item for item in items if item.nodeid in order), key=lambda item: order[item.nodeid]
+        )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item):
+    """A test that takes much longer than recorded ends the process; lines are recorded in its name."""
+    with started().open("a") as log:
+        print(0, item.nodeid, file=log, flush=True)
+        if tests := chosen():
+            signal.alarm(int(60 + 5 * tests[item.nodeid]))
+        else:
+            signal.alarm(0)
+            import coverage
+
+            coverage.Coverage.current().switch_context(item.nodeid)
+        start = time.perf_counter()
+        result = yield
+        print(f"{time.perf_counter() - start:.2f}", item.nodeid, file=log)
+    return result
+
+
+def run_pytest(root, test_files, tests, *words):
+    """(whether test files pass in a checkout, {test that has been started: its seconds}); `tests` is the
+    file of those that run, by default all.
+    """
+    path = os.pathsep.join((str(root), *filter(None, [os.environ.get("PYTHONPATH")])))
+    paths = {"PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1", "MUTATIONS_TESTS": str(tests)}
+    command = [sys.executable, *words, "-m", "pytest", "-p", "no:cacheprovider", "-p", "tests.mutations"]
+    command += [*test_files] if words else ["-x", *test_files]
+    log = tests.with_suffix(".log")
+    log.write_text("")
+    done = subprocess.run(command, cwd=root, env=os.environ | paths, capture_output=True)
+    lines = (line.split(" ", 1) for line in log.read_text().splitlines())
+    return done.returncode == 0, {name: float(seconds) for seconds, name in lines}
 
 
 def lines_of(test_file):
-    """Coverage's file of the lines that a test file executes, named by what it depends on."""
+    """Coverage's file of the lines that each test of a file executes, named by what it depends on."""
     read = [ROOT / test_file, *sorted((ROOT / "microblock").rglob("*.py"))]
     key = sha256(b"".join(path.read_bytes() for path in read)).hexdigest()[:12]
     return CACHE / "lines" / f"{test_file.replace('/', '.')}.{key}.db"
 
 
+def test_files():
+    return [str(path.relative_to(ROOT)) for path in sorted((ROOT / "tests").rglob("test_*.py"))]
+
+
+def record(test_file):
+    """Record the lines of a test file, if it or the library has changed since."""
+    lines = lines_of(test_file)
+    if not lines.with_suffix(".json").exists():
+        words = "-m", "coverage", "run", "--source=microblock", f"--data-file={lines}"
+        passed, tests = run_pytest(ROOT, [test_file], lines.with_suffix(".none"), *words)
+        lines.with_suffix(".json").write_text(json.dumps(tests))
+        said = "" if passed else ", some fail"
+        print(f"{test_file}: {len(tests)} tests, {sum(tests.values()):.0f} s{said}", flush=True)
+
+
 def make_map():
-    """Record the lines of every test file that has changed since, or the library with it."""
+    """Record the lines of every test file, two at a time."""
     (CACHE / "lines").mkdir(parents=True, exist_ok=True)
-    for file in sorted((ROOT / "tests").rglob("test_*.py")):
-        lines, start = lines_of(str(file.relative_to(ROOT))), time.perf_counter()
-        if not lines.exists():
-            record = "-m", "coverage", "run", "--source=microblock", f"--data-file={lines}"
-            run_pytest(ROOT, str(file.relative_to(ROOT)), *record)
-            lines.with_suffix(".json").write_text(f"{time.perf_counter() - start:.1f}")
-            print(f"{file.name}: {time.perf_counter() - start:.0f} s", flush=True)
+    with ThreadPoolExecutor(2) as pool:
+        list(pool.map(record, test_files()))
 
 
 def tests_of(place):
-    """{test file: recorded seconds} of those that execute a place."""
+    """({test: recorded seconds} that may see a place, how many execute it): these first, then those that
+    execute its file (what a module computes as it is imported, or keeps, is executed once), the quickest first.
+    """
     import coverage
 
-    found = {}
-    for file in sorted((ROOT / "tests").rglob("test_*.py")):
-        data = coverage.CoverageData(lines_of(str(file.relative_to(ROOT))))
-        data.read()
-        if {*place.lines} & {*(data.lines(str(ROOT / place.file)) or ())}:
-            name = str(file.relative_to(ROOT))
-            found[name] = float(lines_of(name).with_suffix(".json").read_text())
-    return found
+    ranked = {}
+    for file in test_files():
+        lines = lines_of(file)
+        if lines.exists():
+            seconds = json.loads(lines.with_suffix(".json").read_text())
+            data = coverage.CoverageData(lines)
+            data.read()
+            by_line = data.contexts_by_lineno(str(ROOT / place.file))
+            there = {name for line in place.lines for name in by_line.get(line, ())}
+            for name in {name for names in by_line.values() for name in names} & {*seconds}:
+                ranked[name] = name not in there, seconds[name]
+    tests = {name: ranked[name][1] for name in sorted(ranked, key=ranked.get)}
+    return tests, sum(not beside for beside, _ in ranked.values())
 
 
 def judged(root, place, most):
-    """(test that finds a mutation or None, number of test files that may) in a checkout, which stays as it
-    was: the quickest first, a file that also fails without the mutation counts for nothing.
+    """(test that finds a mutation or None, number of tests that execute it) in a checkout, which stays as it
+    was. A test finds it that fails, also alone, and passes alone without the mutation.
     """
-    files, spent = tests_of(place), 0.0
-    for name, seconds in sorted(files.items(), key=lambda item: item[1]):
-        spent += seconds
-        if spent > most:
+    tests, count = tests_of(place)
+    spent = np.cumsum([0, *tests.values()])
+    tests = dict(item for item, before in zip(tests.items(), spent) if before < most)
+    good, bad, file = (ROOT / place.file).read_bytes(), broken(place), root / "tests.json"
+
+    def passes(text, tests):
+        (root / place.file).write_bytes(text)
+        file.write_text(json.dumps(tests))
+        answer = run_pytest(root, sorted({name.split("::")[0] for name in tests}), file)
+        (root / place.file).write_bytes(good)
+        return answer
+
+    while tests:
+        passed, run = passes(bad, tests)
+        if passed:
             break
-        (root / place.file).write_bytes(broken(place))
-        printed, passed = run_pytest(root, name, most=60 + 20 * seconds)
-        (root / place.file).write_bytes((ROOT / place.file).read_bytes())
-        if not passed and run_pytest(root, name)[1]:
-            failed = re.findall(r"^(?:FAILED |ERROR )?(tests/\S+?\.py::\S+)", printed, re.M)
-            return (failed or [name])[-1], len(files)
-    return None, len(files)
+        last = [*run, *tests][len(run) - 1 if run else 0]  # without one, what is imported fails
+        alone = {last: tests[last]}
+        if not passes(bad, alone)[0] and passes(good, alone)[0]:
+            return last if run else f"the import of {last.split('::')[0]}", count
+        tests = {name: seconds for name, seconds in tests.items() if name not in run and name != last}
+    return None, count
 
 
 def main():
@@ -239,7 +315,7 @@ def main():
             if not given.list:
                 test, count = judged(Path(root), place, given.seconds)
                 why = next((why for text, why in EQUIVALENT.items() if text in words_of(place)), None)
-                said = f": {'found by ' + test if test else why or 'SURVIVED'}, of {count} files"
+                said = f": {'found by ' + test if test else why or 'SURVIVED'}, of {count} tests"
             print(f"{number} {words_of(place)}{said}", flush=True)
 
 
