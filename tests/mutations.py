@@ -10,9 +10,9 @@ order       an order of integration or of elements less one    compare  a < b is
 corner      "A" is "B", a loop over corners lacks the last     check    a refusal is gone, `and` is `or`
 
 Each is made in a copy of the last commit. Of the tests that execute the place (`--map` records that once, in
-the user's cache, with the package coverage) the quickest come first, then those that execute its file, and the
-first that fails ends it, once it has passed without the mutation. Tests beyond the first S seconds are left
-out. A test that hangs has failed. This module is the plugin of pytest that does so.
+the user's cache, with the package coverage) the quickest come first, then those that execute its file, and
+the first that fails ends it, once it has passed without the mutation. Tests beyond the first S seconds are
+left out. A test that hangs has failed. This module is the plugin of pytest that does so.
 
 Not drawn: texts and what is in a `raise` (messages), annotations and decorators, which decide nothing; in
 `view` numbers and products, constants, and arguments of methods of matplotlib: places, sizes and colours of
@@ -165,7 +165,7 @@ def drawn(seed=SEED, count=PLACES):
 
 
 def started():
-    """The file of tests that a run has started, each with the seconds that it took, beside that of its tests."""
+    """The file of tests that a run has started, with the seconds that each took."""
     return Path(os.environ["MUTATIONS_TESTS"]).with_suffix(".log")
 
 
@@ -250,8 +250,8 @@ def make_map():
 
 
 def tests_of(place):
-    """({test: recorded seconds} that may see a place, how many execute it): these first, then those that
-    execute its file (what a module computes as it is imported, or keeps, is executed once), the quickest first.
+    """({test: recorded seconds} that may see a place, how many execute it): these first, the quickest
+    first, then those that execute its file, as what a module computes once is not recorded for all.
     """
     import coverage
 
