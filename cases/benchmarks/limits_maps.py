@@ -15,7 +15,7 @@ from microblock.corners import active_set
 from microblock.fem import meshes
 from microblock.fem.body import Loads
 from microblock.fem.newton import WORST
-from microblock.model.zones import layer_lengths, zone_edges
+from microblock.model.zones import distance, layer_lengths, zone_edges
 
 from .sampling import Axis, Map, Outcome
 from .verification import NoAnswer, lines, panels
@@ -208,7 +208,13 @@ def stretched(shape, order, aspect, spacing, alpha):
     problem = mb.Contact(mb.HalfPlane(solid_of(alpha)), mb.Cylinder(RADIUS), mb.Microblock())
     body = mb.Body(mesh, problem.solid, order, fixed=meshes.Ground(100.0, (0.0, REACH)).supports)
     state, true = problem.with_(body=body).solve(load=LOAD / 2), problem.solve(load=LOAD, rtol=1e-5)
-    return Outcome(state.solution.difference(true.solution.pressure))
+    ends = np.array([(left, right) for left, right, _ in state.solution.nodes.interpolation])
+    points, weights = np.polynomial.legendre.leggauss(order + 2)  # between the nodes
+    x = (ends.mean(axis=1)[:, None] + np.diff(ends) / 2 * points).ravel()
+    p, exact = (np.array([one.pressure_at(x, corner) for corner in true.pressures]) for one in (state, true))
+    moments = np.sum(np.array(list(problem.law.levers(x).values())) / 2 * (p - exact), axis=0)
+    weights = (np.diff(ends) / 2 * weights).ravel()
+    return Outcome(distance(weights, (p - exact).sum(axis=0), moments, exact.sum(axis=0)))
 
 
 def newton(kind, rho, spacing, alpha):
