@@ -43,6 +43,7 @@ import pytest
 SEED = 241124  # of the places; another seed draws others
 PLACES = 60
 SECONDS = 300.0  # of the tests of a mutation, as they were recorded
+FILES = 4  # that run together
 LONGEST = 180  # seconds that what pytest imports may take
 ROOT = Path(__file__).parents[1]
 CACHE = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "microblock"
@@ -250,12 +251,13 @@ def make_map():
 
 
 def tests_of(place):
-    """({test: recorded seconds} that may see a place, how many execute it): these first, the quickest
-    first, then those that execute its file, as what a module computes once is not recorded for all.
+    """([{test: recorded seconds} of a few files] that may see a place, how many tests execute it): these
+    first, the files with the quickest tests first, then those that execute its file, as what a module
+    computes once is not recorded for all.
     """
     import coverage
 
-    ranked = {}
+    found, count = defaultdict(dict), 0
     for file in test_files():
         lines = lines_of(file)
         if lines.with_suffix(".json").exists():
@@ -263,20 +265,21 @@ def tests_of(place):
             data = coverage.CoverageData(lines)
             data.read()
             by_line = data.contexts_by_lineno(str(ROOT / place.file))
-            there = {name for line in place.lines for name in by_line.get(line, ())}
+            there = {name for line in place.lines for name in by_line.get(line, ())} & {*seconds}
             for name in {name for names in by_line.values() for name in names} & {*seconds}:
-                ranked[name] = name not in there, seconds[name]
-    tests = {name: ranked[name][1] for name in sorted(ranked, key=ranked.get)}
-    return tests, sum(not beside for beside, _ in ranked.values())
+                found[name not in there, file][name] = seconds[name]
+            count += len(there)
+    ranked = sorted((beside, np.mean([*tests.values()]), file) for (beside, file), tests in found.items())
+    few = [ranked[first : first + FILES] for first in range(0, len(ranked), FILES)]
+    together = ([item for beside, _, file in some for item in found[beside, file].items()] for some in few)
+    return [dict(sorted(items, key=lambda item: item[1])) for items in together], count
 
 
 def judged(root, place, most):
     """(test that finds a mutation or None, number of tests that execute it) in a checkout, which stays as it
-    was. A test finds it that fails, also alone, and passes alone without the mutation.
+    was. A test finds it that fails, and passes after the same tests without the mutation.
     """
-    tests, count = tests_of(place)
-    spent = np.cumsum([0, *tests.values()])
-    tests = dict(item for item, before in zip(tests.items(), spent) if before < most)
+    together, count = tests_of(place)
     good, bad, file = (ROOT / place.file).read_bytes(), broken(place), root / "tests.json"
 
     def passes(text, tests):
@@ -286,15 +289,17 @@ def judged(root, place, most):
         (root / place.file).write_bytes(good)
         return answer
 
-    while tests:
-        passed, run = passes(bad, tests)
-        if passed:
-            break
-        last = [*run, *tests][len(run) - 1 if run else 0]  # without one, what is imported fails
-        alone = {last: tests[last]}
-        if not passes(bad, alone)[0] and passes(good, alone)[0]:
-            return last if run else f"the import of {last.split('::')[0]}", count
-        tests = {name: seconds for name, seconds in tests.items() if name not in run and name != last}
+    for tests in together:
+        tests = dict(item for item, spent in zip(tests.items(), np.cumsum([*tests.values()])) if spent < most)
+        most -= sum(tests.values())
+        while tests:
+            passed, run = passes(bad, tests)
+            if passed:
+                break
+            last = [*run, *tests][len(run) - 1 if run else 0]  # without one, what is imported fails
+            if passes(good, {name: tests[name] for name in (*run, last)})[0]:
+                return last if run else f"the import of {last.split('::')[0]}", count
+            tests = {name: seconds for name, seconds in tests.items() if name not in run and name != last}
     return None, count
 
 
