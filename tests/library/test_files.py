@@ -162,10 +162,13 @@ def test_no_line_crosses_a_gap_between_zones(tmp_path):
     """Corner A is on the left alone, B on the right."""
     state = solved(mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.5)), mb.Microblock())
     left, right = sorted((state.zones["A"][0][1], state.zones["B"][0][0]))
-    surface = meshio.read(mb.to_vtk(state, tmp_path / "state")[0])
+    surface, grid = map(meshio.read, mb.to_vtk(state, tmp_path / "state"))
     ends = surface.points[surface.cells_dict["line"], 0]
     assert len(ends) > 0.8 * len(state.x) and right - left > 0.05
     assert not np.any((ends[:, 0] <= left) & (ends[:, 1] >= right))
+    # the grid below is around both zones, and 1.5 times as wide
+    outer = np.array(state.zones["contact"])[[0, -1], [0, 1]]
+    assert [grid.points[:, 0].min(), grid.points[:, 0].max()] == pytest.approx(list(1.5 * outer), rel=1e-6)
 
 
 def test_fields_below_a_half_plane_come_back_and_the_usual_grid_holds_the_contact(tmp_path):
