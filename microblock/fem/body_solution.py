@@ -12,7 +12,7 @@ import numpy as np
 
 from ..corners.nodal import NodalSolution
 from ..errors import BadArgument, at_most
-from ..model.zones import distance, distance_to_ends
+from ..model.zones import distance_to_ends
 from . import between, meshes
 from .mesh_fields import BelowOnMesh
 
@@ -133,22 +133,3 @@ class BodySolution(BelowOnMesh, NodalSolution):
         """
         shifts = self.law.shifts(self.compliance.ell)
         return distance_to_ends(x, getattr(self.solver.obstacle, "ends", ()), shifts)
-
-    def difference(self, pressure):
-        """``max(|dp|, |dM|/ell)/|p|`` in L2 over the surface from pressures of another kind,
-        `pressure(corner number, x)`.
-
-        At Gauss points between the nodes, near ends of the obstacle weighted with the distance (`tamed`).
-        """
-        points, weights = np.polynomial.legendre.leggauss(self.nodes.body.order + 2)
-        facets = self.nodes.interpolation
-        x = np.concatenate([(left + right + (right - left) * points) / 2 for left, right, _ in facets])
-        weights = np.concatenate([(right - left) / 2 * weights for left, right, _ in facets]) * self.tamed(x)
-        own, other = (
-            np.array([one(corner, x) for corner in range(len(self.forces))])
-            for one in (self.pressure, pressure)
-        )
-        levers = np.array(list(self.law.levers(x).values()))
-        return distance(
-            weights, (own - other).sum(axis=0), np.sum(levers / 2 * (own - other), axis=0), other.sum(axis=0)
-        )
