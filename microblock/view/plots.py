@@ -171,41 +171,6 @@ def key(drawing, words, colours, markers=None, **style):
     )
 
 
-def label_ends(axis, ends, gap=0.085):
-    """Words right of an axis at the heights where its curves end: `ends` [(y, text, colour)].
-
-    Limits that are set must stand. Words keep a distance of `gap`, a share of its height.
-    """
-    axis.get_ylim()  # brings limits that follow the data up to date
-    heights = [axis.transLimits.transform(axis.transScale.transform((1, y)))[1] for y, *_ in ends]
-    for place, (_, text, colour) in zip(_apart(heights, gap), ends):
-        axis.annotate(
-            text,
-            (1, place),
-            (3, 0),
-            xycoords="axes fraction",
-            textcoords="offset points",
-            fontsize=SMALLEST,
-            va="center",
-            color=legible(colour),
-        )
-
-
-def _apart(places, gap):
-    """Places (n,) moved as little as keeps them `gap` apart in their order: means of blocks that touch."""
-    order = np.argsort(places, kind="stable")
-    blocks = []  # [sum of what each place would be without the gaps below it, how many]
-    for rank, number in enumerate(order):
-        blocks.append([places[number] - rank * gap, 1])
-        while len(blocks) > 1 and blocks[-2][0] / blocks[-2][1] > blocks[-1][0] / blocks[-1][1]:
-            last = blocks.pop()
-            blocks[-1] = [blocks[-1][0] + last[0], blocks[-1][1] + last[1]]
-    moved = np.concatenate([np.full(count, total / count) for total, count in blocks]) if blocks else []
-    found = np.empty(len(places))
-    found[order] = moved + gap * np.arange(len(places))
-    return found
-
-
 def legend_below(axis, columns=2, title=None):
     """A legend under the panel and its label, where it cannot cover data."""
     axis.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=BELOW, ncols=columns, title=title)
