@@ -92,6 +92,14 @@ def test_a_residual_that_falls_slowly_does_not_stall(block):
     assert large == pytest.approx(usual, abs=1e-3 * usual.max())  # the rounding of rho
 
 
+@pytest.mark.parametrize("name", ["body", "facets", "loads"])
+def test_what_is_of_another_kind_is_refused(block, name):
+    newton = indented(block)
+    given = {"body": newton.body, "facets": newton.facets, name: block}
+    with pytest.raises(mb.BadArgument, match=f"^{name} = "):
+        MonolithicNewton(given.pop("body"), given.pop("facets"), **given)
+
+
 def test_cycling_is_named(block, monkeypatch):
     """No input is known that cycles."""
     newton, looks = indented(block), iter(range(1000))
