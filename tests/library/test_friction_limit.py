@@ -86,6 +86,14 @@ def test_what_is_advised_helps(solver, f, coupled):
     assert (n[0], t[0]) == pytest.approx((wanted, f * wanted), rel=1e-9) and abs(last[0]) < 1e-12
 
 
+def test_events_without_end_are_named(monkeypatch):
+    """No input is known that has so many."""
+    monkeypatch.setattr(coulomb, "MOST_EVENTS", 0)
+    with pytest.raises(mb.NotConverged, match="to and fro without end") as failure:
+        followed("reduced", 0.3, [(P, 0.0)])
+    assert failure.value.reached == pytest.approx((GAP, 0.0))  # the other node touches
+
+
 @pytest.mark.parametrize("f,continues", [(0.9 / C, True), (1.1 / C, False)])
 def test_one_node_on_given_motions_snaps_from_f_c_over_h_on(f, continues):
     """Klarbring's node: n - C t = d, t - C n = D, so that (1 - C f) n = d where it slips: f = 1/C."""
