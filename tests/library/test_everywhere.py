@@ -2,11 +2,13 @@
 zones that are born far from the others, on states and on paths.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.halfplane import line_solver
+from microblock.halfplane import graded_cells, line_solver
 from microblock.halfplane.kernels import short_waves
 from microblock.model.picture import picture
 from microblock.model.problem import Problem
@@ -56,6 +58,16 @@ def missed(state, cells):
 
 
 # --- states
+
+
+def test_cells_of_trial_zones_shrink_at_the_edges_alone():
+    """To some 1e-4 of the half-width: five rounds of quarters, from a tenth of it."""
+    plain = Problem(SOLID, UNILATERAL, mb.Cylinder(R=10))
+    problem = replace(plain, picture=picture(plain, 1.0))
+    *_, (zones, cell) = graded_cells.trial_zones(problem, 1.0)
+    assert cell < 1e-3 * HERTZ
+    edge = contact(mb.Cylinder(R=10)).solve(load=1.0).zones["contact"][0][1]
+    assert zones[0][0][1] == pytest.approx(edge, abs=0.02 * edge)  # cells of constant pressure
 
 
 @EVERY_LAW
