@@ -2,6 +2,7 @@
 
 import io
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -129,6 +130,12 @@ def test_what_is_written_beside_sliders_is_whole_and_apart(law, obstacle):
         assert drawing.bbox.x0 <= box.x0 and box.x1 <= drawing.bbox.x1
         assert drawing.bbox.y0 <= box.y0 and box.y1 <= drawing.bbox.y1
         assert not any(box.overlaps(other) for other in boxes[:number])
+
+
+def test_a_state_of_a_session_took_no_longer_than_the_session():
+    start = time.perf_counter()
+    session = Explorer(problem(), LOAD)
+    assert 0 < session.seconds < time.perf_counter() - start
 
 
 def panel_of(start, load=LOAD):
