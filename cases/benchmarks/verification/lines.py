@@ -77,14 +77,11 @@ def by_elements(problem, load, rtol):
 
 def by_period(problem, height, load, name):
     """A `Case.verify` by the second code of a period."""
-    solid = problem.solid
-    line = period.Line(
-        height, problem.body.period, PERIOD_CELLS, (solid.E, solid.nu, solid.beta, solid.ell), name
-    )
+    s, long = problem.solid, problem.body.period
 
     def verify(state):
-        forces, _ = line.solve(load)
-        wrong = np.array([state.pressure_at(line.x, corner) for corner in state.pressures]) - forces
+        x, forces = period.pressures(height, long, PERIOD_CELLS, (s.E, s.nu, s.beta, s.ell), name, load)
+        wrong = np.array([state.pressure_at(x, corner) for corner in state.pressures]) - forces
         levers = (0.5, -0.5) if len(wrong) == 2 else (0.0,)
         apart = max(np.linalg.norm(wrong.sum(0)), np.linalg.norm(np.dot(levers, wrong)))
         return apart / np.linalg.norm(forces.sum(0)), state.error_estimate, PERIOD_BAR

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 from math import inf, pi, sqrt
 
 import numpy as np
@@ -314,24 +315,22 @@ class Island:
 
 
 class Sheet:
-    """All cells of a period; without a mean displacement."""
+    """All cells of a period, n x n, or a row of (n, 1); without a mean displacement."""
 
     def __init__(self, period, n, nu, beta, law):
-        self.n, self.sides, self.area = (n, n), (period / n, period / n), (period / n) ** 2
-        self.x = self.y = (np.arange(n) + 0.5) * period / n
-        waves = np.fft.fftfreq(n, 1 / n)
-        total = 0.0
-        for i in (-1, 0, 1):  # three by three aliases of the cells' edges
-            for j in (-1, 0, 1):
-                a, b = waves[:, None] + i * n, waves[None, : n // 2 + 1] + j * n
-                total = total + self._symbols(
-                    2 * pi / period * a, 2 * pi / period * b, nu, beta, law
-                ) * np.sinc(a / n) * np.sinc(b / n)
+        self.n = (n1, n2) = np.broadcast_to(n, 2).tolist()
+        self.area = period**2 / n1 / n2
+        self.x, self.y = ((np.arange(each) + 0.5) * period / each for each in self.n)
+        waves, across = np.fft.fftfreq(n1, 1 / n1)[:, None], np.fft.rfftfreq(n2, 1 / n2)
+        total, aliases = 0.0, 3 if n2 == 1 else 1  # on either side, of the cells' edges
+        for i, j in product(range(-aliases, aliases + 1), (-1, 0, 1)):
+            a, b = waves + i * n1, across + j * n2
+            symbols_ = self._symbols(2 * pi / period * a, 2 * pi / period * b, nu, beta, law)
+            total = total + symbols_ * np.sinc(a / n1) * np.sinc(b / n2)
         total[:, :, 0, 0] = 0
         if law == "microblock":  # a uniform moment turns all blocks alike
             total[1, 1, 0, 0] = total[2, 2, 0, 0] = symbols(nu, beta)(1e-6)[3]
-        self.kernel = total
-        self.scale = period / n
+        self.kernel, self.scale = total, period / n1
 
     @staticmethod
     def _symbols(k1, k2, nu, beta, law):
