@@ -1,5 +1,5 @@
-"""A second code for frictionless contact on a half-plane with a period: a row of equal cells of `space`, under
-a surface that is the same all along x2. No library.
+"""A second code for frictionless contact on a half-plane with a period: a row of equal cells of `space`,
+under a surface that is the same all along x2. No library.
 """
 
 from . import space
