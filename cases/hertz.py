@@ -31,7 +31,7 @@ LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped"
 # The contact problem, and its states at some loads: each starts from the state before
 
 
-def problem(alpha=0.25, psi0_deg=0.0, contact="microblock"):
+def problem(alpha=0.25, psi0_deg=0.0, contact="microblock", beta=beta):
     """Returns the contact problem of a cylinder on blocks of side alpha a_Hz."""
     solid = mb.Cosserat(E=E, nu=nu, ell=alpha * a_Hz, beta=beta)
     law = mb.Microblock(psi0=math.radians(psi0_deg)) if contact == "microblock" else LAWS[contact]()

@@ -367,7 +367,7 @@ class Model:
             for i, first in enumerate(self.islands):
                 for j, other in enumerate(self.islands[:i]):
                     self.far[i, j] = self._coupling(table, first, other, moments)
-        self.height = [self._heights(height, each) for each in self.islands]
+        self.height = [np.array([height(*xy) for xy in self.places(each)]) for each in self.islands]
 
     def _cells(self, box, n, features):
         """At least n/6 cells across the narrowest feature (x, y, width) in the box, if 400 are enough."""
@@ -382,10 +382,9 @@ class Model:
     def reach(self):
         return 0.5 if len(self.corners) > 1 else 0.0
 
-    def _heights(self, height, island):
-        return np.array(
-            [height(*np.meshgrid(island.x + a / 2, island.y + b / 2, indexing="ij")) for a, b in self.corners]
-        )
+    def places(self, island):
+        """x1 and x2 of the cells of an island at each corner."""
+        return [np.meshgrid(island.x + a / 2, island.y + b / 2, indexing="ij") for a, b in self.corners]
 
     def _coupling(self, table, first, other, moments):
         """Kernel from nodes or cells of `other` to those of `first`: of the smaller box nodes, of the
@@ -457,14 +456,13 @@ class Solved:
     residual: float
     iterations: int
 
-    def load(self, where):
-        """Force of corners at places where(x, y)."""
-        total = 0.0
-        for island, force in zip(self.model.islands, self.forces):
-            for (a, b), f in zip(self.model.corners, force):
-                x, y = np.meshgrid(island.x + a / 2, island.y + b / 2, indexing="ij")
-                total += island.area * f[where(x, y)].sum()
-        return total
+    def loads(self, summits, period):
+        """Force of the corners that are nearest to each of the summits."""
+        return sum(
+            island.area * np.bincount(nearest(*corner, summits, period).ravel(), f.ravel(), len(summits))
+            for island, force in zip(self.model.islands, self.forces)
+            for corner, f in zip(self.model.places(island), force)
+        )
 
     @property
     def peak(self):
@@ -502,23 +500,21 @@ def gradients(model, load, tolerance=3e-6, limit=500):
     """Polonsky and Keer's projected conjugate gradients, on pressures scaled by each island's own
     compliance.
     """
-    finite = [np.isfinite(h) for h in model.height]
-    height = np.concatenate([np.where(f, h, 0).ravel() for f, h in zip(finite, model.height)])
-    open_ = np.concatenate([f.ravel() for f in finite])
-    size = [h.size for h in model.height]
-    area = np.repeat([i.area for i in model.islands], size)
-    scale = np.repeat([sqrt(i.area / i.scale) for i in model.islands], size) / np.sqrt(
-        area
-    )  # of sqrt(area) p
-    shapes, cuts = [h.shape for h in model.height], np.cumsum(size)[:-1]
+    height, size = np.concatenate([h.ravel() for h in model.height]), [h.size for h in model.height]
+    open_ = np.isfinite(height)
+    height[~open_] = 0
+    # p = metric * dual: steepest descent sees equal stiffness everywhere
+    area, metric = (
+        np.repeat([f(i) for i in model.islands], size) for f in (lambda i: i.area, lambda i: 1 / i.scale)
+    )
 
     def split(p):
-        return [part.reshape(s) for part, s in zip(np.split(p, cuts), shapes)]
+        parts = np.split(p, np.cumsum(size)[:-1])
+        return [part.reshape(h.shape) for part, h in zip(parts, model.height)]
 
     def times(p):
         return np.concatenate([d.ravel() for d in model.response(split(p))])
 
-    metric = scale**2  # p = metric * dual: steepest descent sees equal stiffness everywhere
     low = height[open_].min()
     reach = np.sort(height[open_])[min(open_.sum() - 1, max(8, open_.sum() // 8))] - low
     p = np.where(open_, np.sqrt(np.maximum(reach - (height - low), 0)) + (height <= low), 0.0)
@@ -553,12 +549,12 @@ def gradients(model, load, tolerance=3e-6, limit=500):
 # ---- answers ----
 
 
-def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, features=(), fixed=False):
+def answer(height, boxes, load, solid, law, summits=(), period=None, n=96, features=(), fixed=False):
     """The state under height(x1, x2) at places that `boxes` contain, all of them: (x, y, half-widths) of
     obstacle points.
 
     Returns approach, L2 norm and peak of the pressure, load on each summit, and `bars` of what is not known
-    of them: solid = (E, nu, beta, ell); owner(x, y) is the number of the summit that a place belongs to. Bars
+    of them: solid = (E, nu, beta, ell); loads are those of the corners nearest to a summit (x, y). Bars
     come from grids of n/2 and n cells along each box, which is made to fit what presses unless it is `fixed`.
     """
     E, nu, beta, ell = solid
@@ -567,8 +563,8 @@ def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, featu
     def scaled(x, y):
         return height(ell * x, ell * y) / ell
 
+    features, peaks = ([tuple(v / ell for v in each) for each in some] for some in (features, summits))
     sites = [Box(*(v / ell for v in box)) for box in boxes]
-    features = [tuple(v / ell for v in each) for each in features]
     if law == "microblock":
         sites = [Box(s.x - a / 2, s.y - b / 2, s.a, s.b) for s in sites for a in (-1, 1) for b in (-1, 1)]
 
@@ -588,7 +584,15 @@ def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, featu
                 break
             sites = boxes
         pair.append(found)
-    coarse, fine = (_figures(s, owner, mu, ell) for s in pair)
+    coarse, fine = (
+        {
+            "approach": s.approach * ell,
+            "norm": s.norm * mu * ell,
+            "peak": s.peak * mu,
+            "loads": (s.loads(peaks, period and period / ell) * mu * ell**2).tolist() if summits else [],
+        }
+        for s in pair
+    )
     bars = {name: abs(coarse[name] / fine[name] - 1) for name in ("approach", "norm", "peak")}
     shares = np.abs(np.subtract(coarse["loads"], fine["loads"])) / load
     bars["loads"] = shares.max(initial=0.0)
@@ -597,12 +601,11 @@ def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, featu
     return fine | {"bars": bars, "residual": max(s.residual for s in pair)}
 
 
-def _figures(s, owner, mu, ell):
-    loads = [
-        float(s.load(lambda x, y, k=k: owner(ell * x, ell * y) == k) * mu * ell**2)
-        for k in range(owner.count if owner else 0)
-    ]
-    return {"approach": s.approach * ell, "norm": s.norm * mu * ell, "peak": s.peak * mu, "loads": loads}
+def nearest(x, y, summits, period=None):
+    """The number of the summit that is nearest to each place."""
+    period = period or 1e300
+    ways = [(x - a, y - b) for a, b in summits]
+    return np.argmin([sum((d - period * np.round(d / period)) ** 2 for d in way) for way in ways], axis=0)
 
 
 def hertz(E, nu, R, load):

@@ -43,18 +43,6 @@ class Scene:
     note: str = ""
 
 
-class Owner:
-    """The number of the summit that is nearest to a place."""
-
-    def __init__(self, summits, period=None):
-        self.summits, self.count, self.period = summits, len(summits), period
-
-    def __call__(self, x, y):
-        period = self.period or 1e300
-        ways = [(x - a, y - b) for a, b in self.summits]
-        return np.argmin([sum((d - period * np.round(d / period)) ** 2 for d in way) for way in ways], axis=0)
-
-
 def paraboloids(summits, radii, levels):
     def height(x, y):
         x, y = np.broadcast_arrays(np.asarray(x, float), y)
@@ -300,9 +288,9 @@ def truth(s):
     """The second code's figures, or None where no state exists."""
     if s.boxes is None:
         return None
-    n, owner = (64 if s.norm else 160) if s.boxes else 256, Owner(s.summits, s.period)
+    n = (64 if s.norm else 160) if s.boxes else 256
     return space.answer(
-        s.height, s.boxes, s.load, s.solid, s.law, owner, s.period, n, s.features, fixed=not s.norm
+        s.height, s.boxes, s.load, s.solid, s.law, s.summits, s.period, n, s.features, fixed=not s.norm
     )
 
 
@@ -333,12 +321,11 @@ def figures(state, s):
     """Approach, norm of the pressure and loads on the summits, in the scene's units."""
     stress, length = s.unit
     x, y = (places.ravel() / length for places in np.meshgrid(state.x1, state.x2, indexing="ij"))
-    area, owner = np.ravel(state.weights) / length**2, Owner(s.summits, s.period)
-    loads = np.zeros(owner.count)
+    area, loads = np.ravel(state.weights) / length**2, np.zeros(len(s.summits))
     for name, force in state.pressures.items():
         arm = [{"-": -0.5, "+": 0.5}[c] * s.solid[3] for c in name] if len(name) == 2 else (0.0, 0.0)
-        corner = owner(x + arm[0], y + arm[1])
-        loads += np.bincount(corner, np.ravel(force) / stress * area, owner.count)
+        corner = space.nearest(x + arm[0], y + arm[1], s.summits, s.period)
+        loads += np.bincount(corner, np.ravel(force) / stress * area, len(loads))
     norm = np.sqrt(area @ (np.ravel(state.pressure) / stress) ** 2)
     return {"approach": float(state.approach) / length, "norm": float(norm), "loads": loads.tolist()}
 
