@@ -210,9 +210,8 @@ def cell_kernels(table, n, sides, moments):
     if not moments:
         return u[None, None]
     iso = total["W", 0] + total["W", 1]
-    psi1, psi2 = -total["phi", 1], total["phi", 0]
-    w11, w22, w12 = iso + total["same", 0], iso + total["same", 1], total["other", 0]
-    return np.array([[u, -psi1, -psi2], [psi1, w11, w12], [psi2, w12, w22]])
+    w = iso + total["same", 0], iso + total["same", 1], total["other", 0]
+    return tensor(u, -total["phi", 1], total["phi", 0], *w)
 
 
 def point_kernels(table, x, y, moments):
@@ -221,11 +220,13 @@ def point_kernels(table, x, y, moments):
     (_, _, _, turn), (fr, phir, wr, tr) = table(r, derivative=True)
     if not moments:
         return (fr / r)[None, None]
-    psi1, psi2 = -phir * y / r, phir * x / r
-    c, s = x / r, y / r
-    rest = tr - turn / r
-    w11, w22, w12 = wr / r + turn / r + c * c * rest, wr / r + turn / r + s * s * rest, c * s * rest
-    return np.array([[fr / r, -psi1, -psi2], [psi1, w11, w12], [psi2, w12, w22]])
+    c, s, rest, iso = x / r, y / r, tr - turn / r, (wr + turn) / r
+    return tensor(fr / r, -phir * s, phir * c, iso + c * c * rest, iso + s * s * rest, c * s * rest)
+
+
+def tensor(u, psi1, psi2, w11, w22, w12):
+    """(w, psi1, psi2) under (p, M1, M2); a moment moves the surface as a pressure turns it."""
+    return np.array([[u, -psi1, -psi2], [psi1, w11, w12], [psi2, w12, w22]])
 
 
 # ---- islands ----
@@ -330,15 +331,8 @@ class Sheet:
         if law != "microblock":
             return np.array([[clamped if law == "microclamped" else u]])
         c, s = k1 / k, k2 / k
-        psi1, psi2 = -1j * v * s, 1j * v * c
-        cross = (along - w) * c * s
-        return np.array(
-            [
-                [u, -psi1, -psi2],
-                [psi1, w * s * s + along * c * c, cross],
-                [psi2, cross, w * c * c + along * s * s],
-            ]
-        )
+        turns = w * s * s + along * c * c, w * c * c + along * s * s, (along - w) * c * s
+        return tensor(u, -1j * v * s, 1j * v * c, *turns)
 
     def own(self, loads):
         return irfft2(np.einsum("abij,bij->aij", self.kernel, rfft2(loads)), self.n)
@@ -371,16 +365,11 @@ class Model:
 
     def _cells(self, box, n, features):
         """At least n/6 cells across the narrowest feature (x, y, width) in the box, if 400 are enough."""
+        reach = 0.5 if len(self.corners) > 1 else 0.0
         widths = [
-            w
-            for x, y, w in features
-            if abs(x - box.x) < box.a + self.reach and abs(y - box.y) < box.b + self.reach
+            w for x, y, w in features if abs(x - box.x) < box.a + reach and abs(y - box.y) < box.b + reach
         ]
         return min(4 * n, max(n, int(n / 6 * 2 * max(box.a, box.b) / min(widths, default=inf))))
-
-    @property
-    def reach(self):
-        return 0.5 if len(self.corners) > 1 else 0.0
 
     def places(self, island):
         """x1 and x2 of the cells of an island at each corner."""
@@ -413,23 +402,14 @@ class Model:
         nodes = [island.gathered(load) for island, load in zip(self.islands, loads)]
         at_nodes = [np.zeros_like(each) for each in nodes]
         for (i, j), kernel in self.far.items():
-            self._far(i, j, kernel, nodes, loads, at_nodes, fields)
+            for to, of, way in ((i, j, "abts,bs->at"), (j, i, "abts,at->bs")):
+                source, target = (kernel.shape[3 if k == j else 2] == NODES**2 for k in (of, to))
+                cells = (loads[of] * self.islands[of].area).reshape(len(loads[of]), -1)
+                values = np.einsum(way, kernel, nodes[of] if source else cells, optimize=True)
+                into = at_nodes if target else fields
+                into[to] += values.reshape(into[to].shape)
         fields = [f + island.spread(v) for f, island, v in zip(fields, self.islands, at_nodes)]
         return [self._at_corners(f) for f in fields]
-
-    def _far(self, i, j, kernel, nodes, loads, at_nodes, fields):
-        def source(k):
-            cells = kernel.shape[3 if k == j else 2] != NODES**2
-            return (loads[k] * self.islands[k].area).reshape(len(loads[k]), -1) if cells else nodes[k]
-
-        def add(k, values):
-            if values.shape[1] != NODES**2:
-                fields[k] += values.reshape(fields[k].shape)
-            else:
-                at_nodes[k] += values
-
-        add(i, np.einsum("abts,bs->at", kernel, source(j), optimize=True))
-        add(j, np.einsum("abts,at->bs", kernel, source(i), optimize=True))
 
     def _resultants(self, force):
         if len(self.corners) == 1:
