@@ -434,7 +434,6 @@ class Solved:
     gaps: list
     approach: float
     residual: float
-    iterations: int
 
     def loads(self, summits, period):
         """Force of the corners that are nearest to each of the summits."""
@@ -500,7 +499,7 @@ def gradients(model, load, tolerance=3e-6, limit=500):
     p = np.where(open_, np.sqrt(np.maximum(reach - (height - low), 0)) + (height <= low), 0.0)
     p *= load / (area @ p)
     t, before, delta = np.zeros_like(p), 1.0, 0.0
-    for step in range(limit):  # noqa: B007
+    for _ in range(limit):
         displacement = times(p)
         gap = displacement + height
         on = p > 0
@@ -523,7 +522,7 @@ def gradients(model, load, tolerance=3e-6, limit=500):
         delta = 0.0 if more.any() else 1.0
         p[more] -= tau * (metric * g)[more]
         p *= load / (area @ p)
-    return Solved(model, split(p), split(g), level, max(error, worst), step)
+    return Solved(model, split(p), split(g), level, max(error, worst))
 
 
 # ---- answers ----
