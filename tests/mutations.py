@@ -56,7 +56,7 @@ EQUIVALENT = {
     "newton3d.py:35: factor: 8.0": "of multipliers: another number of steps to the same state",
     "+ risen < 0 -> ": "a gap, a real number, is not 0 beside an overlap",
     "compare: K0 >= 0 -> (K0 > 0)": "a coefficient, a real number, is not 0; where it is, the step is 0",
-    "cells.py:154: factor: 1 -> 2": "a preconditioner twice as large: conjugate gradients take the same steps",
+    "cells.py:154: factor: 1 -> 2": "a preconditioner twice as large: the steps stay the same",
 }
 
 
