@@ -128,8 +128,18 @@ class MeshBody(Shown):
             if name not in self.names:
                 raise BadArgument("field", name, f"fields are {', '.join(self.names)}")
             for pattern in named:
-                self.boundary(pattern)
+                self.boundary(pattern, "prescribed" if pattern in self.prescribed.get(name, ()) else "fixed")
         return {name: "|".join(named) for name, named in patterns.items()}
+
+    def require_held(self):
+        """BadArgument where a displacement is fixed or prescribed on no boundary: a translation is free."""
+        for name in self.names:
+            if name.startswith("u") and name not in self.fixed:
+                raise BadArgument(
+                    "fixed",
+                    self.fixed,
+                    f"must hold the body: {name} is not fixed on any boundary, and nothing else stops it",
+                )
 
     def boundary(self, pattern, argument="boundary"):
         """The region of the boundaries that a pattern names; BadArgument if there are none, also for one of

@@ -156,7 +156,8 @@ class Condensed(ContactNodes):
     NotConverged
         If the supports leave a rigid motion free, or matrices would need more memory than there is.
     BadArgument
-        If a support prescribes values other than 0, or holds u2 on the contact boundary; for a periodic body.
+        If a support prescribes values other than 0, or holds u2 on the contact boundary, or none holds u1 or
+        u2; for a periodic body.
 
     Examples
     --------
@@ -268,7 +269,10 @@ def require_pressed(body, boundary, condensed=False):
         raise BadArgument("body", body, "must not be periodic: Newton() solves on periodic bodies")
     if condensed and body.prescribed:
         raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
-    return body.pressed(boundary)
+    pressed = body.pressed(boundary)
+    if condensed:
+        body.require_held()
+    return pressed
 
 
 def condensed(body, boundary="contact", clamped=False):

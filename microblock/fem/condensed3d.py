@@ -63,6 +63,7 @@ class Condensed3D(ContactNodes3D):
     @bounded
     def __init__(self, body):
         super().__init__(body)
+        body.require_held()
         self._require_room()
         self.form = body.bulk(condense=True)
         advice = "take longer elements, or Newton(...), which iterates"

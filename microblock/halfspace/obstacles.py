@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import LARGEST, BadArgument, make_plain, require_choice, require_positive, shortened
-from ..model.obstacles import check_self_affine
+from ..model.obstacles import Cylinder, check_self_affine, returned
 from ..model.types import AnyArray as Array
 
 FACES = ("round", "square")
@@ -239,6 +240,19 @@ def repeated(obstacle: object, period: float) -> Callable[[Array, Array], Array]
     return height
 
 
+def _over_a_line(obstacle: Any) -> str:
+    """Returns what to write for an obstacle with heights over a line; "" for others."""
+    try:
+        if returned(obstacle, np.zeros(2)).shape != (2,):
+            return ""
+    except BadArgument:
+        return ""
+    if isinstance(obstacle, Cylinder):
+        return f"it has one over a line: write lambda x, y: x**2/{2 * obstacle.R:g} + 0*y"
+    height = "obstacle.height" if hasattr(obstacle, "height") else "height"
+    return f"it has one over a line: write lambda x, y: {height}(x) + 0*y"
+
+
 def heights(obstacle: object, x1: Array, x2: Array) -> Array:
     """Returns the heights of an obstacle or a callable at (x1, x2), arrays of one shape.
 
@@ -260,7 +274,7 @@ def heights(obstacle: object, x1: Array, x2: Array) -> Array:
             "obstacle",
             obstacle,
             "must have a height(x1, x2) of two arrays that returns as many numbers "
-            f"({shortened(repr(failure))})",
+            f"({_over_a_line(obstacle) or shortened(repr(failure))})",
         ) from failure
     if np.any(np.isnan(found)) or np.any(found == -np.inf):
         raise BadArgument("obstacle", obstacle, "must have heights that are numbers, or inf")

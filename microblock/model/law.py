@@ -350,3 +350,10 @@ def _check_corners(law: Any) -> None:
                 law,
                 f"{name} must return an array for each of its corners, in the order {', '.join(law.corners)}",
             )
+    levers = np.ravel(list(law.levers(np.zeros(1)).values()))
+    if np.any(np.diff(levers) > 0):
+        raise BadArgument(
+            "law",
+            law,
+            f"must name its corners from left to right, the largest lever first: {levers.tolist()}",
+        )

@@ -37,6 +37,7 @@ from .types import Array, Interval, ObstacleLike
 SCALES = np.geomspace(1e-3, 1e5, 65)  # of ell, at which an obstacle of a half-plane is sampled
 TAIL = 9  # outermost of them, over which an obstacle without a lowest point falls all the way
 MOST_WAVES = 10**6
+ROUNDING = 8 * float(np.finfo(float).eps)  # of four heights, two to a slope, and of the abscissae
 STEEPEST = 0.5  # n2 of the steepest surface that can touch
 
 
@@ -303,8 +304,9 @@ class Samples:
 
     @property
     def jumps(self) -> tuple[float, ...]:
-        """By how much the slope jumps at each of them."""
-        return tuple(np.diff(np.diff(self._z) / np.diff(self.x)))
+        """By how much the slope jumps at each of them; 0 where that is rounding of the heights."""
+        jumps, rounding = np.diff(np.diff(self._z) / np.diff(self.x)), ROUNDING * np.abs(self._z).max()
+        return tuple(np.where(np.abs(jumps) * np.diff(self.x).min() > rounding, jumps, 0.0))
 
     @property
     def ends(self) -> Interval:

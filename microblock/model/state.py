@@ -15,6 +15,7 @@ from ..errors import BadArgument, Named, at_least, require_choice, require_numbe
 from .material import Cosserat, hertz_scales
 from .obstacles import Cylinder, gap, returned
 from .plain_data import PlainData
+from .sharp import of_samples
 from .summary import Row, Shown, Summary, call, intervals, number, saved
 from .types import (
     Array,
@@ -524,7 +525,7 @@ class State(Shown, PlainData):
         contact = self.zones["contact"]
         if contact and self.solution.has_edges and contact[-1][1] - contact[0][0] < 2 * ell:
             found.append("blocks are larger than the half-width of the contact")
-        return [*found, *self.solution.remarks(), *self.solution.notes]
+        return [*found, *of_samples(self.solution), *self.solution.remarks(), *self.solution.notes]
 
     @property
     def rotation(self) -> Array:

@@ -12,6 +12,7 @@ from matplotlib.legend_handler import HandlerTuple
 from matplotlib.patches import Patch
 
 from ..model.closed_forms import hertz
+from ..model.sharp import unbounded
 from . import blocks, plots
 
 
@@ -88,7 +89,6 @@ PEAK = 4.0  # of the mean pressure, beyond which it is cut off; a cylinder has 1
 SMALL = 6  # letters that say so, points
 GAP_SHOWN = 0.5  # of the half-width of the contact, beyond it, in which gaps set the end of their axis
 OUT_OF_CONTACT = "0.85"
-NEAR = 1e-6  # of ell, to which the edge of a zone is at an end of the obstacle
 MOST_TOLD = 3  # places that are listed
 HERTZ_POINTS = 101  # of its ellipse
 CLOSED = 1e-6  # of the range of displacements: gaps that are rounding
@@ -221,7 +221,7 @@ class StateFigure:
         # a surface on a mesh may end sooner, and elsewhere in each state
         ends = max(wide[0], surface.x[0]), min(wide[1], surface.x[-1])
         self._limit(surface, zones["contact"], self._kept("curves", wide, ends))
-        self._tell_cuts(surface, unbounded(state))
+        self._tell_cuts(surface, unbounded(state.solution))
         near = self._kept("blocks", near, blocks.within(near, surface))
         self.blocks.update(blocks.blocks(surface, zones["contact"], near))
         return self
@@ -495,28 +495,6 @@ class Window:
     def renew(self, needed, room=ROOM):
         more = 0.0 if self.value is None else (room - 1) * (needed[1] - needed[0]) / 2
         self.value = needed[0] - more, needed[1] + more
-
-
-def unbounded(state):
-    """Places x1 within the contact at which the pressure is infinite: where a corner meets an end or an edge
-    of the obstacle.
-    """
-    law, ell, zones = state.law, state.solid.ell, state.solution.zones_by_name
-    shifts = dict(zip(law.corners, law.shifts(ell)))
-    kinks, jumps, ends = (
-        getattr(state.solution.problem.obstacle, name, ()) for name in ("kinks", "jumps", "ends")
-    )
-    points = [*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends]
-    margin = NEAR * ell
-    return sorted(
-        {
-            float(point + shift)
-            for corner, shift in shifts.items()
-            for point in points
-            for left, right in zones[corner if len(shifts) == 2 else "contact"]
-            if left - margin <= point + shift <= right + margin
-        }
-    )
 
 
 def _fill(closed):

@@ -28,7 +28,7 @@ def answers():
     cube = mb.Body3D(mesh, SOLID, 2, fixed="bottom", contact="top")
     deep = mb.Contact(cube, mb.Sphere(10.0), mb.Microblock()).solve(load=1.0)
     mesh = MakeStructured2DMesh(nx=8, ny=4, mapping=lambda x, y: (2 * x - 1, y - 1))
-    loose = mb.Body(mesh, SOLID, 2, fixed={"u2": "bottom"}, contact="top")
+    loose = mb.Body(mesh, SOLID, 2, fixed={"u1": "bottom", "u2": "left"}, contact="top")  # a hinge
     with pytest.raises(mb.NotConverged, match="rigid motions"):
         mb.Contact(loose, mb.Cylinder(10.0), mb.Microblock(), mb.Condensed()).solve(load=1.0)
     below = [flat.fields(0.1, -0.2).psi, *flat.reaction("bottom").force, deep.fields.energy()]

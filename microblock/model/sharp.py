@@ -1,0 +1,73 @@
+"""Where the pressure has no bound: at edges of the obstacle, and where its slope jumps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .deformable import shape_of
+from .obstacles import Samples
+from .types import Array
+
+if TYPE_CHECKING:
+    from .state import Solution
+
+NEAR = 1e-6  # of ell, to which the edge of a zone is at an end of the obstacle
+
+
+def touched(solution: Solution, places: tuple[float, ...], within: float = 0.0) -> list[float]:
+    """Returns the contact points x1 at which a corner is closed at one of the places of the obstacle,
+    ascending; up to `within` (length) beside a zone.
+    """
+    law, ell, zones = solution.problem.law, solution.problem.ell, solution.zones_by_name
+    two, margin = len(law.corners) == 2, max(NEAR * ell, within)
+    return sorted(
+        {
+            float(place + shift)
+            for corner, shift in zip(law.corners, law.shifts(ell))
+            for place in places
+            for left, right in zones[corner if two else "contact"]
+            if left - margin <= place + shift <= right + margin
+        }
+    )
+
+
+def unbounded(solution: Solution) -> list[float]:
+    """Returns the places x1 within the contact at which the pressure is infinite: where a corner meets an end
+    or an edge of the obstacle.
+    """
+    kinks, jumps, ends = (getattr(solution.problem.obstacle, name, ()) for name in ("kinks", "jumps", "ends"))
+    return touched(solution, (*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends))
+
+
+def of_samples(solution: Solution) -> list[str]:
+    """Returns sentences on a contact with samples: that it reaches the last one, which was hardly meant, and
+    that the straight lines between them have edges.
+    """
+    samples, found = shape_of(solution.solver.contact.obstacle), []
+    if not isinstance(samples, Samples) or not np.any(samples.jumps):  # a level or tilted face is a punch
+        return []
+    whole = solution.period is not None and np.ptp(samples.ends) >= solution.period * (1 - NEAR)
+    for end in () if whole else samples.ends:  # over a whole period the next one begins there
+        if touched(solution, (end,), _spacing(solution, end)):
+            found.append(
+                f"the contact reaches the last sample at x = {end:g}, taken as a sharp edge: measure "
+                "farther, or check the sign of the heights, which grow away from the body"
+            )
+    edges = {
+        kink for kink, jump in zip(samples.kinks, samples.jumps) if jump > 0 and touched(solution, (kink,))
+    }
+    if edges:
+        found.append(
+            f"straight lines between {len(samples.x)} samples: the pressure is unbounded at {len(edges)} of "
+            "them; a smooth curve through them, Obstacle(CubicSpline(x, z)) of SciPy, has no such places"
+        )
+    return found
+
+
+def _spacing(solution: Solution, place: float) -> float:
+    """Returns the distance of the points of the surface next to a place: zones on nodes end so near to it."""
+    x: Array = solution.x
+    after = int(np.clip(np.searchsorted(x, place), 1, len(x) - 1))
+    return float(x[after] - x[after - 1])

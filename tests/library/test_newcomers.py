@@ -1,0 +1,109 @@
+"""What someone meets who tries the toolkit with data, meshes and bodies of their own."""
+
+import re
+
+import numpy as np
+import pytest
+from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
+from scipy.interpolate import CubicSpline
+
+import microblock as mb
+from microblock.model.law import Law
+
+SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+X = np.linspace(-1, 1, 21)
+PARABOLA = mb.Obstacle.from_samples(X, X**2 / 20)
+PLACES = [
+    (mb.HalfPlane(SOLID), (), mb.Unilateral()),
+    (mb.HalfPlane(SOLID), (mb.Cells(512),), mb.Microblock()),
+    (mb.Block(SOLID, 6.0), (mb.Uniform(h=0.1),), mb.Microblock()),
+]
+
+
+def warned(state, words):
+    return sum(words in warning for warning in state.warnings)
+
+
+@pytest.mark.parametrize(("body", "method", "law"), PLACES)
+def test_a_contact_that_reaches_the_last_sample_says_so(body, method, law):
+    def samples_reached(load, obstacle=PARABOLA):
+        return warned(mb.Contact(body, obstacle, law, *method).solve(load=load), "last sample")
+
+    assert (samples_reached(3.0), samples_reached(12.0)) == (0, 2)
+    # a level face has sharp edges that are meant, as a Punch
+    face = mb.Obstacle.from_samples([-1.0, 0.1, 1.0], [0.01, 0.01, 0.01])
+    assert samples_reached(3.0, face) == samples_reached(3.0, mb.Punch(1.0)) == 0
+    # samples over a whole period have no last one
+    wave = mb.Obstacle.from_samples(X, -0.001 * np.cos(np.pi * X))
+    whole = mb.Contact(mb.HalfPlane(SOLID, period=2.0), wave, law, mb.Cells(64)).solve(load=9.0)
+    assert whole.zones["contact"] == [(-1.0, 1.0)] and not warned(whole, "last sample")
+
+
+@pytest.mark.parametrize(("body", "method", "law"), PLACES)
+def test_kinks_between_samples_are_named_with_a_curve_that_has_none(body, method, law):
+    def sentences(obstacle, load=3.0):
+        state = mb.Contact(body, obstacle, law, *method).solve(load=load)
+        return [words for words in state.warnings if "straight lines" in words]
+
+    (words,) = sentences(PARABOLA)
+    assert "21 samples" in words and "unbounded at 1" in words and "CubicSpline(x, z)" in words
+    assert not sentences(mb.Obstacle(CubicSpline(X, X**2 / 20)))
+    # heights on one line within rounding have no kinks
+    assert not sentences(mb.Obstacle.from_samples(X, 0.01 * X + 0.3))
+
+
+PRESS = MakeStructured2DMesh(nx=4, ny=4, mapping=lambda x, y: (2 * x - 1, y - 1))
+CUBE = MakeStructured3DMesh(hexes=False, nx=2, mapping=lambda x, y, z: (x, y, z - 1))
+CUBOID = mb.Body3D(CUBE, SOLID, fixed="bottom", contact="top")
+
+
+class RightToLeft(Law):
+    """Microblocks that name their right corner first."""
+
+    corners = ("B", "A")
+
+    def levers(self, x):
+        return dict(reversed(mb.Microblock().levers(x).items()))
+
+    def initial_gaps(self, *surface):
+        return dict(reversed(mb.Microblock().initial_gaps(*surface).items()))
+
+
+REFUSED = {
+    "support": (lambda: mb.Body(PRESS, SOLID, fixed="botom"), "fixed", "botom"),
+    "prescribed": (lambda: mb.Body(PRESS, SOLID, prescribed={"u1": {"botom": 0}}), "prescribed", "botom"),
+    "tetrahedra": (lambda: mb.Body3D(CUBE, SOLID, 2, fixed="bottom", contact="top"), "order", "must be 1"),
+    "cylinder": (lambda: mb.Contact(CUBOID, mb.Cylinder(R=10), mb.Microblock()), "obstacle", "x**2/20 + 0*y"),
+    "sliding": (
+        lambda: mb.Contact(
+            mb.Body(PRESS, SOLID, fixed={"u1": "bottom"}, contact="top"), mb.Cylinder(10.0), mb.Microblock()
+        ).solve(load=1.0),
+        "fixed",
+        "u2 is not fixed on any boundary",
+    ),
+    "in space": (
+        lambda: mb.Contact(
+            mb.Body3D(CUBE, SOLID, fixed={"u3": "bottom"}, contact="top"), mb.Sphere(10.0), mb.Microblock()
+        ).solve(load=1.0),
+        "fixed",
+        "u1 is not fixed on any boundary",
+    ),
+    "corners": (
+        lambda: mb.Contact(mb.HalfPlane(SOLID), mb.Cylinder(10.0), RightToLeft()),
+        "law",
+        "from left to right",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_slips_are_refused_early_by_their_names(name):
+    call, argument, words = REFUSED[name]
+    with pytest.raises(mb.BadArgument, match=re.escape(words)) as caught:
+        call()
+    assert caught.value.name == argument
+
+
+def test_the_advised_height_presses_a_body_in_space():
+    state = mb.Contact(CUBOID, lambda x, y: x**2 / 20 + 0 * y, mb.Microblock()).solve(approach=0.001)
+    assert state.load > 0
