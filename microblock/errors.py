@@ -373,9 +373,11 @@ def require_numbers(**arguments: Any) -> Any:
         raise BadArgument(name, values, "must be a number, or an array (n,) of numbers") from failure
     texts = np.asarray(values).dtype.kind in "bSU"  # which numpy reads as numbers
     if texts or found.ndim > 1 or not np.all(np.abs(found) <= LARGEST):
-        wrong = np.flatnonzero(~(np.abs(found) <= LARGEST)) if found.ndim == 1 < found.size else ()
-        first = f"; entry {wrong[0]} is {found[wrong[0]]:g}" if len(wrong) else ""
-        raise BadArgument(name, values, f"must be a finite number, or an array (n,) of such{first}")
+        words = "must be a finite number, or an array (n,) of such"
+        if not texts and found.ndim == 1 < found.size:
+            first = int(np.argmin(np.abs(found) <= LARGEST))
+            words += f"; entry {first} is {found[first]:g}"
+        raise BadArgument(name, values, words)
     return found
 
 
