@@ -86,6 +86,19 @@ def make(chosen, folder):
     return list(items.values())
 
 
+def table(result):
+    """What is printed: titles without marks, and seconds."""
+    rows = [
+        {
+            "name": item["name"],
+            "title": re.sub(r":\w+:`|[`$\\]", "", item["title"]),
+            "seconds": round(item["seconds"], 1),
+        }
+        for item in result["items"]
+    ]
+    return {"scripts": rows}
+
+
 def alone(name, module, folder):
     """Draws a module in a process of its own: if that crashes, the others go on."""
     context = get_context("forkserver")

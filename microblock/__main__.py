@@ -10,9 +10,11 @@ Units      as given, any that go together, such as mm, MPa and N/mm: nothing is 
 EXPR       numbers, x, pi, e, inf (no obstacle there), + - * / **, parentheses, and of numpy abs sqrt cbrt exp
            log sin cos tan arcsin arccos arctan sinh cosh tanh sign floor ceil minimum maximum hypot arctan2
            power clip, where(x < 0, 1, 2). An expression that begins with a minus is written --height=EXPR.
-FILE       two columns, x (ascending) and height, with commas, semicolons or blanks between them; a header is
-           left out. Straight lines between the samples, no obstacle beyond them. Each sample is a jump of the
-           slope: a hundred in contact take seconds, a thousand minutes, with a window they cost nothing.
+FILE       two columns, x (ascending) and height, with commas, semicolons or blanks between them; a header and
+           lines that begin with # are left out. The height is that of the obstacle's lower side, upwards: of
+           a profile z measured from above, outwards from its body, it is -z. Straight lines between the
+           samples, no obstacle beyond them. Each sample is a jump of the slope: a hundred in contact take
+           seconds, a thousand minutes, with a window they cost nothing.
 """
 
 import os
@@ -39,7 +41,9 @@ from . import (  # noqa: E402
 from .command import run  # noqa: E402
 from .data.expressions import function_of_x  # noqa: E402
 from .data.samples import read_samples  # noqa: E402
-from .errors import require_positive  # noqa: E402
+from .model.plain_data import plain_data  # noqa: E402
+from .model.sharp import unbounded  # noqa: E402
+from .model.summary import number  # noqa: E402
 
 LAWS = {"unilateral": Unilateral, "microclamped": Microclamped}
 RTOL = {"panels": 1e-3, "cells": 1e-2}
@@ -65,7 +69,8 @@ def solve(
     Parameters
     ----------
     height : height of the obstacle, a formula in x such as 'x**2/20' (length)
-    samples : file with samples of the height (lengths)
+    samples : file with samples x and height (lengths) of the obstacle's lower side; a profile z that was
+        measured from above has the heights -z
     window : both ends of the part of x1 in which the obstacle may touch: uniform cells in place of panels
     loads : forces per thickness
     E : Young's modulus (stress)
@@ -78,7 +83,6 @@ def solve(
         given, 0.01 with a window)
     path : whether to follow the events from first touch to the largest load
     """
-    require_positive(beta=beta)  # nothing holds the rotation of a half-plane without it
     if height is not None and samples is not None:
         raise BadArgument("height", height, "does not go together with --samples: each is an obstacle")
     if window and path:
@@ -106,12 +110,52 @@ def solve(
             raise
         name, given = ("height", height) if samples is None else ("samples", samples)
         raise BadArgument(name, given, failure.allowed.replace(CELLS, "--window L R takes")) from failure
-    return {"states": states, "parameters": {"rtol": rtol}, **({"events": events} if path else {})}
+    resolved = {"rtol": rtol, "loads": list(loads)}
+    return {"states": states, "parameters": resolved, **({"events": events} if path else {})}
 
 
 def figure(result):
     """Pressure, micromoment and zones of each state."""
-    return {f"contact_{state.load}": state.plot() for state in result["states"]}
+    loads = result["parameters"]["loads"]
+    return {f"contact_{load}": state.plot() for load, state in zip(loads, result["states"])}
+
+
+def to_dict(result):
+    """The states with the loads that were given: those of the states have the rounding of a sum."""
+    data = plain_data(result)
+    for load, state in zip(data["parameters"]["loads"], data["states"]):
+        state["load"] = load
+    return data
+
+
+def table(result):
+    """What is printed: the parameters as they are taken, and a row for each state."""
+    first = result["states"][0]
+    solid, ends = first.solid, getattr(first.solution.problem.obstacle, "ends", None)
+    words = {name: getattr(solid, name) for name in ("E", "nu", "beta", "ell")}
+    words |= {"psi0": first.law.psi0} if isinstance(first.law, Microblock) else {}
+    shown = f"{type(first.law).__name__}, " + " ".join(f"{name}={number(words[name])}" for name in words)
+    where = f", x from {ends[0]:g} to {ends[1]:g}" if ends else ""
+    if isinstance(first.problem.method, Cells):
+        where = ", x from {:g} to {:g}".format(*first.problem.method.window)
+    return {
+        "parameters": f"{shown} rtol={result['parameters']['rtol']:g}{where}",
+        "states": [row(*pair) for pair in zip(result["parameters"]["loads"], result["states"])],
+        **({"events": plain_data(result["events"])} if "events" in result else {}),
+    }
+
+
+def row(load, state):
+    """The numbers of a state that a table has."""
+    contact = state.zones["contact"]
+    return {
+        "load": load,
+        "contact_length": sum(right - left for left, right in contact),
+        "zones": len(contact),
+        "pressure_max": "unbounded" if unbounded(state.solution) else float(state.pressure.max()),
+        "approach": state.approach,
+        "error_estimate": state.error_estimate,
+    }
 
 
 def main(words=None):

@@ -4,8 +4,9 @@ statuses: 0 done, 2 for a bad argument, 1 for a computation that failed.
 A command is a module with ``solve(**options)``, whose default values give the types of the options; an option
 without a value says its type (``rtol: float | None = None``). `Literal` names choices. A section "Parameters"
 in the docstring of `solve`, a line each (``rtol : tolerance``), explains them. A module may have
-``figure(result)``: a figure, or {name: figure}; and ``to_dict(result)`` where its JSON object is
-not the plain data of the result. A `solve` that writes files itself takes the folder as its argument `out`;
+``figure(result)``: a figure, or {name: figure}; ``to_dict(result)`` where its JSON object is not the plain
+data of the result; and ``table(result)`` where less of it is printed. What lists of the name "warnings" hold
+goes to standard error. A `solve` that writes files itself takes the folder as its argument `out`;
 `OUT` of the module is the folder where none is named. An entry "parameters" of the object says what was
 resolved.
 """
@@ -210,8 +211,11 @@ def run(program, module, words, setup=0.0):
         resolved = plain_data(resolved) | entries.pop("parameters", {})
         entries = {"parameters": resolved, "versions": versions(), "seconds": seconds} | entries
         if place != "-":
-            print("\n".join(summary({key: entries[key] for key in entries if key not in HEAD})))
+            rest = {key: entries[key] for key in entries if key not in HEAD}
+            print("\n".join(summary(module.table(result) if hasattr(module, "table") else rest)))
         files = _draw(module, result, folder, program.split()[-1]) if folder else []
+        for sentence in dict.fromkeys(_warnings(entries)):
+            print(f"warning: {sentence}", file=sys.stderr)
         if place == "-":  # after the figures: where they fail, nothing stands on standard output
             print(json_text(entries))
         elif place:
@@ -240,6 +244,17 @@ def _entries(module, result):
         return module.to_dict(result)
     data = plain_data(result)
     return data if isinstance(data, dict) else {"states": data}
+
+
+def _warnings(data):
+    """The sentences of all lists named "warnings" within plain data, in their order."""
+    found = []
+    for name, value in data.items() if isinstance(data, dict) else enumerate(data):
+        if name == "warnings":
+            found += value or ()
+        elif isinstance(value, (dict, list)):
+            found += _warnings(value)
+    return found
 
 
 def summary(entries, within=""):

@@ -373,7 +373,11 @@ def require_numbers(**arguments: Any) -> Any:
         raise BadArgument(name, values, "must be a number, or an array (n,) of numbers") from failure
     texts = np.asarray(values).dtype.kind in "bSU"  # which numpy reads as numbers
     if texts or found.ndim > 1 or not np.all(np.abs(found) <= LARGEST):
-        raise BadArgument(name, values, "must be a finite number, or an array (n,) of such")
+        words = "must be a finite number, or an array (n,) of such"
+        if not texts and found.ndim == 1 < found.size:
+            first = int(np.argmin(np.abs(found) <= LARGEST))
+            words += f"; entry {first} is {found[first]:g}"
+        raise BadArgument(name, values, words)
     return found
 
 

@@ -108,7 +108,8 @@ def _tree(formula: str) -> Any:
     strange = PLAIN.sub("", formula, count=1)
     start = len(formula) - len(strange)
     if strange:
-        raise _Refused(start, "is beyond 500 characters" if start == 500 else "is not allowed")
+        power = ": write ** for powers" * (strange[0] == "^")
+        raise _Refused(start, "is beyond 500 characters" if start == 500 else f"is not allowed{power}")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of numbers that run into words

@@ -19,7 +19,7 @@ def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
     ----------
     path : str or path
         A file with a sample a line, x ascending; a comma, a semicolon or blanks stand between the columns.
-        The first line may be a header, which has no number in it.
+        The first line may be a header, which has no number in it; lines that begin with # are comments.
     name : str
         What the path is called in errors.
 
@@ -46,7 +46,8 @@ def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
         text = Path(path).read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError) as failure:
         raise wrong(f"is no text that can be read ({failure})") from failure
-    lines = [(place, line.strip()) for place, line in enumerate(text.splitlines(), 1) if line.strip()]
+    lines = [(place, line.strip()) for place, line in enumerate(text.splitlines(), 1)]
+    lines = [(place, line) for place, line in lines if line and line[0] != "#"]
     samples: list[tuple[float, ...]] = []
     for place, line in lines:
         values = [_number(cell) for cell in BETWEEN.split(line)]
@@ -54,9 +55,10 @@ def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
             continue  # a header
         numbers = tuple(value for value in values if value is not None and abs(value) <= LARGEST)
         if len(numbers) != 2 or len(values) != 2:
-            raise wrong(f"has {shown(line)} in line {place}")
+            comma = " (a decimal comma? write points)" * bool(re.search(r"\d,\d.*[;,\s]", line))
+            raise wrong(f"has {shown(line)} in line {place}{comma}")
         if samples and not numbers > samples[-1][:1] + (LARGEST,):
-            raise wrong(f"does not ascend in x in line {place}, {shown(line)}")
+            raise wrong(f"does not ascend in x in line {place}, {shown(line)}: sort it, average duplicates")
         samples.append(numbers)
     if len(samples) < 2:
         raise wrong(f"holds {len(samples)} samples of the two that it takes")

@@ -134,6 +134,15 @@ class Cosserat(Shown):
         curvature = 5 / 12 + 3**0.5 / 6 if couples else 1 / 6
         return cls(E=stiffness * side, nu=0.0, ell=side, beta=1.0, curvature=curvature)
 
+    def __repr__(self) -> str:
+        """The arguments, the coupling to six digits; near beta = 2, which is excluded, eta says it."""
+        near = self.beta > 1.99
+        coupling = f"eta={self.eta:.6g}" if near else f"beta={self.beta:.6g}"
+        words = f"E={self.E}, nu={self.nu}, ell={self.ell}, {coupling}, curvature={self.curvature:.6g}"
+        more = {"alpha_prime": self.alpha_prime, "beta_prime": self.beta_prime}
+        words += "".join(f", {name}={value}" for name, value in more.items() if value)
+        return f"Cosserat({words})"
+
     def summary(self) -> Summary:
         """Returns the moduli, for a notebook."""
         rows = (

@@ -204,7 +204,8 @@ class Obstacle:
         Parameters
         ----------
         x, z : arrays (n,), n >= 2
-            Abscissae, strictly ascending, and heights (lengths).
+            Abscissae, strictly ascending, and heights (lengths) of the obstacle's lower side, upwards: of a
+            profile z that was measured from above, outwards from its body, they are -z.
 
         Returns
         -------
@@ -331,7 +332,12 @@ class Samples:
                 )
         x, z = (np.array(require_numbers(**{name: getattr(self, name)})) for name in ("x", "z"))
         if x.size < 2 or not np.all(np.diff(x) > 0):
-            raise BadArgument("x", self.x, "must be a strictly ascending sequence of at least two numbers")
+            words = "must be a strictly ascending sequence of at least two numbers"
+            if x.size >= 2:
+                first = int(np.argmin(np.diff(x) > 0)) + 1
+                words += f"; entry {first} is {x[first]:g} after {x[first - 1]:g}"
+                words += ": sort it, average duplicates"
+            raise BadArgument("x", self.x, words)
         if z.shape != x.shape:
             raise BadArgument("z", self.z, f"must hold {x.size} finite numbers, one for each x")
         object.__setattr__(self, "x", x)

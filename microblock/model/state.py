@@ -455,7 +455,9 @@ class State(Shown, PlainData):
 
     @property
     def half_width(self) -> float:
-        """Half of the width of the contact."""
+        """Half of the width of the contact, counted at the middles of blocks (length): the outermost corner
+        that touches stands ell/2 inside. Under `Punch(0.5)` with ell = 0.085 the half-width is 0.5425.
+        """
         return half_widths(self.zones["contact"])[0]
 
     @property
