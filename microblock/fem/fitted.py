@@ -235,7 +235,12 @@ class FittedSolver(MeshFitter):
         coarse, best, first = None, math.inf, self._first_level(rtol)
         for order, levels in self._levels[first:]:
             for _ in range(STEPS):
-                trial = self._pass(load, zones, order, levels)
+                try:
+                    trial = self._pass(load, zones, order, levels)
+                except NotConverged as failure:  # this level's mesh, and not the estimate of the one before
+                    if best == math.inf:
+                        raise
+                    raise out_of_reach(rtol, best, f" ({failure})", load=load, iterations=passes) from None
                 passes += 1
                 state = self._state(load, trial, passes)
                 found = self._other_zones(state, trial, CONDITIONS * rtol)
