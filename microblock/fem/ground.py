@@ -15,7 +15,6 @@ from ..model.zones import runs
 SAMPLES = 4097  # places at which the obstacle is looked at for its lowest point
 WITHIN = 0.98  # of a bounded block, up to which the contact boundary may reach
 LOADS = 60  # that are tried for an approach
-NOWHERE = -math.inf, math.inf  # the bracket of a load before the first one
 FLATTEST = 0.05  # slope of log approach over log load, at least: no step is longer than 20 times what is off
 
 
@@ -90,13 +89,8 @@ class GroundSolver(Solver):
         """
         lowest = self.require_approach(approach)
         depth = approach - lowest
-        where, slope, low, high, last, state = (
-            math.log(self.solid.E_star * depth / 2),
-            1.0,
-            *NOWHERE,
-            None,
-            None,
-        )
+        where, slope, last, state = math.log(self.solid.E_star * depth / 2), 1.0, None, None
+        low, high = -math.inf, math.inf  # the bracket before the first load
         for _ in range(LOADS):
             state = at(math.exp(where), state)
             off = math.log(max(state.approach - lowest, tolerance * depth) / depth)
