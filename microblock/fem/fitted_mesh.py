@@ -42,6 +42,13 @@ class MeshFitter(GroundSolver):
 
     _last = None  # arguments of the last mesh, and the mesh
 
+    @property
+    def _instead(self):
+        """What to take where a mesh would get too large: a half-plane is no answer for a body of a size."""
+        if self.domain < math.inf:
+            return "ask for a larger rtol, or take a Body on a mesh of yours"
+        return "take HalfPlane(solid) with Cells()"
+
     @cached_property
     def _plain(self):
         """Whether one lowest place near x1 = 0 is all there is."""
@@ -111,7 +118,7 @@ class MeshFitter(GroundSolver):
                 raise NotConverged(
                     f"the obstacle has features so small or many that more than {MOST_SIZES} elements "
                     "would be "
-                    "needed to see them: take HalfPlane(solid) with Cells()"
+                    f"needed to see them: {self._instead}"
                 )
         return tuple(found)
 
@@ -147,7 +154,7 @@ class MeshFitter(GroundSolver):
             raise NotConverged(
                 f"the obstacle's features and the edges of the zones ask for some {elements * order:.2g} "
                 "contact "
-                f"nodes, and up to {MOST_NODES} are in reach: take HalfPlane(solid) with Cells()"
+                f"nodes, and up to {MOST_NODES} are in reach: {self._instead}"
             )
 
     def _features(self, ground):

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..errors import BOUNDED, BadArgument, NotConverged, require_finite
 from ..model.obstacles import heights
@@ -15,8 +14,8 @@ from ..model.zones import runs
 
 SAMPLES = 4097  # places at which the obstacle is looked at for its lowest point
 WITHIN = 0.98  # of a bounded block, up to which the contact boundary may reach
-BRACKETS = 60  # factors e of the load that are tried
-ROOT = 1e-13  # relative accuracy of a load that belongs to an approach: rounding
+LOADS = 60  # that are tried for an approach
+FLATTEST = 0.05  # slope of log approach over log load, at least: no step is longer than 20 times what is off
 
 
 @dataclass(frozen=True)
@@ -73,10 +72,13 @@ class GroundSolver(Solver):
         """The problem along x1; of a symmetric one half the body is modelled."""
         return Problem(self.solid, self.law, self.obstacle, self.symmetric)
 
-    def at_approach(self, approach, at, tolerance=ROOT):
-        """The solution `at(load)` whose approach is the one given: regula falsi on the load.
+    def at_approach(self, approach, at, tolerance):
+        """The solution `at(load, neighbour)` whose approach is the one given, to `tolerance` of the way since
+        first touch.
 
-        `tolerance` is that of the logarithm of the load.
+        Loads follow by secants of logarithms, each solution from its neighbour. The first load is what the
+        classical modulus asks for, and the first slope 1: a contact gets stiffer as it is pressed, so that
+        the load is met from below where that first one is too small.
 
         Raises
         ------
@@ -86,30 +88,21 @@ class GroundSolver(Solver):
             If no load is found.
         """
         lowest = self.require_approach(approach)
-        depth, found = approach - lowest, {}
-
-        def missing(logarithm):
-            load = math.exp(logarithm)
-            found[load] = at(load)
-            return math.log(max(found[load].approach - lowest, ROOT * depth) / depth)
-
-        first = math.log(self.solid.E_star * depth / 2)
-        low, high, where = first, first, missing(first)
-        for _ in range(BRACKETS):
-            if where < 0:
-                high += 1.0
-                if missing(high) >= 0:
-                    break
-                low = high
-            else:
-                low -= 1.0
-                if missing(low) <= 0:
-                    break
-                high = low
-        else:
-            raise NotConverged(f"no load was found for the approach {approach:g}")
-        root = brentq(missing, low, high, xtol=tolerance) if low < high else low
-        return found.get(math.exp(root)) or at(math.exp(root))
+        depth = approach - lowest
+        where, slope, last, state = math.log(self.solid.E_star * depth / 2), 1.0, None, None
+        low, high = -math.inf, math.inf  # the bracket before the first load
+        for _ in range(LOADS):
+            state = at(math.exp(where), state)
+            off = math.log(max(state.approach - lowest, tolerance * depth) / depth)
+            if abs(off) <= tolerance or high - low <= tolerance:
+                return state
+            low, high = (where, high) if off < 0 else (low, where)
+            if last is not None:
+                slope = min(max((off - last[1]) / (where - last[0]), FLATTEST), 1.0)
+            last, where = (where, off), where - off / slope
+            if not low < where < high:
+                where = (low + high) / 2
+        raise NotConverged(f"no load was found for the approach {approach:g}", reached=state.approach)
 
     def require_approach(self, approach):
         """The approach at which the first corner touches the undeformed surface, psi0 included.

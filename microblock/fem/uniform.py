@@ -45,7 +45,7 @@ class UniformSolver(GroundSolver):
         self.require_approach(approach)
         if self.reach is None:
             condensed = UniformSolver(self.contact, replace(self.options, newton=None, rule="nodal"))
-            load = condensed.at_approach(approach, lambda load: condensed.states([load])[0], ROUGH).load
+            load = condensed.at_approach(approach, lambda load, near: condensed.states([load])[0], ROUGH).load
         return self._reaching(load)._at(approach)
 
     def states(self, loads):

@@ -28,7 +28,7 @@ def by_cells(solver, found, load, rtol, failure):
     """
     # better than what cells would be tried for
     if failure.rtol_reached is not None and failure.rtol_reached < OFFERED:
-        raise failure
+        raise failure from None
     window = around(found, solver.solid.ell)
     least = FEATURE * (window[1] - window[0]) / min(found.lengths.min(initial=np.inf), window[1] - window[0])
     sizes = [size for size in FIRST * 2 ** np.arange(12) if size <= MOST]
@@ -36,14 +36,14 @@ def by_cells(solver, found, load, rtol, failure):
     if least > MOST:
         raise NotConverged(
             f"{failure}; more than {MOST} cells would be needed to see all features of the obstacle"
-        ) from failure
+        ) from None
     try:
         state = cells.upto(load, rtol if rtol >= OFFERED / 10 else OFFERED, sizes, max(4 * FIRST, least))
         if state.error_estimate > rtol:
             raise out_of_reach(rtol, min(state.error_estimate, failure.rtol_reached or np.inf), load=load)
     except MicroblockError as other:
         met = getattr(other, "rtol_reached", None) or failure.rtol_reached
-        raise NotConverged(f"{failure}; uniform cells: {other}", reached=load, rtol_reached=met) from failure
+        raise NotConverged(f"{failure}; uniform cells: {other}", reached=load, rtol_reached=met) from None
     return replace(state, notes=(f"uniform cells instead of panels ({failure})",))
 
 
@@ -58,7 +58,7 @@ def cells_follow(solver, pairs, coupled, rtol, progress, failure):
     try:
         found = CellSolver(solver.contact, Cells()).history(pairs, coupled, rtol, progress)
     except NotConverged as other:
-        raise NotConverged(f"{failure}; cells: {other}", rtol_reached=other.rtol_reached) from failure
+        raise NotConverged(f"{failure}; cells: {other}", rtol_reached=other.rtol_reached) from None
     note = f"cells instead of panels ({failure})"
     states = [FrictionState(replace(one.solution, notes=(note,))) for one in found.states]
     return History(found.problem, states, found.events)

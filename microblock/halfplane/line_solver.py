@@ -78,7 +78,7 @@ class LineSolver:
                 if objection.rtol_reached is not None:  # on zones that hold: others are none
                     raise
                 failure = objection
-        raise NotConverged(f"no zones fit at load {self.load:g}: {failure}") from failure
+        raise NotConverged(f"no zones fit at load {self.load:g}: {failure}")
 
     def _trials(self, near, allowed, rtol):
         """Zones and orders to try, the likely ones first: next to coalescence a coarse one may fit neither

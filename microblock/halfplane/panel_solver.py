@@ -144,7 +144,7 @@ class PanelSolver(Solver):
                 raise
             failure = self._reachable(load, rtol, failure)
             if not fallback:
-                raise failure
+                raise failure from None
             return by_cells(self, self._picture(load), load, rtol, failure)
 
     def _reachable(self, load, rtol, failure):
