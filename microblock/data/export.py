@@ -21,7 +21,7 @@ from ..errors import BadArgument, MissingExtra, require_numbers, require_place, 
 from ..halfspace.state import SurfaceState
 from ..model.deformable import body_of
 from ..model.events import Event, LoadPath
-from ..model.history import FrictionState, History, HistoryEvent
+from ..model.history import History, HistoryEvent
 from ..model.state import State
 from ..model.zones import contains, zone_edges
 from .records import write_records, write_text
@@ -58,13 +58,13 @@ def profile(state: AnyState) -> dict[str, np.ndarray]:
     corners = {f"pressure_{name}": own for name, own in state.pressures.items()}
     found: dict[str, ArrayLike] = {"weight": state.weights, "pressure": state.pressure, **corners}
     if isinstance(state, State):
-        place: dict[str, ArrayLike] = dict(zip(("x1", "x2"), state.solution.points.T))
+        place: dict[str, ArrayLike] = dict(zip(("x1", "x2"), state.points.T))
         found |= {"micromoment": state.micromoment, "psi": state.psi}
-        found |= {"displacement": state.solution.displacement}
+        found |= {"displacement": state.displacement}
         if body_of(state.obstacle) is not None:
             found |= {"counter_displacement": state.counter_displacement(state.x)}
-        if isinstance(state, FrictionState):
-            found |= {"shear_traction": state.shear_traction, "slip": state.slip}
+        if getattr(state, "shear", None) is not None:
+            found |= {name: np.asarray(getattr(state, name)) for name in ("shear_traction", "slip")}
     else:
         place = dict(zip(("x1", "x2", "x3"), _places(state)))
         found |= dict(zip(("m1", "m2", "psi1", "psi2"), (*state.micromoment, *state.psi)))
@@ -135,7 +135,8 @@ def _nodes(state):
     """A row {column: value} for each node of a state."""
     columns = {name: values.tolist() for name, values in profile(state).items()}
     names = ["load", "approach", "error_estimate", "energy", "residual", "method"]
-    names += ["shear", "tangential_approach", "dissipation", "work"] * isinstance(state, FrictionState)
+    rubbed = getattr(state, "shear", None) is not None
+    names += ["shear", "tangential_approach", "dissipation", "work"] * rubbed
     common = {name: getattr(state, name) for name in names} | {"warnings": "; ".join(state.warnings)}
     return [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())]
 
@@ -274,8 +275,8 @@ def _lines(state, x1):
     if state.method == "panels":  # its nodes lie in contact alone
         intervals = [zone for zones in state.zones.values() for zone in zones]
         numbers = numbers[contains(intervals, middle)]
-    elif state.solution.apart is not None:
-        numbers = numbers[~state.solution.apart]
+    elif state.apart is not None:
+        numbers = numbers[~state.apart]
     return np.column_stack((numbers, numbers + 1))
 
 

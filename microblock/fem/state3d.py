@@ -207,17 +207,17 @@ class State3D(Shown, PlainData):
         found: Array = gaps - places[:, 2] - self.approach + added
         return found
 
-    def plot(self, path: Target = None) -> Figure:
+    def plot(self, file: Target = None) -> Figure:
         """Returns a figure of the pressure, of the number of closed corners, and of the micromoment.
 
         Parameters
         ----------
-        path : str or Path, optional
+        file : str or Path, optional
             File to which the figure is written (PNG, PDF or SVG, by its ending).
         """
         from ..view.nodes_figure import draw
 
-        return saved(draw(self), path, self.warnings)
+        return saved(draw(self), file, self.warnings)
 
     def summary(self) -> Summary:
         """Returns load, approach, contact and pressure, for a notebook."""

@@ -220,25 +220,25 @@ class SurfaceState(Shown, PlainData):
         cuts = {"axis": self.along("x1"), "diagonal": self.along("diagonal")}
         return {**super().to_dict(), "profile": plain_data(cuts)}
 
-    def plot(self, path: Target = None) -> Figure:
+    def plot(self, file: Target = None) -> Figure:
         """Returns a figure of the pressure, of the number of closed corners, and of both along x1; of two
         bodies also what they are pressed in.
 
         Parameters
         ----------
-        path : str or Path, optional
+        file : str or Path, optional
             File to which the figure is written (PNG, PDF or SVG, by its ending).
         """
         from ..view.surface_figure import draw
 
-        return saved(draw(self), path, self.warnings)
+        return saved(draw(self), file, self.warnings)
 
-    def plot_blocks(self, path: Target = None) -> Figure:
+    def plot_blocks(self, file: Target = None) -> Figure:
         """Returns a figure of the rotated blocks about the contact, coloured by how many corners touch.
 
         Parameters
         ----------
-        path : str or Path, optional
+        file : str or Path, optional
             File to which the figure is written (PNG, PDF or SVG, by its ending).
 
         Raises
@@ -248,7 +248,7 @@ class SurfaceState(Shown, PlainData):
         """
         from ..view.surface_blocks import draw
 
-        return saved(draw(self), path, self.warnings)
+        return saved(draw(self), file, self.warnings)
 
     def summary(self) -> Summary:
         """Returns load, approach, contact, pressure and error, for a notebook."""

@@ -28,6 +28,7 @@ Tilt: TypeAlias = float | Callable[[AnyArray, AnyArray], ArrayLike]  # a rotatio
 Interval: TypeAlias = tuple[float, float]  # (left, right) of x1
 Target: TypeAlias = "str | PathLike[str] | None"  # file of a figure
 Zones: TypeAlias = dict[str, list[Interval]]  # by the name of the zone
+ZoneErrors: TypeAlias = "dict[str, list[Interval] | None]"  # of the left and right ends, by the zone's name
 CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]  # by the number of the corner
 AngledLaw: TypeAlias = "Microblock"  # one whose psi0 is a function
 

@@ -12,6 +12,7 @@ from matplotlib.legend_handler import HandlerTuple
 from matplotlib.patches import Patch
 
 from ..model.closed_forms import hertz
+from ..model.deformable import shape_of
 from . import blocks, plots
 
 
@@ -449,12 +450,24 @@ class BlocksPanel:
         return [(self.axis, artist) for artist in artists]
 
 
+@plots.styled()
+def draw_pressures(axis, state, window=None):
+    """The figure of an axis, into which the pressures of the corners of a state are drawn."""
+    drawing, axis = plots.in_place(axis)
+    surface = state.surface(window or _around(state.zones["contact"], state.solid.ell))
+    for corner, row in zip(surface.corners, surface.pressures):
+        look = {"color": colour_of(corner), "linestyle": CORNER_LINES.get(corner, "-")}
+        axis.plot(*blocks.interrupted(surface, surface.x, row), **look, label=rf"$p_{{\rm {corner}}}$")
+    axis.set(xlabel="$x_1$ (length)", ylabel=LABELS["pressure"])
+    return drawing
+
+
 class BlocksFigure:
     """The rotated blocks alone; as `StateFigure`."""
 
-    def __init__(self, corners):
+    def __init__(self, corners, axis=None):
         with plots.styled():
-            self.drawing, axis = plots.figure(width=PAGE.size[0], height=3.6)
+            self.drawing, axis = plots.in_place(axis, width=PAGE.size[0], height=3.6)
             self.panel = BlocksPanel(axis, corners)
 
     def update(self, state, window=None):
@@ -501,12 +514,10 @@ def unbounded(state):
     """Places x1 within the contact at which the pressure is infinite: where a corner meets an end or an edge
     of the obstacle.
     """
-    law, ell, zones = state.law, state.solid.ell, state.solution.zones_by_name
-    shifts = dict(zip(law.corners, law.shifts(ell)))
-    kinks, jumps, ends = (
-        getattr(state.solution.problem.obstacle, name, ()) for name in ("kinks", "jumps", "ends")
-    )
+    ell, zones = state.solid.ell, state.solution.zones_by_name
+    kinks, jumps, ends = (getattr(shape_of(state.obstacle), name, ()) for name in ("kinks", "jumps", "ends"))
     points = [*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends]
+    shifts = dict(zip(state.pressures, state.law.shifts(ell))) if points else {}
     margin = NEAR * ell
     return sorted(
         {
