@@ -250,7 +250,10 @@ class Contact(Shown):
         if rtol is not None:
             require_tolerance(rtol)
         if initial is not None:
-            require_kind(self.solver.state_class, f"a {self.solver.state_class.__name__}", initial=initial)
+            require_kind(State, "a State", initial=initial)
+            kind = None if initial.flat else "nodes" if initial.shape is None else "cells"
+            if kind != self.solver.in_space:
+                raise BadArgument("initial", initial, "must be a State of the same kind of body")
 
     def path(self, load: float, *, rtol: float | None = None, progress: bool = False) -> LoadPath:
         """Returns the load path from first touch to a load: its `events`, and states `at` any load.

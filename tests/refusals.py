@@ -196,7 +196,6 @@ NAMED = {
     "drawn": (
         "State.plot.file State.plot_blocks.file State.plot_below.file State.plot_body.file History.plot.file "
         "LoadPath.plot.file "
-        "SurfaceState.plot.file SurfaceState.plot_blocks.file State3D.plot.file"
     ),
 }
 ARGUMENTS = {name: kind for kind, names in NAMED.items() for name in names.split()}
@@ -247,7 +246,7 @@ CALLS = {
     **{f"state('{kind}').gap_at": "corner='A', x=0.0" for kind in ("panels", "cells", "fitted", "condensed")},
     **{f"state('{kind}').counter_displacement": "x=0.0" for kind in ("panels", "cells", "condensed")},
     **{f"state('{kind}').surface": "" for kind in ("panels", "condensed")},
-    "state('half-space').pressure_at": "points=np.zeros((1, 2))",
+    "state('half-space').pressure_at": "x=np.zeros((1, 2))",
     "state('half-space').along": "direction='x1'",
     **{f"state('{kind}').plot": "" for kind in ("panels", "half-space", "space")},
     **{f"state('{kind}').plot_blocks": "" for kind in ("panels", "half-space")},
@@ -303,8 +302,8 @@ LEFT_OUT = {
         "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height "
         "Wave.height Wedge.height",
         # results, which the program makes, and errors, which it raises
-        "State SurfaceState State3D History HistoryEvent LoadPath Event.kind Event.zone "
-        "SurfaceState.interpolated MicroblockError BadArgument NotConverged MissingExtra",
+        "State History HistoryEvent LoadPath Event.kind Event.zone "
+        "MicroblockError BadArgument NotConverged MissingExtra",
         # abstract: those of panels, fitted meshes and nodes have rows
         "LoadPath.at",
     )
@@ -418,7 +417,7 @@ def uncovered(rows):
     """Arguments of the public names that no row gives a bad value."""
     called = {row[:2] for row in rows if row[0] in CALLS}
     seen = {whole(evaluated(call), name) for call, names in called for name in names.split(", ")}
-    names = [*(getattr(mb, name) for name in mb.__all__), *map(type, map(state, ("half-space", "space")))]
+    names = [*(getattr(mb, name) for name in mb.__all__)]
     public = {name: call for each in names for name, call in functions(each).items()}
     return sorted(
         f"{call}.{name}"

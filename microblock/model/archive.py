@@ -140,7 +140,9 @@ def _packed(value: Any, arrays: list[AnyArray]) -> Any:
         if isinstance(value, kind):
             parts = {name: _packed(getattr(value, name), arrays) for name in names}
             if kind is State:
-                own = {"along": value.surface(), "zones_by_name": value.solution.zones_by_name}
+                own = {"along": None, "zones_by_name": None}
+                if value.flat:
+                    own = {"along": value.surface(), "zones_by_name": value.solution.zones_by_name}
                 parts |= {name: _packed(one, arrays) for name, one in own.items()}
             return {"class": [kind.__module__, kind.__name__], "parts": parts}
     if type(value).__module__.startswith(f"{PACKAGE}."):

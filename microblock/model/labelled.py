@@ -16,12 +16,27 @@ FORCE, LENGTH, STRESS, MOMENT = "force per thickness", "length", "stress", "stre
 UNITS = {
     **dict.fromkeys(("load", "load_error", "normal", "shear"), FORCE),
     **dict.fromkeys(("approach", "half_width", "contact_area", "x", "weights", "displacement"), LENGTH),
-    **dict.fromkeys(("slip", "tangential_approach", "x1", "x2", "x3", "zones"), LENGTH),
+    **dict.fromkeys(
+        (
+            "slip",
+            "tangential_approach",
+            "x1",
+            "x2",
+            "x3",
+            "zones",
+            "points",
+            "opposite",
+            "width",
+            "seen_width",
+        ),
+        LENGTH,
+    ),
     **dict.fromkeys(("pressure", "pressures", "shear_traction"), STRESS),
     **dict.fromkeys(("energy", "dissipation", "work"), "energy per thickness"),
     "micromoment": MOMENT,
     "psi": "radian",
 }
+MAY_LACK = "approach", "error_estimate", "tangential_approach", "seen_width"  # numbers, NaN where unknown
 # of three dimensions, where that is another one
 IN_SPACE = {"load": "force", "energy": "energy", **dict.fromkeys(("contact_area", "weights"), "length^2")}
 
@@ -50,10 +65,12 @@ def data_set(result: State | LoadPath | History) -> Any:
 
 def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:
     """Variables, coordinates and attributes of the data set of a state."""
-    units = UNITS if state.zones else UNITS | IN_SPACE
-    axes, along = {"x": state.x}, ("x",)
-    found: dict[str, Any] = {}
-    shape = (len(state.weights),)
+    units, found = UNITS if state.flat else UNITS | IN_SPACE, dict[str, Any]()
+    along: tuple[str, ...] = ("x",) if state.flat else ("point",)
+    places: dict[str, Any] = {"x": state.x} if state.flat else dict(zip(("x1", "x2", "x3"), state.points.T))
+    shape = state.shape or (len(state.weights),)
+    if state.shape:
+        along, places = ("x1", "x2"), {"x1": state.x1, "x2": state.x2}
     texts = {"method": state.method, "caption": state.caption, "warnings": "; ".join(state.warnings)}
     for name in (*state.listed, "displacement"):
         value = getattr(state, name)
@@ -63,13 +80,15 @@ def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, s
         elif name == "zones":
             for zone, pairs in value.items():
                 found[f"zone_{zone}"] = (f"of_{zone}", "end"), np.reshape(pairs, (-1, 2)), unit
-        elif isinstance(value, np.ndarray) and name not in axes:
+        elif isinstance(value, np.ndarray) and name not in ("x", "x1", "x2", "points"):
             more = ("component",) * (value.ndim - 1)
             found[name] = (*along, *more), np.reshape(value, (*shape, *value.shape[1:])), unit
-        elif isinstance(value, (int, float)) or (value is None and name in units):
+        elif isinstance(value, (int, float)) or (value is None and name in MAY_LACK):
             found[name] = (), np.nan if value is None else value, unit
-    places = {name: (name, values, {"units": LENGTH}) for name, values in axes.items()}
-    return found, {**places, "corner": [*state.pressures], "end": ["left", "right"]}, texts
+    known = {
+        name: (name if name in along else "point", one, {"units": LENGTH}) for name, one in places.items()
+    }
+    return found, {**known, "corner": [*state.pressures], "end": ["left", "right"]}, texts
 
 
 def _numbered(data: Any) -> Any:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair
+from .deformable import body_of
 from .material import Cosserat, Elastic, hertz_scales
 from .obstacles import Cylinder, gap, returned
 from .plain_data import PlainData, plain_data
@@ -22,6 +23,7 @@ from .types import (
     ContactLike,
     Flags,
     Function,
+    Integers,
     Interval,
     LawLike,
     ObstacleLike,
@@ -43,6 +45,7 @@ ROUGH = 0.1  # error estimate from which a state says that it is rough
 STEEP = 0.2
 # nodes across a zone, whose edges half a spacing may misplace by 1/16 of its width
 FEWEST = 9
+NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
 # of the contact's width, over which the obstacle's slope at an edge is taken
 NEXT_TO = 1e-6
 
@@ -221,7 +224,7 @@ class Solution:
 
     def counter_displacement(self, x: Array) -> Array:
         """Returns the displacement along x2 of the surface of a second body at x, array (n,) (length)."""
-        return np.zeros_like(x)
+        return np.zeros(len(x))
 
     def moved_on(self, earlier: Solution, share: float) -> Solution:
         """Returns this solution, moved on by a share of the way from an earlier one if that helps to find the
@@ -271,6 +274,9 @@ class LineSolution(Solution):
 class State(Shown, PlainData):
     """A contact state, of whatever body, law and method.
 
+    What follows is that of the plane; in three dimensions forces stand for forces per thickness, and areas
+    for lengths, see the notes.
+
     Attributes
     ----------
     problem : Contact
@@ -292,6 +298,8 @@ class State(Shown, PlainData):
         the law prescribes psi, the micromoment is the reaction to it.
     pressures : dict of arrays (n,)
         Pressures of the corners: {"A": ..., "B": ...}, or {"C": ...} of laws without corners.
+    closed : array (n,) of int
+        Number of corners with a pressure.
     rotation : array (n,)
         Rotation of the blocks (radians): psi0 + psi, or psi alone where psi0 acts in the levers only.
     zones : dict of lists of (left, right)
@@ -341,8 +349,40 @@ class State(Shown, PlainData):
         Errors of the edges of `zones` in their order: {name: [(left, right), ...]} (lengths), and None for a
         name of which the coarser discretisation had another number of zones. None as a whole where a
         method does not estimate them.
+    opposite : array (n,) or None
+        Displacement along x2 of the surface of a second body (`Deformable`) at `x`; None of a rigid obstacle.
     solution : Solution
         What the method itself has computed, which knows what lies between the points.
+
+    Notes
+    -----
+    In three dimensions a state has the following instead:
+
+    points, normals : arrays (n, 3)
+        Centres of cells, row after row, or nodes of the contact boundary, and unit normals there.
+    weights : array (n,)
+        Areas: ``weights @ pressure`` is the load (on a part of a symmetric body that of the part).
+    micromoment, psi : arrays (n, 2)
+        M1 and M2 of the corners' forces, or the reaction to psi = 0, and microrotations about x1 and x2.
+    pressures : dict of arrays (n,)
+        Of the corners "--", "-+", "+-", "++" (signs of x1 and x2 from the block's middle), or {"C": ...}.
+        Where all four corners of a block are closed their forces are not unique: four forces act on three
+        degrees of freedom. `pressure` and `micromoment`, their resultants, are; `pressures` are those of
+        least norm.
+    closed : array (n,) of int
+        Number of closed corners: those with a force, and all four where no gap is open.
+    contact_area : float
+        Area on which a corner touches (length^2).
+    shape, x1, x2, width
+        Of cells: their numbers (n1, n2) along either axis, centres along either axis, arrays (n1,) and (n2,),
+        and the side of one (length). Of nodes `x1` and `x2` are those of `points`, the others None.
+    triangles : array (m, 3) of int, or None
+        Numbers of nodes, of triangles between them.
+    seen_width : float or None
+        Diameter of a disc that is always seen, within the cells and as far again on all sides of them, if the
+        obstacle is lower there than as far again around it (length). Narrower summits may be missed.
+    zones, half_width, x, rotation
+        None.
 
     Examples
     --------
@@ -371,6 +411,12 @@ class State(Shown, PlainData):
     psi: Array
     displacement: Array
     apart: Flags | None
+    shape: tuple[int, int] | None
+    x1: Array | None
+    x2: Array | None
+    triangles: Integers | None
+    width: float | None
+    seen_width: float | None
     error_estimate: float | None
     shear: float | None
     dissipation: float | None
@@ -387,6 +433,11 @@ class State(Shown, PlainData):
     )
     _of_friction = (
         *("shear", "dissipation", "work", "tangential_approach", "zone_errors", "shear_traction", "slip"),
+    )
+    _in_space = (
+        *("load", "approach", "contact_area", "energy", "error_estimate", "residual", "iterations"),
+        *("unknowns", "method", "warnings", "seen_width", "width", "shape", "x1", "x2", "points", "weights"),
+        *("pressure", "pressures", "micromoment", "psi", "displacement", "opposite", "closed"),
     )
 
     def __init__(self, solution: Any, **given: Any) -> None:
@@ -413,8 +464,15 @@ class State(Shown, PlainData):
         return (*(entry.name for entry in fields(cls)), *computed)
 
     @property
+    def flat(self) -> bool:
+        """Whether the state is one of the plane."""
+        return "zones" not in vars(self) or self.zones is not None
+
+    @property
     def listed(self) -> tuple[str, ...]:
         """Names of what `to_dict` has."""
+        if not self.flat:
+            return self._in_space
         return self._keys if self.shear is None else (*self._keys, *self._of_friction)
 
     @cached_property
@@ -458,6 +516,11 @@ class State(Shown, PlainData):
         return _to_read(np.sum(list(self.pressures.values()), axis=0))
 
     @cached_property
+    def closed(self) -> Integers:
+        """Number of closed corners at the points, array (n,)."""
+        return cast(Integers, np.sum([own > 0 for own in self.pressures.values()], axis=0))
+
+    @cached_property
     def zones(self) -> Zones:
         """Intervals of x1 by the name of the zone."""
         period, found = self.solution.period, Named("zone", {})
@@ -490,8 +553,19 @@ class State(Shown, PlainData):
         return self.psi + self.law.initial_rotation(self.x)
 
     @cached_property
+    def opposite(self) -> Array | None:
+        """Displacement of the surface of a second body at the points, array (n,), or None."""
+        deforms = body_of(self.obstacle) is not None
+        return self.solution.counter_displacement(self.x) if deforms else None
+
+    @cached_property
     def warnings(self) -> list[str]:
         """Sentences on what limits the validity of the state."""
+        known = [*self.solution.remarks(), *self.solution.notes]
+        return [*(self._beyond_small_strain() if self.flat else ()), *known]
+
+    def _beyond_small_strain(self) -> list[str]:
+        """Returns sentences on the rotations, slopes and sizes of a state of the plane."""
         ell, found = 0.0 if isinstance(self.solid, Elastic) else self.solid.ell, []
         largest = float(np.abs(self.rotation).max(initial=0.0))
         if largest > LARGE_ROTATION:
@@ -506,7 +580,7 @@ class State(Shown, PlainData):
         contact = self.zones["contact"]
         if contact and self.solution.has_edges and contact[-1][1] - contact[0][0] < 2 * ell:
             found.append("blocks are larger than the half-width of the contact")
-        return [*found, *self.solution.remarks(), *self.solution.notes]
+        return found
 
     def _slope(self) -> float:
         """Returns the largest slope of the obstacle at an edge of the contact."""
@@ -523,20 +597,21 @@ class State(Shown, PlainData):
 
         Parameters
         ----------
-        x : float or array (n,)
-            Abscissae x1 (lengths).
+        x : float or array (n,), in three dimensions array (n, 2) or (n, 3)
+            Abscissae x1, or x1 and x2 of places on the surface (lengths).
         corner : str, optional
             Name of the corner; without it the pressures of all corners are summed.
 
         Returns
         -------
         array (n,), or a float for one number
-            Stresses; 0 outside the contact.
+            Stresses; 0 outside the contact. In three dimensions they are linear along either axis between the
+            centres of cells, and on triangles between nodes.
 
         Raises
         ------
         BadArgument
-            If the law has no such corner.
+            If x is no such array of finite numbers, or the law has no such corner.
 
         Examples
         --------
@@ -545,11 +620,10 @@ class State(Shown, PlainData):
         >>> state.pressure_at([0.0, 1.0]).round(2).tolist()
         [2.01, 0.0]
         """
-        places = require_numbers(x=x)
-        if corner is not None:
-            return _like(x, self.solution.pressure(self._number(corner), places))
-        own = (self.solution.pressure(index, places) for index in range(len(self.pressures)))
-        return _like(x, sum(own, np.zeros(len(places))))
+        places = self._places(x)
+        numbers = range(len(self.pressures)) if corner is None else [self._number(corner)]
+        found = sum((self.solution.pressure(number, places) for number in numbers), np.zeros(len(places)))
+        return _like(x, found) if self.flat else found
 
     def gap_at(self, corner: str, x: ArrayLike) -> Array:
         """Returns the gap (22) of a corner at x.
@@ -569,7 +643,7 @@ class State(Shown, PlainData):
         Raises
         ------
         BadArgument
-            If the law has no such corner.
+            If the law has no such corner, or the state is one of three dimensions.
 
         Examples
         --------
@@ -578,15 +652,17 @@ class State(Shown, PlainData):
         >>> bool(state.gap_at("C", 1.0) > 0)
         True
         """
+        self._require_flat("gap between its points")
         return _like(x, self.solution.gap(self._number(corner), require_numbers(x=x)))
 
     def counter_displacement(self, x: ArrayLike) -> Array | float:
-        """Returns the displacement along x2 of the surface of a second body (`Deformable`).
+        """Returns the displacement of the surface of a second body (`Deformable`) along x2, in three
+        dimensions along x3.
 
         Parameters
         ----------
-        x : array (n,) or float
-            Abscissae x1 (lengths).
+        x : array (n,) or float, in three dimensions array (n, 2) or (n, 3)
+            Abscissae x1, or x1 and x2 (lengths).
 
         Returns
         -------
@@ -602,7 +678,69 @@ class State(Shown, PlainData):
         >>> bool(state.counter_displacement(0.0) > state.counter_displacement(1.0))
         True
         """
-        return _like(x, self.solution.counter_displacement(require_numbers(x=x)))
+        found = self.solution.counter_displacement(self._places(x))
+        return _like(x, found) if self.flat else found
+
+    def _window(self, window: Interval | None) -> Interval | None:
+        """Returns the window as a pair of floats, or None; raises BadArgument unless it is an interval of the
+        plane.
+        """
+        if window is not None and not self.flat:
+            raise BadArgument("window", window, "is an interval of x1, which a state of the plane has")
+        return None if window is None else require_pair(window=window)
+
+    def _require_flat(self, what: str) -> None:
+        if not self.flat:
+            raise BadArgument("method", self.method, f"has no {what} in three dimensions")
+
+    def _places(self, x: ArrayLike) -> Array:
+        """Returns abscissae, array (n,), or places in three dimensions, array (n, 2) or (n, 3)."""
+        if self.flat:
+            return cast(Array, require_numbers(x=x))
+        try:
+            found = np.asarray(x, float)
+        except (TypeError, ValueError, OverflowError):
+            found = np.empty(0)
+        if found.ndim != 2 or found.shape[1] not in (2, 3) or not np.isfinite(found).all():
+            raise BadArgument("points", x, "must be an array (k, 2) or (k, 3) of finite numbers")
+        return found
+
+    def along(self, direction: str) -> dict[str, Array]:
+        """Returns a state on cells in three dimensions along a line through the middle of the cells.
+
+        Parameters
+        ----------
+        direction : "x1" or "diagonal"
+
+        Returns
+        -------
+        dict of arrays (n,)
+            "x1" (abscissae), "pressure", "m1", "m2", "psi1", "psi2".
+
+        Raises
+        ------
+        BadArgument
+            If the direction is none of these, or the state not one on cells in three dimensions.
+
+        Notes
+        -----
+        With an even number of cells the axis runs between two rows, of which the mean is taken.
+        """
+        require_choice(("x1", "diagonal"), direction=direction)
+        if self.shape is None:
+            raise BadArgument("direction", direction, "belongs to cells in three dimensions")
+        n = self.shape[0]
+        rows = [n // 2] if n % 2 else [n // 2 - 1, n // 2]
+        fields = {"pressure": self.pressure} | {
+            f"{name}{i + 1}": values[:, i]
+            for name, values in (("m", self.micromoment), ("psi", self.psi))
+            for i in (0, 1)
+        }
+        found = {"x1": cast(Array, self.x1)}
+        for name, values in fields.items():
+            cells = values.reshape(self.shape)
+            found[name] = np.diagonal(cells) if direction == "diagonal" else cells[:, rows].mean(axis=1)
+        return found
 
     def _number(self, corner: str) -> int:
         require_choice(self.pressures, corner=corner)
@@ -629,11 +767,7 @@ class State(Shown, PlainData):
         (2,)
         """
         if not hasattr(self.solution, "fields"):
-            raise BadArgument(
-                "method",
-                self.method,
-                "has no fields below the surface; finite elements and panels without friction have",
-            )
+            raise BadArgument("method", self.method, NO_FIELDS)
         return cast("Callable[..., Any]", self.solution.fields)
 
     def reaction(self, boundary: str) -> tuple[Array, float]:
@@ -668,7 +802,7 @@ class State(Shown, PlainData):
         return cast("tuple[Array, float]", self.solution.reaction_on(boundary))
 
     def surface(self, window: Interval | None = None) -> Surface:
-        """Returns the Surface in and around the contact: gaps, normal displacement, obstacle.
+        """Returns the Surface in and around the contact of the plane: gaps, normal displacement, obstacle.
 
         Parameters
         ----------
@@ -679,7 +813,8 @@ class State(Shown, PlainData):
         -------
         Surface
         """
-        return cast(Surface, self.solution.surface(_window(window)))
+        self._require_flat("surface along x1")
+        return cast(Surface, self.solution.surface(self._window(window)))
 
     @cached_property
     def caption(self) -> str:
@@ -698,7 +833,8 @@ class State(Shown, PlainData):
             The numbers, texts, zones and arrays among the attributes, by their names: arrays and intervals
             are lists, and a number that is NaN or infinite is None. "profile" has the arrays once more as
             columns of one table: "x", "weight", "pressure", "pressure_A", "pressure_B" (None of laws
-            without corners), "micromoment", "psi", with friction "shear" and "slip".
+            without corners), "micromoment", "psi", with friction "shear" and "slip"; of cells in three
+            dimensions it has the state `along` the axis x1 ("axis") and along the "diagonal".
 
         Examples
         --------
@@ -709,6 +845,9 @@ class State(Shown, PlainData):
         (1.0, None, True)
         """
         data = {name: plain_data(getattr(self, name)) for name in self.listed}
+        if not self.flat:
+            cuts = {"axis": "x1", "diagonal": "diagonal"} if self.shape else {}
+            return {**data, "profile": {name: plain_data(self.along(cut)) for name, cut in cuts.items()}}
         corners = {f"pressure_{name}": data["pressures"].get(name) for name in "AB"}
         columns = {"x": data["x"], "weight": data["weights"], "pressure": data["pressure"], **corners}
         columns |= {"micromoment": data["micromoment"], "psi": data["psi"]}
@@ -722,43 +861,44 @@ class State(Shown, PlainData):
         named = {name: f"corner {name} closed" for name in corners}
         named |= {"full": "both closed" if len(corners) == 2 else "all closed"} if corners else {}
         named |= {"contact": "contact"}
+        force, known = "force per thickness" if self.flat else "force", self.approach is not None
+        moments = np.linalg.norm(self.micromoment.reshape(len(self.weights), -1), axis=1)
         rows = [
             Row("method", "", self.method, f"{self.unknowns} unknowns"),
-            Row("load", "P", self.load, "force per thickness"),
-            Row(
-                "approach",
-                "d",
-                self.approach,
-                "length" if self.approach is not None else "arbitrary on a half-plane",
-            ),
+            Row("load", "P", self.load, force),
+            Row("approach", "d", self.approach, "length" if known else "arbitrary on a half-plane"),
             Row("largest nodal pressure", "p", float(self.pressure.max()), "stress"),
-            Row("largest nodal micromoment", "|M|", float(np.abs(self.micromoment).max()), "stress x length"),
-            Row(
-                "largest rotation of a block",
-                "|&psi;<sub>0</sub> + &psi;|",
-                math.degrees(np.abs(self.rotation).max()),
-                "degrees",
-            ),
-            *(Row(named[name], "", intervals(self.zones[name]), "x1, length") for name in named),
-            *scales(self.obstacle, self.solid, self.load),
+            Row("largest nodal micromoment", "|M|", float(moments.max()), "stress x length"),
             Row("error estimate", "", self.error_estimate, "relative, of p and M in L2"),
         ]
+        if self.flat:
+            turned = math.degrees(np.abs(self.rotation).max())
+            rows[5:5] = [
+                Row("largest rotation of a block", "|&psi;<sub>0</sub> + &psi;|", turned, "degrees"),
+                *(Row(named[name], "", intervals(self.zones[name]), "x1, length") for name in named),
+                *scales(self.obstacle, self.solid, self.load),
+            ]
+        else:
+            rows += [
+                Row("area of contact", "", self.contact_area, "length^2"),
+                Row("narrowest summit seen", "", self.seen_width, "length"),
+                Row("largest relative residual", "", self.residual),
+            ]
         if self.shear_traction is not None:
             rows += [
                 Row("shear force", "Q", self.shear, "force per thickness"),
                 Row("largest shear traction", "|q|", float(np.abs(self.shear_traction).max()), "stress"),
                 Row("dissipation", "", self.dissipation, "energy per thickness"),
             ]
-        brief = (
-            f"load {number(self.load)}, contact {intervals(self.zones['contact'])}, "
-            f"error estimate {number(self.error_estimate)}"
-        )
+        contact = intervals(self.zones["contact"]) if self.flat else f"area {number(self.contact_area)}"
+        brief = f"load {number(self.load)}, contact {contact}, error estimate {number(self.error_estimate)}"
         title = "Contact state" if self.shear is None else "Contact state with friction"
         return Summary(title, brief, tuple(rows), tuple(self.warnings))
 
     def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
         """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and the rotated blocks
-        over x1.
+        over x1; in three dimensions of the pressure and of the number of closed corners, from above, with
+        cuts through cells, or with the micromoment at nodes.
 
         Parameters
         ----------
@@ -767,7 +907,7 @@ class State(Shown, PlainData):
         ax : matplotlib.axes.Axes, optional
             Where to draw the pressures alone, in place of a figure of its own.
         window : (left, right), optional
-            Interval of x1; without it the contact and its surroundings are shown.
+            Interval of x1 in the plane; without it the contact and its surroundings are shown.
 
         Returns
         -------
@@ -780,30 +920,45 @@ class State(Shown, PlainData):
         >>> figure = state.plot("state.pdf")
         >>> _ = state.plot(ax=figure.axes[0])
         """
-        from ..view import state_figure  # here: whoever does not draw does not load matplotlib
+        from ..view import nodes_figure, state_figure, surface_figure  # here: not without a picture
 
+        window = self._window(window)
+        if not self.flat:
+            drawn = (nodes_figure if self.shape is None else surface_figure).draw(self, ax)
+            return self._saved(drawn, file, ax)
         if ax is not None:
-            return self._saved(state_figure.draw_pressures(ax, self, _window(window)), file, ax)
-        figure = state_figure.StateFigure(tuple(self.pressures)).update(self, _window(window))
+            return self._saved(state_figure.draw_pressures(ax, self, window), file, ax)
+        figure = state_figure.StateFigure(tuple(self.pressures)).update(self, window)
         return self._saved(figure.drawing, file, ax)
 
     def plot_blocks(
         self, file: Target = None, ax: Axes | None = None, window: Interval | None = None
     ) -> Figure:
-        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper.
+        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper; of cells in
+        three dimensions coloured by how many corners touch.
 
         Parameters
         ----------
         file, ax, window : optional
-            As of `plot`.
+            As of `plot`; in three dimensions the axis has to be one, too.
 
         Returns
         -------
         matplotlib.figure.Figure
+
+        Raises
+        ------
+        BadArgument
+            In three dimensions, if the law has no blocks, or the state is one of nodes.
         """
+        from ..view import surface_blocks
         from ..view.state_figure import BlocksFigure
 
-        figure = BlocksFigure(tuple(self.pressures), ax).update(self, _window(window))
+        window = self._window(window)
+        if not self.flat:
+            return self._saved(surface_blocks.draw(self, ax), file, ax)
+
+        figure = BlocksFigure(tuple(self.pressures), ax).update(self, window)
         return self._saved(figure.drawing, file, ax)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
@@ -825,7 +980,8 @@ class State(Shown, PlainData):
         BadArgument
             If the state is one on cells, or the field unknown.
         """
-        self.fields  # which raises BadArgument where there are none
+        if not hasattr(self.solution, "fields_below"):
+            raise BadArgument("method", self.method, NO_FIELDS)
         from ..view.below import draw_below
 
         return self._saved(draw_below(self, field, ax), file, ax, "\ncontact in black")
@@ -847,6 +1003,7 @@ class State(Shown, PlainData):
         BadArgument
             If the body has no mesh, or the field is unknown.
         """
+        self._require_flat("picture of all of the body")
         if not hasattr(self.solution, "reaction_on"):
             raise BadArgument("method", self.method, "has no mesh to show; use plot_below")
         from ..view.below import draw_body
@@ -858,14 +1015,30 @@ class State(Shown, PlainData):
         return saved(drawing, file, *(() if ax is not None else (self.warnings, self.caption + more)))
 
 
+def in_space(solution: Any, points: Array, weights: Array, **given: Any) -> State:
+    """Returns a state of three dimensions, at points, array (n, 3), that stand for areas, array (n,).
+
+    Of the solution the `pressures` of corners, `psi` and `micromoment` about x1 and x2, `displacement` and
+    the number of `closed` corners are taken, arrays whose last axes are those of the points.
+    """
+    names, count = solution.solver.surface_law.names, len(points)
+    vectors = {name: getattr(solution, name).reshape(2, count).T for name in ("psi", "micromoment")}
+    scalars = {name: getattr(solution, name).ravel() for name in ("displacement", "closed")}
+    pressures = Named("corner", zip(names, map(_to_read, solution.pressures.reshape(-1, count))))
+    found = {"points": points, "normals": np.tile([0.0, 0.0, 1.0], (count, 1)), "weights": weights}
+    arrays = {name: _to_read(values) for name, values in (found | vectors | scalars).items()}
+    area = float(weights[scalars["closed"] > 0].sum())
+    return State(
+        solution,
+        **(arrays | dict.fromkeys(("zones", "half_width", "x", "rotation")) | given),
+        pressures=pressures,
+        contact_area=area,
+    )
+
+
 def _like(x: ArrayLike, found: Array) -> Array:
     """Returns values at x in its shape: of one number a float."""
     return np.reshape(found, np.shape(x))[()]
-
-
-def _window(window: Interval | None) -> Interval | None:
-    """Returns the window as a pair of floats; raises BadArgument unless it is (left, right), or None."""
-    return None if window is None else require_pair(window=window)
 
 
 def _to_read(values: ArrayLike) -> Array:
