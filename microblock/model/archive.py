@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Callable, Iterable
 from dataclasses import fields, is_dataclass
+from functools import partial
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
@@ -30,44 +31,21 @@ NAMES: dict[Any, Iterable[str]] = {
 }
 
 
-class NotInFile(BadArgument, AttributeError):  # type: ignore[misc]
-    """What a file does not have was asked for."""
+class Absent:
+    """What is not in a file: a function or a mesh, or what lies between the points of a state. It has what is
+    known of it, and refuses everything else by name.
+    """
 
-
-class Lost:
-    """What is no data, a function or a mesh: a file has its name alone."""
-
-    def __init__(self, text: str) -> None:
-        self.text = text
+    def __init__(self, text: str, **known: Any) -> None:
+        vars(self).update(known, text=text)
 
     def __repr__(self) -> str:
-        return self.text
+        return str(vars(self)["text"])
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        raise NotInFile("file", self.text, f"is in it by name alone, and has no {name}")
-
-
-class Stored:
-    """The solution of a state from a file, which does not know what lies between the points."""
-
-    def __init__(self, along: Surface | None, zones_by_name: Zones | None) -> None:
-        self.along, self.zones_by_name = along, zones_by_name
-
-    def surface(self, window: Interval | None = None) -> Surface | None:
-        """Returns the Surface that was written, whatever the window."""
-        return self.along
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        raise BadArgument(
-            "state",
-            "from a file",
-            f"has its arrays alone, at its points, and no {name} between them: interpolate the arrays, or "
-            "solve its problem again",
-        )
+        raise BadArgument("file", repr(self), f"is not in it as data: there is no {name}; solve it again")
 
 
 def save(result: Any, file: str | os.PathLike[str]) -> None:
@@ -153,7 +131,7 @@ def _packed(value: Any, arrays: list[AnyArray]) -> Any:
         parts = {name: _packed(getattr(value, name), arrays) for name in names}
         if '{"lost": ' not in json.dumps(parts):
             return {"class": [type(value).__module__, type(value).__qualname__], "parts": parts}
-    return {"lost": repr(value) if isinstance(value, Lost) else short(value)}
+    return {"lost": repr(value) if isinstance(value, Absent) else short(value)}
 
 
 def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
@@ -163,7 +141,7 @@ def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
     if "array" in tree:
         return arrays[tree["array"]]
     if "lost" in tree:
-        return Lost(tree["lost"])
+        return Absent(tree["lost"], kinks=(), jumps=(), ends=())
     if "dict" in tree:
         found = {name: _unpacked(one, arrays) for name, one in tree["dict"]}
         return found if tree["of"] is None else Named(tree["of"], found)
@@ -179,7 +157,13 @@ def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
 
 
 def _state(along: Surface | None, zones_by_name: Zones | None, **parts: Any) -> State:
-    return State(Stored(along, zones_by_name), **parts)
+    known = {"surface": partial(_written, along), "zones_by_name": zones_by_name}
+    return State(Absent("what lies between the points of a state", **known), **parts)
+
+
+def _written(along: Surface | None, window: Interval | None) -> Surface | None:
+    """Returns the Surface that was written, whatever the window."""
+    return along
 
 
 def _path(problem: Any, last: float, rtol: float | None, **parts: Any) -> LoadPath:
