@@ -78,7 +78,7 @@ def traction_figure(states):
         for zones, width in (("contact", 0.8), ("stick", 5)):
             for ends in state.zones[zones]:
                 bottom.plot(ends, (level, level), color=colour, linewidth=width, solid_capstyle="butt")
-    loads = [f"{state.shear / (state.law.friction * state.normal):.2g}" for state in states]
+    loads = [f"{state.shear / (state.law.friction * state.load):.2g}" for state in states]
     bottom.set_yticks(range(len(states)), loads)
     top.set(ylabel=r"$q/(f p)$", title="shear traction, colours as below")
     bottom.set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$Q/(f P)$", title="thick: stick, thin: slip")

@@ -54,7 +54,7 @@ def solve(alpha=0.5, loads=(0.03, 0.1, 0.3), nu=0.3, beta=1.0, seed=1, cells=128
 # sides there (Yastrebov, Anciaux and Molinari, 2017).
 def fraction(state):
     """Fraction of the surface that touches with a corner."""
-    touches = state.closed > 0
+    touches = state.closed.reshape(state.shape) > 0
     sides = sum(np.mean(touches != np.roll(touches, 1, axis)) for axis in (0, 1))
     return float(touches.mean() - (math.pi - 1 + math.log(2)) / 24 * sides)
 
@@ -62,8 +62,9 @@ def fraction(state):
 def figure(states):
     """Corners that touch at the last load (a); the fraction that touches over the pressure (b)."""
     drawing, (above, below) = plt.subplots(2, 1, figsize=(3.54, 4.8), layout="constrained")
+    last = states["microblock"][-1]
     shown = above.imshow(
-        np.ma.masked_equal(states["microblock"][-1].closed.T, 0),
+        np.ma.masked_equal(last.closed.reshape(last.shape).T, 0),
         cmap=plt.get_cmap("viridis_r", 4),
         vmin=0.5,
         vmax=4.5,

@@ -69,7 +69,7 @@ def draw_corners(axis, state):
     """Corners that touch, from above."""
     edge = (state.x1[-1] + state.width / 2) / a_Hz
     look = {"cmap": plt.get_cmap("viridis_r", 4), "vmin": 0.5, "vmax": 4.5, "origin": "lower"}
-    touching = np.ma.masked_equal(state.closed.T, 0)
+    touching = np.ma.masked_equal(state.closed.reshape(state.shape).T, 0)
     shown = axis.imshow(touching, extent=(-edge, edge, -edge, edge), **look)
     axis.figure.colorbar(shown, ax=axis, ticks=range(1, 5), label="corners that touch")
     axis.set(xlabel=r"$x_1/a_\mathrm{Hz}$", ylabel=r"$x_2/a_\mathrm{Hz}$")
@@ -82,7 +82,10 @@ def figure(result):
     for number, (contact, states) in enumerate(result["sizes"].items()):
         alphas = np.array([state.problem.solid.ell for state in states]) / a_Hz
         values = np.array(
-            [(state.approach / a_Hz**2, math.pi * a_Hz**2 * state.hardness) for state in states]
+            [
+                (state.approach / a_Hz**2, math.pi * a_Hz**2 * state.load / state.contact_area)
+                for state in states
+            ]
         ).T
         for axis, curve, end in zip(below, values, large_blocks(states[0].problem.solid, contact)):
             axis.semilogx(alphas, curve, "o-", color=f"C{number}", label=contact)
@@ -105,6 +108,7 @@ def figure(result):
 if __name__ == "__main__":
     result = solve()
     state = result["state"]
-    print(f"radius {state.radius / a_Hz:.3f}  approach {state.approach / a_Hz**2:.4f}  of Hertz's")
+    radius = math.sqrt(state.contact_area / math.pi)
+    print(f"radius {radius / a_Hz:.3f}  approach {state.approach / a_Hz**2:.4f}  of Hertz's")
     figure(result)
     plt.show()

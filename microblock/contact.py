@@ -20,13 +20,14 @@ from .errors import (
     require_positive,
     require_size,
     require_tolerance,
+    require_values,
 )
 from .model import law as laws
 from .model import obstacles
 from .model.deformable import require_same_kind
 from .model.events import LoadPath
 from .model.history import History, pairs_of
-from .model.material import Cosserat
+from .model.material import Cosserat, Elastic
 from .model.problem import require_even
 from .model.progress import counting
 from .model.state import State
@@ -92,6 +93,8 @@ class Contact(Shown):
         else:
             check(self.obstacle)
         laws.check(self.law)
+        if isinstance(self.body.solid, Elastic) and (len(self.law.corners) > 1 or self.law.clamps_rotation):
+            raise BadArgument("law", self.law, "must be Unilateral() on a solid without blocks, Elastic")
         if self.method is not None and not isinstance(self.method, tuple(self.body.methods)):
             allowed = " or ".join(f"{one.__name__}()" for one in self.body.methods)
             raise BadArgument("method", self.method, f"must be {allowed} on a {type(self.body).__name__}")
@@ -185,6 +188,40 @@ class Contact(Shown):
         self.solver.require_solved(state, load, approach)
         return state
 
+    def states(
+        self, loads: Sequence[float], *, rtol: float | None = None, progress: bool = False
+    ) -> list[State]:
+        """Returns the states at many loads, each found from the one before.
+
+        Parameters
+        ----------
+        loads : sequence of float
+            Forces per thickness, in any order.
+        rtol, progress : optional
+            As of `solve`.
+
+        Returns
+        -------
+        list of State
+
+        Raises
+        ------
+        BadArgument, NotConverged
+            As of `solve`.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+        >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
+        >>> [state.load for state in problem.states([0.5, 1.0])]
+        [0.5, 1.0]
+        """
+        found: list[State] = []
+        for load in require_values(loads=loads)[0]:
+            near = found[-1] if found else None
+            found.append(self.solve(load, rtol=rtol, initial=near, progress=progress))
+        return found
+
     def _require_frictionless(self) -> None:
         friction = getattr(self.law, "friction", 0.0)
         if friction:
@@ -213,7 +250,10 @@ class Contact(Shown):
         if rtol is not None:
             require_tolerance(rtol)
         if initial is not None:
-            require_kind(self.solver.state_class, f"a {self.solver.state_class.__name__}", initial=initial)
+            require_kind(State, "a State", initial=initial)
+            kind = None if initial.flat else "nodes" if initial.shape is None else "cells"
+            if kind != self.solver.in_space:
+                raise BadArgument("initial", initial, "must be a State of the same kind of body")
 
     def path(self, load: float, *, rtol: float | None = None, progress: bool = False) -> LoadPath:
         """Returns the load path from first touch to a load: its `events`, and states `at` any load.

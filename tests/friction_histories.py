@@ -93,12 +93,12 @@ def faults(contact, history, coupled):
         fields = p, q, state.micromoment, state.psi, state.slip, [state.energy, state.work, state.dissipation]
         if not all(np.isfinite(each).all() for each in fields):
             found.append("not finite")
-        size = state.normal
+        size = state.load
         if abs(state.work - state.energy - state.dissipation) > BALANCED * size:
             found.append(f"work {abs(state.work - state.energy - state.dissipation) / size:.0e}")
         if state.dissipation < before - 1e-12 * size:
             found.append(f"dissipation {(state.dissipation - before) / size:.0e}")
-        lost = max(abs(weights @ p - state.normal), abs(weights @ q - state.shear)) / size
+        lost = max(abs(weights @ p - state.load), abs(weights @ q - state.shear)) / size
         beyond = float((np.abs(q) - f * p).max() / p.max())
         least = float(state.solution.pressures.min() / p.max())
         if lost > BALANCED or beyond > BALANCED or least < -BALANCED:
@@ -111,7 +111,7 @@ def faults(contact, history, coupled):
 
 def _between(contact, history, coupled):
     """Pairs put in between, on the last state's cells."""
-    given = [(state.normal, state.shear) for state in history.states]
+    given = [(state.load, state.shear) for state in history.states]
     edges = history.states[-1].solution.edges
     own = FrictionSolver(contact.solver, np.array(given), coupled)
     path, last = FrictionPath(own.on(edges)[1]), (0.0, 0.0)

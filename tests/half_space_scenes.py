@@ -2,6 +2,8 @@
 find.
 """
 
+from types import SimpleNamespace
+
 import numpy as np
 
 import microblock as mb
@@ -74,17 +76,29 @@ LAWS = (
 )
 
 
+def on_cells(state):
+    """What a state on cells has, as arrays (n, n) over its cells, or (2, n, n) of what has two components."""
+    flat = {name: getattr(state, name) for name in ("pressure", "displacement", "opposite", "closed")}
+    turned = {name: getattr(state, name).T.reshape(2, *state.shape) for name in ("psi", "micromoment")}
+    pressures = {name: values.reshape(state.shape) for name, values in state.pressures.items()}
+    cells = {name: values if values is None else values.reshape(state.shape) for name, values in flat.items()}
+    names = ("x1", "x2", "width", "approach", "load", "problem", "warnings", "seen_width")
+    plain = {name: getattr(state, name) for name in names}
+    return SimpleNamespace(**plain, **cells, **turned, pressures=pressures, weights=state.width**2)
+
+
 def errors(problem, state):
     """max(|dp|, |dM|/ell)/|p| in L2, at the cells of a finer grid."""
+    state = state.solution
     grid = _grid(state)
     fine = Grid(FINER * grid.count, grid.width / FINER, grid.middle)
     exact = problem.solver._solved(fine, state.load, None, 1e-7, _spread(state, fine))
     places = np.meshgrid(*fine.axes, indexing="ij", sparse=True)
     pressure, first, second = (
         np.linalg.norm(state.interpolated(own, *places) - other)
-        for own, other in zip((state.pressure, *state.micromoment), (exact.pressure, *exact.micromoment))
+        for own, other in zip((state.total, *state.micromoment), (exact.total, *exact.micromoment))
     )
-    return max(pressure, np.hypot(first, second) / problem.solid.ell) / np.linalg.norm(exact.pressure)
+    return max(pressure, np.hypot(first, second) / problem.solid.ell) / np.linalg.norm(exact.total)
 
 
 def measured(seed, scene=scene):

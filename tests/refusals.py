@@ -184,18 +184,18 @@ NAMED = {
         "x1 x2 z points kinks jumps lines Obstacle.from_samples.x State.pressure_at.x State.gap_at.x "
         "State.counter_displacement.x"
     ),
-    "place": "path records",
+    "place": "path records file",
     "part": (
         "solid body obstacle law method mesh newton initial problem state what executor "
-        "loads start facets Deformable.shape"
+        "loads start facets ax Deformable.shape"
     ),
     "function": "height function over fixed prescribed",
     "tolerance": "rtol",
     "pairs": "pairs",
     "angle": "psi0",
     "drawn": (
-        "State.plot.path State.plot_blocks.path State.plot_below.path State.plot_body.path History.plot.path "
-        "SurfaceState.plot.path SurfaceState.plot_blocks.path State3D.plot.path"
+        "State.plot.file State.plot_blocks.file State.plot_below.file State.plot_body.file History.plot.file "
+        "LoadPath.plot.file "
     ),
 }
 ARGUMENTS = {name: kind for kind, names in NAMED.items() for name in names.split()}
@@ -211,6 +211,7 @@ CALLS = {
         ("GROUND.of", "HalfSpace(SOLID).of", "Block(SOLID).of", "BODY.of", "SPACE.of"), "solid=SOLID"
     ),
     "Cosserat": "E=100, nu=0.3, ell=0.1, beta=1",
+    "Elastic": "E=100, nu=0.3",
     "Cosserat.of_blocks": "side=1.0, stiffness=1.0",
     "hertz_scales": "solid=SOLID, R=1.0, P=1.0",
     "Plane": "",
@@ -233,6 +234,7 @@ CALLS = {
     "Uniform": "h=1.0",
     "Contact": "body=GROUND, obstacle=CYLINDER, law=LAW",
     **{f"PROBLEMS['{kind}'].solve": "load=0.1" for kind in PROBLEMS if not kind.startswith("rubbed")},
+    "PROBLEMS['panels'].states": "loads=[0.1]",
     **{f"PROBLEMS['{kind}'].path": "load=0.1" for kind in ("panels", "fitted", "condensed")},
     **{f"PROBLEMS['{kind}'].history": "pairs=[(1, 0)]" for kind in ("rubbed", "rubbed body")},
     **{f"PROBLEMS['{kind}'].with_": "" for kind in ("panels", "condensed", "half-space", "space")},
@@ -244,7 +246,7 @@ CALLS = {
     **{f"state('{kind}').gap_at": "corner='A', x=0.0" for kind in ("panels", "cells", "fitted", "condensed")},
     **{f"state('{kind}').counter_displacement": "x=0.0" for kind in ("panels", "cells", "condensed")},
     **{f"state('{kind}').surface": "" for kind in ("panels", "condensed")},
-    "state('half-space').pressure_at": "points=np.zeros((1, 2))",
+    "state('half-space').pressure_at": "x=np.zeros((1, 2))",
     "state('half-space').along": "direction='x1'",
     **{f"state('{kind}').plot": "" for kind in ("panels", "half-space", "space")},
     **{f"state('{kind}').plot_blocks": "" for kind in ("panels", "half-space")},
@@ -253,6 +255,9 @@ CALLS = {
     "state('condensed').reaction": "boundary='bottom'",
     "state('panels').fields": "x1=0.0, x2=-1.0",
     "history('rubbed').plot": "",
+    "path('panels').plot": "",
+    "state('panels').save": "file='x'",
+    "load": "file='x'",
     "to_csv": "what=state('panels'), path='x.csv'",
     "to_vtk": "state=state('panels'), path='x'",
     "sweep": "function=len, over=[], quiet=True",
@@ -297,8 +302,8 @@ LEFT_OUT = {
         "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height "
         "Wave.height Wedge.height",
         # results, which the program makes, and errors, which it raises
-        "State FrictionState SurfaceState State3D History HistoryEvent LoadPath Event.kind Event.zone "
-        "SurfaceState.interpolated MicroblockError BadArgument NotConverged MissingExtra",
+        "State History HistoryEvent LoadPath Event.kind Event.zone "
+        "MicroblockError BadArgument NotConverged MissingExtra",
         # abstract: those of panels, fitted meshes and nodes have rows
         "LoadPath.at",
     )
@@ -412,7 +417,7 @@ def uncovered(rows):
     """Arguments of the public names that no row gives a bad value."""
     called = {row[:2] for row in rows if row[0] in CALLS}
     seen = {whole(evaluated(call), name) for call, names in called for name in names.split(", ")}
-    names = [*(getattr(mb, name) for name in mb.__all__), *map(type, map(state, ("half-space", "space")))]
+    names = [*(getattr(mb, name) for name in mb.__all__)]
     public = {name: call for each in names for name, call in functions(each).items()}
     return sorted(
         f"{call}.{name}"

@@ -69,7 +69,7 @@ def row(state):
         "load": state.load,
         "pressure_centre": np.interp(0.0, axis["x1"], axis["pressure"]),
         "pressure_max": state.pressure.max() / p_Hz,
-        "radius": state.radius / a_Hz,
+        "radius": math.sqrt(state.contact_area / math.pi) / a_Hz,
         "radius_x": np.count_nonzero(axis["pressure"] > 0) * cell / 2,
         "radius_diagonal": math.sqrt(2) * np.count_nonzero(diagonal["pressure"] > 0) * cell / 2,
         "approach": state.approach / a_Hz**2,

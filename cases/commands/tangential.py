@@ -89,8 +89,8 @@ def row(state, E_star):
     columns = ("x", "weight", "pressure", "shear", "micromoment", "psi", "slip")
     return {
         "alpha": ell,
-        "normal": state.normal / P,
-        "shear": state.shear / (state.law.friction * state.normal),
+        "normal": state.load / P,
+        "shear": state.shear / (state.law.friction * state.load),
         **{name: zones[name] for name in ("stick", "slip")},
         "zones": {name: zones[name] for name in ("A", "B", "full", "contact")},
         "half_width": state.half_width,

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import BadArgument
 from ..model.deformable import body_of, shape_of
-from ..model.events import Event, LoadPath, require_on_path
+from ..model.events import Event, LoadPath
 from ..model.problem import Problem
 from ..model.solver import Solver
 from ..model.state import Solution
@@ -259,10 +259,6 @@ class NodalSolver(Solver):
 
 class NodalPath(LoadPath):
     """The load path at the nodes of a compliance."""
-
-    def at(self, load):
-        require_on_path(load, self.last)
-        return self.problem.solve(load=load)
 
     @cached_property
     @bounded

@@ -12,24 +12,16 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, MissingExtra, require_numbers, require_place, writing
-from ..halfspace.state import SurfaceState
-from ..model.deformable import body_of
 from ..model.events import Event, LoadPath
-from ..model.history import FrictionState, History, HistoryEvent
+from ..model.history import History, HistoryEvent
 from ..model.state import State
 from ..model.zones import contains, zone_edges
 from .records import write_records, write_text
-
-if TYPE_CHECKING:
-    from ..fem.state3d import State3D
-
-AnyState: TypeAlias = "State | SurfaceState | State3D"
 
 ACROSS, DOWN = 81, 41  # points of the grid below a contact, if none is given
 REACH = 1.5  # of the contact: width and depth of that grid
@@ -37,12 +29,12 @@ FINEST = 3  # halvings of an element at most
 TABLES = "csv", "txt", "dat"  # endings of tables
 
 
-def profile(state: AnyState) -> dict[str, np.ndarray]:
+def profile(state: State) -> dict[str, np.ndarray]:
     """Return what a state has on the contact surface.
 
     Parameters
     ----------
-    state : State, SurfaceState or State3D
+    state : State
         A state of any body and method.
 
     Returns
@@ -55,35 +47,22 @@ def profile(state: AnyState) -> dict[str, np.ndarray]:
         second body its "counter_displacement", and in three dimensions the number of corners that are
         "closed". In the plane they ascend in x1.
     """
-    corners = {f"pressure_{name}": own for name, own in state.pressures.items()}
-    found: dict[str, ArrayLike] = {"weight": state.weights, "pressure": state.pressure, **corners}
-    if isinstance(state, State):
-        place: dict[str, ArrayLike] = dict(zip(("x1", "x2"), state.solution.points.T))
+    found = dict(zip(("x1", "x2", "x3"), state.points.T)) | {"weight": state.weights}
+    found |= {"pressure": state.pressure}
+    found |= {f"pressure_{name}": own for name, own in state.pressures.items()}
+    if state.flat:
         found |= {"micromoment": state.micromoment, "psi": state.psi}
-        found |= {"displacement": state.solution.displacement}
-        if body_of(state.obstacle) is not None:
-            found |= {"counter_displacement": state.counter_displacement(state.x)}
-        if isinstance(state, FrictionState):
-            found |= {"shear_traction": state.shear_traction, "slip": state.slip}
     else:
-        place = dict(zip(("x1", "x2", "x3"), _places(state)))
-        found |= dict(zip(("m1", "m2", "psi1", "psi2"), (*state.micromoment, *state.psi)))
-        found |= {"displacement": state.displacement, "closed": state.closed}
-        if isinstance(state, SurfaceState):
-            found |= {"counter_displacement": state.counter_displacement}
-    return {name: np.asarray(values, float).ravel() for name, values in (place | found).items()}
-
-
-def _places(state):
-    """x1, x2 and x3 of a state in three dimensions."""
-    if not isinstance(state, SurfaceState):
-        return state.nodes.points.T
-    x1, x2 = np.meshgrid(state.x1, state.x2, indexing="ij")
-    return x1, x2, np.zeros_like(x1)
+        found |= dict(zip(("m1", "m2", "psi1", "psi2"), (*state.micromoment.T, *state.psi.T)))
+    others = {"displacement": state.displacement, "closed": None if state.flat else state.closed}
+    others |= {"counter_displacement": state.opposite}
+    others |= {"shear_traction": state.shear_traction, "slip": state.slip}
+    known = {name: values for name, values in others.items() if values is not None}
+    return {name: np.asarray(values, float) for name, values in (found | known).items()}
 
 
 def to_csv(
-    what: AnyState | History | LoadPath | Sequence[AnyState | Event | HistoryEvent | Mapping[str, object]],
+    what: State | History | LoadPath | Sequence[State | Event | HistoryEvent | Mapping[str, object]],
     path: str | os.PathLike,
 ) -> None:
     """Write states, events or the rows of a study as CSV, with the versions in each row.
@@ -118,7 +97,7 @@ def to_csv(
     1.0
     """
     require_place(path, endings=TABLES)
-    if _is_state(what):
+    if isinstance(what, State):
         rows = _nodes(what)
     elif isinstance(what, LoadPath):
         rows = [{**asdict(event), "warnings": "; ".join(what.warnings)} for event in what.events]
@@ -127,15 +106,11 @@ def to_csv(
     write_records(path, rows)
 
 
-def _is_state(what):
-    return isinstance(what, State) or hasattr(what, "pressures") and hasattr(what, "micromoment")
-
-
 def _nodes(state):
     """A row {column: value} for each node of a state."""
     columns = {name: values.tolist() for name, values in profile(state).items()}
     names = ["load", "approach", "error_estimate", "energy", "residual", "method"]
-    names += ["shear", "tangential_approach", "dissipation", "work"] * isinstance(state, FrictionState)
+    names += ["shear", "tangential_approach", "dissipation", "work"] * (state.shear is not None)
     common = {name: getattr(state, name) for name in names} | {"warnings": "; ".join(state.warnings)}
     return [{**dict(zip(columns, node)), **common} for node in zip(*columns.values())]
 
@@ -143,7 +118,7 @@ def _nodes(state):
 def _same_columns(what):
     """Rows that make a table, or BadArgument."""
     rows = what if isinstance(what, (list, tuple)) else ()
-    if all(map(_is_state, rows)):
+    if all(isinstance(row, State) for row in rows):
         rows = [{"state": number, **row} for number, state in enumerate(rows) for row in _nodes(state)]
     rows = [asdict(row) if isinstance(row, (Event, HistoryEvent)) else row for row in rows]
     if not rows or not all(isinstance(row, Mapping) for row in rows):
@@ -162,10 +137,7 @@ def _same_columns(what):
 
 
 def to_vtk(
-    state: AnyState | History,
-    path: str | os.PathLike,
-    x1: ArrayLike | None = None,
-    x2: ArrayLike | None = None,
+    state: State | History, path: str | os.PathLike, x1: ArrayLike | None = None, x2: ArrayLike | None = None
 ) -> list[Path]:
     """Write a state as VTK files: the contact surface, and the fields below it where the state has them.
 
@@ -177,7 +149,7 @@ def to_vtk(
 
     Parameters
     ----------
-    state : State, SurfaceState, State3D or History
+    state : State or History
         A state of any body and method. Of a history the states have files of their own, and one more is
         their series in time, the number of the state, for ParaView.
     path : str or path
@@ -211,14 +183,14 @@ def to_vtk(
     >>> meshio.read(body).point_data["stress"].shape
     (20, 4)
     """
-    if not isinstance(state, History) and not _is_state(state):
+    if not isinstance(state, (State, History)):
         raise BadArgument("state", state, "must be a state, or a history of states")
     require_place(path, endings=("vtu",))
     path = str(path).removesuffix(".vtu")
     if isinstance(state, History):
         return _write_series(state.states, path, x1, x2)
     surface, body = (Path(f"{path}_{part}.vtu") for part in ("surface", "body"))
-    fields = getattr(state if not isinstance(state, State) else state.solution, "fields", None)
+    fields = getattr(state.solution, "fields", None)
     on_grid = fields is not None and not hasattr(fields, "body")
     if not on_grid and (x1 is not None or x2 is not None):
         raise BadArgument(
@@ -257,12 +229,12 @@ def _write_surface(state, path):
     data = profile(state)
     x1 = data["x1"]
     x2, x3 = (data.pop(name, np.zeros_like(x1)) for name in ("x2", "x3"))
-    if isinstance(state, SurfaceState):
-        kind, cells = "quad", _quadrilaterals(np.arange(len(x1)).reshape(state.pressure.shape))
-    elif isinstance(state, State):
+    if state.flat:
         kind, cells = "line", _lines(state, x1)
+    elif state.shape is not None:
+        kind, cells = "quad", _quadrilaterals(np.arange(len(x1)).reshape(state.shape))
     else:
-        kind, cells = "triangle", state.nodes.triangles
+        kind, cells = "triangle", state.triangles
     if not len(cells):  # the surface of a column is one point
         kind, cells = "vertex", np.arange(len(x1))[:, None]
     _write(path, np.column_stack((x1, x2, x3)), [(kind, cells)], data)
@@ -274,8 +246,8 @@ def _lines(state, x1):
     if state.method == "panels":  # its nodes lie in contact alone
         intervals = [zone for zones in state.zones.values() for zone in zones]
         numbers = numbers[contains(intervals, middle)]
-    elif state.solution.apart is not None:
-        numbers = numbers[~state.solution.apart]
+    elif state.apart is not None:
+        numbers = numbers[~state.apart]
     return np.column_stack((numbers, numbers + 1))
 
 

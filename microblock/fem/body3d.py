@@ -64,7 +64,7 @@ class Body3D(MeshBody):
     Its contact boundary is horizontal (normal e3, at one height or several): facets are quadrilaterals, as of
     hexahedra, of any order, or triangles with order 1. Obstacles are those over a surface, `Sphere` and the
     like, or any ``height(x1, x2)``, counted from x3 = 0; laws have four corners as on a `HalfSpace`. The law
-    `Microclamped` constrains psi1 and psi2 there. States are `microblock.fem.state3d.State3D`.
+    `Microclamped` constrains psi1 and psi2 there. States have three dimensions, see `microblock.State`.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ import numpy as np
 from ..corners import active_set
 from ..corners.nodal import zones_of
 from ..halfplane.kernels import coalescence_exponent
-from ..model.events import Event, LoadPath, require_on_path
+from ..model.events import Event, LoadPath
 from ..model.zones import zone_changes
 from ..threads import bounded
 
@@ -23,11 +23,6 @@ class FittedPath(LoadPath):
     and the correction is the error; for all other events, which converge faster, it bounds the error. Events
     that one mesh alone sees are left out; `warnings` name their loads.
     """
-
-    @bounded
-    def at(self, load):
-        require_on_path(load, self.last)
-        return self.problem.solve(load=load, rtol=self.rtol)
 
     @cached_property
     @bounded

@@ -1,11 +1,10 @@
 """Histories with friction of blocks to a tolerance: the same history on meshes of half the length each."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ..errors import out_of_reach
-from ..model.history import FrictionState, History, change
+from ..model.history import History, change
+from ..model.state import State
 
 LEVELS = 4  # meshes, of which the last has squares an eighth as long as the first
 ORDERS = 0.5, 1.0  # that a measured order is taken for: edges within elements leave the first one
@@ -45,9 +44,7 @@ def history_to(rtol, follow):
         if max(errors) <= rtol:
             last = found[-1]
             pairs = zip(last.states, errors)
-            states = [
-                FrictionState(replace(one.solution, error_estimate=float(error))) for one, error in pairs
-            ]
+            states = [State(one.solution, error_estimate=float(error)) for one, error in pairs]
             return History(last.problem, states, last.events)
     raise out_of_reach(rtol, best, besides="take shorter squares, Uniform(h=...)")
 

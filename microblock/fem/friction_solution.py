@@ -13,7 +13,8 @@ from ..errors import BadArgument
 from ..halfplane.friction_events import events
 from ..model import law as laws
 from ..model.deformable import body_of
-from ..model.history import FrictionState, History, OfMoment
+from ..model.history import History, OfMoment
+from ..model.state import State
 from .body_solution import BodySolution
 from .friction import FrictionFacets, MonolithicFriction
 from .newton_solver import NewtonSolution
@@ -159,7 +160,7 @@ def of_newton(solver, pairs, coupled, rtol):
     facets = FrictionFacets(solver.supported, solver.law, solver.obstacle, solver.body.contact)
     newton = MonolithicFriction(facets, rho=solver.options.rho, coupled=coupled)
     found, unknowns = list(newton.follow(pairs)), newton.unknowns
-    states = [FrictionState(NewtonFrictionSolution(solver, one.nodal, unknowns, one)) for one in found]
+    states = [State(NewtonFrictionSolution(solver, one.nodal, unknowns, one)) for one in found]
     path = SimpleNamespace(contact=newton.system, changes=found[-1].reached.changes)  # as a FrictionPath
     return History(solver.contact, states, _events(path, states[-1], pairs))
 
@@ -183,7 +184,7 @@ def of_body(solver, pairs, coupled, rtol):
             len(path.changes),
             moment=moment,
         )
-        states.append(FrictionState(solution))
+        states.append(State(solution))
     return History(solver.contact, states, _events(path, states[-1], pairs))
 
 

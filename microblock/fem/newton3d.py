@@ -30,7 +30,7 @@ from .body3d import FIELDS, HELD, Body3D, Fields3D
 from .condensed3d import LINKED, of_factors
 from .nodes3d import ContactNodes3D
 from .solver3d import RESIDUAL, Solver3D
-from .state3d import State3D
+from .state3d import SurfaceNodes
 
 RHO = {"al": 8.0, "penalty": 1e3}  # times lambda + 2 mu over the length of a facet
 LINEAR = 1e-2  # residual of the linear systems, relative, over that of the contact conditions so far
@@ -57,7 +57,7 @@ class NewtonSolver3D(Solver3D):
 
     @bounded
     def solve(self, load, approach, rtol, initial=None, progress=False):
-        """Returns the State3D; parameters and errors are those of `Solver.solve`."""
+        """Returns the SurfaceNodes; parameters and errors are those of `Solver.solve`."""
         self.require_no_rtol(rtol)
         nodes, w = self.nodes, self.nodes.weights
         g0 = self.reachable_gaps()
@@ -144,12 +144,12 @@ class NewtonSolver3D(Solver3D):
             loads[1:] = nodes.moments_of(exerted)
             loads[1:] *= [nodes.is_free(name, self.body) for name in ("psi2", "psi1")]
         surface = (nodes.onto @ unknowns[:-1]).reshape(3, -1)
-        found = State3D(
-            self.contact,
+        found = SurfaceNodes(
+            self,
             float(forces.sum()),
             float(unknowns[-1]),
             nodes,
-            dict(zip(law.names, forces / nodes.weights)),
+            forces / nodes.weights,
             surface,
             loads,
             (forces > 0).sum(axis=0),

@@ -10,8 +10,9 @@ from ..corners import projected_gradients
 from ..errors import NOT_YET, BadArgument
 from ..halfspace.surface_law import closed_corners, on_surface
 from ..model.solver import Solver
+from ..model.state import in_space
 from .condensed3d import condensed3d
-from .state3d import State3D
+from .state3d import SurfaceNodes
 
 RESIDUAL = 1e-9  # relative, of the contact conditions
 TOUCHING = 1e-6  # of the largest displacement, by which an obstacle lies in a node that cannot move
@@ -20,7 +21,7 @@ TOUCHING = 1e-6  # of the largest displacement, by which an obstacle lies in a n
 class Solver3D(Solver):
     """States of a Body3D on its contact nodes, exact for the discrete problem."""
 
-    most_corners, verifies, state_class = None, True, State3D
+    most_corners, verifies, in_space = None, True, "nodes"
 
     def __init__(self, contact, options):
         super().__init__(contact, options)
@@ -34,7 +35,7 @@ class Solver3D(Solver):
         return condensed3d(self.body)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
-        """Returns the State3D; parameters and errors are those of `Solver.solve`."""
+        """Returns the SurfaceNodes; parameters and errors are those of `Solver.solve`."""
         self.require_no_rtol(rtol)
         nodes, law = self.nodes, self.surface_law
         H = nodes.flexibility(self.directions(nodes.points), law.clamped)
@@ -50,12 +51,12 @@ class Solver3D(Solver):
         loads = H.loads(forces)
         if law.clamped:
             loads[1:] = nodes.held_moments(loads[0])
-        state = State3D(
-            self.contact,
+        state = SurfaceNodes(
+            self,
             found.load,
             found.approach,
             nodes,
-            dict(zip(law.names, forces / nodes.weights)),
+            forces / nodes.weights,
             surface,
             loads,
             closed_corners(forces, closed),
@@ -64,6 +65,12 @@ class Solver3D(Solver):
         )
         self.require_clear(state, H.gaps(surface))
         return state
+
+    def state(self, solution):
+        """The State at the contact nodes."""
+        nodes = solution.nodes
+        given = {"x1": nodes.points[:, 0], "x2": nodes.points[:, 1], "triangles": nodes.triangles}
+        return in_space(solution, nodes.points, nodes.weights, opposite=None, **given)
 
     def reachable_gaps(self):
         """Initial gaps, array (corners, n); inf where no obstacle is above, or supports hold the node."""

@@ -1,4 +1,4 @@
-"""A contact state of a body in three dimensions, at the nodes of its contact boundary."""
+"""A solution on the nodes of the contact boundary of a body in three dimensions."""
 
 from __future__ import annotations
 
@@ -8,17 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import Named, at_most
-from ..model.plain_data import PlainData
-from ..model.summary import Row, Shown, Summary, number, saved
+from ..errors import at_most
+from ..model.state import Solution
 from ..model.types import AnyArray as Array
-from ..model.types import ContactLike, Target
 from .body3d import FIELDS, Fields3D
 from .meshes import locking, longest_element
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from .nodes3d import ContactNodes3D
 
 FEWEST = 25  # nodes in contact, below which a state says that they are few
@@ -27,44 +23,37 @@ BESIDE = 1e-3  # the same at vertices beside the contact boundary
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class State3D(Shown, PlainData):
-    """A contact state of a Body3D.
+class SurfaceNodes(Solution):
+    """A solution on the contact nodes of a Body3D.
 
-    Where all four corners of a block are closed their forces are not unique: four forces act on three degrees
-    of freedom. `pressure` and `micromoment`, their resultants, are; `pressures` are those of least norm.
     On a part of a symmetric body load, energy and nodes are those of the part.
 
     Attributes
     ----------
-    problem : Contact
-    load : float
-        Force.
-    approach : float
-        Approach of the obstacle (length).
+    solver : Solver3D
+    load, approach : float
+        Force, and approach of the obstacle (length).
     nodes : ContactNodes3D
-    pressures : dict of arrays (n,)
-        Of the corners "--", "-+", "+-", "++" (signs of x1 and x2 from the block's middle), or {"C": ...}.
-    surface : array (3, n)
+    pressures : array (corners, n)
+    moved : array (3, n)
         Normal displacement u into the body and phi = (-psi2, psi1) ell/2 (lengths).
     loads : array (3, n)
         Nodal forces, and moments in the measure of phi, that act on the body (force).
     closed : array (n,) of int
         Number of closed corners at each node: those with a force, and all four where no gap is open.
-    residual : float
-        Largest relative residual of the contact conditions.
-    iterations : int
-        Products with the flexibility, or steps of Newton's method.
+    residual, iterations : float, int
+        Largest relative residual, and products with the flexibility, or steps of Newton's method.
     method : "condensed" or "newton"
     found : Fields3D or None
         The fields, where the method has them.
     """
 
-    problem: ContactLike
+    solver: Any
     load: float
     approach: float
     nodes: ContactNodes3D
-    pressures: dict[str, Array]
-    surface: Array
+    pressures: Array
+    moved: Array
     loads: Array
     closed: Array
     residual: float
@@ -73,72 +62,46 @@ class State3D(Shown, PlainData):
     method: str = "condensed"
     found: Fields3D | None = None
 
-    error_estimate = None
-    _keys = (
-        *("load", "approach", "contact_area", "energy", "error_estimate", "residual", "iterations"),
-        *("unknowns", "method", "warnings", "points", "x1", "x2", "weights"),
-        *("pressure", "pressures", "micromoment", "psi", "displacement", "closed"),
-    )
-
-    @property
-    def points(self) -> Array:
-        """Places of the nodes, array (n, 3) (lengths)."""
-        return self.nodes.points
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "pressures", Named("corner", self.pressures))
-
-    @property
-    def x1(self) -> Array:
-        """Abscissae of the nodes along x1, array (n,) (length)."""
-        return self.nodes.points[:, 0]
-
-    @property
-    def x2(self) -> Array:
-        """The same along x2."""
-        return self.nodes.points[:, 1]
-
-    @property
-    def weights(self) -> Array:
-        """Areas of the nodes, array (n,): the sum of weights times pressure is the load."""
-        return self.nodes.weights
-
-    @cached_property
-    def pressure(self) -> Array:
-        """Total pressure, array (n,) (stress)."""
-        return np.sum(list(self.pressures.values()), axis=0)
-
     @property
     def displacement(self) -> Array:
         """Normal displacement into the body, array (n,) (length)."""
-        return self.surface[0]
+        return self.moved[0]
 
     @property
     def psi(self) -> Array:
         """Microrotations about x1 and x2, array (2, n) (radians)."""
-        return np.array((self.surface[2], -self.surface[1])) * 2 / self.problem.solid.ell
+        return np.array((self.moved[2], -self.moved[1])) * 2 / self.solver.solid.ell
 
     @property
     def micromoment(self) -> Array:
         """M1 and M2 of the corners' forces, or the reaction to psi = 0, array (2, n) (stress x length)."""
-        return np.array((self.loads[2], -self.loads[1])) / self.weights * self.problem.solid.ell / 2
+        return np.array((self.loads[2], -self.loads[1])) / self.nodes.weights * self.solver.solid.ell / 2
 
     @property
     def unknowns(self) -> int:
         """Free unknowns of the body."""
         return int(self.nodes.body.space.FreeDofs().NumSet())
 
-    @property
-    def contact_area(self) -> float:
-        """Area of the nodes at which a corner touches (length^2)."""
-        return float(self.weights[self.closed > 0].sum())
+    def pressure(self, corner: int, places: Array) -> Array:
+        """Returns the pressure of a corner, by its number, at places, array (k, 2) or (k, 3): linear on
+        triangles between nodes, 0 beyond the contact boundary.
+        """
+        from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
+
+        x1, x2, _ = self.nodes.points.T
+        between = LinearTriInterpolator(Triangulation(x1, x2, self.nodes.triangles), self.pressures[corner])
+        return np.ma.filled(between(*places.T[:2]), 0.0)
+
+    def reaction_on(self, boundary: str) -> Any:
+        """Returns force and moment (3 components each) that the body's supports on a boundary exert on it."""
+        return self.fields.reaction(boundary)
 
     @property
     def energy(self) -> float:
         """Elastic energy: half the work of the corner forces from the unloaded state on."""
-        gaps = self.problem.solver.initial_gaps  # type: ignore[attr-defined]
+        gaps = self.solver.initial_gaps
         lowered = self.approach - np.where(np.isfinite(gaps), gaps, 0.0)
-        return float(np.sum(np.array(list(self.pressures.values())) * self.weights * lowered) / 2)
+        return float(np.sum(self.pressures * self.nodes.weights * lowered) / 2)
 
     @cached_property
     def fields(self) -> Fields3D:
@@ -148,13 +111,13 @@ class State3D(Shown, PlainData):
         fields: Fields3D = self.nodes.fields(self.loads)  # type: ignore[attr-defined]
         return fields
 
-    @cached_property
-    def warnings(self) -> tuple[str, ...]:
-        """What the state has no estimate for, in words."""
-        body, half_width = self.nodes.body, float(np.sqrt(self.contact_area / np.pi))
+    def remarks(self) -> list[str]:
+        """Returns sentences on what the state has no estimate for."""
+        area = self.nodes.weights[self.closed > 0].sum()
+        body, half_width = self.nodes.body, float(np.sqrt(area / np.pi))
         locked = locking(body.solid, body.order, self._depth, half_width)
         own = self._few(), self._long(), *locked, self._beyond(), self._between()
-        return tuple(words for words in own if words)
+        return [words for words in own if words]
 
     @property
     def _depth(self) -> float:
@@ -185,7 +148,7 @@ class State3D(Shown, PlainData):
         # an unknown of a vertex is the value there
         values = self.fields.values.reshape(len(FIELDS), -1)[:, numbers[low]]
         u3, psi1, psi2 = (values[FIELDS.index(name)] for name in ("u3", "psi1", "psi2"))
-        half = self.problem.solid.ell / 2
+        half = self.solver.solid.ell / 2
         inside = -self._gaps(places[low], np.array((-u3, -half * psi2, half * psi1))).min()
         return (
             f"beside the contact boundary the obstacle reaches {inside:.2g} into the surface: name all that "
@@ -195,40 +158,14 @@ class State3D(Shown, PlainData):
     def _between(self) -> str:
         """Whether the obstacle reaches into the surface between the nodes."""
         places, values = self.nodes.between
-        inside = -self._gaps(places, np.array([values @ part for part in self.surface])).min()
+        inside = -self._gaps(places, np.array([values @ part for part in self.moved])).min()
         words = f"between nodes the obstacle reaches {inside:.2g} into the surface: take a finer mesh"
         return words * bool(inside > BETWEEN * np.abs(self.displacement).max())
 
     def _gaps(self, places: Array, surface: Array) -> Array:
         """Gaps of all corners at places, array (k, 3), with this (u, phi1, phi2), array (3, k)."""
-        solver: Any = self.problem.solver
-        gaps = solver.surface_law.initial_gaps(self.problem.obstacle, solver.solid.ell, *places[:, :2].T)
+        solver = self.solver
+        gaps = solver.surface_law.initial_gaps(solver.obstacle, solver.solid.ell, *places[:, :2].T)
         added = np.einsum("cin,in->cn", solver.directions(places), surface)
         found: Array = gaps - places[:, 2] - self.approach + added
         return found
-
-    def plot(self, path: Target = None) -> Figure:
-        """Returns a figure of the pressure, of the number of closed corners, and of the micromoment.
-
-        Parameters
-        ----------
-        path : str or Path, optional
-            File to which the figure is written (PNG, PDF or SVG, by its ending).
-        """
-        from ..view.nodes_figure import draw
-
-        return saved(draw(self), path, self.warnings)
-
-    def summary(self) -> Summary:
-        """Returns load, approach, contact and pressure, for a notebook."""
-        rows = (
-            Row("load", "P", self.load, "force"),
-            Row("approach", "d", self.approach, "length"),
-            Row("area of contact", "", self.contact_area, "length^2"),
-            Row("largest nodal pressure", "p", float(self.pressure.max()), "stress"),
-            Row("largest micromoment", "|M|", float(np.hypot(*self.micromoment).max()), "stress x length"),
-            Row("largest relative residual", "", self.residual),
-            Row("unknowns", "", self.unknowns),
-        )
-        words = f"load {number(self.load)}, approach {number(self.approach)}, {self.unknowns} unknowns"
-        return Summary("Contact state of a body in 3D", words, rows, self.warnings)

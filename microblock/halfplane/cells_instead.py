@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import MicroblockError, NotConverged, out_of_reach
-from ..model.history import FrictionState, History
+from ..model.history import History
 from ..model.methods import Cells
+from ..model.state import State
 from .cell_solver import FIRST, CellSolver, around
 
 MOST = 2**17  # cells: some ten seconds with two corners
@@ -60,5 +61,5 @@ def cells_follow(solver, pairs, coupled, rtol, progress, failure):
     except NotConverged as other:
         raise NotConverged(f"{failure}; cells: {other}", rtol_reached=other.rtol_reached) from None
     note = f"cells instead of panels ({failure})"
-    states = [FrictionState(replace(one.solution, notes=(note,))) for one in found.states]
+    states = [State(replace(one.solution, notes=(note,))) for one in found.states]
     return History(found.problem, states, found.events)

@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import BadArgument, NotConverged, out_of_reach
-from ..model.history import SLIDING, FrictionSolution, FrictionState, History, HistoryEvent
+from ..model.history import SLIDING, History, HistoryEvent
 from ..model.quadrature import gauss_rule
+from ..model.state import Solution, State
 from ..model.zones import common, contains, without
 from .friction_memory import Memory
 from .kernels import kernels
@@ -86,7 +87,7 @@ class FrictionPanels:
             worst = max(one.error_estimate for one in solutions)
         if worst > rtol:
             raise out_of_reach(rtol, worst)
-        states = [FrictionState(one) for one in solutions]
+        states = [State(one) for one in solutions]
         return History(self.solver.contact, states, _events(memories, plain, friction))
 
     def _solutions(self, memories, rtol):
@@ -166,7 +167,7 @@ def shear_kernel(problem, distance, target, source):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PanelFriction(FrictionSolution):
+class PanelFriction(Solution):
     """A state of a history as a sum of states without friction.
 
     Attributes

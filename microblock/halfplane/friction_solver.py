@@ -20,11 +20,11 @@ from ..corners import active_set
 from ..corners.friction import FrictionalContact, FrictionPath, Moment
 from ..errors import BadArgument, NotConverged, at_least, out_of_reach
 from ..model import picture
-from ..model.history import FrictionState, History, HistoryEvent, OfMoment, ZoneErrors, change
+from ..model.history import History, HistoryEvent, OfMoment, change
 from ..model.problem import Problem
 from ..model.quadrature import gauss_rule
-from ..model.state import ErrorParts
-from ..model.types import Array, Flags, Interval, Zones
+from ..model.state import ErrorParts, State
+from ..model.types import Array, Flags, Interval, ZoneErrors, Zones
 from ..model.zones import common, distance_to_ends
 from .friction_cells import Feature, cells, fixed, touching
 from .friction_edges import FrictionEdges
@@ -317,7 +317,7 @@ class FrictionSolver:
                 best = min(best, max(cast(float, one.error_estimate) for one in finer.solutions))
             level = finer
             if best <= rtol:
-                states = [FrictionState(one) for one in level.solutions]
+                states = [State(one) for one in level.solutions]
                 return History(self.solver.contact, states, level.events)
             left = len(FINENESS) - 1 - number
             if shares[:, 0].max() > rtol or np.isfinite(best) and best > rtol * FASTEST**left:

@@ -19,7 +19,7 @@ class HalfSpace(Unbounded):
 
     Obstacles are those of `microblock.halfspace.obstacles`, or any ``height(x1, x2)`` of two arrays.
     Approaches count from the surface far away, on a period from its mean. A state is a
-    `microblock.halfspace.state.SurfaceState`.
+    `microblock.State`.
 
     Parameters
     ----------
@@ -40,7 +40,8 @@ class HalfSpace(Unbounded):
     >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
     >>> problem = mb.Contact(mb.HalfSpace(solid), mb.Sphere(R=10), mb.Microblock(), mb.Cells(nodes=64))
     >>> state = problem.solve(load=1.0)
-    >>> round(state.radius, 2), round(state.approach, 4)      # Hertz has 0.409 and 0.0167 for ell -> 0
+    >>> radius = (state.contact_area / np.pi) ** 0.5
+    >>> round(radius, 2), round(state.approach, 4)      # Hertz has 0.409 and 0.0167 for ell -> 0
     (0.44, 0.0158)
     """
 

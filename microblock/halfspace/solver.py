@@ -7,7 +7,7 @@
    the one before, until the estimate is below rtol and no place between the cells would touch. Then places
    outside are looked at again.
 
-The estimate is of what `SurfaceState.pressure_at` returns. Two grids whose contacts have few cells agree by
+The estimate is of what `State.pressure_at` returns. Two grids whose contacts have few cells agree by
 themselves, so the load on such spots counts as error.
 """
 
@@ -30,6 +30,7 @@ from ..halfplane.kernels import is_classical
 from ..model.deformable import body_of
 from ..model.material import joint_modulus
 from ..model.solver import Solver
+from ..model.state import State, in_space
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
 from .cells import Flexibility, flexibility
@@ -38,7 +39,7 @@ from .half_space import HalfSpace
 from .kernels import kernels
 from .obstacles import heights, repeated
 from .picture import FINE, SEEN, Picture
-from .state import SurfaceState
+from .state import SurfaceCells
 from .surface_law import closed_corners, on_surface
 from .symbol import symbol
 
@@ -90,7 +91,7 @@ class SurfaceSolver(Solver):
     usual_rtol = 1e-2
     most_corners = None
     counter_bodies = (HalfSpace,)
-    state_class = SurfaceState
+    in_space = "cells"
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
         super().__init__(contact, options)
@@ -135,11 +136,11 @@ class SurfaceSolver(Solver):
         initial: Any = None,
         progress: bool = False,
     ) -> Any:
-        """Returns the SurfaceState; parameters and errors are those of `Solver.solve`."""
+        """Returns the SurfaceCells; parameters and errors are those of `Solver.solve`."""
         nodes = self.options.nodes
         if nodes is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
-        similar = isinstance(initial, SurfaceState) and tuple(initial.pressures) == self.surface_law.names
+        similar = isinstance(initial, SurfaceCells) and len(initial.pressures) == len(self.surface_law.names)
         near, goal = initial if similar else None, self.usual_rtol if rtol is None else rtol
         fixed = self._given_window()
         picture = self._picture(load, approach, fixed)
@@ -154,6 +155,16 @@ class SurfaceSolver(Solver):
             box = _around(np.vstack((box, outside)))
         raise NotConverged(NO_WINDOW.format(TRIES, window.side))
 
+    def state(self, solution: Any) -> State:
+        """Returns the State on cells, row after row."""
+        shape = solution.displacement.shape
+        places = np.meshgrid(solution.x1, solution.x2, [0.0], indexing="ij")
+        points = np.stack(places, axis=-1).reshape(-1, 3)
+        weights = np.full(len(points), solution.width**2)
+        opposite = None if body_of(self.obstacle) is None else solution.opposite.ravel()
+        axes = {"x1": solution.x1, "x2": solution.x2}
+        return in_space(solution, points, weights, shape=shape, opposite=opposite, **axes)
+
     def _refined(
         self,
         picture: Picture,
@@ -161,9 +172,9 @@ class SurfaceSolver(Solver):
         load: float | None,
         approach: float | None,
         goal: float,
-        near: SurfaceState | None,
+        near: SurfaceCells | None,
         progress: bool,
-    ) -> tuple[SurfaceState, Array]:
+    ) -> tuple[SurfaceCells, Array]:
         """Returns the state of a window on the grid of which the estimate is below the goal, or on that of as
         many nodes as are fixed; and, array (k, 2), places that a wider window must hold, none if it does.
 
@@ -196,7 +207,7 @@ class SurfaceSolver(Solver):
                     if state.residual > self.options.residual:
                         start = _spread(state, grid)
                         state = self._solved(grid, load, approach, self.options.residual, start)
-                    return replace(state, error_estimate=estimate, warnings=words), np.empty((0, 2))
+                    return replace(state, error_estimate=estimate, notes=words), np.empty((0, 2))
                 if not len(hidden) and (best is None or state.error_estimate < best.error_estimate):
                     best = state
                 finer = np.log2(MOST / count)
@@ -206,7 +217,7 @@ class SurfaceSolver(Solver):
                     break
         raise self._out_of_reach(picture, best or state, goal)
 
-    def _out_of_reach(self, picture: Picture, state: SurfaceState, goal: float) -> NotConverged:
+    def _out_of_reach(self, picture: Picture, state: SurfaceCells, goal: float) -> NotConverged:
         """Returns the error for a goal that no grid reaches, with the state of the least estimate."""
         places, (outside, hidden) = picture.separate(state.approach), self._touching(state, picture)
         cut = self.period is None and _reaches(state, 1)
@@ -235,7 +246,7 @@ class SurfaceSolver(Solver):
 
     def _solved(
         self, grid: Grid, load: float | None, approach: float | None, residual: float, start: Array | None
-    ) -> SurfaceState:
+    ) -> SurfaceCells:
         """Returns the state on a grid, begun from pressures of the corners, array (corners, n, n)."""
         x1, x2 = grid.axes
         g0 = self.initial_gaps(x1, x2)
@@ -253,14 +264,14 @@ class SurfaceSolver(Solver):
             forces = self.surface_law.of_least_norm(forces, closed)
         pressures = forces / area
         psi, moment = self._turned(H, forces, surface, area)
-        return SurfaceState(
-            self.contact,
+        return SurfaceCells(
+            self,
             found.load,
             found.approach,
             x1,
             x2,
             grid.width,
-            dict(zip(self.surface_law.names, pressures)),
+            pressures,
             psi,
             surface[0],
             other,
@@ -325,7 +336,7 @@ class SurfaceSolver(Solver):
                 return Grid(WINDOW_CELLS, side / WINDOW_CELLS, tuple(middle))
         raise NotConverged(NO_WINDOW.format(TRIES, side))
 
-    def _touching(self, state: SurfaceState, picture: Picture) -> tuple[Array, Array]:
+    def _touching(self, state: SurfaceCells, picture: Picture) -> tuple[Array, Array]:
         """Returns places of the picture at which a gap is negative, outside of the window, and between cells
         that do not see them: arrays (k, 2).
         """
@@ -344,7 +355,7 @@ class SurfaceSolver(Solver):
         beyond: Any = 0.0
         if body_of(self.obstacle) is not None and len(outside):
             counter: Any = self._flexibility(_grid(coarse)).counter
-            forces = np.array(list(coarse.pressures.values())) * coarse.width**2
+            forces = coarse.pressures * coarse.width**2
             beyond = counter.at(forces, (coarse.x1, coarse.x2), *outside[:, :2].T)
         outside = outside[self._overlap(state, least, outside, u, phi, beyond)]
         i, j = (
@@ -357,13 +368,13 @@ class SurfaceSolver(Solver):
         inside, i, j = inside[hidden], i[hidden], j[hidden]
         half = self.solid.ell / 2 * (len(self.surface_law.offsets) > 1)
         psi1, psi2 = state.psi[:, i, j]
-        u = (state.displacement + state.counter_displacement)[i, j]
+        u = (state.displacement + state.opposite)[i, j]
         phi = np.array((-half * psi2, half * psi1))
         inside = inside[self._overlap(state, least, inside, u, phi, 0.0)]
         return outside[:, :2], inside[:, :2]
 
     def _overlap(
-        self, state: SurfaceState, least: float, places: Array, u: Array, phi: Array, beyond: Any
+        self, state: SurfaceCells, least: float, places: Array, u: Array, phi: Array, beyond: Any
     ) -> Array:
         """Returns whether a gap is negative at places displaced by u and turned by phi, boolean (k,), of an
         obstacle of a least height.
@@ -373,15 +384,15 @@ class SurfaceSolver(Solver):
         gaps += (law.tilt(x1, x2) * phi[: len(law.psi0)]).sum(axis=0)
         return np.asarray(gaps.min(axis=0) < -OVERLAP * (state.approach - least))
 
-    def _surface_at(self, state: SurfaceState, x1: Array, x2: Array) -> tuple[Array, Array]:
+    def _surface_at(self, state: SurfaceCells, x1: Array, x2: Array) -> tuple[Array, Array]:
         """Returns u, array (n,), and the phi that corners see, array (2, n), at places outside, under the
         forces of the cells as points.
         """
         solid, corners = self.solid, len(self.surface_law.psi0) > 0
         table = kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
-        i, j = np.nonzero(state.pressure)
+        i, j = np.nonzero(state.total)
         scale = state.width**2 * (1 - solid.nu) / solid.mu / solid.ell
-        p = scale * state.pressure[i, j]
+        p = scale * state.total[i, j]
         M1, M2 = state.micromoment[:, i, j]
         m1, m2 = -2 / solid.ell * scale * M2, 2 / solid.ell * scale * M1
         u, phi = np.zeros(len(x1)), np.zeros((2, len(x1)))
@@ -414,21 +425,21 @@ def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
     return all(np.allclose(one, other, rtol=0, atol=most) for one, other in pairs)
 
 
-def _start(before: SurfaceState | None, near: SurfaceState | None, grid: Grid) -> Array | None:
+def _start(before: SurfaceCells | None, near: SurfaceCells | None, grid: Grid) -> Array | None:
     """Returns pressures to begin with on a grid: those of the grid before, with what is finer of a similar
     state.
     """
     if before is None or near is None:
         known = near if before is None else before
         return None if known is None else _spread(known, grid)
-    coarse = replace(before, pressures=dict(zip(before.pressures, _spread(near, _grid(before)))))
+    coarse = replace(before, pressures=_spread(near, _grid(before)))
     return _spread(before, grid) + _spread(near, grid) - _spread(coarse, grid)
 
 
-def _spread(state: SurfaceState, grid: Grid) -> Array:
+def _spread(state: SurfaceCells, grid: Grid) -> Array:
     """Returns pressures of a state as means over the cells of another grid, array (corners, n, n)."""
     first, second = (_overlaps(old, new) for old, new in zip((state.x1, state.x2), grid.axes))
-    return np.array([first @ one @ second.T for one in state.pressures.values()])
+    return np.array([first @ one @ second.T for one in state.pressures])
 
 
 def _overlaps(old: Array, new: Array) -> csr_array:
@@ -443,27 +454,28 @@ def _overlaps(old: Array, new: Array) -> csr_array:
     return csr_array((shares, places), shape=(len(new), len(old)))
 
 
-def _change(coarse: SurfaceState, fine: SurfaceState, ell: float) -> float:
+def _change(coarse: SurfaceCells, fine: SurfaceCells, ell: float) -> float:
     """Returns max(|dp|, |dM|/ell)/|p| in L2 between two grids, interpolated at the cells of the finer one."""
     places = np.meshgrid(fine.x1, fine.x2, indexing="ij", sparse=True)
     pressure, first, second = (
         np.linalg.norm(coarse.interpolated(one, *places) - other)
-        for one, other in zip((coarse.pressure, *coarse.micromoment), (fine.pressure, *fine.micromoment))
+        for one, other in zip((coarse.total, *coarse.micromoment), (fine.total, *fine.micromoment))
     )
-    return float(max(pressure, np.hypot(first, second) / ell) / np.linalg.norm(fine.pressure))
+    return float(max(pressure, np.hypot(first, second) / ell) / np.linalg.norm(fine.total))
 
 
-def _spots(state: SurfaceState) -> Array:
+def _spots(state: SurfaceCells) -> Array:
     """Returns for each cell of how many its spot consists, connected cells that press; array (n, n)."""
-    n, repeats = len(state.x1), 1 if state.period is None else 2  # on a period spots go on beyond its rim
-    labels = label(np.tile(state.pressure > 0, (repeats, repeats)), np.ones((3, 3)))[0]
+    # on a period spots go on beyond its rim
+    n, repeats = len(state.x1), 1 if state.solver.period is None else 2
+    labels = label(np.tile(state.total > 0, (repeats, repeats)), np.ones((3, 3)))[0]
     sizes = np.bincount(labels.ravel())[labels] * (labels > 0)
     return np.asarray(sizes.reshape(repeats, n, repeats, n).max(axis=(0, 2)))
 
 
-def _share_of_spots(state: SurfaceState, least: float) -> float:
+def _share_of_spots(state: SurfaceCells, least: float) -> float:
     """Returns the share of the load on spots of fewer cells."""
-    return float(state.pressure[_spots(state) < least].sum() / state.pressure.sum())
+    return float(state.total[_spots(state) < least].sum() / state.total.sum())
 
 
 def _estimate(changes: list[float]) -> float:
@@ -477,7 +489,7 @@ def _estimate(changes: list[float]) -> float:
     return last / min(max(ratio - 0.5, 0.5), 1.4)
 
 
-def _grid(state: SurfaceState) -> Grid:
+def _grid(state: SurfaceCells) -> Grid:
     return Grid(len(state.x1), state.width, (float(state.x1.mean()), float(state.x2.mean())))
 
 
@@ -492,7 +504,7 @@ def _warnings(cut: bool, outside: Array, hidden: Array) -> tuple[str, ...]:
     return tuple(words)
 
 
-def _pressing(state: SurfaceState) -> Array:
+def _pressing(state: SurfaceCells) -> Array:
     """Returns the corners of the rectangle of cells that press, array (2, 2)."""
     i, j = np.nonzero(state.closed)
     centres = np.column_stack((state.x1[i], state.x2[j]))
@@ -504,12 +516,12 @@ def _around(places: Array) -> Array:
     return np.array((places.min(axis=0), places.max(axis=0)))
 
 
-def _reaches(state: SurfaceState, rim: int) -> bool:
+def _reaches(state: SurfaceCells, rim: int) -> bool:
     """Returns whether cells press among so many at the rim."""
     return bool(np.count_nonzero(state.closed[rim:-rim, rim:-rim]) < np.count_nonzero(state.closed))
 
 
-def _coarser(state: SurfaceState) -> SurfaceState:
+def _coarser(state: SurfaceCells) -> SurfaceCells:
     """Returns a state with the forces of several cells on one."""
     n = len(state.x1)
     parts = max(part for part in range(1, max(n // WINDOW_CELLS, 1) + 1) if n % part == 0)
@@ -522,6 +534,6 @@ def _coarser(state: SurfaceState) -> SurfaceState:
         x1=state.x1.reshape(-1, parts).mean(axis=1),
         x2=state.x2.reshape(-1, parts).mean(axis=1),
         width=state.width * parts,
-        pressures={name: means(own) for name, own in state.pressures.items()},
+        pressures=means(state.pressures),
         micromoment=means(state.micromoment),
     )

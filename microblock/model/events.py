@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ..errors import BadArgument, require_finite, require_positive
 from .plain_data import PlainData
-from .summary import Row, Shown, Summary, number
-from .types import ContactLike
+from .summary import Row, Shown, Summary, number, saved
+from .types import ContactLike, Target
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
     from .state import State
 
 
@@ -86,20 +88,21 @@ class LoadPath(Shown, PlainData):
     def __init__(self, problem: ContactLike, last: float, rtol: float | None) -> None:
         self.problem, self.last, self.rtol = problem, last, rtol
 
-    @property
-    def first(self) -> float:
-        return 0.0
-
-    if TYPE_CHECKING:  # a subclass has it as a cached property
+    if TYPE_CHECKING:  # a subclass has them as properties
 
         @property
-        @abstractmethod
+        def first(self) -> float:
+            """Load from which zones are followed."""
+
+        @property
         def events(self) -> Sequence[Event]:
             """Zones that are born, merge, split or vanish, ascending in load."""
 
-    @property
-    def warnings(self) -> list[str]:
-        return []
+        @property
+        def warnings(self) -> Sequence[str]:
+            """Sentences on what `events` may leave out."""
+    else:
+        first, warnings = 0.0, ()
 
     def at(self, load: float) -> State:
         """Returns the State at a load on the path.
@@ -120,7 +123,33 @@ class LoadPath(Shown, PlainData):
         NotConverged
             As of `Contact.solve`.
         """
-        raise NotImplementedError
+        require_on_path(load, self.last)
+        return self.problem.solve(load=load, rtol=self.rtol)
+
+    def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
+        """Returns a figure of the events: their loads over their places.
+
+        Parameters
+        ----------
+        file : str or Path, optional
+            File to which the figure is written (PNG, PDF or SVG, by its ending).
+        ax : matplotlib.axes.Axes, optional
+            Where to draw, in place of a figure of its own.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+        >>> path = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()).path(load=1.0)
+        >>> figure = path.plot("path.pdf")
+        """
+        from ..view.path_figure import draw  # here: whoever does not draw does not load matplotlib
+
+        drawing = draw(self, ax)
+        return saved(drawing, file) if ax is not None else saved(drawing, file, self.warnings)
 
     def summary(self) -> Summary:
         """Returns the events as far as they have been computed."""

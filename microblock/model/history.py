@@ -4,65 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument
 from .plain_data import PlainData
-from .state import Solution, State, _to_read
+from .state import Solution, State
 from .summary import Row, Shown, Summary, number, saved
-from .types import Array, ContactLike, Interval, Target
+from .types import Array, ContactLike, Target
 from .zones import distance
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-ZoneErrors: TypeAlias = "dict[str, list[Interval] | None]"  # of the left and right ends, by the zone's name
 SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what a user has multiplied
 
 
-class FrictionSolution(Solution):
-    """What a method computes at a pair of loads: the contract that a FrictionState rests on."""
-
-    @property
-    def zone_errors(self) -> ZoneErrors | None:
-        """Errors of the edges of `zones_by_name` (lengths), as of `FrictionState`; None, unless a method
-        estimates them.
-        """
-        return None
-
-    if TYPE_CHECKING:
-
-        @property
-        def shear(self) -> float:
-            """Q, force per thickness; `load` is P."""
-
-        @property
-        def shear_traction(self) -> Array:
-            """q along x1, array (n,) (stress)."""
-
-        @property
-        def slip(self) -> Array:
-            """Relative tangential displacement since first contact, array (n,) (length)."""
-
-        @property
-        def dissipation(self) -> float:
-            """Energy per thickness that was dissipated since the beginning."""
-
-        @property
-        def work(self) -> float:
-            """Work of the loads since the beginning, per thickness."""
-
-        @property
-        def tangential_approach(self) -> float | None:
-            """Tangential displacement of the obstacle (length); None where a rigid-body constant is
-            arbitrary.
-            """
-
-
-class OfMoment(FrictionSolution):
+class OfMoment(Solution):
     """Base of solutions with the shear and the energies of a `corners.friction.Moment`, `moment`."""
 
     moment: Any
@@ -100,14 +61,12 @@ class OfMoment(FrictionSolution):
         return float(self.moment.dissipation)
 
 
-def change(
-    finer: FrictionSolution, coarser: FrictionSolution, weights: Array, ell: float, friction: float
-) -> float:
+def change(finer: Solution, coarser: Solution, weights: Array, ell: float, friction: float) -> float:
     """Returns the largest relative L2 change of pressure, M/ell and q/f from one discretisation to the next.
 
     Parameters
     ----------
-    finer, coarser : FrictionSolution
+    finer, coarser : Solution
     weights : array (n,)
         Of the finer one's nodes (lengths).
     ell, friction : float
@@ -118,110 +77,6 @@ def change(
     ]
     p, M, q = (own - np.interp(finer.x, coarser.x, other) for own, other in zip(*fields))
     return distance(weights, p, M, fields[0][0], q)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class FrictionState(State):
-    """A state of a history: a contact state with a shear traction.
-
-    It has all of `State`; its `zones` have "stick" and "slip" as well, intervals of x1 in contact. Its
-    `micromoment` is that of the corner forces and of the shear traction, which acts on the blocks' faces.
-
-    Attributes
-    ----------
-    normal, shear : float
-        P and Q, forces per thickness; Q > 0 drags the surface along x1.
-    shear_traction : array (n,)
-        q along x1 at `x` (stress).
-    slip : array (n,)
-        Relative tangential displacement of obstacle and surface since first contact at `x` (length),
-        positive in the direction of a positive q; 0 where there was no contact.
-    dissipation, work : float
-        Dissipated energy and work of the loads since the beginning, per thickness: `work` is the sum of
-        `energy` and `dissipation`, up to what the rigid-body constant of a half-plane leaves open in `work`
-        and `energy` alike.
-    tangential_approach : float or None
-        Tangential displacement of the obstacle (length); None where the rigid-body constant is arbitrary.
-    zone_errors : dict or None
-        Errors of the edges of `zones` in their order: {name: [(left, right), ...]} (lengths), and None for a
-        name of which the coarser discretisation had another number of zones. None as a whole where a
-        method does not estimate them.
-
-    Examples
-    --------
-    >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-    >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
-    >>> state = problem.history([(1.0, 0.0), (1.0, 0.15)], rtol=0.05).states[-1]
-    >>> round(float(state.weights @ state.shear_traction), 9), state.dissipation > 0
-    (0.15, True)
-    """
-
-    solution: FrictionSolution
-
-    _keys = (
-        *State._keys,
-        *("normal", "shear", "dissipation", "work", "tangential_approach", "zone_errors"),
-        *("shear_traction", "slip"),
-    )
-
-    @property
-    def normal(self) -> float:
-        """P, the normal force per thickness."""
-        return self.load
-
-    @property
-    def shear(self) -> float:
-        """Q, the shear force per thickness."""
-        return float(self.solution.shear)
-
-    @property
-    def shear_traction(self) -> Array:
-        """Shear traction at `x`, array (n,)."""
-        return _to_read(self.solution.shear_traction)
-
-    @property
-    def slip(self) -> Array:
-        """Relative tangential displacement since first contact at `x`, array (n,)."""
-        return _to_read(self.solution.slip)
-
-    @property
-    def dissipation(self) -> float:
-        """Dissipated energy since the beginning."""
-        return float(self.solution.dissipation)
-
-    @property
-    def work(self) -> float:
-        """Work of the loads since the beginning."""
-        return float(self.solution.work)
-
-    @property
-    def tangential_approach(self) -> float | None:
-        """Tangential displacement of the obstacle, or None."""
-        return self.solution.tangential_approach
-
-    @property
-    def zone_errors(self) -> ZoneErrors | None:
-        """Errors of the edges of `zones`, or None."""
-        return self.solution.zone_errors
-
-    def to_dict(self) -> dict[str, Any]:
-        """Returns the state as plain data for JSON: `State.to_dict`, with the attributes of friction, and the
-        columns "shear" and "slip" in "profile".
-        """
-        data = super().to_dict()
-        data["profile"] |= {"shear": data["shear_traction"], "slip": data["slip"]}
-        return data
-
-    def summary(self) -> Summary:
-        """Returns what a notebook shows of the state."""
-        plain = super().summary()
-        rows = (
-            *plain.rows,
-            Row("shear force", "Q", self.shear, "force per thickness"),
-            Row("largest shear traction", "|q|", float(np.abs(self.shear_traction).max()), "stress"),
-            Row("dissipation", "", self.dissipation, "energy per thickness"),
-        )
-        return Summary("Contact state with friction", plain.brief, rows, plain.warnings)
 
 
 @dataclass(frozen=True)
@@ -267,7 +122,7 @@ class History(Shown, PlainData):
     Attributes
     ----------
     problem : Contact
-    states : list of FrictionState
+    states : list of State
         One for each pair of loads, in the given order.
     events : list of HistoryEvent
         What happens on the way, in order.
@@ -285,9 +140,7 @@ class History(Shown, PlainData):
 
     _keys = "states", "events", "warnings"
 
-    def __init__(
-        self, problem: ContactLike, states: Sequence[FrictionState], events: Sequence[HistoryEvent]
-    ) -> None:
+    def __init__(self, problem: ContactLike, states: Sequence[State], events: Sequence[HistoryEvent]) -> None:
         self.problem, self.states, self.events = problem, list(states), list(events)
 
     @property
@@ -295,29 +148,38 @@ class History(Shown, PlainData):
         """What its states warn of, each sentence once."""
         return list(dict.fromkeys(text for state in self.states for text in state.warnings))
 
-    def plot(self, path: Target = None) -> Figure:
+    def plot(self, file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of the last state's shear traction within what friction allows, and of the shear
         force over the slip of all states.
 
         Parameters
         ----------
-        path : str or Path, optional
+        file : str or Path, optional
             File to which the figure is written (PNG, PDF or SVG, by its ending).
+        ax : matplotlib.axes.Axes, optional
+            Where to draw the shear force over the slip alone, in place of a figure of its own.
 
         Returns
         -------
         matplotlib.figure.Figure
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
+        >>> figure = problem.history([(1.0, 0.0), (1.0, 0.3)], rtol=0.05).plot("history.pdf")
         """
-        from ..view.friction_figure import FrictionFigure, slip_and_shear
+        from ..view.friction_figure import FrictionFigure, draw_loop, slip_and_shear
 
         loop = [slip_and_shear(state) for state in self.states]
-        figure: Figure = FrictionFigure().update(self.states[-1], loop).drawing
-        return saved(figure, path, self.warnings)
+        if ax is not None:
+            return saved(draw_loop(ax, loop), file)
+        return saved(FrictionFigure().update(self.states[-1], loop).drawing, file, self.warnings)
 
     def summary(self) -> Summary:
         """Returns the pairs of loads and the events."""
         rows = [
-            Row(f"pair {index}", "P, Q", f"{number(one.normal)}, {number(one.shear)}", "force per thickness")
+            Row(f"pair {index}", "P, Q", f"{number(one.load)}, {number(one.shear)}", "force per thickness")
             for index, one in enumerate(self.states)
         ]
         rows += [

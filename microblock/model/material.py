@@ -22,6 +22,7 @@ from ..errors import (
 from .summary import Row, Shown, Summary, number
 
 Component: TypeAlias = Any  # a number, an array or an expression of NGSolve: whatever has +, -, * and **
+UNCOUPLED = 1e-20  # coupling number beta of a classical solid: the least that half-planes take is 1e-24
 Components: TypeAlias = tuple[tuple[Component, Component], tuple[Component, Component]]
 
 
@@ -256,6 +257,42 @@ class Cosserat(Shown):
         """
         stiffness = self.curvature * self.ell**2 * self.mu
         return stiffness * kappa[0], stiffness * kappa[1]
+
+
+class Elastic(Cosserat):
+    """The classical elastic solid in plane strain, for comparison under `Unilateral`: no blocks, no length.
+
+    It is a `Cosserat` solid whose coupling is rounding beside its moduli, so that its ell does not matter.
+
+    Parameters
+    ----------
+    E, nu : float
+        Young's modulus (stress) and Poisson's ratio.
+
+    Raises
+    ------
+    Inadmissible
+        If the moduli violate (13).
+
+    Examples
+    --------
+    >>> ground = mb.HalfPlane(mb.Elastic(E=100, nu=0.3))
+    >>> state = mb.Contact(ground, mb.Cylinder(R=10), mb.Unilateral()).solve(load=1.0, rtol=1e-6)
+    >>> round(state.half_width / mb.hertz_scales(ground.solid, R=10, P=1.0)[0], 6)
+    1.0
+    """
+
+    def __init__(self, E: float, nu: float) -> None:
+        super().__init__(E, nu, ell=1.0, beta=UNCOUPLED)
+
+    def __repr__(self) -> str:
+        return f"Elastic(E={self.E}, nu={self.nu})"
+
+    def summary(self) -> Summary:
+        """Returns the moduli, for a notebook."""
+        return Summary(
+            "Elastic solid", f"E {number(self.E)}, nu {number(self.nu)}", super().summary().rows[:2]
+        )
 
 
 def _components(gradient: Component) -> Components:

@@ -1,5 +1,5 @@
-"""Results as plain data, as JSON has them: dictionaries, lists, texts, numbers, and None where a number does
-not exist.
+"""Results as plain data: as JSON has them (dictionaries, lists, texts, numbers, and None where a number does
+not exist), as labelled data sets, and in files that bring them back.
 """
 
 from __future__ import annotations
@@ -7,9 +7,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any, ClassVar
+from os import PathLike
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import xarray
 
 
 class PlainData:
@@ -25,8 +29,76 @@ class PlainData:
         dict
             Plain data for JSON in full precision: arrays are lists (of lists), tuples are lists, parts that
             are results or events are dictionaries, and a number that is NaN or infinite is None.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
+        >>> problem.path(load=1.0).to_dict()["events"][0]["kind"]
+        'born'
         """
         return {name: plain_data(getattr(self, name)) for name in self._keys}
+
+    def to_xarray(self) -> xarray.Dataset:
+        """Returns the result as a labelled data set, with units in attributes: frames, NetCDF files and plots
+        follow from it.
+
+        Returns
+        -------
+        xarray.Dataset
+            The numbers and arrays among the attributes, by their names: of a state over "x" (in three
+            dimensions over "point", or over "x1" and "x2" of a grid), of a history over "state" and "point",
+            where a state with fewer points than others has NaN; events over "event". Texts are attributes, a
+            number that does not exist is NaN.
+
+        Raises
+        ------
+        MissingExtra
+            If xarray is not installed.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
+        >>> data = problem.solve(load=1.0).to_xarray()
+        >>> data.pressures.dims, data.pressures.units, round(float(data.weights @ data.pressure), 9)
+        (('corner', 'x'), 'stress', 1.0)
+        >>> problem.path(load=1.0).to_xarray().event_load.units
+        'force per thickness'
+        """
+        from .labelled import data_set  # here: whoever does not ask for it does not load it
+
+        return cast("xarray.Dataset", data_set(cast(Any, self)))
+
+    def save(self, file: str | PathLike[str]) -> None:
+        """Writes the result to a file, from which `load` brings it back digit by digit.
+
+        The file has all attributes, but not what lies between the points: `pressure_at`, `gap_at` and
+        `fields` of what is loaded raise BadArgument. Functions, such as the height of an obstacle, and meshes
+        are no data: of a problem that has one, these parts come back as their name alone.
+
+        Parameters
+        ----------
+        file : str or path
+            Where to write it: an archive of numpy's arrays (NPZ), without pickles, whatever the ending.
+
+        Raises
+        ------
+        BadArgument
+            If no file can be there.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
+        >>> state = problem.solve(load=1.0)
+        >>> state.save("state.npz")
+        >>> mb.load("state.npz").to_dict() == state.to_dict()
+        True
+        """
+        from .archive import save
+
+        save(self, file)
 
 
 def plain_data(value: Any) -> Any:

@@ -50,8 +50,8 @@ class Solver:
         Corners that a law may have; None for any number.
     counter_bodies : tuple of classes
         Of the second bodies that it knows as obstacles (`Deformable`); others are refused.
-    state_class : class
-        Of the states that it returns, and takes as `initial`.
+    in_space : "cells", "nodes" or None
+        What its states have in three dimensions; None in the plane.
     verifies : bool
         Whether the residual of its states is that of equations which it solves to rounding
         (`require_solved`); else the error estimate speaks of it.
@@ -62,7 +62,7 @@ class Solver:
     usual_rtol: float | None = None
     most_corners: int | None = 2
     counter_bodies: tuple[type, ...] = ()
-    state_class: type[Any] = State
+    in_space: str | None = None
     verifies = False
 
     def __init__(self, contact: ContactLike, options: Any) -> None:
@@ -162,8 +162,8 @@ class Solver:
         raise NotImplementedError
 
     def state(self, solution: Any) -> State:
-        """Returns the state, of `state_class`, that a user has of a solution."""
-        return solution if isinstance(solution, self.state_class) else State(solution)
+        """Returns the State that a user has of a solution."""
+        return State(solution)
 
     def require_solved(self, state: Any, load: float | None, approach: float | None) -> None:
         """Raises NotConverged unless a state has the load or the approach (the other is None) that was asked
@@ -197,8 +197,7 @@ class Solver:
 
     def carried(self, state: Any) -> float:
         """Returns the resultant of a state's pressures: a force, in the plane per thickness."""
-        normals = getattr(getattr(state, "solution", None), "normals", None)
-        return float(np.sum(state.weights * state.pressure * (1.0 if normals is None else normals[:, 1])))
+        return float(np.sum(state.weights * state.pressure * state.normals[:, -1]))
 
     def path(self, last: float, rtol: float | None, progress: bool = False) -> LoadPath:
         """Returns the LoadPath up to the load `last`; raises BadArgument where the method cannot follow

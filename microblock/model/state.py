@@ -6,36 +6,39 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from inspect import getattr_static
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, Named, at_least, require_choice, require_numbers, require_pair
-from .material import Cosserat, hertz_scales
+from .deformable import body_of
+from .material import Cosserat, Elastic, hertz_scales
 from .obstacles import Cylinder, gap, returned
-from .plain_data import PlainData
+from .plain_data import PlainData, plain_data
 from .sharp import of_samples
 from .summary import Row, Shown, Summary, call, intervals, number, saved
 from .types import (
     Array,
     ContactLike,
-    CornerZones,
     Flags,
     Function,
+    Integers,
     Interval,
     LawLike,
     ObstacleLike,
     Target,
+    ZoneErrors,
     Zones,
 )
 from .zones import contact_zones, half_widths, over_the_end
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from .problem import Problem
-    from .solver import Solver
 
 LARGE_ROTATION = math.radians(10)  # of a block: the small-angle form (41) misses 1.5 % there
 ROUGH = 0.1  # error estimate from which a state says that it is rough
@@ -43,6 +46,7 @@ ROUGH = 0.1  # error estimate from which a state says that it is rough
 STEEP = 0.2
 # nodes across a zone, whose edges half a spacing may misplace by 1/16 of its width
 FEWEST = 9
+NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
 # of the contact's width, over which the obstacle's slope at an edge is taken
 NEXT_TO = 1e-6
 
@@ -148,8 +152,13 @@ class ErrorParts:
 
 
 class Solution:
-    """What a method computes: the contract that a State rests on. What has no default here, each method
-    gives: as an attribute, a field or a property.
+    """What a method computes, and what lies between its points: a State takes its fields from it when they
+    are first asked for, by their names, and asks it for `pressure`, `gap`, `fields` and `surface`.
+
+    A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`, `micromoment`,
+    `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns` and `displacement`, in the plane
+    `x`, and with friction `shear`, `shear_traction`, `slip`, `dissipation`, `work` and, where they are known,
+    `tangential_approach` and `zone_errors`: as attributes, fields or properties.
 
     Attributes
     ----------
@@ -170,75 +179,8 @@ class Solution:
 
     if TYPE_CHECKING:
 
-        @property
-        def solver(self) -> Solver:
-            """The solver that has computed it."""
-
-        @property
-        def problem(self) -> Problem:
-            """The problem on the line, with obstacle, law and ell."""
-
-        @property
-        def method(self) -> str:
-            """The method in a word."""
-
-        @property
-        def load(self) -> float:
-            """Force per thickness; on a period, of one period."""
-
-        @property
-        def approach(self) -> float:
-            """Approach of the obstacle (length)."""
-
-        @property
-        def zones_by_name(self) -> Zones:
-            """{"A": [(left, right), ...], "B", "full", "contact": ...}, intervals of x1, ascending."""
-
-        @property
-        def x(self) -> Array:
-            """Points of the whole surface, array (n,)."""
-
-        @property
-        def weights(self) -> Array:
-            """Lengths that the points stand for, array (n,)."""
-
-        @property
-        def psi(self) -> Array:
-            """Microrotation, array (n,) (radians)."""
-
-        @property
-        def micromoment(self) -> Array:
-            """Micromoment (29), array (n,) (stress x length)."""
-
-        @property
-        def pressures(self) -> Array:
-            """Pressures of A and B, or of the one contact point, array (corners, n)."""
-
-        @property
-        def energy(self) -> float:
-            """Elastic energy per thickness."""
-
-        @property
-        def residual(self) -> float:
-            """Largest relative residual of equilibrium, complementarity and feasibility."""
-
-        @property
-        def iterations(self) -> int:
-            """Iterations of the method."""
-
-        @property
-        def unknowns(self) -> int:
-            """Number of unknowns."""
-
-        @property
-        def displacement(self) -> Array:
-            """Displacement -u.n, array (n,) (length)."""
-
-        def pressure(self, corner: int, x: Array) -> Array:
-            """Returns the pressure of a corner, by its number, at x, array (n,)."""
-
-        def gap(self, corner: int, x: Array) -> Array:
-            """Returns the gap of a corner, by its number, at x, array (n,)."""
+        def __getattr__(self, name: str) -> Any:
+            """What a method gives."""
 
     @property
     def error_estimate(self) -> float | None:
@@ -283,7 +225,7 @@ class Solution:
 
     def counter_displacement(self, x: Array) -> Array:
         """Returns the displacement along x2 of the surface of a second body at x, array (n,) (length)."""
-        return np.zeros_like(x)
+        return np.zeros(len(x))
 
     def moved_on(self, earlier: Solution, share: float) -> Solution:
         """Returns this solution, moved on by a share of the way from an earlier one if that helps to find the
@@ -307,15 +249,6 @@ class Solution:
 class LineSolution(Solution):
     """Base of solutions along x1 with zones by the number of the corner."""
 
-    if TYPE_CHECKING:
-
-        @property
-        def all_zones(self) -> CornerZones:
-            """Zones by the number of the corner: 0 for A (left) and 1 for B (right), or 0 alone."""
-
-        def _reaction_at_nodes(self) -> Array:
-            """Returns M where psi is prescribed: the reaction to it, array (n,)."""
-
     @cached_property
     def zones_by_name(self) -> Zones:
         """{"A", "B", "full", "contact": intervals} of x1."""
@@ -325,8 +258,9 @@ class LineSolution(Solution):
     def micromoment(self) -> Array:
         """M of (29) at `x`, array (n,); where psi is prescribed, the reaction to it."""
         if self.problem.law.clamps_rotation:
-            return self._reaction_at_nodes()
-        return self.problem.ell / 2 * np.asarray(np.sum(self.problem.levers(self.x) * self.pressures, axis=0))
+            return cast(Array, self._reaction_at_nodes())
+        moments = self.problem.levers(self.x) * self.pressures
+        return cast(Array, self.problem.ell / 2 * np.sum(moments, axis=0))
 
     @cached_property
     def energy(self) -> float:
@@ -337,9 +271,12 @@ class LineSolution(Solution):
         return float(np.sum(work @ self.weights) / 2)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, init=False)
 class State(Shown, PlainData):
-    """A contact state, of whatever body and method.
+    """A contact state, of whatever body, law and method.
+
+    What follows is that of the plane; in three dimensions forces stand for forces per thickness, and areas
+    for lengths, see the notes.
 
     Attributes
     ----------
@@ -352,17 +289,29 @@ class State(Shown, PlainData):
     x, weights : arrays (n,)
         Points of the whole contact surface, ascending, and the lengths that they stand for: ``weights @
         pressure`` is the load (of a curved surface with the normals' second component as a factor).
-    pressure, micromoment, psi : arrays (n,)
-        Total pressure (stress), micromoment (29) (stress x length) and microrotation (radians) at `x`. Where
+    points, normals : arrays (n, 2)
+        The same points (lengths), and the outward unit normals of the surface there.
+    apart : boolean array (n - 1,) or None
+        Whether the surface is interrupted between a point and the next; None where it nowhere is.
+    pressure, micromoment, psi, displacement : arrays (n,)
+        Total pressure (stress), micromoment (29) (stress x length), microrotation (radians) and normal
+        displacement into the body, -u.n (length; of a half-plane up to its additive constant), at `x`. Where
         the law prescribes psi, the micromoment is the reaction to it.
     pressures : dict of arrays (n,)
         Pressures of the corners: {"A": ..., "B": ...}, or {"C": ...} of laws without corners.
+    closed : array (n,) of int
+        Number of corners with a pressure.
+    rotation : array (n,)
+        Rotation of the blocks (radians): psi0 + psi, or psi alone where psi0 acts in the levers only.
     zones : dict of lists of (left, right)
         Intervals of x1: in "A" the left corner is closed, in "B" the right one, in "full" both, in "contact"
         either. Of laws without corners "contact" alone is not empty. On a period, an interval at its end
-        goes on beyond it where one begins at its start.
+        goes on beyond it where one begins at its start. With friction "stick" and "slip" are parts of
+        "contact".
     half_width : float
         Half of the distance between the outermost edges of the contact (length).
+    contact_area : float
+        Length of the contact, that of its gaps left out.
     error_estimate : float or None
         Relative error in L2 over the surface of what `pressure_at` returns and of the micromoment over ell,
         both over the pressure, with friction also of the shear traction over the friction; for punches and
@@ -380,8 +329,61 @@ class State(Shown, PlainData):
         fallback was taken.
     energy : float
         Elastic energy per thickness; of a half-plane up to its additive constant.
+    body, solid, obstacle, law
+        Of the problem.
+    caption : str
+        Obstacle, law, load and error estimate in a line, as it stands above figures.
+    shear : float or None
+        Q along x1, force per thickness, which drags the surface along x1 if it is positive; `load` is P.
+        This, and what follows, is that of a state of a `History`, and None without friction.
+    shear_traction, slip : arrays (n,) or None
+        q along x1 (stress), and relative tangential displacement of obstacle and surface since first contact
+        (length), positive in the direction of a positive q; 0 where there was no contact. The `micromoment`
+        is that of the corner forces and of the shear traction, which acts on the blocks' faces.
+    dissipation, work : float or None
+        Dissipated energy and work of the loads since the beginning, per thickness: `work` is the sum of
+        `energy` and `dissipation`, up to what the rigid-body constant of a half-plane leaves open in `work`
+        and `energy` alike.
+    tangential_approach : float or None
+        Tangential displacement of the obstacle (length); None where the rigid-body constant is arbitrary.
+    zone_errors : dict or None
+        Errors of the edges of `zones` in their order: {name: [(left, right), ...]} (lengths), and None for a
+        name of which the coarser discretisation had another number of zones. None as a whole where a
+        method does not estimate them.
+    opposite : array (n,) or None
+        Displacement along x2 of the surface of a second body (`Deformable`) at `x`; None of a rigid obstacle.
     solution : Solution
-        What the method itself has computed.
+        What the method itself has computed, which knows what lies between the points.
+
+    Notes
+    -----
+    In three dimensions a state has the following instead:
+
+    points, normals : arrays (n, 3)
+        Centres of cells, row after row, or nodes of the contact boundary, and unit normals there.
+    weights : array (n,)
+        Areas: ``weights @ pressure`` is the load (on a part of a symmetric body that of the part).
+    micromoment, psi : arrays (n, 2)
+        M1 and M2 of the corners' forces, or the reaction to psi = 0, and microrotations about x1 and x2.
+    pressures : dict of arrays (n,)
+        Of the corners "--", "-+", "+-", "++" (signs of x1 and x2 from the block's middle), or {"C": ...}.
+        Where all four corners of a block are closed their forces are not unique: four forces act on three
+        degrees of freedom. `pressure` and `micromoment`, their resultants, are; `pressures` are those of
+        least norm.
+    closed : array (n,) of int
+        Number of closed corners: those with a force, and all four where no gap is open.
+    contact_area : float
+        Area on which a corner touches (length^2).
+    shape, x1, x2, width
+        Of cells: their numbers (n1, n2) along either axis, centres along either axis, arrays (n1,) and (n2,),
+        and the side of one (length). Of nodes `x1` and `x2` are those of `points`, the others None.
+    triangles : array (m, 3) of int, or None
+        Numbers of nodes, of triangles between them.
+    seen_width : float or None
+        Diameter of a disc that is always seen, within the cells and as far again on all sides of them, if the
+        obstacle is lower there than as far again around it (length). Narrower summits may be missed.
+    zones, half_width, x, rotation
+        None.
 
     Examples
     --------
@@ -389,50 +391,120 @@ class State(Shown, PlainData):
     >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()).solve(load=1.0, rtol=1e-4)
     >>> state.method, sorted(state.pressures), round(float(state.weights @ state.pressure), 9)
     ('panels', ['A', 'B'], 1.0)
+    >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
+    >>> state = problem.history([(1.0, 0.0), (1.0, 0.15)], rtol=0.05).states[-1]
+    >>> round(float(state.weights @ state.shear_traction), 9), state.dissipation > 0
+    (0.15, True)
     """
 
-    solution: Solution
+    solution: Any
+    load: float
+    residual: float
+    iterations: int
+    unknowns: int
+    method: str
+    energy: float
+    x: Array
+    weights: Array
+    points: Array
+    normals: Array
+    micromoment: Array
+    psi: Array
+    displacement: Array
+    apart: Flags | None
+    shape: tuple[int, int] | None
+    x1: Array | None
+    x2: Array | None
+    triangles: Integers | None
+    width: float | None
+    seen_width: float | None
+    error_estimate: float | None
+    shear: float | None
+    dissipation: float | None
+    work: float | None
+    tangential_approach: float | None
+    zone_errors: ZoneErrors | None
+    shear_traction: Array | None
+    slip: Array | None
 
-    _keys: ClassVar[tuple[str, ...]] = (
-        *("load", "approach", "half_width", "zones", "energy", "error_estimate", "error_parts", "residual"),
-        *("iterations", "unknowns", "method", "warnings"),
+    _keys = (
+        *("load", "approach", "half_width", "contact_area", "zones", "energy", "error_estimate"),
+        *("error_parts", "residual", "iterations", "unknowns", "method", "warnings"),
         *("x", "weights", "pressure", "pressures", "micromoment", "psi"),
     )
+    _of_friction = (
+        *("shear", "dissipation", "work", "tangential_approach", "zone_errors", "shear_traction", "slip"),
+    )
+    _in_space = (
+        *("load", "approach", "contact_area", "energy", "error_estimate", "residual", "iterations"),
+        *("unknowns", "method", "warnings", "seen_width", "width", "shape", "x1", "x2", "points", "weights"),
+        *("pressure", "pressures", "micromoment", "psi", "displacement", "opposite", "closed"),
+    )
+
+    def __init__(self, solution: Any, **given: Any) -> None:
+        """The state of a solution; what is not given is taken from that when it is first asked for."""
+        vars(self).update(given, solution=solution)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name):
+            entry = self.__dataclass_fields__.get(name)
+            if entry is None or "solution" not in vars(self):
+                raise AttributeError(f"a State has no {name}")
+            known = "None" not in entry.type or getattr_static(self.solution, name, None) is not None
+            value = getattr(self.solution, name) if known else None
+            if isinstance(value, np.ndarray):
+                value = _to_read(value)
+            vars(self)[name] = value.item() if isinstance(value, np.generic) else value
+            return vars(self)[name]
+
+    @classmethod
+    def names(cls) -> tuple[str, ...]:
+        """Returns the names of all data of a state: of its fields, and of what is computed from them."""
+        computed = (name for name, own in vars(cls).items() if isinstance(own, cached_property))
+        return (*(entry.name for entry in fields(cls)), *computed)
 
     @property
+    def flat(self) -> bool:
+        """Whether the state is one of the plane."""
+        return "zones" not in vars(self) or self.zones is not None
+
+    @property
+    def listed(self) -> tuple[str, ...]:
+        """Names of what `to_dict` has."""
+        if not self.flat:
+            return self._in_space
+        return self._keys if self.shear is None else (*self._keys, *self._of_friction)
+
+    @cached_property
     def problem(self) -> ContactLike:
         """The contact problem."""
-        return self.solution.solver.contact
+        return cast("ContactLike", self.solution.solver.contact)
 
-    @property
-    def load(self) -> float:
-        """Force per thickness."""
-        return float(self.solution.load)
+    @cached_property
+    def obstacle(self) -> ObstacleLike:
+        """The obstacle of the problem."""
+        return self.problem.obstacle
 
-    @property
+    @cached_property
+    def law(self) -> LawLike:
+        """The contact law of the problem."""
+        return self.problem.law
+
+    @cached_property
+    def solid(self) -> Cosserat:
+        """The solid of the body."""
+        return self.problem.solid
+
+    @cached_property
     def approach(self) -> float | None:
         """Approach of the obstacle (length), or None."""
         return float(self.solution.approach) if self.solution.solver.has_level else None
 
-    @property
-    def x(self) -> Array:
-        """Points of the contact surface, array (n,)."""
-        return _to_read(self.solution.x)
-
-    @property
-    def weights(self) -> Array:
-        """Lengths that the points stand for, array (n,)."""
-        return _to_read(self.solution.weights)
-
-    @property
-    def psi(self) -> Array:
-        """Microrotation at `x`, array (n,)."""
-        return _to_read(self.solution.psi)
-
-    @property
-    def micromoment(self) -> Array:
-        """Micromoment (29) at `x`, array (n,)."""
-        return _to_read(self.solution.micromoment)
+    @cached_property
+    def error_parts(self) -> ErrorParts | None:
+        """Parts of the error estimate, or None."""
+        return cast("ErrorParts | None", self.solution.estimate)
 
     @cached_property
     def pressures(self) -> dict[str, Array]:
@@ -442,7 +514,12 @@ class State(Shown, PlainData):
     @cached_property
     def pressure(self) -> Array:
         """Total pressure at `x`, array (n,)."""
-        return _to_read(self.solution.pressures.sum(axis=0))
+        return _to_read(np.sum(list(self.pressures.values()), axis=0))
+
+    @cached_property
+    def closed(self) -> Integers:
+        """Number of closed corners at the points, array (n,)."""
+        return cast(Integers, np.sum([own > 0 for own in self.pressures.values()], axis=0))
 
     @cached_property
     def zones(self) -> Zones:
@@ -453,67 +530,46 @@ class State(Shown, PlainData):
             found[name] = own if period is None else over_the_end(own, period)
         return found
 
-    @property
+    @cached_property
     def half_width(self) -> float:
         """Half of the width of the contact, counted at the middles of blocks (length): the outermost corner
         that touches stands ell/2 inside. Under `Punch(0.5)` with ell = 0.085 the half-width is 0.5425.
         """
         return half_widths(self.zones["contact"])[0]
 
-    @property
-    def error_estimate(self) -> float | None:
-        """Estimate of the relative error, or None."""
-        return self.solution.error_estimate
+    @cached_property
+    def contact_area(self) -> float:
+        """Length of the contact.
 
-    @property
-    def error_parts(self) -> ErrorParts | None:
-        """Parts of the error estimate, or None."""
-        return self.solution.estimate
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral()).solve(load=1.0)
+        >>> state.contact_area == 2 * state.half_width      # one zone
+        True
+        """
+        return sum(right - left for left, right in self.zones["contact"])
 
-    @property
-    def residual(self) -> float:
-        """Largest relative residual."""
-        return float(self.solution.residual)
+    @cached_property
+    def rotation(self) -> Array:
+        """Rotation of the blocks at `x`, array (n,)."""
+        return self.psi + self.law.initial_rotation(self.x)
 
-    @property
-    def iterations(self) -> int:
-        """Iterations of the method."""
-        return self.solution.iterations
+    @cached_property
+    def opposite(self) -> Array | None:
+        """Displacement of the surface of a second body at the points, array (n,), or None."""
+        deforms = body_of(self.obstacle) is not None
+        return self.solution.counter_displacement(self.x) if deforms else None
 
-    @property
-    def unknowns(self) -> int:
-        """Number of unknowns."""
-        return self.solution.unknowns
-
-    @property
-    def method(self) -> str:
-        """The method in a word."""
-        return self.solution.method
-
-    @property
-    def energy(self) -> float:
-        """Elastic energy per thickness."""
-        return self.solution.energy
-
-    @property
-    def obstacle(self) -> ObstacleLike:
-        """The obstacle of the problem."""
-        return self.problem.obstacle
-
-    @property
-    def law(self) -> LawLike:
-        """The contact law of the problem."""
-        return self.problem.law
-
-    @property
-    def solid(self) -> Cosserat:
-        """The solid of the body."""
-        return self.solution.problem.solid
-
-    @property
+    @cached_property
     def warnings(self) -> list[str]:
         """Sentences on what limits the validity of the state."""
-        ell, found = self.solid.ell, []
+        known = [*self.solution.remarks(), *self.solution.notes]
+        return [*((*self._beyond_small_strain(), *of_samples(self.solution)) if self.flat else ()), *known]
+
+    def _beyond_small_strain(self) -> list[str]:
+        """Returns sentences on the rotations, slopes and sizes of a state of the plane."""
+        ell, found = 0.0 if isinstance(self.solid, Elastic) else self.solid.ell, []
         largest = float(np.abs(self.rotation).max(initial=0.0))
         if largest > LARGE_ROTATION:
             angle = math.degrees(largest)
@@ -527,14 +583,7 @@ class State(Shown, PlainData):
         contact = self.zones["contact"]
         if contact and self.solution.has_edges and contact[-1][1] - contact[0][0] < 2 * ell:
             found.append("blocks are larger than the half-width of the contact")
-        return [*found, *of_samples(self.solution), *self.solution.remarks(), *self.solution.notes]
-
-    @property
-    def rotation(self) -> Array:
-        """Rotation of the blocks at `x`: psi0 + psi, or psi alone where psi0 acts in the levers only; array
-        (n,).
-        """
-        return self.psi + self.law.initial_rotation(self.x)
+        return found
 
     def _slope(self) -> float:
         """Returns the largest slope of the obstacle at an edge of the contact."""
@@ -551,20 +600,21 @@ class State(Shown, PlainData):
 
         Parameters
         ----------
-        x : float or array (n,)
-            Abscissae x1 (lengths).
+        x : float or array (n,), in three dimensions array (n, 2) or (n, 3)
+            Abscissae x1, or x1 and x2 of places on the surface (lengths).
         corner : str, optional
             Name of the corner; without it the pressures of all corners are summed.
 
         Returns
         -------
         array (n,), or a float for one number
-            Stresses; 0 outside the contact.
+            Stresses; 0 outside the contact. In three dimensions they are linear along either axis between the
+            centres of cells, and on triangles between nodes.
 
         Raises
         ------
         BadArgument
-            If the law has no such corner.
+            If x is no such array of finite numbers, or the law has no such corner.
 
         Examples
         --------
@@ -573,11 +623,10 @@ class State(Shown, PlainData):
         >>> state.pressure_at([0.0, 1.0]).round(2).tolist()
         [2.01, 0.0]
         """
-        places = require_numbers(x=x)
-        if corner is not None:
-            return _like(x, self.solution.pressure(self._number(corner), places))
-        own = (self.solution.pressure(index, places) for index in range(len(self.law.corners)))
-        return _like(x, sum(own, np.zeros(len(places))))
+        places = self._places(x)
+        numbers = range(len(self.pressures)) if corner is None else [self._number(corner)]
+        found = sum((self.solution.pressure(number, places) for number in numbers), np.zeros(len(places)))
+        return _like(x, found) if self.flat else found
 
     def gap_at(self, corner: str, x: ArrayLike) -> Array:
         """Returns the gap (22) of a corner at x.
@@ -597,7 +646,7 @@ class State(Shown, PlainData):
         Raises
         ------
         BadArgument
-            If the law has no such corner.
+            If the law has no such corner, or the state is one of three dimensions.
 
         Examples
         --------
@@ -606,15 +655,17 @@ class State(Shown, PlainData):
         >>> bool(state.gap_at("C", 1.0) > 0)
         True
         """
+        self._require_flat("gap between its points")
         return _like(x, self.solution.gap(self._number(corner), require_numbers(x=x)))
 
     def counter_displacement(self, x: ArrayLike) -> Array | float:
-        """Returns the displacement along x2 of the surface of a second body (`Deformable`).
+        """Returns the displacement of the surface of a second body (`Deformable`) along x2, in three
+        dimensions along x3.
 
         Parameters
         ----------
-        x : array (n,) or float
-            Abscissae x1 (lengths).
+        x : array (n,) or float, in three dimensions array (n, 2) or (n, 3)
+            Abscissae x1, or x1 and x2 (lengths).
 
         Returns
         -------
@@ -627,14 +678,76 @@ class State(Shown, PlainData):
         >>> ground = mb.HalfPlane(mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1))
         >>> roller = mb.Deformable(ground, mb.Cylinder(R=10))
         >>> state = mb.Contact(ground, roller, mb.Unilateral()).solve(load=1.0)
-        >>> state.counter_displacement(0.0) > state.counter_displacement(1.0)
+        >>> bool(state.counter_displacement(0.0) > state.counter_displacement(1.0))
         True
         """
-        return _like(x, self.solution.counter_displacement(require_numbers(x=x)))
+        found = self.solution.counter_displacement(self._places(x))
+        return _like(x, found) if self.flat else found
+
+    def _window(self, window: Interval | None) -> Interval | None:
+        """Returns the window as a pair of floats, or None; raises BadArgument unless it is an interval of the
+        plane.
+        """
+        if window is not None and not self.flat:
+            raise BadArgument("window", window, "is an interval of x1, which a state of the plane has")
+        return None if window is None else require_pair(window=window)
+
+    def _require_flat(self, what: str) -> None:
+        if not self.flat:
+            raise BadArgument("method", self.method, f"has no {what} in three dimensions")
+
+    def _places(self, x: ArrayLike) -> Array:
+        """Returns abscissae, array (n,), or places in three dimensions, array (n, 2) or (n, 3)."""
+        if self.flat:
+            return cast(Array, require_numbers(x=x))
+        try:
+            found = np.asarray(x, float)
+        except (TypeError, ValueError, OverflowError):
+            found = np.empty(0)
+        if found.ndim != 2 or found.shape[1] not in (2, 3) or not np.isfinite(found).all():
+            raise BadArgument("points", x, "must be an array (k, 2) or (k, 3) of finite numbers")
+        return found
+
+    def along(self, direction: str) -> dict[str, Array]:
+        """Returns a state on cells in three dimensions along a line through the middle of the cells.
+
+        Parameters
+        ----------
+        direction : "x1" or "diagonal"
+
+        Returns
+        -------
+        dict of arrays (n,)
+            "x1" (abscissae), "pressure", "m1", "m2", "psi1", "psi2".
+
+        Raises
+        ------
+        BadArgument
+            If the direction is none of these, or the state not one on cells in three dimensions.
+
+        Notes
+        -----
+        With an even number of cells the axis runs between two rows, of which the mean is taken.
+        """
+        require_choice(("x1", "diagonal"), direction=direction)
+        if self.shape is None:
+            raise BadArgument("direction", direction, "belongs to cells in three dimensions")
+        n = self.shape[0]
+        rows = [n // 2] if n % 2 else [n // 2 - 1, n // 2]
+        fields = {"pressure": self.pressure} | {
+            f"{name}{i + 1}": values[:, i]
+            for name, values in (("m", self.micromoment), ("psi", self.psi))
+            for i in (0, 1)
+        }
+        found = {"x1": cast(Array, self.x1)}
+        for name, values in fields.items():
+            cells = values.reshape(self.shape)
+            found[name] = np.diagonal(cells) if direction == "diagonal" else cells[:, rows].mean(axis=1)
+        return found
 
     def _number(self, corner: str) -> int:
-        require_choice(self.law.corners, corner=corner)
-        return self.law.corners.index(corner)
+        require_choice(self.pressures, corner=corner)
+        return list(self.pressures).index(corner)
 
     @property
     def fields(self) -> Callable[..., Any]:
@@ -657,11 +770,7 @@ class State(Shown, PlainData):
         (2,)
         """
         if not hasattr(self.solution, "fields"):
-            raise BadArgument(
-                "method",
-                self.method,
-                "has no fields below the surface; finite elements and panels without friction have",
-            )
+            raise BadArgument("method", self.method, NO_FIELDS)
         return cast("Callable[..., Any]", self.solution.fields)
 
     def reaction(self, boundary: str) -> tuple[Array, float]:
@@ -696,7 +805,7 @@ class State(Shown, PlainData):
         return cast("tuple[Array, float]", self.solution.reaction_on(boundary))
 
     def surface(self, window: Interval | None = None) -> Surface:
-        """Returns the Surface in and around the contact: gaps, normal displacement, obstacle.
+        """Returns the Surface in and around the contact of the plane: gaps, normal displacement, obstacle.
 
         Parameters
         ----------
@@ -707,11 +816,12 @@ class State(Shown, PlainData):
         -------
         Surface
         """
-        return self.solution.surface(_window(window))
+        self._require_flat("surface along x1")
+        return cast(Surface, self.solution.surface(self._window(window)))
 
-    @property
+    @cached_property
     def caption(self) -> str:
-        """Obstacle, law, load and error estimate in a line, as it stands above figures."""
+        """Obstacle, law, load and error estimate in a line."""
         error = (
             "no error estimate" if self.error_estimate is None else f"error {at_least(self.error_estimate)}"
         )
@@ -726,7 +836,8 @@ class State(Shown, PlainData):
             The numbers, texts, zones and arrays among the attributes, by their names: arrays and intervals
             are lists, and a number that is NaN or infinite is None. "profile" has the arrays once more as
             columns of one table: "x", "weight", "pressure", "pressure_A", "pressure_B" (None of laws
-            without corners), "micromoment", "psi".
+            without corners), "micromoment", "psi", with friction "shear" and "slip"; of cells in three
+            dimensions it has the state `along` the axis x1 ("axis") and along the "diagonal".
 
         Examples
         --------
@@ -736,90 +847,132 @@ class State(Shown, PlainData):
         >>> data["load"], data["approach"], data["profile"]["pressure"] == state.pressure.tolist()
         (1.0, None, True)
         """
-        data = super().to_dict()
+        data = {name: plain_data(getattr(self, name)) for name in self.listed}
+        if not self.flat:
+            cuts = {"axis": "x1", "diagonal": "diagonal"} if self.shape else {}
+            return {**data, "profile": {name: plain_data(self.along(cut)) for name, cut in cuts.items()}}
         corners = {f"pressure_{name}": data["pressures"].get(name) for name in "AB"}
         columns = {"x": data["x"], "weight": data["weights"], "pressure": data["pressure"], **corners}
-        return {**data, "profile": {**columns, "micromoment": data["micromoment"], "psi": data["psi"]}}
+        columns |= {"micromoment": data["micromoment"], "psi": data["psi"]}
+        if self.shear is not None:
+            columns |= {"shear": data["shear_traction"], "slip": data["slip"]}
+        return {**data, "profile": columns}
 
     def summary(self) -> Summary:
         """Returns what a notebook shows of the state."""
-        corners = self.law.corners if len(self.law.corners) > 1 else ()
+        corners = tuple(self.pressures) if len(self.pressures) > 1 else ()
         named = {name: f"corner {name} closed" for name in corners}
         named |= {"full": "both closed" if len(corners) == 2 else "all closed"} if corners else {}
         named |= {"contact": "contact"}
+        force, known = "force per thickness" if self.flat else "force", self.approach is not None
+        moments = np.linalg.norm(self.micromoment.reshape(len(self.weights), -1), axis=1)
         rows = [
             Row("method", "", self.method, f"{self.unknowns} unknowns"),
-            Row("load", "P", self.load, "force per thickness"),
-            Row(
-                "approach",
-                "d",
-                self.approach,
-                "length" if self.approach is not None else "arbitrary on a half-plane",
-            ),
+            Row("load", "P", self.load, force),
+            Row("approach", "d", self.approach, "length" if known else "arbitrary on a half-plane"),
             Row("largest nodal pressure", "p", float(self.pressure.max()), "stress"),
-            Row("largest nodal micromoment", "|M|", float(np.abs(self.micromoment).max()), "stress x length"),
-            Row(
-                "largest rotation of a block",
-                "|&psi;<sub>0</sub> + &psi;|",
-                math.degrees(np.abs(self.rotation).max()),
-                "degrees",
-            ),
-            *(Row(named[name], "", intervals(self.zones[name]), "x1, length") for name in named),
-            *scales(self.obstacle, self.solid, self.load),
+            Row("largest nodal micromoment", "|M|", float(moments.max()), "stress x length"),
             Row("error estimate", "", self.error_estimate, "relative, of p and M in L2"),
         ]
-        brief = (
-            f"load {number(self.load)}, contact {intervals(self.zones['contact'])}, "
-            f"error estimate {number(self.error_estimate)}"
-        )
-        return Summary("Contact state", brief, tuple(rows), tuple(self.warnings))
+        if self.flat:
+            turned = math.degrees(np.abs(self.rotation).max())
+            rows[5:5] = [
+                Row("largest rotation of a block", "|&psi;<sub>0</sub> + &psi;|", turned, "degrees"),
+                *(Row(named[name], "", intervals(self.zones[name]), "x1, length") for name in named),
+                *scales(self.obstacle, self.solid, self.load),
+            ]
+        else:
+            rows += [
+                Row("area of contact", "", self.contact_area, "length^2"),
+                Row("narrowest summit seen", "", self.seen_width, "length"),
+                Row("largest relative residual", "", self.residual),
+            ]
+        if self.shear_traction is not None:
+            rows += [
+                Row("shear force", "Q", self.shear, "force per thickness"),
+                Row("largest shear traction", "|q|", float(np.abs(self.shear_traction).max()), "stress"),
+                Row("dissipation", "", self.dissipation, "energy per thickness"),
+            ]
+        contact = intervals(self.zones["contact"]) if self.flat else f"area {number(self.contact_area)}"
+        brief = f"load {number(self.load)}, contact {contact}, error estimate {number(self.error_estimate)}"
+        title = "Contact state" if self.shear is None else "Contact state with friction"
+        return Summary(title, brief, tuple(rows), tuple(self.warnings))
 
-    def plot(self, path: Target = None, window: Interval | None = None) -> Figure:
+    def plot(self, file: Target = None, ax: Axes | None = None, window: Interval | None = None) -> Figure:
         """Returns a figure of pressures, micromoment, corner gaps, rotation, zones and the rotated blocks
-        over x1.
+        over x1; in three dimensions of the pressure and of the number of closed corners, from above, with
+        cuts through cells, or with the micromoment at nodes.
 
         Parameters
         ----------
-        path : str or Path, optional
+        file : str or Path, optional
             File to which the figure is written (PNG, PDF or SVG, by its ending).
+        ax : matplotlib.axes.Axes, optional
+            Where to draw the pressures alone, in place of a figure of its own.
         window : (left, right), optional
-            Interval of x1; without it the contact and its surroundings are shown.
+            Interval of x1 in the plane; without it the contact and its surroundings are shown.
 
         Returns
         -------
         matplotlib.figure.Figure
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()).solve(load=1.0)
+        >>> figure = state.plot("state.pdf")
+        >>> _ = state.plot(ax=figure.axes[0])
         """
-        from ..view.state_figure import StateFigure  # here: whoever does not draw does not load matplotlib
+        from ..view import nodes_figure, state_figure, surface_figure  # here: not without a picture
 
-        figure = StateFigure(self.law.corners).update(self, _window(window))
-        return saved(figure.drawing.captioned(self.caption), path, self.warnings)
+        window = self._window(window)
+        if not self.flat:
+            drawn = (nodes_figure if self.shape is None else surface_figure).draw(self, ax)
+            return self._saved(drawn, file, ax)
+        if ax is not None:
+            return self._saved(state_figure.draw_pressures(ax, self, window), file, ax)
+        figure = state_figure.StateFigure(tuple(self.pressures)).update(self, window)
+        return self._saved(figure.drawing, file, ax)
 
-    def plot_blocks(self, path: Target = None, window: Interval | None = None) -> Figure:
-        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper.
+    def plot_blocks(
+        self, file: Target = None, ax: Axes | None = None, window: Interval | None = None
+    ) -> Figure:
+        """Returns a figure of the rotated blocks under the obstacle, as Fig. 3 of the paper; of cells in
+        three dimensions coloured by how many corners touch.
 
         Parameters
         ----------
-        path, window : optional
-            As of `plot`.
+        file, ax, window : optional
+            As of `plot`; in three dimensions the axis has to be one, too.
 
         Returns
         -------
         matplotlib.figure.Figure
+
+        Raises
+        ------
+        BadArgument
+            In three dimensions, if the law has no blocks, or the state is one of nodes.
         """
+        from ..view import surface_blocks
         from ..view.state_figure import BlocksFigure
 
-        figure = BlocksFigure(self.law.corners).update(self, _window(window))
-        return saved(figure.drawing.captioned(self.caption), path, self.warnings)
+        window = self._window(window)
+        if not self.flat:
+            return self._saved(surface_blocks.draw(self, ax), file, ax)
 
-    def plot_below(self, field: str = "psi", path: Target = None) -> Figure:
+        figure = BlocksFigure(tuple(self.pressures), ax).update(self, window)
+        return self._saved(figure.drawing, file, ax)
+
+    def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a field below the contact.
 
         Parameters
         ----------
         field : str
             "psi", "s22", "s11", "skew" or "shear".
-        path : str or Path, optional
-            File to which the figure is written (PNG, PDF or SVG, by its ending).
+        file, ax : optional
+            As of `plot`.
 
         Returns
         -------
@@ -831,24 +984,18 @@ class State(Shown, PlainData):
             If the state is one on cells, or the field unknown.
         """
         if not hasattr(self.solution, "fields_below"):
-            raise BadArgument(
-                "method",
-                self.method,
-                "has no fields below the surface; finite elements and panels without friction have",
-            )
+            raise BadArgument("method", self.method, NO_FIELDS)
         from ..view.below import draw_below
 
-        return saved(draw_below(self, field), path, self.warnings)
+        return self._saved(draw_below(self, field, ax), file, ax, "\ncontact in black")
 
-    def plot_body(self, field: str = "psi", path: Target = None) -> Figure:
+    def plot_body(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a picture of a field in all of a body on a mesh.
 
         Parameters
         ----------
-        field : str
+        field, file, ax : optional
             As of `plot_below`.
-        path : str or Path, optional
-            File to which the figure is written.
 
         Returns
         -------
@@ -859,21 +1006,42 @@ class State(Shown, PlainData):
         BadArgument
             If the body has no mesh, or the field is unknown.
         """
+        self._require_flat("picture of all of the body")
         if not hasattr(self.solution, "reaction_on"):
             raise BadArgument("method", self.method, "has no mesh to show; use plot_below")
         from ..view.below import draw_body
 
-        return saved(draw_body(self, field), path, self.warnings)
+        return self._saved(draw_body(self, field, ax), file, ax)
+
+    def _saved(self, drawing: Any, file: Target, ax: Axes | None, more: str = "") -> Figure:
+        """Returns a figure; one of its own says what the state is, and what it warns of."""
+        return saved(drawing, file, *(() if ax is not None else (self.warnings, self.caption + more)))
+
+
+def in_space(solution: Any, points: Array, weights: Array, **given: Any) -> State:
+    """Returns a state of three dimensions, at points, array (n, 3), that stand for areas, array (n,).
+
+    Of the solution the `pressures` of corners, `psi` and `micromoment` about x1 and x2, `displacement` and
+    the number of `closed` corners are taken, arrays whose last axes are those of the points.
+    """
+    names, count = solution.solver.surface_law.names, len(points)
+    vectors = {name: getattr(solution, name).reshape(2, count).T for name in ("psi", "micromoment")}
+    scalars = {name: getattr(solution, name).ravel() for name in ("displacement", "closed")}
+    pressures = Named("corner", zip(names, map(_to_read, solution.pressures.reshape(-1, count))))
+    found = {"points": points, "normals": np.tile([0.0, 0.0, 1.0], (count, 1)), "weights": weights}
+    arrays = {name: _to_read(values) for name, values in (found | vectors | scalars).items()}
+    area = float(weights[scalars["closed"] > 0].sum())
+    return State(
+        solution,
+        **(arrays | dict.fromkeys(("zones", "half_width", "x", "rotation")) | given),
+        pressures=pressures,
+        contact_area=area,
+    )
 
 
 def _like(x: ArrayLike, found: Array) -> Array:
     """Returns values at x in its shape: of one number a float."""
     return np.reshape(found, np.shape(x))[()]
-
-
-def _window(window: Interval | None) -> Interval | None:
-    """Returns the window as a pair of floats; raises BadArgument unless it is (left, right), or None."""
-    return None if window is None else require_pair(window=window)
 
 
 def _to_read(values: ArrayLike) -> Array:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from ..errors import require_place, writing
 from .types import Interval, Target
 
 if TYPE_CHECKING:
@@ -127,11 +128,15 @@ def _cells(row: Row) -> tuple[str, str, str]:
     return escape(row.name), symbol, escape(number(row.value)) + unit
 
 
-def saved(drawing: Any, path: Target, warnings: Iterable[str] = ()) -> Figure:
-    """Returns a Figure, with what a state warns of above it, written to the path if there is one."""
-    if warnings:
-        lines = [drawing.get_suptitle(), *(f"Warning: {text}" for text in warnings)]
+def saved(drawing: Any, file: Target = None, warnings: Iterable[str] = (), caption: str = "") -> Figure:
+    """Returns a Figure, with a caption and what a state warns of above it, written to a file if there is one;
+    raises BadArgument where no file can be.
+    """
+    if warnings or caption:
+        lines = [caption or drawing.get_suptitle(), *(f"Warning: {text}" for text in warnings)]
         drawing.captioned("\n".join(lines).strip())
-    if path is not None:
-        drawing.savefig(path)
+    if file is not None:
+        require_place(file, "file", drawing.canvas.get_supported_filetypes())
+        with writing(file, "file"):
+            drawing.savefig(file)
     return cast("Figure", drawing)

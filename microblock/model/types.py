@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 if TYPE_CHECKING:
     from .events import LoadPath
-    from .law import Microblock
+    from .law import Law, Microblock
     from .material import Cosserat
     from .solver import Solver
     from .state import State
@@ -28,7 +28,9 @@ Tilt: TypeAlias = float | Callable[[AnyArray, AnyArray], ArrayLike]  # a rotatio
 Interval: TypeAlias = tuple[float, float]  # (left, right) of x1
 Target: TypeAlias = "str | PathLike[str] | None"  # file of a figure
 Zones: TypeAlias = dict[str, list[Interval]]  # by the name of the zone
+ZoneErrors: TypeAlias = "dict[str, list[Interval] | None]"  # of the left and right ends, by the zone's name
 CornerZones: TypeAlias = Mapping[int, Sequence[Interval]]  # by the number of the corner
+LawLike: TypeAlias = "Law"
 AngledLaw: TypeAlias = "Microblock"  # one whose psi0 is a function
 
 
@@ -40,36 +42,6 @@ class HasHeight(Protocol):
 
 
 ObstacleLike: TypeAlias = HasHeight | Callable[[Array], ArrayLike]
-
-
-class LawLike(Protocol):
-    """A contact law; `microblock.model.law.Law` documents its parts and has defaults for some of them."""
-
-    @property
-    def corners(self) -> tuple[str, ...]:
-        """Names of the corners, from left to right."""
-
-    @property
-    def clamps_rotation(self) -> bool:
-        """Whether psi = 0 on the whole contact surface."""
-
-    @property
-    def even(self) -> bool:
-        """Whether the law is known to be symmetric about x1 = 0."""
-
-    def levers(self, x: Array) -> Mapping[str, Array]:
-        """Returns the levers of (29) at x, arrays (n,)."""
-
-    def initial_gaps(
-        self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
-    ) -> Mapping[str, Array]:
-        """Returns the initial gaps (lengths) at points, arrays (n,)."""
-
-    def initial_rotation(self, x: Array) -> Array:
-        """Returns what psi0 adds to the rotation of the blocks at x, array (n,) (radians)."""
-
-    def shifts(self, ell: float) -> tuple[float, ...]:
-        """Returns how far right of each corner its contact point lies (lengths)."""
 
 
 class MethodLike(Protocol):

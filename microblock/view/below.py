@@ -24,7 +24,7 @@ RARE = 2e-3  # of the points of a body, on either side, that lie beyond the ends
 HEIGHTS = 1.5, 6.0  # inches, of the picture of a body
 
 
-def draw_below(state, quantity="psi"):
+def draw_below(state, quantity="psi", axis=None):
     """A Figure of one of QUANTITIES below the contact, of a state that tells its `fields_below(box)`.
 
     box : ((left, right), depth), what is shown; fields_below -> (x1, x2, triangles (m, 3), psi, stress (2, 2,
@@ -39,11 +39,11 @@ def draw_below(state, quantity="psi"):
     x1, x2, triangles, psi, stress = state.solution.fields_below(box)
     deep = x2 <= -FIRST * box[1] * (1 - ROUNDING)  # nearer to the surface a stress may have no bound
     ends = box[0], (max(x2.min(), -box[1]), max(0.03 * box[1], x2.max()))
-    field, caption = values(psi, stress, quantity), f"{state.caption}\ncontact in black"
-    return _filled(2.9, caption, Triangulation(x1, x2, triangles), field, quantity, deep, ends, contact)
+    field = values(psi, stress, quantity)
+    return _filled(2.9, axis, Triangulation(x1, x2, triangles), field, quantity, deep, ends, contact)
 
 
-def draw_body(state, quantity="psi"):
+def draw_body(state, quantity="psi", axis=None):
     """A Figure of one of QUANTITIES in all of a body on a mesh."""
     require_choice(QUANTITIES, field=quantity)
     x1, x2, triangles, psi, stress = state.solution.fields_below(((-np.inf, np.inf), np.inf))
@@ -52,16 +52,15 @@ def draw_body(state, quantity="psi"):
     low, high = np.quantile(field, (RARE, 1 - RARE))
     height = float(np.clip(4.2 * np.ptp(x2) / np.ptp(x1) + 0.9, *HEIGHTS))
     ends, shown = ((x1.min(), x1.max()), (x2.min(), x2.max())), (field >= low) & (field <= high)
-    return _filled(height, state.caption, Triangulation(x1, x2, triangles), field, quantity, shown, ends)
+    return _filled(height, axis, Triangulation(x1, x2, triangles), field, quantity, shown, ends)
 
 
 @plots.styled()
-def _filled(height, caption, triangulation, field, quantity, shown, ends, contact=()):
+def _filled(height, axis, triangulation, field, quantity, shown, ends, contact=()):
     """A Figure with contours of a quantity, the contact in black, and a bar of the colours."""
-    drawing, axis = plots.figure(height=height, width=5.2)
+    drawing, axis = plots.in_place(axis, height=height, width=5.2)
     for left, right in contact:
         axis.plot([left, right], [0, 0], color="k", linewidth=5, solid_capstyle="butt")
-    drawing.captioned(caption)
     drawn = _contours(axis, triangulation, field, quantity in ("psi", "skew"), shown)
     axis.set(xlabel="$x_1$ (length)", ylabel="$x_2$ (length)", aspect="equal", xlim=ends[0], ylim=ends[1])
     # those beyond the first and last colour would stand at its end, beside the one that belongs there

@@ -84,7 +84,7 @@ class Explorer(Shown):
         require_positive(load=load)
         if rtol is not None:
             require_tolerance(rtol)
-        if problem.solver.state_class is not State:
+        if problem.solver.in_space:
             raise BadArgument("problem", problem, "must be one of the plane: of a half-space, state.plot()")
         self._before, self._drawn, self._rtol, self._compared = None, {}, rtol, False
         self.reference = reference_length(problem, load)

@@ -4,7 +4,8 @@ from ..contact import Contact
 from ..errors import BadArgument, require_finite, require_kind, require_positive
 from ..halfplane.friction_solver import FrictionSolver
 from ..halfplane.kernels import HalfPlane
-from ..model.history import FrictionState, pairs_of
+from ..model.history import pairs_of
+from ..model.state import State
 from ..model.summary import Row, Shown, Summary, number
 from ..threads import bounded
 from .friction_figure import FrictionFigure, slip_and_shear
@@ -26,7 +27,7 @@ class FrictionExplorer(Shown):
     Attributes
     ----------
     load, shear : float, P (force per thickness) and Q/(f P)
-    state : FrictionState
+    state : State
     loop : list of (mean slip with the pressure as weight, Q/(f P)), one for each step
 
     Raises
@@ -92,7 +93,7 @@ class FrictionExplorer(Shown):
 
     def _step(self):
         friction = self.problem.law.friction
-        self.state = FrictionState(self._walk.to(self.load, self.shear * friction * self.load))
+        self.state = State(self._walk.to(self.load, self.shear * friction * self.load))
         self.loop.append(slip_and_shear(self.state))
         self.figure.update(self.state, self.loop)
         return self.state

@@ -35,7 +35,7 @@ class FrictionFigure:
             plots.letter((self._tractions, self._loop), "shaded: stick", "the way so far")
 
     def update(self, state, loop):
-        """Shows a FrictionState, and the way to it: pairs (slip, shear over f P)."""
+        """Shows a state with friction, and the way to it: pairs (slip, shear over f P)."""
         bound = state.law.friction * state.pressure
         self._shear.set_data(state.x, state.shear_traction)
         for line, sign in zip(self._bounds, (1, -1)):
@@ -62,9 +62,18 @@ class FrictionFigure:
         return self
 
 
+@plots.styled()
+def draw_loop(axis, loop):
+    """The figure of an axis, into which the loop is drawn: pairs (slip, shear over f P)."""
+    drawing, axis = plots.in_place(axis)
+    axis.plot(*np.transpose(loop), color=plots.COLOURS[0])
+    axis.set(xlabel="mean slip, weighted by pressure", ylabel="$Q/(fP)$")
+    return drawing
+
+
 def slip_and_shear(state):
     """A point of the loop: the mean slip with the pressure as weight, along which the work of the shear is
     dissipated where all slips; and Q/(f P).
     """
-    slip = float(state.weights @ (state.pressure * state.slip)) / state.normal
-    return slip, state.shear / (state.law.friction * state.normal)
+    slip = float(state.weights @ (state.pressure * state.slip)) / state.load
+    return slip, state.shear / (state.law.friction * state.load)

@@ -8,6 +8,7 @@ from textwrap import fill
 import matplotlib
 import numpy as np
 from matplotlib import mathtext
+from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -15,7 +16,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.rcsetup import cycler
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
-from ..errors import require_place, writing
+from ..errors import require_kind, require_place, writing
 
 SCREEN_DPI = 110  # of what notebooks show
 COLUMN = 3.54  # inches, 9 cm: one column of a journal page, or a telephone
@@ -90,11 +91,11 @@ class Drawing(Figure):
         """Save as matplotlib does; without an ending ".png" is added."""
         if not hasattr(fname, "write"):
             formats = self.canvas.get_supported_filetypes()
-            require_place(fname, endings=formats)
+            require_place(fname, "file", formats)
             path = Path(fname)
             known = path.suffix[1:].lower() in formats
             fname = path if known or "format" in settings else path.with_name(f"{path.name}.png")
-        with styled(), writing(fname):
+        with styled(), writing(fname, "file"):
             super().savefig(fname, **settings)
 
     def _repr_png_(self):
@@ -109,6 +110,14 @@ def figure(rows=1, columns=1, height=2.6, width=COLUMN, **grid):
     """
     drawing = Drawing(figsize=(width, height * rows), layout="constrained")
     return drawing, drawing.subplots(rows, columns, **grid)
+
+
+def in_place(axis, **size):
+    """(Figure, Axes) of an axis that is given, or of a figure of its own; BadArgument where it is no Axes."""
+    if axis is None:
+        return figure(**size)
+    require_kind(Axes, "an Axes of matplotlib", ax=axis)
+    return axis.figure, axis
 
 
 def letter(axes, *titles):

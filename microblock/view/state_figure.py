@@ -449,12 +449,24 @@ class BlocksPanel:
         return [(self.axis, artist) for artist in artists]
 
 
+@plots.styled()
+def draw_pressures(axis, state, window=None):
+    """The figure of an axis, into which the pressures of the corners of a state are drawn."""
+    drawing, axis = plots.in_place(axis)
+    surface = state.surface(window or _around(state.zones["contact"], state.solid.ell))
+    for corner, row in zip(surface.corners, surface.pressures):
+        look = {"color": colour_of(corner), "linestyle": CORNER_LINES.get(corner, "-")}
+        axis.plot(*blocks.interrupted(surface, surface.x, row), **look, label=rf"$p_{{\rm {corner}}}$")
+    axis.set(xlabel="$x_1$ (length)", ylabel=LABELS["pressure"])
+    return drawing
+
+
 class BlocksFigure:
     """The rotated blocks alone; as `StateFigure`."""
 
-    def __init__(self, corners):
+    def __init__(self, corners, axis=None):
         with plots.styled():
-            self.drawing, axis = plots.figure(width=PAGE.size[0], height=3.6)
+            self.drawing, axis = plots.in_place(axis, width=PAGE.size[0], height=3.6)
             self.panel = BlocksPanel(axis, corners)
 
     def update(self, state, window=None):

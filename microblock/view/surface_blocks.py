@@ -7,9 +7,11 @@ A block is a cube of side ell below its contact point. A corner at r from the bl
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from mpl_toolkits.mplot3d.axes3d import Axes3D
 from scipy.interpolate import RegularGridInterpolator
 
-from ..errors import BadArgument
+from ..errors import BadArgument, require_kind
+from ..halfspace.surface_law import on_surface
 from . import plots
 from .surface_figure import colours_of, numbered
 
@@ -25,32 +27,42 @@ FACES = {"top": (1, 3, 7, 5), "front": (0, 1, 5, 4), "right": (4, 5, 7, 6)}
 
 
 @plots.styled()
-def draw(state):
-    """The figure of the blocks of a SurfaceState.
+def draw(state, axis=None):
+    """The figure of the blocks of a state on cells, or of an axis of three dimensions that is given.
 
     Raises
     ------
     BadArgument
-        If a law has one corner, and so no blocks that could be drawn.
+        If a law has one corner, and so no blocks that could be drawn, or the state is one at nodes.
     """
-    law = state.problem.solver.surface_law
+    law = on_surface(state.law)
     if not law.psi0:
-        raise BadArgument("law", state.problem.law, "has no blocks: plot_blocks() is for Microblock")
-    ell = state.problem.solid.ell
+        raise BadArgument("law", state.law, "has no blocks: plot_blocks() is for Microblock")
+    if state.shape is None:
+        raise BadArgument(
+            "method", state.method, "has no cells on which blocks are drawn in three dimensions"
+        )
+    ell = state.solid.ell
     x1, x2 = _places(state, ell)
     found = {
         name: _between(state, values, x1, x2)
-        for name, values in (("psi1", state.psi[0]), ("psi2", state.psi[1]), ("u", state.displacement))
+        for name, values in (("psi1", state.psi[:, 0]), ("psi2", state.psi[:, 1]), ("u", state.displacement))
     }
     turned = np.hypot(found["psi1"], found["psi2"]).max()
     magnified = min(TURNED / max(turned, 1e-300), LOWERED * ell / max(np.abs(found["u"]).max(), 1e-300))
     tilt = law.tilt(x1, x2)  # (-psi0_2, psi0_1)
     psi = np.array((found["psi1"] + tilt[1], found["psi2"] - tilt[0])) * magnified
     corners = _corners(x1, x2, found["u"] * magnified, psi, ell)
-    closed = state.closed[_nearest(state.x1, x1), _nearest(state.x2, x2)]
+    closed = state.closed.reshape(state.shape)[_nearest(state.x1, x1), _nearest(state.x2, x2)]
 
-    figure = plots.Drawing(figsize=(plots.COLUMN, 3.0), layout="constrained")
-    axis = figure.add_subplot(projection="3d")
+    words = f"Displacement and rotation are drawn {magnified:.2g} times as large."
+    if axis is None:
+        figure = plots.Drawing(figsize=(plots.COLUMN, 3.0), layout="constrained").captioned(words)
+        axis = figure.add_subplot(projection="3d")
+    else:
+        require_kind(Axes3D, "an Axes of matplotlib in three dimensions", ax=axis)
+        figure = axis.figure
+        axis.set_title(words)
     look = colours_of(len(law.names))
     colours = look["cmap"](np.arange(len(law.names) + 1))
     faces = np.concatenate([corners[:, members] for members in FACES.values()])
@@ -67,13 +79,14 @@ def draw(state):
     axis.view_init(*SEEN)
     bar = figure.colorbar(ScalarMappable(**look), ax=axis, shrink=0.6, pad=0.02, label="closed corners")
     numbered(bar, len(law.names))
-    return figure.captioned(f"Displacement and rotation are drawn {magnified:.2g} times as large.")
+    return figure
 
 
 def _places(state, ell):
     """Contact points of the blocks about the contact, at most MOST a side: arrays (n,)."""
     box = []
-    for x, there in ((state.x1, state.closed.any(axis=1)), (state.x2, state.closed.any(axis=0))):
+    closed = state.closed.reshape(state.shape)
+    for x, there in ((state.x1, closed.any(axis=1)), (state.x2, closed.any(axis=0))):
         touching = x[there]
         middle, half = (touching[0] + touching[-1]) / 2, AROUND * (touching[-1] - touching[0]) / 2 + ell
         count = min(MOST, 1 + 2 * int(min(half, (x[-1] - x[0]) / 2) / ell))
@@ -85,7 +98,7 @@ def _places(state, ell):
 
 def _between(state, values, x1, x2):
     """Values of cells at places between their centres, array (n,)."""
-    return RegularGridInterpolator((state.x1, state.x2), values)((x1, x2))
+    return RegularGridInterpolator((state.x1, state.x2), values.reshape(state.shape))((x1, x2))
 
 
 def _nearest(x, places):

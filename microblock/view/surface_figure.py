@@ -9,15 +9,20 @@ CLOSED = ("#FFFFFF", "#C6DBEF", "#6BAED6", "#3182BD", "#08306B")  # none to four
 
 
 @plots.styled()
-def draw(state):
-    """The figure of a SurfaceState."""
-    second = bool(state.counter_displacement.any())
-    figure, axes = plots.figure(1, 3 + second, height=2.6, width=7.2 + 2.4 * second)
-    figure.set_layout_engine("compressed")  # panels of equal sides, which else push labels out
+def draw(state, axis=None):
+    """The figure of a state on cells; into an axis that is given the pressure alone."""
     half = state.width / 2
     box = (state.x1[0] - half, state.x1[-1] + half, state.x2[0] - half, state.x2[-1] + half)
-    colour_map(axes[0], state.pressure, box, "$p$")
-    closed_map(axes[1], state.closed, box, len(state.pressures))
+    pressure, closed = (values.reshape(state.shape) for values in (state.pressure, state.closed))
+    if axis is not None:
+        figure, axis = plots.in_place(axis)
+        colour_map(axis, pressure, box, "$p$")
+        return figure
+    second = state.opposite is not None
+    figure, axes = plots.figure(1, 3 + second, height=2.6, width=7.2 + 2.4 * second)
+    figure.set_layout_engine("compressed")  # panels of equal sides, which else push labels out
+    colour_map(axes[0], pressure, box, "$p$")
+    closed_map(axes[1], closed, box, len(state.pressures))
     for axis in axes[:2]:
         axis.set(xlabel="$x_1$", ylabel="$x_2$")
         axis.locator_params(nbins=5)  # as many as are there when the layout is made
@@ -27,11 +32,7 @@ def draw(state):
         axes[2].plot(along, cut["pressure"], color=plots.COLOURS[number], label=label)
     cut = state.along("x1")
     axes[2].plot(
-        cut["x1"],
-        cut["m2"] / state.problem.solid.ell,
-        "--",
-        color=plots.COLOURS[0],
-        label=r"$M_2/\ell$ along $x_1$",
+        cut["x1"], cut["m2"] / state.solid.ell, "--", color=plots.COLOURS[0], label=r"$M_2/\ell$ along $x_1$"
     )
     axes[2].set(xlabel="distance", ylabel="stress", xlim=box[:2])
     axes[2].set_box_aspect(1)
@@ -47,8 +48,9 @@ def surfaces(axis, state, box):
     n = len(state.x2)
     for values, label, look in (
         (state.displacement, "first body", "-"),
-        (state.counter_displacement, "second body", "--"),
+        (state.opposite, "second body", "--"),
     ):
+        values = values.reshape(state.shape)
         axis.plot(state.x1, values[:, [(n - 1) // 2, n // 2]].mean(axis=1), look, color="k", label=label)
     axis.set(xlabel="$x_1$", xlim=box[:2])
     axis.set_title("displacement")

@@ -11,7 +11,8 @@ from microblock.data import export
 from microblock.fem.friction import FrictionFacets, MonolithicFriction
 from microblock.halfplane.friction_events import events
 from microblock.halfplane.friction_solver import FrictionSolver, Walk
-from microblock.model.history import FrictionState, History
+from microblock.model.history import History
+from microblock.model.state import State
 
 from . import library
 from . import problems as given
@@ -207,7 +208,7 @@ def history_of(problem):
         level = solver.level(number, level)
     edges = level.edges if level else cells_of(*problem["cells"])
     walk = Walk(solver, edges)
-    states = [FrictionState(walk.to(*map(float, pair))) for pair in pairs]
+    states = [State(walk.to(*map(float, pair))) for pair in pairs]
     return History(contact, states, events(walk.path, edges, pairs))
 
 

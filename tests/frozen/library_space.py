@@ -153,30 +153,25 @@ def measured(state, problem):
 
 def totals(state):
     """Integrals over the contact, its area by the number of closed corners, and what was computed."""
-    w, p, (x1, x2) = state.weights.ravel(), state.pressure.ravel(), (state.x1, state.x2)
-    if np.ndim(state.weights) == 2:
-        x1, x2 = (x.ravel() for x in np.meshgrid(x1, x2, indexing="ij"))
-    moment, psi = (np.reshape(values, (2, -1)) for values in (state.micromoment, state.psi))
+    w, p, (x1, x2, _) = state.weights, state.pressure, state.points.T
+    moment, psi = state.micromoment.T, state.psi.T
     names = "load", "approach", "energy", "contact_area", "unknowns", "iterations", "error_estimate"
     found = {name.replace("t_a", "t a"): getattr(state, name, None) for name in names}
     found |= {"pressure squared": w @ p**2, "pressure x1": w @ (p * x1), "pressure x2": w @ (p * x2)}
     found |= {f"micromoment squared {i}": w @ each**2 for i, each in enumerate(moment, 1)}
     found |= {f"psi squared {i}": w @ each**2 for i, each in enumerate(psi, 1)}
-    found |= {
-        f"area of {n} closed": w @ (state.closed.ravel() == n) for n in range(1, len(state.pressures) + 1)
-    }
+    found |= {f"area of {n} closed": w @ (state.closed == n) for n in range(1, len(state.pressures) + 1)}
     return (
         {name: value for name, value in found.items() if value is not None}
-        | {"displacement squared": w @ np.ravel(state.displacement) ** 2}
+        | {"displacement squared": w @ state.displacement**2}
         | {"warnings": ", ".join(kinds_of(state.warnings)) or "none"}
-        | dict(zip(["counter displacement squared"], [w @ np.ravel(each) ** 2 for each in _above(state)]))
+        | dict(zip(["counter displacement squared"], [w @ each**2 for each in _above(state)]))
     )
 
 
 def _above(state):
     """The displacement of a second body that gives way, if there is one."""
-    other = getattr(state, "counter_displacement", None)
-    return [] if other is None or not other.any() else [other]
+    return [] if state.opposite is None or not state.opposite.any() else [state.opposite]
 
 
 def kinds_of(warnings):
@@ -186,10 +181,11 @@ def kinds_of(warnings):
 
 def _at(state, x1, x2):
     """What a node or a cell near (x1, x2) has."""
-    here = (np.argmin(np.hypot(state.x1 - x1, state.x2 - x2)),)
-    if np.ndim(state.weights) == 2:
-        here = np.argmin(np.abs(state.x1 - x1)), np.argmin(np.abs(state.x2 - x2))
-    vectors = {"micromoment": state.micromoment, "psi": state.psi}
+    here = np.argmin(np.hypot(*(state.points[:, :2] - (x1, x2)).T))
+    if state.shape:
+        cell = np.argmin(np.abs(state.x1 - x1)), np.argmin(np.abs(state.x2 - x2))
+        here = np.ravel_multi_index(cell, state.shape)
+    vectors = {"micromoment": state.micromoment.T, "psi": state.psi.T}
     return (
         {"displacement": state.displacement[here]}
         | {f"pressure {name}": values[here] for name, values in state.pressures.items()}
@@ -365,7 +361,7 @@ def outside():
     found, places = {}, (np.array([1.4, -2.0]), np.array([-1.7, 0.3]))
     for problem in given.SPACES[:3]:
         state = solve(problem)
-        u, phi = state.problem.solver._surface_at(state, *places)
+        u, phi = state.problem.solver._surface_at(state.solution, *places)
         found |= {f"{problem['name']} outside u {number}": value for number, value in enumerate(u)}
         if len(state.pressures) > 1:
             found |= {f"{problem['name']} outside phi{i} {j}": phi[i, j] for i, j in np.ndindex(2, 2)}

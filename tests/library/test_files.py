@@ -84,26 +84,18 @@ KINDS = {
 
 def arrays(state, kind):
     """{name in the files: values} of a state."""
-    plane = isinstance(state, mb.State)
-    if plane:
-        found = {
-            "x1": state.x,
-            "x2": state.solution.points[:, 1],
-            "displacement": state.solution.displacement,
-        }
+    found = dict(zip(("x1", "x2"), state.points.T)) | {"displacement": state.displacement}
+    if state.zones is not None:
         found |= {name: getattr(state, name) for name in ("micromoment", "psi")}
     else:
-        x1, x2 = state.x1, state.x2
-        x1, x2 = np.meshgrid(x1, x2, indexing="ij") if state.pressure.ndim == 2 else (x1, x2)
-        found = {"x1": x1, "x2": x2, "displacement": state.displacement, "closed": state.closed}
-        found |= dict(zip(("m1", "m2", "psi1", "psi2"), (*state.micromoment, *state.psi)))
+        found |= {"closed": state.closed}
+        found |= dict(zip(("m1", "m2", "psi1", "psi2"), (*state.micromoment.T, *state.psi.T)))
     found |= {"weight": state.weights, "pressure": state.pressure}
     found |= {f"pressure_{name}": values for name, values in state.pressures.items()}
     if "friction" in kind:
         found |= {"shear_traction": state.shear_traction, "slip": state.slip}
     if "two" in kind or kind == "friction on panels":
-        above = state.counter_displacement(state.x) if plane else state.counter_displacement
-        found |= {"counter_displacement": above}
+        found |= {"counter_displacement": state.opposite}
     return found
 
 

@@ -267,11 +267,11 @@ def test_what_a_history_returns_is_so(name):
     assert events == [(kind, pytest.approx(F, rel=1e-2)) for kind in ("full slip", "reversal")]
     for state in found.states:
         lost = (
-            state.weights @ state.pressure - state.normal,
+            state.weights @ state.pressure - state.load,
             state.weights @ state.shear_traction - state.shear,
         )
-        assert 0.5 * np.abs(lost).max() / state.normal <= state.residual <= most and state.residual > 0
-        assert abs(state.work - state.energy - state.dissipation) < 1e-8 * state.normal
+        assert 0.5 * np.abs(lost).max() / state.load <= state.residual <= most and state.residual > 0
+        assert abs(state.work - state.energy - state.dissipation) < 1e-8 * state.load
     sliding = found.states[2]
     assert (
         sliding.shear_traction == pytest.approx(F * sliding.pressure, abs=1e-6) and not sliding.zones["stick"]

@@ -19,6 +19,7 @@ from microblock.halfspace.kernels import kernels
 from microblock.halfspace.solver import Grid
 from microblock.halfspace.surface_law import CORNERS
 from microblock.halfspace.symbol import along
+from tests.half_space_scenes import on_cells
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 OTHER = mb.Cosserat(E=60, nu=0.2, ell=0.2, beta=0.7, alpha_prime=0.3, beta_prime=-0.2)
@@ -128,7 +129,7 @@ def hilly(x1, x2):
 def tilted(psi1, psi2, height=hilly, where="gaps and levers"):
     solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.2, alpha_prime=0.3, beta_prime=-0.2)
     law = mb.Microblock((psi1, psi2), where)
-    return problem(law, None, height, 3.0, solid, nodes=32, residual=1e-11).solve(load=1.8)
+    return on_cells(problem(law, None, height, 3.0, solid, nodes=32, residual=1e-11).solve(load=1.8))
 
 
 def test_a_mirror_turns_rotations():
@@ -194,7 +195,7 @@ def test_forces_of_blocks_that_are_not_unique_have_the_least_norm():
     """The state is as symmetric as the problem; cells at an edge may fall on either
     side by rounding.
     """
-    state = problem(mb.Microblock(), nodes=48).solve(load=1.0)
+    state = on_cells(problem(mb.Microblock(), nodes=48).solve(load=1.0))
     for same in (state.closed[::-1], state.closed[:, ::-1], state.closed.T):
         assert np.any(state.closed == 4) and np.count_nonzero(same != state.closed) <= 4
     forces = np.array(list(state.pressures.values()))
@@ -211,9 +212,10 @@ def test_gaps_are_those_of_both_surfaces_at_the_corners(law, second):
     """None is negative, closed ones are 0: the residual; of two bodies u2 by a spline through its cells, and
     what holds blocks back from twisting, 1e-3 of the approach. Equilibrium to rounding.
     """
-    state = problem(law, second, nodes=64, window=(-1.0, 1.0)).solve(load=1.0)
+    state = on_cells(problem(law, second, nodes=64, window=(-1.0, 1.0)).solve(load=1.0))
     assert np.sum(state.weights * state.pressure) == pytest.approx(1.0, rel=1e-12)
-    surface = RectBivariateSpline(state.x1, state.x2, state.counter_displacement)
+    above = np.zeros_like(state.pressure) if second is None else state.opposite
+    surface = RectBivariateSpline(state.x1, state.x2, above)
     (x1, x2), half, close = (
         np.meshgrid(state.x1, state.x2, indexing="ij"),
         SOLID.ell / 2,
@@ -244,7 +246,8 @@ def test_two_crossed_waves_in_full_contact_are_those_of_the_half_plane(second):
     def height(x1, x2):
         return -depth * (np.cos(k * x1) + np.cos(k * x2))
 
-    state = problem(mb.Microblock(), second, height, 1.0, one, nodes=64, residual=1e-11).solve(load=1.0)
+    solved = problem(mb.Microblock(), second, height, 1.0, one, nodes=64, residual=1e-11).solve(load=1.0)
+    state = on_cells(solved)
     x1, x2 = np.meshgrid(state.x1, state.x2, indexing="ij")
     assert state.pressure == pytest.approx(1.0 + p * (np.cos(k * x1) + np.cos(k * x2)), abs=1e-7)
     assert -state.micromoment[1] == pytest.approx(ell / 2 * m * np.sin(k * x1), abs=1e-7)

@@ -99,7 +99,7 @@ def test_pins_are_seen(away, turn, width):
     """At least as narrow as the promised width: they press, or a warning says where they would."""
     width = width or 1.05 * problem(nodes=64).solve(load=4 / 3).seen_width
     height, (x, y) = pinned(away, width, turn)
-    state = problem(height, nodes=64).solve(load=4 / 3)
+    state = half_space_scenes.on_cells(problem(height, nodes=64).solve(load=4 / 3))
     near = np.hypot(*np.meshgrid(state.x1 - x, state.x2 - y, indexing="ij")) < width + state.width
     assert state.pressure[near].any() or "between cells" in str(state.warnings)
 
@@ -110,7 +110,7 @@ def test_a_pin_between_cells_is_met_by_the_corner_of_a_rotated_block():
     """
     x, half = 1.1875, 0.25  # between centres of cells
     free = problem(law=BLOCKS, ell=2 * half, nodes=64, window=(-2, 2))
-    state = free.solve(load=4 / 3)
+    state = half_space_scenes.on_cells(free.solve(load=4 / 3))
     i, j = np.abs(state.x1 - x - half).argmin(), np.abs(state.x2 - half).argmin()
     met, width = (
         state.approach - state.displacement[i, j] + half * state.psi[:, i, j].sum(),
@@ -134,7 +134,7 @@ def test_equal_summits_carry_equal_loads(apart, ell, second):
     state = problem(mb.Deformable(mb.HalfSpace(solid(0.2)), pair) if second else pair, ell=ell).solve(
         0.1, rtol=0.1
     )
-    sides = state.pressure.sum(axis=1)
+    sides = state.pressure.reshape(state.shape).sum(axis=1)
     assert sides[state.x1 < 0].sum() / sides.sum() == pytest.approx(0.5, abs=1e-3)  # cells at the edges
     if ell < 1e-3 and not second:
         assert state.approach == pytest.approx(a**2 + 0.05 / (np.pi * 2 * apart), rel=5e-3)
@@ -164,10 +164,10 @@ def test_a_window_that_cuts_the_contact_says_so():
     """And the pressure up to the rim of its cells, where it was zero, is that of the last ones."""
     beside = problem(summits((3, 0, 0), (-3, 0, 0)), window=(-5, 1), nodes=64).solve(load=0.1)
     assert any("outside of the window" in words for words in beside.warnings)
-    assert problem(window=(-1.5, 1.5), nodes=64).solve(load=4 / 3).warnings == ()
+    assert problem(window=(-1.5, 1.5), nodes=64).solve(load=4 / 3).warnings == []
     slanted = problem(lambda x1, x2: 0.1 * x1 + SPHERE.height(x1, x2), window=(-0.2, 0.2), nodes=32)
     state = slanted.solve(load=1.0)
-    first, last, rim = state.pressure[0, 16], state.pressure[-1, 16], 0.199
+    (first, last), rim = state.pressure.reshape(state.shape)[[0, -1], 16], 0.199
     read = state.pressure_at(np.array([(-rim, state.x2[16], 0.0), (rim, state.x2[16], 0.0)]))
     assert any("cuts the contact" in words for words in state.warnings)
     assert 0 < last < 0.97 * first and read == pytest.approx([first, last], rel=1e-12)
@@ -183,11 +183,10 @@ def test_the_estimate_holds_of_a_finer_grid(law):
     state = sphere.solve(load=4 / 3, rtol=0.06)
     method = mb.Cells(nodes=2 * len(state.x1), window=(-1.3, 1.3), residual=1e-6)
     fine = sphere.with_(method=method).solve(load=4 / 3)
-    points = np.stack(np.meshgrid(fine.x1, fine.x2, indexing="ij"), axis=-1).reshape(-1, 2)
-    error = np.linalg.norm(state.pressure_at(points) - fine.pressure.ravel()) / np.linalg.norm(fine.pressure)
+    error = np.linalg.norm(state.pressure_at(fine.points) - fine.pressure) / np.linalg.norm(fine.pressure)
     assert error <= state.error_estimate <= 0.06
-    corners = sum(state.pressure_at(points, corner=name) for name in state.pressures)
-    assert corners == pytest.approx(state.pressure_at(points), abs=1e-12)
+    corners = sum(state.pressure_at(fine.points, corner=name) for name in state.pressures)
+    assert corners == pytest.approx(state.pressure_at(fine.points), abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -251,7 +250,8 @@ def test_order_copies_and_starts_do_not_matter():
     for initial in (before, other, close.solve(load=0.4)):
         state = close.solve(load=0.5, initial=initial)
         assert state.pressure == pytest.approx(alone.pressure, abs=1e-8 * alone.pressure.max())
-    assert np.rot90(alone.pressure) == pytest.approx(alone.pressure, abs=1e-8 * alone.pressure.max())
+    pressure = alone.pressure.reshape(alone.shape)
+    assert np.rot90(pressure) == pytest.approx(pressure, abs=1e-8 * pressure.max())
 
 
 @pytest.mark.parametrize("law", [UNILATERAL, mb.Microclamped()], ids=str)
@@ -279,7 +279,7 @@ def test_corners_beyond_a_period_meet_the_image_of_the_obstacle():
     here = problem(height, BLOCKS, 0.1, 1.0, nodes=32)
     folded = here.with_(obstacle=lambda x1, x2: height((x1 + 0.5) % 1 - 0.5, (x2 + 0.5) % 1 - 0.5))
     one, other = (each.solve(load=0.15) for each in (here, folded))
-    assert one.pressure[0].min() > 0
+    assert one.pressure.reshape(one.shape)[0].min() > 0
     assert other.pressure == pytest.approx(one.pressure, abs=1e-9 * one.pressure.max())  # rounding of places
 
 

@@ -1,0 +1,175 @@
+"""Results in one file and back, digit by digit and without pickles: arrays, and a text on what they are."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import fields, is_dataclass
+from functools import partial
+from importlib import import_module
+from inspect import signature
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from ..errors import BadArgument, Named, require_place, writing
+from .events import LoadPath
+from .history import History
+from .state import State, Surface
+from .summary import short
+from .types import AnyArray, Interval, Zones
+
+PACKAGE = __name__.partition(".")[0]
+# of a result of each kind, what is written
+NAMES: dict[Any, Iterable[str]] = {
+    State: tuple({*State.names()} - {"solution"}),
+    History: ("problem", "states", "events"),
+    LoadPath: ("problem", *LoadPath._keys),
+}
+
+
+class Absent:
+    """What is not in a file: a function or a mesh, or what lies between the points of a state. It has what is
+    known of it, and refuses everything else by name.
+    """
+
+    def __init__(self, text: str, **known: Any) -> None:
+        vars(self).update(known, text=text)
+
+    def __repr__(self) -> str:
+        return str(vars(self)["text"])
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        raise BadArgument("file", repr(self), f"is not in it as data: there is no {name}; solve it again")
+
+
+def save(result: Any, file: str | os.PathLike[str]) -> None:
+    """Writes a State, LoadPath or History, whole or not at all."""
+    require_place(file, "file")
+    arrays: list[AnyArray] = []
+    text = json.dumps(_packed(result, arrays))
+    columns: Any = {str(number): one for number, one in enumerate(arrays)}
+    part = Path(file).with_name(f".{Path(file).name}.{os.getpid()}.npz")
+    with writing(file, "file"):
+        try:
+            np.savez_compressed(part, text=text, **columns)
+            part.replace(file)
+        finally:
+            part.unlink(missing_ok=True)
+
+
+def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
+    """Returns what `save` of a State, LoadPath or History has written to a file.
+
+    Numbers and arrays come back digit by digit; what lies between the points of a state is not in a file, and
+    is refused by name.
+
+    Parameters
+    ----------
+    file : str or path
+
+    Returns
+    -------
+    State, LoadPath or History
+
+    Raises
+    ------
+    BadArgument
+        If there is no such file.
+
+    Examples
+    --------
+    >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+    >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock())
+    >>> problem.path(load=1.0).save("path.npz")
+    >>> path = mb.load("path.npz")
+    >>> path.events == problem.path(load=1.0).events, path.problem == problem, path.at(0.5).load
+    (True, True, 0.5)
+    """
+    try:
+        with np.load(file) as found:
+            arrays = dict(found)
+        result: State | LoadPath | History = _unpacked(json.loads(arrays["text"].item()), arrays)
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, EOFError, BadZipFile) as failure:
+        raise BadArgument("file", file, f"must be one that save() has written ({failure})") from failure
+    return result
+
+
+def _packed(value: Any, arrays: list[AnyArray]) -> Any:
+    """Returns a value as JSON has it; arrays are numbered, and stand in the list `arrays`."""
+    if isinstance(value, np.ndarray):
+        arrays.append(value)
+        return {"array": str(len(arrays) - 1)}
+    if isinstance(value, np.generic):
+        return value.item()
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, (list, tuple)):
+        return {type(value).__name__: [_packed(one, arrays) for one in value]}
+    if isinstance(value, dict):
+        packed = [[name, _packed(one, arrays)] for name, one in value.items()]
+        return {"dict": packed, "of": getattr(value, "what", None)}
+    for kind, names in NAMES.items():
+        if isinstance(value, kind):
+            parts = {name: _packed(getattr(value, name), arrays) for name in names}
+            if kind is State:
+                own = {"along": None, "zones_by_name": None}
+                if value.flat:
+                    own = {"along": value.surface(), "zones_by_name": value.solution.zones_by_name}
+                parts |= {name: _packed(one, arrays) for name, one in own.items()}
+            return {"class": [kind.__module__, kind.__name__], "parts": parts}
+    if type(value).__module__.startswith(f"{PACKAGE}."):
+        known = signature(type(value)).parameters
+        names = (
+            tuple(one.name for one in fields(value) if one.name in known) if is_dataclass(value) else known
+        )
+        parts = {name: _packed(getattr(value, name), arrays) for name in names}
+        if '{"lost": ' not in json.dumps(parts):
+            return {"class": [type(value).__module__, type(value).__qualname__], "parts": parts}
+    return {"lost": repr(value) if isinstance(value, Absent) else short(value)}
+
+
+def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
+    """Returns what was packed."""
+    if not isinstance(tree, dict):
+        return tree
+    if "array" in tree:
+        return arrays[tree["array"]]
+    if "lost" in tree:
+        return Absent(tree["lost"], kinks=(), jumps=(), ends=())
+    if "dict" in tree:
+        found = {name: _unpacked(one, arrays) for name, one in tree["dict"]}
+        return found if tree["of"] is None else Named(tree["of"], found)
+    for kind in (list, tuple):
+        if kind.__name__ in tree:
+            return kind(_unpacked(one, arrays) for one in tree[kind.__name__])
+    (module, name), parts = tree["class"], tree["parts"]
+    parts = {name: _unpacked(one, arrays) for name, one in parts.items()}
+    if not module.startswith(f"{PACKAGE}."):
+        raise ValueError(f"{module}.{name} is not of {PACKAGE}")
+    kind = getattr(import_module(module), name)
+    return MADE.get(kind, kind)(**parts)
+
+
+def _state(along: Surface | None, zones_by_name: Zones | None, **parts: Any) -> State:
+    known = {"surface": partial(_written, along), "zones_by_name": zones_by_name}
+    return State(Absent("what lies between the points of a state", **known), **parts)
+
+
+def _written(along: Surface | None, window: Interval | None) -> Surface | None:
+    """Returns the Surface that was written, whatever the window."""
+    return along
+
+
+def _path(problem: Any, last: float, rtol: float | None, **parts: Any) -> LoadPath:
+    path = LoadPath(problem, last, rtol)
+    vars(path).update(parts)
+    return path
+
+
+MADE: dict[type, Callable[..., Any]] = {State: _state, LoadPath: _path}

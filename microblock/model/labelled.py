@@ -1,0 +1,100 @@
+"""Results as labelled data sets of xarray, with units in attributes."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from ..errors import MissingExtra
+from .events import LoadPath
+from .history import History
+from .state import State
+
+FORCE, LENGTH, STRESS, MOMENT = "force per thickness", "length", "stress", "stress x length"
+UNITS = {
+    **dict.fromkeys(("load", "load_error", "normal", "shear"), FORCE),
+    **dict.fromkeys(("approach", "half_width", "contact_area", "x", "weights", "displacement"), LENGTH),
+    **dict.fromkeys(
+        (
+            "slip",
+            "tangential_approach",
+            "x1",
+            "x2",
+            "x3",
+            "zones",
+            "points",
+            "opposite",
+            "width",
+            "seen_width",
+        ),
+        LENGTH,
+    ),
+    **dict.fromkeys(("pressure", "pressures", "shear_traction"), STRESS),
+    **dict.fromkeys(("energy", "dissipation", "work"), "energy per thickness"),
+    "micromoment": MOMENT,
+    "psi": "radian",
+}
+MAY_LACK = "approach", "error_estimate", "tangential_approach", "seen_width"  # numbers, NaN where unknown
+# of three dimensions, where that is another one
+IN_SPACE = {"load": "force", "energy": "energy", **dict.fromkeys(("contact_area", "weights"), "length^2")}
+
+
+def data_set(result: State | LoadPath | History) -> Any:
+    """Returns the xarray.Dataset of a State, LoadPath or History."""
+    try:
+        import xarray
+    except ModuleNotFoundError as failure:
+        raise MissingExtra("to_xarray()", "xarray", "xarray") from failure
+    if isinstance(result, State):
+        return xarray.Dataset(*_of_state(result))
+    together = xarray.Dataset()
+    if isinstance(result, History):
+        states = [_numbered(xarray.Dataset(*_of_state(state))) for state in result.states]
+        together = xarray.concat(
+            states, "state", data_vars="all", coords="all", compat="equals", join="outer"
+        )
+    together.attrs = {"warnings": "; ".join(result.warnings)}
+    events = [asdict(event) for event in result.events]
+    for name in events[0] if events else ():
+        unit = {"units": UNITS[name]} if name in UNITS else {}
+        together[f"event_{name}"] = "event", [event[name] for event in events], unit
+    return together
+
+
+def _of_state(state: State) -> tuple[dict[str, Any], dict[str, Any], dict[str, str]]:
+    """Variables, coordinates and attributes of the data set of a state."""
+    units, found = UNITS if state.flat else UNITS | IN_SPACE, dict[str, Any]()
+    along: tuple[str, ...] = ("x",) if state.flat else ("point",)
+    places: dict[str, Any] = {"x": state.x} if state.flat else dict(zip(("x1", "x2", "x3"), state.points.T))
+    shape = state.shape or (len(state.weights),)
+    if state.shape:
+        along, places = ("x1", "x2"), {"x1": state.x1, "x2": state.x2}
+    texts = {"method": state.method, "caption": state.caption, "warnings": "; ".join(state.warnings)}
+    for name in (*state.listed, "displacement"):
+        value = getattr(state, name)
+        unit = {"units": units[name]} if name in units else {}
+        if name == "pressures":
+            found[name] = ("corner", *along), np.reshape([*value.values()], (-1, *shape)), unit
+        elif name == "zones":
+            for zone, pairs in value.items():
+                found[f"zone_{zone}"] = (f"of_{zone}", "end"), np.reshape(pairs, (-1, 2)), unit
+        elif isinstance(value, np.ndarray) and name not in ("x", "x1", "x2", "points"):
+            more = ("component",) * (value.ndim - 1)
+            found[name] = (*along, *more), np.reshape(value, (*shape, *value.shape[1:])), unit
+        elif isinstance(value, (int, float)) or (value is None and name in MAY_LACK):
+            found[name] = (), np.nan if value is None else value, unit
+    known = {
+        name: (name if name in along else "point", one, {"units": LENGTH}) for name, one in places.items()
+    }
+    return found, {**known, "corner": [*state.pressures], "end": ["left", "right"]}, texts
+
+
+def _numbered(data: Any) -> Any:
+    """The data set of a state over the numbers of its points, so that others can stand beside it."""
+    if "x" in data.indexes:
+        data = data.reset_index("x").reset_coords("x").rename_dims(x="point")
+    return data.assign_coords(
+        {name: range(size) for name, size in data.sizes.items() if name not in data.indexes}
+    )
