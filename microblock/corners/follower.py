@@ -1,0 +1,702 @@
+"""Contact with friction, and without it, followed from event to event through a history of loads or motions.
+
+Corner forces n >= 0 and tangential forces t at nodes leave the gaps g and drag the surface by s along it. The
+obstacle moves by u = (d, D), d along -e2 and D along e1, and bears the loads (P, Q):
+
+    g = g0 + H n + C^T t - B_n u,     s = C n + T t,     (P, Q) = B_n^T n + B_t^T t,                    (c)
+
+with the rows (n2, -n1) of B_n and (n1, n2) of B_t, of the normal (n1, n2) at the node. A node sticks while
+B_t u - s does not change; it slips while |t| = f times the sum of n at the node, and then B_t u - s changes in
+the direction of t. Shear that drags the surface along is positive. Uncoupled, C^T t is left out of the gaps.
+Without nodes that rub this is the load path of `active_set`.
+
+In M = [[A, -B], [B^T, 0]] each force has its partner: corner forces the gaps, tangential forces the slip, and
+motions the loads. Closed corners, nodes that stick, and motions whose load is given are exchanged with their
+partners (principal pivots); where a node slips t = tau + f sigma n stands in place of t. As long as no set
+changes all is affine in the loads. So the path is followed exactly, piece by piece: rates are a column of the
+tableau, and the first sign that changes ends a piece. There all that stands at a limit and would go beyond it
+is exchanged at once, and if that brings no fewer of them the first one alone (Murty, Opsearch 11 (1974) 123),
+which ends where rates are unique. No step is chosen, and work = energy + dissipation holds to rounding.
+
+The product of all pivots is the determinant of the exchanged part of M, and positive without friction. Where
+it is not, states turn back while loads grow; where a single exchange with a negative pivot also gives rates
+that hold, there are two ways on. Both are refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from copy import copy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.blas import dgemm
+
+from ..errors import NotConverged
+from ..model.progress import counted
+from ..model.types import Array, Flags
+from ..threads import released
+
+Numbers = NDArray[np.integer[Any]]
+
+ROUNDING = 1e-12  # of the largest value or rate: below it a sign means nothing
+AT_LIMIT = 1e-9  # of the largest bound: a node that is so near to its own slips or begins to
+SINGULAR = 1e-13  # pivots below it are rounding; flexibilities are over the largest one
+TURNED = -1e-8  # pivots below it are negative beyond rounding
+PATIENCE = 3, 50  # exchanges of all violated without fewer of them; then of one alone, before chance decides
+ROUNDS = 1000  # of exchanges at one load
+EVENTS = 60  # times the number of corners and nodes, on one leg
+PENDING = 48  # pivots that are not yet in the tableau
+UNIQUE = "the friction may be too large for a unique answer: try a smaller one, or coupled=False"
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionalContact:
+    """Compliances of corners and nodes (c).
+
+    Attributes
+    ----------
+    normal : array (corners n, corners n)
+        H: gaps from corner forces, corner by corner (length per force); symmetric.
+    cross : array (n, corners n)
+        C: tangential displacements from corner forces.
+    tangential : array (n, n)
+        T: tangential displacements from tangential forces; symmetric. Without a node nothing rubs.
+    gaps : array (corners n,)
+        Initial gaps (lengths), inf where a corner cannot touch.
+    friction : float
+    coupled : bool
+        Whether tangential forces act on gaps.
+    normals : array (n, 2), optional
+        Of the nodes; (0, 1) without it.
+    """
+
+    normal: Array
+    cross: Array
+    tangential: Array
+    gaps: Array
+    friction: float
+    coupled: bool = True
+    normals: Array | None = None
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes."""
+        return len(self.tangential)
+
+    def moved(self, n: Array, t: Array) -> Array:
+        """What forces add to the gaps, and how far they drag the surface: array (corners n + n,)."""
+        gaps = self.normal @ n + (self.cross.T @ t if self.coupled else 0.0)
+        return np.concatenate((gaps, self.cross @ n + self.tangential @ t))
+
+    @property
+    def motions(self) -> Array:
+        """B: rows of corners, then of nodes; columns d and, where something rubs, D."""
+        n, corners = self.nodes, len(self.gaps)
+        if not n:
+            return np.ones((corners, 1))
+        n1, n2 = np.tile([[0.0], [1.0]], n) if self.normals is None else self.normals.T
+        across = np.tile(np.column_stack((n2, -n1)), (corners // n, 1))
+        return np.vstack((across, np.column_stack((n1, n2))))
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """The contact at one pair of loads or motions.
+
+    Attributes
+    ----------
+    load, shear : float
+        P and Q (force).
+    normal, gaps : arrays (corners n,)
+        Corner forces and gaps.
+    tangential, slip : arrays (n,)
+        Forces at the nodes, and way of the obstacle over the surface since first contact (length); 0 where
+        there was none.
+    closed : boolean array (corners n,)
+    stick, at_limit : boolean arrays (n,)
+        Nodes that stick, and nodes whose shear force is as large as friction allows.
+    slips : array (n,)
+        Sign of t where a node slips, else 0.
+    raised : array (corners n,)
+        What forces have added to the gaps (lengths).
+    pieces : int
+        Changes so far.
+    approach, offset : float
+        d and D (length).
+    energy, work, dissipation : float
+    residual : float
+        The largest violated condition of contact, friction and loads over the largest force, and of gaps and
+        slip over the largest displacement: these are computed anew, as those of the path are sums.
+    """
+
+    load: float
+    shear: float
+    normal: Array
+    gaps: Array
+    tangential: Array
+    slip: Array
+    raised: Array
+    closed: Flags
+    stick: Flags
+    slips: Array
+    at_limit: Flags
+    pieces: int
+    approach: float
+    offset: float
+    energy: float
+    work: float
+    dissipation: float
+    residual: float
+
+
+@dataclass(frozen=True)
+class Change:
+    """A corner that closes or opens, or a node that begins to slip or to stick, or leaves the contact, at a
+    share of a leg.
+    """
+
+    leg: int
+    share: float
+    kind: str
+    index: int
+
+
+class Tableau:
+    """y = M x after an exchange of some x_i with their y_i: row i is what follows of the pair i.
+
+    Pivots wait as products of columns and rows, until there are some of them: a pass over all of a large
+    matrix costs more than the pivot.
+
+    Attributes
+    ----------
+    sign : float, of the determinant of what was exchanged, over that at the beginning
+    """
+
+    def __init__(self, matrix: Array, exchanged: Numbers) -> None:
+        """Takes the matrix (Fortran's order) and overwrites it."""
+        self._made, self.sign = matrix, 1.0
+        self._left, self._right = np.zeros((2, PENDING, len(matrix))).transpose(0, 2, 1)
+        self._pending = 0
+        columns = np.array(matrix[:, exchanged], order="F")
+        inverse = np.linalg.inv(columns[exchanged])
+        rows = -inverse @ matrix[exchanged]
+        rows[:, exchanged], columns[exchanged] = inverse, 0.0
+        matrix[:, exchanged] = 0.0
+        self._add(columns, rows.T)
+        self._made[exchanged] = rows
+
+    def _add(self, columns: Array, rows: Array) -> None:
+        with released(len(self._made)):
+            self._made = dgemm(1.0, columns, rows, 1.0, self._made, trans_b=True, overwrite_c=True)
+
+    def __copy__(self) -> Tableau:
+        found = object.__new__(Tableau)
+        found.__dict__ |= self.__dict__
+        for name in ("_made", "_left", "_right"):
+            setattr(found, name, np.array(getattr(self, name), order="F"))
+        return found
+
+    def columns(self, numbers: Any) -> Array:
+        """Columns with these numbers, or the column of one number."""
+        found: Array = self._made[:, numbers] + self._left @ self._right[numbers].T
+        return found
+
+    def entries(self, rows: Any, columns: Any) -> Array:
+        """Entries at places, as numpy indexes."""
+        found: Array = self._made[rows, columns] + np.sum(self._left[rows] * self._right[columns], axis=-1)
+        return found
+
+    def pivot(self, i: int) -> bool:
+        """Exchanges a pair, unless the pivot is 0 to rounding."""
+        column = self._made[:, i] + self._left @ self._right[i]
+        row = self._made[i] + self._right @ self._left[i]
+        pivot = column[i]
+        if abs(pivot) <= SINGULAR:
+            return False
+        self.sign *= np.sign(pivot)
+        row /= -pivot
+        column[i] = row[i] = self._left[i] = self._right[i] = 0.0
+        self._made[i], self._made[:, i] = row, column / pivot
+        self._made[i, i] = 1 / pivot
+        self._left[:, self._pending], self._right[:, self._pending] = column, row
+        self._pending += 1
+        if self._pending == PENDING:
+            self._add(self._left, self._right)
+            self._left[:] = self._right[:] = 0.0
+            self._pending = 0
+        return True
+
+    def add_row(self, row: int, others: Numbers, share: float) -> None:
+        """Adds a share of other rows to a row."""
+        self._made[row] += share * self._made[others].sum(axis=0)
+        self._left[row] += share * self._left[others].sum(axis=0)
+
+    def add_column(self, columns: Numbers, other: int, share: float) -> None:
+        """Adds a share of a column to others."""
+        self._made[:, columns] += share * self._made[:, other, None]
+        self._right[columns] += share * self._right[other]
+
+    def add(self, row: int, columns: Numbers, value: float) -> None:
+        """Adds a number to entries of a row."""
+        self._made[row, columns] += value
+
+
+class Follower:
+    """The contact from nothing on; `to` follows loads, or motions, straight to the next ones.
+
+    Parameters
+    ----------
+    contact : FrictionalContact
+    by_motions : bool
+        Whether (d, D) is given in place of (P, Q).
+
+    Attributes
+    ----------
+    changes : list of Change
+
+    Raises
+    ------
+    NotConverged
+        If motions are given and the obstacle overlaps the body at the beginning.
+    """
+
+    def __init__(self, contact: FrictionalContact, by_motions: bool = False) -> None:
+        n, m = contact.nodes, len(contact.gaps)
+        self.contact, self.by_motions, self.legs = contact, by_motions, 0
+        self.changes: list[Change] = []
+        self._m, self._n, self._motions = m, n, contact.motions
+        self._of = np.arange(m).reshape(-1, n) if n else np.zeros((0, 0), int)  # corners of each node
+        self._u = np.arange(m + n, m + n + self._motions.shape[1])
+        self._flat = bool(np.all(self._motions[:m, 1:] == 0))
+        self._size = float(np.abs(np.diag(contact.tangential if n else contact.normal)).max()) or 1.0
+        self.closed, self.stick, self.slips = np.zeros(m, bool), np.zeros(n, bool), np.zeros(n)
+        self.x, self.y = np.zeros((2, m + n + len(self._u)))
+        self.y[:m] = contact.gaps / self._size
+        self.first = np.full(n, np.nan)
+        self.work = self.dissipation = 0.0
+        self._sliding, self._seen = 0.0, (self.closed, np.zeros(n))
+        if not by_motions:
+            down = self._motions[:m, 0]
+            reached = np.isfinite(contact.gaps) & (down > 0)
+            heights = np.where(reached, self.y[:m], np.inf) / np.where(reached, down, 1.0)
+            corner = int(np.argmin(heights))
+            self.x[self._u[0]] = heights[corner]
+            self.y[: m + n] -= heights[corner] * self._motions[:, 0]
+            self.closed[corner], self.y[corner] = True, 0.0
+            self.stick[corner % n if n else slice(0)] = True
+        elif (self.y[:m] < -ROUNDING * np.abs(self.y[:m][np.isfinite(self.y[:m])]).max()).any():
+            raise NotConverged("the obstacle overlaps the body before it moves: begin with gaps")
+        self._rebuild()
+
+    # ---- sets ----
+
+    def _rebuild(self) -> None:
+        """The tableau of the sets as they are."""
+        own, m, f = self.contact, self._m, self.contact.friction
+        matrix = np.zeros((len(self.x),) * 2, order="F")
+        forces, motions = slice(0, self._u[0]), slice(self._u[0], None)
+        matrix[:m, :m], matrix[m:forces.stop, :m] = own.normal, own.cross
+        matrix[m : forces.stop, m : forces.stop] = own.tangential
+        if own.coupled:
+            matrix[:m, m : forces.stop] = own.cross.T
+        matrix /= self._size
+        matrix[forces, motions], matrix[motions, forces] = -self._motions, self._motions.T
+        for corners in self._of:
+            matrix[:, corners] += f * self.slips * matrix[:, m : forces.stop]
+        given = np.full(len(self._u), not self.by_motions)
+        given[1:] &= not self._sliding
+        self._active = np.concatenate((self.closed, self.stick, given))
+        try:
+            self._tableau = Tableau(matrix, np.flatnonzero(self._active))
+        except np.linalg.LinAlgError as failure:
+            raise self._lost(f"the rates of the contact are not unique; {UNIQUE}") from failure
+
+    def _pivot(self, i: int) -> bool:
+        done = self._tableau.pivot(i)
+        self._active[i] ^= done
+        return done
+
+    def _exchange(self, number: int, passing: Array) -> bool:
+        """Exchanges what is numbered as in `_conditions`, unless that is singular. `passing`: the rates at
+        which the obstacle moves over the surface.
+        """
+        m, n = self._m, self._n
+        if number >= m:
+            node = (number - m) % n
+            if self.stick[node]:
+                return self._slip(node, 1.0 if number < m + n else -1.0, passing)
+            return bool(self.slips[node]) and number < m + n and self._hold(node)
+        node, alone = (number % n, self._alone()[number]) if n else (0, False)
+        if self.closed[number]:
+            return self._open(number, node, bool(alone))
+        return self._close(number, node, bool(alone), passing)
+
+    def _alone(self) -> Flags:
+        """Corners that close as the first or open as the last one of their node."""
+        count = self.closed[self._of].sum(axis=0)
+        return np.equal(np.tile(count, len(self._of)), self.closed)
+
+    def _last(self) -> bool:
+        """Whether one node alone sticks, and holds an obstacle whose shear force is given."""
+        return self._flat and bool(self._active[-1]) and np.count_nonzero(self.stick) == 1
+
+    def _open(self, corner: int, node: int, alone: bool) -> bool:
+        holds = alone and bool(self.stick[node])
+        if holds and self._last():
+            others = np.where(np.arange(self._n) == node, 0.0, self._bound())
+            if not others.any() or not self._hold(int(np.argmax(others))):
+                return False
+        if holds and not self._pivot(self._m + node):
+            return False
+        if not self._pivot(corner):
+            if holds:
+                self._pivot(self._m + node)
+            return False
+        self.closed[corner], self.x[corner], self.y[corner] = False, 0.0, 0.0
+        if alone:
+            self._leave(node)
+        return True
+
+    def _leave(self, node: int) -> None:
+        self._tableau.add_column(
+            self._of[:, node], self._m + node, -self.contact.friction * self.slips[node]
+        )
+        self.stick[node], self.slips[node], self.x[self._m + node] = False, 0.0, 0.0
+
+    def _close(self, corner: int, node: int, alone: bool, passing: Array) -> bool:
+        """A corner touches; with the first of its node the node slips as the obstacle passes, or sticks."""
+        if alone:
+            still = abs(passing[node]) <= 100 * ROUNDING * np.abs(passing).max()
+            self.slips[node] = self._sliding or (0.0 if still else np.sign(passing[node]))
+            self._tableau.add_column(
+                self._of[:, node], self._m + node, self.contact.friction * self.slips[node]
+            )
+        if not self._pivot(corner):
+            if alone:
+                self._leave(node)
+            return False
+        self.closed[corner], self.x[corner], self.y[corner] = True, 0.0, 0.0
+        if alone and not self.slips[node]:
+            self.stick[node] = self._pivot(self._m + node)
+        return True
+
+    def _slip(self, node: int, direction: float, passing: Array) -> bool:
+        """A node slips. The last one that sticks hands over to the first of those that slip the other way,
+        for which the obstacle would turn.
+        """
+        others = np.flatnonzero(self.slips == -direction)
+        if self._last() and not (
+            len(others) and self._hold(int(others[np.argmin(np.abs(passing[others]))]))
+        ):
+            return False
+        self._add_normal(node, -direction)
+        if not self._pivot(self._m + node):
+            self._add_normal(node, direction)
+            return False
+        self.stick[node], self.slips[node] = False, direction
+        return True
+
+    def _hold(self, node: int) -> bool:
+        if not self._pivot(self._m + node):
+            return False
+        self._add_normal(node, self.slips[node])
+        self.stick[node], self.slips[node] = True, 0.0
+        return True
+
+    def _add_normal(self, node: int, sign: float) -> None:
+        """Adds f times the sum of the node's normal forces to the row of its tangential force."""
+        corners, row, share = self._of[:, node], self._m + node, sign * self.contact.friction
+        closed = self.closed[corners]
+        self._tableau.add_row(row, corners[closed], share)
+        self._tableau.add(row, corners[~closed], share)
+
+    # ---- the way ----
+
+    def to(self, *target: float) -> Moment:
+        """Follows loads (P, Q), or motions (d, D), straight to the next ones; returns the contact there.
+
+        Raises
+        ------
+        NotConverged
+            If rates are not unique or there are none: `reached` says where.
+        """
+        for _ in self.pieces(*target):
+            pass
+        return self.moment()
+
+    def pieces(self, *target: float) -> Iterator[float]:
+        """Follows as `to`, and yields the share of the way at which each affine piece begins.
+
+        Raises
+        ------
+        NotConverged
+            As `to`.
+        """
+        end, remaining = np.array(target), 1.0
+        if not self.by_motions:
+            self._begin(end)
+        else:
+            end = end / self._size
+        for _ in range(EVENTS * max(self._m + self._n, 5)):
+            counted()
+            way = end - self._level
+            dx, dy, event, step = self._settled(way / remaining, end, remaining)
+            self._note(1 - remaining)
+            yield 1 - remaining
+            before = self.x.copy(), self.y.copy()
+            self._advance(dx, dy, step)
+            self._check_last(before, end)
+            if event is None:
+                self._level = end
+                self.legs += 1
+                return
+            remaining -= step
+            self._snap(event)
+        raise self._lost("corners open and nodes slip to and fro without end", end)
+
+    @property
+    def _level(self) -> Array:
+        """Loads or motions, those that are given."""
+        found: Array = (self.x if self.by_motions else self.y)[self._u]
+        return found
+
+    @_level.setter
+    def _level(self, values: Array) -> None:
+        (self.x if self.by_motions else self.y)[self._u] = values
+
+    def _lost(self, why: str, end: Array | None = None) -> NotConverged:
+        scale = self._size if self.by_motions else 1.0
+        now = tuple(float(scale * one) for one in self._level)
+        words = [", ".join(f"{one:.6g}" for one in pair) for pair in (now, () if end is None else end * scale)]
+        way = f" on the way to ({words[1]})" if words[1] else ""
+        return NotConverged(f"the history stopped at ({words[0]}){way}: {why}", reached=now)
+
+    def _begin(self, end: Array) -> None:
+        """Where all has slid, or begins to, the state of each node in contact is set anew."""
+        f, sliding = self.contact.friction, 0.0
+        if self._n and self._flat:
+            largest = f * max(end[0], self._level[0])
+            both = [abs(abs(q) - f * p) <= ROUNDING * largest for p, q in (self._level, end)]
+            sliding = np.sign(end[1]) * (all(both) and self._level[0] > 0 and self._level[1] * end[1] > 0)
+        if sliding != self._sliding:
+            touching = self.closed[self._of].any(axis=0)
+            self.stick, self.slips = touching & (not sliding), np.where(touching, sliding, 0.0)
+            self._sliding = sliding
+            self._rebuild()
+
+    def _bound(self) -> Array:
+        """f times the normal force of each node."""
+        found: Array = self.contact.friction * self.x[self._of].sum(axis=0)
+        return found
+
+    def _rates(self, way: Array) -> tuple[Array, Array]:
+        """Rates of x and y."""
+        given = np.where(self._active[self._u] | self.by_motions, way, 0.0)
+        rates = self._tableau.columns(self._u) @ given
+        rest = np.zeros(len(rates))
+        rest[self._u] = given
+        dx, dy = np.where(self._active, rates, rest), np.where(self._active, rest, rates)
+        nodes = slice(self._m, self._u[0])
+        if self._n:
+            dx[nodes] += self.contact.friction * self.slips * dx[self._of].sum(axis=0)
+        if self._sliding:  # the obstacle moves just so that no node slips back
+            moved = self._sliding * (self._sliding * dy[nodes][self.slips != 0]).max()
+            dx[-1], dy[nodes] = moved, dy[nodes] - moved
+            dy[-1] = way[-1]
+        return dx, dy
+
+    def _conditions(self, dx: Array, dy: Array) -> tuple[Array, Array, Array]:
+        """(values, rates, tolerances of rates) of all that must not be negative, numbered so: forces of
+        closed corners or gaps of open ones; of nodes that stick the bound forwards, or the rate of slip; of
+        nodes that stick the bound backwards.
+        """
+        m, nodes, inf = self._m, slice(self._m, self._u[0]), np.inf
+        force = ROUNDING * max(np.abs(dx[: self._u[0]]).max(), 1e-300)
+        value = np.where(self.closed, self.x[:m], self.y[:m])
+        grow = np.where(self.closed, dx[:m], dy[:m])
+        small = np.where(self.closed, force, 100 * force)
+        if not self._n:
+            return value, grow, small
+        last, slipping = self._last(), (self.slips != 0) & (not self._sliding)
+        bound, dbound = self._bound(), self.contact.friction * dx[self._of].sum(axis=0)
+        up, down = (self.stick & (not last or np.any(self.slips == sign)) for sign in (-1, 1))
+        t, dt = self.x[nodes], dx[nodes]
+        forwards = np.where(up, bound - t, np.where(slipping, 0.0, inf))
+        grows = np.where(slipping, -self.slips * dy[nodes], dbound - dt)
+        return (
+            np.concatenate((value, forwards, np.where(down, bound + t, inf))),
+            np.concatenate((grow, grows, dbound + dt)),
+            np.concatenate((small, np.where(slipping, 100 * force, force), np.full(self._n, force))),
+        )
+
+    def _settled(
+        self, way: Array, end: Array, remaining: float
+    ) -> tuple[Array, Array, int | None, float]:
+        """Rates after exchanges of all that stands at a limit and would go beyond it, the first event, and
+        the way to it.
+        """
+        m, nodes = self._m, slice(self._m, self._u[0])
+        random, fewest, idle = np.random.default_rng(0), np.inf, 0
+        for _ in range(ROUNDS):
+            dx, dy = self._rates(way)
+            value, grow, small = self._conditions(dx, dy)
+            largest = np.abs(self.x[:m]).max(), np.abs(self.y[:m][np.isfinite(self.y[:m])]).max()
+            tiny = np.full(len(value), ROUNDING * largest[0])
+            tiny[:m][~self.closed] = ROUNDING * largest[1]
+            limit = value <= tiny
+            violated = np.flatnonzero(limit & (grow < -small))
+            if not len(violated):
+                self._require_unique(np.flatnonzero(limit), way, dy, end)
+                falling = np.flatnonzero((grow < -small) & np.isfinite(value))
+                steps = np.maximum(value[falling], 0) / -grow[falling]
+                if not len(steps) or steps.min() >= remaining * (1 - ROUNDING):
+                    return dx, dy, None, remaining
+                first = int(np.argmin(steps))
+                return dx, dy, int(falling[first]), float(steps[first])
+            idle = 0 if len(violated) < fewest else idle + 1
+            fewest = min(fewest, len(violated))
+            if idle < PATIENCE[0]:
+                chosen = violated
+            elif idle < sum(PATIENCE):
+                chosen = violated[:1]
+            else:
+                pool = violated if random.random() < 0.5 else np.flatnonzero(limit)
+                chosen = random.choice(pool, 1)
+            passing = -dy[nodes] if idle < sum(PATIENCE) else np.zeros(self._n)
+            done = [self._exchange(int(one), passing) for one in chosen]
+            if not any(done):
+                idle = sum(PATIENCE)
+        raise self._lost(f"no rates were found; {UNIQUE}", end)
+
+    def _require_unique(self, limit: Numbers, way: Array, dy: Array, end: Array) -> None:
+        """NotConverged where states turn back while loads grow, or where there are two ways on."""
+        if not self._n:
+            return
+        if self._tableau.sign <= 0:
+            raise self._lost(f"the answer may not be unique, as states turn back; {UNIQUE}", end)
+        passing = -dy[self._m : self._u[0]]
+        for number in limit[self._pivots(limit, passing) < TURNED]:
+            kept = {name: copy(each) for name, each in self.__dict__.items() if name in _SETS}
+            holds = self._exchange(int(number), passing)
+            value, grow, small = self._conditions(*self._rates(way))
+            beyond = grow[limit] < -small[limit]
+            self.__dict__ |= kept
+            if holds and not np.any(beyond & np.isfinite(value[limit])):
+                raise self._lost(f"the answer is not unique, as there are several ways on; {UNIQUE}", end)
+
+    def _pivots(self, numbers: Numbers, passing: Array) -> Array:
+        """Determinants of the exchanges of these numbers."""
+        m, n, f, table = self._m, self._n, self.contact.friction, self._tableau
+        corner, node = numbers < m, np.where(numbers < m, numbers, numbers - m) % n
+        row = m + node
+        found = table.entries(numbers * corner + row * ~corner, numbers * corner + row * ~corner)
+        # nodes that stick: what the sum of normal forces has in the row of the tangential one
+        some = np.flatnonzero(~corner & self.stick[node])
+        for one in self._of:
+            corners = one[node[some]]
+            shares = np.where(self.closed[corners], table.entries(corners, row[some]), 0.0)
+            found[some] -= np.where(numbers[some] < m + n, f, -f) * shares
+        some = np.flatnonzero(corner & self._alone()[numbers * corner])
+        own, rows = numbers[some], row[some]
+        across = table.entries(own, rows)
+        both = found[some] * table.entries(rows, rows) - across * table.entries(rows, own)
+        still = np.abs(passing[node[some]]) <= 100 * ROUNDING * np.abs(passing).max(initial=0)
+        slip = found[some] + f * np.sign(passing[node[some]]) * across
+        sticks = self.stick[node[some]]
+        found[some] = np.where(
+            self.closed[own], np.where(sticks, both, found[some]), np.where(still, both, slip)
+        )
+        return found
+
+    def _advance(self, dx: Array, dy: Array, step: float) -> None:
+        """Goes on by a part of the leg; averages make work and dissipation exact."""
+        nodes, u, m, size = slice(self._m, self._u[0]), self._u, self._m, self._size
+        x, y = self.x + step / 2 * dx, self.y[u] + step / 2 * dy[u]
+        self.work += step * size * float(y @ dx[u])
+        if not self.contact.coupled:  # the gaps do not know what the shear does to them; its work they do
+            self.work += step * float(dx[nodes] @ self.contact.cross @ x[:m])
+        self.dissipation -= step * size * float((x[nodes] * dy[nodes])[self.slips != 0].sum())
+        self.x, self.y = self.x + step * dx, self.y + step * dy
+        self.x[nodes] = np.where(self.slips != 0, self.slips * self._bound(), self.x[nodes])
+
+    def _snap(self, event: int) -> None:
+        """What has reached its limit stands there exactly."""
+        if event < self._m:
+            (self.x if self.closed[event] else self.y)[event] = 0.0
+        else:
+            node = (event - self._m) % self._n
+            self.x[self._m + node] = self._bound()[node] * (1 if event < self._m + self._n else -1)
+
+    def _check_last(self, before: tuple[Array, Array], end: Array) -> None:
+        """NotConverged where the last node that sticks is beyond what friction allows."""
+        if not self._last():
+            return
+        node, f = int(np.argmax(self.stick)), self.contact.friction
+        left = [f * x[self._of[:, node]].sum() - abs(x[self._m + node]) for x in (before[0], self.x)]
+        if left[1] < -AT_LIMIT * self._bound().max():
+            part = max(left[0], 0.0) / (max(left[0], 0.0) - left[1])
+            self._level = before[1][self._u] + part * (self._level - before[1][self._u])
+            raise self._lost("all nodes slip, and the shear load cannot grow further", end)
+
+    def _note(self, share: float) -> None:
+        """Notes what has changed since the last time."""
+        if self._n:
+            first = np.isnan(self.first) & self.closed[self._of].any(axis=0)
+            self.first[first] = -self.y[self._m : self._u[0]][first]
+        nodes = np.where(self.stick, 2.0, self.slips)
+        kinds = {0: "leave", 2: "stick", 1: "slip", -1: "slip"}
+        self.changes += [
+            Change(self.legs, share, "close" if self.closed[i] else "open", int(i))
+            for i in np.flatnonzero(self.closed != self._seen[0])
+        ]
+        self.changes += [
+            Change(self.legs, share, kinds[int(nodes[i])], int(i))
+            for i in np.flatnonzero(nodes != self._seen[1])
+        ]
+        self._seen = self.closed.copy(), nodes
+
+    def moment(self) -> Moment:
+        """The contact as it stands."""
+        own, m, size = self.contact, self._m, self._size
+        n, t = self.x[:m].copy(), self.x[m : self._u[0]].copy()
+        raised, displaced = np.split(own.moved(n, t), [m])
+        pressed = raised if not own.coupled else raised - own.cross.T @ t
+        beside = own.cross @ n
+        energy = (n @ pressed + t @ (displaced - beside)) / 2 + t @ beside
+        bound = self._bound()
+        ways = -self.y[m : self._u[0]] * size
+        u, loads = self.x[self._u] * size, self._motions.T @ self.x[: self._u[0]]
+        gaps = np.where(np.isfinite(own.gaps), own.gaps + raised - self._motions[:m] @ u, np.inf)
+        short = np.where(self.slips != 0, np.abs(np.abs(t) - bound), np.abs(t) - bound)
+        forces = -n.min(), short.max(initial=0.0), np.abs(self.y[self._u] - loads).max()
+        off = ways - (self._motions[m:] @ u - displaced)
+        lengths = np.where(self.closed, np.abs(gaps), -gaps).max(), np.abs(off).max(initial=0.0)
+        longest = max(np.abs(raised).max(), np.abs(displaced).max(initial=0.0)) or 1.0
+        P, Q, d, D = *self.y[self._u], *np.zeros(2 - len(u)), *u, *np.zeros(2 - len(u))
+        return Moment(
+            load=float(P),
+            shear=float(Q),
+            normal=n,
+            gaps=self.y[:m] * size,
+            tangential=t,
+            slip=np.where(np.isnan(self.first), 0.0, ways - np.nan_to_num(self.first) * size),
+            raised=raised,
+            closed=self.closed.copy(),
+            stick=self.stick.copy(),
+            slips=self.slips.copy(),
+            at_limit=(self.stick | (self.slips != 0))
+            & (bound - np.abs(t) <= AT_LIMIT * bound.max(initial=0.0)),
+            pieces=len(self.changes),
+            approach=float(d),
+            offset=float(D),
+            energy=float(energy),
+            work=self.work,
+            dissipation=self.dissipation,
+            residual=float(max(0.0, max(forces) / (n.max() or 1.0), max(lengths) / longest)),
+        )
+
+
+_SETS = "closed", "stick", "slips", "x", "y", "_active", "_tableau"  # what an exchange changes
