@@ -23,7 +23,7 @@ from scipy.sparse.linalg import splu
 
 from ..errors import NotConverged
 from ..model.progress import counted
-from .friction import UNIQUE, Change
+from .follower import UNIQUE, Change
 
 MAX_ITERATIONS = 60
 MAX_VISITS = 3  # of one active set, before it counts as a cycle

@@ -6,9 +6,9 @@ obstacle moves by u = (d, D), d along -e2 and D along e1, and bears the loads (P
     g = g0 + H n + C^T t - B_n u,     s = C n + T t,     (P, Q) = B_n^T n + B_t^T t,                    (c)
 
 with the rows (n2, -n1) of B_n and (n1, n2) of B_t, of the normal (n1, n2) at the node. A node sticks while
-B_t u - s does not change; it slips while |t| = f times the sum of n at the node, and then B_t u - s changes in
-the direction of t. Shear that drags the surface along is positive. Uncoupled, C^T t is left out of the gaps.
-Without nodes that rub this is the load path of `active_set`.
+B_t u - s does not change; it slips while |t| = f times the sum of n at the node, and then B_t u - s changes
+in the direction of t. Shear that drags the surface along is positive. Uncoupled, C^T t is left out of the
+gaps. Without nodes that rub this is the load path of `active_set`.
 
 In M = [[A, -B], [B^T, 0]] each force has its partner: corner forces the gaps, tangential forces the slip, and
 motions the loads. Closed corners, nodes that stick, and motions whose load is given are exchanged with their
@@ -267,7 +267,7 @@ class Follower:
         n, m = contact.nodes, len(contact.gaps)
         self.contact, self.by_motions, self.legs = contact, by_motions, 0
         self.changes: list[Change] = []
-        self._m, self._n, self._motions = m, n, contact.motions
+        self._m, self._n, self._motions, self._nodes = m, n, contact.motions, slice(m, m + n)
         self._of = np.arange(m).reshape(-1, n) if n else np.zeros((0, 0), int)  # corners of each node
         self._u = np.arange(m + n, m + n + self._motions.shape[1])
         self._flat = bool(np.all(self._motions[:m, 1:] == 0))
@@ -277,7 +277,7 @@ class Follower:
         self.y[:m] = contact.gaps / self._size
         self.first = np.full(n, np.nan)
         self.work = self.dissipation = 0.0
-        self._sliding, self._seen = 0.0, (self.closed, np.zeros(n))
+        self._sliding, self._seen = 0.0, (np.zeros(m, bool), np.zeros(n))
         if not by_motions:
             down = self._motions[:m, 0]
             reached = np.isfinite(contact.gaps) & (down > 0)
@@ -298,7 +298,7 @@ class Follower:
         own, m, f = self.contact, self._m, self.contact.friction
         matrix = np.zeros((len(self.x),) * 2, order="F")
         forces, motions = slice(0, self._u[0]), slice(self._u[0], None)
-        matrix[:m, :m], matrix[m:forces.stop, :m] = own.normal, own.cross
+        matrix[:m, :m], matrix[m : forces.stop, :m] = own.normal, own.cross
         matrix[m : forces.stop, m : forces.stop] = own.tangential
         if own.coupled:
             matrix[:m, m : forces.stop] = own.cross.T
@@ -320,7 +320,7 @@ class Follower:
         return done
 
     def _exchange(self, number: int, passing: Array) -> bool:
-        """Exchanges what is numbered as in `_conditions`, unless that is singular. `passing`: the rates at
+        """Exchanges what is numbered as in `_look`, unless that is singular. `passing`: the rates at
         which the obstacle moves over the surface.
         """
         m, n = self._m, self._n
@@ -361,9 +361,7 @@ class Follower:
         return True
 
     def _leave(self, node: int) -> None:
-        self._tableau.add_column(
-            self._of[:, node], self._m + node, -self.contact.friction * self.slips[node]
-        )
+        self._tableau.add_column(self._of[:, node], self._m + node, -self.contact.friction * self.slips[node])
         self.stick[node], self.slips[node], self.x[self._m + node] = False, 0.0, 0.0
 
     def _close(self, corner: int, node: int, alone: bool, passing: Array) -> bool:
@@ -388,9 +386,7 @@ class Follower:
         for which the obstacle would turn.
         """
         others = np.flatnonzero(self.slips == -direction)
-        if self._last() and not (
-            len(others) and self._hold(int(others[np.argmin(np.abs(passing[others]))]))
-        ):
+        if self._last() and not (len(others) and self._hold(int(others[np.argmin(np.abs(passing[others]))]))):
             return False
         self._add_normal(node, -direction)
         if not self._pivot(self._m + node):
@@ -470,7 +466,9 @@ class Follower:
     def _lost(self, why: str, end: Array | None = None) -> NotConverged:
         scale = self._size if self.by_motions else 1.0
         now = tuple(float(scale * one) for one in self._level)
-        words = [", ".join(f"{one:.6g}" for one in pair) for pair in (now, () if end is None else end * scale)]
+        words = [
+            ", ".join(f"{one:.6g}" for one in pair) for pair in (now, () if end is None else end * scale)
+        ]
         way = f" on the way to ({words[1]})" if words[1] else ""
         return NotConverged(f"the history stopped at ({words[0]}){way}: {why}", reached=now)
 
@@ -499,7 +497,7 @@ class Follower:
         rest = np.zeros(len(rates))
         rest[self._u] = given
         dx, dy = np.where(self._active, rates, rest), np.where(self._active, rest, rates)
-        nodes = slice(self._m, self._u[0])
+        nodes = self._nodes
         if self._n:
             dx[nodes] += self.contact.friction * self.slips * dx[self._of].sum(axis=0)
         if self._sliding:  # the obstacle moves just so that no node slips back
@@ -508,66 +506,65 @@ class Follower:
             dy[-1] = way[-1]
         return dx, dy
 
-    def _conditions(self, dx: Array, dy: Array) -> tuple[Array, Array, Array]:
-        """(values, rates, tolerances of rates) of all that must not be negative, numbered so: forces of
-        closed corners or gaps of open ones; of nodes that stick the bound forwards, or the rate of slip; of
-        nodes that stick the bound backwards.
+    def _look(self, way: Array) -> tuple[Array, Array, Array, Array, Flags]:
+        """Rates of x and y; of all that must not be negative, numbered so: values, rates at which they fall,
+        0 if that is rounding, and whether they stand at the limit. These are forces of closed corners or gaps
+        of open ones; of nodes that stick the bound forwards, or the rate of slip; of nodes that stick the
+        bound backwards.
         """
-        m, nodes, inf = self._m, slice(self._m, self._u[0]), np.inf
-        force = ROUNDING * max(np.abs(dx[: self._u[0]]).max(), 1e-300)
-        value = np.where(self.closed, self.x[:m], self.y[:m])
-        grow = np.where(self.closed, dx[:m], dy[:m])
+        dx, dy = self._rates(way)
+        m, nodes, inf, x, y = self._m, self._nodes, np.inf, self.x, self.y
+        force = ROUNDING * np.abs(dx[: nodes.stop]).max()
+        value = np.where(self.closed, x[:m], y[:m])
+        fall = np.where(self.closed, -dx[:m], -dy[:m])
         small = np.where(self.closed, force, 100 * force)
-        if not self._n:
-            return value, grow, small
-        last, slipping = self._last(), (self.slips != 0) & (not self._sliding)
-        bound, dbound = self._bound(), self.contact.friction * dx[self._of].sum(axis=0)
-        up, down = (self.stick & (not last or np.any(self.slips == sign)) for sign in (-1, 1))
-        t, dt = self.x[nodes], dx[nodes]
-        forwards = np.where(up, bound - t, np.where(slipping, 0.0, inf))
-        grows = np.where(slipping, -self.slips * dy[nodes], dbound - dt)
-        return (
-            np.concatenate((value, forwards, np.where(down, bound + t, inf))),
-            np.concatenate((grow, grows, dbound + dt)),
-            np.concatenate((small, np.where(slipping, 100 * force, force), np.full(self._n, force))),
-        )
+        open_gaps = value[~self.closed]
+        tiny = ROUNDING * x[:m].max()
+        limits = np.where(self.closed, tiny, ROUNDING * open_gaps[open_gaps < inf].max(initial=0.0))
+        limit = value <= limits
+        if self._n:
+            last, slipping = self._last(), (self.slips != 0) & (not self._sliding)
+            bound, dbound = self._bound(), self.contact.friction * dx[self._of].sum(axis=0)
+            up, down = (self.stick & (not last or np.any(self.slips == sign)) for sign in (-1, 1))
+            t, dt = x[nodes], dx[nodes]
+            forwards = np.where(up, bound - t, np.where(slipping, 0.0, inf))
+            sinks = np.where(slipping, self.slips * dy[nodes], dt - dbound)
+            backwards = np.where(down, bound + t, inf)
+            value, fall = (
+                np.concatenate((value, forwards, backwards)),
+                np.concatenate((fall, sinks, -dt - dbound)),
+            )
+            small = np.concatenate((small, np.where(slipping, 100 * force, force), np.full(self._n, force)))
+            limit = np.concatenate((limit, forwards <= tiny, backwards <= tiny))
+        return dx, dy, value, np.where(fall > small, fall, 0.0), limit
 
-    def _settled(
-        self, way: Array, end: Array, remaining: float
-    ) -> tuple[Array, Array, int | None, float]:
+    def _settled(self, way: Array, end: Array, remaining: float) -> tuple[Array, Array, int | None, float]:
         """Rates after exchanges of all that stands at a limit and would go beyond it, the first event, and
         the way to it.
         """
-        m, nodes = self._m, slice(self._m, self._u[0])
         random, fewest, idle = np.random.default_rng(0), np.inf, 0
         for _ in range(ROUNDS):
-            dx, dy = self._rates(way)
-            value, grow, small = self._conditions(dx, dy)
-            largest = np.abs(self.x[:m]).max(), np.abs(self.y[:m][np.isfinite(self.y[:m])]).max()
-            tiny = np.full(len(value), ROUNDING * largest[0])
-            tiny[:m][~self.closed] = ROUNDING * largest[1]
-            limit = value <= tiny
-            violated = np.flatnonzero(limit & (grow < -small))
+            dx, dy, value, fall, limit = self._look(way)
+            violated = np.flatnonzero(limit & (fall > 0))
             if not len(violated):
                 self._require_unique(np.flatnonzero(limit), way, dy, end)
-                falling = np.flatnonzero((grow < -small) & np.isfinite(value))
-                steps = np.maximum(value[falling], 0) / -grow[falling]
+                falling = np.flatnonzero((fall > 0) & np.isfinite(value))
+                steps = np.maximum(value[falling], 0) / fall[falling]
                 if not len(steps) or steps.min() >= remaining * (1 - ROUNDING):
                     return dx, dy, None, remaining
                 first = int(np.argmin(steps))
                 return dx, dy, int(falling[first]), float(steps[first])
             idle = 0 if len(violated) < fewest else idle + 1
             fewest = min(fewest, len(violated))
+            passing = -dy[self._nodes]
             if idle < PATIENCE[0]:
                 chosen = violated
             elif idle < sum(PATIENCE):
                 chosen = violated[:1]
             else:
                 pool = violated if random.random() < 0.5 else np.flatnonzero(limit)
-                chosen = random.choice(pool, 1)
-            passing = -dy[nodes] if idle < sum(PATIENCE) else np.zeros(self._n)
-            done = [self._exchange(int(one), passing) for one in chosen]
-            if not any(done):
+                chosen, passing = random.choice(pool, 1), 0 * passing
+            if not any([self._exchange(int(one), passing) for one in chosen]):
                 idle = sum(PATIENCE)
         raise self._lost(f"no rates were found; {UNIQUE}", end)
 
@@ -577,14 +574,13 @@ class Follower:
             return
         if self._tableau.sign <= 0:
             raise self._lost(f"the answer may not be unique, as states turn back; {UNIQUE}", end)
-        passing = -dy[self._m : self._u[0]]
+        passing = -dy[self._nodes]
         for number in limit[self._pivots(limit, passing) < TURNED]:
             kept = {name: copy(each) for name, each in self.__dict__.items() if name in _SETS}
             holds = self._exchange(int(number), passing)
-            value, grow, small = self._conditions(*self._rates(way))
-            beyond = grow[limit] < -small[limit]
+            *_, fall, still = self._look(way)
             self.__dict__ |= kept
-            if holds and not np.any(beyond & np.isfinite(value[limit])):
+            if holds and not np.any(still & (fall > 0)):
                 raise self._lost(f"the answer is not unique, as there are several ways on; {UNIQUE}", end)
 
     def _pivots(self, numbers: Numbers, passing: Array) -> Array:
@@ -613,7 +609,7 @@ class Follower:
 
     def _advance(self, dx: Array, dy: Array, step: float) -> None:
         """Goes on by a part of the leg; averages make work and dissipation exact."""
-        nodes, u, m, size = slice(self._m, self._u[0]), self._u, self._m, self._size
+        nodes, u, m, size = self._nodes, self._u, self._m, self._size
         x, y = self.x + step / 2 * dx, self.y[u] + step / 2 * dy[u]
         self.work += step * size * float(y @ dx[u])
         if not self.contact.coupled:  # the gaps do not know what the shear does to them; its work they do

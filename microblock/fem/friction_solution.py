@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..corners.friction import AT_LIMIT, FrictionPath
+from ..corners.follower import AT_LIMIT, Follower
 from ..corners.nodal import zones_of
 from ..errors import BadArgument
 from ..halfplane.friction_events import events
@@ -85,7 +85,7 @@ class BodyFrictionSolution(_AtNodes, BodySolution):
 
     Attributes
     ----------
-    moment : corners.friction.Moment
+    moment : corners.follower.Moment
     """
 
     moment: Any = None
@@ -160,7 +160,7 @@ def of_newton(solver, pairs, coupled, rtol):
     newton = MonolithicFriction(facets, rho=solver.options.rho, coupled=coupled)
     found, unknowns = list(newton.follow(pairs)), newton.unknowns
     states = [FrictionState(NewtonFrictionSolution(solver, one.nodal, unknowns, one)) for one in found]
-    path = SimpleNamespace(contact=newton.system, changes=found[-1].reached.changes)  # as a FrictionPath
+    path = SimpleNamespace(contact=newton.system, changes=found[-1].reached.changes)  # as a Follower
     return History(solver.contact, states, _events(path, states[-1], pairs))
 
 
@@ -169,7 +169,7 @@ def of_body(solver, pairs, coupled, rtol):
     _check(solver, rtol)
     nodes = slip_nodes(solver)
     contact = nodes.frictional(solver.law, solver.obstacle, coupled)
-    path, states, count = FrictionPath(contact), [], len(solver.law.corners)
+    path, states, count = Follower(contact), [], len(solver.law.corners)
     for P, Q in pairs:
         moment = path.to(float(P), float(Q))
         solution = BodyFrictionSolution(

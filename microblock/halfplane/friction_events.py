@@ -8,7 +8,7 @@ from itertools import groupby
 
 import numpy as np
 
-from ..corners.friction import Change, FrictionPath
+from ..corners.follower import Change, Follower
 from ..model.history import SLIDING, HistoryEvent
 from ..model.types import Array, Flags
 from ..model.zones import runs
@@ -19,13 +19,13 @@ FEWEST, NARROWEST = 6, 0.05
 SAME = 1e-9  # shares of a leg that are one
 
 
-def events(path: FrictionPath, edges: Array, pairs: Array) -> list[HistoryEvent]:
+def events(path: Follower, edges: Array, pairs: Array) -> list[HistoryEvent]:
     """Returns the events of a path on cells, edges of which are an array (n, 2), in order."""
     return _Story(path, edges, np.concatenate(([[0.0, 0.0]], pairs))).told()
 
 
 class _Story:
-    def __init__(self, path: FrictionPath, edges: Array, pairs: Array) -> None:
+    def __init__(self, path: Follower, edges: Array, pairs: Array) -> None:
         self.path, self.edges, self.x, self.pairs = path, edges, edges.mean(axis=1), pairs
         self.stick: Flags = np.zeros(len(edges), bool)
         self.slip: Flags = np.zeros(len(edges), bool)

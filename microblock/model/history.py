@@ -63,7 +63,7 @@ class FrictionSolution(Solution):
 
 
 class OfMoment(FrictionSolution):
-    """Base of solutions with the shear and the energies of a `corners.friction.Moment`, `moment`."""
+    """Base of solutions with the shear and the energies of a `corners.follower.Moment`, `moment`."""
 
     moment: Any
 

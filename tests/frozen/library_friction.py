@@ -6,7 +6,7 @@ import numpy as np
 
 import microblock as mb
 from microblock.corners import active_set, coulomb, exchange, projected_gradients
-from microblock.corners.friction import FrictionalContact, FrictionPath
+from microblock.corners.follower import Follower, FrictionalContact
 from microblock.data import export
 from microblock.fem.friction import FrictionFacets, MonolithicFriction
 from microblock.halfplane.friction_events import events
@@ -56,14 +56,14 @@ def solve_system(compliance, gaps, friction, path, coupled=True):
     """The path of a small system, `Followed`, by the follower of cells."""
     corners, n = gaps.shape
     m = corners * n
-    own = FrictionPath(
+    own = Follower(
         FrictionalContact(
             compliance[:m, :m], compliance[m:, :m], compliance[m:, m:], gaps.ravel(), friction, coupled
         )
     )
-    found, first = [own.to(*pair) for pair in path], (0, 0.0, "close", int(np.argmin(gaps)))
+    found = [own.to(*pair) for pair in path]
     return Followed(
-        _events([first] + [_plain(one) for one in own.changes], path, friction, anew=True),
+        _events([_plain(one) for one in own.changes], path, friction),
         np.array([np.concatenate((one.normal, one.tangential)) for one in found]),
         np.array([(one.energy, one.work, one.dissipation) for one in found]),
         np.array([(one.approach, one.offset) for one in found]),
@@ -161,19 +161,15 @@ def _plain(change):
     return change.leg, float(change.share), change.kind, change.index
 
 
-def _events(changes, path, friction, anew=False):
+def _events(changes, path, friction):
     """What changes at each load, as of `Followed`.
 
-    On a leg from full slip to full slip all nodes that touch count as slipping. `anew`: a follower that sets
-    them so, and to stick after it, without a word.
+    On a leg from full slip to full slip all nodes that touch count as slipping.
     """
     raw, shown, found = {}, {}, []
     full = [0.0] + [np.sign(Q) * (abs(Q) >= friction * P * (1 - SAME)) for P, Q in path]
     sliding = [before != 0 and before == after for before, after in zip(full, full[1:])]
     for leg, slides in enumerate(sliding):
-        if anew and (slides or leg and sliding[leg - 1]):
-            kind = "slip" if slides else "stick"
-            raw |= {key: kind for key in raw if raw[key] in NODES}
         for share, group in _groups([one[1:] for one in changes if one[0] == leg]):
             raw |= {(kind in ("close", "open"), number): kind for _, kind, number in group}
             last = full[leg + 1] and share >= 1 - SAME

@@ -9,7 +9,7 @@ import pytest
 
 import microblock as mb
 from microblock.corners import coulomb
-from microblock.corners.friction import FrictionalContact, FrictionPath
+from microblock.corners.follower import Follower, FrictionalContact
 from microblock.fem import meshes
 
 # Two nodes under a flat obstacle, of unit compliances; the first is GAP away, and its gap falls by C t under
@@ -39,7 +39,7 @@ def on_cells(f, coupled=True):
 
 def as_body(contact, rho=1.0):
     """The System of the same contact: a body whose unknowns are -u2 and u1 of the nodes."""
-    n = contact.cells
+    n = contact.nodes
     response = np.block([[contact.normal, -contact.cross.T], [-contact.cross, contact.tangential]])
     one = np.eye(2 * n)
     made = coulomb.System(
@@ -52,7 +52,7 @@ def as_body(contact, rho=1.0):
 def followed(solver, f, pairs, coupled=True):
     """[(n, t)] at the pairs of loads."""
     if solver == "cells":
-        path = FrictionPath(on_cells(f, coupled))
+        path = Follower(on_cells(f, coupled))
         return [(one.normal, one.tangential) for one in (path.to(*pair) for pair in pairs)]
     system = as_body(on_cells(f, coupled))
     system = system.reduced() if solver == "reduced" else system
@@ -126,7 +126,7 @@ def all_states(contact, before, loads):
     """Corner forces of all states under loads on the way from a Moment, one array a state: each node open,
     sticking or slipping either way, from the compliances alone.
     """
-    n, f, found = contact.cells, contact.friction, []
+    n, f, found = contact.nodes, contact.friction, []
     way = before.offset - (contact.cross @ before.normal + contact.tangential @ before.tangential)
     whole = np.block([[contact.normal, contact.cross.T], [contact.cross, contact.tangential]])
     for kinds in itertools.product(("open", "stick", 1, -1), repeat=n):
@@ -177,7 +177,7 @@ def test_no_way_on_is_one_of_several_without_a_word(seeds, monkeypatch):
     monkeypatch.setattr(coulomb.History, "_require_unique", compared)
     for seed in seeds:
         contact = drawn(seed, -0.3)
-        if contact.cells == 4:
+        if contact.nodes == 4:
             continue  # whose 256 pieces take long
         ends = [(1.0, shear * contact.friction) for shear in (0.0, 0.9, -0.9)]
         with contextlib.suppress(mb.NotConverged):
