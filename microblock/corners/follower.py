@@ -447,6 +447,7 @@ class Follower:
             self._check_last(before, end)
             if event is None:
                 self._level = end
+                self._correct()
                 self.legs += 1
                 return
             remaining -= step
@@ -478,10 +479,11 @@ class Follower:
         if self._n and self._flat:
             largest = f * max(end[0], self._level[0])
             both = [abs(abs(q) - f * p) <= ROUNDING * largest for p, q in (self._level, end)]
-            sliding = np.sign(end[1]) * (all(both) and self._level[0] > 0 and self._level[1] * end[1] > 0)
+            if all(both) and self._level[0] > 0 and self._level[1] * end[1] > 0:
+                sliding = float(np.sign(end[1]))
         if sliding != self._sliding:
-            touching = self.closed[self._of].any(axis=0)
-            self.stick, self.slips = touching & (not sliding), np.where(touching, sliding, 0.0)
+            touching = np.asarray(self.closed[self._of].any(axis=0))
+            self.stick, self.slips = touching & (sliding == 0), np.where(touching, sliding, 0.0)
             self._sliding = sliding
             self._rebuild()
 
@@ -626,6 +628,26 @@ class Follower:
             node = (event - self._m) % self._n
             self.x[self._m + node] = self._bound()[node] * (1 if event < self._m + self._n else -1)
 
+    def _off(self) -> Array:
+        """What rounding has left in the equations of all pairs."""
+        m, nodes = self._m, self._nodes
+        own, forces = self.contact, slice(0, nodes.stop)
+        found = np.concatenate(
+            (
+                own.moved(self.x[:m], self.x[nodes]) / self._size - self._motions @ self.x[self._u],
+                self._motions.T @ self.x[forces],
+            )
+        )
+        found[:m] += own.gaps / self._size
+        return np.where(np.isfinite(self.y), found, 0.0) - np.where(np.isfinite(self.y), self.y, 0.0)
+
+    def _correct(self) -> None:
+        """Takes off what rounding has left."""
+        off, active = self._off(), self._active
+        fix = self._tableau.columns(active) @ off[active]
+        self.x, self.y = self.x - np.where(active, fix, 0.0), self.y + np.where(active, 0.0, off - fix)
+        self.x[self._nodes] += self.slips * (self._bound() - np.abs(self.x[self._nodes]))
+
     def _check_last(self, before: tuple[Array, Array], end: Array) -> None:
         """NotConverged where the last node that sticks is beyond what friction allows."""
         if not self._last():
@@ -656,29 +678,24 @@ class Follower:
 
     def moment(self) -> Moment:
         """The contact as it stands."""
-        own, m, size = self.contact, self._m, self._size
-        n, t = self.x[:m].copy(), self.x[m : self._u[0]].copy()
+        own, m, size, off = self.contact, self._m, self._size, self._off()
+        n, t, bound = self.x[:m].copy(), self.x[self._nodes].copy(), self._bound()
         raised, displaced = np.split(own.moved(n, t), [m])
-        pressed = raised if not own.coupled else raised - own.cross.T @ t
-        beside = own.cross @ n
-        energy = (n @ pressed + t @ (displaced - beside)) / 2 + t @ beside
-        bound = self._bound()
-        ways = -self.y[m : self._u[0]] * size
-        u, loads = self.x[self._u] * size, self._motions.T @ self.x[: self._u[0]]
-        gaps = np.where(np.isfinite(own.gaps), own.gaps + raised - self._motions[:m] @ u, np.inf)
+        across = t @ own.cross @ n
+        energy = (n @ raised + t @ displaced + (0.0 if own.coupled else across)) / 2
+        ways, gaps = -self.y[self._nodes], self.y[:m] + off[:m]
         short = np.where(self.slips != 0, np.abs(np.abs(t) - bound), np.abs(t) - bound)
-        forces = -n.min(), short.max(initial=0.0), np.abs(self.y[self._u] - loads).max()
-        off = ways - (self._motions[m:] @ u - displaced)
-        lengths = np.where(self.closed, np.abs(gaps), -gaps).max(), np.abs(off).max(initial=0.0)
-        longest = max(np.abs(raised).max(), np.abs(displaced).max(initial=0.0)) or 1.0
-        P, Q, d, D = *self.y[self._u], *np.zeros(2 - len(u)), *u, *np.zeros(2 - len(u))
+        forces = -n.min(), short.max(initial=0.0), np.abs(off[self._u]).max()
+        lengths = np.where(self.closed, np.abs(gaps), -gaps).max(), np.abs(off[self._nodes]).max(initial=0.0)
+        longest = max(np.abs(raised).max(), np.abs(displaced).max(initial=0.0)) / size or 1.0
+        P, Q, d, D = (each for part in (self.y, size * self.x) for each in (*part[self._u], 0.0)[:2])
         return Moment(
             load=float(P),
             shear=float(Q),
             normal=n,
             gaps=self.y[:m] * size,
             tangential=t,
-            slip=np.where(np.isnan(self.first), 0.0, ways - np.nan_to_num(self.first) * size),
+            slip=size * np.where(np.isnan(self.first), 0.0, ways - self.first),
             raised=raised,
             closed=self.closed.copy(),
             stick=self.stick.copy(),

@@ -346,7 +346,7 @@ class FrictionSolver:
     def _follow(self, edges: Array) -> tuple[list[FrictionCells], list[HistoryEvent]]:
         walk = Walk(self, edges)
         solutions = [walk.to(float(P), float(Q)) for P, Q in self.pairs]
-        return solutions, events(walk.path, edges, self.pairs)
+        return solutions, events(walk.path.changes, walk.path.contact.friction, edges, self.pairs)
 
     def walk(self) -> Walk:
         """Returns the contact at the beginning, to be led on pair by pair, on cells that are small at the

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import microblock as mb
-from microblock.corners import active_set, coulomb, exchange, projected_gradients
+from microblock.corners import active_set, exchange, projected_gradients
 from microblock.corners.follower import Follower, FrictionalContact
 from microblock.data import export
 from microblock.fem.friction import FrictionFacets, MonolithicFriction
@@ -78,37 +78,6 @@ def answer(solve, system):
         return solve(**system)
     except mb.MicroblockError as failure:
         return type(failure).__name__
-
-
-def solve_system_by_newton(compliance, gaps, friction, path, coupled=True):
-    """The same by the follower of bodies, whose unknowns are the displacements of corners and nodes."""
-    corners, n = gaps.shape
-    m = corners * n
-    signs = np.where(np.arange(m + n) < m, -1.0, 1.0)  # of displacements along n, and of pressures
-    one = np.eye(m + n)
-    system = coulomb.System(
-        np.linalg.inv(compliance * signs * signs[:, None]),
-        np.zeros(m + n),
-        tuple(one[c * n : (c + 1) * n] for c in range(corners)),
-        one[m:],
-        one[m:],
-        gaps,
-        np.tile([0.0, 1.0], (n, 1)),
-        np.ones(n),
-        friction,
-        1.0,
-    )
-    found = list(coulomb.History((system if coupled else system.uncoupled()).reduced()).follow(path))
-    forces = np.array([np.concatenate((one.iterate.pressures.ravel(), one.iterate.shear)) for one in found])
-    works = np.array([(one.work, one.dissipation) for one in found])
-    return Followed(
-        _events([_plain(one) for one in found[-1].changes], path, friction),
-        forces,
-        np.column_stack((np.einsum("ij,jk,ik->i", forces, compliance, forces) / 2, works)),
-        np.array([(one.iterate.approach, one.iterate.shift) for one in found]),
-        np.array([one.slip for one in found]),
-        max(one.residual for one in found),
-    )
 
 
 def touching(compliance, gaps, load):
@@ -204,7 +173,7 @@ def history_of(problem):
     edges = level.edges if level else cells_of(*problem["cells"])
     walk = Walk(solver, edges)
     states = [FrictionState(walk.to(*map(float, pair))) for pair in pairs]
-    return History(contact, states, events(walk.path, edges, pairs))
+    return History(contact, states, events(walk.path.changes, walk.path.contact.friction, edges, pairs))
 
 
 def cells_of(reach, number):
@@ -224,20 +193,19 @@ def contact_of(problem):
 
 
 def of_motions():
-    """A body under given motions of the obstacle, its unknowns eliminated and not."""
+    """A body under given motions of the obstacle."""
     body, found = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1}), {}
-    for row, reduced in (("motions reduced", True), ("motions whole", False)):
-        facets = FrictionFacets(body, mb.Microblock(friction=0.3), mb.Cylinder(R=10.0))
-        newton = MonolithicFriction(facets, control="approach", reduced=reduced)
-        for number, state in enumerate(newton.follow([(0.012, 0.0), (0.012, 0.004), (0.006, -0.001)])):
-            names = "normal", "shear", "work", "energy", "dissipation"
-            values = {name: getattr(state, name) for name in names} | {
-                "pressures": digest(state.pressures),
-                "shear traction": digest(np.round(state.shear_traction, 12)),
-                "slip": digest(state.slip),
-                "slips": " ".join(str(int(each)) for each in state.slips),
-            }
-            found |= {f"{row} {number} {name}": value for name, value in values.items()}
+    facets = FrictionFacets(body, mb.Microblock(friction=0.3), mb.Cylinder(R=10.0))
+    newton = MonolithicFriction(facets, control="approach")
+    for number, state in enumerate(newton.follow([(0.012, 0.0), (0.012, 0.004), (0.006, -0.001)])):
+        names = "normal", "shear", "work", "energy", "dissipation"
+        values = {name: getattr(state, name) for name in names} | {
+            "pressures": digest(state.pressures),
+            "shear traction": digest(np.round(state.shear_traction, 12)),
+            "slip": digest(state.slip),
+            "slips": " ".join(str(int(each)) for each in state.slips),
+        }
+        found |= {f"motions reduced {number} {name}": value for name, value in values.items()}
     return found
 
 
