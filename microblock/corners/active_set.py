@@ -41,11 +41,10 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.linalg.blas import dgemm
 
 from ..errors import BadArgument, NotConverged, require_finite, require_numbers
-from ..model.progress import counted
 from ..threads import bounded, released
+from .follower import Follower, FrictionalContact
 
 ROUNDING = 1e-14  # relative to its own terms, some rounding errors: below it a sign means nothing
 ROUNDED = 1e-15  # relative residual that no refinement improves
@@ -61,8 +60,6 @@ PATIENCE = 5  # block exchanges without progress before single ones; 3 to 10 in 
 PIVOTS = 500  # at a load, before its path is followed instead, which is faster by then
 SYMMETRY = 1e-8  # of the largest entry: a compliance off by more was put together wrongly
 SINGULAR = "closed corners have a flexibility that is singular to rounding: are two of them one?"
-TIE = 1e-11  # of the load: events closer than that are one, as the tableau drifts by less
-REFRESH = 200  # rank-one updates before the tableau is made anew
 
 
 @dataclass(frozen=True)
@@ -174,9 +171,7 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
 def path(H, g0, loads, *, c=None):
     """States at the `loads` and all events from first touch to the last load.
 
-    Between events the state is affine in the load. At an event the corners with no gap and no force, one or
-    many, are sorted into closed and open by (b) for the slopes; so ties need no rule, and the load grows from
-    event to event.
+    Between events the state is affine in the load, from event to event of a `follower.Follower`.
     The states are refined by `solve` on the set found. Parameters and errors as there; `reached` is the last
     load.
     """
@@ -194,10 +189,14 @@ def path(H, g0, loads, *, c=None):
 
 def _follow(problem, loads):
     """The Path of one problem."""
-    pieces = []
+    H, g0 = problem.H, problem.g0
+    lift = H.diagonal().max() - min(H.min(), 0.0)  # no force feels it; with it H is definite
+    none = np.zeros((0, len(g0)))
+    follower, pieces = Follower(FrictionalContact(H + lift, none, none[:, :0], g0, 0.0)), []
     try:
-        for piece in _pieces(problem, loads[-1]):
-            pieces.append(piece)
+        for share in follower.pieces(loads[-1]):
+            load = float(share * loads[-1])
+            pieces.append((load, follower.approach - lift * load, follower.closed.copy()))
     except (NotConverged, np.linalg.LinAlgError) as failure:
         reached = pieces[-1][0] if pieces else 0.0
         raise NotConverged(
@@ -407,72 +406,3 @@ def _complementary(K, q, closed):
     w = q + columns @ z[closed]
     rounding = ROUNDING * (np.abs(q) + np.abs(columns) @ np.abs(z[closed]))
     return z, np.where(closed, z < -ROUNDING * np.abs(z).max(initial=0.0), w < -rounding)
-
-
-def _pieces(problem, last):
-    """(load, approach, closed corners) at the beginning of each affine piece of the path, up to the load
-    `last`.
-    """
-    H, g0, steps = problem.regular, problem.g0, Counter()
-    tied = g0 - g0.min() <= ROUNDING * abs(g0.min())
-    closed, load, updates = np.zeros(len(g0), bool), 0.0, 0
-    closed[tied] = _at_load(H[np.ix_(tied, tied)], np.zeros(tied.sum()), 1.0, closed[tied], steps, {})[1]
-    tableau = _tableau(H, g0, closed)
-    terms = np.abs(H).max(axis=1)
-    budget = 1000 + 50 * len(g0)  # far above what is met, one or two for each corner
-    for _ in range(budget):
-        counted()
-        yield load, float(tableau[-1, -2] + load * tableau[-1, -1]), closed
-        start, slope = tableau[:-1, -2:].T
-        # corners just sorted have slopes >= 0: they do not end this piece
-        falling = (slope < 0) & ~tied
-        ends = np.divide(-start, slope, out=np.full(len(g0), np.inf), where=falling)
-        end = max(float(ends.min()), load)
-        if end > last:
-            return
-        rounding = ROUNDING * np.where(closed, end, g0 - g0.min() + terms * end)
-        nothing = start + slope * end <= np.maximum(TIE * (np.abs(start) + np.abs(slope) * end), rounding)
-        # one load, one growing tie: no cycle
-        tied = nothing | (ends <= end) | (tied & (end <= load * (1 + TIE)))
-        load = end
-        flip = np.flatnonzero(tied)
-        flip = flip[_pivoting(tableau[np.ix_(flip, flip)], slope[flip], np.zeros(len(flip), bool), steps)[1]]
-        closed = closed.copy()
-        closed[flip] ^= True
-        updates += len(flip)
-        if updates < REFRESH:
-            _exchange(tableau, flip)
-        else:
-            tableau, updates = _tableau(H, g0, closed), 0
-    raise NotConverged(f"contact set still changing after {budget} events")
-
-
-def _tableau(H, g0, closed):
-    """What closes or opens at each corner, and d below, affine in (what is zero there, 1, P): array (m + 1, m
-    + 2).
-
-    Row i is g_i of an open corner or f_i of a closed one, column i the other of the two.
-    """
-    m, r = len(g0), int(np.argmin(np.where(closed, g0, np.inf)))
-    other = np.arange(m) != r
-    tableau = np.zeros((m + 1, m + 2), order="F")
-    tableau[np.ix_(np.append(other, False), np.append(other, [False] * 2))] = _without(H, r)
-    tableau[:m, r], tableau[r, :m] = other, -other.astype(float)
-    tableau[:m, m], tableau[:m, m + 1] = g0 - g0[r], H[:, r] - H[r, r]
-    tableau[r, m:] = 0, 1  # f_r = P - sum of the others
-    tableau[m, :m], tableau[m, m:] = H[r] - H[r, r], (g0[r], H[r, r])
-    tableau[m, r] = -1
-    _exchange(tableau, np.flatnonzero(closed & other))
-    return tableau
-
-
-def _exchange(tableau, block):
-    """Principal pivot on a block of corners, in place: an update of the rank of their number."""
-    columns = np.array(tableau[:, block], order="F")
-    inverse = np.linalg.inv(columns[block])
-    rows = -inverse @ tableau[block]
-    rows[:, block] = inverse
-    tableau[:, block] = 0
-    with released(len(tableau)):
-        dgemm(1.0, columns, rows, 1.0, tableau, overwrite_c=True)
-    tableau[block] = rows

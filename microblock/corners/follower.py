@@ -43,7 +43,7 @@ Numbers = NDArray[np.integer[Any]]
 
 ROUNDING = 1e-12  # of the largest value or rate: below it a sign means nothing
 AT_LIMIT = 1e-9  # of the largest bound: a node that is so near to its own slips or begins to
-SINGULAR = 1e-13  # pivots below it are rounding; flexibilities are over the largest one
+SINGULAR = 1e-12  # pivots below it are rounding; flexibilities are over the largest one
 TURNED = -1e-8  # pivots below it are negative beyond rounding
 PATIENCE = 3, 50  # exchanges of all violated without fewer of them; then of one alone, before chance decides
 ROUNDS = 1000  # of exchanges at one load
@@ -275,6 +275,7 @@ class Follower:
         self.closed, self.stick, self.slips = np.zeros(m, bool), np.zeros(n, bool), np.zeros(n)
         self.x, self.y = np.zeros((2, m + n + len(self._u)))
         self.y[:m] = contact.gaps / self._size
+        self._span = float(np.ptp(self.y[np.isfinite(self.y)]))
         self.first = np.full(n, np.nan)
         self.work = self.dissipation = 0.0
         self._sliding, self._seen = 0.0, (np.zeros(m, bool), np.zeros(n))
@@ -287,7 +288,7 @@ class Follower:
             self.y[: m + n] -= heights[corner] * self._motions[:, 0]
             self.closed[corner], self.y[corner] = True, 0.0
             self.stick[corner % n if n else slice(0)] = True
-        elif (self.y[:m] < -ROUNDING * np.abs(self.y[:m][np.isfinite(self.y[:m])]).max()).any():
+        elif (self.y[:m] < -ROUNDING * self._span).any():
             raise NotConverged("the obstacle overlaps the body before it moves: begin with gaps")
         self._rebuild()
 
@@ -309,6 +310,7 @@ class Follower:
         given = np.full(len(self._u), not self.by_motions)
         given[1:] &= not self._sliding
         self._active = np.concatenate((self.closed, self.stick, given))
+        self._terms = np.abs(matrix[:m, :m]).max(axis=1)
         try:
             self._tableau = Tableau(matrix, np.flatnonzero(self._active))
         except np.linalg.LinAlgError as failure:
@@ -431,17 +433,17 @@ class Follower:
         NotConverged
             As `to`.
         """
-        end, remaining = np.array(target), 1.0
+        end, done = np.array(target), 0.0
         if not self.by_motions:
             self._begin(end)
         else:
             end = end / self._size
-        for _ in range(EVENTS * max(self._m + self._n, 5)):
+        for _ in range(1000 + EVENTS * (self._m + self._n)):
             counted()
             way = end - self._level
-            dx, dy, event, step = self._settled(way / remaining, end, remaining)
-            self._note(1 - remaining)
-            yield 1 - remaining
+            dx, dy, event, step = self._settled(way / (1 - done), end, 1 - done)
+            self._note(done)
+            yield done
             before = self.x.copy(), self.y.copy()
             self._advance(dx, dy, step)
             self._check_last(before, end)
@@ -450,7 +452,7 @@ class Follower:
                 self._correct()
                 self.legs += 1
                 return
-            remaining -= step
+            done += step
             self._snap(event)
         raise self._lost("corners open and nodes slip to and fro without end", end)
 
@@ -519,11 +521,9 @@ class Follower:
         force = ROUNDING * np.abs(dx[: nodes.stop]).max()
         value = np.where(self.closed, x[:m], y[:m])
         fall = np.where(self.closed, -dx[:m], -dy[:m])
-        small = np.where(self.closed, force, 100 * force)
-        open_gaps = value[~self.closed]
+        small = np.where(self.closed, force, 100 * force * self._terms)
         tiny = ROUNDING * x[:m].max()
-        limits = np.where(self.closed, tiny, ROUNDING * open_gaps[open_gaps < inf].max(initial=0.0))
-        limit = value <= limits
+        limit = value <= np.where(self.closed, tiny, ROUNDING * self._span)
         if self._n:
             last, slipping = self._last(), (self.slips != 0) & (not self._sliding)
             bound, dbound = self._bound(), self.contact.friction * dx[self._of].sum(axis=0)
@@ -675,6 +675,11 @@ class Follower:
             for i in np.flatnonzero(nodes != self._seen[1])
         ]
         self._seen = self.closed.copy(), nodes
+
+    @property
+    def approach(self) -> float:
+        """d (length)."""
+        return float(self._size * self.x[self._u[0]])
 
     def moment(self) -> Moment:
         """The contact as it stands."""
