@@ -26,7 +26,7 @@ that hold, there are two ways on. Both are refused.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from copy import copy
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,6 +40,7 @@ from ..model.types import Array, Flags
 from ..threads import released
 
 Numbers = NDArray[np.integer[Any]]
+SETS = "closed", "stick", "slips", "x", "y", "_tableau"  # what an exchange changes
 
 ROUNDING = 1e-12  # of the largest value or rate: below it a sign means nothing
 AT_LIMIT = 1e-9  # of the largest bound: a node that is so near to its own slips or begins to
@@ -170,21 +171,24 @@ class Tableau:
     Pivots wait as products of columns and rows, until there are some of them: a pass over all of a large
     matrix costs more than the pivot.
 
+    Parameters
+    ----------
+    matrix : array (N, N) in Fortran's order, which is overwritten
+    exchanged : boolean array (N,)
+
     Attributes
     ----------
+    exchanged : boolean array (N,)
     sign : float, of the determinant of what was exchanged, over that at the beginning
     """
 
-    def __init__(self, matrix: Array, exchanged: Numbers) -> None:
-        """Takes the matrix (Fortran's order) and overwrites it."""
-        self._made, self.sign = matrix, 1.0
+    def __init__(self, matrix: Array, exchanged: Flags) -> None:
+        self._made, self.exchanged, self.sign, self._pending = matrix, exchanged, 1.0, 0
         self._left, self._right = np.zeros((2, PENDING, len(matrix))).transpose(0, 2, 1)
-        self._pending = 0
         columns = np.array(matrix[:, exchanged], order="F")
         inverse = np.linalg.inv(columns[exchanged])
         rows = -inverse @ matrix[exchanged]
-        rows[:, exchanged], columns[exchanged] = inverse, 0.0
-        matrix[:, exchanged] = 0.0
+        rows[:, exchanged], columns[exchanged], matrix[:, exchanged] = inverse, 0.0, 0.0
         self._add(columns, rows.T)
         self._made[exchanged] = rows
 
@@ -192,56 +196,44 @@ class Tableau:
         with released(len(self._made)):
             self._made = dgemm(1.0, columns, rows, 1.0, self._made, trans_b=True, overwrite_c=True)
 
-    def __copy__(self) -> Tableau:
-        found = object.__new__(Tableau)
-        found.__dict__ |= self.__dict__
-        for name in ("_made", "_left", "_right"):
-            setattr(found, name, np.array(getattr(self, name), order="F"))
-        return found
-
     def columns(self, numbers: Any) -> Array:
         """Columns with these numbers, or the column of one number."""
         found: Array = self._made[:, numbers] + self._left @ self._right[numbers].T
         return found
 
-    def entries(self, rows: Any, columns: Any) -> Array:
+    def entries(self, rows: Any, columns: Any) -> Any:
         """Entries at places, as numpy indexes."""
-        found: Array = self._made[rows, columns] + np.sum(self._left[rows] * self._right[columns], axis=-1)
-        return found
+        return self._made[rows, columns] + (self._left[rows] * self._right[columns]).sum(axis=-1)
 
     def pivot(self, i: int) -> bool:
-        """Exchanges a pair, unless the pivot is 0 to rounding."""
-        column = self._made[:, i] + self._left @ self._right[i]
-        row = self._made[i] + self._right @ self._left[i]
+        """Exchanges a pair, unless the pivot is 0 to rounding: whether it did."""
+        column, row = self.columns(i), self._made[i] + self._right @ self._left[i]
         pivot = column[i]
         if abs(pivot) <= SINGULAR:
             return False
+        self.exchanged[i] ^= True
         self.sign *= np.sign(pivot)
         row /= -pivot
         column[i] = row[i] = self._left[i] = self._right[i] = 0.0
         self._made[i], self._made[:, i] = row, column / pivot
         self._made[i, i] = 1 / pivot
         self._left[:, self._pending], self._right[:, self._pending] = column, row
-        self._pending += 1
-        if self._pending == PENDING:
+        self._pending = (self._pending + 1) % PENDING
+        if not self._pending:
             self._add(self._left, self._right)
             self._left[:] = self._right[:] = 0.0
-            self._pending = 0
         return True
 
-    def add_row(self, row: int, others: Numbers, share: float) -> None:
-        """Adds a share of other rows to a row."""
+    def add_rows(self, row: int, others: Numbers, ones: Numbers, share: float) -> None:
+        """Adds a share of other rows, and of rows of the identity, to a row."""
         self._made[row] += share * self._made[others].sum(axis=0)
         self._left[row] += share * self._left[others].sum(axis=0)
+        self._made[row, ones] += share
 
     def add_column(self, columns: Numbers, other: int, share: float) -> None:
         """Adds a share of a column to others."""
         self._made[:, columns] += share * self._made[:, other, None]
         self._right[columns] += share * self._right[other]
-
-    def add(self, row: int, columns: Numbers, value: float) -> None:
-        """Adds a number to entries of a row."""
-        self._made[row, columns] += value
 
 
 class Follower:
@@ -270,15 +262,16 @@ class Follower:
         self._m, self._n, self._motions, self._nodes = m, n, contact.motions, slice(m, m + n)
         self._of = np.arange(m).reshape(-1, n) if n else np.zeros((0, 0), int)  # corners of each node
         self._u = np.arange(m + n, m + n + self._motions.shape[1])
-        self._flat = bool(np.all(self._motions[:m, 1:] == 0))
+        self._flat = not by_motions and not self._motions[:m, 1:].any()
         self._size = float(np.abs(np.diag(contact.tangential if n else contact.normal)).max()) or 1.0
         self.closed, self.stick, self.slips = np.zeros(m, bool), np.zeros(n, bool), np.zeros(n)
         self.x, self.y = np.zeros((2, m + n + len(self._u)))
         self.y[:m] = contact.gaps / self._size
         self._span = float(np.ptp(self.y[np.isfinite(self.y)]))
-        self.first = np.full(n, np.nan)
-        self.work = self.dissipation = 0.0
-        self._sliding, self._seen = 0.0, (np.zeros(m, bool), np.zeros(n))
+        self.first, self.work, self.dissipation = np.full(n, np.nan), 0.0, 0.0
+        self._sliding, self._seen = 0.0, (self.closed.copy(), self.slips.copy())
+        if by_motions and (self.y[:m] < -ROUNDING * self._span).any():
+            raise NotConverged("the obstacle overlaps the body before it moves: begin with gaps")
         if not by_motions:
             down = self._motions[:m, 0]
             reached = np.isfinite(contact.gaps) & (down > 0)
@@ -288,74 +281,63 @@ class Follower:
             self.y[: m + n] -= heights[corner] * self._motions[:, 0]
             self.closed[corner], self.y[corner] = True, 0.0
             self.stick[corner % n if n else slice(0)] = True
-        elif (self.y[:m] < -ROUNDING * self._span).any():
-            raise NotConverged("the obstacle overlaps the body before it moves: begin with gaps")
+            self.first[self.stick] = -self.y[self._nodes][self.stick]
         self._rebuild()
 
     # ---- sets ----
 
     def _rebuild(self) -> None:
         """The tableau of the sets as they are."""
-        own, m, f = self.contact, self._m, self.contact.friction
+        own, m, nodes, forces = self.contact, self._m, self._nodes, slice(0, self._nodes.stop)
         matrix = np.zeros((len(self.x),) * 2, order="F")
-        forces, motions = slice(0, self._u[0]), slice(self._u[0], None)
-        matrix[:m, :m], matrix[m : forces.stop, :m] = own.normal, own.cross
-        matrix[m : forces.stop, m : forces.stop] = own.tangential
-        if own.coupled:
-            matrix[:m, m : forces.stop] = own.cross.T
+        matrix[:m, :m], matrix[nodes, :m], matrix[nodes, nodes] = own.normal, own.cross, own.tangential
+        matrix[:m, nodes] = own.cross.T if own.coupled else 0.0
         matrix /= self._size
-        matrix[forces, motions], matrix[motions, forces] = -self._motions, self._motions.T
+        matrix[forces, self._u], matrix[self._u, forces] = -self._motions, self._motions.T
+        self._terms = np.abs(matrix[:m, :m]).max(axis=1)
         for corners in self._of:
-            matrix[:, corners] += f * self.slips * matrix[:, m : forces.stop]
+            matrix[:, corners] += own.friction * self.slips * matrix[:, nodes]
         given = np.full(len(self._u), not self.by_motions)
         given[1:] &= not self._sliding
-        self._active = np.concatenate((self.closed, self.stick, given))
-        self._terms = np.abs(matrix[:m, :m]).max(axis=1)
         try:
-            self._tableau = Tableau(matrix, np.flatnonzero(self._active))
+            self._tableau = Tableau(matrix, np.concatenate((self.closed, self.stick, given)))
         except np.linalg.LinAlgError as failure:
-            raise self._lost(f"the rates of the contact are not unique; {UNIQUE}") from failure
-
-    def _pivot(self, i: int) -> bool:
-        done = self._tableau.pivot(i)
-        self._active[i] ^= done
-        return done
+            raise NotConverged(f"the rates of the contact are not unique; {UNIQUE}") from failure
 
     def _exchange(self, number: int, passing: Array) -> bool:
-        """Exchanges what is numbered as in `_look`, unless that is singular. `passing`: the rates at
-        which the obstacle moves over the surface.
+        """Exchanges what is numbered as in `_look`, unless that is singular. `passing`: the rates at which
+        the obstacle moves over the surface.
         """
         m, n = self._m, self._n
-        if number >= m:
-            node = (number - m) % n
-            if self.stick[node]:
-                return self._slip(node, 1.0 if number < m + n else -1.0, passing)
-            return bool(self.slips[node]) and number < m + n and self._hold(node)
-        node, alone = (number % n, self._alone()[number]) if n else (0, False)
-        if self.closed[number]:
-            return self._open(number, node, bool(alone))
-        return self._close(number, node, bool(alone), passing)
+        node = (number - m) % n if n else 0
+        if number < m:
+            return (self._open if self.closed[number] else self._close)(number, node, passing)
+        if self.stick[node]:
+            return self._slip(node, 1.0 if number < m + n else -1.0, passing)
+        return bool(self.slips[node]) and number < m + n and self._hold(node)
 
-    def _alone(self) -> Flags:
-        """Corners that close as the first or open as the last one of their node."""
-        count = self.closed[self._of].sum(axis=0)
-        return np.equal(np.tile(count, len(self._of)), self.closed)
+    def _alone(self, corner: int, node: int) -> bool:
+        """Whether a corner closes as the first or opens as the last one of its node."""
+        return self._n > 0 and bool(self.closed[self._of[:, node]].sum() == self.closed[corner])
 
     def _last(self) -> bool:
         """Whether one node alone sticks, and holds an obstacle whose shear force is given."""
-        return self._flat and bool(self._active[-1]) and np.count_nonzero(self.stick) == 1
+        return self._flat and bool(self._tableau.exchanged[-1]) and np.count_nonzero(self.stick) == 1
 
-    def _open(self, corner: int, node: int, alone: bool) -> bool:
+    def _hand_over(self, others: Numbers, passing: Array) -> bool:
+        """The last node that sticks leaves it to another one, that over which the obstacle moves least."""
+        if not self._last():
+            return True
+        return len(others) > 0 and self._hold(int(others[np.argmin(np.abs(passing[others]))]))
+
+    def _open(self, corner: int, node: int, passing: Array) -> bool:
+        alone, pivot, row = self._alone(corner, node), self._tableau.pivot, self._m + node
         holds = alone and bool(self.stick[node])
-        if holds and self._last():
-            others = np.where(np.arange(self._n) == node, 0.0, self._bound())
-            if not others.any() or not self._hold(int(np.argmax(others))):
-                return False
-        if holds and not self._pivot(self._m + node):
+        if holds and not (self._hand_over(np.flatnonzero(self.slips), passing) and pivot(row)):
             return False
-        if not self._pivot(corner):
+        if not pivot(corner):
             if holds:
-                self._pivot(self._m + node)
+                pivot(row)
             return False
         self.closed[corner], self.x[corner], self.y[corner] = False, 0.0, 0.0
         if alone:
@@ -363,42 +345,46 @@ class Follower:
         return True
 
     def _leave(self, node: int) -> None:
-        self._tableau.add_column(self._of[:, node], self._m + node, -self.contact.friction * self.slips[node])
+        self._pass_on(node, -self.slips[node])
         self.stick[node], self.slips[node], self.x[self._m + node] = False, 0.0, 0.0
 
-    def _close(self, corner: int, node: int, alone: bool, passing: Array) -> bool:
+    def _pass_on(self, node: int, sign: float) -> None:
+        """Of an open node: corner forces bring their friction along."""
+        self._tableau.add_column(self._of[:, node], self._m + node, sign * self.contact.friction)
+
+    def _close(self, corner: int, node: int, passing: Array) -> bool:
         """A corner touches; with the first of its node the node slips as the obstacle passes, or sticks."""
+        alone, row = self._alone(corner, node), self._m + node
         if alone:
-            still = abs(passing[node]) <= 100 * ROUNDING * np.abs(passing).max()
-            self.slips[node] = self._sliding or (0.0 if still else np.sign(passing[node]))
-            self._tableau.add_column(
-                self._of[:, node], self._m + node, self.contact.friction * self.slips[node]
-            )
-        if not self._pivot(corner):
+            self.slips[node] = self._direction(node, passing)
+            self._pass_on(node, self.slips[node])
+        if not self._tableau.pivot(corner):
             if alone:
                 self._leave(node)
             return False
         self.closed[corner], self.x[corner], self.y[corner] = True, 0.0, 0.0
-        if alone and not self.slips[node]:
-            self.stick[node] = self._pivot(self._m + node)
+        if alone:
+            self.stick[node] = not self.slips[node] and self._tableau.pivot(row)
+            self.first[node] = -self.y[row] if np.isnan(self.first[node]) else self.first[node]
         return True
 
+    def _direction(self, node: int, passing: Array) -> float:
+        """In which a node slips that touches, or 0."""
+        still = abs(passing[node]) <= 100 * ROUNDING * np.abs(passing).max()
+        return self._sliding or (0.0 if still else float(np.sign(passing[node])))
+
     def _slip(self, node: int, direction: float, passing: Array) -> bool:
-        """A node slips. The last one that sticks hands over to the first of those that slip the other way,
-        for which the obstacle would turn.
-        """
-        others = np.flatnonzero(self.slips == -direction)
-        if self._last() and not (len(others) and self._hold(int(others[np.argmin(np.abs(passing[others]))]))):
+        if not self._hand_over(np.flatnonzero(self.slips == -direction), passing):  # where the obstacle turns
             return False
         self._add_normal(node, -direction)
-        if not self._pivot(self._m + node):
+        if not self._tableau.pivot(self._m + node):
             self._add_normal(node, direction)
             return False
         self.stick[node], self.slips[node] = False, direction
         return True
 
     def _hold(self, node: int) -> bool:
-        if not self._pivot(self._m + node):
+        if not self._tableau.pivot(self._m + node):
             return False
         self._add_normal(node, self.slips[node])
         self.stick[node], self.slips[node] = True, 0.0
@@ -406,10 +392,11 @@ class Follower:
 
     def _add_normal(self, node: int, sign: float) -> None:
         """Adds f times the sum of the node's normal forces to the row of its tangential force."""
-        corners, row, share = self._of[:, node], self._m + node, sign * self.contact.friction
+        corners = self._of[:, node]
         closed = self.closed[corners]
-        self._tableau.add_row(row, corners[closed], share)
-        self._tableau.add(row, corners[~closed], share)
+        self._tableau.add_rows(
+            self._m + node, corners[closed], corners[~closed], sign * self.contact.friction
+        )
 
     # ---- the way ----
 
@@ -433,56 +420,49 @@ class Follower:
         NotConverged
             As `to`.
         """
-        end, done = np.array(target), 0.0
-        if not self.by_motions:
-            self._begin(end)
-        else:
-            end = end / self._size
+        scale = self._size if self.by_motions else 1.0
+        end = np.array(target) / scale
+        try:
+            yield from self._pieces(end, end - self._given[self._u])
+        except NotConverged as failure:
+            now = tuple(float(scale * each) for each in self._given[self._u])
+            words = [", ".join(f"{each:.6g}" for each in pair) for pair in (now, target)]
+            raise NotConverged(
+                f"the history stopped at ({words[0]}) on the way to ({words[1]}): {failure}", reached=now
+            ) from failure
+        self.legs += 1
+
+    @property
+    def _given(self) -> Array:
+        """Where the loads or motions stand that are given."""
+        return self.x if self.by_motions else self.y
+
+    def _pieces(self, end: Array, way: Array) -> Iterator[float]:
+        done = 0.0
+        if self._flat and self._n:
+            self._begin(self._given[self._u], end)
         for _ in range(1000 + EVENTS * (self._m + self._n)):
             counted()
-            way = end - self._level
-            dx, dy, event, step = self._settled(way / (1 - done), end, 1 - done)
+            dx, dy, event, step = self._settled(way, 1 - done)
             self._note(done)
             yield done
-            before = self.x.copy(), self.y.copy()
+            before = self.x, self.y
             self._advance(dx, dy, step)
-            self._check_last(before, end)
+            self._check_last(*before)
             if event is None:
-                self._level = end
+                self._given[self._u] = end
                 self._correct()
-                self.legs += 1
                 return
             done += step
             self._snap(event)
-        raise self._lost("corners open and nodes slip to and fro without end", end)
+        raise NotConverged("corners open and nodes slip to and fro without end")
 
-    @property
-    def _level(self) -> Array:
-        """Loads or motions, those that are given."""
-        found: Array = (self.x if self.by_motions else self.y)[self._u]
-        return found
-
-    @_level.setter
-    def _level(self, values: Array) -> None:
-        (self.x if self.by_motions else self.y)[self._u] = values
-
-    def _lost(self, why: str, end: Array | None = None) -> NotConverged:
-        scale = self._size if self.by_motions else 1.0
-        now = tuple(float(scale * one) for one in self._level)
-        words = [
-            ", ".join(f"{one:.6g}" for one in pair) for pair in (now, () if end is None else end * scale)
-        ]
-        way = f" on the way to ({words[1]})" if words[1] else ""
-        return NotConverged(f"the history stopped at ({words[0]}){way}: {why}", reached=now)
-
-    def _begin(self, end: Array) -> None:
+    def _begin(self, start: Array, end: Array) -> None:
         """Where all has slid, or begins to, the state of each node in contact is set anew."""
         f, sliding = self.contact.friction, 0.0
-        if self._n and self._flat:
-            largest = f * max(end[0], self._level[0])
-            both = [abs(abs(q) - f * p) <= ROUNDING * largest for p, q in (self._level, end)]
-            if all(both) and self._level[0] > 0 and self._level[1] * end[1] > 0:
-                sliding = float(np.sign(end[1]))
+        largest = ROUNDING * f * max(start[0], end[0])
+        if start[0] > 0 and start[1] * end[1] > 0:
+            sliding = float(np.sign(end[1])) * all(abs(abs(q) - f * p) <= largest for p, q in (start, end))
         if sliding != self._sliding:
             touching = np.asarray(self.closed[self._of].any(axis=0))
             self.stick, self.slips = touching & (sliding == 0), np.where(touching, sliding, 0.0)
@@ -496,18 +476,15 @@ class Follower:
 
     def _rates(self, way: Array) -> tuple[Array, Array]:
         """Rates of x and y."""
-        given = np.where(self._active[self._u] | self.by_motions, way, 0.0)
-        rates = self._tableau.columns(self._u) @ given
-        rest = np.zeros(len(rates))
-        rest[self._u] = given
-        dx, dy = np.where(self._active, rates, rest), np.where(self._active, rest, rates)
-        nodes = self._nodes
+        active, nodes, rest = self._tableau.exchanged, self._nodes, np.zeros(len(self.x))
+        rest[self._u] = np.where(active[self._u] | self.by_motions, way, 0.0)
+        rates = self._tableau.columns(self._u) @ rest[self._u]
+        dx, dy = np.where(active, rates, rest), np.where(active, rest, rates)
         if self._n:
             dx[nodes] += self.contact.friction * self.slips * dx[self._of].sum(axis=0)
         if self._sliding:  # the obstacle moves just so that no node slips back
-            moved = self._sliding * (self._sliding * dy[nodes][self.slips != 0]).max()
-            dx[-1], dy[nodes] = moved, dy[nodes] - moved
-            dy[-1] = way[-1]
+            dx[-1] = self._sliding * (self._sliding * dy[nodes][self.slips != 0]).max()
+            dy[nodes], dy[-1] = dy[nodes] - dx[-1], way[-1]
         return dx, dy
 
     def _look(self, way: Array) -> tuple[Array, Array, Array, Array, Flags]:
@@ -517,39 +494,34 @@ class Follower:
         bound backwards.
         """
         dx, dy = self._rates(way)
-        m, nodes, inf, x, y = self._m, self._nodes, np.inf, self.x, self.y
-        force = ROUNDING * np.abs(dx[: nodes.stop]).max()
-        value = np.where(self.closed, x[:m], y[:m])
-        fall = np.where(self.closed, -dx[:m], -dy[:m])
-        small = np.where(self.closed, force, 100 * force * self._terms)
-        tiny = ROUNDING * x[:m].max()
-        limit = value <= np.where(self.closed, tiny, ROUNDING * self._span)
+        m, nodes, closed, stick, slips = self._m, self._nodes, self.closed, self.stick, self.slips
+        value, fall = np.where(closed, self.x[:m], self.y[:m]), np.where(closed, -dx[:m], -dy[:m])
+        force, tiny = ROUNDING * np.abs(dx[: nodes.stop]).max(), ROUNDING * self.x[:m].max()
+        small = force * np.where(closed, 1.0, 100 * self._terms)
+        limit = value <= np.where(closed, tiny, ROUNDING * self._span)
         if self._n:
-            last, slipping = self._last(), (self.slips != 0) & (not self._sliding)
+            last, slipping = self._last(), (slips != 0) & (not self._sliding)
             bound, dbound = self._bound(), self.contact.friction * dx[self._of].sum(axis=0)
-            up, down = (self.stick & (not last or np.any(self.slips == sign)) for sign in (-1, 1))
-            t, dt = x[nodes], dx[nodes]
-            forwards = np.where(up, bound - t, np.where(slipping, 0.0, inf))
-            sinks = np.where(slipping, self.slips * dy[nodes], dt - dbound)
-            backwards = np.where(down, bound + t, inf)
-            value, fall = (
-                np.concatenate((value, forwards, backwards)),
-                np.concatenate((fall, sinks, -dt - dbound)),
-            )
-            small = np.concatenate((small, np.where(slipping, 100 * force, force), np.full(self._n, force)))
+            up, down = (stick & (not last or np.any(slips == sign)) for sign in (-1, 1))
+            t, dt = self.x[nodes], dx[nodes]
+            forwards = np.where(up, bound - t, np.where(slipping, 0.0, np.inf))
+            backwards = np.where(down, bound + t, np.inf)
+            value = np.concatenate((value, forwards, backwards))
+            fall = np.concatenate((fall, np.where(slipping, slips * dy[nodes], dt - dbound), -dt - dbound))
+            small = np.concatenate((small, force * np.where(slipping, 100.0, 1.0), np.full(self._n, force)))
             limit = np.concatenate((limit, forwards <= tiny, backwards <= tiny))
         return dx, dy, value, np.where(fall > small, fall, 0.0), limit
 
-    def _settled(self, way: Array, end: Array, remaining: float) -> tuple[Array, Array, int | None, float]:
+    def _settled(self, way: Array, remaining: float) -> tuple[Array, Array, int | None, float]:
         """Rates after exchanges of all that stands at a limit and would go beyond it, the first event, and
         the way to it.
         """
         random, fewest, idle = np.random.default_rng(0), np.inf, 0
         for _ in range(ROUNDS):
             dx, dy, value, fall, limit = self._look(way)
-            violated = np.flatnonzero(limit & (fall > 0))
+            passing, violated = -dy[self._nodes], np.flatnonzero(limit & (fall > 0))
             if not len(violated):
-                self._require_unique(np.flatnonzero(limit), way, dy, end)
+                self._require_unique(np.flatnonzero(limit), way, passing)
                 falling = np.flatnonzero((fall > 0) & np.isfinite(value))
                 steps = np.maximum(value[falling], 0) / fall[falling]
                 if not len(steps) or steps.min() >= remaining * (1 - ROUNDING):
@@ -558,56 +530,45 @@ class Follower:
                 return dx, dy, int(falling[first]), float(steps[first])
             idle = 0 if len(violated) < fewest else idle + 1
             fewest = min(fewest, len(violated))
-            passing = -dy[self._nodes]
-            if idle < PATIENCE[0]:
-                chosen = violated
-            elif idle < sum(PATIENCE):
-                chosen = violated[:1]
-            else:
+            if idle >= PATIENCE[0]:
+                violated = violated[:1]
+            if idle >= sum(PATIENCE):
                 pool = violated if random.random() < 0.5 else np.flatnonzero(limit)
-                chosen, passing = random.choice(pool, 1), 0 * passing
-            if not any([self._exchange(int(one), passing) for one in chosen]):
+                violated, passing = random.choice(pool, 1), 0 * passing
+            if not any([self._exchange(int(each), passing) for each in violated]):
                 idle = sum(PATIENCE)
-        raise self._lost(f"no rates were found; {UNIQUE}", end)
+        raise NotConverged(f"no rates were found; {UNIQUE}")
 
-    def _require_unique(self, limit: Numbers, way: Array, dy: Array, end: Array) -> None:
+    def _require_unique(self, limit: Numbers, way: Array, passing: Array) -> None:
         """NotConverged where states turn back while loads grow, or where there are two ways on."""
+        if self._tableau.sign <= 0:
+            raise NotConverged(f"the answer may not be unique, as states turn back; {UNIQUE}")
         if not self._n:
             return
-        if self._tableau.sign <= 0:
-            raise self._lost(f"the answer may not be unique, as states turn back; {UNIQUE}", end)
-        passing = -dy[self._nodes]
-        for number in limit[self._pivots(limit, passing) < TURNED]:
-            kept = {name: copy(each) for name, each in self.__dict__.items() if name in _SETS}
-            holds = self._exchange(int(number), passing)
+        slipping = (limit >= self._m) & (self.slips[(limit - self._m) % self._n] != 0)
+        pivots = self._tableau.entries(limit[slipping], limit[slipping])
+        others = [each for each in limit[~slipping].tolist() if self._determinant(each, passing) < TURNED]
+        for number in [*limit[slipping][pivots < TURNED].tolist(), *others]:
+            kept = deepcopy({name: self.__dict__[name] for name in SETS})
+            holds = self._exchange(number, passing)
             *_, fall, still = self._look(way)
             self.__dict__ |= kept
             if holds and not np.any(still & (fall > 0)):
-                raise self._lost(f"the answer is not unique, as there are several ways on; {UNIQUE}", end)
+                raise NotConverged(f"the answer is not unique, as there are several ways on; {UNIQUE}")
 
-    def _pivots(self, numbers: Numbers, passing: Array) -> Array:
-        """Determinants of the exchanges of these numbers."""
-        m, n, f, table = self._m, self._n, self.contact.friction, self._tableau
-        corner, node = numbers < m, np.where(numbers < m, numbers, numbers - m) % n
-        row = m + node
-        found = table.entries(numbers * corner + row * ~corner, numbers * corner + row * ~corner)
-        # nodes that stick: what the sum of normal forces has in the row of the tangential one
-        some = np.flatnonzero(~corner & self.stick[node])
-        for one in self._of:
-            corners = one[node[some]]
-            shares = np.where(self.closed[corners], table.entries(corners, row[some]), 0.0)
-            found[some] -= np.where(numbers[some] < m + n, f, -f) * shares
-        some = np.flatnonzero(corner & self._alone()[numbers * corner])
-        own, rows = numbers[some], row[some]
-        across = table.entries(own, rows)
-        both = found[some] * table.entries(rows, rows) - across * table.entries(rows, own)
-        still = np.abs(passing[node[some]]) <= 100 * ROUNDING * np.abs(passing).max(initial=0)
-        slip = found[some] + f * np.sign(passing[node[some]]) * across
-        sticks = self.stick[node[some]]
-        found[some] = np.where(
-            self.closed[own], np.where(sticks, both, found[some]), np.where(still, both, slip)
-        )
-        return found
+    def _determinant(self, number: int, passing: Array) -> float:
+        """Of the exchange of a corner, or of a node that sticks."""
+        m, f, T = self._m, self.contact.friction, self._tableau.entries
+        node = (number - m) % self._n
+        row, corners = m + node, self._of[:, node]
+        if number >= m:
+            slope = T(corners, row)[self.closed[corners]].sum()
+            return float(T(row, row) - (f if number < m + self._n else -f) * slope)
+        alone = self._alone(number, node)
+        direction = self._direction(node, passing) if alone and not self.closed[number] else 0.0
+        if not alone or self.slips[node] or direction:
+            return float(T(number, number) + f * direction * T(number, row))
+        return float(T(number, number) * T(row, row) - T(number, row) * T(row, number))
 
     def _advance(self, dx: Array, dy: Array, step: float) -> None:
         """Goes on by a part of the leg; averages make work and dissipation exact."""
@@ -631,50 +592,42 @@ class Follower:
     def _off(self) -> Array:
         """What rounding has left in the equations of all pairs."""
         m, nodes = self._m, self._nodes
-        own, forces = self.contact, slice(0, nodes.stop)
-        found = np.concatenate(
-            (
-                own.moved(self.x[:m], self.x[nodes]) / self._size - self._motions @ self.x[self._u],
-                self._motions.T @ self.x[forces],
-            )
-        )
-        found[:m] += own.gaps / self._size
-        return np.where(np.isfinite(self.y), found, 0.0) - np.where(np.isfinite(self.y), self.y, 0.0)
+        moved = self.contact.moved(self.x[:m], self.x[nodes]) / self._size
+        found = np.append(moved - self._motions @ self.x[self._u], self._motions.T @ self.x[: nodes.stop])
+        found[:m] += self.contact.gaps / self._size
+        there = np.isfinite(self.y)
+        return np.where(there, found, 0.0) - np.where(there, self.y, 0.0)
 
     def _correct(self) -> None:
         """Takes off what rounding has left."""
-        off, active = self._off(), self._active
+        off, active, nodes = self._off(), self._tableau.exchanged, self._nodes
         fix = self._tableau.columns(active) @ off[active]
         self.x, self.y = self.x - np.where(active, fix, 0.0), self.y + np.where(active, 0.0, off - fix)
-        self.x[self._nodes] += self.slips * (self._bound() - np.abs(self.x[self._nodes]))
+        self.x[nodes] = np.where(self.slips != 0, self.slips * self._bound(), self.x[nodes])
 
-    def _check_last(self, before: tuple[Array, Array], end: Array) -> None:
-        """NotConverged where the last node that sticks is beyond what friction allows."""
+    def _check_last(self, x: Array, y: Array) -> None:
+        """NotConverged where the last node that sticks is beyond what friction allows; before, it was at x
+        and y.
+        """
         if not self._last():
             return
         node, f = int(np.argmax(self.stick)), self.contact.friction
-        left = [f * x[self._of[:, node]].sum() - abs(x[self._m + node]) for x in (before[0], self.x)]
-        if left[1] < -AT_LIMIT * self._bound().max():
-            part = max(left[0], 0.0) / (max(left[0], 0.0) - left[1])
-            self._level = before[1][self._u] + part * (self._level - before[1][self._u])
-            raise self._lost("all nodes slip, and the shear load cannot grow further", end)
+        before, now = (f * z[self._of[:, node]].sum() - abs(z[self._m + node]) for z in (x, self.x))
+        if now < -AT_LIMIT * self._bound().max():
+            self.y = y + max(before, 0.0) / (max(before, 0.0) - now) * (self.y - y)
+            raise NotConverged("all nodes slip, and the shear load cannot grow further")
 
     def _note(self, share: float) -> None:
         """Notes what has changed since the last time."""
-        if self._n:
-            first = np.isnan(self.first) & self.closed[self._of].any(axis=0)
-            self.first[first] = -self.y[self._m : self._u[0]][first]
-        nodes = np.where(self.stick, 2.0, self.slips)
-        kinds = {0: "leave", 2: "stick", 1: "slip", -1: "slip"}
-        self.changes += [
-            Change(self.legs, share, "close" if self.closed[i] else "open", int(i))
-            for i in np.flatnonzero(self.closed != self._seen[0])
-        ]
-        self.changes += [
-            Change(self.legs, share, kinds[int(nodes[i])], int(i))
-            for i in np.flatnonzero(nodes != self._seen[1])
-        ]
-        self._seen = self.closed.copy(), nodes
+        now, kinds = (
+            (self.closed.copy(), np.where(self.stick, 2.0, self.slips)),
+            ("leave", "slip", "stick", "slip"),
+        )
+        for number, (before, after) in enumerate(zip(self._seen, now)):
+            for i in np.flatnonzero(before != after).tolist():
+                kind = kinds[int(after[i])] if number else "close" if after[i] else "open"
+                self.changes.append(Change(self.legs, share, kind, i))
+        self._seen = now
 
     @property
     def approach(self) -> float:
@@ -715,6 +668,3 @@ class Follower:
             dissipation=self.dissipation,
             residual=float(max(0.0, max(forces) / (n.max() or 1.0), max(lengths) / longest)),
         )
-
-
-_SETS = "closed", "stick", "slips", "x", "y", "_active", "_tableau"  # what an exchange changes

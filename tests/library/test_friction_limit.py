@@ -152,10 +152,10 @@ def test_no_way_on_is_one_of_several_without_a_word(seeds, monkeypatch):
     """Wherever a history goes on, enumeration finds one way; where it is refused, none or two."""
     seen, settled = Counter(), Follower._settled
 
-    def compared(follower, way, end, remaining):
+    def compared(follower, way, remaining):
         ways = len(all_rates(follower.contact, follower.moment(), way))
         try:
-            found = settled(follower, way, end, remaining)
+            found = settled(follower, way, remaining)
         except mb.NotConverged:
             seen[ways, "refused"] += 1
             raise
