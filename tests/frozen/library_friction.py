@@ -1,11 +1,12 @@
 """Frozen problems of friction in the names of the library: see `tests.frozen.library`."""
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
 import microblock as mb
-from microblock.corners import active_set, exchange, projected_gradients
+from microblock.corners import active_set, projected_gradients
 from microblock.corners.follower import Follower, FrictionalContact
 from microblock.data import export
 from microblock.fem.friction import FrictionFacets, MonolithicFriction
@@ -95,13 +96,13 @@ def touching(compliance, gaps, load):
         "path": (path.states[-1].forces, path.states[-1].gaps, path.states[-1].approach),
         "gradients": (products.forces.ravel(), products.gaps.ravel(), products.approach),
     }
-    faces = exchange.exchange(H[np.ix_(there, there)], initial[there], np.ones(there.sum(), bool), load)
-    if faces is not None:
-        forces = np.zeros(m)
-        forces[there] = faces[0]
-        bare = initial + H @ forces
-        approach = float(bare[forces > 0].mean())
-        found["exchange"] = forces, bare - approach, approach
+    own = H[np.ix_(there, there)]
+    lift, forces = active_set.lifted(own), np.zeros(m)
+    closed = np.ones(there.sum(), bool)
+    forces[there], _ = active_set.faces(own + lift, initial[there], closed, load, lift, Counter())
+    bare = initial + H @ forces
+    approach = float(bare[forces > 0].mean())
+    found["exchange"] = forces, bare - approach, approach
     return found, [(one.kind, one.corner, one.load) for one in path.events]
 
 
