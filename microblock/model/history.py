@@ -24,7 +24,7 @@ SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what 
 
 
 class OfMoment(Solution):
-    """Base of solutions with the shear and the energies of a `corners.friction.Moment`, `moment`."""
+    """Base of solutions with the shear and the energies of a `corners.follower.Moment`, `moment`."""
 
     moment: Any
 
