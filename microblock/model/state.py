@@ -565,7 +565,7 @@ class State(Shown, PlainData):
     def warnings(self) -> list[str]:
         """Sentences on what limits the validity of the state."""
         known = [*self.solution.remarks(), *self.solution.notes]
-        return [*((*self._beyond_small_strain(), *of_samples(self.solution)) if self.flat else ()), *known]
+        return [*((*self._beyond_small_strain(), *of_samples(self)) if self.flat else ()), *known]
 
     def _beyond_small_strain(self) -> list[str]:
         """Returns sentences on the rotations, slopes and sizes of a state of the plane."""

@@ -221,7 +221,7 @@ class StateFigure:
         # a surface on a mesh may end sooner, and elsewhere in each state
         ends = max(wide[0], surface.x[0]), min(wide[1], surface.x[-1])
         self._limit(surface, zones["contact"], self._kept("curves", wide, ends))
-        self._tell_cuts(surface, unbounded(state.solution))
+        self._tell_cuts(surface, unbounded(state))
         near = self._kept("blocks", near, blocks.within(near, surface))
         self.blocks.update(blocks.blocks(surface, zones["contact"], near))
         return self
