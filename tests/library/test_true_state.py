@@ -1,6 +1,7 @@
 """What comes with every result: data, labelled data sets, files and back, pictures; one class of states."""
 
 import doctest
+import json
 import pickle
 
 import matplotlib
@@ -50,7 +51,7 @@ def test_a_result_comes_back_from_its_file_digit_by_digit(name, tmp_path):
     back = mb.load(tmp_path / "result")
     assert back.to_dict() == made.to_dict() and str(back) == str(made)
     assert back.to_xarray().identical(made.to_xarray())
-    back.to_xarray().to_dict()
+    back.to_xarray().to_netcdf(tmp_path / "result.nc", engine="scipy")
     for state, other in zip(states, back.states if isinstance(made, mb.History) else [back]):
         for key in {*mb.State.names()} - {"solution", "problem", "body", "obstacle", "law"}:
             assert_same(getattr(other, key), getattr(state, key))
@@ -85,9 +86,13 @@ def test_of_what_is_no_data_a_file_has_the_name(tmp_path):
 
 
 def test_files_that_are_none_of_ours_are_refused(tmp_path):
-    np.savez(tmp_path / "other.npz", text='{"class": ["os", "system"], "parts": {}}')
+    names = "os.system", "microblock.model.archive.import_module", "microblock.no.Thing"
+    for number, name in enumerate(names):
+        kind = list(name.rpartition(".")[::2])
+        text = json.dumps({"class": kind, "parts": {"name": "antigravity"}})
+        np.savez(tmp_path / f"{number}.npz", text=text)
     (tmp_path / "words").write_text("words")
-    for name in ("other.npz", "words", "none"):
+    for name in ("0.npz", "1.npz", "2.npz", "words", "none"):
         with pytest.raises(mb.BadArgument, match="^file = "):
             mb.load(tmp_path / name)
     with pytest.raises(mb.BadArgument, match="^file = "):
