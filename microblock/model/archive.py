@@ -146,12 +146,12 @@ def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
     if "dict" in tree:
         found = {name: _unpacked(one, arrays) for name, one in tree["dict"]}
         return found if tree["of"] is None else Named(tree["of"], found)
-    for kind in (list, tuple):
-        if kind.__name__ in tree:
-            return kind(_unpacked(one, arrays) for one in tree[kind.__name__])
+    for sequence in (list, tuple):
+        if sequence.__name__ in tree:
+            return sequence(_unpacked(one, arrays) for one in tree[sequence.__name__])
     (module, name), parts = tree["class"], tree["parts"]
     parts = {name: _unpacked(one, arrays) for name, one in parts.items()}
-    kind = getattr(import_module(module), name) if module.startswith(f"{PACKAGE}.") else None
+    kind: Any = getattr(import_module(module), name) if module.startswith(f"{PACKAGE}.") else None
     if not isinstance(kind, type) or kind.__module__ != module:
         raise ValueError(f"{module}.{name} is no class of {PACKAGE}")
     return MADE.get(kind, kind)(**parts)
