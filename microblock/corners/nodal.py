@@ -102,10 +102,6 @@ class NodalSolution(AtNodes):
     method = "nodes"
 
     @property
-    def solid(self):
-        return self.solver.solid
-
-    @property
     def compliance(self):
         return self.solver.compliance
 

@@ -80,10 +80,6 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     def problem(self):
         return self.solver.problem
 
-    @property
-    def order(self):
-        return self.body.body.order
-
     def remarks(self):
         return (
             self.overlap()

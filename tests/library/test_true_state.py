@@ -8,7 +8,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from test_files import KINDS, SOLID
+from test_files import KINDS, SOLID, in_space, on_grid
 
 import microblock as mb
 from microblock.model.plain_data import PlainData
@@ -139,3 +139,31 @@ def test_an_elastic_solid_is_the_classical_one_at_every_size(size):
     assert state.pressure_at(0.0) == pytest.approx(p, rel=1e-4)  # ten times rtol, for a value at a place
     with pytest.raises(mb.BadArgument, match="^law = "):
         mb.Contact(mb.HalfPlane(solid), CYLINDER, mb.Microblock())
+
+
+@pytest.mark.parametrize("kind", ["half-space", "mesh"])
+def test_pressures_of_three_dimensions_are_known_between_the_points(kind):
+    """They are those of the points there, to rounding, the mean of neighbours half way, and 0 far away; what
+    only a state of the plane has is refused by name.
+    """
+    state = on_grid() if kind == "half-space" else in_space()
+    close = 1e-12 * state.pressure.max()
+    assert state.pressure_at(state.points) == pytest.approx(state.pressure, abs=close)
+    for name, own in state.pressures.items():
+        assert state.pressure_at(state.points[:, :2], name) == pytest.approx(own, abs=close)
+    middle = np.argmax(state.pressure)
+    other = np.argsort(np.linalg.norm(state.points - state.points[middle], axis=1))[1]
+    half_way = state.points[[middle, other]].mean(axis=0)
+    mean = state.pressure[[middle, other]].mean()
+    assert state.pressure_at([half_way])[0] == pytest.approx(mean, abs=close)
+    assert state.pressure_at([(1e3, 0.0)])[0] == 0 and state.zones is None and state.half_width is None
+    for asked in (
+        lambda: state.gap_at(next(iter(state.pressures)), 0.0),
+        lambda: state.surface(),
+        lambda: state.plot_below(),
+        lambda: state.plot_body(),
+        lambda: state.plot(window=(-1, 1)),
+        lambda: state.pressure_at([0.0]),
+    ):
+        with pytest.raises(mb.BadArgument):
+            asked()
