@@ -387,7 +387,7 @@ class FrictionSolver:
         softer = each.tangential + APART * np.diag(np.diag(each.tangential))
         path, found = Follower(replace(each, tangential=softer)), []
         for one in level.solutions:
-            moment = path.to(one.load, one.shear)
+            moment = path.to(one.load, one.moment.shear)
             moment = replace(moment, tangential=moment.tangential.reshape(-1, len(level.edges)).sum(axis=0))
             *_, moments = surface(self.problem, level.edges, own, moment)
             other = replace(one, moment=moment, micromoment=moments)
