@@ -530,7 +530,7 @@ class Follower:
                 first = int(np.argmin(steps))
                 return dx, dy, int(falling[first]), float(steps[first])
             idle = 0 if len(violated) < fewest else idle + 1
-            fewest, patience = min(fewest, len(violated)), SINGLE[0] + SINGLE[1] * np.count_nonzero(limit)
+            fewest, patience = min(fewest, len(violated)), SINGLE[0] + SINGLE[1] * int(limit.sum())
             if idle >= PATIENCE:
                 violated = violated[:1]
             if idle >= patience:
