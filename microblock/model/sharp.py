@@ -58,9 +58,7 @@ def of_samples(state: State) -> list[str]:
                 f"the contact reaches the last sample at x = {end:g}, taken as a sharp edge: measure "
                 "farther, or check the sign of the heights, which grow away from the body"
             )
-    edges = {
-        kink for kink, jump in zip(samples.kinks, samples.jumps) if jump > 0 and touched(state, (kink,))
-    }
+    edges = {kink for kink, jump in zip(samples.kinks, samples.jumps) if jump > 0 and touched(state, (kink,))}
     if edges:
         found.append(
             f"straight lines between {len(samples.x)} samples: the pressure is unbounded at {len(edges)} of "
