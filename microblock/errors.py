@@ -93,8 +93,8 @@ class NotConverged(MicroblockError, RuntimeError):
 
     Attributes
     ----------
-    reached : float or None
-        The last load or approach that was reached, None if there is none.
+    reached : float, tuple or None
+        The last load or approach that was reached, of a history the last pair; None if there is none.
     rtol_reached : float or None
         An rtol that is met when it is asked for, None where none is known.
     iterations : int
@@ -111,7 +111,7 @@ class NotConverged(MicroblockError, RuntimeError):
         self,
         message: str,
         *,
-        reached: float | None = None,
+        reached: float | tuple[float, ...] | None = None,
         iterations: int = 0,
         rtol_reached: float | None = None,
     ) -> None:

@@ -13,7 +13,7 @@ import time
 import numpy as np
 
 import microblock as mb
-from microblock.corners.friction import FrictionPath
+from microblock.corners.follower import Follower
 from microblock.halfplane.friction_solver import FrictionSolver
 
 RTOL = 0.05  # of the outcomes
@@ -114,7 +114,7 @@ def _between(contact, history, coupled):
     given = [(state.load, state.shear) for state in history.states]
     edges = history.states[-1].solution.edges
     own = FrictionSolver(contact.solver, np.array(given), coupled)
-    path, last = FrictionPath(own.on(edges)[1]), (0.0, 0.0)
+    path, last = Follower(own.on(edges)[1]), (0.0, 0.0)
     for pair in given:
         for share in np.arange(1, BETWEEN + 2) / (BETWEEN + 1):
             moment = path.to(*(np.array(last) + share * np.subtract(pair, last)))

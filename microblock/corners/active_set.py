@@ -6,34 +6,26 @@ Corner forces f >= 0 and the approach d leave the gaps
     g = g0 - c d + H f >= 0,     f.g = 0,     c.f = P,                                              (a)
 
 H the symmetric flexibility of the corners, c > 0 the weights of their forces in the load. In shares of the
-load c_i f_i and gaps g_i/c_i the weights are 1 and c.f = 0 reads "zero-sum"; so everything below works.
+load c_i f_i and gaps g_i/c_i the weights are 1; so everything below works.
 
-Free approach. Let corner r be closed. Then g_r = 0 gives d, c.f = P gives f_r, and for the others there
-remains
+With the corners of a face closed their forces follow from one factorisation, those under the gaps and those
+under d. Where the load is given a rigid level is added to H, which no forces of a given sum feel: so the
+factors are Cholesky's also where H is definite on vectors with c.f = 0 alone. Closed corners that pull open,
+open ones that are pressed in close, all at once: from nothing two to ten faces do.
 
-    w = q + K z >= 0,  z >= 0,  w.z = 0,     K_ij = H_ij - H_ir - H_rj + H_rr,                        (b)
-                                             q_i  = g0_i - g0_r + P (H_ir - H_rr),
+Safeguard. When PATIENCE faces bring no fewer wrong corners, the first one alone is exchanged until there are
+fewer (Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Portugal, Judice and Vicente, Math. Comp. 63 (1994)
+625). With the approach given that ends for every definite H and g0, degenerate or not (Murty, Opsearch 11
+(1974) 123; Kostreva, Linear Algebra Appl. 21 (1978) 207; Rohn, Math. Program. 46 (1990) 255), by induction:
+the last corner moves only when the others are solved with it fixed; were it to move back, the two solutions
+x, y would have (x - y)_i (H (x - y))_i <= 0 for all i. With the load given the load path is followed where
+PIVOTS faces do not do: from event to event of `follower.Follower`. All this in exact arithmetic; against
+rounding stands a budget.
 
-in which H + tau c c^T leaves K and q as they are: the rigid level of H touches no force. K is positive
-definite if and only if H is on zero-sum vectors, so a P-matrix, and (b) has one solution. If it has f_r >= 0
-it solves (a). If f_r < 0 corner r is open in (a), as a state with it closed would be a second solution of
-(b); it is dropped for good and the largest force becomes r. So at most m problems (b) give (a). With d
-prescribed (a) itself is (b), with K = H and q = g0 - c d.
-
-Safeguard. Problem (b) with a P-matrix is what the proof covers. Block pivoting exchanges all corners with z
-or w < 0; when PATIENCE exchanges bring no fewer of them, the first such corner alone is exchanged until there
-are fewer (Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Portugal, Judice and Vicente, Math. Comp. 63
-(1994) 625).
-Exchanging the first one ends for every P-matrix and q, degenerate or not (Murty, Opsearch 11 (1974) 123;
-Kostreva, Linear Algebra Appl. 21 (1978) 207; Rohn, Math. Program. 46 (1990) 255), by induction: the last
-corner moves only when the others are solved with it fixed. Were it to move back, the two solutions x, y would
-have (x - y)_i (K (x - y))_i <= 0 for all i, which no P-matrix allows. All this in exact arithmetic; against
-rounding stands a budget of pivots.
-
-Duplicated rows make H semidefinite. H + D is what is solved, D a diagonal just above rounding, and the forces
-found, f', shift the gaps to g0 - D f' for the next solve (proximal point method, Rockafellar, SIAM J. Control
-Optim. 14 (1976) 877). What a solve leaves in (a) is D (f - f'). Duplicates share their force, evenly to
-1e-16/D or so.
+Duplicated rows make H semidefinite. Where its factors fail, H + D is what is solved, D a diagonal just above
+rounding, and the forces found, f', shift the gaps to g0 - D f' for the next solve (proximal point method,
+Rockafellar, SIAM J. Control Optim. 14 (1976) 877). What a solve leaves in (a) is D (f - f'). Duplicates share
+their force, evenly to 1e-16/D or so.
 """
 
 from collections import Counter
@@ -41,18 +33,19 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from scipy.linalg.blas import dgemm
+from scipy.linalg.lapack import dposv
 
 from ..errors import BadArgument, NotConverged, require_finite, require_numbers
-from ..model.progress import counted
 from ..threads import bounded, released
+from .follower import Follower, FrictionalContact
 
 ROUNDING = 1e-14  # relative to its own terms, some rounding errors: below it a sign means nothing
 ROUNDED = 1e-15  # relative residual that no refinement improves
 ACCEPTED = 1e-11  # relative residual at which a state counts as solved
 # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the others for
 # compliances computed less well
-REGULARISATION = (1e-12, 1e-10, 1e-8)
+REGULARISATION = (0.0, 1e-12, 1e-10, 1e-8)
+FLAT = 1e-13  # of the response of a corner to itself: pivots below are rounding
 # change of the load from one refinement to the next, relative: where rigid corners cannot take an
 # approach the forces grow by as much again each time, and no gap beside H f would show it
 SETTLED = 1e-2
@@ -61,8 +54,6 @@ PATIENCE = 5  # block exchanges without progress before single ones; 3 to 10 in 
 PIVOTS = 500  # at a load, before its path is followed instead, which is faster by then
 SYMMETRY = 1e-8  # of the largest entry: a compliance off by more was put together wrongly
 SINGULAR = "closed corners have a flexibility that is singular to rounding: are two of them one?"
-TIE = 1e-11  # of the load: events closer than that are one, as the tableau drifts by less
-REFRESH = 200  # rank-one updates before the tableau is made anew
 
 
 @dataclass(frozen=True)
@@ -76,7 +67,6 @@ class ContactState:
     approach, load : float, d and c.f
     iterations : int, complementary sets that were tried
     single_pivots : int, those by the safeguard
-    dropped : int, corners that were taken for closed to eliminate the approach, and were not
     regularisation : float, D over the largest entry of each row
     kkt : float
         Largest relative residual of load, complementarity and feasibility.
@@ -92,7 +82,6 @@ class ContactState:
     load: float
     iterations: int
     single_pivots: int
-    dropped: int
     regularisation: float
     kkt: float
     followed: bool = False
@@ -126,8 +115,8 @@ class _Problem:
     touch: np.ndarray
     level: float  # of regularisation
     D: np.ndarray
-    regular: np.ndarray  # H + D
-    reduced: dict  # {r: K}, as far as they were needed
+    regular: np.ndarray  # H + D + lift
+    lift: float  # rigid level
 
 
 @bounded
@@ -162,21 +151,20 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
         try:
             return _state(problem, _start(start, problem), load, approach)
         except np.linalg.LinAlgError as failure:
-            singular = failure  # more of D, then
+            singular = NotConverged(SINGULAR)  # more of D, then
+            singular.__cause__ = failure
         except NotConverged as failure:
-            if load is None or not failure.iterations:  # not the pivots
-                raise
-            return replace(path(H, g0, [load], c=c).states[0], followed=True)
-    raise NotConverged(SINGULAR) from singular
+            if load is not None and failure.iterations:
+                return replace(path(H, g0, [load], c=c).states[0], followed=True)
+            singular = failure
+    raise singular
 
 
 @bounded
 def path(H, g0, loads, *, c=None):
     """States at the `loads` and all events from first touch to the last load.
 
-    Between events the state is affine in the load. At an event the corners with no gap and no force, one or
-    many, are sorted into closed and open by (b) for the slopes; so ties need no rule, and the load grows from
-    event to event.
+    Between events the state is affine in the load, from event to event of a `follower.Follower`.
     The states are refined by `solve` on the set found. Parameters and errors as there; `reached` is the last
     load.
     """
@@ -186,18 +174,19 @@ def path(H, g0, loads, *, c=None):
         try:
             return _follow(problem, loads)
         except NotConverged as failure:
-            singular = failure
-            if not isinstance(failure.__cause__, np.linalg.LinAlgError):
-                raise  # and with more of D otherwise
+            singular = failure  # more of D, then
     raise singular
 
 
 def _follow(problem, loads):
     """The Path of one problem."""
-    pieces = []
+    none, pieces = np.zeros((0, len(problem.g0))), []
+    contact = FrictionalContact(problem.H + problem.lift, none, none[:, :0], problem.g0, 0.0)
+    follower = Follower(contact)
     try:
-        for piece in _pieces(problem, loads[-1]):
-            pieces.append(piece)
+        for share in follower.pieces(loads[-1]):
+            load = float(share * loads[-1])
+            pieces.append((load, follower.approach - problem.lift * load, follower.closed.copy()))
     except (NotConverged, np.linalg.LinAlgError) as failure:
         reached = pieces[-1][0] if pieces else 0.0
         raise NotConverged(
@@ -237,37 +226,35 @@ def _problems(H, g0, c, free):
         raise BadArgument("H", H, "must be symmetric")
     H = (H + H.T) / 2
     rows[rows == 0] = rows.max() or 1.0
-    nearest = int(np.argmin(g0))
+    lifts = (0.0, lifted(H)) if free else (0.0,)
     found = False
     # where a row is nothing beside the others, its own size does not stand against their rounding
-    for scale, level in product((rows, np.full_like(rows, rows.max())), REGULARISATION):
-        regular = H + np.diag(level * scale)
-        reduced = {nearest: _without(regular, nearest)} if free else {}
-        if _is_positive(reduced[nearest] if free else regular):
+    for scale, level, lift in product((rows, np.full_like(rows, rows.max())), REGULARISATION, lifts):
+        regular = H + lift
+        regular[np.diag_indices_from(regular)] += level * scale
+        if _is_positive(regular):
             found = True
-            yield _Problem(H, g0, c, touch, level, level * scale, regular, reduced)
+            yield _Problem(H, g0, c, touch, level, level * scale, regular, lift)
     if not found:
         allowed = "where the approach is given; give the load, or add a rigid level tau c c^T"
         allowed = "on vectors with c.f = 0" if free else allowed
         raise BadArgument("H", H, f"must be positive semidefinite {allowed}")
 
 
+def lifted(H):
+    """The rigid level that is added to H: no forces of a given sum feel it, and with it H is definite where
+    it is so on those whose sum is 0.
+    """
+    return float(np.abs(H).max() - min(H.min(), 0.0)) or 1.0
+
+
 def _is_positive(H):
     try:
         with released(len(H)):
-            np.linalg.cholesky(H)
+            factor = np.linalg.cholesky(H)
     except np.linalg.LinAlgError:
         return False
-    return True
-
-
-def _without(H, r):
-    """K of (b), for the corners other than r."""
-    column = np.delete(H[r], r)
-    K = np.delete(np.delete(H, r, 0), r, 1)
-    K -= column[:, None]
-    K -= column - H[r, r]
-    return K
+    return bool(np.all(factor.diagonal() ** 2 > FLAT * H.diagonal()))
 
 
 def _start(start, problem):
@@ -288,18 +275,15 @@ def _loads(loads, name):
 
 def _state(problem, closed, load=None, approach=None):
     """Proximal point method on (a), the state with the smallest residual."""
-    H, g0, D, regular = problem.H, problem.g0, problem.D, problem.regular
+    H, g0, D = problem.H, problem.g0, problem.D
     steps, best, forces = Counter(), None, np.zeros(len(g0))
     if load == 0 or (load is None and approach <= g0.min()):
         d = g0.min() if load == 0 else approach
         return _report(problem, forces, np.zeros(len(g0), bool), d, 0.0, steps)
+    ahead = g0 - (approach or 0.0)
     for _ in range(REFINEMENTS):
         before = forces
-        if load is None:
-            forces, closed = _pivoting(regular, g0 - D * forces - approach, closed, steps)
-        else:
-            forces, closed = _at_load(regular, g0 - D * forces, load, closed, steps, problem.reduced)
-        forces = np.maximum(forces, 0)  # rounding
+        forces, closed = faces(problem.regular, ahead - D * forces, closed, load, problem.lift, steps)
         d = approach if load is None else forces @ (g0 + H @ forces) / forces.sum()  # so that f.g = 0
         residual = _kkt(H, g0, forces, closed, d, load)
         if load is None and abs(forces.sum() - before.sum()) > SETTLED * forces.sum():
@@ -331,7 +315,6 @@ def _report(problem, forces, closed, d, kkt, steps):
         kkt=float(kkt),
         iterations=steps["sets"],
         single_pivots=steps["single"],
-        dropped=steps["dropped"],
         regularisation=problem.level,
     )
 
@@ -351,128 +334,61 @@ def _kkt(H, g0, forces, closed, d, load):
     return max(parts)
 
 
-def _at_load(H, g0, load, closed, steps, reduced):
-    """Forces and set of (a) by problems (b); `closed` is where to begin, `reduced` keeps {r: K}."""
-    left = np.arange(len(g0))
-    r = int(np.argmin(np.where(closed, g0, np.inf) if closed.any() else g0))
-    while True:
-        other = left[left != r]
-        q = g0[other] - g0[r] + load * (H[other, r] - H[r, r])
-        if r not in reduced:
-            reduced[r] = _without(H, r)
-        K, rows = reduced[r], other - (other > r)
-        z, chosen = _pivoting(
-            K if len(rows) == len(K) else K[np.ix_(rows, rows)], q, closed[other], steps, budget=PIVOTS
-        )
-        forces, closed = np.zeros(len(g0)), np.zeros(len(g0), bool)
-        forces[other], closed[other] = z, chosen
-        forces[r], closed[r] = load - z.sum(), True
-        if forces[r] >= -ROUNDING * load:
-            return forces, closed
-        steps["dropped"] += 1
-        left, r = other, int(other[np.argmax(z)])
+def faces(H, g0, closed, load, lift, steps, patience=PATIENCE, budget=None):
+    """Forces and closed corners of (a) by exchange of all corners that are wrong; without the safeguard if
+    `patience` is infinite.
 
+    Parameters
+    ----------
+    H : array (m, m)
+        Positive definite; its part `lift` is a rigid level.
+    g0 : array (m,)
+        Initial gaps, finite; less the approach if that is given.
+    closed : boolean array (m,)
+        Closed corners to begin with; those that are pressed in without forces if there are none.
+    load : float or None
+        None where the approach is given.
+    steps : Counter of sets and of single pivots
 
-def _pivoting(K, q, closed, steps, patience=PATIENCE, budget=None):
-    """z and closed set of (b) by block pivoting; without the safeguard if `patience` is infinite."""
-    closed, fewest, left = closed.copy(), len(q) + 1, patience
-    budget = budget or 5000 + 10 * len(q)  # single pivots: 2^m at worst, seldom above m
+    Raises
+    ------
+    NotConverged
+        If the sets do not settle.
+    LinAlgError
+        If H is not definite beyond rounding.
+    """
+    budget = budget or (5000 + 10 * len(g0) if load is None else PIVOTS)
+    closed, fewest, left, diagonal = closed.copy(), len(g0) + 1, patience, H.diagonal()
     for _ in range(budget):
-        z, wrong = _complementary(K, q, closed)
+        if not closed.any():
+            closed[np.argmin(g0)] = True
+        on = np.flatnonzero(closed)
+        base = 0.0 if load is None else g0[on].min()
+        sides = np.column_stack((g0[on] - base, np.ones(len(on))))
+        with released(len(on)):
+            factor, found, failed = dposv(H[on[:, None], on].T, sides, overwrite_a=1)
+        if failed or np.any(factor.diagonal() ** 2 < FLAT * diagonal[on]):
+            raise np.linalg.LinAlgError
+        pulled, pressed = found.T
+        d = 0.0 if load is None else (load + pulled.sum()) / pressed.sum()
+        forces = np.zeros(len(g0))
+        forces[on] = d * pressed - pulled
+        moved = H[:, on] @ forces[on]
+        gaps = g0 - base + moved - d
+        least = -ROUNDING * np.ptp(forces), -ROUNDING * (np.ptp(moved) + np.abs(g0[on]).max())
+        wrong = np.where(closed, forces < least[0], gaps < least[1])
         steps["sets"] += 1
         count = np.count_nonzero(wrong)
-        if count == 0:
-            return z, closed
+        if not count:
+            return np.maximum(forces, 0.0), closed
         left = patience if count < fewest else left - 1
         fewest = min(fewest, count)
-        if left >= 0:
-            closed ^= wrong
-        else:
-            closed[np.argmax(wrong)] ^= True
+        if left < 0:
+            wrong = np.arange(len(wrong)) == np.argmax(wrong)
             steps["single"] += 1
+        closed ^= wrong
     raise NotConverged(
-        f"contact set of {len(q)} corners still changing after {budget} pivots, at best {fewest} "
+        f"contact set of {len(g0)} corners still changing after {budget} sets, at best {fewest} "
         "corners wrong; start from a state at a nearby load, or follow the path",
         iterations=budget,
     )
-
-
-def _complementary(K, q, closed):
-    """z of the set, w = 0 where closed and z = 0 where open, and where z or w is negative beyond rounding."""
-    z, columns = np.zeros(len(q)), K[:, closed]
-    with released(columns.shape[1]):
-        z[closed] = np.linalg.solve(columns[closed], -q[closed])
-    if not np.all(np.isfinite(z)):
-        raise NotConverged(f"forces of {closed.sum()} closed corners overflow; scale the flexibility")
-    w = q + columns @ z[closed]
-    rounding = ROUNDING * (np.abs(q) + np.abs(columns) @ np.abs(z[closed]))
-    return z, np.where(closed, z < -ROUNDING * np.abs(z).max(initial=0.0), w < -rounding)
-
-
-def _pieces(problem, last):
-    """(load, approach, closed corners) at the beginning of each affine piece of the path, up to the load
-    `last`.
-    """
-    H, g0, steps = problem.regular, problem.g0, Counter()
-    tied = g0 - g0.min() <= ROUNDING * abs(g0.min())
-    closed, load, updates = np.zeros(len(g0), bool), 0.0, 0
-    closed[tied] = _at_load(H[np.ix_(tied, tied)], np.zeros(tied.sum()), 1.0, closed[tied], steps, {})[1]
-    tableau = _tableau(H, g0, closed)
-    terms = np.abs(H).max(axis=1)
-    budget = 1000 + 50 * len(g0)  # far above what is met, one or two for each corner
-    for _ in range(budget):
-        counted()
-        yield load, float(tableau[-1, -2] + load * tableau[-1, -1]), closed
-        start, slope = tableau[:-1, -2:].T
-        # corners just sorted have slopes >= 0: they do not end this piece
-        falling = (slope < 0) & ~tied
-        ends = np.divide(-start, slope, out=np.full(len(g0), np.inf), where=falling)
-        end = max(float(ends.min()), load)
-        if end > last:
-            return
-        rounding = ROUNDING * np.where(closed, end, g0 - g0.min() + terms * end)
-        nothing = start + slope * end <= np.maximum(TIE * (np.abs(start) + np.abs(slope) * end), rounding)
-        # one load, one growing tie: no cycle
-        tied = nothing | (ends <= end) | (tied & (end <= load * (1 + TIE)))
-        load = end
-        flip = np.flatnonzero(tied)
-        flip = flip[_pivoting(tableau[np.ix_(flip, flip)], slope[flip], np.zeros(len(flip), bool), steps)[1]]
-        closed = closed.copy()
-        closed[flip] ^= True
-        updates += len(flip)
-        if updates < REFRESH:
-            _exchange(tableau, flip)
-        else:
-            tableau, updates = _tableau(H, g0, closed), 0
-    raise NotConverged(f"contact set still changing after {budget} events")
-
-
-def _tableau(H, g0, closed):
-    """What closes or opens at each corner, and d below, affine in (what is zero there, 1, P): array (m + 1, m
-    + 2).
-
-    Row i is g_i of an open corner or f_i of a closed one, column i the other of the two.
-    """
-    m, r = len(g0), int(np.argmin(np.where(closed, g0, np.inf)))
-    other = np.arange(m) != r
-    tableau = np.zeros((m + 1, m + 2), order="F")
-    tableau[np.ix_(np.append(other, False), np.append(other, [False] * 2))] = _without(H, r)
-    tableau[:m, r], tableau[r, :m] = other, -other.astype(float)
-    tableau[:m, m], tableau[:m, m + 1] = g0 - g0[r], H[:, r] - H[r, r]
-    tableau[r, m:] = 0, 1  # f_r = P - sum of the others
-    tableau[m, :m], tableau[m, m:] = H[r] - H[r, r], (g0[r], H[r, r])
-    tableau[m, r] = -1
-    _exchange(tableau, np.flatnonzero(closed & other))
-    return tableau
-
-
-def _exchange(tableau, block):
-    """Principal pivot on a block of corners, in place: an update of the rank of their number."""
-    columns = np.array(tableau[:, block], order="F")
-    inverse = np.linalg.inv(columns[block])
-    rows = -inverse @ tableau[block]
-    rows[:, block] = inverse
-    tableau[:, block] = 0
-    with released(len(tableau)):
-        dgemm(1.0, columns, rows, 1.0, tableau, overwrite_c=True)
-    tableau[block] = rows

@@ -42,7 +42,7 @@ import numpy as np
 from ..errors import BadArgument, NotConverged, at_least, require_finite
 from ..model.progress import counted
 from ..threads import bounded
-from .exchange import exchange
+from .active_set import faces, lifted
 
 # of the decrease of q that the gradient promises; any number in (0, 1/2) is proven to do
 SHARE = 0.1
@@ -50,6 +50,7 @@ SHARE = 0.1
 INNER = 0.5
 FINAL = 1e-3  # the same, where the face is that of the step before
 INNER_STEPS = 60
+FACES = 20  # that are tried where the matrix is at hand; problems that need more are rare
 OUTER_STEPS = 300  # 5 to 40 are met
 SEARCH = 1, 1 / 4, 1 / 16  # parts of the way to the minimum on the face
 ROUNDING = 1e-14  # of the range of the normal displacement, to which products are good
@@ -95,7 +96,7 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
         ``on_face(there)``, which returns the preconditioner of corners that are there alone, and
         ``settled(forces, g0, slope)``, which returns forces of lower q; they have the same gaps unless
         ``settling_displaces``. Its ``matrix``, if not None, is H on g0.ravel(): then a few factorisations are
-        tried first (`microblock.corners.exchange`)
+        tried first (`microblock.corners.active_set`)
     g0 : array (corners, n), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
     start : array like g0, forces to begin with; scaled to the load
@@ -141,15 +142,18 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
 
 def _exchanged(problem, forces, rtol):
     """The state by a few factorisations where the matrix is at hand; None where that does not lead to it."""
-    matrix = problem.matrix
-    found = None if matrix is None else exchange(matrix, problem.g0, forces > 0, problem.load)
-    if found is None:
+    matrix, steps = problem.matrix, Counter()
+    if matrix is None:
         return None
-    forces, faces = found
-    problem.count["products"] += faces
+    lift = 0.0 if problem.load is None else lifted(matrix)
+    try:
+        forces, _ = faces(matrix + lift, problem.g0, forces > 0, problem.load, lift, steps, np.inf, FACES)
+    except (NotConverged, np.linalg.LinAlgError):
+        return None
+    problem.count["products"] += steps["sets"]
     slope = problem.g0 + matrix @ forces
     kkt = problem.residual(forces, slope)
-    return problem.report(forces, slope, kkt, faces) if kkt <= rtol else None
+    return problem.report(forces, slope, kkt, steps["sets"]) if kkt <= rtol else None
 
 
 @dataclass(frozen=True)

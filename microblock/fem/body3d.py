@@ -8,7 +8,6 @@ from typing import NamedTuple
 import ngsolve as ng
 import numpy as np
 
-from ..corners.coulomb import UNSOLVED
 from ..errors import BadArgument, NotConverged, require_kind, require_whole
 from ..halfspace.obstacles import heights
 from ..halfspace.symbol import require_stable
@@ -17,6 +16,7 @@ from ..model.methods import Condensed, Newton
 from ..threads import bounded
 from . import energy3d
 from .body import GIVEN, USUAL_CONTACT, BodyFields, MeshBody, require_finite_within
+from .bulk import UNSOLVED
 from .meshes import require_sound
 
 FIELDS = ("u1", "u2", "u3", "psi1", "psi2", "psi3")

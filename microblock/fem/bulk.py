@@ -3,13 +3,13 @@
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..corners.coulomb import UNSOLVED
 from ..errors import NotConverged
 from . import factors
 
 # of a diagonal entry, below which what is left of it is rounding: 1e-12 and less without supports, 1e-6 for
 # beta = 2 - 1e-6 and nu = 0.4999 with them
 CANCELLED = 1e-11
+UNSOLVED = 1e-6  # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
 
 
 class Bulk:

@@ -14,7 +14,8 @@ from scipy.linalg import cho_solve
 from scipy.sparse import csc_matrix, tril
 from scipy.sparse.linalg import splu
 
-from ..corners.coulomb import SYMMETRIC
+# no pivoting: a stiffness is positive definite
+SYMMETRIC = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
 
 
 class Singular(ArithmeticError):

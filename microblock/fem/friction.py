@@ -1,9 +1,9 @@
 """Friction at the corners of a body on a mesh: one more multiplier at each node of its contact facets.
 
 `FrictionFacets` stands beside `ContactFacets`, of which it has the nodes and the gaps of the corners; it adds
-the shear traction q and the slip of each node. What is made of them is the discrete system that
-`corners.coulomb` follows, with all unknowns of the body, and so for periodic and for one-dimensional bodies
-as well.
+the shear traction q and the slip of each node. By factors of the stiffness all unknowns of the body are
+eliminated, and `corners.follower` follows what remains: so also for curved, periodic and one-dimensional
+bodies.
 """
 
 from dataclasses import dataclass, replace
@@ -12,12 +12,18 @@ from functools import cached_property
 import ngsolve as ng
 import numpy as np
 from scipy import sparse
+from scipy.sparse.linalg import splu
 
-from ..corners import coulomb
-from ..errors import BadArgument, require_choice, require_kind, require_positive
+from ..corners.follower import Follower, FrictionalContact, Moment
+from ..errors import BadArgument, NotConverged, require_choice, require_kind
 from .body import Body, Fields, Loads
+from .bulk import UNSOLVED
 from .facets import ContactFacets
+from .factors import SYMMETRIC
 from .newton import CONTROLS, LinearForm, NodalState
+
+SINGULAR = "the equations are singular: is the body supported, psi where beta = 0 as well?"
+AT_ONCE = 64  # right-hand sides of the body's factors: more take memory alone
 
 
 def slip_lever(law):
@@ -79,29 +85,17 @@ class FrictionFacets:
         self.slip = n2 @ u1 - n1 @ u2 - slip_lever(law) * body.solid.ell * psi
 
 
-def usual_rho(facets):
-    """Stiffness lambda + 2 mu over the shortest length of surface that a node stands for."""
-    solid = facets.body.solid
-    return (solid.lam + 2 * solid.mu) / float(facets.nodes.weights.min())
-
-
 class MonolithicFriction:
-    """Frictional contact of a body on a mesh, with all its unknowns.
+    """Frictional contact of a body on a mesh, its unknowns eliminated by factors of its stiffness.
 
     Parameters
     ----------
     facets : FrictionFacets
     loads : Loads besides the contact
-    rho : float, optional
-        Regularisation (stress per length); states do not depend on it. Without it lambda + 2 mu over the
-        shortest length of surface of a node, with which the active sets settle most often.
     control : "load" or "approach"
         Whether pairs are loads (P, Q) or motions (approach along -e2, shift along e1) of the obstacle.
     coupled : bool
         Whether shear tractions act on the gaps.
-    reduced : bool
-        Whether each step of Newton eliminates the unknowns of the body, by factors of its stiffness.
-        A body that stands on the contact alone needs ``False``.
 
     Examples
     --------
@@ -117,16 +111,12 @@ class MonolithicFriction:
     (0.002, True)
     """
 
-    def __init__(self, facets, *, loads=Loads(), rho=None, control="load", coupled=True, reduced=True):
+    def __init__(self, facets, *, loads=Loads(), control="load", coupled=True):
         require_kind(FrictionFacets, "FrictionFacets", facets=facets)
         require_kind(Loads, "Loads", loads=loads)
         require_choice(CONTROLS, control=control)
         require_kind(bool, "True or False", coupled=coupled)
-        require_kind(bool, "True or False", reduced=reduced)
-        self.facets, self.body, self.coupled, self._reduced = facets, facets.body, coupled, reduced
-        self.rho = usual_rho(facets) if rho is None else rho
-        require_positive(rho=self.rho)
-        self.prescribed = (control == "approach",) * 2
+        self.facets, self.body, self.coupled, self.control = facets, facets.body, coupled, control
         self._assemble(loads)
 
     def _assemble(self, loads):
@@ -136,31 +126,54 @@ class MonolithicFriction:
         self.stiffness, minus_f = LinearForm(space, functional).assembled
         supports = ng.GridFunction(space)
         self.body.prescribe(supports.components)
-        self._loads, self._supports = -minus_f, supports.vec.FV().NumPy().copy()
         self._free = np.array(space.FreeDofs())
+        self.loads, self._held = -minus_f, np.where(self._free, 0.0, supports.vec.FV().NumPy())
+        # forces of the obstacle on the body do work on -u.n of the corners and on the slip
+        normal = [-each for each in self.facets.normal.values()]
+        self.onto = sparse.vstack((*normal, self.facets.slip)).tocsr()
 
     @cached_property
-    def system(self):
-        """The System of the free unknowns."""
-        nodes, free, held = self.facets.nodes, self._free, np.where(self._free, 0.0, self._supports)
-        reachable = np.array([nodes.can_touch[corner] for corner in nodes.corners])
-        initial = np.array([nodes.initial_gaps[corner] for corner in nodes.corners])
-        moved = np.array([each @ held for each in self.facets.normal.values()])
-        slip = self.facets.slip[:, free]
-        made = coulomb.System(
-            stiffness=self.stiffness[free][:, free],
-            forces=(self._loads - self.stiffness @ held)[free],
-            normal=tuple(each[:, free] for each in self.facets.normal.values()),
-            tangential=slip,
-            dragged=slip,
-            gaps=np.where(reachable, initial, np.inf) - moved,
-            normals=nodes.normals,
-            weights=nodes.weights,
-            friction=self.facets.friction,
-            rho=self.rho,
+    def _solve(self):
+        """A function that solves with the stiffness of the free unknowns."""
+        matrix = self.stiffness[self._free][:, self._free].tocsc()
+        try:
+            solve = splu(matrix, permc_spec="MMD_AT_PLUS_A", **SYMMETRIC).solve
+        except RuntimeError as failure:
+            raise NotConverged(SINGULAR) from failure
+        trial = np.ones(matrix.shape[0])
+        if not np.abs(matrix @ solve(trial) - trial).max() <= UNSOLVED:
+            raise NotConverged(SINGULAR)
+        return solve
+
+    def vector(self, forces):
+        """All unknowns of the body under forces of corners and nodes, array."""
+        right, found = self.loads + self.onto.T @ forces, self._held.copy()
+        for _ in range(2):  # the second time what rounding has left
+            found[self._free] += self._solve((right - self.stiffness @ found)[self._free])
+        return found
+
+    @cached_property
+    def contact(self):
+        """The FrictionalContact of the nodes."""
+        nodes, onto = self.facets.nodes, self.onto[:, self._free]
+        m, count = len(nodes.corners) * len(nodes.weights), onto.shape[0]
+        response = np.empty((count, count))
+        for first in range(0, count, AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            response[:, some] = onto @ self._solve(onto[some].T.toarray())
+        response = (response + response.T) / 2
+        gaps = (self.onto @ self.vector(np.zeros(count)))[:m].reshape(len(nodes.corners), -1)
+        for corner, each in zip(nodes.corners, gaps):
+            each += np.where(nodes.can_touch[corner], nodes.initial_gaps[corner], np.inf)
+        return FrictionalContact(
+            response[:m, :m],
+            response[m:, :m],
+            response[m:, m:],
+            gaps.ravel(),
+            self.facets.friction,
+            self.coupled,
+            nodes.normals,
         )
-        made = made if self.coupled else made.uncoupled()
-        return made.reduced() if self._reduced else made
 
     def follow(self, pairs):
         """Yields a NodalFriction at each pair of loads or motions, in their order, from (0, 0) on.
@@ -170,21 +183,14 @@ class MonolithicFriction:
         NotConverged
             Where no state follows, as when all nodes slip; it says at which pair.
         """
-        for reached in coulomb.History(self.system, self.prescribed).follow(pairs):
-            yield NodalFriction(self, reached)
+        follower = Follower(self.contact, by_motions=self.control == "approach")
+        for pair in pairs:
+            yield NodalFriction(self, follower.to(*pair), tuple(follower.changes))
 
     @property
     def unknowns(self):
         """Number of free unknowns, those of the contact and motions of the obstacle included."""
-        _, p, q, _ = self.system.parts
-        return int(self._free.sum()) + q.stop - p.start + 2 - int(sum(self.prescribed))
-
-    def vector(self, iterate):
-        """All unknowns of the body of an iterate, array."""
-        own = iterate.fields.reshape(1 if self.coupled else 2, -1).sum(axis=0)
-        whole = np.where(self._free, 0.0, self._supports)
-        whole[self._free] = own
-        return whole
+        return int(self._free.sum()) + self.onto.shape[0] + 2 * (self.control == "load")
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,32 +200,38 @@ class NodalFriction:
     Attributes
     ----------
     newton : MonolithicFriction
-    reached : corners.coulomb.Reached, with pressures (corners, n), gaps, loads, work and dissipation
+    moment : corners.follower.Moment, with forces in place of tractions
+    changes : tuple of corners.follower.Change, since the beginning
     """
 
     newton: MonolithicFriction
-    reached: coulomb.Reached
+    moment: Moment
+    changes: tuple
 
     @property
     def normal(self):
         """P, force per thickness (per area in one dimension)."""
-        return float(self.reached.iterate.loads[0])
+        return self.moment.load
 
     @property
     def shear(self):
         """Q, along e1 on the body."""
-        return float(self.reached.iterate.loads[1])
+        return self.moment.shear
 
     @property
     def shear_traction(self):
         """q at the nodes, array (n,)."""
-        return self.reached.iterate.shear
+        return self.moment.tangential / self.newton.facets.nodes.weights
 
     @property
     def pressures(self):
         """Pressure of each corner, array (corners, n); corners that cannot but move together share theirs."""
-        found = self.reached.iterate.pressures
-        return np.where(self.newton.facets.nodes.twins, found.mean(axis=0), found)
+        nodes = self.newton.facets.nodes
+        found = self._by_corner(self.moment.normal) / nodes.weights
+        return np.where(nodes.twins, found.mean(axis=0), found)
+
+    def _by_corner(self, values):
+        return values.reshape(len(self.newton.facets.nodes.corners), -1)
 
     @property
     def micromoment(self):
@@ -233,39 +245,39 @@ class NodalFriction:
     @property
     def offset(self):
         """Displacement of the obstacle along e1 (length)."""
-        return self.reached.iterate.shift
+        return self.moment.offset
 
     @property
     def slip(self):
         """How far the obstacle has moved over the surface since first contact, array (n,)."""
-        return self.reached.slip
+        return self.moment.slip
 
     @property
     def stick(self):
         """Nodes that stick, boolean array (n,)."""
-        return self.reached.sets.stick
+        return self.moment.stick
 
     @property
     def slips(self):
         """Nodes that slip, array (n,) of -1, 0, 1: the sign of q."""
-        return self.reached.sets.slips
+        return self.moment.slips
 
     @cached_property
     def nodal(self):
         """What `MonolithicNewton` makes of a state without friction, with this one's micromoment."""
-        nodes, reached = self.newton.facets.nodes, self.reached
+        nodes, moment = self.newton.facets.nodes, self.moment
         return NodalState(
-            level=float(reached.level[0]),
-            approach=reached.iterate.approach,
+            level=moment.load if self.newton.control == "load" else moment.approach,
+            approach=moment.approach,
             load=self.normal,
             fields=self.fields,
             psi=nodes.at_nodes("psi", self.fields.psi),
-            gaps=dict(zip(nodes.corners, reached.iterate.gaps)),
+            gaps=dict(zip(nodes.corners, self._by_corner(moment.gaps))),
             multipliers=dict(zip(nodes.corners, -self.pressures)),
-            closed=dict(zip(nodes.corners, reached.sets.closed)),
+            closed=dict(zip(nodes.corners, self._by_corner(moment.closed))),
             traction=-self.pressures.sum(axis=0),
             micromoment=self.micromoment,
-            iterations=len(reached.changes),
+            iterations=moment.pieces,
             kkt=self.residual,
             vector=None,  # none to start from: a history starts from the unloaded body
         )
@@ -275,40 +287,35 @@ class NodalFriction:
         """The largest violated condition of contact and friction over the largest pressure, of equilibrium
         of body and obstacle over the largest force.
         """
-        newton, loads = self.newton, self.reached.iterate.loads
-        left, size = (
-            self.fields.forces[newton._free],
-            newton.facets.nodes.weights.max() * self.pressures.max(),
-        )
-        missing = 0.0 if newton.prescribed[0] else np.abs(loads - self.reached.level).max() / loads[0]
-        return float(max(self.reached.residual, np.abs(left).max() / size, missing))
+        left = self.fields.forces[self.newton._free]
+        return float(max(self.moment.residual, np.abs(left).max() / self.moment.normal.max()))
+
+    @property
+    def _forces(self):
+        return np.concatenate((self.moment.normal, self.moment.tangential))
 
     @cached_property
     def fields(self):
         """Fields of the body."""
-        newton, body = self.newton, self.newton.body
-        kept = ng.GridFunction(body.space)
-        kept.vec.FV().NumPy()[:] = newton.vector(self.reached.iterate)
-        exerted = newton.stiffness @ kept.vec.FV().NumPy() - newton._loads
-        facets = newton.facets
-        nodes, acting = facets.nodes, np.zeros_like(exerted)
-        for each, pressure in zip(facets.normal.values(), self.reached.iterate.pressures):
-            acting += each.T @ (nodes.weights * pressure)
-        acting -= facets.slip.T @ (nodes.weights * self.reached.iterate.shear)
-        return Fields(body, kept.components, exerted + acting)
+        newton = self.newton
+        kept = ng.GridFunction(newton.body.space)
+        vector = kept.vec.FV().NumPy()
+        vector[:] = newton.vector(self._forces)
+        exerted = newton.stiffness @ vector - newton.loads - newton.onto.T @ self._forces
+        return Fields(newton.body, kept.components, exerted)
 
     @property
     def energy(self):
         """Elastic energy per thickness, of displacements that supports prescribe as well."""
-        vector = self.newton.vector(self.reached.iterate)
+        vector = self.newton.vector(self._forces)
         return float(vector @ (self.newton.stiffness @ vector)) / 2
 
     @property
     def work(self):
         """Of the obstacle on the body since the beginning, per thickness."""
-        return self.reached.work
+        return self.moment.work
 
     @property
     def dissipation(self):
         """Of friction since the beginning, per thickness."""
-        return self.reached.dissipation
+        return self.moment.dissipation

@@ -2,12 +2,11 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from ..corners.friction import AT_LIMIT, FrictionPath
+from ..corners.follower import AT_LIMIT, Follower
 from ..corners.nodal import zones_of
 from ..errors import BadArgument
 from ..halfplane.friction_events import events
@@ -72,7 +71,7 @@ class NewtonFrictionSolution(_AtNodes, NewtonSolution):
     @property
     def touching(self):
         """Nodes in contact, boolean array (n,)."""
-        return self.moment.reached.sets.closed.any(axis=0)[self._order]
+        return (self.moment.stick | (self.moment.slips != 0))[self._order]
 
     @property
     def sticks(self):
@@ -86,7 +85,7 @@ class BodyFrictionSolution(_AtNodes, BodySolution):
 
     Attributes
     ----------
-    moment : corners.friction.Moment
+    moment : corners.follower.Moment
     """
 
     moment: Any = None
@@ -158,11 +157,11 @@ def of_newton(solver, pairs, coupled, rtol):
     if solver.options.kind != "al":
         raise BadArgument("kind", solver.options.kind, 'does not follow friction: Newton("al") does')
     facets = FrictionFacets(solver.supported, solver.law, solver.obstacle, solver.body.contact)
-    newton = MonolithicFriction(facets, rho=solver.options.rho, coupled=coupled)
+    newton = MonolithicFriction(facets, coupled=coupled)
     found, unknowns = list(newton.follow(pairs)), newton.unknowns
     states = [State(NewtonFrictionSolution(solver, one.nodal, unknowns, one)) for one in found]
-    path = SimpleNamespace(contact=newton.system, changes=found[-1].reached.changes)  # as a FrictionPath
-    return History(solver.contact, states, _events(path, states[-1], pairs))
+    changes, friction = found[-1].changes, solver.law.friction
+    return History(solver.contact, states, _events(changes, friction, states[-1], pairs))
 
 
 def of_body(solver, pairs, coupled, rtol):
@@ -170,7 +169,7 @@ def of_body(solver, pairs, coupled, rtol):
     _check(solver, rtol)
     nodes = slip_nodes(solver)
     contact = nodes.frictional(solver.law, solver.obstacle, coupled)
-    path, states, count = FrictionPath(contact), [], len(solver.law.corners)
+    path, states, count = Follower(contact), [], len(solver.law.corners)
     for P, Q in pairs:
         moment = path.to(float(P), float(Q))
         solution = BodyFrictionSolution(
@@ -185,10 +184,10 @@ def of_body(solver, pairs, coupled, rtol):
             moment=moment,
         )
         states.append(State(solution))
-    return History(solver.contact, states, _events(path, states[-1], pairs))
+    return History(solver.contact, states, _events(path.changes, contact.friction, states[-1], pairs))
 
 
-def _events(path, state, pairs):
-    """HistoryEvents of a path on the nodes of a state, which stand for half the way to their neighbours."""
+def _events(changes, friction, state, pairs):
+    """HistoryEvents on the nodes of a state, which stand for half the way to their neighbours."""
     borders = np.concatenate((state.x[:1], (state.x[1:] + state.x[:-1]) / 2, state.x[-1:]))
-    return events(path, np.column_stack((borders[:-1], borders[1:])), pairs)
+    return events(changes, friction, np.column_stack((borders[:-1], borders[1:])), pairs)

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.sparse import vstack
 
-from ..corners.friction import FrictionalContact
+from ..corners.follower import FrictionalContact
 from ..errors import BadArgument
 from .condensation import FLAT, Condensed, with_psi_constrained
 from .friction import slip_lever

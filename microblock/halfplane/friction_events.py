@@ -4,11 +4,12 @@ stick zones.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import groupby
 
 import numpy as np
 
-from ..corners.friction import Change, FrictionPath
+from ..corners.follower import Change
 from ..model.history import SLIDING, HistoryEvent
 from ..model.types import Array, Flags
 from ..model.zones import runs
@@ -19,14 +20,15 @@ FEWEST, NARROWEST = 6, 0.05
 SAME = 1e-9  # shares of a leg that are one
 
 
-def events(path: FrictionPath, edges: Array, pairs: Array) -> list[HistoryEvent]:
-    """Returns the events of a path on cells, edges of which are an array (n, 2), in order."""
-    return _Story(path, edges, np.concatenate(([[0.0, 0.0]], pairs))).told()
+def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Array) -> list[HistoryEvent]:
+    """Returns the events on cells, edges of which are an array (n, 2), in order."""
+    return _Story(changes, friction, edges, np.concatenate(([[0.0, 0.0]], pairs))).told()
 
 
 class _Story:
-    def __init__(self, path: FrictionPath, edges: Array, pairs: Array) -> None:
-        self.path, self.edges, self.x, self.pairs = path, edges, edges.mean(axis=1), pairs
+    def __init__(self, changes: Sequence[Change], friction: float, edges: Array, pairs: Array) -> None:
+        self.changes, self.friction, self.edges, self.pairs = changes, friction, edges, pairs
+        self.x = edges.mean(axis=1)
         self.stick: Flags = np.zeros(len(edges), bool)
         self.slip: Flags = np.zeros(len(edges), bool)
         self.zones: list[Flags] = []
@@ -34,10 +36,9 @@ class _Story:
         self.slipped, self.direction = False, 0.0
 
     def told(self) -> list[HistoryEvent]:
-        changes = self.path.changes
         for leg in range(len(self.pairs) - 1):
             self._turn(leg)
-            own = [one for one in changes if one.leg == leg]
+            own = [one for one in self.changes if one.leg == leg]
             for share, group in groupby(own, key=lambda one: round(one.share / SAME)):
                 self._after(leg, share * SAME, list(group))
             self._end(leg)
@@ -86,9 +87,9 @@ class _Story:
     def _end(self, leg: int) -> None:
         """A pair with Q = f P, at which the last stick zone has vanished."""
         P, Q = self.pairs[leg + 1]
-        limit = self.path.contact.friction * P
+        limit = self.friction * P
         before = self.pairs[leg]
-        was = abs(before[1]) >= self.path.contact.friction * before[0] * (1 - SLIDING) and before[0] > 0
+        was = abs(before[1]) >= self.friction * before[0] * (1 - SLIDING) and before[0] > 0
         if abs(Q) >= limit * (1 - SLIDING) and not (was and before[1] * Q > 0):
             x = self.x[self.stick].mean() if self.stick.any() else self.x[self.slip].mean()
             self._note(leg, 1.0, "full slip", "slip", x)

@@ -2,7 +2,7 @@
 
 Each level follows the whole history on cells that are half as long as those before, and eight times smaller
 at the edges that the level before has found. What changes between two levels is the error estimate. In time
-nothing is discretised (`corners.friction`). docs/theory/friction.md.
+nothing is discretised (`corners.follower`). docs/theory/friction.md.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tqdm.auto import tqdm
 
 from .. import cost
 from ..corners import active_set
-from ..corners.friction import FrictionalContact, FrictionPath, Moment
+from ..corners.follower import Follower, FrictionalContact, Moment
 from ..errors import BadArgument, NotConverged, at_least, out_of_reach
 from ..model import picture
 from ..model.history import History, HistoryEvent, OfMoment, change
@@ -346,7 +346,7 @@ class FrictionSolver:
     def _follow(self, edges: Array) -> tuple[list[FrictionCells], list[HistoryEvent]]:
         walk = Walk(self, edges)
         solutions = [walk.to(float(P), float(Q)) for P, Q in self.pairs]
-        return solutions, events(walk.path, edges, self.pairs)
+        return solutions, events(walk.path.changes, walk.path.contact.friction, edges, self.pairs)
 
     def walk(self) -> Walk:
         """Returns the contact at the beginning, to be led on pair by pair, on cells that are small at the
@@ -385,7 +385,7 @@ class FrictionSolver:
         own, _ = self.on(level.edges)
         each = with_counter(own, self.problem, level.edges)
         softer = each.tangential + APART * np.diag(np.diag(each.tangential))
-        path, found = FrictionPath(replace(each, tangential=softer)), []
+        path, found = Follower(replace(each, tangential=softer)), []
         for one in level.solutions:
             moment = path.to(one.load, one.moment.shear)
             moment = replace(moment, tangential=moment.tangential.reshape(-1, len(level.edges)).sum(axis=0))
@@ -470,13 +470,13 @@ class Walk:
 
     Attributes
     ----------
-    path : FrictionPath
+    path : Follower
     """
 
     def __init__(self, solver: FrictionSolver, edges: Array) -> None:
         self._solver, self._edges = solver, edges
         self._own, contact = solver.on(edges)
-        self.path = FrictionPath(contact)
+        self.path = Follower(contact)
 
     def to(self, load: float, shear: float) -> FrictionCells:
         """Returns the solution at the next pair (P, Q), straight on from the last one."""

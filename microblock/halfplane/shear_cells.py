@@ -15,7 +15,7 @@ from itertools import product
 
 import numpy as np
 
-from ..corners.friction import FrictionalContact
+from ..corners.follower import FrictionalContact
 from ..model.quadrature import gauss_rule
 from ..threads import bounded
 from .kernels import ALL_ODD, NEAREST, Kernels, is_classical, kernels, laplace_weights, step

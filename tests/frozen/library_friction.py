@@ -1,12 +1,13 @@
 """Frozen problems of friction in the names of the library: see `tests.frozen.library`."""
 
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
 import microblock as mb
-from microblock.corners import active_set, coulomb, exchange, projected_gradients
-from microblock.corners.friction import FrictionalContact, FrictionPath
+from microblock.corners import active_set, projected_gradients
+from microblock.corners.follower import Follower, FrictionalContact
 from microblock.data import export
 from microblock.fem.friction import FrictionFacets, MonolithicFriction
 from microblock.halfplane.friction_events import events
@@ -57,14 +58,14 @@ def solve_system(compliance, gaps, friction, path, coupled=True):
     """The path of a small system, `Followed`, by the follower of cells."""
     corners, n = gaps.shape
     m = corners * n
-    own = FrictionPath(
+    own = Follower(
         FrictionalContact(
             compliance[:m, :m], compliance[m:, :m], compliance[m:, m:], gaps.ravel(), friction, coupled
         )
     )
-    found, first = [own.to(*pair) for pair in path], (0, 0.0, "close", int(np.argmin(gaps)))
+    found = [own.to(*pair) for pair in path]
     return Followed(
-        _events([first] + [_plain(one) for one in own.changes], path, friction, anew=True),
+        _events([_plain(one) for one in own.changes], path, friction),
         np.array([np.concatenate((one.normal, one.tangential)) for one in found]),
         np.array([(one.energy, one.work, one.dissipation) for one in found]),
         np.array([(one.approach, one.offset) for one in found]),
@@ -79,37 +80,6 @@ def answer(solve, system):
         return solve(**system)
     except mb.MicroblockError as failure:
         return type(failure).__name__
-
-
-def solve_system_by_newton(compliance, gaps, friction, path, coupled=True):
-    """The same by the follower of bodies, whose unknowns are the displacements of corners and nodes."""
-    corners, n = gaps.shape
-    m = corners * n
-    signs = np.where(np.arange(m + n) < m, -1.0, 1.0)  # of displacements along n, and of pressures
-    one = np.eye(m + n)
-    system = coulomb.System(
-        np.linalg.inv(compliance * signs * signs[:, None]),
-        np.zeros(m + n),
-        tuple(one[c * n : (c + 1) * n] for c in range(corners)),
-        one[m:],
-        one[m:],
-        gaps,
-        np.tile([0.0, 1.0], (n, 1)),
-        np.ones(n),
-        friction,
-        1.0,
-    )
-    found = list(coulomb.History((system if coupled else system.uncoupled()).reduced()).follow(path))
-    forces = np.array([np.concatenate((one.iterate.pressures.ravel(), one.iterate.shear)) for one in found])
-    works = np.array([(one.work, one.dissipation) for one in found])
-    return Followed(
-        _events([_plain(one) for one in found[-1].changes], path, friction),
-        forces,
-        np.column_stack((np.einsum("ij,jk,ik->i", forces, compliance, forces) / 2, works)),
-        np.array([(one.iterate.approach, one.iterate.shift) for one in found]),
-        np.array([one.slip for one in found]),
-        max(one.residual for one in found),
-    )
 
 
 def touching(compliance, gaps, load):
@@ -127,13 +97,13 @@ def touching(compliance, gaps, load):
         "path": (path.states[-1].forces, path.states[-1].gaps, path.states[-1].approach),
         "gradients": (products.forces.ravel(), products.gaps.ravel(), products.approach),
     }
-    faces = exchange.exchange(H[np.ix_(there, there)], initial[there], np.ones(there.sum(), bool), load)
-    if faces is not None:
-        forces = np.zeros(m)
-        forces[there] = faces[0]
-        bare = initial + H @ forces
-        approach = float(bare[forces > 0].mean())
-        found["exchange"] = forces, bare - approach, approach
+    own = H[np.ix_(there, there)]
+    lift, forces = active_set.lifted(own), np.zeros(m)
+    closed = np.ones(there.sum(), bool)
+    forces[there], _ = active_set.faces(own + lift, initial[there], closed, load, lift, Counter())
+    bare = initial + H @ forces
+    approach = float(bare[forces > 0].mean())
+    found["exchange"] = forces, bare - approach, approach
     return found, [(one.kind, one.corner, one.load) for one in path.events]
 
 
@@ -162,19 +132,15 @@ def _plain(change):
     return change.leg, float(change.share), change.kind, change.index
 
 
-def _events(changes, path, friction, anew=False):
+def _events(changes, path, friction):
     """What changes at each load, as of `Followed`.
 
-    On a leg from full slip to full slip all nodes that touch count as slipping. `anew`: a follower that sets
-    them so, and to stick after it, without a word.
+    On a leg from full slip to full slip all nodes that touch count as slipping.
     """
     raw, shown, found = {}, {}, []
     full = [0.0] + [np.sign(Q) * (abs(Q) >= friction * P * (1 - SAME)) for P, Q in path]
     sliding = [before != 0 and before == after for before, after in zip(full, full[1:])]
     for leg, slides in enumerate(sliding):
-        if anew and (slides or leg and sliding[leg - 1]):
-            kind = "slip" if slides else "stick"
-            raw |= {key: kind for key in raw if raw[key] in NODES}
         for share, group in _groups([one[1:] for one in changes if one[0] == leg]):
             raw |= {(kind in ("close", "open"), number): kind for _, kind, number in group}
             last = full[leg + 1] and share >= 1 - SAME
@@ -209,7 +175,7 @@ def history_of(problem):
     edges = level.edges if level else cells_of(*problem["cells"])
     walk = Walk(solver, edges)
     states = [State(walk.to(*map(float, pair))) for pair in pairs]
-    return History(contact, states, events(walk.path, edges, pairs))
+    return History(contact, states, events(walk.path.changes, walk.path.contact.friction, edges, pairs))
 
 
 def cells_of(reach, number):
@@ -229,20 +195,19 @@ def contact_of(problem):
 
 
 def of_motions():
-    """A body under given motions of the obstacle, its unknowns eliminated and not."""
+    """A body under given motions of the obstacle."""
     body, found = library.body_of({"solid": given.SOLID, "mesh": "block", "order": 1}), {}
-    for row, reduced in (("motions reduced", True), ("motions whole", False)):
-        facets = FrictionFacets(body, mb.Microblock(friction=0.3), mb.Cylinder(R=10.0))
-        newton = MonolithicFriction(facets, control="approach", reduced=reduced)
-        for number, state in enumerate(newton.follow([(0.012, 0.0), (0.012, 0.004), (0.006, -0.001)])):
-            names = "normal", "shear", "work", "energy", "dissipation"
-            values = {name: getattr(state, name) for name in names} | {
-                "pressures": digest(state.pressures),
-                "shear traction": digest(np.round(state.shear_traction, 12)),
-                "slip": digest(state.slip),
-                "slips": " ".join(str(int(each)) for each in state.slips),
-            }
-            found |= {f"{row} {number} {name}": value for name, value in values.items()}
+    facets = FrictionFacets(body, mb.Microblock(friction=0.3), mb.Cylinder(R=10.0))
+    newton = MonolithicFriction(facets, control="approach")
+    for number, state in enumerate(newton.follow([(0.012, 0.0), (0.012, 0.004), (0.006, -0.001)])):
+        names = "normal", "shear", "work", "energy", "dissipation"
+        values = {name: getattr(state, name) for name in names} | {
+            "pressures": digest(state.pressures),
+            "shear traction": digest(np.round(state.shear_traction, 12)),
+            "slip": digest(state.slip),
+            "slips": " ".join(str(int(each)) for each in state.slips),
+        }
+        found |= {f"motions reduced {number} {name}": value for name, value in values.items()}
     return found
 
 

@@ -1,9 +1,11 @@
 """Frozen formulas of the plane in the names of the library: see `tests.frozen.library`."""
 
+from collections import Counter
+
 import numpy as np
 
 import microblock as mb
-from microblock.corners import exchange, projected_gradients
+from microblock.corners import active_set, projected_gradients
 from microblock.halfplane import (
     averages,
     carried,
@@ -132,7 +134,9 @@ def of_gradients():
         products = projected_gradients.solve(own, gaps, load=1.0, rtol=1e-13)
         found[f"gradients {name}"] = digest(products.forces)
         found[f"gradients {name} approach"] = products.approach
-        faces = exchange.exchange(own.matrix, gaps.ravel(), np.ones(gaps.size, bool), 1.0)
+        lift = active_set.lifted(own.matrix)
+        every = np.ones(gaps.size, bool)
+        faces = active_set.faces(own.matrix + lift, gaps.ravel(), every, 1.0, lift, Counter())
         found[f"exchange {name}"] = digest(faces[0])
     return found
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.corners.friction import FrictionalContact, FrictionPath
+from microblock.corners.follower import Follower, FrictionalContact
 from microblock.errors import out_of_reach
 from microblock.halfplane.friction_memory import Memory
 from microblock.halfplane.kernels import symbol
@@ -102,7 +102,7 @@ def test_one_block_sticks_slips_and_tips(friction, shear, forces, limit):
     own = FrictionalContact(
         normal, -1e9 * np.array([[1.0, -1.0]]), np.array([[1 + 1e9]]), np.zeros(2), friction
     )
-    moment = FrictionPath(own).to(1.0, shear)
+    moment = Follower(own).to(1.0, shear)
     assert moment.normal == pytest.approx(forces, abs=1e-6) and moment.at_limit.all() == limit
     assert moment.closed.tolist() == [force > 0 for force in forces] and moment.dissipation == 0
 
@@ -124,7 +124,7 @@ def test_seeded_histories_keep_all_conditions_and_the_balance(law, coupled, seed
         random = np.random.default_rng(seed)
         loads = random.uniform(0.1, 1.0, 6)
         ends = np.column_stack((loads, F * loads * np.clip(random.uniform(-1.2, 1.2, 6), -1, 1)))
-        path, often, before, last = FrictionPath(own), FrictionPath(own), 0.0, np.zeros(2)
+        path, often, before, last = Follower(own), Follower(own), 0.0, np.zeros(2)
         for end in ends:
             moment = path.to(*end)
             n, t = moment.normal, moment.tangential

@@ -10,7 +10,7 @@ import pytest
 from conftest import dome
 
 import microblock as mb
-from microblock.corners import coulomb
+from microblock.corners.follower import Follower, FrictionalContact
 from microblock.fem import meshes
 from microblock.fem.friction import FrictionFacets, MonolithicFriction
 
@@ -59,16 +59,16 @@ def test_a_column_follows_the_closed_form():
     softness = (1 - solid.beta * L * math.tanh(1 / (2 * L))) / mu
     tip = P / (1 + solid.curvature * ell / L * math.tanh(1 / (2 * L)))
     both, one = followed(body, 0.6, "load", [(P, 0.9 * tip), (P, 0.5 * P)])
-    assert both.reached.iterate.shift == pytest.approx(0.9 * tip * softness, rel=1e-6)
+    assert both.offset == pytest.approx(0.9 * tip * softness, rel=1e-6)
     assert np.subtract(*both.pressures[:, 0]) == pytest.approx(0.9 * P, rel=1e-6) and both.stick.all()
-    opens = [change.share for change in one.reached.changes if change.kind == "open"]
+    opens = [change.share for change in one.changes if change.kind == "open"]
     assert opens == [pytest.approx(0.1 * tip / (0.5 * P - 0.9 * tip), rel=1e-5)]
     B = ell / 2 * 0.5 * P * L / (solid.curvature * ell**2 * mu)
     A = (P / (4 * mu) + B * math.sinh(1 / L)) / math.cosh(1 / L)
     turned = -P / (4 * mu) + A * L * math.sinh(1 / L) + B * L * (1 - math.cosh(1 / L))
     psi, u1 = A - P / (4 * mu), (P / 2 - 2 * solid.mu_c * turned) / (mu + solid.mu_c)
     assert one.nodal.psi[0] == pytest.approx(psi, rel=1e-5)
-    assert one.reached.iterate.shift == pytest.approx(u1 - ell / 2 * psi, rel=1e-5)
+    assert one.offset == pytest.approx(u1 - ell / 2 * psi, rel=1e-5)
     d = P / (solid.lam + 2 * mu)
     limit = f * P * softness
     pairs = [(d, 0), (d, 0.5 * limit), (d, 3 * limit), (d, 0)]
@@ -81,21 +81,16 @@ def test_a_column_follows_the_closed_form():
 
 def test_a_block_on_springs_tips_where_the_shear_load_is_the_normal_one():
     """Both corners closed hold psi = 0, so pA - pB = q whatever the springs, and B opens at Q = P."""
-    corners = (np.array([[1.0, -0.5, 0.0]]), np.array([[1.0, 0.5, 0.0]]))
-    slip = np.array([[0.0, -0.5, 1.0]])
-    system = coulomb.System(
-        np.diag([2.0, 3.0, 1.0]), np.zeros(3), corners, slip, slip, np.zeros((2, 1)),
-        np.array([[0.0, 1.0]]), np.ones(1), 1.5, 1.0,
-    )  # fmt: skip
-    stands, tipped = coulomb.History(system).follow([(1.0, 0.6), (1.0, 1.2)])
-    assert stands.iterate.pressures[:, 0] == pytest.approx([0.8, 0.2], abs=1e-12)
-    (change,) = [one for one in tipped.changes if one.kind == "open"]
+    # gaps and slip from u2, psi and u1, whose springs have the stiffness 2, 3 and 1
+    onto = np.array([[-1.0, 0.5, 0.0], [-1.0, -0.5, 0.0], [0.0, -0.5, 1.0]])
+    response = onto @ np.diag([1 / 2, 1 / 3, 1.0]) @ onto.T
+    own = Follower(FrictionalContact(response[:2, :2], response[2:, :2], response[2:, 2:], np.zeros(2), 1.5))
+    stands, tipped = own.to(1.0, 0.6), own.to(1.0, 1.2)
+    assert stands.normal == pytest.approx([0.8, 0.2], abs=1e-12)
+    (change,) = [one for one in own.changes if one.kind == "open"]
     assert 0.6 + change.share * 0.6 == pytest.approx(1.0, abs=1e-12)
     psi = 0.5 * (1.0 - 1.2) / 3  # the couple of p and q on the spring
-    assert tipped.iterate.values[:3] == pytest.approx([-0.5, psi, 1.2], abs=1e-12)
-    assert (tipped.iterate.approach, tipped.iterate.shift) == pytest.approx(
-        (0.5 + psi / 2, 1.2 - psi / 2), abs=1e-12
-    )
+    assert (tipped.approach, tipped.offset) == pytest.approx((0.5 + psi / 2, 1.2 - psi / 2), abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,8 @@
 
 Of each system an outcome, the kinds and numbers of its events leg by leg (c and o: a corner closes or opens;
 s, d and l: a node sticks, slips or leaves), and one sum with weights that no exchange of two terms leaves as
-it is: of the events' places on the path, and of forces, energies, motions and slip at the pairs. Where the
-follower of cells finds no unique answer that of bodies is asked, and an error is an outcome where neither has
-one. Some systems are followed by both.
+it is: of the events' places on the path, and of forces, energies, motions and slip at the pairs. An error is
+an outcome.
 """
 
 import zlib
@@ -20,7 +19,6 @@ SOLVERS = "active set", "approach given", "path", "gradients", "exchange"  # wit
 LONG = 56  # letters of events that are written out
 GOLDEN = (5**0.5 - 1) / 2
 FOLLOWED = 1e-11  # of a sum of up to some hundred terms: each of them to 1e-9
-SECOND = 45  # every so many systems are followed a second time
 WITHOUT = 4  # every so many are solved without friction
 
 
@@ -29,13 +27,7 @@ def rows():
         for number in range(count):
             system, row = problems.system(name, number), f"{name} {number}"
             found = library.answer(library.solve_system, system)
-            if isinstance(found, str):
-                found = library.answer(library.solve_system_by_newton, system)
-                yield f"{row} by", "nobody" if isinstance(found, str) else "the second follower", "count"
             yield from of_path(row, found, system)
-            if number % SECOND == 0:
-                second = library.answer(library.solve_system_by_newton, system)
-                yield from of_path(f"{row} second follower", second, system)
             if number % WITHOUT == 0:
                 yield from without_friction(row, system)
 
