@@ -7,7 +7,7 @@ import ngsolve as ng
 import numpy as np
 
 from ..errors import BadArgument, require_numbers, require_positive
-from .body3d import FIELDS
+from .body import FIELDS3D
 
 SIDES = {(0, 0): "left", (0, 1): "right", (1, 0): "front", (1, 1): "back", (2, 0): "bottom", (2, 1): "top"}
 CONTACT = "contact"
@@ -131,7 +131,7 @@ def supports(fixed="bottom", **planes):
 
     Returns
     -------
-    {field: boundaries}, for `Body3D(fixed=...)`
+    {field: boundaries}, for `Body(fixed=...)`
 
     Examples
     --------
@@ -139,7 +139,7 @@ def supports(fixed="bottom", **planes):
     >>> supports("bottom", x1="left")["psi2"], supports("bottom", x1="left")["u3"]
     ('bottom|left', 'bottom')
     """
-    found = {name: [fixed] for name in FIELDS}
+    found = {name: [fixed] for name in FIELDS3D}
     for axis, pattern in planes.items():
         if axis not in ("x1", "x2"):
             raise BadArgument("planes", axis, "must be x1 or x2, the axis across the plane")

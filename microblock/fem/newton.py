@@ -19,7 +19,7 @@ from ..model import law
 from ..model.progress import counted
 from ..model.summary import Row, Shown, Summary, number
 from ..threads import bounded
-from .body import Body, Fields, Loads
+from .body import FIELDS, Body, Fields, Loads
 from .bulk import as_csr
 from .facets import ContactFacets
 
@@ -176,32 +176,32 @@ class MonolithicNewton:
         self._build(loads)
 
     def _build(self, loads):
-        corners = len(self.facets.corners) if self.method == "al" else 0
-        self.space = self.body.space
+        """The functional: potential energy (8) and contact term (37), or that of (31)."""
+        body, facets = self.body, self.facets
+        corners = len(facets.corners) if self.method == "al" else 0
+        self.space = body.space
         for _ in range(corners):
-            self.space = self.space * self.facets.multipliers
-        self.space = self.space * ng.NumberSpace(self.body.mesh, definedon=self.facets.region)
-        self._ranges = [self.space.Range(i) for i in range(len(self.space.components))]
-        self._approach = self._ranges[-1].start
+            self.space = self.space * facets.multipliers
+        self.space = self.space * ng.NumberSpace(body.mesh, definedon=facets.region)
+        ranges = [self.space.Range(i) for i in range(len(self.space.components))]
+        fields = len(body.names)
+        self._multipliers = [slice(one.start, one.stop) for one in ranges[fields:-1]]
+        self._approach = ranges[-1].start
         self._load = ng.Parameter(0.0)
-        u1, u2, psi, *multipliers, approach = self.space.TrialFunction()
-        potential = self.body.potential(u1, u2, psi, loads)
-        if self.method == "al":
-            contact = self.facets.augmented_lagrangian(self.rho, u1, u2, psi, multipliers, approach)
-        else:
-            contact = self.facets.penalty(self.rho, u1, u2, psi, approach)
+        *unknown, approach = self.space.TrialFunction()
+        contact = facets.contact(unknown[:fields], unknown[fields:], approach, self.rho)
         self._loaded = loads != Loads()
         if self.control == "load":
-            contact -= self.facets.integral(self._load / self.facets.weights.sum() * approach)
+            contact -= self._load / facets.weights.sum() * approach * facets.ds
         self._contact = ng.BilinearForm(self.space)
         self._contact += ng.Variation(contact)
-        # of no worth: it makes the places of all that the contact couples
-        places = self.facets.integral(ng.Parameter(0.0) * approach**2)
-        self._bulk = LinearForm(self.space, potential + places)
+        # the zero term reserves the places of the contact tangent in the matrix
+        places = ng.Parameter(0.0) * approach**2 * facets.ds
+        self._bulk = LinearForm(self.space, body.potential(unknown[:fields], loads) + places)
         self._inverse = None
         self.free = ng.BitArray(self.space.FreeDofs())
         self.free[self._approach] = self.control == "load"
-        self._free_fields = np.array([self.free[i] for i in range(self._ranges[2].stop)])
+        self._free_fields = np.array([self.free[i] for i in range(body.space.ndof)])
 
     @property
     def unknowns(self):
@@ -308,16 +308,10 @@ class MonolithicNewton:
     def _touches(self, unknowns):
         """Approaches at which the corners that can touch would close, the body staying as it is."""
         unknowns.vec[self._approach] = 0.0
-        augmented = self._augmented(self._own(unknowns), self._gaps(unknowns))
-        ahead = {
-            corner: value / (self.rho * self.facets.normals[:, 1]) for corner, value in augmented.items()
-        }
-        return np.concatenate(
-            [
-                values[self.facets.can_touch[corner]] if self.facets.nodal else self.facets.at_rule(values)
-                for corner, values in ahead.items()
-            ]
-        )
+        ahead = self._augmented(unknowns)[0] / (self.rho * self.facets.normals[:, 1])
+        if self.facets.nodal:
+            return ahead[self.facets.reachable]
+        return np.concatenate([self.facets.at_rule(values) for values in ahead])
 
     def _first_touch(self, load):
         """The state of load 0: the unloaded body just touched."""
@@ -330,58 +324,52 @@ class MonolithicNewton:
         unknowns.vec[self._approach] = self._touches(unknowns).min()
         self._load.Set(0.0)
         now = self._look(unknowns, 0.0)
-        nowhere = {corner: np.zeros(len(self.facets.points), bool) for corner in self.facets.corners}
-        return self._state(unknowns, replace(now, closed=nowhere, kkt=0.0), 0.0, 0)
+        return self._state(unknowns, replace(now, closed=np.zeros_like(now.closed), kkt=0.0), 0.0, 0)
 
     def _look(self, unknowns, level):
         """Gaps, effective multipliers, active set and residual of an iterate."""
-        gaps = self._gaps(unknowns)
-        own = self._own(unknowns)
-        # (40): closed where the augmented multiplier lambda + rho g is not positive, and this is its force
-        augmented = self._augmented(own, gaps)
-        closed = {corner: value <= 0 for corner, value in augmented.items()}
-        forces = {
-            corner: np.where(closed[corner], value, 0.0) if self.facets.nodal else own[corner]
-            for corner, value in augmented.items()
-        }
+        facets, count = self.facets, len(self._free_fields)
+        augmented, own, gaps = self._augmented(unknowns)
+        closed = augmented <= 0  # (40)
+        forces = np.where(closed, augmented, 0.0) if facets.nodal else own
         internal, residual = self._bulk.internal(unknowns.vec), unknowns.vec.CreateVector()
         self._contact.Apply(unknowns.vec, residual)
-        residual.FV().NumPy()[:] += internal
-        unbalanced = residual.FV().NumPy()[: len(self._free_fields)][self._free_fields]
-        force = np.abs(internal[: len(self._free_fields)]).max()
-        parts = [_ratio(unbalanced, force)]
+        values = residual.FV().NumPy()
+        values[:] += internal
+        force = np.abs(internal[:count]).max()
+        parts = [_ratio(values[:count][self._free_fields], force)]
         if self.method == "al":
-            length = self._length(unknowns)
-        # (40) holds in the mean over each multiplier's function
-        if self.method == "al" and not self.facets.nodal:
-            for part in self._ranges[3:-1]:
-                parts.append(
-                    _ratio(residual.FV().NumPy()[part.start : part.stop] / self.facets.extents, length)
-                )
-        elif self.method == "al":
-            stress = max(np.abs(force).max() for force in forces.values())
-            parts += [_ratio(gaps[corner][closed[corner]], length) for corner in gaps]
-            parts += [_ratio(own[corner] - forces[corner], stress) for corner in gaps]
+            # the largest length in the gaps: the scale of the corner gaps
+            length = max(
+                abs(unknowns.vec[self._approach]),
+                *(
+                    size * np.abs(part).max()
+                    for size, part in zip((1, self.body.solid.ell), self._raised(unknowns))
+                ),
+            )
+            if facets.nodal:
+                parts += [_ratio(gaps[closed], length), _ratio(own - forces, np.abs(forces).max())]
+            else:  # (40) holds in the mean over each multiplier's function
+                parts += [_ratio(values[part] / facets.extents, length) for part in self._multipliers]
         if self.control == "load":
             parts.append(_ratio(np.array([self._resultant(forces) - level]), abs(level)))
-        active = b"".join((self.facets.at_rule(value) <= 0).tobytes() for value in augmented.values())
+        active = b"".join((facets.at_rule(value) <= 0).tobytes() for value in augmented)
         return _Iterate(gaps, forces, closed, active, residual, force, max(parts))
 
-    def _own(self, unknowns):
-        """{corner: its multiplier at the nodes}; 0 without multipliers."""
-        if self.method == "penalty":
-            return {corner: np.zeros(len(self.facets.points)) for corner in self.facets.corners}
-        return {
-            corner: self.facets.at_nodes("multiplier", component)
-            for corner, component in zip(self.facets.corners, unknowns.components[3:-1])
-        }
+    def _augmented(self, unknowns):
+        """lambda + rho g at the nodes, inf where a corner cannot touch; lambda, 0 without multipliers; g:
+        arrays (corners, n).
+        """
+        facets, values = self.facets, unknowns.vec.FV().NumPy()
+        gaps = facets.gaps(values[: len(self._free_fields)], values[self._approach])
+        own = np.zeros_like(gaps)
+        for corner, part in enumerate(self._multipliers):
+            own[corner] = facets.multiplier(values[part])
+        return own + self.rho * np.where(facets.reachable, gaps, np.inf), own, gaps
 
-    def _augmented(self, own, gaps):
-        """{corner: lambda + rho g at the nodes}, inf where it cannot touch."""
-        return {
-            corner: own[corner] + self.rho * np.where(self.facets.can_touch[corner], gap, np.inf)
-            for corner, gap in gaps.items()
-        }
+    def _raised(self, unknowns):
+        """u2 and psi at the nodes, arrays (n,)."""
+        return [self.facets.traces[FIELDS[i]] @ unknowns.components[i].vec.FV().NumPy() for i in (1, 2)]
 
     def _tolerance(self, factor, unknowns, force):
         """RESIDUAL, or what the rounding of the sum of all |K_ij x_j| leaves beside the forces if that is
@@ -429,26 +417,19 @@ class MonolithicNewton:
             iterations=iteration,
         )
 
-    def _gaps(self, unknowns):
-        return self.facets.nodal_gaps(*unknowns.components[:3], unknowns.vec[self._approach])
-
-    def _length(self, unknowns):
-        """Largest length in the gaps: the scale of the corner gaps."""
-        u2, psi = (
-            np.abs(self.facets.at_nodes(name, unknowns.components[i])).max()
-            for i, name in ((1, "u2"), (2, "psi"))
-        )
-        return max(abs(unknowns.vec[self._approach]), u2, self.body.solid.ell * psi)
-
     def _resultant(self, forces):
-        return float(-self.facets.weights * self.facets.normals[:, 1] @ law.traction(forces))
+        return float(-self.facets.weights * self.facets.normals[:, 1] @ forces.sum(axis=0))
 
     def _state(self, unknowns, now, level, iterations):
         kept = ng.GridFunction(self.space)
         kept.vec.data = unknowns.vec
-        facets, forces = self.facets, self._shared(now.forces)
+        # forces of twin corners, which one multiplier carries, are shared evenly
+        facets, forces = self.facets, np.where(self.facets.twins, now.forces.mean(axis=0), now.forces)
         # what supports exert balances the corner that carries, not the shares
         carried = now.forces if facets.psi_held else forces
+        gaps, closed, multipliers, carried = (
+            dict(zip(facets.corners, values)) for values in (now.gaps, now.closed, forces, carried)
+        )
         return NodalState(
             level=level,
             approach=self._first + float(kept.vec[self._approach]),
@@ -456,28 +437,23 @@ class MonolithicNewton:
             fields=Fields(
                 self.body, kept.components, now.residual.FV().NumPy()[: self.body.space.ndof].copy()
             ),
-            psi=facets.at_nodes("psi", kept.components[2]),
-            gaps=now.gaps,
-            multipliers=forces,
-            closed=now.closed,
-            traction=law.traction(forces),
+            psi=self._raised(kept)[1],
+            gaps=gaps,
+            multipliers=multipliers,
+            closed=closed,
+            traction=forces.sum(axis=0),
             micromoment=law.micromoment(carried, facets.levers, self.body.solid.ell),
             iterations=iterations,
             kkt=now.kkt,
             vector=kept.vec,
         )
 
-    def _shared(self, forces):
-        """Forces of twin corners, which one multiplier carries, shared evenly."""
-        mean = law.traction(forces) / len(forces)
-        return {corner: np.where(self.facets.twins, mean, force) for corner, force in forces.items()}
-
 
 @dataclass(frozen=True)
 class _Iterate:
-    gaps: dict
-    forces: dict
-    closed: dict
+    gaps: np.ndarray  # (corners, n), and so are forces and closed
+    forces: np.ndarray
+    closed: np.ndarray
     active: bytes
     residual: object
     force: float  # the largest internal nodal one, reactions included: the scale of equilibrium

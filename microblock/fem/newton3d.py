@@ -26,9 +26,9 @@ from ..errors import NOT_YET, BadArgument, NotConverged
 from ..model.progress import counted
 from ..model.solver import SOLVED
 from ..threads import bounded
-from .body3d import FIELDS, HELD, Body3D, Fields3D
-from .condensed3d import LINKED, of_factors
-from .nodes3d import ContactNodes3D
+from .body import FIELDS3D, HELD3D, Fields
+from .condensation import LINKED, of_factors, require_pressed, with_psi_constrained
+from .facets import ContactNodes
 from .solver3d import RESIDUAL, Solver3D
 from .state3d import State3D
 
@@ -42,13 +42,15 @@ UPDATES = 60  # of the multipliers
 
 
 class NewtonSolver3D(Solver3D):
-    """States of a Body3D by penalty or augmented Lagrangian; its `options` are `Newton`."""
+    """States of a body in space by penalty or augmented Lagrangian; its `options` are `Newton`."""
 
     @property
     def nodes(self):
         """The contact nodes of the body, of which a law that prescribes psi fixes psi1 and psi2."""
         body, clamped = self.body, self.surface_law.clamped
-        return body.once(("nodes", clamped), lambda: ContactNodes3D(_clamped(body) if clamped else body))
+        require_pressed(body, body.contact, condensed=True)
+        own = with_psi_constrained(body, body.contact) if clamped else body
+        return body.once(("nodes", clamped), lambda: ContactNodes(own))
 
     @property
     def system(self):
@@ -138,10 +140,11 @@ class NewtonSolver3D(Solver3D):
         state = ng.GridFunction(nodes.body.space)
         state.vec.FV().NumPy()[:] = unknowns[:-1]
         exerted = self.system.product(unknowns[:-1]) - nodes.onto.T @ loads.ravel()
-        fields = Fields3D(nodes.body, state.components, exerted)
+        fields = Fields(nodes.body, state.components, exerted)
         unbalanced = np.abs(exerted[np.array(nodes.body.space.FreeDofs())]).max() / np.abs(loads).max()
         if law.clamped:  # but what planes of symmetry exert
-            loads[1:] = nodes.moments_of(exerted)
+            m1, m2 = (nodes.moments_of(name, exerted) for name in ("psi1", "psi2"))
+            loads[1:] = np.array((-m2, m1)) * 2 / self.solid.ell
             loads[1:] *= [nodes.is_free(name, self.body) for name in ("psi2", "psi1")]
         surface = (nodes.onto @ unknowns[:-1]).reshape(3, -1)
         found = State3D(
@@ -168,20 +171,21 @@ class Systems:
 
     Parameters
     ----------
-    nodes : ContactNodes3D
+    nodes : ContactNodes
     """
 
     def __init__(self, nodes):
         self.nodes, body = nodes, nodes.body
         rows, linked = body.space.FreeDofs().NumSet(), LINKED * body.order
-        needed = COPIES * cost.ENTRY * rows * linked + len(FIELDS) * of_factors(rows / 6, linked / 6)
+        needed = COPIES * cost.ENTRY * rows * linked + len(FIELDS3D) * of_factors(rows / 6, linked / 6)
         cost.require_room(needed, f"a body of {rows} unknowns", "take longer elements or a lower order")
         self.matrix = body.bulk().mat
         self._free = np.append(np.array(body.space.FreeDofs(), bool), True)
-        self._parts = {name: alone(body, name) for name in FIELDS}
+        self._parts = {name: alone(body, name) for name in FIELDS3D}
         self._springs = ng.GridFunction(ng.H1(body.mesh, order=1))
-        vertices = np.diff(nodes.values.indptr) == 1  # the first unknowns are those of the vertices
-        self._vertices = vertices, nodes.values.indices[nodes.values.indptr[:-1]][vertices]
+        trace = nodes.traces["u3"]
+        vertices = np.diff(trace.indptr) == 1  # the first unknowns are those of the vertices
+        self._vertices = vertices, trace.indices[trace.indptr[:-1]][vertices]
         self._in, self._out = (self.matrix.CreateColVector() for _ in range(2))
         self.products, self._prepared = 0, b""
 
@@ -261,7 +265,7 @@ class Systems:
         if not off <= max(10 * linear, SOLVED):
             raise NotConverged(
                 f"conjugate gradients stand at the relative residual {off:.1e} after {LINEAR_STEPS} steps: "
-                f"take a smaller rho, or Condensed(); {HELD}"
+                f"take a smaller rho, or Condensed(); {HELD3D}"
             )
         return np.where(free, found, start if load is None else 0.0)
 
@@ -281,9 +285,3 @@ def alone(body, name, stiff=None):
         form += stiff * trial * test * ng.ds(definedon=body.boundary(body.contact))
     form.Assemble()
     return form.mat.Inverse(space.FreeDofs(), "sparsecholesky"), form, space
-
-
-def _clamped(body):
-    """The body with psi1 = psi2 = 0 on its contact boundary besides its own supports."""
-    more = {name: "|".join(filter(None, (body.fixed.get(name), body.contact))) for name in ("psi1", "psi2")}
-    return Body3D(body.mesh, body.solid, body.order, fixed={**body.fixed, **more}, contact=body.contact)

@@ -1,6 +1,6 @@
 """Contact of a body in three dimensions with a rigid obstacle, on its contact nodes.
 
-The body is condensed once (`microblock.fem.condensed3d`); states are found by projected gradients
+The body is condensed once (`microblock.fem.condensation`); states are found by projected gradients
 (`microblock.corners.projected_gradients`), which do not depend on the corner forces being unique.
 """
 
@@ -10,7 +10,7 @@ from ..corners import projected_gradients
 from ..errors import NOT_YET, BadArgument
 from ..halfspace.surface_law import closed_corners, on_surface
 from ..model.solver import Solver
-from .condensed3d import condensed3d
+from .condensation import condensed
 from .state3d import State3D
 
 RESIDUAL = 1e-9  # relative, of the contact conditions
@@ -18,7 +18,7 @@ TOUCHING = 1e-6  # of the largest displacement, by which an obstacle lies in a n
 
 
 class Solver3D(Solver):
-    """States of a Body3D on its contact nodes, exact for the discrete problem."""
+    """States of a body in space on its contact nodes, exact for the discrete problem."""
 
     most_corners, verifies, state_class = None, True, State3D
 
@@ -31,7 +31,7 @@ class Solver3D(Solver):
     @property
     def nodes(self):
         """The contact nodes of the body, condensed."""
-        return condensed3d(self.body)
+        return condensed(self.body)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         """Returns the State3D; parameters and errors are those of `Solver.solve`."""
@@ -79,7 +79,7 @@ class Solver3D(Solver):
             raise BadArgument(
                 "rtol",
                 rtol,
-                "cannot be asked of a Body3D: it has no error estimate; compare with a finer mesh",
+                "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh",
             )
 
     def directions(self, points):

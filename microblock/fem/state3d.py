@@ -13,13 +13,13 @@ from ..model.plain_data import PlainData
 from ..model.summary import Row, Shown, Summary, number, saved
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike, Target
-from .body3d import FIELDS, Fields3D
+from .body import Fields
 from .meshes import locking, longest_element
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from .nodes3d import ContactNodes3D
+    from .facets import ContactNodes
 
 FEWEST = 25  # nodes in contact, below which a state says that they are few
 BETWEEN = 0.05  # of the largest displacement, penetration between nodes from which on a state says so
@@ -28,7 +28,7 @@ BESIDE = 1e-3  # the same at vertices beside the contact boundary
 
 @dataclass(frozen=True, repr=False, eq=False)
 class State3D(Shown, PlainData):
-    """A contact state of a Body3D.
+    """A contact state of a body in space.
 
     Where all four corners of a block are closed their forces are not unique: four forces act on three degrees
     of freedom. `pressure` and `micromoment`, their resultants, are; `pressures` are those of least norm.
@@ -41,7 +41,7 @@ class State3D(Shown, PlainData):
         Force.
     approach : float
         Approach of the obstacle (length).
-    nodes : ContactNodes3D
+    nodes : ContactNodes
     pressures : dict of arrays (n,)
         Of the corners "--", "-+", "+-", "++" (signs of x1 and x2 from the block's middle), or {"C": ...}.
     surface : array (3, n)
@@ -55,14 +55,14 @@ class State3D(Shown, PlainData):
     iterations : int
         Products with the flexibility, or steps of Newton's method.
     method : "condensed" or "newton"
-    found : Fields3D or None
+    found : Fields or None
         The fields, where the method has them.
     """
 
     problem: ContactLike
     load: float
     approach: float
-    nodes: ContactNodes3D
+    nodes: ContactNodes
     pressures: dict[str, Array]
     surface: Array
     loads: Array
@@ -71,7 +71,7 @@ class State3D(Shown, PlainData):
     iterations: int
 
     method: str = "condensed"
-    found: Fields3D | None = None
+    found: Fields | None = None
 
     error_estimate = None
     _keys = (
@@ -141,11 +141,11 @@ class State3D(Shown, PlainData):
         return float(np.sum(np.array(list(self.pressures.values())) * self.weights * lowered) / 2)
 
     @cached_property
-    def fields(self) -> Fields3D:
+    def fields(self) -> Fields:
         """Displacement, microrotation and stresses in the body, and the reactions of its supports."""
         if self.found is not None:
             return self.found
-        fields: Fields3D = self.nodes.fields(self.loads)  # type: ignore[attr-defined]
+        fields: Fields = self.nodes.fields(self.loads)  # type: ignore[attr-defined]
         return fields
 
     @cached_property
@@ -183,8 +183,8 @@ class State3D(Shown, PlainData):
         if not low.any():
             return ""
         # an unknown of a vertex is the value there
-        values = self.fields.values.reshape(len(FIELDS), -1)[:, numbers[low]]
-        u3, psi1, psi2 = (values[FIELDS.index(name)] for name in ("u3", "psi1", "psi2"))
+        own = (getattr(self.fields, name).vec.FV().NumPy() for name in ("u3", "psi1", "psi2"))
+        u3, psi1, psi2 = (values[numbers[low]] for values in own)
         half = self.problem.solid.ell / 2
         inside = -self._gaps(places[low], np.array((-u3, -half * psi2, half * psi1))).min()
         return (

@@ -13,7 +13,7 @@ from ..errors import BadArgument
 from ..model.solver import Solver
 from ..model.state import ErrorParts, LineSolution
 from ..model.zones import distance, distance_to_ends, joined, moved_on
-from .condensation import ContactNodes
+from .facets import ContactNodes
 from .mesh_fields import BelowOnMesh
 
 

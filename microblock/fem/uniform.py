@@ -14,8 +14,8 @@ from ..corners import active_set
 from ..errors import BadArgument, NotConverged
 from ..model import methods, picture
 from .body import Body
-from .condensation import Condensed, ContactNodes
-from .facets import ContactFacets
+from .condensation import Condensed
+from .facets import ContactFacets, ContactNodes
 from .friction_levels import history_to
 from .ground import GroundSolver
 from .meshes import Ground, uniform

@@ -1,8 +1,11 @@
 """The contact law: corners of a microblock, their levers and initial gaps, (20)-(22), (29), (41).
 
-A law names its corners. Each corner alpha has the gap
+A law names its corners. A corner at r from the centre of its block, its arm, moves by u + psi x r: normal to
+the surface and along it, in one, two and three dimensions. So each corner alpha has the gap
 
-    g_alpha = g0_alpha - u.n + (ell/2) lever_alpha psi,     lever_A = n.(S + N), lever_B = n.(S - N),
+    g_alpha = g0_alpha - n.(u + psi x r_alpha) = g0_alpha - u.n + (ell/2) lever_alpha psi,
+
+    r_A = (ell/2) (N - S), r_B = (ell/2) (N + S),     lever_A = n.(S + N), lever_B = n.(S - N),
 
 and a multiplier lambda_alpha <= 0, which together give traction and micromoment (29)
 
@@ -91,6 +94,23 @@ class Law:
         """Returns how far right of each corner its contact point lies, if S is horizontal (lengths)."""
         return (0.0,) * len(self.corners)
 
+    def arms(self, points: Array, normals: Array) -> Array:
+        """Returns where the corners lie from the centre of their block, over its side, in the plane.
+
+        Parameters
+        ----------
+        points, normals : arrays (n, 2)
+            Contact points (lengths) and unit normals.
+
+        Returns
+        -------
+        array (corners, n, 2)
+            Here they follow from the levers; corners that have one lie half a side above the centre.
+        """
+        levers = np.array(list(self.levers(points[:, 0]).values()))[:, :, None]
+        arms: Array = (levers.any() * normals - levers * tangents(normals)) / 2
+        return arms
+
 
 class _Coulomb(Law):
     """Base of the laws that take Coulomb friction."""
@@ -173,6 +193,15 @@ class Microblock(_Coulomb):
         """Returns how far right of A and of B the contact point lies (lengths)."""
         return ell / 2, -ell / 2
 
+    def arms(self, points: Array, normals: Array) -> Array:
+        """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``.
+
+        Parameters and returned values are those of `Law.arms`.
+        """
+        psi0, along = self.angle(points[:, 0])[:, None], tangents(normals)
+        across, up = along + psi0 * normals, normals - psi0 * along
+        return np.array((up - across, up + across)) / 2
+
     def initial_rotation(self, x: Array) -> Array:
         """Returns psi0 at x, array (n,) (radians), where it acts in the gaps; else 0."""
         angle = self.angle(x)
@@ -216,8 +245,9 @@ class Microblock(_Coulomb):
 
     def levers(self, x: Array) -> dict[str, Array]:
         """Returns n.(S + N) of corner A and n.(S - N) of corner B at the abscissae x, arrays (n,)."""
-        psi0 = self.angle(x)
-        return {"A": psi0 + 1, "B": psi0 - 1}
+        points = np.column_stack((np.ravel(x), np.zeros(np.size(x))))
+        arms = self.arms(points, np.tile((0.0, 1.0), (len(points), 1)))
+        return dict(zip(self.corners, -2 * arms[..., 0].reshape(2, *np.shape(x))))
 
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
@@ -227,8 +257,7 @@ class Microblock(_Coulomb):
 
         Parameters and returned values are those of `Law.initial_gaps`.
         """
-        tangent = np.column_stack((normals[:, 1], -normals[:, 0]))
-        side = ell / 2 * (tangent + self.initial_rotation(points[:, 0])[:, None] * normals)
+        side = ell / 2 * (tangents(normals) + self.initial_rotation(points[:, 0])[:, None] * normals)
         return {
             "A": obstacles.gap(obstacle, points - side, normals),
             "B": obstacles.gap(obstacle, points + side, normals),
@@ -304,6 +333,11 @@ def _check_pair(psi0: tuple[Tilt, ...]) -> None:
         require_finite(psi0=each)
     if len(psi0) != 2 or not all(abs(each) < 1 for each in numbers):
         raise BadArgument("psi0", psi0, "must be two rotations, each below 1 in absolute value (radians)")
+
+
+def tangents(normals: Array) -> Array:
+    """Returns the unit tangents n x e3 of unit normals, arrays (n, 2)."""
+    return np.column_stack((normals[:, 1], -normals[:, 0]))
 
 
 def traction(multipliers: Mapping[str, Array]) -> Array | float:
