@@ -225,7 +225,9 @@ def require_pressed(body, boundary, condensed=False):
     if body.periodic:  # its ends are one node; as two they would share their force at random
         raise BadArgument("body", body, "must not be periodic: Newton() solves on periodic bodies")
     if condensed and body.prescribed:
-        raise BadArgument("prescribed", body.prescribed, "supports of a condensed body, and of one in space, hold 0")
+        raise BadArgument(
+            "prescribed", body.prescribed, "supports of a condensed body, and of one in space, hold 0"
+        )
     return body.pressed(boundary)
 
 

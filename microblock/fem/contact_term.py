@@ -54,13 +54,15 @@ def effective(g, lam, rho):
     return np.minimum(lam + rho * g, 0.0)
 
 
-def contact(nodes, u, psi, multipliers, approach, rho):
-    """The contact term of (37), or of (31) where multipliers are 0: the sum of L over the corners."""
+def contact(nodes, g0, arms, u, psi, multipliers, approach, rho):
+    """The contact term of (37), or of (31) where multipliers are 0: the sum of L over the corners.
+
+    Of each corner g0, array (n,), is inf where no obstacle can reach it, and arms is an array (n, dim).
+    """
     total, normal = 0, nodes.field(nodes.normals)
-    for g0, arm, reachable, lam in zip(nodes.g0, nodes.arms, nodes.reachable, multipliers, strict=True):
-        g = gap(nodes.field(np.where(reachable, g0, 0.0)), normal, nodes.field(arm), u, psi, approach)
-        open_corner = -(lam**2) / (2 * rho)  # no obstacle can reach it
-        always = reachable.all()
-        touching = lagrangian(g, lam, rho)
-        total += touching if always else IfPos(nodes.field(reachable - 0.5), touching, open_corner)
-    return total * nodes.ds
+    for height, arm, lam in zip(g0, arms, multipliers, strict=True):
+        near = np.isfinite(height)
+        g = gap(nodes.field(np.where(near, height, 0.0)), normal, nodes.field(arm), u, psi, approach)
+        term, never = lagrangian(g, lam, rho), -(lam**2) / (2 * rho)
+        total += term if near.all() else IfPos(nodes.field(near - 0.5), term, never)
+    return nodes.integral(total)

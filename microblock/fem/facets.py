@@ -81,6 +81,8 @@ class ContactNodes:
     apart : boolean array (n - 1,), in the plane: whether the boundary is interrupted between a node and the
         next
     traces : {field: sparse array (n, unknowns of the field)}, its values at the nodes
+    shares : array (n,), in space: the areas that the nodal rule gives the nodes, on quadrilaterals that are
+        no parallelograms others than `weights`
 
     Raises
     ------
@@ -168,6 +170,8 @@ class ContactNodes:
             order = np.lexsort(points.T[::-1])
         self.facets = [np.argsort(order)[own] for own in members]
         self.points, self.weights, normals = points[order], weights[order], normals[order]
+        if self.dim == 3:
+            self.shares = self._by_rule[order]
         self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
         own = self._trace(body.spaces[0], elements, u), self._trace(body.spaces[-1], elements, psi)
         self.traces = {name: own[name[0] == "p"] for name in body.names}
@@ -185,7 +189,7 @@ class ContactNodes:
                 points[own, 1], weights[own] = place.point[0], 1.0
                 normals[own, 1] = ng.specialcf.normal(1)(place)
             return points, normals, weights
-        sides = outward_sides(mesh, self.region)
+        sides, self._by_rule = outward_sides(mesh, self.region), np.zeros(count)
         kinds = np.array([facet.type == ng.ET.TRIG for facet in elements])
         for order in set(self.orders):
             rules = {facet.type: nodal_rule(facet.type, order) for facet in elements}
@@ -204,6 +208,8 @@ class ContactNodes:
                 else:
                     shares = lobatto(order)[1] * sizes[flat]
                 np.add.at(weights, there, shares)
+                rule = [point.weight for point in rules[elements[here[0]].type]]
+                np.add.at(self._by_rule, there, rule * sizes[flat])
                 np.add.at(normals, there, shares[..., None] * outward)
         return points, normals, weights
 
@@ -381,6 +387,51 @@ class ContactNodes:
             found += [np.column_stack((a, b, c)), np.column_stack((a, c, d))]
         return np.concatenate(found)
 
+    # what the contact term asks for
+
+    @cached_property
+    def multipliers(self):
+        """The H1 space of one corner's multiplier."""
+        return ng.Compress(self.body.scalar(self.orders[0], definedon=self.region))
+
+    @cached_property
+    def _multiplier(self):
+        """Values at the nodes from the unknowns of a multiplier, and the factors of this matrix."""
+        elements = list(self.region.Elements())
+        trace = self._trace(self.multipliers, elements, [self.multipliers.GetDofNrs(own) for own in elements])
+        return trace, splu(trace.tocsc())
+
+    def field(self, values):
+        """An expression with these values at the nodes, array (n,), or a vector of (n, dim) with three
+        components.
+        """
+        if values.ndim == 1:
+            function = ng.GridFunction(self.multipliers)
+            function.vec.FV().NumPy()[:] = self._multiplier[1].solve(np.asarray(values, float))
+            return function
+        return ng.CF(tuple(self.field(part) if part.any() else ng.CF(0) for part in _in_space(values).T))
+
+    def multiplier(self, unknowns):
+        """Values at the nodes from the unknowns of a multiplier, array."""
+        return self._multiplier[0] @ unknowns
+
+    def lowering(self, approach):
+        """The displacement of an obstacle that is lowered by `approach`, an expression."""
+        return -approach * ng.CF((0, 1, 0) if self.dim < 3 else (0, 0, 1))
+
+    @cached_property
+    def rules(self):
+        """{kind of a facet: NGSolve's rule}, whose points are the nodes."""
+        return {facet.type: nodal_rule(facet.type, self.orders[0]) for facet in self.region.Elements()}
+
+    def integral(self, density, rules=None):
+        """The integral of an expression over the contact boundary by the rule, or other ones; in space its
+        weights are made the areas of the nodes.
+        """
+        if self.dim == 3:
+            density = density * self.field(self.weights / self.shares)
+        return density * ng.ds(definedon=self.region, intrules=rules or self.rules)
+
 
 class ContactFacets(ContactNodes):
     """The nodes of a contact boundary and the terms of a contact law on them.
@@ -434,8 +485,6 @@ class ContactFacets(ContactNodes):
         self._made_of = body, law, obstacle, boundary, rule
         super().__init__(body, boundary)
         self.law, self.corners, self.nodal = law, law.corners, rule == "nodal"
-        self.order = min(body.order, body.order_psi)
-        self.rules = {facet.type: nodal_rule(facet.type, self.order) for facet in self.region.Elements()}
         ell = body.solid.ell
         self.levers = law.levers(self.points[:, 0])
         self.initial_gaps = law.initial_gaps(self.points, self.normals, ell, obstacle)
@@ -448,18 +497,6 @@ class ContactFacets(ContactNodes):
     def __reduce__(self):
         """A copy, or what comes out of a file, is made anew: rules and regions of NGSolve do not travel."""
         return ContactFacets, self._made_of
-
-    @cached_property
-    def multipliers(self):
-        """The H1 space of one corner's multiplier."""
-        return ng.Compress(self.body.scalar(self.order, definedon=self.region))
-
-    @cached_property
-    def _multiplier(self):
-        """Values at the nodes from the unknowns of a multiplier, and the factors of this matrix."""
-        elements = list(self.region.Elements())
-        trace = self._trace(self.multipliers, elements, [self.multipliers.GetDofNrs(own) for own in elements])
-        return trace, splu(trace.tocsc())
 
     def _take_gauss_points(self):
         """The rule of Gauss, the values of nodal polynomials at its points, and the integrals of
@@ -477,7 +514,7 @@ class ContactFacets(ContactNodes):
         ):
             if excluded:
                 raise BadArgument("rule", "gauss", why)
-        rule = ng.IntegrationRule(ng.SEGM, 2 * self.order + 1)
+        rule = ng.IntegrationRule(ng.SEGM, 2 * self.orders[0] + 1)
         rows, weights = [], []
         for facet in self.region.Elements():
             element, dofs = self.multipliers.GetFE(facet), self.multipliers.GetDofNrs(facet)
@@ -540,70 +577,41 @@ class ContactFacets(ContactNodes):
         }
         return other
 
-    # what the contact term asks for
-
     @cached_property
     def arms(self):
-        """Places of the corners from the centres of their blocks, array (corners, n, 3) (lengths)."""
-        return self.body.solid.ell * _in_space(self.law.arms(self.points, self.normals))
+        """Places of the corners from the centres of their blocks, array (corners, n, 2) (lengths)."""
+        return self.body.solid.ell * self.law.arms(self.points, self.normals)
 
     @property
     def g0(self):
-        """Initial gaps, array (corners, n)."""
-        return np.array([self.initial_gaps[corner] for corner in self.corners])
-
-    @property
-    def reachable(self):
-        """Whether each corner can touch, boolean array (corners, n)."""
-        return np.array([self.can_touch[corner] for corner in self.corners])
+        """Initial gaps, array (corners, n); inf where a corner cannot touch."""
+        each = [(self.can_touch[corner], self.initial_gaps[corner]) for corner in self.corners]
+        return np.array([np.where(reachable, gaps, np.inf) for reachable, gaps in each])
 
     @cached_property
     def moved(self):
         """[displacement of each corner along the normal], sparse arrays (n, unknowns of the body)."""
         return [self.motion(self.normals, arms) for arms in self.arms]
 
-    def field(self, values):
-        """An expression with these values at the nodes, array (n,), or a vector of (n, dim) with three
-        components.
-        """
-        if values.ndim == 1:
-            function = ng.GridFunction(self.multipliers)
-            function.vec.FV().NumPy()[:] = self._multiplier[1].solve(np.asarray(values, float))
-            return function
-        return ng.CF(tuple(self.field(part) if part.any() else ng.CF(0) for part in _in_space(values).T))
-
-    def multiplier(self, unknowns):
-        """Values at the nodes from the unknowns of a multiplier, array."""
-        return self._multiplier[0] @ unknowns
-
-    def lowering(self, approach):
-        """The displacement of an obstacle that is lowered by `approach`, an expression."""
-        return -approach * ng.CF((0, 1, 0) if self.dim < 3 else (0, 0, 1))
-
-    @property
-    def ds(self):
-        """The integral over the contact boundary by the rule, in forms."""
-        return ng.ds(definedon=self.region, intrules=self.rules)
-
     def gaps(self, fields, approach):
         """The gap (22) of each corner, array (corners, n), from the unknowns of the body, array, the obstacle
         lowered by `approach`.
         """
-        moved = np.array([corner @ fields for corner in self.moved])
-        return self.g0 - moved - approach * self.normals[:, -1]
+        initial = np.array(list(self.initial_gaps.values()))
+        return initial - [corner @ fields for corner in self.moved] - approach * self.normals[:, -1]
 
     def contact(self, components, multipliers, approach, rho):
         """The contact term of (37), or of (31) without multipliers."""
         lams, vectors = multipliers or [ng.CF(0)] * len(self.corners), self.body.vectors(components)
-        total = contact_term.contact(self, *vectors, lams, self.lowering(approach), rho)
+        total = contact_term.contact(self, self.g0, self.arms, *vectors, lams, self.lowering(approach), rho)
         if self.nodal or not self.twins.any():
             return total
         # where psi is constrained at a node the gaps determine the sum of its multipliers only: their
         # difference is 0 by symmetry
         first, second = multipliers
         tie = self.field(self.twins) * (first - second) ** 2 / (2 * rho)
-        rules = {ng.SEGM: nodal_rule(ng.SEGM, self.order)}
-        return total - tie * ng.ds(definedon=self.region, intrules=rules)
+        rules = {ng.SEGM: nodal_rule(ng.SEGM, self.orders[0])}
+        return total - self.integral(tie, rules)
 
 
 def interruptions(mesh, region, x):

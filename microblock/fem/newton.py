@@ -21,7 +21,7 @@ from ..model.summary import Row, Shown, Summary, number
 from ..threads import bounded
 from .body import FIELDS, Body, Fields, Loads
 from .bulk import as_csr
-from .facets import ContactFacets
+from .facets import FLAT, ContactFacets
 
 METHODS = ("al", "penalty")
 CONTROLS = ("approach", "load")
@@ -192,16 +192,19 @@ class MonolithicNewton:
         contact = facets.contact(unknown[:fields], unknown[fields:], approach, self.rho)
         self._loaded = loads != Loads()
         if self.control == "load":
-            contact -= self._load / facets.weights.sum() * approach * facets.ds
+            contact -= facets.integral(self._load / facets.weights.sum() * approach)
         self._contact = ng.BilinearForm(self.space)
         self._contact += ng.Variation(contact)
         # the zero term reserves the places of the contact tangent in the matrix
-        places = ng.Parameter(0.0) * approach**2 * facets.ds
+        places = facets.integral(ng.Parameter(0.0) * approach**2)
         self._bulk = LinearForm(self.space, body.potential(unknown[:fields], loads) + places)
         self._inverse = None
         self.free = ng.BitArray(self.space.FreeDofs())
         self.free[self._approach] = self.control == "load"
         self._free_fields = np.array([self.free[i] for i in range(body.space.ndof)])
+        if "u1" not in body.fixed and np.abs(facets.normals[:, 0]).max() <= FLAT:
+            # nothing holds a translation along x1: one unknown does, and a residual says if it has to
+            self.free[int(np.flatnonzero(self._free_fields[body.unknowns_of("u1")])[0])] = False
 
     @property
     def unknowns(self):
@@ -310,7 +313,7 @@ class MonolithicNewton:
         unknowns.vec[self._approach] = 0.0
         ahead = self._augmented(unknowns)[0] / (self.rho * self.facets.normals[:, 1])
         if self.facets.nodal:
-            return ahead[self.facets.reachable]
+            return ahead[np.isfinite(self.facets.g0)]
         return np.concatenate([self.facets.at_rule(values) for values in ahead])
 
     def _first_touch(self, load):
@@ -365,7 +368,7 @@ class MonolithicNewton:
         own = np.zeros_like(gaps)
         for corner, part in enumerate(self._multipliers):
             own[corner] = facets.multiplier(values[part])
-        return own + self.rho * np.where(facets.reachable, gaps, np.inf), own, gaps
+        return own + self.rho * np.where(np.isfinite(facets.g0), gaps, np.inf), own, gaps
 
     def _raised(self, unknowns):
         """u2 and psi at the nodes, arrays (n,)."""

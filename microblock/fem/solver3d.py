@@ -83,12 +83,9 @@ class Solver3D(Solver):
             )
 
     def directions(self, points):
-        """(1, lever) of each corner at points, array (corners, 3, n)."""
-        law, (x1, x2, _) = self.surface_law, points.T
-        levers = np.repeat(-law.offsets[:, :, None], len(x1), axis=2)
-        if law.psi0:
-            levers = levers + law.tilt(x1, x2)
-        return np.concatenate((np.ones((len(levers), 1, len(x1))), levers), axis=1)
+        """(1, lever) of each corner at points, array (corners, 3, n), the levers being those of phi."""
+        levers = -2 * self.law.arms(points, np.zeros_like(points) + (0.0, 0.0, 1.0))[..., :2]
+        return np.concatenate((np.ones_like(levers[..., :1]), levers), axis=2).swapaxes(1, 2)
 
     def of_least_norm(self, forces, closed):
         """The forces of least norm with the same resultants, arrays (corners, n): of a block that all corners

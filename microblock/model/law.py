@@ -29,6 +29,7 @@ from .summary import is_told
 from .types import Array, Function, ObstacleLike, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
+SIGNS = (-1, 1)  # of the places of corners along x1 and along x2
 
 
 class Law:
@@ -95,20 +96,22 @@ class Law:
         return (0.0,) * len(self.corners)
 
     def arms(self, points: Array, normals: Array) -> Array:
-        """Returns where the corners lie from the centre of their block, over its side, in the plane.
+        """Returns where the corners lie from the centre of their block, over its side.
 
         Parameters
         ----------
-        points, normals : arrays (n, 2)
-            Contact points (lengths) and unit normals.
+        points, normals : arrays (n, 2), in space (n, 3)
+            Contact points (lengths) and unit normals, in space e3.
 
         Returns
         -------
-        array (corners, n, 2)
+        array (corners, n, 2), in space (corners, n, 3)
             Here they follow from the levers; corners that have one lie half a side above the centre.
         """
         levers = np.array(list(self.levers(points[:, 0]).values()))[:, :, None]
-        arms: Array = (levers.any() * normals - levers * tangents(normals)) / 2
+        if not levers.any():
+            return np.zeros((len(levers), *points.shape))
+        arms: Array = (normals - levers * tangents(normals)) / 2
         return arms
 
 
@@ -194,10 +197,15 @@ class Microblock(_Coulomb):
         return ell / 2, -ell / 2
 
     def arms(self, points: Array, normals: Array) -> Array:
-        """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``.
+        """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``; in space
+        (N + a S1 + b S2)/2 with a, b = -1, 1, of ``S_i = e_i + psi0 x e_i`` and ``N = e3 + psi0 x e3``.
 
         Parameters and returned values are those of `Law.arms`.
         """
+        if points.shape[1] == 3:
+            t1, t2 = surface_tilt(self.psi0, *points.T[:2])
+            places = [(a - t1, b - t2, 1 + a * t1 + b * t2) for a in SIGNS for b in SIGNS]
+            return np.moveaxis(np.array(places), 1, 2) / 2
         psi0, along = self.angle(points[:, 0])[:, None], tangents(normals)
         across, up = along + psi0 * normals, normals - psi0 * along
         return np.array((up - across, up + across)) / 2
@@ -333,6 +341,32 @@ def _check_pair(psi0: tuple[Tilt, ...]) -> None:
         require_finite(psi0=each)
     if len(psi0) != 2 or not all(abs(each) < 1 for each in numbers):
         raise BadArgument("psi0", psi0, "must be two rotations, each below 1 in absolute value (radians)")
+
+
+def surface_tilt(psi0: Any, x1: Array, x2: Array) -> Array:
+    """Returns t = (-psi0_2, psi0_1) of blocks over a surface, array (2, ...), of a pair or, about -e2, of a
+    number; raises BadArgument if a function fails, or is not below 1 in absolute value.
+    """
+    about = psi0 if isinstance(psi0, tuple) else (0.0, -psi0)
+    return np.array([-_angle(about[1], x1, x2), _angle(about[0], x1, x2)])
+
+
+def _angle(psi0: Tilt, x1: Array, x2: Array) -> Array:
+    """Returns a rotation at places, array like x1."""
+    try:
+        values = psi0(np.array(x1), np.array(x2)) if callable(psi0) else psi0
+        found = np.broadcast_to(np.asarray(values, float), np.shape(x1))
+    except MicroblockError:
+        raise
+    except Exception as failure:  # whatever the user's function does
+        raise BadArgument(
+            "psi0",
+            psi0,
+            f"must take arrays of x1 and x2 and return as many numbers ({shortened(repr(failure))})",
+        ) from failure
+    if not np.all(np.abs(found) < 1):  # nor NaN
+        raise BadArgument("psi0", psi0, "must be finite and below 1 in absolute value (radians)")
+    return found
 
 
 def tangents(normals: Array) -> Array:
