@@ -290,7 +290,8 @@ class Body(Shown):
     @property
     def methods(self):
         """The methods that solve on it, the usual one first."""
-        return (Newton,) if self.mesh.dim == 1 or self.periodic else (Condensed, Newton)
+        alone = self.mesh.dim == 1 or (self.mesh.dim == 2 and self.periodic)
+        return (Newton,) if alone else (Condensed, Newton)
 
     @property
     def solvers(self):

@@ -223,7 +223,10 @@ def require_pressed(body, boundary, condensed=False):
     if body.mesh.dim == 1:
         raise BadArgument("body", body, "must be two-dimensional")
     if body.periodic:  # its ends are one node; as two they would share their force at random
-        raise BadArgument("body", body, "must not be periodic: Newton() solves on periodic bodies")
+        words = (
+            "Newton() solves on periodic bodies" if body.mesh.dim == 2 else "contact in space has no period"
+        )
+        raise BadArgument("body", body, f"must not be periodic: {words}")
     if condensed and body.prescribed:
         raise BadArgument(
             "prescribed", body.prescribed, "supports of a condensed body, and of one in space, hold 0"

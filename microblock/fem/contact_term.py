@@ -6,7 +6,7 @@ contact nodes: these are the points of the rule (section 3.4 of the paper).
 """
 
 import numpy as np
-from ngsolve import CF, Cross, Id, IfPos, InnerProduct, Skew, Sym, Trace
+from ngsolve import CF, Cross, Id, IfPos, InnerProduct, Trace
 
 
 def relative_deformation(gradient, psi):
@@ -15,15 +15,17 @@ def relative_deformation(gradient, psi):
 
 
 def stress(solid, gamma):
-    """(16), the derivative of (11)."""
-    return solid.lam * Trace(gamma) * Id(3) + 2 * solid.mu * Sym(gamma) + 2 * solid.mu_c * Skew(gamma)
+    """(16), the derivative of (11): lambda tr gamma I + 2 mu gamma^sym + 2 mu_c gamma^skw."""
+    more, less = solid.mu + solid.mu_c, solid.mu - solid.mu_c  # of gamma and its transpose: half the work
+    return solid.lam * Trace(gamma) * Id(3) + more * gamma + less * gamma.trans
 
 
 def couple_stress(solid, kappa):
-    """(17), the derivative of (12)."""
+    """(17), the derivative of (12): ell^2 mu (alpha' tr kappa I + (gamma' + beta') kappa^sym
+    + (gamma' - beta') kappa^skw).
+    """
     a, b, c = solid.alpha_prime, solid.beta_prime, solid.curvature
-    bent = a * Trace(kappa) * Id(3) + (c + b) * Sym(kappa) + (c - b) * Skew(kappa)
-    return solid.ell**2 * solid.mu * bent
+    return solid.ell**2 * solid.mu * (a * Trace(kappa) * Id(3) + c * kappa + b * kappa.trans)
 
 
 def virtual_work(solid, strains, varied):
@@ -65,4 +67,4 @@ def contact(nodes, g0, arms, u, psi, multipliers, approach, rho):
         g = gap(nodes.field(np.where(near, height, 0.0)), normal, nodes.field(arm), u, psi, approach)
         term, never = lagrangian(g, lam, rho), -(lam**2) / (2 * rho)
         total += term if near.all() else IfPos(nodes.field(near - 0.5), term, never)
-    return nodes.integral(total)
+    return nodes.integral(total.Compile())

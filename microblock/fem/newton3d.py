@@ -219,6 +219,7 @@ class Systems:
         self.matrix = body.bulk().mat
         self._free = np.append(np.array(body.space.FreeDofs(), bool), True)
         self._parts = {name: alone(body, name) for name in FIELDS3D}
+        self._one_field = [self._parts["u3"][0].CreateColVector() for _ in range(2)]
         self._springs = ng.GridFunction(ng.H1(body.mesh, order=1))
         trace = nodes.traces["u3"]
         vertices = np.diff(trace.indptr) == 1  # the first unknowns are those of the vertices
@@ -237,7 +238,7 @@ class Systems:
         found = np.empty_like(forces)
         for name, (part, *_) in self._parts.items():
             own = self.nodes.body.unknowns_of(name)
-            right, solution = part.CreateColVector(), part.CreateColVector()
+            right, solution = self._one_field
             right.FV().NumPy()[:] = forces[own]
             solution.data = part * right
             found[own] = solution.FV().NumPy()

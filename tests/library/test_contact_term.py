@@ -49,6 +49,23 @@ def test_traction_and_micromoment_are_those_of_29():
     assert Unilateral().levers(np.zeros(1)) == Microclamped().levers(np.zeros(1)) == {"C": [0.0]}
 
 
+def test_arms_in_the_plane_and_in_space_are_one():
+    """A corner r from the centre of its block moves by u + psi x r: normal parts are the levers of (29), and
+    along a cylinder the four corners are the two of the plane."""
+    points, n = np.array(((0.3, 0.0), (-1.0, 0.2))), np.array(((0.0, 1.0), (-0.6, 0.8)))
+    t = np.array(((1.0, 0.0), (0.8, 0.6)))
+    for one in (Microblock(0.02), Microblock(lambda x: 0.1 * x), Unilateral()):
+        arms, levers = one.arms(points, n), np.array(list(one.levers(points[:, 0]).values()))
+        # n.(e3 x r) = t.r and t.(e3 x r) = -n.r
+        assert -2 * np.sum(arms * t, axis=-1) == pytest.approx(levers, abs=1e-15)
+        heights = np.sum(arms * n, axis=-1).mean(axis=0)
+        assert heights == pytest.approx(np.full(2, 0.5 * (len(arms) > 1)), abs=1e-15)
+    space = Microblock(0.25).arms(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))[:, 0]
+    plane = Microblock(0.25).arms(np.zeros((1, 2)), np.array([[0.0, 1.0]]))[:, 0]
+    assert space[:, 0::2] == pytest.approx(np.repeat(plane, 2, axis=0), abs=1e-15)
+    assert space[:, 1].tolist() == [-0.5, 0.5, -0.5, 0.5]
+
+
 def test_gap_22_on_an_inclined_surface_by_hand():
     """n = (-0.6, 0.8), s = n x e3 = (0.8, 0.6), psi0 = 0.1, ell = 0.4, u = (0.03, -0.02), psi = 0.05.
 
