@@ -425,19 +425,20 @@ class Body(Shown):
         """Energy density (10) as an expression."""
         return contact_term.energy(self.solid, self.strains(components))
 
-    def potential(self, components, loads=Loads()):
-        """Potential energy (8) as integrals, for ``ngsolve.Variation`` or ``Integrate``."""
-        potential, more = self.energy(*components).Compile() * self.dx, {"bonus_intorder": self.order + GIVEN}
+    def acting(self, loads=Loads()):
+        """The forces of loads in all unknowns, array: what works on their variations in (8)."""
+        more, form = {"bonus_intorder": self.order + GIVEN}, ng.LinearForm(self.space)
         works = [("force", loads.force, ng.dx(**more)), ("couple", loads.couple, ng.dx(**more))]
         for name in ("traction", "micromoment"):
             for boundary, value in getattr(loads, name).items():
                 works.append((name, value, ng.ds(definedon=self.boundary(boundary), **more)))
+        varied = self.vectors(self.space.TestFunction())
         for name, value, measure in works:
-            number = name in ("couple", "micromoment")
-            acting = self._load(name, value, number)
-            if acting is not None:
-                potential -= ng.InnerProduct(ng.CF(acting), self.vectors(components)[number]) * measure
-        return potential
+            turns = name in ("couple", "micromoment")
+            load = self._load(name, value, turns)
+            if load is not None:
+                form += ng.InnerProduct(ng.CF(load), varied[turns]) * measure
+        return form.Assemble().vec.FV().NumPy().copy()
 
     def _load(self, name, value, turns):
         """The three components of a load; None of one that is 0. `turns` if it works on psi."""
@@ -450,11 +451,17 @@ class Body(Shown):
             raise BadArgument(name, value, words)
         return (0, 0, *parts) if count == 1 else (*parts, 0)[:3]
 
-    def bulk(self, **options):
-        """The bilinear form of the second variation of (10), assembled."""
-        trial, test = (self.strains(components) for components in self.space.TnT())
-        form = ng.BilinearForm(self.space, symmetric=True, **options)
-        form += contact_term.virtual_work(self.solid, trial, test).Compile() * self.dx
+    def bulk(self, space=None, nodes=None, **options):
+        """The bilinear form of the second variation of (10), assembled, on the space of the body or on a
+        product of it and others, of which the last one is the approach of an obstacle: the matrix then has
+        places for all that contact nodes couple.
+        """
+        trial, test = (self.space if space is None else space).TnT()
+        strains, varied = (self.strains(components[: len(self.names)]) for components in (trial, test))
+        form = ng.BilinearForm(self.space if space is None else space, **options)
+        form += contact_term.virtual_work(self.solid, strains, varied).Compile() * self.dx
+        if nodes is not None:
+            form += nodes.integral(ng.Parameter(0.0) * trial[-1] * test[-1])
         form.Assemble()
         return form
 
@@ -475,17 +482,15 @@ class Body(Shown):
         require_kind(Loads, "Loads", loads=loads)
         state = ng.GridFunction(self.space)
         self.prescribe(state.components)
-        form = ng.BilinearForm(self.space, symmetric=True)
-        form += ng.Variation(self.potential(self.space.TrialFunction(), loads))
-        residual = state.vec.CreateVector()
-        form.Apply(state.vec, residual)
-        form.AssembleLinearization(state.vec)
+        matrix, forces = self.bulk(symmetric=True).mat, state.vec.CreateVector()
+        forces.FV().NumPy()[:] = -self.acting(loads)
+        forces.data += matrix * state.vec
         held = HELD3D if self.mesh.dim == 3 else HELD
         kind = "sparsecholesky" if self.mesh.dim == 3 else "umfpack"
-        step = solve_linear(form.mat, self.space.FreeDofs(), residual, f"the bulk; {held}", kind)
+        step = solve_linear(matrix, self.space.FreeDofs(), forces, f"the bulk; {held}", kind)
         state.vec.data -= step
-        form.Apply(state.vec, residual)
-        return Fields(self, state.components, residual.FV().NumPy().copy())
+        forces.data -= matrix * step
+        return Fields(self, state.components, forces.FV().NumPy().copy())
 
 
 def require_heights(obstacle):

@@ -83,7 +83,7 @@ class Condensed(ContactNodes):
         self.unknowns = body.space.FreeDofs().NumSet()
         self._advice = ADVICE[self.dim]
         self._require_room()
-        self.form = body.bulk(condense=True)
+        self.form = body.bulk(symmetric=True, condense=True)
         self._bulk = Bulk(self.form, self.onto.indices, self._advice, HELD3D if self.dim == 3 else HELD)
         self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]
         if self.dim == 2:

@@ -15,8 +15,9 @@ import numpy as np
 from ..corners import coulomb
 from ..errors import BadArgument, require_choice, require_kind, require_positive
 from .body import Body, Fields, Loads
+from .bulk import as_csr
 from .facets import ContactFacets
-from .newton import CONTROLS, LinearForm, NodalState
+from .newton import CONTROLS, NodalState
 
 
 def slip_lever(law):
@@ -125,11 +126,10 @@ class MonolithicFriction:
     def _assemble(self, loads):
         """Stiffness, loads and prescribed values in all unknowns of the body."""
         space = self.body.space
-        functional = self.body.potential(space.TrialFunction(), loads)
-        self.stiffness, minus_f = LinearForm(space, functional).assembled
+        self.stiffness, self._loads = as_csr(self.body.bulk().mat), self.body.acting(loads)
         supports = ng.GridFunction(space)
         self.body.prescribe(supports.components)
-        self._loads, self._supports = -minus_f, supports.vec.FV().NumPy().copy()
+        self._supports = supports.vec.FV().NumPy().copy()
         self._free = np.array(space.FreeDofs())
 
     @cached_property

@@ -8,7 +8,6 @@ method; it has converged when the set of closed corners stays the same *and* the
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import ngsolve as ng
 import numpy as np
@@ -195,9 +194,7 @@ class MonolithicNewton:
             contact -= facets.integral(self._load / facets.weights.sum() * approach)
         self._contact = ng.BilinearForm(self.space)
         self._contact += ng.Variation(contact)
-        # the zero term reserves the places of the contact tangent in the matrix
-        places = facets.integral(ng.Parameter(0.0) * approach**2)
-        self._bulk = LinearForm(self.space, body.potential(unknown[:fields], loads) + places)
+        self._bulk = Tangent(body, self.space, facets, body.acting(loads))
         self._inverse = None
         self.free = ng.BitArray(self.space.FreeDofs())
         self.free[self._approach] = self.control == "load"
@@ -385,7 +382,7 @@ class MonolithicNewton:
 
     def _factorise(self, unknowns, active, level):
         self._contact.AssembleLinearization(unknowns.vec)
-        matrix = self._bulk.with_added(self._contact.mat)
+        matrix = self._bulk.add(self._contact.mat)
         cost.require_room(
             cost.of_factors(self.space.ndof, matrix.nze),
             f"factors of {self.unknowns} unknowns",
@@ -470,54 +467,52 @@ class _Factor:
     magnitudes: object
 
 
-class LinearForm:
-    """The first variation ``K x - f`` of a quadratic functional, of which K is assembled once, and K with
-    what another form adds to it.
+class Tangent:
+    """K of the bulk, assembled once, with what a contact term adds to it, on the space of that term.
+
+    Parameters
+    ----------
+    body : Body
+    space : product of the body's space and others, the last one of the approach
+    nodes : ContactNodes
+    forces : array (unknowns of the body,), of dead loads
+
+    Attributes
+    ----------
+    matrix : NGSolve's, K and what was added last
     """
 
-    def __init__(self, space, functional):
-        self._form = ng.BilinearForm(space)
-        self._form += ng.Variation(functional)
-        self._kept = None
-
-    @cached_property
-    def assembled(self):
-        """K as a CSR matrix, and -f."""
-        zero, minus_f = ng.GridFunction(self._form.space).vec, ng.GridFunction(self._form.space).vec
-        self._form.Apply(zero, minus_f)
-        self._form.AssembleLinearization(zero)
-        return as_csr(self._form.mat), minus_f.FV().NumPy().copy()
-
-    @property
-    def matrix(self):
-        """The NGSolve matrix of K, or what `with_added` has made of it."""
-        return self._form.mat
+    def __init__(self, body, space, nodes, forces):
+        self.matrix = body.bulk(space, nodes).mat
+        self._forces, self._values = forces, self.matrix.AsVector().FV().NumPy()
+        self._places, self._own = np.zeros(0, int), np.zeros(0)
 
     def internal(self, vector):
-        """K x - f, array."""
-        matrix, minus_f = self.assembled
-        return matrix @ vector.FV().NumPy() + minus_f
+        """K x - f, array, of the vector x."""
+        added = self._values[self._places]
+        self._values[self._places] = self._own
+        found = (self.matrix * vector).Evaluate().FV().NumPy().copy()
+        self._values[self._places] = added
+        found[: len(self._forces)] -= self._forces
+        return found
 
-    def with_added(self, other):
-        """The NGSolve matrix K + `other`, whose entries have places in K; the one before is no more."""
-        matrix, _ = self.assembled
-        values = self._form.mat.AsVector().FV().NumPy()
-        values[:] = matrix.data
-        values[self._places(other)] += other.AsVector().FV().NumPy()
-        return self._form.mat
-
-    def _places(self, other):
-        """Numbers of the values of K that belong to those of a matrix, the same pattern at each call."""
-        if self._kept is None:
-            matrix, _ = self.assembled
-            self._kept = np.searchsorted(_keys(matrix), _keys(as_csr(other)))
-        return self._kept
+    def add(self, other):
+        """The matrix K + `other`, whose entries have places in K, the same ones at each call."""
+        if not len(self._places):
+            self._places = _places(self.matrix, other)
+            self._own = self._values[self._places]
+        self._values[self._places] = self._own + other.AsVector().FV().NumPy()
+        return self.matrix
 
 
-def _keys(matrix):
-    """One number for the place of each entry of a CSR matrix, ascending."""
-    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
-    return rows * matrix.shape[1] + matrix.indices
+def _places(matrix, other):
+    """Numbers of the values of a matrix that belong to those of another one."""
+    (_, columns, starts), (_, wanted, ends) = matrix.CSR(), other.CSR()
+    columns, wanted = np.asarray(columns), np.asarray(wanted)
+    starts, ends = np.array(starts, int), np.array(ends, int)
+    rows = np.flatnonzero(np.diff(ends))
+    parts = [(slice(starts[row], starts[row + 1]), slice(ends[row], ends[row + 1])) for row in rows]
+    return np.concatenate([one.start + np.searchsorted(columns[one], wanted[own]) for one, own in parts])
 
 
 def default_rho(body, method):

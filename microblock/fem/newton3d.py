@@ -23,9 +23,9 @@ from ..model.solver import SOLVED
 from ..threads import bounded
 from . import contact_term
 from .body import FIELDS3D, HELD3D, Fields
-from .bulk import as_csr
 from .condensation import LINKED, of_factors, require_pressed, with_psi_constrained
 from .facets import ContactNodes
+from .newton import Tangent
 from .solver3d import RESIDUAL, Solver3D
 from .state3d import State3D
 
@@ -63,7 +63,8 @@ class NewtonSolver3D(Solver3D):
         if load is None and approach <= g0.min():
             raise BadArgument("approach", approach, NOT_YET)
         rho = self.options.rho or self._usual_rho(nodes)
-        term, steps, kkt = Penalised(nodes, g0, self.law, rho, load), 0, 1.0
+        space, steps, kkt = self.system.space, 0, 1.0
+        term = Penalised(nodes, space, g0, self.law, rho, load)
         unknowns = np.zeros(nodes.body.space.ndof + 1)
         # from first touch on, else the approach would be free
         first = g0.min() + 1e-9 * np.ptp(g0[np.isfinite(g0)])
@@ -121,7 +122,7 @@ class NewtonSolver3D(Solver3D):
         loads = np.einsum("cin,cn->in", self.directions(nodes.points), forces)
         state = ng.GridFunction(nodes.body.space)
         state.vec.FV().NumPy()[:] = unknowns[:-1]
-        exerted = self.system.product(unknowns[:-1]) - nodes.onto.T @ loads.ravel()
+        exerted = self.system.internal(unknowns)[:-1] - nodes.onto.T @ loads.ravel()
         fields = Fields(nodes.body, state.components, exerted)
         unbalanced = np.abs(exerted[np.array(nodes.body.space.FreeDofs())]).max() / np.abs(loads).max()
         if law.clamped:  # but what planes of symmetry exert
@@ -154,6 +155,7 @@ class Penalised:
     Parameters
     ----------
     nodes : ContactNodes
+    space : product of the body's space and that of the approach
     g0 : array (corners, n)
         Initial gaps; inf where a corner cannot touch.
     law : Law
@@ -168,13 +170,12 @@ class Penalised:
     form : BilinearForm, the term's variations
     """
 
-    def __init__(self, nodes, g0, law, rho, load):
+    def __init__(self, nodes, space, g0, law, rho, load):
         self.nodes, self.g0, self.rho, self.load = nodes, g0, rho, load
         body, self.multipliers = nodes.body, np.zeros(g0.shape)
         self.arms = body.solid.ell * law.arms(nodes.points, nodes.normals)
         self._moved = [nodes.motion(nodes.normals, arms) for arms in self.arms]
         self._given = [ng.GridFunction(nodes.multipliers) for _ in g0]
-        space = body.space * ng.NumberSpace(body.mesh, definedon=nodes.region)
         *fields, d = space.TrialFunction()
         lowering, vectors = nodes.lowering(d), body.vectors(fields)
         term = contact_term.contact(nodes, g0, self.arms, *vectors, self._given, lowering, rho)
@@ -193,15 +194,6 @@ class Penalised:
         """Gaps (22), array (corners, n)."""
         return self.g0 - [moved @ unknowns[:-1] for moved in self._moved] - unknowns[-1]
 
-    def linearised(self, unknowns):
-        """(First variation, array; tangent, csr_matrix) at unknowns and approach, array."""
-        state = ng.GridFunction(self.form.space).vec
-        state.FV().NumPy()[:] = unknowns
-        residual = state.CreateVector()
-        self.form.Apply(state, residual)
-        self.form.AssembleLinearization(state)
-        return residual.FV().NumPy().copy(), as_csr(self.form.mat)
-
 
 class Systems:
     """The linear systems of a body with springs at its contact nodes, solved by conjugate gradients.
@@ -216,42 +208,32 @@ class Systems:
         rows, linked = body.space.FreeDofs().NumSet(), LINKED * body.order
         needed = COPIES * cost.ENTRY * rows * linked + len(FIELDS3D) * of_factors(rows / 6, linked / 6)
         cost.require_room(needed, f"a body of {rows} unknowns", "take longer elements or a lower order")
-        self.matrix = body.bulk().mat
-        self._free = np.append(np.array(body.space.FreeDofs(), bool), True)
-        self._parts = {name: alone(body, name) for name in FIELDS3D}
-        self._one_field = [self._parts["u3"][0].CreateColVector() for _ in range(2)]
-        self._springs = ng.GridFunction(ng.H1(body.mesh, order=1))
-        trace = nodes.traces["u3"]
-        vertices = np.diff(trace.indptr) == 1  # the first unknowns are those of the vertices
-        self._vertices = vertices, trace.indices[trace.indptr[:-1]][vertices]
-        self._in, self._out = (self.matrix.CreateColVector() for _ in range(2))
-        self.products, self._prepared = 0, b""
+        self.space = body.space * ng.NumberSpace(body.mesh, definedon=nodes.region)
+        self.tangent = Tangent(body, self.space, nodes, body.acting())
+        self._free = np.array(self.space.FreeDofs(), bool)
+        self._parts = {name: self._factors(name) for name in FIELDS3D}
+        self._prepared, self.products = b"", 0
+        self._vectors = [self.tangent.matrix.CreateColVector() for _ in range(2)]
 
-    def product(self, fields):
-        """K times unknowns."""
-        self._in.FV().NumPy()[:] = fields
-        self._out.data = self.matrix * self._in
-        return self._out.FV().NumPy().copy()
+    def _factors(self, name):
+        """Cholesky factors of the block of a field, as an operator on all unknowns."""
+        own, chosen = self.nodes.body.unknowns_of(name), ng.BitArray(self.space.ndof)
+        chosen.Clear()
+        for number in np.flatnonzero(self._free[own]) + own.start:
+            chosen.Set(int(number))
+        return self.tangent.matrix.Inverse(chosen, "sparsecholesky")
 
-    def precondition(self, forces):
-        """Each field by itself."""
-        found = np.empty_like(forces)
-        for name, (part, *_) in self._parts.items():
-            own = self.nodes.body.unknowns_of(name)
-            right, solution = self._one_field
-            right.FV().NumPy()[:] = forces[own]
-            solution.data = part * right
-            found[own] = solution.FV().NumPy()
-        return found
+    def _applied(self, operator, values):
+        """What an operator of NGSolve makes of an array."""
+        given, found = self._vectors
+        given.FV().NumPy()[:] = values
+        found.data = operator * given
+        return found.FV().NumPy().copy()
 
-    def _prepare(self, term, closed):
-        """Make the preconditioner of fields with springs at closed corners, array (corners, n), anew."""
-        nodes, vertices = self._vertices
-        factors = {"u3": 1.0, "psi1": term.arms[..., 1], "psi2": term.arms[..., 0]}
-        for name, factor in factors.items():
-            density = term.rho * np.sum(closed * factor**2, axis=0)
-            self._springs.vec.FV().NumPy()[vertices] = density[nodes]
-            self._parts[name] = alone(self.nodes.body, name, self._springs)
+    def internal(self, unknowns):
+        """K x, array, of unknowns and approach."""
+        self._vectors[0].FV().NumPy()[:] = unknowns
+        return self.tangent.internal(self._vectors[0])
 
     def solve(self, term, closed, unknowns, linear):
         """Unknowns and approach at which the functional is stationary for this set of closed corners.
@@ -263,27 +245,31 @@ class Systems:
         unknowns : array (unknowns + 1,), that have this set
         linear : float, residual relative to the internal forces
         """
-        free = self._free.copy()
+        free, stiff = self._free.copy(), term.rho * np.sum(closed * self.nodes.weights)
         free[-1] = term.load is not None
-        first, tangent = term.linearised(unknowns)
-        stiff = term.rho * np.sum(closed * self.nodes.weights)
+        state, residual = self._vectors
+        state.FV().NumPy()[:] = unknowns
+        term.form.Apply(state, residual)
+        right = np.where(free, -residual.FV().NumPy() - self.internal(unknowns), 0.0)
+        state.FV().NumPy()[:] = unknowns
+        term.form.AssembleLinearization(state)
+        matrix, set_of = self.tangent.add(term.form.mat), closed.tobytes() + str(term.rho).encode()
+        if self._prepared != set_of:
+            self._parts |= {name: self._factors(name) for name in ("u3", "psi1", "psi2")}  # with springs
+            self._prepared = set_of
+        blocks = sum(list(self._parts.values())[1:], list(self._parts.values())[0])
 
         def product(vector):
             self.products += 1
-            vector = np.where(free, vector, 0.0)
-            found = tangent @ vector
-            found[:-1] += self.product(vector[:-1])
-            return np.where(free, found, 0.0)
+            return np.where(free, self._applied(matrix, np.where(free, vector, 0.0)), 0.0)
 
         def precondition(vector):
-            return np.where(free, np.append(self.precondition(vector[:-1]), vector[-1] / stiff), 0.0)
+            found = self._applied(blocks, vector)
+            found[-1] = free[-1] * vector[-1] / stiff
+            return found
 
-        if self._prepared != closed.tobytes() + bytes(str(term.rho), "ascii"):
-            self._prepare(term, closed)
-            self._prepared = closed.tobytes() + bytes(str(term.rho), "ascii")
-        first[:-1] += self.product(unknowns[:-1])
-        left, step, before, failed = np.where(free, -first, 0.0), np.zeros_like(first), np.inf, False
-        right, size = left, np.linalg.norm(left)
+        left, step, before, failed = right, np.zeros_like(right), np.inf, False
+        size = np.linalg.norm(left)
         system, inverse = (LinearOperator((len(left),) * 2, each) for each in (product, precondition))
         # with a large rho `right` is a small difference of large numbers: what is left is to be small beside
         # the internal forces, and is solved for again as long as rounding lets it shrink
@@ -291,7 +277,7 @@ class Systems:
             more, failed = cg(system, left, rtol=0, atol=linear * size, maxiter=LINEAR_STEPS, M=inverse)
             step, before = step + more, now
             left = right - product(step)
-            size = np.linalg.norm(self.product((unknowns + step)[:-1])[free[:-1]])
+            size = np.linalg.norm(self.internal(unknowns + step)[self._free])
         off = np.linalg.norm(left) / max(size, 1e-300)
         if not off <= max(10 * linear, SOLVED):
             raise NotConverged(
@@ -299,20 +285,3 @@ class Systems:
                 f"take a smaller rho, or Condensed(); {HELD3D}"
             )
         return unknowns + step
-
-
-def alone(body, name, stiff=None):
-    """The scalar problem of a field of a body: (its inverse or multigrid, what that is made of, ...), which
-    it does not keep itself; `stiff` is the stiffness of springs on the contact boundary, an expression."""
-    solid, space = body.solid, ng.H1(body.mesh, order=body.order, dirichlet=body.fixed.get(name, ""))
-    trial, test = space.TnT()
-    form = ng.BilinearForm(space, symmetric=True)
-    slope = solid.mu * ng.InnerProduct(ng.grad(trial), ng.grad(test))
-    if name.startswith("u"):
-        form += slope * ng.dx
-    else:
-        form += (solid.curvature * solid.ell**2 / 2 * slope + 4 * solid.mu_c * trial * test) * ng.dx
-    if stiff is not None:
-        form += stiff * trial * test * ng.ds(definedon=body.boundary(body.contact))
-    form.Assemble()
-    return form.mat.Inverse(space.FreeDofs(), "sparsecholesky"), form, space
