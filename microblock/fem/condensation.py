@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import ngsolve as ng
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpotri
 from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
@@ -129,29 +129,9 @@ class Condensed(ContactNodes):
         """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""
         return self.moments_of("psi", self._bulk.matrix @ fields.values)
 
-    def flexibility(self, directions, clamped=False):
-        """H of corners with these (1, lever) at the nodes, array (corners, 3, n), as a product; if `clamped`
-        phi = 0."""
-        factor, rows = self.factor, self.rows
-        if clamped:
-            pressed = self._lowering()
-            factor, rows = _without_rotation(factor, pressed), rows[:, pressed]
-        return Flexibility3D(directions, factor, rows.tocsr())
-
-    def _lowering(self):
-        """Numbers of the contact unknowns of u3."""
-        return np.flatnonzero(np.diff(self.rows[: len(self.weights)].tocsc().indptr))
-
-    def held_moments(self, forces):
-        """Nodal moments (m1, m2), array (2, n), that keep phi = 0 under nodal forces F, array (n,)."""
-        n, pressed = len(self.weights), self._lowering()
-        turned = np.setdiff1d(np.arange(len(self.factor)), pressed)
-        own = self.factor[pressed]
-        lowered = _solved(_without_rotation(self.factor, pressed), self.rows[:n, pressed].T @ forces)
-        moments = np.zeros(2 * n)
-        rows, there = self.rows[n:, turned], np.concatenate((self.free["psi2"], self.free["psi1"]))
-        moments[there] = splu(rows[there].T.tocsc()).solve(self.factor[turned] @ (own.T @ lowered))
-        return moments.reshape(2, n)
+    def flexibility(self, directions):
+        """H of corners with these (1, lever) at the nodes, array (corners, 3, n), as a product, in space."""
+        return Flexibility3D(directions, self.factor, self.rows.tocsr())
 
 
 @dataclass(frozen=True)
@@ -203,11 +183,6 @@ class Flexibility3D:
 def of_factors(rows, entries):
     """Bytes to factorise the matrix of a body in three dimensions with so many rows and entries in a row."""
     return FACTOR_ENTRY * FILLED * entries * rows ** (4 / 3)
-
-
-def _without_rotation(factor, pressed):
-    """The Cholesky factor of the Schur complement of u3 alone, the rotations being 0."""
-    return cholesky(factor[pressed] @ factor[pressed].T, lower=True)
 
 
 def _solved(factor, right):

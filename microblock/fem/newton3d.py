@@ -126,9 +126,7 @@ class NewtonSolver3D(Solver3D):
         fields = Fields(nodes.body, state.components, exerted)
         unbalanced = np.abs(exerted[np.array(nodes.body.space.FreeDofs())]).max() / np.abs(loads).max()
         if law.clamped:  # but what planes of symmetry exert
-            m1, m2 = (nodes.moments_of(name, exerted) for name in ("psi1", "psi2"))
-            loads[1:] = np.array((-m2, m1)) * 2 / self.solid.ell
-            loads[1:] *= [nodes.is_free(name, self.body) for name in ("psi2", "psi1")]
+            loads[1:] = self.held_moments(exerted)
         surface = (nodes.onto @ unknowns[:-1]).reshape(3, -1)
         found = State3D(
             self.contact,

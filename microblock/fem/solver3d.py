@@ -30,14 +30,14 @@ class Solver3D(Solver):
 
     @property
     def nodes(self):
-        """The contact nodes of the body, condensed."""
-        return condensed(self.body)
+        """The contact nodes of the body, condensed; a law that prescribes psi constrains psi1 and psi2."""
+        return condensed(self.body, self.body.contact, self.surface_law.clamped)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         """Returns the State3D; parameters and errors are those of `Solver.solve`."""
         self.require_no_rtol(rtol)
         nodes, law = self.nodes, self.surface_law
-        H = nodes.flexibility(self.directions(nodes.points), law.clamped)
+        H = nodes.flexibility(self.directions(nodes.points))
         found = projected_gradients.solve(
             H, self.reachable_gaps(), load=load, approach=approach, rtol=RESIDUAL
         )
@@ -49,7 +49,7 @@ class Solver3D(Solver):
         forces = self.of_least_norm(found.forces, closed)
         loads = H.loads(forces)
         if law.clamped:
-            loads[1:] = nodes.held_moments(loads[0])
+            loads[1:] = self.held_moments(nodes.fields(loads).forces)
         state = State3D(
             self.contact,
             found.load,
@@ -86,6 +86,16 @@ class Solver3D(Solver):
         """(1, lever) of each corner at points, array (corners, 3, n), the levers being those of phi."""
         levers = -2 * self.law.arms(points, np.zeros_like(points) + (0.0, 0.0, 1.0))[..., :2]
         return np.concatenate((np.ones_like(levers[..., :1]), levers), axis=2).swapaxes(1, 2)
+
+    def held_moments(self, exerted):
+        """Nodal moments (m1, m2) in the measure of phi, array (2, n), of what keeps psi1 and psi2 on the
+        contact boundary, from what is exerted in all unknowns; not of planes of symmetry.
+        """
+        m1, m2 = (
+            self.nodes.moments_of(name, exerted) * self.nodes.is_free(name, self.body)
+            for name in ("psi1", "psi2")
+        )
+        return np.array((-m2, m1)) * 2 / self.solid.ell
 
     def of_least_norm(self, forces, closed):
         """The forces of least norm with the same resultants, arrays (corners, n): of a block that all corners
