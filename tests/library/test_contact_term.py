@@ -3,11 +3,12 @@
 import ngsolve as ng
 import numpy as np
 import pytest
-from ngsolve.meshes import MakeStructured2DMesh
+from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 
 from microblock import Body, Cosserat, Cylinder, Microblock, Microclamped, Plane, Punch, Unilateral
 from microblock.fem import meshes, meshes3d
-from microblock.fem.facets import ContactFacets, lobatto
+from microblock.fem.facets import ContactFacets, ContactNodes, lobatto
+from microblock.fem.newton3d import Penalised
 from microblock.model import law
 
 SOLID = Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
@@ -259,3 +260,31 @@ def test_energy_is_10_to_12_at_random_states(block, dim):
     bent = a * np.trace(turns) ** 2 + (c + b) * square(sym(turns)) + (c - b) * square(skew(turns))
     W += solid.ell**2 * solid.mu / 2 * bent
     assert body.energy(*state.components)(place) == pytest.approx(W, rel=1e-12)  # rounding
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_contact_term_in_space_with_given_multipliers(order):
+    """The same on facets that are no parallelograms, where areas of nodes are not the rule's weights."""
+    mesh = MakeStructured3DMesh(
+        nx=2, mapping=lambda x, y, z: (x + 0.6 * x * (1 - x) * y, y - 0.4 * y * (1 - y) * x, z - 1)
+    )
+    body, (p1, p2), rho = Body(mesh, SOLID, order, fixed="bottom", contact="top"), (0.05, -0.03), 7.0
+    nodes, random = ContactNodes(body), np.random.default_rng(3)
+    g0, lams = random.normal(size=(2, 4, len(nodes.weights)))
+    g0[random.random(g0.shape) < 0.2] = np.inf  # out of reach
+    space = body.space * ng.NumberSpace(mesh, definedon=nodes.region)
+    term = Penalised(nodes, space, g0, Microblock((p1, p2)), rho, None)
+    term.update(lams)
+    state = at_random(space, 8, 0.1)
+    *fields, d = state.components
+    psi0, e, total = np.array((p1, p2, 0.0)), np.eye(3), 0.0
+    S1, S2, N = (axis + np.cross(psi0, axis) for axis in e)
+    # a point of a bilinear facet is located by NGSolve to some digits alone
+    at_nodes = np.array([nodes.traces[name] @ own.vec.FV().NumPy() for name, own in zip(body.names, fields)])
+    for i, (values, weight) in enumerate(zip(at_nodes.T, nodes.weights)):
+        for c, (a, b) in enumerate(((-1, -1), (-1, 1), (1, -1), (1, 1))):
+            arm = SOLID.ell / 2 * (N + a * S1 + b * S2)
+            g, lam = g0[c, i] - d.vec[0] - (values[:3] + np.cross(values[3:], arm))[2], lams[c, i]
+            total += weight * ((lam + rho / 2 * g) * g if lam + rho * g <= 0 else -(lam**2) / (2 * rho))
+    assert term.form.Energy(state.vec) == pytest.approx(total, rel=1e-12)  # rounding
+    assert np.ptp(nodes.weights / nodes.shares) > (1e-3 if order == 1 else -1)
