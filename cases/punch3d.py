@@ -34,7 +34,7 @@ def quarter(solid, size, facets):
     x = meshes3d.graded(step * math.ceil(reach / step), step, size, growth=1.8)
     depth = meshes3d.graded(0.5, step, size, growth=1.8)
     mesh = meshes3d.block(x, x, -depth[::-1], reach=reach)
-    return mb.Body3D(mesh, solid, fixed=meshes3d.supports("bottom", x1="left", x2="front"))
+    return mb.Body(mesh, solid, 1, fixed=meshes3d.supports("bottom", x1="left", x2="front"))
 
 
 def solve(

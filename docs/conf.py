@@ -66,7 +66,7 @@ for folder, heading in {
 for path in FILES:
     text = path.read_text()
     if path.parent.name in ("cases", "paper") and "    plt.show()" in text:
-        plane = "space" if re.search("HalfSpace|Body3D", text) else "plane"
+        plane = "space" if re.search("HalfSpace|meshes3d", text) else "plane"
         shutil.copy(path, SCRIPTS / {"paper": "the_paper"}.get(path.parent.name, plane))
 # README links to it
 shutil.copytree(

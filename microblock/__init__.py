@@ -23,7 +23,6 @@ _HOME = {
     "HalfSpace": "halfspace.half_space",
     "Block": "model.bodies",
     "Body": "fem.body",
-    "Body3D": "fem.body3d",
     "Plane": "model.obstacles",
     "Cylinder": "model.obstacles",
     "Wedge": "model.obstacles",
@@ -57,12 +56,18 @@ _HOME = {
     "MissingExtra": "errors",
 }
 
+_RENAMED = {"Body3D": "is mb.Body now, of order 2 where none is named: mb.Body(mesh, solid, order=1)"}
+
 __all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> object:
     if name in _HOME:
         return getattr(import_module(f".{_HOME[name]}", __name__), name)
+    if name in _RENAMED:
+        from .errors import BadArgument
+
+        raise BadArgument("name", name, _RENAMED[name])
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

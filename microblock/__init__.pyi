@@ -7,7 +7,6 @@ from .errors import MicroblockError as MicroblockError
 from .errors import MissingExtra as MissingExtra
 from .errors import NotConverged as NotConverged
 from .fem.body import Body as Body
-from .fem.body3d import Body3D as Body3D
 from .halfplane.kernels import HalfPlane as HalfPlane
 from .halfspace.half_space import HalfSpace as HalfSpace
 from .halfspace.obstacles import Cone as Cone

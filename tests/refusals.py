@@ -32,7 +32,7 @@ import cases.__main__ as commands
 import microblock as mb
 from microblock.command import flag, options
 from microblock.corners import active_set, projected_gradients
-from microblock.fem import body, body3d, condensation, facets, friction, meshes, meshes3d, newton, newton_path
+from microblock.fem import body, condensation, facets, friction, meshes, meshes3d, newton, newton_path
 from microblock.halfplane import kernels
 from microblock.view.explorer import Explorer
 from microblock.view.friction_explorer import FrictionExplorer
@@ -66,7 +66,7 @@ ABOVE, NARROW = (
 )
 GRADES = meshes3d.graded(reach=0.6, step=0.3, far=3.0, growth=2.0)
 MESH3D = meshes3d.block(GRADES, GRADES, -GRADES[::-1], reach=0.6)
-SPACE = mb.Body3D(MESH3D, SOLID, fixed=meshes3d.supports("bottom", x1="left", x2="front"))
+SPACE = mb.Body(MESH3D, SOLID, 1, fixed=meshes3d.supports("bottom", x1="left", x2="front"))
 PROBLEMS = {
     "panels": mb.Contact(GROUND, CYLINDER, LAW),
     "cells": mb.Contact(GROUND, CYLINDER, LAW, mb.Cells(nodes=64, window=(-1, 1))),
@@ -135,7 +135,8 @@ NAMES = {
     "projected_gradients": projected_gradients,
     "load_path": newton_path.load_path,
     "Loads": body.Loads,
-    "Loads3D": body3d.Loads3D,
+    "Loads3D": body.Loads,  # and bodies, in space
+    "Body3D": mb.Body,
     "Condensation": condensation.Condensed,
     "ContactFacets": facets.ContactFacets,
     "MonolithicNewton": newton.MonolithicNewton,
@@ -290,14 +291,15 @@ LEFT_OUT = {
     name
     for names in (
         # take fields of NGSolve, which checks them
-        "Cosserat.couple_stress Cosserat.energy Cosserat.stress Body.energy Body.gradients Body.potential",
+        "Cosserat.couple_stress Cosserat.energy Cosserat.stress Body.energy",
         # parts of solvers, which call them with what is checked
-        "Body.held_on Body.prescribe Body.pressed Body.scalar Body.set_on Body.values_on Body3D.bulk "
-        "Body3D.check Body3D.unknowns_of HalfSpace.check MeshBody.boundary MeshBody.integrated MeshBody.once "
-        "HalfPlane.cells HalfPlane.compliance.clamped",
+        "Body.acting Body.boundary Body.held_on Body.prescribe Body.pressed Body.scalar Body.set_on "
+        "Body.values_on Body.bulk Body.unknowns_of Body.vectors Body.strains Body.integrated Body.once "
+        "HalfSpace.check HalfPlane.cells HalfPlane.compliance.clamped",
         # laws and obstacles, which solvers ask for places of theirs
         "Law.initial_rotation Law.shifts Microblock.angle Microblock.initial_gaps "
-        "Microblock.initial_rotation Microblock.levers Microblock.shifts Unilateral.initial_gaps "
+        "Microblock.initial_rotation Law.arms Microblock.arms Microblock.levers Microblock.shifts "
+        "Unilateral.initial_gaps "
         "Unilateral.levers Cone.height Cylinder.height Deformable.height Ellipsoid.height "
         "FlatPunch.height Plane.height Punch.height Rough.height RoughSurface.height Sphere.height "
         "Wave.height Wedge.height",

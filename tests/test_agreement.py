@@ -42,7 +42,7 @@ def mesh(ell=0.1):
 @cache
 def cube(order=1):
     x = np.linspace(0, 1, 6 if order == 1 else 3)
-    return mb.Body3D(meshes3d.block(x, x, x - 1), SOLID, order, fixed="bottom")
+    return mb.Body(meshes3d.block(x, x, x - 1), SOLID, order, fixed="bottom")
 
 
 def bowl(x1, x2):
@@ -230,7 +230,7 @@ def test_a_slab_in_plane_strain_is_the_plane_body():
     for order, law in ((1, mb.Microblock(0.02)), (2, mb.Microblock()), (1, mb.Unilateral())):
         body = mb.Body(meshes.ng.Mesh(flat.ngmesh), solid, order, fixed="bottom")
         line = mb.Contact(body, mb.Cylinder(2.0), law).solve(load=8.0)
-        body = mb.Body3D(slab, solid, order, fixed=fixed)
+        body = mb.Body(slab, solid, order, fixed=fixed)
         surface = mb.Contact(body, lambda x1, x2: x1**2 / 4 + 0 * x2, law).solve(load=4.0)
         row, close = np.flatnonzero(surface.x2 == 0), 1e-7 * line.pressure.max()
         assert surface.pressure[row] == pytest.approx(line.pressure, abs=close)
@@ -247,7 +247,7 @@ def test_a_large_block_is_a_half_space():
     for far in (5.0, 10.0):
         x, depth = (meshes3d.graded(reach=c * a, step=0.2 * a, far=far * a, growth=1.8) for c in (1.6, 0.6))
         block = meshes3d.block(x, x, -depth[::-1], reach=1.6 * a)
-        blocks.append(mb.Body3D(block, solid, 1, fixed=meshes3d.supports("bottom", x1="left", x2="front")))
+        blocks.append(mb.Body(block, solid, 1, fixed=meshes3d.supports("bottom", x1="left", x2="front")))
     for law in (mb.Unilateral(), mb.Microblock(), mb.Microclamped()):
         half = mb.Contact(mb.HalfSpace(solid), mb.Sphere(10.0), law, mb.Cells(nodes=96)).solve(load=1.0)
         near, found = (mb.Contact(body, mb.Sphere(10.0), law).solve(load=0.25) for body in blocks)
@@ -354,7 +354,7 @@ def test_a_symmetric_problem_is_the_same_without_the_symmetry():
     x = meshes3d.graded(reach=0.6, step=0.15, far=2.0, growth=2.0)
     both = np.concatenate((-x[:0:-1], x))
     part, full = (
-        mb.Body3D(meshes3d.block(y, y, -x[::-1], reach=0.6), SOLID, fixed=fixed)
+        mb.Body(meshes3d.block(y, y, -x[::-1], reach=0.6), SOLID, 1, fixed=fixed)
         for y, fixed in ((x, meshes3d.supports("bottom", x1="left", x2="front")), (both, "bottom"))
     )
     found, wanted = (

@@ -227,7 +227,7 @@ def mesh():
 def block():
     x = meshes3d.graded(reach=0.6, step=0.2, far=2.0, growth=2.0)
     fixed = meshes3d.supports("bottom", x1="left", x2="front")
-    body = mb.Body3D(meshes3d.block(x, x, -x[::-1], 0.6), SOLID, fixed=fixed)
+    body = mb.Body(meshes3d.block(x, x, -x[::-1], 0.6), SOLID, 1, fixed=fixed)
     return mb.Contact(body, mb.Sphere(R=10), mb.Microblock())
 
 

@@ -167,7 +167,7 @@ def test_a_body_of_elements_has_hertz_where_blocks_are_small():
     """A quarter of a block of 8 radii, elements of 1/6: the edge of the contact lies within one."""
     x, depth = (meshes3d.graded(reach=reach, step=1 / 6, far=8.0, growth=1.8) for reach in (1.5, 0.6))
     mesh = meshes3d.block(x, x, -depth[::-1], reach=1.5)
-    body = mb.Body3D(mesh, small(1e-3), 1, fixed=meshes3d.supports("bottom", x1="left", x2="front"))
+    body = mb.Body(mesh, small(1e-3), 1, fixed=meshes3d.supports("bottom", x1="left", x2="front"))
     state = mb.Contact(body, mb.Sphere(1.0), mb.Unilateral()).solve(load=1 / 3)
     exact = ellipsoid(np.hypot(state.x1, state.x2))
     assert np.sqrt(state.weights @ (state.pressure - exact) ** 2 / (state.weights @ exact**2)) < 0.05

@@ -1,7 +1,9 @@
-"""A Cosserat body on a mesh: the compound H1 space of (u1, u2, psi), its energy, loads and supports."""
+"""A Cosserat body on a mesh of one, two or three dimensions: its fields, energy, loads and supports."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import reduce
+from operator import mul
 from typing import NamedTuple
 
 import ngsolve as ng
@@ -9,16 +11,27 @@ import numpy as np
 
 from .. import cost
 from ..errors import BadArgument, NotConverged, require_finite, require_flag, require_kind, require_whole
+from ..halfspace.obstacles import heights
+from ..halfspace.symbol import require_stable
 from ..model.fields import PointFields
 from ..model.fields import points as at_points
 from ..model.material import Cosserat
 from ..model.methods import Condensed, Newton
 from ..model.summary import Row, Shown, Summary
 from ..threads import bounded
+from . import contact_term
 from .meshes import Travelling, body_anew, require_sound
 
 USUAL_CONTACT = "contact"  # the name of the contact boundary
 FIELDS = ("u1", "u2", "psi")
+FIELDS3D = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
+PLACES = {name: number for number, name in enumerate(FIELDS3D)} | {"psi": 5}  # among u and psi as vectors
+SOLVERS3D = {Condensed: "fem.solver3d.Solver3D", Newton: "fem.newton3d.NewtonSolver3D"}
+HELD = "are rigid motions fixed, and psi where beta = 0?"
+# of a body in space
+HELD3D = HELD + (
+    " With alpha' and beta' (13) does not make the energy of a body with a free surface positive"
+)
 CURVED = 4  # more integration orders, with which energies of curved elements of order 1 err by 4e-9
 GIVEN = 4  # more integration orders than a field has, for loads, which are functions of the user
 SINGULAR = 1e-8  # relative residual of a direct solve beyond which the matrix counts as singular
@@ -42,6 +55,8 @@ def require_finite_within(**arguments):
 @dataclass(frozen=True)
 class Loads:
     """Dead loads of (8); every value a number or an NGSolve CoefficientFunction.
+
+    In three dimensions forces have three components, and so have couples.
 
     Parameters
     ----------
@@ -67,15 +82,109 @@ class Loads:
         require_finite_within(**vars(self))
 
 
-class MeshBody(Shown):
-    """Base of bodies on meshes, whatever their dimension.
+class Body(Shown):
+    """A linear Cosserat body: mesh, material, spaces and supports.
 
-    Attributes
+    In three dimensions it is pressed from above: its contact boundary is horizontal (normal e3, at one height
+    or several), of quadrilaterals, as of hexahedra, of any order, or of triangles with order 1. Obstacles are
+    those over a surface, `Sphere` and the like, or any ``height(x1, x2)``, counted from x3 = 0; laws have
+    four corners as on a `HalfSpace`, and states have three dimensions, see `microblock.State`.
+
+    Parameters
     ----------
-    names : tuple of str, of the fields
-    mesh, solid, order, order_psi, element_orders, fixed, prescribed, periodic, contact : as of `Body`
-    space : NGSolve's space of all fields
+    mesh : ngsolve.Mesh
+        Triangles, quadrilaterals (curved or not), a 1D mesh of the depth x2 (`meshes.line`), or a mesh in
+        three dimensions; `microblock.fem.meshes3d.block` makes one of hexahedra. The kernel of geometries
+        that makes it has tolerances of 1e-7 in its unit of length: a body of 1e-9 m is drawn in nanometres.
+        Numbers here have no unit, and results do not depend on it.
+    solid : Cosserat
+    order : int or array (elements,) of int
+        Polynomial order of u. With one for each element all fields have it, and an edge has the larger one of
+        its neighbours.
+    order_psi : int, optional
+        Polynomial order of psi; without it that of u.
+    fixed : str or mapping
+        Boundaries on which all fields are 0, or {field: boundaries}; names as NGSolve's patterns. Fields are
+        u1, u2 and psi, in three dimensions u1, u2, u3, psi1, psi2 and psi3.
+    prescribed : {field: {boundary: value}}, optional
+        Boundaries on which a field has this value (a number or CoefficientFunction); the same at identified
+        points.
+    periodic : bool
+        Whether the fields are identified on boundaries that the mesh identifies.
+    contact : str
+        Name or pattern of the boundary that an obstacle may touch.
+
+    Raises
+    ------
+    BadArgument
+        If an argument is out of range, a boundary is unknown, or the mesh has points that are no numbers,
+        elements without area (volume) or elements of the other orientation; in three dimensions also if the
+        solid lets short waves of a free surface turn by themselves.
+
+    Examples
+    --------
+    >>> from microblock.fem import meshes
+    >>> from microblock.fem.body import Loads
+    >>> mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
+    >>> body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), order=2, fixed="bottom")
+    >>> fields = body.solve(Loads(traction={"contact": (0, -1)}))
+    >>> fields.u2(mesh(0.1, -0.1)) < 0
+    True
+    >>> body                                  # in a notebook a table, with the moduli
+    <Cosserat body: 32 elements in 2D, order 2, 408 unknowns>
+
+    A quarter of a block in space, between two planes of symmetry:
+
+    >>> from microblock.fem import meshes3d
+    >>> x = meshes3d.graded(reach=0.6, step=0.15, far=3.0, growth=2.0)
+    >>> mesh = meshes3d.block(x, x, -x[::-1], reach=0.6)
+    >>> fixed = meshes3d.supports("bottom", x1="left", x2="front")
+    >>> body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), order=1, fixed=fixed)
+    >>> state = mb.Contact(body, mb.Sphere(R=10), mb.Microblock()).solve(load=0.25)   # of the quarter
+    >>> round(float(state.weights @ state.pressure), 9), state.approach > 0
+    (0.25, True)
     """
+
+    def __init__(
+        self,
+        mesh,
+        solid: Cosserat,
+        order=2,
+        *,
+        order_psi=None,
+        fixed=(),
+        prescribed=None,
+        periodic=False,
+        contact=USUAL_CONTACT,
+    ):
+        require_sound(mesh)
+        require_kind(Cosserat, "a Cosserat", solid=solid)
+        if mesh.dim == 3:
+            self.check = require_heights
+            if solid.beta > 0:  # else psi has nothing to do with u
+                require_stable(solid)
+        require_kind(str, "the name of a boundary", contact=contact)
+        require_kind((Mapping, type(None)), "{field: {boundary: value}}", prescribed=prescribed)
+        require_flag(periodic=periodic)
+        self.mesh, self.solid, self.periodic, self.contact = mesh, solid, periodic, contact
+        self.element_orders = None if isinstance(order, int | np.integer) else self._graded(order, order_psi)
+        order = order if self.element_orders is None else int(self.element_orders.max())
+        require_whole(1, order=order)
+        require_whole(1, order_psi=order if order_psi is None else order_psi)
+        self.order, self.order_psi = order, order if order_psi is None else order_psi
+        self.names = FIELDS3D if mesh.dim == 3 else FIELDS
+        self.prescribed = dict(prescribed or {})
+        require_finite_within(prescribed=self.prescribed)
+        self.fixed = self._patterns(fixed)
+        self.spaces = [
+            self.scalar(order if name[0] == "u" else self.order_psi, dirichlet=self.fixed.get(name, ""))
+            for name in self.names
+        ]
+        self.space = reduce(mul, self.spaces)
+        self._require_periodic_values()
+        if contact != USUAL_CONTACT:
+            self.boundary(contact, "contact")
+        self.derived: dict = {}  # what costs a factorisation, see `once`
 
     def __reduce__(self):
         """A copy, or what comes out of a file, is made anew: NGSolve loses orders of single elements."""
@@ -160,88 +269,6 @@ class MeshBody(Shown):
         order = 2 * max(self.order, self.order_psi) + self.bonus
         return ng.Integrate(density, self.mesh, order=order, **options)
 
-
-class Body(MeshBody):
-    """A linear Cosserat body: mesh, material, spaces and supports.
-
-    Parameters
-    ----------
-    mesh : ngsolve.Mesh
-        Triangles, quadrilaterals (curved or not), or a 1D mesh of the depth x2 (`meshes.line`). The kernel of
-        geometries that makes it has tolerances of 1e-7 in its unit of length: a body of 1e-9 m is drawn in
-        nanometres.
-        Numbers here have no unit, and results do not depend on it.
-    solid : Cosserat
-    order : int or array (elements,) of int
-        Polynomial order of u. With one for each element all fields have it, and an edge has the larger one of
-        its neighbours.
-    order_psi : int, optional
-        Polynomial order of psi; without it that of u.
-    fixed : str or mapping
-        Boundaries on which u1 = u2 = psi = 0, or {field: boundaries}; names as NGSolve's patterns.
-    prescribed : {field: {boundary: value}}, optional
-        Boundaries on which a field has this value (a number or CoefficientFunction); the same at identified
-        points.
-    periodic : bool
-        Whether the fields are identified on boundaries that the mesh identifies.
-    contact : str
-        Name or pattern of the boundary that an obstacle may touch.
-
-    Raises
-    ------
-    BadArgument
-        If an argument is out of range, a boundary is unknown, or the mesh has points that are no numbers,
-        elements without area or elements of the other orientation.
-
-    Examples
-    --------
-    >>> from microblock.fem import meshes
-    >>> from microblock.fem.body import Loads
-    >>> mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
-    >>> body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), order=2, fixed="bottom")
-    >>> fields = body.solve(Loads(traction={"contact": (0, -1)}))
-    >>> fields.u2(mesh(0.1, -0.1)) < 0
-    True
-    >>> body                                  # in a notebook a table, with the moduli
-    <Cosserat body: 32 elements in 2D, order 2, 408 unknowns>
-    """
-
-    names = FIELDS
-
-    def __init__(
-        self,
-        mesh,
-        solid: Cosserat,
-        order=2,
-        *,
-        order_psi=None,
-        fixed=(),
-        prescribed=None,
-        periodic=False,
-        contact=USUAL_CONTACT,
-    ):
-        require_sound(mesh)
-        require_kind(Cosserat, "a Cosserat", solid=solid)
-        require_kind(str, "the name of a boundary", contact=contact)
-        require_kind((Mapping, type(None)), "{field: {boundary: value}}", prescribed=prescribed)
-        require_flag(periodic=periodic)
-        self.mesh, self.solid, self.periodic, self.contact = mesh, solid, periodic, contact
-        self.element_orders = None if isinstance(order, int | np.integer) else self._graded(order, order_psi)
-        order = order if self.element_orders is None else int(self.element_orders.max())
-        orders = (order, order, order if order_psi is None else order_psi)
-        for name, value in (("order", orders[0]), ("order_psi", orders[2])):
-            require_whole(1, **{name: value})
-        self.order, self.order_psi = orders[0], orders[2]
-        self.prescribed = dict(prescribed or {})
-        require_finite_within(prescribed=self.prescribed)
-        self.fixed = self._patterns(fixed)
-        self.spaces = [self.scalar(p, dirichlet=self.fixed.get(name, "")) for name, p in zip(FIELDS, orders)]
-        self.space = self.spaces[0] * self.spaces[1] * self.spaces[2]
-        self._require_periodic_values()
-        if contact != USUAL_CONTACT:
-            self.boundary(contact, "contact")
-        self.derived: dict = {}  # what costs a factorisation, see `once`
-
     @property
     def _made_of(self):
         """Its arguments by name."""
@@ -273,7 +300,18 @@ class Body(MeshBody):
     @property
     def methods(self):
         """The methods that solve on it, the usual one first."""
-        return (Newton,) if self.periodic or self.mesh.dim == 1 else (Condensed, Newton)
+        alone = self.mesh.dim == 1 or (self.mesh.dim == 2 and self.periodic)
+        return (Newton,) if alone else (Condensed, Newton)
+
+    @property
+    def solvers(self):
+        """{method: where its solver is}, of those that differ from the plane's."""
+        return {} if self.mesh.dim < 3 else SOLVERS3D
+
+    def unknowns_of(self, name):
+        """Slice of the unknowns of a field."""
+        own = self.space.Range(self.names.index(name))
+        return slice(own.start, own.stop)
 
     def scalar(self, order, **options):
         """A scalar H1 space of this body, periodic where the body is; of the elements' own orders where it
@@ -319,10 +357,10 @@ class Body(MeshBody):
 
     def pressed(self, boundary):
         """The region of a contact boundary; BadArgument where supports hold u2 on a part of it, which cannot
-        be pressed.
+        be pressed; in space nodes are looked at one by one.
         """
         region = self.boundary(boundary, "contact" if boundary == self.contact else "boundary")
-        if "u2" in self.held_on(boundary):
+        if self.mesh.dim < 3 and "u2" in self.held_on(boundary):
             raise BadArgument(
                 "boundary",
                 boundary,
@@ -335,7 +373,7 @@ class Body(MeshBody):
         """Set the prescribed values in the grid functions of u1, u2, psi."""
         for name, values in self.prescribed.items():
             region = self.boundary("|".join(values))
-            self.set_on(region, components[FIELDS.index(name)], self.mesh.BoundaryCF(dict(values)))
+            self.set_on(region, components[self.names.index(name)], self.mesh.BoundaryCF(dict(values)))
 
     def set_on(self, region, component, value):
         """Set a component of a grid function of the body on a region of its boundary.
@@ -362,7 +400,7 @@ class Body(MeshBody):
     def _require_periodic_values(self):
         """BadArgument where prescribed values differ at points that the mesh identifies."""
         for name, values in self.prescribed.items() if self.periodic else ():
-            space, value, found = self.spaces[FIELDS.index(name)], self.mesh.BoundaryCF(dict(values)), {}
+            space, value, found = self.spaces[self.names.index(name)], self.mesh.BoundaryCF(dict(values)), {}
             for facet in self.boundary("|".join(values)).Elements():
                 transformation = self.mesh.GetTrafo(facet)
                 for vertex, dof, xi in zip(facet.vertices, space.GetDofNrs(facet), (1.0, 0.0)):
@@ -375,29 +413,67 @@ class Body(MeshBody):
                     f"must have the same {name} at points that the mesh identifies",
                 )
 
-    def gradients(self, u1, u2, psi):
-        """Displacement gradient (2x2) and grad psi as expressions, in 1D with d/dx1 = 0."""
-        if self.mesh.dim == 1:
-            zero = ng.CF(0)
-            gradient = ng.CF((zero, ng.grad(u1)[0], zero, ng.grad(u2)[0]), dims=(2, 2))
-            return gradient, ng.CF((zero, ng.grad(psi)[0]))
-        return ng.CF((ng.grad(u1), ng.grad(u2)), dims=(2, 2)), ng.grad(psi)
+    def vectors(self, components):
+        """u and psi of components, trial functions or grid functions, as vectors with three components."""
+        parts = [ng.CF(0)] * len(FIELDS3D)
+        for name, component in zip(self.names, components):
+            parts[PLACES[name]] = component
+        return ng.CF(tuple(parts[:3])), ng.CF(tuple(parts[3:]))
 
-    def energy(self, u1, u2, psi):
+    def strains(self, components):
+        """Relative deformation (1) and curvature, 3 x 3; derivatives that a dimension does not have are 0."""
+        dim, zero = self.mesh.dim, ng.CF(0)
+        rows = [(zero,) * 3] * len(FIELDS3D)
+        for name, component in zip(self.names, components):
+            slope = ng.grad(component)
+            own = [zero] * (dim == 1) + [slope[i] for i in range(dim)]  # in 1D the only coordinate is x2
+            rows[PLACES[name]] = (*own, zero)[:3]
+        gradient, kappa = (ng.CF(sum(part, ()), dims=(3, 3)) for part in (rows[:3], rows[3:]))
+        return contact_term.relative_deformation(gradient, self.vectors(components)[1]), kappa
+
+    def energy(self, *components):
         """Energy density (10) as an expression."""
-        gradient, kappa = self.gradients(u1, u2, psi)
-        return self.solid.energy(gradient, psi, kappa)
+        return contact_term.energy(self.solid, self.strains(components))
 
-    def potential(self, u1, u2, psi, loads=Loads()):
-        """Potential energy (8) as integrals, for ``ngsolve.Variation`` or ``Integrate``."""
-        potential = self.energy(u1, u2, psi) * self.dx
-        more = {"bonus_intorder": self.order + GIVEN}
-        potential -= (loads.force[0] * u1 + loads.force[1] * u2 + loads.couple * psi) * ng.dx(**more)
-        for boundary, (t1, t2) in loads.traction.items():
-            potential -= (t1 * u1 + t2 * u2) * ng.ds(definedon=self.boundary(boundary), **more)
-        for boundary, micromoment in loads.micromoment.items():
-            potential -= micromoment * psi * ng.ds(definedon=self.boundary(boundary), **more)
-        return potential
+    def acting(self, loads=Loads()):
+        """The forces of loads in all unknowns, array: what works on their variations in (8)."""
+        more, form = {"bonus_intorder": self.order + GIVEN}, ng.LinearForm(self.space)
+        works = [("force", loads.force, ng.dx(**more)), ("couple", loads.couple, ng.dx(**more))]
+        for name in ("traction", "micromoment"):
+            for boundary, value in getattr(loads, name).items():
+                works.append((name, value, ng.ds(definedon=self.boundary(boundary), **more)))
+        varied = self.vectors(self.space.TestFunction())
+        for name, value, measure in works:
+            turns = name in ("couple", "micromoment")
+            load = self._load(name, value, turns)
+            if load is not None:
+                form += ng.InnerProduct(ng.CF(load), varied[turns]) * measure
+        return form.Assemble().vec.FV().NumPy().copy()
+
+    def _load(self, name, value, turns):
+        """The three components of a load; None of one that is 0. `turns` if it works on psi."""
+        parts = tuple(value) if np.iterable(value) else (value,)
+        if all(isinstance(part, (int, float)) and part == 0 for part in parts):
+            return None
+        count = 3 if self.mesh.dim == 3 else 1 if turns else 2
+        if len(parts) != count:
+            words = f"must have {count} component{'s' * (count > 1)} on a body in {self.mesh.dim}D"
+            raise BadArgument(name, value, words)
+        return (0, 0, *parts) if count == 1 else (*parts, 0)[:3]
+
+    def bulk(self, space=None, nodes=None, **options):
+        """The bilinear form of the second variation of (10), assembled, on the space of the body or on a
+        product of it and others, of which the last one is the approach of an obstacle: the matrix then has
+        places for all that contact nodes couple.
+        """
+        trial, test = (self.space if space is None else space).TnT()
+        strains, varied = (self.strains(components[: len(self.names)]) for components in (trial, test))
+        form = ng.BilinearForm(self.space if space is None else space, **options)
+        form += contact_term.virtual_work(self.solid, strains, varied).Compile() * self.dx
+        if nodes is not None:
+            form += nodes.integral(ng.Parameter(0.0) * trial[-1] * test[-1])
+        form.Assemble()
+        return form
 
     @property
     def dx(self):
@@ -416,66 +492,36 @@ class Body(MeshBody):
         require_kind(Loads, "Loads", loads=loads)
         state = ng.GridFunction(self.space)
         self.prescribe(state.components)
-        form = ng.BilinearForm(self.space, symmetric=True)
-        form += ng.Variation(self.potential(*self.space.TrialFunction(), loads))
-        residual = state.vec.CreateVector()
-        form.Apply(state.vec, residual)
-        form.AssembleLinearization(state.vec)
-        step = solve_linear(
-            form.mat,
-            self.space.FreeDofs(),
-            residual,
-            "the bulk; are rigid motions fixed, and psi where beta = 0?",
-        )
+        matrix, forces = self.bulk(symmetric=True).mat, state.vec.CreateVector()
+        forces.FV().NumPy()[:] = -self.acting(loads)
+        forces.data += matrix * state.vec
+        held = HELD3D if self.mesh.dim == 3 else HELD
+        kind = "sparsecholesky" if self.mesh.dim == 3 else "umfpack"
+        step = solve_linear(matrix, self.space.FreeDofs(), forces, f"the bulk; {held}", kind)
         state.vec.data -= step
-        form.Apply(state.vec, residual)
-        return Fields(self, state.components, residual.FV().NumPy().copy())
+        forces.data -= matrix * step
+        return Fields(self, state.components, forces.FV().NumPy().copy())
+
+
+def require_heights(obstacle):
+    """BadArgument unless the obstacle has heights over a surface."""
+    heights(obstacle, np.zeros(2), np.zeros(2))
 
 
 class Reaction(NamedTuple):
     """What supports exert on a body: force (f1, f2), array, and moment about the origin, counterclockwise;
-    per thickness.
+    per thickness. In three dimensions both are arrays (3,).
 
     The moment is that of force and couple stress together. In 1D both are per area.
     """
 
     force: np.ndarray
-    moment: float
+    moment: float | np.ndarray
 
 
-class BodyFields:
-    """Base of the fields of a state, grid functions one after the other.
-
-    Attributes
-    ----------
-    body : Body or Body3D
-    components : tuple of grid functions, all unknowns of the body
-    forces : array (unknowns of the body,) or None, what supports exert in each unknown
-    mirrored : bool, whether they are the half x1 > 0 of a symmetric state
-    """
-
-    mirrored = False
-
-    def __init__(self, body, components, forces=None):
-        self.body, self.components, self.forces = body, tuple(components), forces
-
-    def __iter__(self):
-        return iter(self.components)
-
-    def __reduce__(self):
-        """A copy, or what comes out of a file, has its values on a body made anew."""
-        numbers = dofs_by_element(self.body)
-        forces = None if self.forces is None else self.forces[numbers]
-        return _fields_anew, (type(self), self.body, self.values[numbers], forces, self.mirrored)
-
-    @property
-    def values(self):
-        """Of all unknowns of the body, array."""
-        return np.concatenate([part.vec.FV().NumPy() for part in self])
-
-
-class Fields(BodyFields):
-    """The fields of a state: u1, u2, psi and what follows from them, as NGSolve functions.
+class Fields:
+    """The fields of a state: u1, u2, psi and what follows from them, as NGSolve functions; in three
+    dimensions u1, u2, u3, psi1, psi2 and psi3, and the vectors u and psi.
 
     Stresses are those of the elements. On a boundary they are read from the element beside it (NGSolve's
     BoundaryFromVolumeCF, which `stress` and `couple_stress` have in them; derivatives of your own need it),
@@ -485,7 +531,7 @@ class Fields(BodyFields):
     Parameters
     ----------
     body : Body
-    components : grid functions of u1, u2, psi
+    components : grid functions of the fields
     forces : array (unknowns of the body,), internal forces less the loads: what supports exert in each
         unknown
 
@@ -510,9 +556,28 @@ class Fields(BodyFields):
     0.5
     """
 
+    mirrored = False  # whether they are the half x1 > 0 of a symmetric state
+
     def __init__(self, body, components, forces=None):
-        super().__init__(body, components[:3], forces)
-        self.u1, self.u2, self.psi = self
+        self.body, self.components, self.forces = body, tuple(components)[: len(body.names)], forces
+        for name, component in zip(body.names, self.components):
+            setattr(self, name, component)
+        if body.mesh.dim == 3:
+            self.u, self.psi = body.vectors(self.components)
+
+    def __iter__(self):
+        return iter(self.components)
+
+    def __reduce__(self):
+        """A copy, or what comes out of a file, has its values on a body made anew."""
+        numbers = dofs_by_element(self.body)
+        forces = None if self.forces is None else self.forces[numbers]
+        return _fields_anew, (type(self), self.body, self.values[numbers], forces, self.mirrored)
+
+    @property
+    def values(self):
+        """Of all unknowns of the body, array."""
+        return np.concatenate([part.vec.FV().NumPy() for part in self])
 
     def unfolded(self):
         """The same fields of the half x1 > 0 of a symmetric body, with values at points of the whole one."""
@@ -528,6 +593,8 @@ class Fields(BodyFields):
         BadArgument
             For a point outside of the body.
         """
+        if self.body.mesh.dim == 3:
+            raise BadArgument("body", self.body, "lies in space: take fields.u, fields.stress, ... there")
         x1, x2, shape = at_points(x1, x2)
         sign = np.where(self.mirrored & (x1 < 0), -1.0, 1.0)
         try:
@@ -550,16 +617,17 @@ class Fields(BodyFields):
 
     @property
     def stress(self):
-        """Force stress (16), 2x2; on a boundary that of the element beside it."""
-        gradient, _ = self.body.gradients(*self)
-        rows = self.body.solid.stress(gradient, self.psi)
-        # else gradients are 0 there, in silence
-        return ng.BoundaryFromVolumeCF(ng.CF((*rows[0], *rows[1]), dims=(2, 2)))
+        """Force stress (16), 2x2, in three dimensions 3x3; on a boundary that of the element beside it."""
+        sigma = contact_term.stress(self.body.solid, self.body.strains(self)[0])
+        if self.body.mesh.dim < 3:
+            sigma = ng.CF((sigma[0, 0], sigma[0, 1], sigma[1, 0], sigma[1, 1]), dims=(2, 2))
+        return ng.BoundaryFromVolumeCF(sigma)  # else gradients are 0 there, in silence
 
     @property
     def couple_stress(self):
-        """Couple stress m, two components; on a boundary that of the element beside it."""
-        return ng.BoundaryFromVolumeCF(ng.CF(self.body.solid.couple_stress(self.body.gradients(*self)[1])))
+        """Couple stress, (m1, m2), in three dimensions 3x3; on a boundary that of the element beside it."""
+        m = contact_term.couple_stress(self.body.solid, self.body.strains(self)[1])
+        return ng.BoundaryFromVolumeCF(m if self.body.mesh.dim == 3 else ng.CF((m[2, 0], m[2, 1])))
 
     def reaction(self, boundary):
         """The Reaction: force and moment that the body's supports on a boundary exert on it, from nodal
@@ -592,16 +660,30 @@ class Fields(BodyFields):
                 None,
                 "must be given to know reactions: take the fields of a state, or of Body.solve",
             )
-        across, up = (ng.CF(0) if body.periodic else ng.x, ng.y) if body.mesh.dim == 2 else (ng.CF(0), ng.x)
-        parts = np.split(self.forces, np.cumsum([space.ndof for space in body.spaces])[:2])
-        total, moment = np.zeros(3), 0.0
+        place = self._place()
+        force, moment = [0.0] * 3, [0.0] * 3
         for name in held:
-            number = FIELDS.index(name)
-            part, own = region * body.boundary(body.fixed[name]), parts[number]
-            total[number] = own @ body.values_on(part, number, 1)
-            if name != "psi":
-                moment += own @ body.values_on(part, number, -up if name == "u1" else across)
-        return Reaction(total[:2], float(moment + total[2]))
+            part, number = region * body.boundary(body.fixed[name]), body.names.index(name)
+            exerted, axis = self.forces[body.unknowns_of(name)], PLACES[name] % 3
+            total = exerted @ body.values_on(part, number, 1)
+            if name[0] == "p":
+                moment[axis] += total
+                continue
+            force[axis] = total
+            for turn in range(3) if body.mesh.dim == 3 else (2,):  # u = e x place of a rotation about an axis
+                if turn != axis:
+                    sign = 1 if turn == (axis + 1) % 3 else -1
+                    moment[turn] += sign * (exerted @ body.values_on(part, number, place[3 - turn - axis]))
+        if body.mesh.dim == 3:
+            return Reaction(np.array(force), np.array(moment))
+        return Reaction(np.array(force[:2]), float(moment[2]))
+
+    def _place(self):
+        """(x1, x2, x3) as expressions, for moments: along a period forces have no arm."""
+        if self.body.mesh.dim == 1:
+            return ng.CF(0), ng.x, ng.CF(0)
+        repeated, space = self.body.periodic, self.body.mesh.dim == 3
+        return ng.CF(0) if repeated else ng.x, ng.CF(0) if repeated and space else ng.y, ng.z
 
     def energy(self):
         """Elastic energy of the whole body (in 1D: per area)."""
@@ -626,9 +708,9 @@ def region(mesh, pattern, argument="boundary"):
     return found
 
 
-def solve_linear(matrix, freedofs, rhs, what):
-    """Solve matrix x = rhs on freedofs by UMFPACK, and check: a singular or too large matrix raises
-    NotConverged.
+def solve_linear(matrix, freedofs, rhs, what, kind="umfpack"):
+    """Solve matrix x = rhs on freedofs by a direct solver of NGSolve, and check: a singular or too large
+    matrix raises NotConverged.
     """
     cost.require_room(
         cost.of_factors(matrix.height, matrix.nze),
@@ -636,7 +718,7 @@ def solve_linear(matrix, freedofs, rhs, what):
         "take longer elements or a lower order",
     )
     try:
-        inverse = matrix.Inverse(freedofs, "umfpack")
+        inverse = matrix.Inverse(freedofs, kind)
     except Exception as failure:
         raise NotConverged(f"no factorisation of {what}: {failure}") from failure
     solution, left, scale = (rhs.CreateVector() for _ in range(3))

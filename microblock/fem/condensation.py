@@ -2,139 +2,40 @@
 
 The bulk is assembled once; the interiors of the elements are eliminated while that is done. What is left is
 factorised with the unknowns of the contact boundary last, in a fill-reducing order for the others: the
-trailing block of the Cholesky factor is that of the Schur complement S, with no solve at all. With R the
-values of u.n and psi at the Gauss-Lobatto points of the contact facets the compliance is ``R S^-1 R^T``.
+trailing block L of the Cholesky factor is that of their Schur complement, ``S = L L^T``, with no solve at
+all. In the plane, with R the values of u.n and psi at the contact nodes, the compliance is ``R S^-1 R^T``. In
+space R has the values of (u, phi1, phi2): the surface answers nodal loads (F, m1, m2) by ``R S^-1 R^T``, two
+triangular solves, and nodal loads follow from a surface by ``R^-T S R^-1``, which is what conjugate gradients
+are preconditioned with; the compliance itself is never formed.
 """
 
-from functools import cached_property
+from dataclasses import dataclass
 
 import ngsolve as ng
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dpotri
-from scipy.sparse import bmat, csr_matrix, diags
+from scipy.sparse import csr_matrix
+from scipy.sparse.linalg import splu
 
 from .. import cost
 from ..corners.compliance import Compliance
 from ..errors import BadArgument, require_kind
-from ..model.quadrature import lagrange
 from ..threads import bounded, released
-from .body import FIELDS, Body, Fields
+from .body import HELD, HELD3D, Body, Fields
 from .bulk import Bulk
-from .facets import interruptions, lobatto, mapped, nodal_moments, outward_sides
+from .facets import ContactNodes
 
-FLAT = 1e-12  # n1 below which a displacement along x1 does not enter the gaps
-HELD = "are rigid motions fixed, and psi where beta = 0?"
-
-
-class ContactNodes:
-    """The Gauss-Lobatto points of the facets of a boundary: p + 1 on a facet of order p, the lower one of u
-    and psi, those on shared vertices once.
-
-    Nodes are in the order of x1.
-
-    Parameters
-    ----------
-    body : Body, two-dimensional, of any orders
-    boundary : str, name or pattern of the contact boundary
-
-    Attributes
-    ----------
-    points, normals : arrays (n, 2)
-    weights : array (n,), lengths
-    facets : list of arrays, the nodes of each facet from one of its ends to the other
-    apart : boolean array (n - 1,), whether the boundary is interrupted between a node and the next
-    """
-
-    def __init__(self, body, boundary="contact"):
-        require_kind(Body, "a Body", body=body)
-        require_kind(str, "the name of a boundary", boundary=boundary)
-        self.body, self.boundary, self.region = body, boundary, require_pressed(body, boundary)
-        self._number_nodes()
-
-    def __reduce__(self):
-        """A copy, or what comes out of a file, is made anew: factors and regions of NGSolve do not travel."""
-        return type(self), (self.body, self.boundary)
-
-    def _number_nodes(self):
-        """Nodes and the rows of R, of u1, of u2 and of psi."""
-        facets, spaces = list(self.region.Elements()), self.body.spaces[1:]
-        dofs = [[space.GetDofNrs(facet) for facet in facets] for space in spaces]
-        orders = np.min([[len(own) - 1 for own in of_field] for of_field in dofs], axis=0)
-        # reference coordinate 0 is the second vertex
-        ends = np.array([[vertex.nr for vertex in facet.vertices[::-1]] for facet in facets])
-        members = _members(ends, orders)
-        measured = self._measured(orders, members)
-        order = np.lexsort(measured[0].T[::-1])
-        places = np.argsort(order)
-        self.facets = [places[own] for own in members]
-        self.points, self.weights, normals = (each[order] for each in measured)
-        self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
-        self.apart = interruptions(self.body.mesh, self.region, self.points[:, 0])
-        falling = ends[:, 0] > ends[:, 1]
-        u, psi = (self._values_of(space, facets, own, falling) for space, own in zip(spaces, dofs))
-        self._values = [u, u, psi]
-
-    def _values_of(self, space, facets, dofs, falling):
-        """Values at the nodes from the unknowns of a space, sparse (n, unknowns)."""
-        rows, shapes = [()] * len(self.points), {}
-        for facet, own, numbers, turned in zip(facets, dofs, self.facets, falling):
-            key = len(own), len(numbers), turned  # functions of an edge depend on its order and direction
-            if key not in shapes:
-                xis, _ = lobatto(len(numbers) - 1)
-                shapes[key] = [np.array(space.GetFE(facet).CalcShape(float(xi))) for xi in xis]
-            for number, shape in zip(numbers, shapes[key]):
-                rows[number] = (own, shape)
-        return _rows(rows, space.ndof)
-
-    def _measured(self, orders, members):
-        """Points, weights and normals times weights of the nodes of all facets, those of one order at a
-        time.
-        """
-        count = 1 + max(own.max() for own in members)
-        points, weights, normals = np.zeros((count, 2)), np.zeros(count), np.zeros((count, 2))
-        sides = outward_sides(self.body.mesh, self.region)
-        for order in np.unique(orders):
-            here = np.flatnonzero(orders == order)
-            there = np.array([members[i] for i in here])
-            xis, shares = lobatto(int(order))
-            place, lengths, outward = (each[here] for each in mapped(self.body.mesh, self.region, xis))
-            points[there] = place
-            np.add.at(weights, there, shares * lengths)
-            np.add.at(normals, there, (sides[here, None] * shares * lengths)[..., None] * outward)
-        return points, weights, normals
-
-    def values(self, name, fields):
-        """u1, u2 or psi (its name) of Fields of the body at the nodes, array (n,)."""
-        return self._values[FIELDS.index(name)] @ getattr(fields, name).vec.FV().NumPy()
-
-    @cached_property
-    def interpolation(self):
-        """[(left, right, numbers of its nodes)] of the facets of a boundary along x1, all left to right."""
-        found = []
-        for members in self.facets:
-            members = members[np.argsort(self.points[members, 0])]
-            found.append((self.points[members[0], 0], self.points[members[-1], 0], members))
-        return sorted(found, key=lambda facet: facet[0])
-
-    def interpolate(self, values, x):
-        """Nodal values (array (nodes,)) at x1 = x: on each facet the polynomial through its nodes, 0 beyond
-        the boundary.
-        """
-        found = np.zeros_like(x)
-        facets = self.interpolation
-        place = np.searchsorted([right for _, right, _ in facets], x)
-        for number in np.unique(place[(x >= facets[0][0]) & (place < len(facets))]):
-            left, right, members = facets[number]
-            here = (place == number) & (x >= left)
-            own = values[members]
-            if own.any():
-                found[here] = (
-                    lagrange(
-                        (self.points[members, 0] - left) / (right - left), (x[here] - left) / (right - left)
-                    )
-                    @ own
-                )
-        return found
+# entries of the factors L and L^T of n unknowns in three dimensions, over n^(4/3) times the entries of a row:
+# 0.37 to 0.51 were seen
+FILLED = 0.5
+LINKED = 6 * 27  # entries of a row for elements of order 1, and about as many for each order more
+FACTOR_ENTRY = 20  # bytes of each, with what builds them: 20 were seen
+ADVICE = {  # where there is no room, by dimension
+    2: "take longer elements, a lower order or a larger rtol, or name less of the surface as "
+    "contact boundary",
+    3: "take longer elements, a smaller contact boundary, or Newton(...), which iterates",
+}
 
 
 class Condensed(ContactNodes):
@@ -147,17 +48,20 @@ class Condensed(ContactNodes):
 
     Attributes
     ----------
-    compliance : Compliance
+    compliance : Compliance, in the plane
     form : BilinearForm of the bulk, with the interiors of the elements eliminated
     unknowns : int, free unknowns of the bulk
+    factor : array (m, m), lower triangular, of the Schur complement of the unknowns that corners see
+    rows : sparse array (n k, m), R
 
     Raises
     ------
     NotConverged
-        If the supports leave a rigid motion free, or matrices would need more memory than there is.
+        If the supports leave a rigid motion free, the energy is not positive, or matrices would need more
+        memory than there is.
     BadArgument
         If a support prescribes values other than 0, or holds u2 on the contact boundary, or none holds u1 or
-        u2; for a periodic body.
+        u2; for a periodic body; as of `ContactNodes`.
 
     Examples
     --------
@@ -176,109 +80,143 @@ class Condensed(ContactNodes):
         require_kind(Body, "a Body", body=body)
         require_pressed(body, boundary, condensed=True)
         super().__init__(body, boundary)
+        self.unknowns = body.space.FreeDofs().NumSet()
+        self._advice = ADVICE[self.dim]
         self._require_room()
-        self._assemble()
-        self._factorise()
-        self.compliance = Compliance(
-            self.points, self.normals, self.weights, self._matrix(), body.solid.ell, self.apart
-        )
+        self.form = body.bulk(symmetric=True, condense=True)
+        self._bulk = Bulk(self.form, self.onto.indices, self._advice, HELD3D if self.dim == 3 else HELD)
+        self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]
+        if self.dim == 2:
+            self.compliance = Compliance(
+                self.points, self.normals, self.weights, self._matrix(), body.solid.ell, self.apart
+            )
 
     def _require_room(self):
         """NotConverged where factors and compliance need more memory than is there."""
-        mesh, space = self.body.mesh, self.body.space
-        self.unknowns = space.FreeDofs().NumSet()
-        # of an element; of each all unknowns there are linked
-        sides = (2 * mesh.nedge - mesh.GetNE(ng.BND)) / mesh.ne
-        orders = (
-            self.body.element_orders
-            if self.body.element_orders is not None
-            else np.full(mesh.ne, self.body.order)
-        )
-        entries = np.sum((len(self.body.spaces) * sides * orders) ** 2)
-        needed = cost.of_factors(space.FreeDofs(True).NumSet(), entries) + cost.of_nodes(len(self.weights))
-        cost.require_room(
-            needed,
-            f"a body of {self.unknowns} unknowns with {len(self.weights)} contact nodes",
-            "take longer elements, a lower order or a larger rtol, or name less of the surface as "
-            "contact boundary",
-        )
-
-    def _assemble(self):
-        """The bulk's bilinear form, the second variation of (10)."""
-        solid, space = self.body.solid, self.body.space
-        (u1, u2, psi), (v1, v2, chi) = space.TnT()
-        gradient, kappa = self.body.gradients(u1, u2, psi)
-        (s11, s12), (s21, s22) = solid.stress(gradient, psi)
-        m = solid.couple_stress(kappa)
-        varied, turned = self.body.gradients(v1, v2, chi)
-        self.form = ng.BilinearForm(space, symmetric=True, condense=True)
-        density = (
-            s11 * varied[0, 0]
-            + s12 * (varied[0, 1] + chi)
-            + s21 * (varied[1, 0] - chi)
-            + s22 * varied[1, 1]
-            + m[0] * turned[0]
-            + m[1] * turned[1]
-        )
-        self.form += density.Compile() * self.body.dx
-        self.form.Assemble()
-
-    def _factorise(self):
-        onto = self._onto()
-        advice = "take longer elements, a lower order or a larger rtol"
-        self._bulk = Bulk(self.form, onto.indices, advice, HELD)
-        self._rows = onto[:, self._bulk.contact]
-
-    def _onto(self):
-        """R, (u.n, psi) at the nodes from all unknowns, sparse (2 n, unknowns)."""
-        un = [
-            diags(part) @ values if np.abs(part).max() > FLAT else csr_matrix(values.shape)
-            for part, values in zip(self.normals.T, self._values)
-        ]
-        return bmat([[*un, None], [None, None, self._values[-1]]], format="csr")
+        mesh, space, count = self.body.mesh, self.body.space, len(self.weights)
+        rows = space.FreeDofs(True).NumSet()
+        if self.dim == 3:
+            needed = of_factors(rows, LINKED * self.body.order) + 8 * 3 * (3 * count) ** 2
+        else:
+            # of an element; of each all unknowns there are linked
+            sides = (2 * mesh.nedge - mesh.GetNE(ng.BND)) / mesh.ne
+            orders = self.body.element_orders
+            orders = np.full(mesh.ne, self.body.order) if orders is None else orders
+            entries = np.sum((len(self.body.spaces) * sides * orders) ** 2)
+            needed = cost.of_factors(rows, entries) + cost.of_nodes(count)
+        what = f"a body of {self.unknowns} unknowns with {count} contact nodes"
+        cost.require_room(needed, what, self._advice)
 
     def _matrix(self):
-        with released(len(self._bulk.block)):
-            upper, _ = dpotri(self._bulk.block.T)  # of S^-1; what is below the diagonal stays 0
+        with released(len(self.factor)):
+            upper, _ = dpotri(self.factor.T)  # of S^-1; what is below the diagonal stays 0
         inverse = upper + upper.T
         np.fill_diagonal(inverse, np.diag(upper))
-        matrix = self._rows @ (self._rows @ inverse).T
+        matrix = self.rows @ (self.rows @ inverse).T
         return (matrix + matrix.T) / 2
 
     @bounded
-    def fields(self, forces, moments):
-        """Fields under nodal forces along n and nodal moments, arrays (n,), by one back-substitution."""
+    def fields(self, *loads):
+        """Fields under nodal loads that belong to the rows of R, arrays, by one back-substitution: forces
+        along n and moments, arrays (n,), in space an array (3, n).
+        """
         state = ng.GridFunction(self.body.space)
-        exerted = self._bulk.solve(self._onto().T @ np.concatenate((forces, moments)), state)
+        exerted = self._bulk.solve(self.onto.T @ np.concatenate(loads).ravel(), state)
         return Fields(self.body, state.components, exerted)
 
     @bounded
     def reaction(self, fields):
         """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""
-        orders, exerted = [len(members) - 1 for members in self.facets], self._bulk.matrix @ fields.values
-        return nodal_moments(self._values[-1], self.body, self.region, orders, exerted)
+        return self.moments_of("psi", self._bulk.matrix @ fields.values)
+
+    def flexibility(self, directions):
+        """H of corners with these (1, lever) at the nodes, array (corners, 3, n), as a product, in space."""
+        return Flexibility3D(directions, self.factor, self.rows.tocsr())
+
+
+@dataclass(frozen=True)
+class Flexibility3D:
+    """Gaps of corners from their forces on contact nodes, for `microblock.corners.projected_gradients`.
+
+    Attributes
+    ----------
+    directions : array (corners, 3, n)
+        (1, lever) of each corner at the nodes.
+    factor, rows : as of `Condensed`
+    """
+
+    directions: np.ndarray
+    factor: np.ndarray
+    rows: csr_matrix
+
+    def __post_init__(self):
+        there = np.diff(self.rows.indptr) > 0  # not where supports hold a field
+        back = np.linalg.pinv(np.moveaxis(self.directions, -1, 0))  # (n, 3, corners)
+        for name, value in (("_there", there), ("_inverse", splu(self.rows[there].tocsc())), ("_back", back)):
+            object.__setattr__(self, name, value)
+
+    def __matmul__(self, forces):
+        """Gaps from forces, arrays (corners, n)."""
+        return self.gaps(self.surface(self.loads(forces)))
+
+    def loads(self, forces):
+        """(F, m1, m2) at the nodes of corner forces, array (3, n)."""
+        return np.einsum("cin,cn->in", self.directions, forces)
+
+    def gaps(self, surface):
+        """What (u, phi1, phi2), array (3, n), add to the gap of each corner."""
+        return np.einsum("cin,in->cn", self.directions, surface)
+
+    def surface(self, loads):
+        """(u, phi1, phi2) at the nodes under nodal loads, arrays (3, n)."""
+        return (self.rows @ _solved(self.factor, self.rows.T @ loads.ravel())).reshape(3, -1)
+
+    def precondition(self, gaps):
+        """Forces of least norm that leave about these gaps."""
+        loads = np.zeros(self.rows.shape[0])
+        wanted = np.einsum("nic,cn->in", self._back, gaps).ravel()[self._there]
+        held = self.factor @ (self.factor.T @ self._inverse.solve(wanted))
+        loads[self._there] = self._inverse.solve(held, trans="T")
+        return np.einsum("nic,in->cn", self._back, loads.reshape(3, -1))
+
+
+def of_factors(rows, entries):
+    """Bytes to factorise the matrix of a body in three dimensions with so many rows and entries in a row."""
+    return FACTOR_ENTRY * FILLED * entries * rows ** (4 / 3)
+
+
+def _solved(factor, right):
+    """(L L^T)^-1 right."""
+    half = solve_triangular(factor, right, lower=True)
+    return solve_triangular(factor, half, lower=True, trans="T")
 
 
 def require_pressed(body, boundary, condensed=False):
     """The region of the contact boundary of a body that can be pressed there, and `condensed`; else
     BadArgument.
     """
-    if body.mesh.dim != 2:
+    if body.mesh.dim == 1:
         raise BadArgument("body", body, "must be two-dimensional")
     if body.periodic:  # its ends are one node; as two they would share their force at random
-        raise BadArgument("body", body, "must not be periodic: Newton() solves on periodic bodies")
+        words = (
+            "Newton() solves on periodic bodies" if body.mesh.dim == 2 else "contact in space has no period"
+        )
+        raise BadArgument("body", body, f"must not be periodic: {words}")
     if condensed and body.prescribed:
-        raise BadArgument("prescribed", body.prescribed, "supports of a condensed body hold the value 0")
+        raise BadArgument(
+            "prescribed", body.prescribed, "supports of a condensed body, and of one in space, hold 0"
+        )
     pressed = body.pressed(boundary)
     if condensed:
         body.require_held()
     return pressed
 
 
-def condensed(body, boundary="contact", clamped=False):
+def condensed(body, boundary=None, clamped=False):
     """A body as `Condensed`, made once and kept with the body; if `clamped`, psi is constrained on the
     contact.
     """
+    boundary = body.contact if boundary is None else boundary
     key = "condensed", boundary, clamped
     return body.once(
         key, lambda: Condensed(with_psi_constrained(body, boundary) if clamped else body, boundary)
@@ -286,24 +224,7 @@ def condensed(body, boundary="contact", clamped=False):
 
 
 def with_psi_constrained(body, boundary):
-    """A body with psi = 0 on its contact boundary besides its own supports."""
-    psi = "|".join(filter(None, (body.fixed.get("psi"), boundary)))
-    return body.on(body.mesh, fixed={**body.fixed, "psi": psi})
-
-
-def _members(ends, orders):
-    """Numbers of the nodes of each facet: first those of the vertices, then the inner ones."""
-    vertices, numbers = np.unique(ends, return_inverse=True)
-    starts = len(vertices) + np.cumsum(orders - 1) - (orders - 1)
-    return [
-        np.concatenate((pair[:1], np.arange(start, start + order - 1), pair[1:]))
-        for pair, start, order in zip(numbers.reshape(-1, 2), starts, orders)
-    ]
-
-
-def _rows(rows, width):
-    i = np.repeat(np.arange(len(rows)), [len(dofs) for dofs, _ in rows])
-    return csr_matrix(
-        (np.concatenate([shape for _, shape in rows]), (i, np.concatenate([dofs for dofs, _ in rows]))),
-        shape=(len(rows), width),
-    )
+    """A body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary besides its own supports."""
+    names = ("psi1", "psi2") if body.mesh.dim == 3 else ("psi",)
+    more = {name: "|".join(filter(None, (body.fixed.get(name), boundary))) for name in names}
+    return body.on(body.mesh, fixed={**body.fixed, **more})

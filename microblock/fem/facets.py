@@ -1,29 +1,41 @@
-"""The contact law as NGSolve boundary-facet terms on a nodal rule, (25)-(40).
+"""The nodes of a contact boundary, and the contact law on them, (25)-(40), in one, two and three dimensions.
 
-Gaps are checked, and multipliers live, at the Gauss-Lobatto points of each facet (the paper's
-nodal quadrature, for any order): `ContactFacets` numbers these nodes and builds the penalty
-term (31) and the augmented Lagrangian term (37). With Gauss's rule the multipliers stay nodal, but
-(37) is integrated, and gaps are checked, at Gauss points: for comparison, as pressures then oscillate.
+Gaps are checked, and multipliers live, at the Gauss-Lobatto points of each facet (the paper's nodal
+quadrature, for any order): of segments, of quadrilaterals as tensor products, and of triangles of order 1 the
+vertices. On triangles of higher order such rules have weights that vanish or are negative, or have other
+points than the elements' unknowns: they are refused. `ContactNodes` numbers these nodes, `ContactFacets` adds
+law and obstacle, as the contact term (`microblock.fem.contact_term`) asks for them. With Gauss's rule the
+multipliers stay nodal, but (37) is integrated, and gaps are checked, at Gauss points: for comparison, as
+pressures then oscillate.
 """
 
-import itertools
 from copy import copy
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import ngsolve as ng
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, diags, vstack
 from scipy.sparse.linalg import splu
 from scipy.special import roots_jacobi
 
 from ..errors import BadArgument, require_choice, require_kind
 from ..model.law import check as check_law
 from ..model.methods import RULES
+from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import joined
-from .body import FIELDS, Body
+from . import contact_term
+from .body import PLACES, Body
 
 SAME_GAP = 1e-12  # of ell: two corner gaps that differ by less are one function
 STRAIGHT = 1e-9  # of the normals: gaps of a boundary that bends more are no polynomials between its nodes
+UPWARDS = 1e-9  # distance of the normal from e3, within which a facet in space is horizontal
+SAME_PLACE = 1e-12  # of the body's size: a node that is so near to a vertex's coordinate has it
+DIGITS = 9  # of coordinates over the body's size, by which nodes in space stand in rows
+VANISHES = 1e-14  # value of a shape function that is 0 but for rounding
+FLAT = 1e-12  # component of a direction below which a displacement along the axis does not enter
+STEEP = 0.5  # component of the normal along e3, from which on a facet beside the contact can be touched
+BETWEEN = 3  # places along a facet, more than its order, at which states look for penetration
+TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in NGSolve's order
 
 
 @lru_cache(maxsize=64)
@@ -35,7 +47,393 @@ def lobatto(order):
     return (points + 1) / 2, 1 / (order * (order + 1) * legendre**2)
 
 
-class ContactFacets:
+@lru_cache(maxsize=64)
+def nodal_rule(kind, order):
+    """NGSolve's rule whose points are the nodes of a facet of this kind and order."""
+    points, weights = lobatto(order)
+    if kind == ng.ET.POINT:
+        return ng.IntegrationRule([(0.0,)], [1.0])
+    if kind == ng.ET.TRIG:
+        return ng.IntegrationRule(TRIANGLE, [1 / 6] * 3)
+    if kind == ng.ET.SEGM:
+        return ng.IntegrationRule([(float(t),) for t in points], [float(w) for w in weights])
+    pairs = [(float(s), float(t)) for s in points for t in points]
+    return ng.IntegrationRule(pairs, [float(v * w) for v in weights for w in weights])
+
+
+class ContactNodes:
+    """The nodes of the contact boundary of a body, those that facets share once.
+
+    Facets have the lower one of the orders of u and psi. Nodes are in the order of x1, in space in rows of
+    x1.
+
+    Parameters
+    ----------
+    body : Body, of any orders and dimension
+    boundary : str, name or pattern of the contact boundary
+
+    Attributes
+    ----------
+    points, normals : arrays (n, 2), in space (n, 3); in 1D the contact point is (0, x2) with normal e2
+    weights : array (n,), lengths or areas (1 in 1D)
+    facets : list of arrays, the nodes of each facet: from one of its ends to the other, of a quadrilateral
+        (k, k) in its tensor product, of a triangle (3,)
+    apart : boolean array (n - 1,), in the plane: whether the boundary is interrupted between a node and the
+        next
+    traces : {field: sparse array (n, unknowns of the field)}, its values at the nodes
+    shares : array (n,), in space: the areas that the nodal rule gives the nodes, on quadrilaterals that are
+        no parallelograms others than `weights`
+
+    Raises
+    ------
+    BadArgument
+        If supports hold what an obstacle presses; in space also for facets that do not face upwards, and for
+        triangles of an order above 1.
+
+    Examples
+    --------
+    >>> from microblock.fem import meshes3d
+    >>> from microblock.fem.facets import ContactNodes
+    >>> x = np.linspace(0, 1, 3)
+    >>> solid = mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1)
+    >>> nodes = ContactNodes(mb.Body(meshes3d.block(x, x, x - 1), solid, order=2, fixed="bottom"))
+    >>> len(nodes.points), round(float(nodes.weights.sum()), 12)
+    (25, 1.0)
+    """
+
+    def __init__(self, body, boundary=None):
+        require_kind(Body, "a Body", body=body)
+        boundary = body.contact if boundary is None else boundary
+        require_kind(str, "the name of a boundary", boundary=boundary)
+        self.body, self.boundary, self.region = body, boundary, body.pressed(boundary)
+        self.dim = body.mesh.dim
+        if self.dim == 3:
+            self._require_upwards()
+        self._number_nodes()
+        if self.dim == 3 and not self.free["u3"].any():
+            raise BadArgument(
+                "contact",
+                body.contact,
+                f"is constrained in u3 by the supports on {body.fixed['u3']}: an obstacle cannot press what "
+                "cannot move",
+            )
+
+    def __reduce__(self):
+        """A copy, or what comes out of a file, is made anew: factors and regions of NGSolve do not travel."""
+        return type(self), (self.body, self.boundary)
+
+    def _require_upwards(self):
+        """BadArgument unless all facets are horizontal, above their elements, and have a rule."""
+        mesh, kinds = self.body.mesh, {facet.type for facet in self.region.Elements()}
+        if self.body.order != self.body.order_psi:
+            words = "must be the order of u on a body in space that is pressed"
+            raise BadArgument("order_psi", self.body.order_psi, words)
+        if kinds != {ng.ET.QUAD} and self.body.order > 1:
+            raise BadArgument(
+                "order",
+                self.body.order,
+                "must be 1 where triangles are in contact: of higher orders they have no nodal rule with "
+                "positive weights; take hexahedra, or prisms with quadrilaterals on top",
+            )
+        corners = ng.IntegrationRule(TRIANGLE, [0.0] * 3)  # of both kinds of facets
+        places = mesh.MapToAllElements({kind: corners for kind in kinds}, self.region)
+        normals = np.asarray(ng.specialcf.normal(3)(places)).reshape(-1, 3)
+        if not np.all(np.abs(np.abs(normals[:, 2]) - 1) < UPWARDS):
+            raise BadArgument("contact", self.boundary, "must be horizontal, its normal e3")
+        faces = {facet.faces[0].nr: _heights(mesh, facet) for facet in self.region.Elements()}
+        below = {
+            face.nr: _heights(mesh, element)
+            for element in mesh.Elements()
+            for face in element.faces
+            if face.nr in faces
+        }
+        if not all(below[face].mean() < own.mean() for face, own in faces.items()):
+            raise BadArgument("contact", self.boundary, "must face upwards, its normal e3")
+        self.depths = np.array([own.mean() - below[face].min() for face, own in faces.items()])
+
+    def _number_nodes(self):
+        """A node has the number of the unknown of a scalar space that stands for it: neighbours share it."""
+        body, elements = self.body, list(self.region.Elements())
+        u, psi = ([body.spaces[i].GetDofNrs(facet) for facet in elements] for i in (0, -1))
+        plane = [min(len(a), len(b)) - 1 for a, b in zip(u, psi)]
+        self.orders = plane if self.dim == 2 else [min(body.order, body.order_psi)] * len(elements)
+        lower = u if body.order <= body.order_psi else psi
+        ids = [_numbers(facet.type, *own) for facet, *own in zip(elements, lower, self.orders)]
+        known, inverse = np.unique(np.concatenate([own.ravel() for own in ids]), return_inverse=True)
+        ends = np.cumsum([own.size for own in ids])[:-1]
+        members = [own.reshape(part.shape) for own, part in zip(np.split(inverse, ends), ids)]
+        points, normals, weights = self._measured(elements, members, len(known))
+        if self.dim == 3:  # rows of x1 one after the other
+            points = self._snapped(points)
+            order = np.lexsort(np.round(points / np.ptp(points, axis=0).max(), DIGITS).T)
+        else:
+            order = np.lexsort(points.T[::-1])
+        self.facets = [np.argsort(order)[own] for own in members]
+        self.points, self.weights, normals = points[order], weights[order], normals[order]
+        if self.dim == 3:
+            self.shares = self._by_rule[order]
+        self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
+        own = self._trace(body.spaces[0], elements, u), self._trace(body.spaces[-1], elements, psi)
+        self.traces = {name: own[name[0] == "p"] for name in body.names}
+        if self.dim == 2:
+            self.apart = interruptions(body.mesh, self.region, self.points[:, 0])
+
+    def _measured(self, elements, members, count):
+        """Points, normals times weights, and weights of the nodes."""
+        dim, mesh = max(self.dim, 2), self.body.mesh
+        points, normals, weights = np.zeros((count, dim)), np.zeros((count, dim)), np.zeros(count)
+        if self.dim == 1:
+            for facet, own in zip(elements, members):
+                transformation = mesh.GetTrafo(facet)  # a mapped point does not keep it alive
+                place = transformation(0.0)
+                points[own, 1], weights[own] = place.point[0], 1.0
+                normals[own, 1] = ng.specialcf.normal(1)(place)
+            return points, normals, weights
+        sides, self._by_rule = outward_sides(mesh, self.region), np.zeros(count)
+        kinds = np.array([facet.type == ng.ET.TRIG for facet in elements])
+        for order in set(self.orders):
+            rules = {facet.type: nodal_rule(facet.type, order) for facet in elements}
+            places, sizes, outwards = at_rules(self.body.mesh, self.region, rules)
+            starts = np.cumsum([0, *(len(rules[facet.type]) for facet in elements)])[:-1]
+            for triangular in set(kinds):
+                here = np.flatnonzero((kinds == triangular) & (np.array(self.orders) == order))
+                there = np.array([members[i].ravel() for i in here])
+                flat = starts[here, None] + np.arange(there.shape[1])
+                points[there] = places[flat]
+                outward = sides[here, None, None] * outwards[flat]
+                if triangular:
+                    shares = sizes[flat] / 6
+                elif dim == 3:
+                    shares = self._areas(order, len(elements))[here]
+                else:
+                    shares = lobatto(order)[1] * sizes[flat]
+                np.add.at(weights, there, shares)
+                rule = [point.weight for point in rules[elements[here[0]].type]]
+                np.add.at(self._by_rule, there, rule * sizes[flat])
+                np.add.at(normals, there, shares[..., None] * outward)
+        return points, normals, weights
+
+    def _areas(self, order, count):
+        """Integrals of the nodal polynomials over quadrilaterals, array (facets, nodes): the Gauss-Lobatto
+        weights, but for order 1 on one that is no parallelogram, where those would fail the patch test.
+        """
+        points, weights = gauss_rule(order + 1)
+        square = [(float(s), float(t)) for s in points for t in points]
+        rule = ng.IntegrationRule(square, [0.0] * len(square))
+        sizes = at_rules(self.body.mesh, self.region, {ng.ET.QUAD: rule, ng.ET.TRIG: rule})[1]
+        shares = weights[:, None] * lagrange(lobatto(order)[0], points)
+        sizes = sizes.reshape(count, len(points), len(points))
+        return np.einsum("si,fst,tj->fij", shares, sizes, shares).reshape(count, -1)
+
+    def _snapped(self, points):
+        """Points whose coordinates are those of the mesh's vertices where they differ by rounding: whether a
+        node lies below the face of a punch is decided there."""
+        vertices = np.array([vertex.point for vertex in self.body.mesh.vertices])
+        size = np.ptp(vertices, axis=0).max()
+        for axis in range(3):
+            known = np.unique(vertices[:, axis])
+            after = np.clip(np.searchsorted(known, points[:, axis]), 1, len(known) - 1)
+            for near in (known[after], known[after - 1]):
+                points[:, axis] = np.where(
+                    np.abs(near - points[:, axis]) < SAME_PLACE * size, near, points[:, axis]
+                )
+        return points
+
+    def _trace(self, space, elements, dofs):
+        """Values at the nodes from the unknowns of a space, sparse (n, unknowns)."""
+        shapes, rows = {}, [()] * len(self.points)
+        for facet, own, members, order in zip(elements, dofs, self.facets, self.orders):
+            vertices = np.unique(own[: len(facet.vertices)], return_inverse=True)[1]
+            key = facet.type, len(own), order, *vertices  # functions depend on the directions of edges
+            if key not in shapes:
+                fel = space.GetFE(facet)
+                values = np.array([fel.CalcShape(*_place(point)) for point in nodal_rule(facet.type, order)])
+                shapes[key] = np.where(np.abs(values) > VANISHES, values, 0.0)
+            for number, shape in zip(members.ravel(), shapes[key]):
+                rows[number] = own, shape
+        found = _rows(rows, space.ndof)
+        found.eliminate_zeros()
+        return found
+
+    def is_free(self, name, body):
+        """Whether no support of a body on this mesh holds a field at the nodes, boolean array (n,)."""
+        return abs(self.traces[name]) @ np.array(body.space.FreeDofs())[body.unknowns_of(name)] > 0
+
+    @cached_property
+    def free(self):
+        """{field: boolean array (n,)}, where no support holds it."""
+        return {name: self.is_free(name, self.body) for name in self.body.names}
+
+    def motion(self, directions, arms):
+        """Displacement along directions of what lies at `arms` from the centres of blocks, u + psi x arm:
+        sparse array (n, unknowns of the body); both are arrays (n, dim)."""
+        along, arms = _in_space(directions), _in_space(arms)
+        factors = np.hstack((along, np.cross(arms, along))).T
+        found = csr_matrix((len(along), self.body.space.ndof))
+        for name in self.body.names:
+            factor = factors[PLACES[name]]
+            if np.abs(factor).max() > FLAT:
+                found = found + diags(factor) @ self.at(name)
+        return found
+
+    def at(self, name):
+        """Values of a field at the nodes from all unknowns of the body, sparse array (n, unknowns)."""
+        trace, first = self.traces[name], self.body.unknowns_of(name).start
+        shape = len(self.points), self.body.space.ndof
+        return csr_matrix((trace.data, trace.indices + first, trace.indptr), shape=shape)
+
+    @cached_property
+    def onto(self):
+        """R of `microblock.fem.condensation`."""
+        return self._onto()
+
+    def _onto(self):
+        """R, from all unknowns: (u.n, psi) at the nodes, in space (u, phi1, phi2), u into the body and
+        phi = (-psi2, psi1) ell/2; sparse.
+        """
+        if self.dim == 2:
+            return vstack((self.motion(self.normals, 0 * self.normals), self.at("psi")), format="csr")
+        half = self.body.solid.ell / 2
+        return vstack((-self.at("u3"), -half * self.at("psi2"), half * self.at("psi1")), format="csr")
+
+    def values(self, name, fields):
+        """A field (its name) of Fields of the body at the nodes, array (n,)."""
+        return self.traces[name] @ getattr(fields, name).vec.FV().NumPy()
+
+    def moments_of(self, name, exerted):
+        """Nodal moments, array (n,), of what is exerted in all unknowns of a body: its work on psi, or on one
+        of its components.
+
+        On the nodes' polynomials, a constant among them, the work is exact; psi of a higher order has more of
+        them than there are nodes.
+        """
+        space = self.body.spaces[-1]  # hierarchical: the first unknowns are those of the lower orders
+        counts = [own.size for own in self.facets]
+        dofs = [space.GetDofNrs(facet)[:count] for facet, count in zip(self.region.Elements(), counts)]
+        used = np.unique(np.concatenate(dofs))
+        trace = self.traces[name][:, used].T.tocsc()
+        return splu(trace).solve(exerted[self.body.unknowns_of(name)][used])
+
+    @cached_property
+    def interpolation(self):
+        """[(left, right, numbers of its nodes)] of the facets of a boundary along x1, all left to right."""
+        found = []
+        for members in self.facets:
+            members = members[np.argsort(self.points[members, 0])]
+            found.append((self.points[members[0], 0], self.points[members[-1], 0], members))
+        return sorted(found, key=lambda facet: facet[0])
+
+    def interpolate(self, values, x):
+        """Nodal values (array (nodes,)) at x1 = x: on each facet the polynomial through its nodes, 0 beyond
+        the boundary.
+        """
+        found = np.zeros_like(x)
+        facets = self.interpolation
+        place = np.searchsorted([right for _, right, _ in facets], x)
+        for number in np.unique(place[(x >= facets[0][0]) & (place < len(facets))]):
+            left, right, members = facets[number]
+            here = (place == number) & (x >= left)
+            own = values[members]
+            if own.any():
+                found[here] = (
+                    lagrange(
+                        (self.points[members, 0] - left) / (right - left), (x[here] - left) / (right - left)
+                    )
+                    @ own
+                )
+        return found
+
+    @cached_property
+    def beyond(self):
+        """Numbers of the vertices of what faces upwards, or downwards, and is no contact: array (k,)."""
+        mesh, inside, found = self.body.mesh, self.region.Mask(), set()
+        for facet in mesh.Elements(ng.BND):
+            if not inside[facet.index]:
+                a, b, c = (np.array(mesh[vertex].point) for vertex in facet.vertices[:3])
+                across = np.cross(b - a, c - a)
+                if abs(across[2]) > STEEP * np.linalg.norm(across):
+                    found |= {vertex.nr for vertex in facet.vertices}
+        own = {vertex.nr for facet in self.region.Elements() for vertex in facet.vertices}
+        return np.array(sorted(found - own), int)
+
+    @cached_property
+    def between(self):
+        """(Places between the nodes in space, array (k, 3), values there from those at the nodes, sparse
+        (k, n)).
+        """
+        order, rows, places = self.orders[0], [], []
+        inner = gauss_rule(order + BETWEEN)[0]
+        along = lagrange(lobatto(order)[0], inner)
+        square = [(s, t) for s in inner for t in inner], np.kron(along, along)
+        for facet, members in zip(self.region.Elements(), self.facets):
+            there, shares = square if members.ndim == 2 else ([(1 / 3, 1 / 3)], np.full((1, 3), 1 / 3))
+            transformation = self.body.mesh.GetTrafo(facet)  # a mapped point does not keep it alive
+            places += [transformation(*map(float, place)).point for place in there]
+            rows += [(members.ravel(), share) for share in shares]
+        return np.array(places), _rows(rows, len(self.points))
+
+    @cached_property
+    def triangles(self):
+        """Triangles between the nodes in space, array (m, 3), to draw on."""
+        found = []
+        for members in self.facets:
+            if members.ndim == 1:
+                found.append(members[None])
+                continue
+            a, b, c, d = (
+                part.ravel()
+                for part in (members[:-1, :-1], members[1:, :-1], members[1:, 1:], members[:-1, 1:])
+            )
+            found += [np.column_stack((a, b, c)), np.column_stack((a, c, d))]
+        return np.concatenate(found)
+
+    # what the contact term asks for
+
+    @cached_property
+    def multipliers(self):
+        """The H1 space of one corner's multiplier."""
+        return ng.Compress(self.body.scalar(self.orders[0], definedon=self.region))
+
+    @cached_property
+    def _multiplier(self):
+        """Values at the nodes from the unknowns of a multiplier, and the factors of this matrix."""
+        elements = list(self.region.Elements())
+        trace = self._trace(self.multipliers, elements, [self.multipliers.GetDofNrs(own) for own in elements])
+        return trace, splu(trace.tocsc())
+
+    def field(self, values):
+        """An expression with these values at the nodes, array (n,), or a vector of (n, dim) with three
+        components.
+        """
+        if values.ndim == 1:
+            function = ng.GridFunction(self.multipliers)
+            function.vec.FV().NumPy()[:] = self._multiplier[1].solve(np.asarray(values, float))
+            return function
+        return ng.CF(tuple(self.field(part) if part.any() else ng.CF(0) for part in _in_space(values).T))
+
+    def multiplier(self, unknowns):
+        """Values at the nodes from the unknowns of a multiplier, array."""
+        return self._multiplier[0] @ unknowns
+
+    def lowering(self, approach):
+        """The displacement of an obstacle that is lowered by `approach`, an expression."""
+        return -approach * ng.CF((0, 1, 0) if self.dim < 3 else (0, 0, 1))
+
+    @cached_property
+    def rules(self):
+        """{kind of a facet: NGSolve's rule}, whose points are the nodes."""
+        return {facet.type: nodal_rule(facet.type, self.orders[0]) for facet in self.region.Elements()}
+
+    def integral(self, density, rules=None):
+        """The integral of an expression over the contact boundary by the rule, or other ones; in space its
+        weights are made the areas of the nodes.
+        """
+        if self.dim == 3:
+            density = density * self.field(self.weights / self.shares)
+        return density * ng.ds(definedon=self.region, intrules=rules or self.rules)
+
+
+class ContactFacets(ContactNodes):
     """The nodes of a contact boundary and the terms of a contact law on them.
 
     Parameters
@@ -49,8 +447,7 @@ class ContactFacets:
 
     Attributes
     ----------
-    points, normals : arrays (n, 2); in 1D the contact point is (0, x2) with normal e2
-    weights : array (n,), lengths (1 in 1D)
+    points, normals, weights, ... : as of `ContactNodes`
     corners : names of the law's corners
     levers, initial_gaps : {corner: array (n,)}
     can_touch : {corner: boolean array (n,)}; False where there is no obstacle above the corner, and
@@ -86,11 +483,8 @@ class ContactFacets:
                 "must have one order for all elements: the contact rule is the same on every facet",
             )
         self._made_of = body, law, obstacle, boundary, rule
-        self.body, self.law, self.corners = body, law, law.corners
-        self.region = body.pressed(boundary)
-        self.order = min(body.order, body.order_psi)
-        self.nodal = rule == "nodal"
-        self._number_nodes()
+        super().__init__(body, boundary)
+        self.law, self.corners, self.nodal = law, law.corners, rule == "nodal"
         ell = body.solid.ell
         self.levers = law.levers(self.points[:, 0])
         self.initial_gaps = law.initial_gaps(self.points, self.normals, ell, obstacle)
@@ -103,46 +497,6 @@ class ContactFacets:
     def __reduce__(self):
         """A copy, or what comes out of a file, is made anew: rules and regions of NGSolve do not travel."""
         return ContactFacets, self._made_of
-
-    def _number_nodes(self):
-        """Nodes are the Lobatto points of all facets, those on shared vertices once."""
-        body, mesh = self.body, self.body.mesh
-        self.multipliers = ng.Compress(body.scalar(self.order, definedon=self.region))
-        spaces = dict(zip(FIELDS, body.spaces), multiplier=self.multipliers)
-        points, weights = lobatto(self.order) if mesh.dim == 2 else (np.zeros(1), np.ones(1))
-        self.rule = ng.IntegrationRule(
-            points=[(float(t),) for t in points], weights=[float(w) for w in weights]
-        )
-        self._nodal_rule = self.rule
-        outward = ng.specialcf.normal(mesh.dim)
-        numbers, nodes, rows = {}, [], {name: [] for name in spaces}
-        for facet, side in zip(self.region.Elements(), outward_sides(mesh, self.region)):
-            local = {name: (space.GetFE(facet), space.GetDofNrs(facet)) for name, space in spaces.items()}
-            transformation = mesh.GetTrafo(facet)
-            for j, (xi, weight) in enumerate(zip(points, weights)):
-                shape = {name: _point_row(element, dofs, xi) for name, (element, dofs) in local.items()}
-                at_vertex = j in (0, len(points) - 1)
-                key = ("vertex", *shape["multiplier"]) if at_vertex else (facet.nr, j)
-                mapped = transformation(xi)
-                normal = side * np.array(outward(mapped))
-                measure = weight * (mapped.measure if mesh.dim == 2 else 1.0)
-                if key in numbers:
-                    nodes[numbers[key]][1] += measure
-                    nodes[numbers[key]][2] += measure * _plane(normal, mesh.dim)
-                    continue
-                numbers[key] = len(nodes)
-                nodes.append([_plane(mapped.point, mesh.dim), measure, measure * _plane(normal, mesh.dim)])
-                for name in spaces:
-                    rows[name].append(shape[name])
-        order = np.lexsort(np.array([point for point, _, _ in nodes]).T[::-1])
-        self.points = np.array([nodes[i][0] for i in order])
-        self.weights = np.array([nodes[i][1] for i in order])
-        normals = np.array([nodes[i][2] for i in order])
-        self.normals = normals / np.linalg.norm(normals, axis=1)[:, None]
-        self._values = {
-            name: _matrix([rows[name][i] for i in order], space.ndof) for name, space in spaces.items()
-        }
-        self._interpolation = splu(self._values["multiplier"].tocsc())
 
     def _take_gauss_points(self):
         """The rule of Gauss, the values of nodal polynomials at its points, and the integrals of
@@ -160,25 +514,24 @@ class ContactFacets:
         ):
             if excluded:
                 raise BadArgument("rule", "gauss", why)
-        self.rule = ng.IntegrationRule(ng.SEGM, 2 * self.order + 1)
+        rule = ng.IntegrationRule(ng.SEGM, 2 * self.orders[0] + 1)
         rows, weights = [], []
         for facet in self.region.Elements():
             element, dofs = self.multipliers.GetFE(facet), self.multipliers.GetDofNrs(facet)
-            for point in self.rule:
-                rows.append(_point_row(element, dofs, point.point[0]))
+            for point in rule:
+                rows.append((dofs, element.CalcShape(point.point[0])))
                 weights.append(point.weight * body.mesh.GetTrafo(facet)(point.point[0]).measure)
-        self._at_rule = _matrix(rows, self.multipliers.ndof)
+        self.rules, self._at_rule = {ng.SEGM: rule}, _rows(rows, self.multipliers.ndof)
         self.extents = abs(self._at_rule).T @ np.array(weights)
 
     def at_rule(self, values):
         """Values at the points of the rule of the piecewise polynomial with these values, array (n,), at the
         nodes.
         """
-        return values if self.nodal else self._at_rule @ self._interpolation.solve(values)
+        return values if self.nodal else self._at_rule @ self._multiplier[1].solve(values)
 
     def _reachable(self):
-        free = self.body.spaces[FIELDS.index("psi")].FreeDofs()
-        fixed = np.array([not any(free[int(d)] for d in row.indices) for row in self._values["psi"]])
+        fixed = ~self.free["psi"]
         if self.law.clamps_rotation and not fixed.all():
             raise BadArgument(
                 "law",
@@ -187,7 +540,7 @@ class ContactFacets:
             )
         supports = ng.GridFunction(self.body.space)
         self.body.prescribe(supports.components)
-        turn = self.body.solid.ell / 2 * self.at_nodes("psi", supports.components[2])
+        turn = self.body.solid.ell / 2 * self.traces["psi"] @ supports.components[2].vec.FV().NumPy()
         gaps = np.array([self.initial_gaps[corner] + self.levers[corner] * turn for corner in self.corners])
         nearest = np.argmin(gaps, axis=0)
         spread = np.where(np.isfinite(gaps.max(axis=0)), gaps.max(axis=0), 0) - gaps.min(
@@ -205,7 +558,7 @@ class ContactFacets:
     @property
     def psi_held(self):
         """Whether supports hold or prescribe psi on the contact boundary."""
-        return "psi" in self.body.held_on(self._made_of[3])
+        return "psi" in self.body.held_on(self.boundary)
 
     @property
     def first_touch(self):
@@ -224,96 +577,41 @@ class ContactFacets:
         }
         return other
 
+    @cached_property
+    def arms(self):
+        """Places of the corners from the centres of their blocks, array (corners, n, 2) (lengths)."""
+        return self.body.solid.ell * self.law.arms(self.points, self.normals)
+
     @property
-    def rows(self):
-        """Values at the nodes of u1, u2 and psi from the unknowns of each, sparse matrices (n, unknowns)."""
-        return [self._values[name] for name in FIELDS]
+    def g0(self):
+        """Initial gaps, array (corners, n); inf where a corner cannot touch."""
+        each = [(self.can_touch[corner], self.initial_gaps[corner]) for corner in self.corners]
+        return np.array([np.where(reachable, gaps, np.inf) for reachable, gaps in each])
 
-    def at_nodes(self, name, function):
-        """Values at the nodes of a grid function of the field `name` ("u1", "u2", "psi", "multiplier")."""
-        return self._values[name] @ function.vec.FV().NumPy()
+    @cached_property
+    def moved(self):
+        """[displacement of each corner along the normal], sparse arrays (n, unknowns of the body)."""
+        return [self.motion(self.normals, arms) for arms in self.arms]
 
-    def reaction(self, fields):
-        """Nodal moments, array (n,), that hold psi where it is prescribed."""
-        orders = itertools.repeat(self.order)
-        return nodal_moments(self._values["psi"], self.body, self.region, orders, fields.forces)
-
-    def interpolate(self, values):
-        """Grid function of the multiplier space with these values (array (n,)) at the nodes."""
-        function = ng.GridFunction(self.multipliers)
-        function.vec.FV().NumPy()[:] = self._interpolation.solve(np.asarray(values, float))
-        return function
-
-    def gap_changes(self, u1, u2, psi, approach):
-        """{corner: gap minus initial gap, at the nodes} of grid functions, the obstacle lowered by
-        `approach`.
+    def gaps(self, fields, approach):
+        """The gap (22) of each corner, array (corners, n), from the unknowns of the body, array, the obstacle
+        lowered by `approach`.
         """
-        un = self.normals[:, 0] * self.at_nodes("u1", u1) + self.normals[:, 1] * self.at_nodes("u2", u2)
-        turn = self.body.solid.ell / 2 * self.at_nodes("psi", psi)
-        return {
-            corner: self.levers[corner] * turn - un - approach * self.normals[:, 1] for corner in self.corners
-        }
+        initial = np.array(list(self.initial_gaps.values()))
+        return initial - [corner @ fields for corner in self.moved] - approach * self.normals[:, -1]
 
-    def nodal_gaps(self, u1, u2, psi, approach):
-        """{corner: gap (22) at the nodes} of grid functions, the obstacle lowered by `approach` along -e2."""
-        changes = self.gap_changes(u1, u2, psi, approach)
-        return {corner: self.initial_gaps[corner] + change for corner, change in changes.items()}
-
-    def gap(self, corner, u1, u2, psi, approach):
-        """The gap (22) of a corner as an expression, exact at the nodes."""
-        finite = np.where(self.can_touch[corner], self.initial_gaps[corner], 0.0)
-        n1, n2 = (self.interpolate(component) for component in self.normals.T)
-        return (
-            self.interpolate(finite)
-            - n2 * approach
-            - (n1 * u1 + n2 * u2)
-            + self.body.solid.ell / 2 * self.interpolate(self.levers[corner]) * psi
-        )
-
-    def integral(self, density, rule=None):
-        """Integral of an expression over the contact boundary by the rule, or another one."""
-        return density * ng.ds(definedon=self.region, intrules={ng.SEGM: self.rule if rule is None else rule})
-
-    def penalty(self, rho, u1, u2, psi, approach):
-        """The contact term of (31), the sum of rho/2 <g>_-^2 of all corners: (37) without multipliers."""
-        nothing = [ng.CF(0)] * len(self.corners)
-        return self.augmented_lagrangian(rho, u1, u2, psi, nothing, approach)
-
-    def augmented_lagrangian(self, rho, u1, u2, psi, multipliers, approach):
-        """The contact term of (37): sum over the corners of L(g, lambda), (38); `multipliers` by corner."""
-        total = 0
-        for corner, multiplier in zip(self.corners, multipliers, strict=True):
-            gap = self.gap(corner, u1, u2, psi, approach)
-            separation = -(multiplier**2) / (2 * rho)
-            contact = (multiplier + rho / 2 * gap) * gap
-            total += self._where(corner, ng.IfPos(multiplier + rho * gap, separation, contact), separation)
+    def contact(self, components, multipliers, approach, rho):
+        """The contact term of (37), or of (31) without multipliers."""
+        lams, vectors = multipliers or [ng.CF(0)] * len(self.corners), self.body.vectors(components)
+        total = contact_term.contact(self, self.g0, self.arms, *vectors, lams, self.lowering(approach), rho)
         if self.nodal or not self.twins.any():
-            return self.integral(total)
+            return total
         # where psi is constrained at a node the gaps determine the sum of its multipliers only: their
         # difference is 0 by symmetry
         first, second = multipliers
-        tie = self.interpolate(self.twins.astype(float)) * (first - second) ** 2 / (2 * rho)
-        return self.integral(total) - self.integral(tie, self._nodal_rule)
-
-    def _where(self, corner, term, otherwise):
-        """`term` where the corner can touch."""
-        mask = self.can_touch[corner]
-        if mask.all():
-            return term
-        return ng.IfPos(self.interpolate(mask.astype(float)) - 0.5, term, otherwise)
-
-
-def nodal_moments(values, body, region, orders, forces):
-    """Nodal moments, array (n,), of what is exerted in all unknowns of a body: its work on psi.
-
-    `values` are those of psi at the nodes from its unknowns, sparse (n, unknowns), and `orders` those of the
-    nodes' polynomials on the facets. On these polynomials, a constant among them, the work is exact; psi of a
-    higher order has more of them than there are nodes.
-    """
-    space = body.spaces[-1]  # hierarchical: the first unknowns of a facet are those of the lower orders
-    facets = [space.GetDofNrs(facet)[: order + 1] for facet, order in zip(region.Elements(), orders)]
-    used = np.unique(np.concatenate(facets))
-    return splu(values[:, used].T.tocsc()).solve(forces[-space.ndof :][used])
+        tie = self.field(self.twins) * (first - second) ** 2 / (2 * rho)
+        rules = {ng.SEGM: nodal_rule(ng.SEGM, self.orders[0])}
+        return total - self.integral(tie, rules)
 
 
 def interruptions(mesh, region, x):
@@ -331,16 +629,31 @@ def at_all_facets(mesh, region, xis):
     return mesh.MapToAllElements({ng.SEGM: rule}, region)
 
 
-def mapped(mesh, region, xis):
-    """Points of all facets of a boundary of a 2D mesh at reference coordinates, array (facets, xis, 2), what
-    a unit of these is long there, array (facets, xis), and NGSolve's normals, array (facets, xis, 2).
+def at_rules(mesh, region, rules):
+    """Points of all facets of a boundary at those of rules, array (points, dim), what a unit of the reference
+    coordinates is long (large) there, array (points,), and NGSolve's normals, array (points, dim).
     """
-    there = at_all_facets(mesh, region, xis)
-    points, normals, along = (
-        function(there).reshape(-1, len(xis), 2)
-        for function in (ng.CF((ng.x, ng.y)), ng.specialcf.normal(2), ng.specialcf.JacobianMatrix(2, 1))
+    dim, there = mesh.dim, mesh.MapToAllElements(rules, region)
+    points, normals, slopes = (
+        np.asarray(function(there))
+        for function in (
+            ng.CF((ng.x, ng.y, ng.z)[:dim]),
+            ng.specialcf.normal(dim),
+            ng.specialcf.JacobianMatrix(dim, dim - 1),
+        )
     )
-    return points, np.hypot(along[..., 0], along[..., 1]), normals
+    slopes = slopes.reshape(-1, dim, dim - 1)
+    sizes = np.sqrt(np.linalg.det(np.swapaxes(slopes, 1, 2) @ slopes))
+    return points.reshape(-1, dim), sizes, normals.reshape(-1, dim)
+
+
+def mapped(mesh, region, xis):
+    """What `at_rules` returns at reference coordinates of the facets of a 2D mesh: arrays (facets, xis, 2),
+    (facets, xis) and (facets, xis, 2).
+    """
+    rule = ng.IntegrationRule(points=[(float(xi),) for xi in xis], weights=[0.0] * len(xis))
+    points, sizes, normals = at_rules(mesh, region, {ng.SEGM: rule})
+    return points.reshape(-1, len(xis), 2), sizes.reshape(-1, len(xis)), normals.reshape(-1, len(xis), 2)
 
 
 def elements_at(mesh, region):
@@ -349,10 +662,10 @@ def elements_at(mesh, region):
 
 
 def outward_sides(mesh, region):
-    """For each facet of a boundary 1, or -1 where NGSolve's normal points inwards, array (facets,): it
-    follows the facet's own orientation.
+    """For each facet of a boundary 1, or in the plane -1 where NGSolve's normal points inwards, array
+    (facets,): it follows the facet's own orientation.
     """
-    if mesh.dim == 1:
+    if mesh.dim != 2:
         return np.ones(len(list(region.Elements())))
     inside = [
         [mesh[vertex].point for vertex in mesh[ng.ElementId(ng.VOL, int(number))].vertices]
@@ -364,21 +677,45 @@ def outward_sides(mesh, region):
     return np.where(np.sum(away * normals[:, 0], axis=1) > 0, 1.0, -1.0)
 
 
-def _point_row(element, dofs, xi):
-    """{dof: value} of the shape functions that do not vanish at xi (identified dofs added up)."""
-    row = {}
-    for dof, value in zip(dofs, element.CalcShape(float(xi))):
-        if abs(value) > 1e-14:
-            row[dof] = row.get(dof, 0.0) + value
-    return row
+def _numbers(kind, dofs, order):
+    """The unknown that stands for each node of a facet, of its unknowns in a scalar H1 space of this order:
+    array (order + 1,), of a quadrilateral (order + 1, order + 1), of a triangle (3,)."""
+    dofs, inner = np.array(dofs), order - 1
+    if kind in (ng.ET.POINT, ng.ET.TRIG):
+        return dofs
+
+    def between(start, end, edge):  # unknowns of an edge, from one vertex to another
+        return edge if start < end else edge[::-1]
+
+    if kind == ng.ET.SEGM:  # reference coordinate 0 is the second vertex
+        return np.array([dofs[1], *between(dofs[1], dofs[0], dofs[2 : 2 + inner]), dofs[0]])
+    grid, (a, b, c, d) = np.empty((order + 1,) * 2, int), dofs[:4]
+    bottom, top, left, right = dofs[4 : 4 + 4 * inner].reshape(4, inner)
+    grid[[0, -1, -1, 0], [0, 0, -1, -1]] = a, b, c, d
+    grid[1:-1, 0], grid[1:-1, -1] = between(a, b, bottom), between(d, c, top)
+    grid[0, 1:-1], grid[-1, 1:-1] = between(a, d, left), between(b, c, right)
+    grid[1:-1, 1:-1] = dofs[4 + 4 * inner :].reshape(inner, inner)
+    return grid
 
 
-def _plane(vector, dim):
-    """A point or normal in the plane; in 1D the only coordinate is x2."""
-    return np.array([0.0, vector[0]]) if dim == 1 else np.array(vector[:2])
+def _place(point):
+    """The reference coordinates of a point of a rule, as `CalcShape` takes them: two at most."""
+    return [float(coordinate) for coordinate in point.point[:2]]
 
 
-def _matrix(rows, width):
-    entries = [(i, dof, value) for i, row in enumerate(rows) for dof, value in row.items()]
-    i, j, values = zip(*entries)
-    return csr_matrix((values, (i, j)), shape=(len(rows), width))
+def _in_space(vectors):
+    """Vectors with three components, arrays (..., 3), of some in the plane."""
+    missing = 3 - vectors.shape[-1]
+    return np.concatenate((vectors, np.zeros((*vectors.shape[:-1], missing))), axis=-1)
+
+
+def _heights(mesh, element):
+    """x3 of the vertices of an element or a facet, array."""
+    return np.array([mesh[vertex].point[2] for vertex in element.vertices])
+
+
+def _rows(rows, width):
+    """The sparse matrix of these rows, (columns, values)."""
+    i = np.repeat(np.arange(len(rows)), [len(columns) for columns, _ in rows])
+    columns, values = (np.concatenate([row[part] for row in rows]) for part in (0, 1))
+    return csr_matrix((values, (i, columns)), shape=(len(rows), width))

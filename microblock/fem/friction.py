@@ -17,10 +17,10 @@ from scipy.sparse.linalg import splu
 from ..corners.follower import Follower, FrictionalContact, Moment
 from ..errors import BadArgument, NotConverged, require_choice, require_kind
 from .body import Body, Fields, Loads
-from .bulk import UNSOLVED
+from .bulk import UNSOLVED, as_csr
 from .facets import ContactFacets
 from .factors import SYMMETRIC
-from .newton import CONTROLS, LinearForm, NodalState
+from .newton import CONTROLS, NodalState
 
 SINGULAR = "the equations are singular: is the body supported, psi where beta = 0 as well?"
 AT_ONCE = 64  # right-hand sides of the body's factors: more take memory alone
@@ -30,7 +30,7 @@ def slip_lever(law):
     """Height of the corners over the centre of their block, over ell: they move by u.t - lever ell psi along
     the surface; 0 of a law that knows the contact point alone.
     """
-    return 0.5 if any(lever.any() for lever in law.levers(np.zeros(1)).values()) else 0.0
+    return float(law.arms(np.zeros((1, 2)), np.array([[0.0, 1.0]]))[0, 0, 1])
 
 
 def require_friction(law):
@@ -74,15 +74,9 @@ class FrictionFacets:
         require_friction(law)
         self.body, self.law, self.friction = body, law, law.friction
         self.nodes = ContactFacets(body, replace(law, friction=0.0), obstacle, boundary)
-        whole, n = sparse.block_diag(self.nodes.rows, format="csr"), len(self.nodes.weights)
-        u1, u2, psi = (whole[number * n : (number + 1) * n] for number in range(3))
-        n1, n2 = (sparse.diags(component) for component in self.nodes.normals.T)
-        half = body.solid.ell / 2
-        self.normal = {
-            corner: n1 @ u1 + n2 @ u2 - half * sparse.diags(lever) @ psi
-            for corner, lever in self.nodes.levers.items()
-        }
-        self.slip = n2 @ u1 - n1 @ u2 - slip_lever(law) * body.solid.ell * psi
+        self.normal = dict(zip(self.nodes.corners, self.nodes.moved))
+        along = np.column_stack((self.nodes.normals[:, 1], -self.nodes.normals[:, 0]))
+        self.slip = self.nodes.motion(along, self.nodes.arms[0])  # psi0 is 0: corners slip alike
 
 
 class MonolithicFriction:
@@ -122,12 +116,11 @@ class MonolithicFriction:
     def _assemble(self, loads):
         """Stiffness, loads and prescribed values in all unknowns of the body."""
         space = self.body.space
-        functional = self.body.potential(*space.TrialFunction(), loads)
-        self.stiffness, minus_f = LinearForm(space, functional).assembled
+        self.stiffness, self.loads = as_csr(self.body.bulk().mat), self.body.acting(loads)
         supports = ng.GridFunction(space)
         self.body.prescribe(supports.components)
         self._free = np.array(space.FreeDofs())
-        self.loads, self._held = -minus_f, np.where(self._free, 0.0, supports.vec.FV().NumPy())
+        self._held = np.where(self._free, 0.0, supports.vec.FV().NumPy())
         # forces of the obstacle on the body do work on -u.n of the corners and on the slip
         normal = [-each for each in self.facets.normal.values()]
         self.onto = sparse.vstack((*normal, self.facets.slip)).tocsr()
@@ -271,7 +264,7 @@ class NodalFriction:
             approach=moment.approach,
             load=self.normal,
             fields=self.fields,
-            psi=nodes.at_nodes("psi", self.fields.psi),
+            psi=nodes.values("psi", self.fields),
             gaps=dict(zip(nodes.corners, self._by_corner(moment.gaps))),
             multipliers=dict(zip(nodes.corners, -self.pressures)),
             closed=dict(zip(nodes.corners, self._by_corner(moment.closed))),

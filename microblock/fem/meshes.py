@@ -122,16 +122,15 @@ def body_anew(kind, arguments):
     return kind(**arguments | {"mesh": arguments["mesh"].mesh})
 
 
-def require_sound(mesh, dims=(1, 2)):
-    """BadArgument unless it is a mesh of these dimensions, of elements that have an area (a volume) and are
-    all oriented the same way.
+def require_sound(mesh):
+    """BadArgument unless it is a mesh of elements that have an area (a volume) and are all oriented the same
+    way.
 
     Looked at in the corners of straight elements, and in the points of an integration rule in curved ones: in
     a corner whose two sides lie on one smooth curve a curved quadrilateral is flat.
     """
-    if not isinstance(mesh, ng.Mesh) or mesh.dim not in dims:
-        words = "three dimensions (Body takes one or two)" if 3 in dims else "one or two dimensions"
-        raise BadArgument("mesh", mesh, f"must be an ngsolve.Mesh of {words}")
+    if not isinstance(mesh, ng.Mesh) or mesh.dim not in (1, 2, 3):
+        raise BadArgument("mesh", mesh, "must be an ngsolve.Mesh of one, two or three dimensions")
     if mesh.ne == 0:
         raise BadArgument("mesh", mesh, "must have elements")
     curved = mesh.GetCurveOrder()

@@ -7,10 +7,11 @@ import ngsolve as ng
 import numpy as np
 
 from ..errors import BadArgument, require_numbers, require_positive
-from .body3d import FIELDS
+from .body import FIELDS3D
 
 SIDES = {(0, 0): "left", (0, 1): "right", (1, 0): "front", (1, 1): "back", (2, 0): "bottom", (2, 1): "top"}
 CONTACT = "contact"
+AROUND = (0, 0), (0, 1), (1, 1), (1, 0)  # corners of a square, one after the other
 WHOLE = 1e-9  # of a step, by which a length may miss a whole number of them
 PLANES = {0: ("u1", "psi2", "psi3"), 1: ("u2", "psi1", "psi3")}  # 0 on a plane of symmetry across the axis
 
@@ -93,29 +94,23 @@ def block(x1, x2, x3, reach=math.inf):
     middles = [(x[1:] + x[:-1]) / 2 for x in axes[:2]]
     if not all(np.any(np.abs(middle) < reach) for middle in middles):
         raise BadArgument("reach", reach, "must hold the middle of a facet at least")
-    mesh = netgen.Mesh(dim=3)
-    counts = [len(x) for x in axes]
-    points = [
-        mesh.Add(netgen.MeshPoint(netgen.Pnt(x, y, z))) for x in axes[0] for y in axes[1] for z in axes[2]
-    ]
-    numbers = np.arange(len(points)).reshape(counts)
-    names = [*SIDES.values(), CONTACT]
-    for number, name in enumerate(names, 1):
-        mesh.Add(netgen.FaceDescriptor(surfnr=number, domin=1, domout=0, bc=number))
-        mesh.SetBCName(number - 1, name)
-    for i, j, k in np.ndindex(*(count - 1 for count in counts)):
-        ends = numbers[i : i + 2, j : j + 2, k : k + 2]
-        around = [ends[a][order] for a in (0, 1) for order in ((0, 0), (0, 1), (1, 1), (1, 0))]
-        mesh.Add(netgen.Element3D(1, [points[number] for number in around]))
+    mesh, numbers = netgen.Mesh(dim=3), np.arange(math.prod(map(len, axes)), dtype=np.int32)
+    mesh.AddPoints(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) + 0.0)  # no -0.0
+    numbers, ends = numbers.reshape([len(x) for x in axes]), (slice(None, -1), slice(1, None))
+    around = [numbers[ends[i], ends[j], ends[k]] for i in (0, 1) for j, k in AROUND]
+    mesh.AddElements(3, mesh.AddRegion("solid", dim=3), np.stack(around, axis=-1).reshape(-1, 8))
+    regions = {name: mesh.AddRegion(name, dim=2) for name in (*SIDES.values(), CONTACT)}
+    pressed = np.logical_and.outer(*(np.abs(middle) < reach for middle in middles))
     for (axis, end), name in SIDES.items():
         side = np.take(numbers, -end, axis=axis)
-        for i, j in np.ndindex(side.shape[0] - 1, side.shape[1] - 1):
-            around = [side[i, j], side[i + 1, j], side[i + 1, j + 1], side[i, j + 1]]
-            # the outward normal is right-handed
-            around = around if bool(end) != (axis == 1) else around[::-1]
-            pressed = name == "top" and abs(middles[0][i]) < reach and abs(middles[1][j]) < reach
-            face = names.index(CONTACT if pressed else name) + 1
-            mesh.Add(netgen.Element2D(face, [points[number] for number in around]))
+        faces = np.stack([side[ends[j], ends[i]] for i, j in AROUND], axis=-1)
+        # the outward normal is right-handed
+        faces = faces if bool(end) != (axis == 1) else faces[..., ::-1]
+        within = pressed if name == "top" else np.zeros(faces.shape[:2], bool)
+        for own, chosen in ((CONTACT, within), (name, ~within)):
+            if chosen.any():
+                mesh.AddElements(2, regions[own], np.ascontiguousarray(faces[chosen]))
+    mesh.Compress()
     return ng.Mesh(mesh)
 
 
@@ -131,7 +126,7 @@ def supports(fixed="bottom", **planes):
 
     Returns
     -------
-    {field: boundaries}, for `Body3D(fixed=...)`
+    {field: boundaries}, for `Body(fixed=...)`
 
     Examples
     --------
@@ -139,7 +134,7 @@ def supports(fixed="bottom", **planes):
     >>> supports("bottom", x1="left")["psi2"], supports("bottom", x1="left")["u3"]
     ('bottom|left', 'bottom')
     """
-    found = {name: [fixed] for name in FIELDS}
+    found = {name: [fixed] for name in FIELDS3D}
     for axis, pattern in planes.items():
         if axis not in ("x1", "x2"):
             raise BadArgument("planes", axis, "must be x1 or x2, the axis across the plane")

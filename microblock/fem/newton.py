@@ -8,7 +8,6 @@ method; it has converged when the set of closed corners stays the same *and* the
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import ngsolve as ng
 import numpy as np
@@ -19,9 +18,9 @@ from ..model import law
 from ..model.progress import counted
 from ..model.summary import Row, Shown, Summary, number
 from ..threads import bounded
-from .body import Body, Fields, Loads
+from .body import FIELDS, Body, Fields, Loads
 from .bulk import as_csr
-from .facets import ContactFacets
+from .facets import FLAT, ContactFacets
 
 METHODS = ("al", "penalty")
 CONTROLS = ("approach", "load")
@@ -176,32 +175,33 @@ class MonolithicNewton:
         self._build(loads)
 
     def _build(self, loads):
-        corners = len(self.facets.corners) if self.method == "al" else 0
-        self.space = self.body.space
+        """The functional: potential energy (8) and contact term (37), or that of (31)."""
+        body, facets = self.body, self.facets
+        corners = len(facets.corners) if self.method == "al" else 0
+        self.space = body.space
         for _ in range(corners):
-            self.space = self.space * self.facets.multipliers
-        self.space = self.space * ng.NumberSpace(self.body.mesh, definedon=self.facets.region)
-        self._ranges = [self.space.Range(i) for i in range(len(self.space.components))]
-        self._approach = self._ranges[-1].start
+            self.space = self.space * facets.multipliers
+        self.space = self.space * ng.NumberSpace(body.mesh, definedon=facets.region)
+        ranges = [self.space.Range(i) for i in range(len(self.space.components))]
+        fields = len(body.names)
+        self._multipliers = [slice(one.start, one.stop) for one in ranges[fields:-1]]
+        self._approach = ranges[-1].start
         self._load = ng.Parameter(0.0)
-        u1, u2, psi, *multipliers, approach = self.space.TrialFunction()
-        potential = self.body.potential(u1, u2, psi, loads)
-        if self.method == "al":
-            contact = self.facets.augmented_lagrangian(self.rho, u1, u2, psi, multipliers, approach)
-        else:
-            contact = self.facets.penalty(self.rho, u1, u2, psi, approach)
+        *unknown, approach = self.space.TrialFunction()
+        contact = facets.contact(unknown[:fields], unknown[fields:], approach, self.rho)
         self._loaded = loads != Loads()
         if self.control == "load":
-            contact -= self.facets.integral(self._load / self.facets.weights.sum() * approach)
+            contact -= facets.integral(self._load / facets.weights.sum() * approach)
         self._contact = ng.BilinearForm(self.space)
         self._contact += ng.Variation(contact)
-        # of no worth: it makes the places of all that the contact couples
-        places = self.facets.integral(ng.Parameter(0.0) * approach**2)
-        self._bulk = LinearForm(self.space, potential + places)
+        self._bulk = Tangent(body, self.space, facets, body.acting(loads))
         self._inverse = None
         self.free = ng.BitArray(self.space.FreeDofs())
         self.free[self._approach] = self.control == "load"
-        self._free_fields = np.array([self.free[i] for i in range(self._ranges[2].stop)])
+        self._free_fields = np.array([self.free[i] for i in range(body.space.ndof)])
+        if "u1" not in body.fixed and np.abs(facets.normals[:, 0]).max() <= FLAT:
+            # nothing holds a translation along x1: one unknown does, and a residual says if it has to
+            self.free[int(np.flatnonzero(self._free_fields[body.unknowns_of("u1")])[0])] = False
 
     @property
     def unknowns(self):
@@ -308,16 +308,10 @@ class MonolithicNewton:
     def _touches(self, unknowns):
         """Approaches at which the corners that can touch would close, the body staying as it is."""
         unknowns.vec[self._approach] = 0.0
-        augmented = self._augmented(self._own(unknowns), self._gaps(unknowns))
-        ahead = {
-            corner: value / (self.rho * self.facets.normals[:, 1]) for corner, value in augmented.items()
-        }
-        return np.concatenate(
-            [
-                values[self.facets.can_touch[corner]] if self.facets.nodal else self.facets.at_rule(values)
-                for corner, values in ahead.items()
-            ]
-        )
+        ahead = self._augmented(unknowns)[0] / (self.rho * self.facets.normals[:, 1])
+        if self.facets.nodal:
+            return ahead[np.isfinite(self.facets.g0)]
+        return np.concatenate([self.facets.at_rule(values) for values in ahead])
 
     def _first_touch(self, load):
         """The state of load 0: the unloaded body just touched."""
@@ -330,58 +324,52 @@ class MonolithicNewton:
         unknowns.vec[self._approach] = self._touches(unknowns).min()
         self._load.Set(0.0)
         now = self._look(unknowns, 0.0)
-        nowhere = {corner: np.zeros(len(self.facets.points), bool) for corner in self.facets.corners}
-        return self._state(unknowns, replace(now, closed=nowhere, kkt=0.0), 0.0, 0)
+        return self._state(unknowns, replace(now, closed=np.zeros_like(now.closed), kkt=0.0), 0.0, 0)
 
     def _look(self, unknowns, level):
         """Gaps, effective multipliers, active set and residual of an iterate."""
-        gaps = self._gaps(unknowns)
-        own = self._own(unknowns)
-        # (40): closed where the augmented multiplier lambda + rho g is not positive, and this is its force
-        augmented = self._augmented(own, gaps)
-        closed = {corner: value <= 0 for corner, value in augmented.items()}
-        forces = {
-            corner: np.where(closed[corner], value, 0.0) if self.facets.nodal else own[corner]
-            for corner, value in augmented.items()
-        }
+        facets, count = self.facets, len(self._free_fields)
+        augmented, own, gaps = self._augmented(unknowns)
+        closed = augmented <= 0  # (40)
+        forces = np.where(closed, augmented, 0.0) if facets.nodal else own
         internal, residual = self._bulk.internal(unknowns.vec), unknowns.vec.CreateVector()
         self._contact.Apply(unknowns.vec, residual)
-        residual.FV().NumPy()[:] += internal
-        unbalanced = residual.FV().NumPy()[: len(self._free_fields)][self._free_fields]
-        force = np.abs(internal[: len(self._free_fields)]).max()
-        parts = [_ratio(unbalanced, force)]
+        values = residual.FV().NumPy()
+        values[:] += internal
+        force = np.abs(internal[:count]).max()
+        parts = [_ratio(values[:count][self._free_fields], force)]
         if self.method == "al":
-            length = self._length(unknowns)
-        # (40) holds in the mean over each multiplier's function
-        if self.method == "al" and not self.facets.nodal:
-            for part in self._ranges[3:-1]:
-                parts.append(
-                    _ratio(residual.FV().NumPy()[part.start : part.stop] / self.facets.extents, length)
-                )
-        elif self.method == "al":
-            stress = max(np.abs(force).max() for force in forces.values())
-            parts += [_ratio(gaps[corner][closed[corner]], length) for corner in gaps]
-            parts += [_ratio(own[corner] - forces[corner], stress) for corner in gaps]
+            # the largest length in the gaps: the scale of the corner gaps
+            length = max(
+                abs(unknowns.vec[self._approach]),
+                *(
+                    size * np.abs(part).max()
+                    for size, part in zip((1, self.body.solid.ell), self._raised(unknowns))
+                ),
+            )
+            if facets.nodal:
+                parts += [_ratio(gaps[closed], length), _ratio(own - forces, np.abs(forces).max())]
+            else:  # (40) holds in the mean over each multiplier's function
+                parts += [_ratio(values[part] / facets.extents, length) for part in self._multipliers]
         if self.control == "load":
             parts.append(_ratio(np.array([self._resultant(forces) - level]), abs(level)))
-        active = b"".join((self.facets.at_rule(value) <= 0).tobytes() for value in augmented.values())
+        active = b"".join((facets.at_rule(value) <= 0).tobytes() for value in augmented)
         return _Iterate(gaps, forces, closed, active, residual, force, max(parts))
 
-    def _own(self, unknowns):
-        """{corner: its multiplier at the nodes}; 0 without multipliers."""
-        if self.method == "penalty":
-            return {corner: np.zeros(len(self.facets.points)) for corner in self.facets.corners}
-        return {
-            corner: self.facets.at_nodes("multiplier", component)
-            for corner, component in zip(self.facets.corners, unknowns.components[3:-1])
-        }
+    def _augmented(self, unknowns):
+        """lambda + rho g at the nodes, inf where a corner cannot touch; lambda, 0 without multipliers; g:
+        arrays (corners, n).
+        """
+        facets, values = self.facets, unknowns.vec.FV().NumPy()
+        gaps = facets.gaps(values[: len(self._free_fields)], values[self._approach])
+        own = np.zeros_like(gaps)
+        for corner, part in enumerate(self._multipliers):
+            own[corner] = facets.multiplier(values[part])
+        return own + self.rho * np.where(np.isfinite(facets.g0), gaps, np.inf), own, gaps
 
-    def _augmented(self, own, gaps):
-        """{corner: lambda + rho g at the nodes}, inf where it cannot touch."""
-        return {
-            corner: own[corner] + self.rho * np.where(self.facets.can_touch[corner], gap, np.inf)
-            for corner, gap in gaps.items()
-        }
+    def _raised(self, unknowns):
+        """u2 and psi at the nodes, arrays (n,)."""
+        return [self.facets.traces[FIELDS[i]] @ unknowns.components[i].vec.FV().NumPy() for i in (1, 2)]
 
     def _tolerance(self, factor, unknowns, force):
         """RESIDUAL, or what the rounding of the sum of all |K_ij x_j| leaves beside the forces if that is
@@ -394,7 +382,7 @@ class MonolithicNewton:
 
     def _factorise(self, unknowns, active, level):
         self._contact.AssembleLinearization(unknowns.vec)
-        matrix = self._bulk.with_added(self._contact.mat)
+        matrix = self._bulk.add(self._contact.mat)
         cost.require_room(
             cost.of_factors(self.space.ndof, matrix.nze),
             f"factors of {self.unknowns} unknowns",
@@ -429,26 +417,19 @@ class MonolithicNewton:
             iterations=iteration,
         )
 
-    def _gaps(self, unknowns):
-        return self.facets.nodal_gaps(*unknowns.components[:3], unknowns.vec[self._approach])
-
-    def _length(self, unknowns):
-        """Largest length in the gaps: the scale of the corner gaps."""
-        u2, psi = (
-            np.abs(self.facets.at_nodes(name, unknowns.components[i])).max()
-            for i, name in ((1, "u2"), (2, "psi"))
-        )
-        return max(abs(unknowns.vec[self._approach]), u2, self.body.solid.ell * psi)
-
     def _resultant(self, forces):
-        return float(-self.facets.weights * self.facets.normals[:, 1] @ law.traction(forces))
+        return float(-self.facets.weights * self.facets.normals[:, 1] @ forces.sum(axis=0))
 
     def _state(self, unknowns, now, level, iterations):
         kept = ng.GridFunction(self.space)
         kept.vec.data = unknowns.vec
-        facets, forces = self.facets, self._shared(now.forces)
+        # forces of twin corners, which one multiplier carries, are shared evenly
+        facets, forces = self.facets, np.where(self.facets.twins, now.forces.mean(axis=0), now.forces)
         # what supports exert balances the corner that carries, not the shares
         carried = now.forces if facets.psi_held else forces
+        gaps, closed, multipliers, carried = (
+            dict(zip(facets.corners, values)) for values in (now.gaps, now.closed, forces, carried)
+        )
         return NodalState(
             level=level,
             approach=self._first + float(kept.vec[self._approach]),
@@ -456,28 +437,23 @@ class MonolithicNewton:
             fields=Fields(
                 self.body, kept.components, now.residual.FV().NumPy()[: self.body.space.ndof].copy()
             ),
-            psi=facets.at_nodes("psi", kept.components[2]),
-            gaps=now.gaps,
-            multipliers=forces,
-            closed=now.closed,
-            traction=law.traction(forces),
+            psi=self._raised(kept)[1],
+            gaps=gaps,
+            multipliers=multipliers,
+            closed=closed,
+            traction=forces.sum(axis=0),
             micromoment=law.micromoment(carried, facets.levers, self.body.solid.ell),
             iterations=iterations,
             kkt=now.kkt,
             vector=kept.vec,
         )
 
-    def _shared(self, forces):
-        """Forces of twin corners, which one multiplier carries, shared evenly."""
-        mean = law.traction(forces) / len(forces)
-        return {corner: np.where(self.facets.twins, mean, force) for corner, force in forces.items()}
-
 
 @dataclass(frozen=True)
 class _Iterate:
-    gaps: dict
-    forces: dict
-    closed: dict
+    gaps: np.ndarray  # (corners, n), and so are forces and closed
+    forces: np.ndarray
+    closed: np.ndarray
     active: bytes
     residual: object
     force: float  # the largest internal nodal one, reactions included: the scale of equilibrium
@@ -491,54 +467,52 @@ class _Factor:
     magnitudes: object
 
 
-class LinearForm:
-    """The first variation ``K x - f`` of a quadratic functional, of which K is assembled once, and K with
-    what another form adds to it.
+class Tangent:
+    """K of the bulk, assembled once, with what a contact term adds to it, on the space of that term.
+
+    Parameters
+    ----------
+    body : Body
+    space : product of the body's space and others, the last one of the approach
+    nodes : ContactNodes
+    forces : array (unknowns of the body,), of dead loads
+
+    Attributes
+    ----------
+    matrix : NGSolve's, K and what was added last
     """
 
-    def __init__(self, space, functional):
-        self._form = ng.BilinearForm(space)
-        self._form += ng.Variation(functional)
-        self._kept = None
-
-    @cached_property
-    def assembled(self):
-        """K as a CSR matrix, and -f."""
-        zero, minus_f = ng.GridFunction(self._form.space).vec, ng.GridFunction(self._form.space).vec
-        self._form.Apply(zero, minus_f)
-        self._form.AssembleLinearization(zero)
-        return as_csr(self._form.mat), minus_f.FV().NumPy().copy()
-
-    @property
-    def matrix(self):
-        """The NGSolve matrix of K, or what `with_added` has made of it."""
-        return self._form.mat
+    def __init__(self, body, space, nodes, forces):
+        self.matrix = body.bulk(space, nodes).mat
+        self._forces, self._values = forces, self.matrix.AsVector().FV().NumPy()
+        self._places, self._own = np.zeros(0, int), np.zeros(0)
 
     def internal(self, vector):
-        """K x - f, array."""
-        matrix, minus_f = self.assembled
-        return matrix @ vector.FV().NumPy() + minus_f
+        """K x - f, array, of the vector x."""
+        added = self._values[self._places]
+        self._values[self._places] = self._own
+        found = (self.matrix * vector).Evaluate().FV().NumPy().copy()
+        self._values[self._places] = added
+        found[: len(self._forces)] -= self._forces
+        return found
 
-    def with_added(self, other):
-        """The NGSolve matrix K + `other`, whose entries have places in K; the one before is no more."""
-        matrix, _ = self.assembled
-        values = self._form.mat.AsVector().FV().NumPy()
-        values[:] = matrix.data
-        values[self._places(other)] += other.AsVector().FV().NumPy()
-        return self._form.mat
-
-    def _places(self, other):
-        """Numbers of the values of K that belong to those of a matrix, the same pattern at each call."""
-        if self._kept is None:
-            matrix, _ = self.assembled
-            self._kept = np.searchsorted(_keys(matrix), _keys(as_csr(other)))
-        return self._kept
+    def add(self, other):
+        """The matrix K + `other`, whose entries have places in K, the same ones at each call."""
+        if not len(self._places):
+            self._places = _places(self.matrix, other)
+            self._own = self._values[self._places]
+        self._values[self._places] = self._own + other.AsVector().FV().NumPy()
+        return self.matrix
 
 
-def _keys(matrix):
-    """One number for the place of each entry of a CSR matrix, ascending."""
-    rows = np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr))
-    return rows * matrix.shape[1] + matrix.indices
+def _places(matrix, other):
+    """Numbers of the values of a matrix that belong to those of another one."""
+    (_, columns, starts), (_, wanted, ends) = matrix.CSR(), other.CSR()
+    columns, wanted = np.asarray(columns), np.asarray(wanted)
+    starts, ends = np.array(starts, int), np.array(ends, int)
+    rows = np.flatnonzero(np.diff(ends))
+    parts = [(slice(starts[row], starts[row + 1]), slice(ends[row], ends[row + 1])) for row in rows]
+    return np.concatenate([one.start + np.searchsorted(columns[one], wanted[own]) for one, own in parts])
 
 
 def default_rho(body, method):

@@ -1,16 +1,11 @@
 """Contact of a body in three dimensions by penalty (31) or augmented Lagrangian (37), without factorisation.
 
-The functional is minimised over the fields and the approach at once, the multipliers being fixed: a piecewise
-quadratic, convex problem, of which Newton's method solves a linear system for each set A of closed corners,
-those with ``lambda + rho g <= 0``. With S the values (u, phi1, phi2) at the nodes, D = (1, lever) and w the
-areas of the nodes it is
-
-    (K + S^T D^T rho w D S) u - c d = -S^T D^T w (lambda + rho g0),     c = S^T D^T rho w,
-    -c.u + (sum rho w) d = P + sum w (lambda + rho g0),
-
-sums over A. When A stays, the multipliers become min(lambda + rho g, 0), (40), until no gap of a closed
-corner is left; the penalty method ends with the first A that stays. Corner forces that are not unique do no
-harm: the matrix is positive definite whatever they are.
+The functional is minimised over the fields and the approach at once, the multipliers being given: a piecewise
+quadratic, convex problem, of which Newton's method solves a linear system for each set of closed corners,
+those with ``lambda + rho g <= 0``. Its residual and tangent are those of the contact term
+(`microblock.fem.contact_term`) and of the bulk. When the set stays, the multipliers become (40), until no gap
+of a closed corner is left; the penalty method ends with the first set that stays. Corner forces that are not
+unique do no harm: the matrix is positive definite whatever they are.
 
 Systems are solved by conjugate gradients. Their preconditioner takes each field by itself, as a scalar
 problem with its own springs, by the Cholesky factor of a sixth of the unknowns: a 36th of the memory. Korn's
@@ -26,9 +21,11 @@ from ..errors import NOT_YET, BadArgument, NotConverged
 from ..model.progress import counted
 from ..model.solver import SOLVED
 from ..threads import bounded
-from .body3d import FIELDS, HELD, Body3D, Fields3D
-from .condensed3d import LINKED, of_factors
-from .nodes3d import ContactNodes3D
+from . import contact_term
+from .body import FIELDS3D, HELD3D, Fields
+from .condensation import LINKED, of_factors, require_pressed, with_psi_constrained
+from .facets import ContactNodes
+from .newton import Tangent
 from .solver3d import RESIDUAL, Solver3D
 from .state3d import SurfaceNodes
 
@@ -42,13 +39,15 @@ UPDATES = 60  # of the multipliers
 
 
 class NewtonSolver3D(Solver3D):
-    """States of a Body3D by penalty or augmented Lagrangian; its `options` are `Newton`."""
+    """States of a body in space by penalty or augmented Lagrangian; its `options` are `Newton`."""
 
     @property
     def nodes(self):
         """The contact nodes of the body, of which a law that prescribes psi fixes psi1 and psi2."""
         body, clamped = self.body, self.surface_law.clamped
-        return body.once(("nodes", clamped), lambda: ContactNodes3D(_clamped(body) if clamped else body))
+        require_pressed(body, body.contact, condensed=True)
+        own = with_psi_constrained(body, body.contact) if clamped else body
+        return body.once(("nodes", clamped), lambda: ContactNodes(own))
 
     @property
     def system(self):
@@ -64,18 +63,24 @@ class NewtonSolver3D(Solver3D):
         if load is None and approach <= g0.min():
             raise BadArgument("approach", approach, NOT_YET)
         rho = self.options.rho or self._usual_rho(nodes)
-        multipliers, unknowns, steps, kkt = np.zeros(g0.shape), None, 0, 1.0
+        space, steps, kkt = self.system.space, 0, 1.0
+        term = Penalised(nodes, space, g0, self.law, rho, load)
+        unknowns = np.zeros(nodes.body.space.ndof + 1)
+        # from first touch on, else the approach would be free
+        first = g0.min() + 1e-9 * np.ptp(g0[np.isfinite(g0)])
+        unknowns[-1] = first if approach is None else approach
         updated = self.options.kind == "al"
         for _ in range(UPDATES):
             linear = min(max(LINEAR * kkt, TIGHTEST), LOOSEST) if updated else TIGHTEST
-            unknowns, gaps, taken = self._newton(g0, rho, multipliers, load, approach, unknowns, linear)
+            unknowns, taken = self._newton(term, unknowns, linear)
             steps += taken
-            pressed = np.minimum(multipliers + rho * np.where(np.isfinite(gaps), gaps, np.inf), 0.0)
+            gaps = term.gaps(unknowns)
+            pressed = contact_term.effective(gaps, term.multipliers, rho)
             left = np.where(pressed < 0, np.abs(gaps), np.maximum(-gaps, 0.0)).max()
-            multipliers = pressed
-            kkt = left / np.abs((nodes.onto @ unknowns[:-1])[: len(w)]).max()
+            kkt = left / np.abs(nodes.traces["u3"] @ unknowns[nodes.body.unknowns_of("u3")]).max()
             if not updated or kkt <= RESIDUAL and linear <= 10 * LINEAR * RESIDUAL:
-                return self._finished(unknowns, -multipliers * w, gaps, kkt, steps)
+                return self._finished(unknowns, -pressed * w, gaps, kkt, steps)
+            term.update(pressed)
         raise NotConverged(
             f"gaps of {kkt:.1e} of the displacement are left after {UPDATES} updates of the multipliers: "
             "take a larger rho",
@@ -87,47 +92,27 @@ class NewtonSolver3D(Solver3D):
         length = np.sqrt(nodes.weights.sum() / len(nodes.facets)) / nodes.body.order
         return RHO[self.options.kind] * (self.solid.lam + 2 * self.solid.mu) / length
 
-    def _newton(self, g0, rho, multipliers, load, approach, unknowns, linear):
-        """(unknowns and approach, gaps, steps) for these multipliers."""
-        nodes, directions = self.nodes, self.directions(self.nodes.points)
-        if unknowns is None:
-            closed = (
-                g0 <= g0.min() + 1e-9 * np.ptp(g0[np.isfinite(g0)]) if load is not None else g0 < approach
-            )
-            unknowns = np.zeros(nodes.onto.shape[1] + 1)
-        else:
-            closed = multipliers < 0
-        unknowns[-1] = approach if load is None else unknowns[-1]
-        seen = set()
-        for step in range(NEWTON_STEPS):
+    def _newton(self, term, unknowns, linear):
+        """(Unknowns and approach, steps) for these multipliers."""
+        seen, before = set(), None
+        for step in range(NEWTON_STEPS + 1):
             counted()
-            own = np.where(closed, nodes.weights, 0.0)
-            force = own * np.where(closed, multipliers + rho * np.where(closed, g0, 0.0), 0.0)
-            unknowns = self.system.solve(
-                rho * own,
-                directions,
-                -np.einsum("cin,cn->in", directions, force),
-                load,
-                force.sum(),
-                unknowns,
-                linear,
-            )
-            surface = (nodes.onto @ unknowns[:-1]).reshape(3, -1)
-            gaps = g0 - unknowns[-1] + np.einsum("cin,in->cn", directions, surface)
-            before, wanted = closed, multipliers + rho * gaps
+            wanted = term.multipliers + term.rho * term.gaps(unknowns)
             closed = wanted <= 0
-            # whether a corner without force counts as closed is a matter of rounding
-            if np.abs(wanted[before != closed]).max(initial=0.0) <= linear * -wanted.min():
-                return unknowns, gaps, step + 1
-            if closed.tobytes() in seen:
-                if linear == TIGHTEST:
-                    break
-                linear, seen = TIGHTEST, set()
-            seen.add(closed.tobytes())
+            if before is not None:
+                # whether a corner without force counts as closed is a matter of rounding
+                if np.abs(wanted[before != closed]).max(initial=0.0) <= linear * -wanted.min():
+                    return unknowns, step
+                if closed.tobytes() in seen:
+                    if linear == TIGHTEST:
+                        break
+                    linear, seen = TIGHTEST, set()
+                seen.add(closed.tobytes())
+            before, unknowns = closed, self.system.solve(term, closed, unknowns, linear)
         raise NotConverged(
-            f"the set of closed corners still changes after {step + 1} steps with rho = {rho:.3g}: take "
+            f"the set of closed corners still changes after {step} steps with rho = {term.rho:.3g}: take "
             "another rho, or Condensed()",
-            iterations=step + 1,
+            iterations=step,
         )
 
     def _finished(self, unknowns, forces, gaps, kkt, steps):
@@ -137,12 +122,11 @@ class NewtonSolver3D(Solver3D):
         loads = np.einsum("cin,cn->in", self.directions(nodes.points), forces)
         state = ng.GridFunction(nodes.body.space)
         state.vec.FV().NumPy()[:] = unknowns[:-1]
-        exerted = self.system.product(unknowns[:-1]) - nodes.onto.T @ loads.ravel()
-        fields = Fields3D(nodes.body, state.components, exerted)
+        exerted = self.system.internal(unknowns)[:-1] - nodes.onto.T @ loads.ravel()
+        fields = Fields(nodes.body, state.components, exerted)
         unbalanced = np.abs(exerted[np.array(nodes.body.space.FreeDofs())]).max() / np.abs(loads).max()
         if law.clamped:  # but what planes of symmetry exert
-            loads[1:] = nodes.moments_of(exerted)
-            loads[1:] *= [nodes.is_free(name, self.body) for name in ("psi2", "psi1")]
+            loads[1:] = self.held_moments(exerted)
         surface = (nodes.onto @ unknowns[:-1]).reshape(3, -1)
         found = SurfaceNodes(
             self,
@@ -163,127 +147,139 @@ class NewtonSolver3D(Solver3D):
         return found
 
 
+class Penalised:
+    """The contact term of nodes with given multipliers, on the unknowns of the body and the approach.
+
+    Parameters
+    ----------
+    nodes : ContactNodes
+    space : product of the body's space and that of the approach
+    g0 : array (corners, n)
+        Initial gaps; inf where a corner cannot touch.
+    law : Law
+    rho : float
+        Regularisation (stress per length).
+    load : float or None
+        Under approach control None.
+
+    Attributes
+    ----------
+    multipliers : array (corners, n)
+    form : BilinearForm, the term's variations
+    """
+
+    def __init__(self, nodes, space, g0, law, rho, load):
+        self.nodes, self.g0, self.rho, self.load = nodes, g0, rho, load
+        body, self.multipliers = nodes.body, np.zeros(g0.shape)
+        self.arms = body.solid.ell * law.arms(nodes.points, nodes.normals)
+        self._moved = [nodes.motion(nodes.normals, arms) for arms in self.arms]
+        self._given = [ng.GridFunction(nodes.multipliers) for _ in g0]
+        *fields, d = space.TrialFunction()
+        lowering, vectors = nodes.lowering(d), body.vectors(fields)
+        term = contact_term.contact(nodes, g0, self.arms, *vectors, self._given, lowering, rho)
+        if load is not None:
+            term -= nodes.integral(load / nodes.weights.sum() * d)
+        self.form = ng.BilinearForm(space)
+        self.form += ng.Variation(term)
+
+    def update(self, multipliers):
+        """Take other multipliers, array (corners, n)."""
+        self.multipliers = multipliers
+        for function, values in zip(self._given, multipliers):
+            function.vec.data = self.nodes.field(values).vec
+
+    def gaps(self, unknowns):
+        """Gaps (22), array (corners, n)."""
+        return self.g0 - [moved @ unknowns[:-1] for moved in self._moved] - unknowns[-1]
+
+
 class Systems:
     """The linear systems of a body with springs at its contact nodes, solved by conjugate gradients.
 
     Parameters
     ----------
-    nodes : ContactNodes3D
+    nodes : ContactNodes
     """
 
     def __init__(self, nodes):
         self.nodes, body = nodes, nodes.body
         rows, linked = body.space.FreeDofs().NumSet(), LINKED * body.order
-        needed = COPIES * cost.ENTRY * rows * linked + len(FIELDS) * of_factors(rows / 6, linked / 6)
+        needed = COPIES * cost.ENTRY * rows * linked + len(FIELDS3D) * of_factors(rows / 6, linked / 6)
         cost.require_room(needed, f"a body of {rows} unknowns", "take longer elements or a lower order")
-        self.matrix = body.bulk().mat
-        self._free = np.append(np.array(body.space.FreeDofs(), bool), True)
-        self._parts = {name: alone(body, name) for name in FIELDS}
-        self._springs = ng.GridFunction(ng.H1(body.mesh, order=1))
-        vertices = np.diff(nodes.values.indptr) == 1  # the first unknowns are those of the vertices
-        self._vertices = vertices, nodes.values.indices[nodes.values.indptr[:-1]][vertices]
-        self._in, self._out = (self.matrix.CreateColVector() for _ in range(2))
-        self.products, self._prepared = 0, b""
+        self.space = body.space * ng.NumberSpace(body.mesh, definedon=nodes.region)
+        self.tangent = Tangent(body, self.space, nodes, body.acting())
+        self._free = np.array(self.space.FreeDofs(), bool)
+        self._parts = {name: self._factors(name) for name in FIELDS3D}
+        self._prepared, self.products = b"", 0
+        self._vectors = [self.tangent.matrix.CreateColVector() for _ in range(2)]
 
-    def product(self, fields):
-        """K times unknowns."""
-        self._in.FV().NumPy()[:] = fields
-        self._out.data = self.matrix * self._in
-        return self._out.FV().NumPy().copy()
+    def _factors(self, name):
+        """Cholesky factors of the block of a field, as an operator on all unknowns."""
+        own, chosen = self.nodes.body.unknowns_of(name), ng.BitArray(self.space.ndof)
+        chosen.Clear()
+        for number in np.flatnonzero(self._free[own]) + own.start:
+            chosen.Set(int(number))
+        return self.tangent.matrix.Inverse(chosen, "sparsecholesky")
 
-    def precondition(self, forces):
-        """Each field by itself."""
-        found = np.empty_like(forces)
-        for name, (part, *_) in self._parts.items():
-            own = self.nodes.body.unknowns_of(name)
-            right, solution = part.CreateColVector(), part.CreateColVector()
-            right.FV().NumPy()[:] = forces[own]
-            solution.data = part * right
-            found[own] = solution.FV().NumPy()
-        return found
+    def _applied(self, operator, values):
+        """What an operator of NGSolve makes of an array."""
+        given, found = self._vectors
+        given.FV().NumPy()[:] = values
+        found.data = operator * given
+        return found.FV().NumPy().copy()
 
-    def _prepare(self, blocks):
-        """Make the preconditioner of fields with springs, array (3, 3, n), anew."""
-        half, (nodes, vertices) = self.nodes.body.solid.ell / 2, self._vertices
-        for row, (name, factor) in enumerate((("u3", 1.0), ("psi2", half), ("psi1", half))):
-            density = factor**2 * blocks[row, row] / self.nodes.weights
-            self._springs.vec.FV().NumPy()[vertices] = density[nodes]
-            self._parts[name] = alone(self.nodes.body, name, self._springs)
+    def internal(self, unknowns):
+        """K x, array, of unknowns and approach."""
+        self._vectors[0].FV().NumPy()[:] = unknowns
+        return self.tangent.internal(self._vectors[0])
 
-    def solve(self, springs, directions, force, load, more, start, linear):
-        """Unknowns and approach of the system above.
+    def solve(self, term, closed, unknowns, linear):
+        """Unknowns and approach at which the functional is stationary for this set of closed corners.
 
         Parameters
         ----------
-        springs : array (corners, n), stiffness of each
-        directions : array (corners, 3, n)
-        force : array (3, n), nodal loads
-        load : float, or None where the last of `start` is the approach
-        more : float, what is added to the load
-        start : array (unknowns + 1,)
-        linear : float, relative residual
+        term : Penalised
+        closed : boolean array (corners, n)
+        unknowns : array (unknowns + 1,), that have this set
+        linear : float, residual relative to the internal forces
         """
-        onto = self.nodes.onto
-        blocks = np.einsum("cin,cn,cjn->ijn", directions, springs, directions)
-        across = onto.T @ np.einsum("cin,cn->in", directions, springs).ravel()
-        free, whole = self._free.copy(), springs.sum()
-        right = np.append(onto.T @ force.ravel(), 0.0)
-        if load is None:
-            right[:-1] += start[-1] * across
-            free[-1] = False
-        else:
-            right[-1] = load + more
+        free, stiff = self._free.copy(), term.rho * np.sum(closed * self.nodes.weights)
+        free[-1] = term.load is not None
+        state, residual = self._vectors
+        state.FV().NumPy()[:] = unknowns
+        term.form.Apply(state, residual)
+        right = np.where(free, -residual.FV().NumPy() - self.internal(unknowns), 0.0)
+        state.FV().NumPy()[:] = unknowns
+        term.form.AssembleLinearization(state)
+        matrix, set_of = self.tangent.add(term.form.mat), closed.tobytes() + str(term.rho).encode()
+        if self._prepared != set_of:
+            self._parts |= {name: self._factors(name) for name in ("u3", "psi1", "psi2")}  # with springs
+            self._prepared = set_of
+        blocks = sum(list(self._parts.values())[1:], list(self._parts.values())[0])
 
         def product(vector):
             self.products += 1
-            vector = np.where(free, vector, 0.0)
-            fields, d = vector[:-1], vector[-1]
-            exerted = np.einsum("ijn,jn->in", blocks, (onto @ fields).reshape(3, -1)).ravel()
-            found = self.product(fields) + onto.T @ exerted - d * across
-            return np.where(free, np.append(found, whole * d - across @ fields), 0.0)
+            return np.where(free, self._applied(matrix, np.where(free, vector, 0.0)), 0.0)
 
         def precondition(vector):
-            return np.where(free, np.append(self.precondition(vector[:-1]), vector[-1] / whole), 0.0)
+            found = self._applied(blocks, vector)
+            found[-1] = free[-1] * vector[-1] / stiff
+            return found
 
-        if self._prepared != springs.tobytes():
-            self._prepare(blocks)
-            self._prepared = springs.tobytes()
-        system, inverse = (LinearOperator((len(right),) * 2, each) for each in (product, precondition))
-        found, right = np.where(free, start, 0.0), np.where(free, right, 0.0)
-        left, size, before, failed = right - product(found), np.linalg.norm(right), np.inf, False
+        left, step, before, failed = right, np.zeros_like(right), np.inf, False
+        size = np.linalg.norm(left)
+        system, inverse = (LinearOperator((len(left),) * 2, each) for each in (product, precondition))
         # with a large rho `right` is a small difference of large numbers: what is left is to be small beside
         # the internal forces, and is solved for again as long as rounding lets it shrink
         while not failed and linear * size < (now := np.linalg.norm(left)) < before / 2:
-            step, failed = cg(system, left, rtol=0, atol=linear * size, maxiter=LINEAR_STEPS, M=inverse)
-            found, before = found + step, now
-            left, size = right - product(found), np.linalg.norm(self.product(found[:-1])[free[:-1]])
+            more, failed = cg(system, left, rtol=0, atol=linear * size, maxiter=LINEAR_STEPS, M=inverse)
+            step, before = step + more, now
+            left = right - product(step)
+            size = np.linalg.norm(self.internal(unknowns + step)[self._free])
         off = np.linalg.norm(left) / max(size, 1e-300)
         if not off <= max(10 * linear, SOLVED):
             raise NotConverged(
                 f"conjugate gradients stand at the relative residual {off:.1e} after {LINEAR_STEPS} steps: "
-                f"take a smaller rho, or Condensed(); {HELD}"
+                f"take a smaller rho, or Condensed(); {HELD3D}"
             )
-        return np.where(free, found, start if load is None else 0.0)
-
-
-def alone(body, name, stiff=None):
-    """The scalar problem of a field of a body: (its inverse or multigrid, what that is made of, ...), which
-    it does not keep itself; `stiff` is the stiffness of springs on the contact boundary, an expression."""
-    solid, space = body.solid, ng.H1(body.mesh, order=body.order, dirichlet=body.fixed.get(name, ""))
-    trial, test = space.TnT()
-    form = ng.BilinearForm(space, symmetric=True)
-    slope = solid.mu * ng.InnerProduct(ng.grad(trial), ng.grad(test))
-    if name.startswith("u"):
-        form += slope * ng.dx
-    else:
-        form += (solid.curvature * solid.ell**2 / 2 * slope + 4 * solid.mu_c * trial * test) * ng.dx
-    if stiff is not None:
-        form += stiff * trial * test * ng.ds(definedon=body.boundary(body.contact))
-    form.Assemble()
-    return form.mat.Inverse(space.FreeDofs(), "sparsecholesky"), form, space
-
-
-def _clamped(body):
-    """The body with psi1 = psi2 = 0 on its contact boundary besides its own supports."""
-    more = {name: "|".join(filter(None, (body.fixed.get(name), body.contact))) for name in ("psi1", "psi2")}
-    return Body3D(body.mesh, body.solid, body.order, fixed={**body.fixed, **more}, contact=body.contact)
+        return unknowns + step

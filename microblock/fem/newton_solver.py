@@ -9,7 +9,7 @@ from ..corners.nodal import AtNodes, zones_of
 from ..errors import BadArgument
 from ..model.solver import Solver
 from .condensation import with_psi_constrained
-from .facets import ContactFacets, interruptions
+from .facets import ContactFacets
 from .mesh_fields import BelowOnMesh
 from .newton import MonolithicNewton, NodalState
 from .newton_path import load_path
@@ -65,12 +65,10 @@ class NewtonSolution(BelowOnMesh, AtNodes):
     def points(self):
         return self._facets.points[self._order]
 
-    @cached_property
+    @property
     def apart(self):
         """Whether the boundary is interrupted between a node and the next; None in one dimension."""
-        if not self.has_edges:
-            return None
-        return interruptions(self._facets.body.mesh, self._facets.region, self.x)
+        return self._facets.apart if self.has_edges else None
 
     @property
     def normals(self):
@@ -89,7 +87,7 @@ class NewtonSolution(BelowOnMesh, AtNodes):
         """M of (29); where the law or supports of the contact boundary hold psi, the reaction to it."""
         facets, found = self._facets, self.nodal.micromoment
         if facets.psi_held:
-            found = found + facets.reaction(self.fields) / facets.weights
+            found = found + facets.moments_of("psi", self.fields.forces) / facets.weights
         return found[self._order]
 
     @cached_property
@@ -99,9 +97,7 @@ class NewtonSolution(BelowOnMesh, AtNodes):
     @cached_property
     def displacement(self):
         """-u.n at the nodes."""
-        u1, u2 = (
-            self._facets.at_nodes(name, getattr(self.fields, name))[self._order] for name in ("u1", "u2")
-        )
+        u1, u2 = (self._facets.values(name, self.fields)[self._order] for name in ("u1", "u2"))
         return -(u1 * self.normals[:, 0] + u2 * self.normals[:, 1])
 
     @property

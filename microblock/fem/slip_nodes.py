@@ -5,7 +5,8 @@ from scipy.sparse import vstack
 
 from ..corners.follower import FrictionalContact
 from ..errors import BadArgument
-from .condensation import FLAT, Condensed, with_psi_constrained
+from .condensation import Condensed, with_psi_constrained
+from .facets import FLAT
 from .friction import slip_lever
 
 
@@ -46,9 +47,7 @@ class SlipNodes(Condensed):
                 self.body,
                 "must have a flat contact boundary along x1: on others Newton() follows friction",
             )
-        along = self._values[0].copy()
-        along.resize(len(self.weights), self.body.space.ndof)
-        return vstack((super()._onto(), along), format="csr")
+        return vstack((super()._onto(), self.at("u1")), format="csr")
 
     def _matrix(self):
         """The part of the response that `Compliance` has."""
@@ -57,8 +56,7 @@ class SlipNodes(Condensed):
 
     def fields(self, forces, moments, shear=None):
         """Fields under nodal forces along n, nodal moments and nodal forces along x1, arrays (n,)."""
-        shear = np.zeros_like(forces) if shear is None else shear
-        return super().fields(forces, np.concatenate((moments, shear)))
+        return super().fields(forces, moments, np.zeros_like(forces) if shear is None else shear)
 
     def slip(self, law):
         """Displacement of the corners along x1 from (u.n, psi, u1), array (n, 3 n)."""

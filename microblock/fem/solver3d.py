@@ -1,6 +1,6 @@
 """Contact of a body in three dimensions with a rigid obstacle, on its contact nodes.
 
-The body is condensed once (`microblock.fem.condensed3d`); states are found by projected gradients
+The body is condensed once (`microblock.fem.condensation`); states are found by projected gradients
 (`microblock.corners.projected_gradients`), which do not depend on the corner forces being unique.
 """
 
@@ -11,7 +11,7 @@ from ..errors import NOT_YET, BadArgument
 from ..halfspace.surface_law import closed_corners, on_surface
 from ..model.solver import Solver
 from ..model.state import in_space
-from .condensed3d import condensed3d
+from .condensation import condensed
 from .state3d import SurfaceNodes
 
 RESIDUAL = 1e-9  # relative, of the contact conditions
@@ -19,7 +19,7 @@ TOUCHING = 1e-6  # of the largest displacement, by which an obstacle lies in a n
 
 
 class Solver3D(Solver):
-    """States of a Body3D on its contact nodes, exact for the discrete problem."""
+    """States of a body in space on its contact nodes, exact for the discrete problem."""
 
     most_corners, verifies, in_space = None, True, "nodes"
 
@@ -31,14 +31,14 @@ class Solver3D(Solver):
 
     @property
     def nodes(self):
-        """The contact nodes of the body, condensed."""
-        return condensed3d(self.body)
+        """The contact nodes of the body, condensed; a law that prescribes psi constrains psi1 and psi2."""
+        return condensed(self.body, self.body.contact, self.surface_law.clamped)
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         """Returns the SurfaceNodes; parameters and errors are those of `Solver.solve`."""
         self.require_no_rtol(rtol)
         nodes, law = self.nodes, self.surface_law
-        H = nodes.flexibility(self.directions(nodes.points), law.clamped)
+        H = nodes.flexibility(self.directions(nodes.points))
         found = projected_gradients.solve(
             H, self.reachable_gaps(), load=load, approach=approach, rtol=RESIDUAL
         )
@@ -50,7 +50,7 @@ class Solver3D(Solver):
         forces = self.of_least_norm(found.forces, closed)
         loads = H.loads(forces)
         if law.clamped:
-            loads[1:] = nodes.held_moments(loads[0])
+            loads[1:] = self.held_moments(nodes.fields(loads).forces)
         state = SurfaceNodes(
             self,
             found.load,
@@ -86,16 +86,23 @@ class Solver3D(Solver):
             raise BadArgument(
                 "rtol",
                 rtol,
-                "cannot be asked of a Body3D: it has no error estimate; compare with a finer mesh",
+                "cannot be asked of a body in space: it has no error estimate; compare with a finer mesh",
             )
 
     def directions(self, points):
-        """(1, lever) of each corner at points, array (corners, 3, n)."""
-        law, (x1, x2, _) = self.surface_law, points.T
-        levers = np.repeat(-law.offsets[:, :, None], len(x1), axis=2)
-        if law.psi0:
-            levers = levers + law.tilt(x1, x2)
-        return np.concatenate((np.ones((len(levers), 1, len(x1))), levers), axis=1)
+        """(1, lever) of each corner at points, array (corners, 3, n), the levers being those of phi."""
+        levers = -2 * self.law.arms(points, np.zeros_like(points) + (0.0, 0.0, 1.0))[..., :2]
+        return np.concatenate((np.ones_like(levers[..., :1]), levers), axis=2).swapaxes(1, 2)
+
+    def held_moments(self, exerted):
+        """Nodal moments (m1, m2) in the measure of phi, array (2, n), of what keeps psi1 and psi2 on the
+        contact boundary, from what is exerted in all unknowns; not of planes of symmetry.
+        """
+        m1, m2 = (
+            self.nodes.moments_of(name, exerted) * self.nodes.is_free(name, self.body)
+            for name in ("psi1", "psi2")
+        )
+        return np.array((-m2, m1)) * 2 / self.solid.ell
 
     def of_least_norm(self, forces, closed):
         """The forces of least norm with the same resultants, arrays (corners, n): of a block that all corners

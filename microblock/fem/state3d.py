@@ -11,11 +11,11 @@ import numpy as np
 from ..errors import at_most
 from ..model.state import Solution
 from ..model.types import AnyArray as Array
-from .body3d import FIELDS, Fields3D
+from .body import Fields
 from .meshes import locking, longest_element
 
 if TYPE_CHECKING:
-    from .nodes3d import ContactNodes3D
+    from .facets import ContactNodes
 
 FEWEST = 25  # nodes in contact, below which a state says that they are few
 BETWEEN = 0.05  # of the largest displacement, penetration between nodes from which on a state says so
@@ -24,7 +24,7 @@ BESIDE = 1e-3  # the same at vertices beside the contact boundary
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SurfaceNodes(Solution):
-    """A solution on the contact nodes of a Body3D.
+    """A solution on the contact nodes of a body in space.
 
     On a part of a symmetric body load, energy and nodes are those of the part.
 
@@ -33,7 +33,7 @@ class SurfaceNodes(Solution):
     solver : Solver3D
     load, approach : float
         Force, and approach of the obstacle (length).
-    nodes : ContactNodes3D
+    nodes : ContactNodes
     pressures : array (corners, n)
     moved : array (3, n)
         Normal displacement u into the body and phi = (-psi2, psi1) ell/2 (lengths).
@@ -44,14 +44,14 @@ class SurfaceNodes(Solution):
     residual, iterations : float, int
         Largest relative residual, and products with the flexibility, or steps of Newton's method.
     method : "condensed" or "newton"
-    found : Fields3D or None
+    found : Fields or None
         The fields, where the method has them.
     """
 
     solver: Any
     load: float
     approach: float
-    nodes: ContactNodes3D
+    nodes: ContactNodes
     pressures: Array
     moved: Array
     loads: Array
@@ -60,7 +60,7 @@ class SurfaceNodes(Solution):
     iterations: int
 
     method: str = "condensed"
-    found: Fields3D | None = None
+    found: Fields | None = None
 
     @property
     def displacement(self) -> Array:
@@ -104,11 +104,11 @@ class SurfaceNodes(Solution):
         return float(np.sum(self.pressures * self.nodes.weights * lowered) / 2)
 
     @cached_property
-    def fields(self) -> Fields3D:
+    def fields(self) -> Fields:
         """Displacement, microrotation and stresses in the body, and the reactions of its supports."""
         if self.found is not None:
             return self.found
-        fields: Fields3D = self.nodes.fields(self.loads)  # type: ignore[attr-defined]
+        fields: Fields = self.nodes.fields(self.loads)  # type: ignore[attr-defined]
         return fields
 
     def remarks(self) -> list[str]:
@@ -146,8 +146,8 @@ class SurfaceNodes(Solution):
         if not low.any():
             return ""
         # an unknown of a vertex is the value there
-        values = self.fields.values.reshape(len(FIELDS), -1)[:, numbers[low]]
-        u3, psi1, psi2 = (values[FIELDS.index(name)] for name in ("u3", "psi1", "psi2"))
+        own = (getattr(self.fields, name).vec.FV().NumPy() for name in ("u3", "psi1", "psi2"))
+        u3, psi1, psi2 = (values[numbers[low]] for values in own)
         half = self.solver.solid.ell / 2
         inside = -self._gaps(places[low], np.array((-u3, -half * psi2, half * psi1))).min()
         return (

@@ -14,7 +14,7 @@ from ..model.problem import level_surface
 from ..model.solver import Solver
 from ..model.state import ErrorParts, LineSolution, corner_gaps
 from ..model.zones import distance, distance_to_ends, joined, moved_on
-from .condensation import ContactNodes
+from .facets import ContactNodes
 from .mesh_fields import BelowOnMesh
 
 

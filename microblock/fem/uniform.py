@@ -14,7 +14,7 @@ from ..corners import active_set
 from ..errors import BadArgument, NotConverged
 from ..model import methods, picture
 from .body import Body
-from .condensation import Condensed, ContactNodes
+from .condensation import Condensed
 from .facets import ContactFacets
 from .friction_levels import history_to
 from .ground import GroundSolver
@@ -121,9 +121,9 @@ class UniformSolver(GroundSolver):
             nodes = Condensed(body)
             flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
             return nodes, flexibility, self._within(nodes, gaps), share
-        # the bulk's matrix gives the reaction
-        nodes = (Condensed if self.law.clamps_rotation else ContactNodes)(body)
         facets = ContactFacets(body, self.law, self.obstacle, rule=self.options.rule)
+        # the bulk's matrix gives the reaction
+        nodes = Condensed(body) if self.law.clamps_rotation else facets
         rho = self.options.newton.rho or self._rho()
         return nodes, facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
 

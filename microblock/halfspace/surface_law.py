@@ -17,8 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import BadArgument, MicroblockError, shortened
-from ..model.law import ACTS_IN, Microblock
+from ..errors import BadArgument
+from ..model.law import ACTS_IN, Microblock, surface_tilt
 from ..model.types import AnyArray as Array
 from ..model.types import LawLike, Tilt
 from .obstacles import heights
@@ -59,9 +59,9 @@ class SurfaceLaw:
         BadArgument
             If a function psi0 fails, or is not below 1 in absolute value.
         """
-        signs = (1.0, -1.0)
-        found = [sign * _angle(psi0, x1, x2) for sign, psi0 in zip(signs, self.psi0)]
-        return np.array(found[::-1]).reshape(len(self.psi0), *np.shape(x1))
+        if not self.psi0:
+            return np.zeros((0, *np.shape(x1)))
+        return surface_tilt(self.psi0, x1, x2)
 
     def initial_gaps(self, obstacle: object, ell: float, x1: Array, x2: Array) -> Array:
         """Returns the initial gaps of all corners of blocks at (x1, x2), array (corners, ...) (lengths)."""
@@ -123,21 +123,3 @@ def on_surface(law: LawLike) -> SurfaceLaw:
     return SurfaceLaw(
         tuple(CORNERS), np.array(list(CORNERS.values()), float), psi0, law.psi0_in == ACTS_IN[0]
     )
-
-
-def _angle(psi0: Tilt, x1: Array, x2: Array) -> Array:
-    """Returns a rotation at places, array like x1."""
-    try:
-        values = psi0(np.array(x1), np.array(x2)) if callable(psi0) else psi0
-        found = np.broadcast_to(np.asarray(values, float), np.shape(x1))
-    except MicroblockError:
-        raise
-    except Exception as failure:  # whatever the user's function does
-        raise BadArgument(
-            "psi0",
-            psi0,
-            f"must take arrays of x1 and x2 and return as many numbers ({shortened(repr(failure))})",
-        ) from failure
-    if not np.all(np.abs(found) < 1):  # nor NaN
-        raise BadArgument("psi0", psi0, "must be finite and below 1 in absolute value (radians)")
-    return found

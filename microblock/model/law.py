@@ -1,8 +1,11 @@
 """The contact law: corners of a microblock, their levers and initial gaps, (20)-(22), (29), (41).
 
-A law names its corners. Each corner alpha has the gap
+A law names its corners. A corner at r from the centre of its block, its arm, moves by u + psi x r: normal to
+the surface and along it, in one, two and three dimensions. So each corner alpha has the gap
 
-    g_alpha = g0_alpha - u.n + (ell/2) lever_alpha psi,     lever_A = n.(S + N), lever_B = n.(S - N),
+    g_alpha = g0_alpha - n.(u + psi x r_alpha) = g0_alpha - u.n + (ell/2) lever_alpha psi,
+
+    r_A = (ell/2) (N - S), r_B = (ell/2) (N + S),     lever_A = n.(S + N), lever_B = n.(S - N),
 
 and a multiplier lambda_alpha <= 0, which together give traction and micromoment (29)
 
@@ -26,6 +29,7 @@ from .summary import is_told
 from .types import Array, Function, ObstacleLike, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
+SIGNS = (-1, 1)  # of the places of corners along x1 and along x2
 
 
 class Law:
@@ -90,6 +94,25 @@ class Law:
     def shifts(self, ell: float) -> tuple[float, ...]:
         """Returns how far right of each corner its contact point lies, if S is horizontal (lengths)."""
         return (0.0,) * len(self.corners)
+
+    def arms(self, points: Array, normals: Array) -> Array:
+        """Returns where the corners lie from the centre of their block, over its side.
+
+        Parameters
+        ----------
+        points, normals : arrays (n, 2), in space (n, 3)
+            Contact points (lengths) and unit normals, in space e3.
+
+        Returns
+        -------
+        array (corners, n, 2), in space (corners, n, 3)
+            Here they follow from the levers; corners that have one lie half a side above the centre.
+        """
+        levers = np.array(list(self.levers(points[:, 0]).values()))[:, :, None]
+        if not levers.any():
+            return np.zeros((len(levers), *points.shape))
+        arms: Array = (normals - levers * tangents(normals)) / 2
+        return arms
 
 
 class _Coulomb(Law):
@@ -173,6 +196,20 @@ class Microblock(_Coulomb):
         """Returns how far right of A and of B the contact point lies (lengths)."""
         return ell / 2, -ell / 2
 
+    def arms(self, points: Array, normals: Array) -> Array:
+        """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``; in space
+        (N + a S1 + b S2)/2 with a, b = -1, 1, of ``S_i = e_i + psi0 x e_i`` and ``N = e3 + psi0 x e3``.
+
+        Parameters and returned values are those of `Law.arms`.
+        """
+        if points.shape[1] == 3:
+            t1, t2 = surface_tilt(self.psi0, *points.T[:2])
+            places = [(a - t1, b - t2, 1 + a * t1 + b * t2) for a in SIGNS for b in SIGNS]
+            return np.moveaxis(np.array(places), 1, 2) / 2
+        psi0, along = self.angle(points[:, 0])[:, None], tangents(normals)
+        across, up = along + psi0 * normals, normals - psi0 * along
+        return np.array((up - across, up + across)) / 2
+
     def initial_rotation(self, x: Array) -> Array:
         """Returns psi0 at x, array (n,) (radians), where it acts in the gaps; else 0."""
         angle = self.angle(x)
@@ -216,8 +253,9 @@ class Microblock(_Coulomb):
 
     def levers(self, x: Array) -> dict[str, Array]:
         """Returns n.(S + N) of corner A and n.(S - N) of corner B at the abscissae x, arrays (n,)."""
-        psi0 = self.angle(x)
-        return {"A": psi0 + 1, "B": psi0 - 1}
+        points = np.column_stack((np.ravel(x), np.zeros(np.size(x))))
+        arms = self.arms(points, np.tile((0.0, 1.0), (len(points), 1)))
+        return dict(zip(self.corners, -2 * arms[..., 0].reshape(2, *np.shape(x))))
 
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
@@ -227,8 +265,7 @@ class Microblock(_Coulomb):
 
         Parameters and returned values are those of `Law.initial_gaps`.
         """
-        tangent = np.column_stack((normals[:, 1], -normals[:, 0]))
-        side = ell / 2 * (tangent + self.initial_rotation(points[:, 0])[:, None] * normals)
+        side = ell / 2 * (tangents(normals) + self.initial_rotation(points[:, 0])[:, None] * normals)
         return {
             "A": obstacles.gap(obstacle, points - side, normals),
             "B": obstacles.gap(obstacle, points + side, normals),
@@ -304,6 +341,37 @@ def _check_pair(psi0: tuple[Tilt, ...]) -> None:
         require_finite(psi0=each)
     if len(psi0) != 2 or not all(abs(each) < 1 for each in numbers):
         raise BadArgument("psi0", psi0, "must be two rotations, each below 1 in absolute value (radians)")
+
+
+def surface_tilt(psi0: Any, x1: Array, x2: Array) -> Array:
+    """Returns t = (-psi0_2, psi0_1) of blocks over a surface, array (2, ...), of a pair or, about -e2, of a
+    number; raises BadArgument if a function fails, or is not below 1 in absolute value.
+    """
+    about = psi0 if isinstance(psi0, tuple) else (0.0, -psi0)
+    return np.array([-_angle(about[1], x1, x2), _angle(about[0], x1, x2)])
+
+
+def _angle(psi0: Tilt, x1: Array, x2: Array) -> Array:
+    """Returns a rotation at places, array like x1."""
+    try:
+        values = psi0(np.array(x1), np.array(x2)) if callable(psi0) else psi0
+        found = np.broadcast_to(np.asarray(values, float), np.shape(x1))
+    except MicroblockError:
+        raise
+    except Exception as failure:  # whatever the user's function does
+        raise BadArgument(
+            "psi0",
+            psi0,
+            f"must take arrays of x1 and x2 and return as many numbers ({shortened(repr(failure))})",
+        ) from failure
+    if not np.all(np.abs(found) < 1):  # nor NaN
+        raise BadArgument("psi0", psi0, "must be finite and below 1 in absolute value (radians)")
+    return found
+
+
+def tangents(normals: Array) -> Array:
+    """Returns the unit tangents n x e3 of unit normals, arrays (n, 2)."""
+    return np.column_stack((normals[:, 1], -normals[:, 0]))
 
 
 def traction(multipliers: Mapping[str, Array]) -> Array | float:

@@ -222,7 +222,7 @@ class Solver:
             "method",
             type(self.options).__name__,
             f"cannot follow friction on a {type(self.body).__name__}: take a HalfPlane without a period, a "
-            "Body on a mesh, or Uniform(h=...) on a Block",
+            "Body on a mesh in the plane, or Uniform(h=...) on a Block",
         )
 
     def follow(self, load: float, rtol: float | None, initial: Solution | None) -> Solution:

@@ -49,6 +49,10 @@ def mesh_in_space(n):
 
     place = lambda x, y, z: (2 * x - 1, 2 * y - 1, z - 1)
     return named(MakeStructured3DMesh(nx=2 * n, ny=2 * n, nz=n, mapping=place))
+
+
+def body_in_space(*arguments, **options):
+    return (mb.Body3D if "Body3D" in mb.__all__ else mb.Body)(*arguments, **options)
 """
 
 END = """
@@ -113,7 +117,9 @@ def solve():
     "body in space": (
         (2, 3, 4),
         DEPTH,
-        made('mb.Body3D(mesh_in_space(size), solid, 2, fixed="bottom")', BLOCKS, obstacle="mb.Sphere(R=10)")
+        made(
+            'body_in_space(mesh_in_space(size), solid, 2, fixed="bottom")', BLOCKS, obstacle="mb.Sphere(R=10)"
+        )
         + STATE,
     ),
     "half-space": (

@@ -400,7 +400,7 @@ def of_bodies():
     newton = contact_of(strip).solver.newton("approach")
     event = newton_path.next_event(*(newton.solve(approach) for approach in (0.001, 0.002)))
     last = list(newton_path.load_path(newton, [0.002, 0.004, 0.02]))[-1]
-    u1, moment = newton.facets.at_nodes("u1", last.fields.u1)[0], last.micromoment[0]
+    u1, moment = newton.facets.values("u1", last.fields)[0], last.micromoment[0]
     solid = body_of(strip).solid
     lengths = zones.layer_lengths(solid, last.psi[0], u1, moment, last.traction[0])
     return found | {

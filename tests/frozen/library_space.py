@@ -12,9 +12,10 @@ from ngsolve.meshes import MakeStructured3DMesh
 
 import microblock as mb
 from microblock.fem import meshes3d
-from microblock.fem.body3d import FIELDS, Loads3D
-from microblock.fem.condensed3d import condensed3d
-from microblock.fem.nodes3d import ContactNodes3D
+from microblock.fem.body import FIELDS3D as FIELDS
+from microblock.fem.body import Loads
+from microblock.fem.condensation import condensed
+from microblock.fem.facets import ContactNodes
 from microblock.halfplane.kernels import normal_symbol
 from microblock.halfspace import counter, kernels, symbol
 from microblock.halfspace.cells import flexibility
@@ -103,7 +104,7 @@ def body_of(problem):
     if problem["mesh"] == "quarter":
         fixed = meshes3d.supports("bottom", x1="left", x2="front")
     mesh = "coarse" if problem["mesh"] == "block" and problem["order"] > 1 else problem["mesh"]
-    return mb.Body3D(mesh_of(mesh), material(problem), problem["order"], fixed=fixed)
+    return mb.Body(mesh_of(mesh), material(problem), problem["order"], fixed=fixed)
 
 
 def contact_of(problem):
@@ -217,7 +218,7 @@ def of_bodies():
     """Bodies without contact under loads, nodes, graded coordinates, and what travels."""
     found, loads = (
         {},
-        Loads3D(
+        Loads(
             force=(0.1, -0.2, 0.3),
             couple=(0.05, -0.02, ng.x),
             traction={"contact": (0.3, -0.4, -1 - ng.x * ng.y)},
@@ -225,12 +226,12 @@ def of_bodies():
         ),
     )
     for mesh, order in (("block", 1), ("tetrahedra", 2), ("bent", 3)):
-        fields = mb.Body3D(mesh_of(mesh), mb.Cosserat(**given.TWISTED), order, fixed="bottom").solve(loads)
+        fields = mb.Body(mesh_of(mesh), mb.Cosserat(**given.TWISTED), order, fixed="bottom").solve(loads)
         values = fields_at(fields, given.BENT if mesh == "bent" else given.INSIDE) | reactions(fields)
         values["energy"] = fields.energy()
         found |= {f"body3d under loads {mesh} order={order} {part}": value for part, value in values.items()}
     for mesh, order in (("block", 2), ("tetrahedra", 1), ("bent", 2)):
-        nodes = ContactNodes3D(mb.Body3D(mesh_of(mesh), mb.Cosserat(**given.SOLID), order, fixed="bottom"))
+        nodes = ContactNodes(mb.Body(mesh_of(mesh), mb.Cosserat(**given.SOLID), order, fixed="bottom"))
         values = {
             "number": len(nodes.points),
             "weights x1 x2": nodes.weights @ nodes.points[:, :2].prod(axis=1),
@@ -374,7 +375,7 @@ def refusals_of_bodies():
     sphere, law, x = mb.Sphere(10.0), mb.Unilateral(), np.linspace(0, 1, 3)
 
     def body(**options):
-        return mb.Body3D(mesh, solid, **{"fixed": "bottom", **options})
+        return mb.Body(mesh, solid, **{"fixed": "bottom", **options})
 
     def contact(height=sphere, own=law, method=None, **options):
         return mb.Contact(body(**options), height, own, method)
@@ -382,16 +383,15 @@ def refusals_of_bodies():
     everywhere = {name: "bottom|left" for name in FIELDS}
     plane = with_contact(MakeStructured3DMesh(hexes=False, nx=1))
     return {
-        "3d mesh in the plane": lambda: mb.Body(mesh, solid),
-        "3d no solid": lambda: mb.Body3D(mesh, None),
+        "3d no solid": lambda: mb.Body(mesh, None),
         "3d order=0": lambda: body(order=0),
         "3d fixed nowhere": lambda: body(fixed="ground"),
         "3d fixed in no field": lambda: body(fixed={"psi": "bottom"}),
         "3d no such contact": lambda: body(contact="roof"),
-        "3d contact that stands": lambda: condensed3d(body(contact="left")),
-        "3d contact that faces down": lambda: condensed3d(body(contact="bottom", fixed="contact")),
-        "3d contact that is held": lambda: condensed3d(body(fixed="contact")),
-        "3d triangles of order 2": lambda: condensed3d(mb.Body3D(plane, solid, 2, fixed="bottom")),
+        "3d contact that stands": lambda: condensed(body(contact="left")),
+        "3d contact that faces down": lambda: condensed(body(contact="bottom", fixed="contact")),
+        "3d contact that is held": lambda: condensed(body(fixed="contact")),
+        "3d triangles of order 2": lambda: condensed(mb.Body(plane, solid, 2, fixed="bottom")),
         "3d cylinder": lambda: contact(mb.Cylinder(R=10.0)),
         "3d panels": lambda: contact(method=mb.Panels()),
         "3d psi0 of x1": lambda: contact(own=mb.Microblock(np.cos)),
@@ -405,20 +405,20 @@ def refusals_of_bodies():
         "3d obstacle at a held rim": lambda: contact(lambda x1, x2: x1, fixed=everywhere).solve(load=1.0),
         "3d free": lambda: contact(fixed=()).solve(load=1.0),
         "3d free under loads": lambda: body(fixed={"u3": "bottom"}).solve(
-            Loads3D(traction={"contact": (1, 0, 0)})
+            Loads(traction={"contact": (1, 0, 0)})
         ),
         "3d path": lambda: contact().path(load=1.0),
         "3d history": lambda: contact(own=mb.Unilateral(friction=0.3)).history([(1.0, 0.1)]),
         "3d second body": lambda: contact(mb.Deformable(mb.HalfSpace(solid), sphere)),
         "3d reaction nowhere": lambda: body().solve().reaction("left"),
         "3d loads of nothing": lambda: body().solve(3.0),
-        "3d load that is inf": lambda: Loads3D(force=(0, 0, np.inf)),
+        "3d load that is inf": lambda: Loads(force=(0, 0, np.inf)),
         "3d block that descends": lambda: meshes3d.block([0, 1], [1, 0], [0, 1]),
         "3d block without contact": lambda: meshes3d.block(x, x, x - 1, reach=0.1),
         "3d graded within reach": lambda: meshes3d.graded(1.0, 0.1, 0.5),
         "3d graded that shrinks": lambda: meshes3d.graded(1.0, 0.1, 2.0, growth=0.9),
         "3d plane of symmetry x3": lambda: meshes3d.supports("bottom", x3="left"),
-        "3d unstable": lambda: mb.Body3D(
+        "3d unstable": lambda: mb.Body(
             mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1, alpha_prime=9.0, beta_prime=-6.0)
         ),
         "3d small rho": lambda: contact(method=mb.Newton(rho=1e-6)).solve(load=1.0),

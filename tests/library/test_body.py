@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from conftest import dome, rectangle
 from ngsolve import x, y
-from ngsolve.meshes import MakeStructured2DMesh
+from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 
-from microblock import BadArgument, Body, Body3D, Cosserat
-from microblock.fem import energy3d, meshes, meshes3d
+from microblock import BadArgument, Body, Condensed, Contact, Cosserat, Newton, Plane, Sphere, Unilateral
+from microblock.fem import contact_term, meshes, meshes3d
 from microblock.fem.body import Loads
-from microblock.fem.body3d import Loads3D, rigid_motions
 
 SHAPES = pytest.mark.parametrize("quads", [False, True], ids=["triangles", "quadrilaterals"])
 SOLID = Cosserat(E=100, nu=0.3, ell=0.2, beta=0.7, curvature=1.5)
@@ -131,7 +130,7 @@ def test_curved_boundary_converges():
 def box(n=2, solid=TWISTED, order=1, fixed="bottom"):
     """The unit square times [-1, 0]."""
     ticks = np.linspace(0, 1, n + 1)
-    return Body3D(meshes3d.block(ticks, ticks, ticks - 1), solid, order, fixed=fixed)
+    return Body(meshes3d.block(ticks, ticks, ticks - 1), solid, order, fixed=fixed)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -147,12 +146,12 @@ def test_manufactured_fields_in_space_converge_with_the_order_plus_one(order):
         return [sum(tensor[i, j].Diff(along) for j, along in enumerate(axes)) for i in range(3)]
 
     twist = ng.CF((0, psi[2], -psi[1], -psi[2], 0, psi[0], psi[1], -psi[0], 0), dims=(3, 3))
-    sigma = energy3d.stress(TWISTED, gradient(u) + twist)
-    m = energy3d.couple_stress(TWISTED, gradient(psi))
+    sigma = contact_term.stress(TWISTED, gradient(u) + twist)
+    m = contact_term.couple_stress(TWISTED, gradient(psi))
     # (19): div m - eps : sigma + l = 0, (eps : sigma)_i = eps_ijk sigma_kj
     axial = [sigma[2, 1] - sigma[1, 2], sigma[0, 2] - sigma[2, 0], sigma[1, 0] - sigma[0, 1]]
     n, sides = ng.specialcf.normal(3), "left|right|front|back|contact"
-    loads = Loads3D(
+    loads = Loads(
         force=tuple(-part for part in divergence(sigma)),
         couple=tuple(-part - own for part, own in zip(divergence(m), axial)),
         traction={sides: tuple((sigma * n)[i] for i in range(3))},
@@ -182,7 +181,14 @@ def test_rigid_motions_carry_no_energy():
     body = box(order=2, fixed=())
     matrix = body.bulk().mat
     size, vector = max(abs(np.array(matrix.CSR()[0]))), matrix.CreateColVector()
-    for motion in rigid_motions(body):
+    axes, place = np.eye(3), ng.CF((ng.x, ng.y, ng.z))
+    motions = [(ng.CF(tuple(axis)), ng.CF((0, 0, 0))) for axis in axes]
+    motions += [(ng.Cross(ng.CF(tuple(axis)), place), ng.CF(tuple(axis))) for axis in axes]
+    for u, psi in motions:
+        state = ng.GridFunction(body.space)
+        for i, component in enumerate(state.components):
+            component.Set((u, psi)[i // 3][i % 3])
+        motion = state.vec.FV().NumPy()
         vector.FV().NumPy()[:] = motion
         # rounding of the sum over a row
         assert np.abs((matrix * vector).Evaluate().FV().NumPy()).max() < 1e-12 * size
@@ -305,3 +311,74 @@ def test_sound_meshes_are_taken_and_curved_elements_that_fold_are_not(quads):
         assert Body(mesh, SMOOTH, 1).mesh is mesh
     with pytest.raises(BadArgument, match="inverted"):
         Body(ring.Curve(2), SMOOTH)
+
+
+# what a body in space has as one in the plane
+
+
+def test_fields_can_be_prescribed_in_space():
+    """Patch test: u linear, psi the rotation that leaves gamma symmetric; orders of u and psi may differ."""
+    slope = 1e-3 * np.array(((1.0, 0.4, -0.2), (0.1, -0.7, 0.3), (0.5, -0.6, 0.8)))
+    place = ng.x, ng.y, ng.z
+    turn = [(slope[(i + 2) % 3, (i + 1) % 3] - slope[(i + 1) % 3, (i + 2) % 3]) / 2 for i in range(3)]
+    values = {f"u{i + 1}": sum(s * x for s, x in zip(slope[i], place)) for i in range(3)}
+    values |= {f"psi{i + 1}": turn[i] for i in range(3)}
+    ticks = np.linspace(0, 1, 3)
+    for order, order_psi in ((1, 1), (2, 1), (2, 2)):
+        mesh = meshes3d.block(ticks, ticks, ticks - 1)
+        body = Body(mesh, TWISTED, order, order_psi=order_psi, prescribed=on_all_sides(values))
+        fields, strain = body.solve(), (slope + slope.T) / 2
+        sigma = TWISTED.lam * np.trace(strain) * np.eye(3) + 2 * TWISTED.mu * strain
+        assert np.reshape(fields.stress(mesh(0.3, 0.6, -0.2)), (3, 3)) == pytest.approx(sigma, abs=1e-11)
+        assert fields.energy() == pytest.approx(np.sum(sigma * strain) / 2, rel=1e-11)  # of a unit volume
+
+
+def test_a_period_in_space_leaves_a_column():
+    """Pressed all over, a body that repeats along x1 and x2 has the strain of its depth alone."""
+    mesh = MakeStructured3DMesh(
+        nx=2, ny=2, nz=2, periodic_x=True, periodic_y=True, mapping=lambda s, t, r: (s, t, r - 1)
+    )
+    body = Body(mesh, SMOOTH, 2, fixed="bottom", periodic=True)
+    fields = body.solve(Loads(traction={"top": (0, 0, -1)}))
+    modulus = SMOOTH.lam + 2 * SMOOTH.mu
+    for place in ((0.1, 0.9, -0.4), (1.0, 0.5, 0.0)):
+        assert fields.u(mesh(*place)) == pytest.approx((0, 0, -(place[2] + 1) / modulus), abs=1e-12)
+    assert fields.reaction("bottom").force == pytest.approx([0, 0, 1], abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "options, name",
+    [
+        ({"periodic": True}, "body"),
+        ({"prescribed": {"u1": {"left": 0.1}}}, "prescribed"),
+        ({"order": 2, "order_psi": 1}, "order_psi"),
+        ({"order": np.full(8, 2)}, "order"),
+    ],
+)
+@pytest.mark.parametrize("method", [Condensed(), Newton()], ids=str)
+def test_contact_in_space_refuses_what_it_does_not_know(options, name, method):
+    ticks = np.linspace(0, 1, 3)
+    with pytest.raises(BadArgument) as failure:
+        body = Body(
+            meshes3d.block(ticks, ticks, ticks - 1), SMOOTH, **{"order": 1, "fixed": "bottom"} | options
+        )
+        Contact(body, Sphere(R=1.0), Unilateral(), method).solve(load=1.0)
+    assert failure.value.name == name
+
+
+def test_the_name_of_before_says_the_name_of_today():
+    import microblock
+
+    with pytest.raises(BadArgument, match=r"mb\.Body\("):
+        microblock.Body3D
+    with pytest.raises(BadArgument, match="3 components"):
+        box().solve(Loads(force=(1.0, 0.0)))
+
+
+def test_no_support_along_x1_leaves_the_translation_alone():
+    """On a flat surface nothing else holds it: one unknown does, whatever rounding makes of the matrix."""
+    for fixed in ({"u2": "middle"}, {"u2": "middle", "psi": "middle"}, {"u1": "middle", "u2": "middle"}):
+        for mesh in (meshes.line(1.0, 4), meshes.column(1.0, 4)):
+            body = Body(mesh, SMOOTH, 2, fixed=fixed, periodic=mesh.dim == 2)
+            state = Contact(body, Plane(), Unilateral(), Newton()).solve(approach=0.01)
+            assert state.pressure == pytest.approx((SMOOTH.lam + 2 * SMOOTH.mu) * 0.01, rel=1e-9)

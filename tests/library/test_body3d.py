@@ -6,7 +6,7 @@ from ngsolve.meshes import MakeStructured3DMesh
 
 import microblock as mb
 from microblock.fem import meshes3d
-from microblock.fem.body3d import FIELDS
+from microblock.fem.body import FIELDS3D as FIELDS
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
 LAWS = pytest.mark.parametrize("law", [mb.Unilateral(), mb.Microblock(), mb.Microclamped()], ids=str)
@@ -17,14 +17,14 @@ MODULUS = SOLID.lam + 2 * SOLID.mu  # of uniform compression
 def box(n=2, order=1, fixed="bottom", height=1.0):
     """The unit square times [-height, 0]."""
     x = np.linspace(0, 1, n + 1)
-    return mb.Body3D(meshes3d.block(x, x, height * (x - 1)), SOLID, order, fixed=fixed)
+    return mb.Body(meshes3d.block(x, x, height * (x - 1)), SOLID, order, fixed=fixed)
 
 
 def quarter(x, depth, order=1, reach=0.6, ell=0.1):
     """A quarter of a block between planes of symmetry."""
     fixed = meshes3d.supports("bottom", x1="left", x2="front")
     solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=ell)
-    return mb.Body3D(meshes3d.block(x, x, np.array(depth), reach=reach), solid, order, fixed=fixed)
+    return mb.Body(meshes3d.block(x, x, np.array(depth), reach=reach), solid, order, fixed=fixed)
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -52,7 +52,7 @@ def test_the_patch_test_on_facets_that_are_no_parallelograms(order):
         nx=2, mapping=lambda x, y, z: (x + 0.6 * x * (1 - x) * y, y - 0.4 * y * (1 - y) * x, z - 0.3)
     )
     fixed = {"u1": "back|front", "u2": "left|right", **dict.fromkeys(("u3", *FIELDS[3:]), "bottom")}
-    body = mb.Body3D(mesh, SOLID, order, fixed=fixed, contact="top")
+    body = mb.Body(mesh, SOLID, order, fixed=fixed, contact="top")
     state = mb.Contact(body, lambda x1, x2: 0.7 + 0 * x1, mb.Microblock()).solve(approach=0.01)
     assert np.ptp(np.sort(state.weights)[:4]) > 0.01 * state.weights.mean()  # its corners differ
     assert state.pressure == pytest.approx(MODULUS * 0.01, rel=1e-7)  # the residual of the conditions

@@ -73,8 +73,8 @@ def square(*x):
 
 
 def pressed(mesh, law=BLOCKS, method=None, solid=SOLID, obstacle=square, load=0.5, **options):
-    make = mb.Body if mesh.dim == 2 else mb.Body3D
-    body = make(mesh, solid, **{"fixed": "bottom", "contact": "top", **options})
+    usual = {"order": 1 if mesh.dim == 3 else 2, "fixed": "bottom", "contact": "top"}
+    body = mb.Body(mesh, solid, **usual | options)
     return mb.Contact(body, obstacle, law, method).solve(load=load)
 
 
@@ -369,7 +369,7 @@ def test_memory_is_not_exhausted(memory):
 def test_stiff_penalties_are_solved_whatever_was_solved_before():
     """The right-hand side grows with rho, and a residual beside it said nothing of the forces."""
     mesh, obstacle = hexahedra(6), mb.Sphere(R=10)
-    body = mb.Body3D(mesh, SOLID, fixed="bottom", contact="top")
+    body = mb.Body(mesh, SOLID, 1, fixed="bottom", contact="top")
     exact = mb.Contact(body, obstacle, BLOCKS).solve(load=1.0)
     for rho in (1e5, 1e8):
         state = mb.Contact(body, obstacle, BLOCKS, mb.Newton("penalty", rho)).solve(load=1.0)

@@ -3,11 +3,12 @@
 import ngsolve as ng
 import numpy as np
 import pytest
-from ngsolve.meshes import MakeStructured2DMesh
+from ngsolve.meshes import MakeStructured2DMesh, MakeStructured3DMesh
 
 from microblock import Body, Cosserat, Cylinder, Microblock, Microclamped, Plane, Punch, Unilateral
-from microblock.fem import meshes
-from microblock.fem.facets import ContactFacets, lobatto
+from microblock.fem import meshes, meshes3d
+from microblock.fem.facets import ContactFacets, ContactNodes, lobatto
+from microblock.fem.newton3d import Penalised
 from microblock.model import law
 
 SOLID = Cosserat(E=2.6, nu=0.3, ell=0.4, beta=1)
@@ -49,6 +50,23 @@ def test_traction_and_micromoment_are_those_of_29():
     assert Unilateral().levers(np.zeros(1)) == Microclamped().levers(np.zeros(1)) == {"C": [0.0]}
 
 
+def test_arms_in_the_plane_and_in_space_are_one():
+    """A corner r from the centre of its block moves by u + psi x r: normal parts are the levers of (29), and
+    along a cylinder the four corners are the two of the plane."""
+    points, n = np.array(((0.3, 0.0), (-1.0, 0.2))), np.array(((0.0, 1.0), (-0.6, 0.8)))
+    t = np.array(((1.0, 0.0), (0.8, 0.6)))
+    for one in (Microblock(0.02), Microblock(lambda x: 0.1 * x), Unilateral()):
+        arms, levers = one.arms(points, n), np.array(list(one.levers(points[:, 0]).values()))
+        # n.(e3 x r) = t.r and t.(e3 x r) = -n.r
+        assert -2 * np.sum(arms * t, axis=-1) == pytest.approx(levers, abs=1e-15)
+        heights = np.sum(arms * n, axis=-1).mean(axis=0)
+        assert heights == pytest.approx(np.full(2, 0.5 * (len(arms) > 1)), abs=1e-15)
+    space = Microblock(0.25).arms(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))[:, 0]
+    plane = Microblock(0.25).arms(np.zeros((1, 2)), np.array([[0.0, 1.0]]))[:, 0]
+    assert space[:, 0::2] == pytest.approx(np.repeat(plane, 2, axis=0), abs=1e-15)
+    assert space[:, 1].tolist() == [-0.5, 0.5, -0.5, 0.5]
+
+
 def test_gap_22_on_an_inclined_surface_by_hand():
     """n = (-0.6, 0.8), s = n x e3 = (0.8, 0.6), psi0 = 0.1, ell = 0.4, u = (0.03, -0.02), psi = 0.05.
 
@@ -60,10 +78,8 @@ def test_gap_22_on_an_inclined_surface_by_hand():
     mesh = MakeStructured2DMesh(nx=2, ny=1, mapping=lambda x, y: (1.6 * x - 0.8, y - 1 + 1.2 * x - 0.6))
     body = Body(mesh, SOLID, 1, fixed="bottom")
     facets = ContactFacets(body, Microblock(0.1), Plane(0.5), "top")
-    state = ng.GridFunction(body.space)
-    for component, value in zip(state.components, (0.03, -0.02, 0.05)):
-        component.vec[:] = value
-    gaps = facets.nodal_gaps(*state.components, 0.01)
+    gaps = facets.gaps(np.repeat((0.03, -0.02, 0.05), [space.ndof for space in body.spaces]), 0.01)
+    gaps = dict(zip(facets.corners, gaps))
     middle = np.argmin(np.abs(facets.points[:, 0]))
     assert facets.normals[middle] == pytest.approx([-0.6, 0.8])
     assert gaps["A"][middle] == pytest.approx(0.5088 + 0.034 - 0.008 + 0.011, abs=1e-14)
@@ -119,11 +135,7 @@ def contact_form(facets, method):
     for _ in facets.corners if method == "al" else ():
         space = space * facets.multipliers
     trial, form = space.TrialFunction(), ng.BilinearForm(space)
-    form += ng.Variation(
-        facets.penalty(7.0, *trial, 0.3)
-        if method == "penalty"
-        else facets.augmented_lagrangian(7.0, *trial[:3], trial[3:], 0.3)
-    )
+    form += ng.Variation(facets.contact(trial[:3], list(trial[3:]), 0.3, 7.0))
     return form
 
 
@@ -193,3 +205,86 @@ def test_potential_structure_36(u2, psi):
     # rounding over the step
     assert by_psi == pytest.approx(by_u2, abs=1e-9)
     assert by_psi == pytest.approx(rho * lever * (int(closed[0]) - closed[1]), abs=1e-9)
+
+
+# the term against the paper, by hand
+
+
+def test_contact_term_is_that_of_the_paper_at_random_states(block):
+    """(20)-(22) and (38) at all nodes, some of them out of reach, from fields where the nodes are."""
+    angle, ell, rho, approach = 0.1, SOLID.ell, 7.0, 0.3
+    facets = facets_of(block, 3, Microblock(lambda x: angle * x), Punch(0.5))
+    form = contact_form(facets, "al")
+    state = at_random(form.space, 8, 0.1)
+    total, n, values = 0.0, np.array((0.0, 1.0)), state.vec.FV().NumPy()
+    ranges = [form.space.Range(number) for number in (3, 4)]
+    lams = np.array([facets.multiplier(values[own.start : own.stop]) for own in ranges])
+    for x, weight, lam_A, lam_B in zip(facets.points, facets.weights, *lams):
+        u1, u2, psi = (component(block(*x, ng.BND)) for component in state.components[:3])
+        S, N = np.array((1.0, angle * x[0])), np.array((-angle * x[0], 1.0))
+        centre = x - ell / 2 * N
+        for arm, lam in ((ell / 2 * (N - S), lam_A), (ell / 2 * (N + S), lam_B)):
+            corner, moved = centre + arm, np.array((u1, u2)) + psi * np.array((-arm[1], arm[0]))
+            g = -corner[1] - approach - moved @ n  # the face of the punch is at 0
+            closed = abs(corner[0]) <= 0.5 and lam + rho * g <= 0
+            total += weight * ((lam + rho / 2 * g) * g if closed else -(lam**2) / (2 * rho))
+    assert form.Energy(state.vec) == pytest.approx(total, rel=1e-12)  # rounding
+    assert 0 < sum(mask.sum() for mask in facets.can_touch.values()) < 2 * len(facets.points)
+
+
+@pytest.mark.parametrize("dim", [1, 2, 3])
+def test_energy_is_10_to_12_at_random_states(block, dim):
+    solid = Cosserat(E=100, nu=0.2, beta=0.6, ell=0.3, curvature=1.3, alpha_prime=0.4, beta_prime=-0.7)
+    ticks = np.linspace(0, 1, 3)
+    mesh = {1: meshes.line(1.0, 2), 2: block, 3: meshes3d.block(ticks, ticks, ticks - 1)}[dim]
+    body, place = Body(mesh, solid, 2), mesh(*{1: (-0.3,), 2: (0.3, -0.2), 3: (0.3, 0.6, -0.2)}[dim])
+    state = at_random(body.space, 9, 1.0)
+    u, psi, slopes, turns = np.zeros(3), np.zeros(3), np.zeros((3, 3)), np.zeros((3, 3))
+    axes = {1: [1], 2: [0, 1], 3: [0, 1, 2]}[dim]  # x2 in one dimension
+    for name, component in zip(body.names, state.components):
+        values, into, where = component(place), (u, slopes), int(name[-1]) - 1 if name[-1] != "i" else 2
+        into = (psi, turns) if name.startswith("psi") else into
+        into[0][where], into[1][where, axes] = values, ng.grad(component)(place)
+    levi = np.zeros((3, 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        levi[i, j, k], levi[j, i, k] = 1, -1
+    gamma = slopes + np.einsum("ijk,k->ij", levi, psi)  # (1)
+    square = lambda tensor: np.sum(tensor**2)  # noqa: E731
+    sym, skew = ((lambda tensor, sign=sign: (tensor + sign * tensor.T) / 2) for sign in (1, -1))
+    W = (
+        solid.lam / 2 * np.trace(gamma) ** 2
+        + solid.mu * square(sym(gamma))
+        + solid.mu_c * square(skew(gamma))
+    )
+    a, b, c = solid.alpha_prime, solid.beta_prime, solid.curvature
+    bent = a * np.trace(turns) ** 2 + (c + b) * square(sym(turns)) + (c - b) * square(skew(turns))
+    W += solid.ell**2 * solid.mu / 2 * bent
+    assert body.energy(*state.components)(place) == pytest.approx(W, rel=1e-12)  # rounding
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_contact_term_in_space_with_given_multipliers(order):
+    """The same on facets that are no parallelograms, where areas of nodes are not the rule's weights."""
+    mesh = MakeStructured3DMesh(
+        nx=2, mapping=lambda x, y, z: (x + 0.6 * x * (1 - x) * y, y - 0.4 * y * (1 - y) * x, z - 1)
+    )
+    body, (p1, p2), rho = Body(mesh, SOLID, order, fixed="bottom", contact="top"), (0.05, -0.03), 7.0
+    nodes, random = ContactNodes(body), np.random.default_rng(3)
+    g0, lams = random.normal(size=(2, 4, len(nodes.weights)))
+    g0[random.random(g0.shape) < 0.2] = np.inf  # out of reach
+    space = body.space * ng.NumberSpace(mesh, definedon=nodes.region)
+    term = Penalised(nodes, space, g0, Microblock((p1, p2)), rho, None)
+    term.update(lams)
+    state = at_random(space, 8, 0.1)
+    *fields, d = state.components
+    psi0, e, total = np.array((p1, p2, 0.0)), np.eye(3), 0.0
+    S1, S2, N = (axis + np.cross(psi0, axis) for axis in e)
+    # a point of a bilinear facet is located by NGSolve to some digits alone
+    at_nodes = np.array([nodes.traces[name] @ own.vec.FV().NumPy() for name, own in zip(body.names, fields)])
+    for i, (values, weight) in enumerate(zip(at_nodes.T, nodes.weights)):
+        for c, (a, b) in enumerate(((-1, -1), (-1, 1), (1, -1), (1, 1))):
+            arm = SOLID.ell / 2 * (N + a * S1 + b * S2)
+            g, lam = g0[c, i] - d.vec[0] - (values[:3] + np.cross(values[3:], arm))[2], lams[c, i]
+            total += weight * ((lam + rho / 2 * g) * g if lam + rho * g <= 0 else -(lam**2) / (2 * rho))
+    assert term.form.Energy(state.vec) == pytest.approx(total, rel=1e-12)  # rounding
+    assert np.ptp(nodes.weights / nodes.shares) > (1e-3 if order == 1 else -1)

@@ -25,7 +25,7 @@ def answers():
     """Numbers of bodies in the plane and in space, and whether a body that can move is refused."""
     flat = mb.Contact(mb.Block(SOLID, 6.0), mb.Cylinder(10.0), mb.Microblock()).solve(load=1.0)
     mesh = MakeStructured3DMesh(nx=3, ny=3, nz=3, mapping=lambda x, y, z: (x, y, z - 1))
-    cube = mb.Body3D(mesh, SOLID, 2, fixed="bottom", contact="top")
+    cube = mb.Body(mesh, SOLID, 2, fixed="bottom", contact="top")
     deep = mb.Contact(cube, mb.Sphere(10.0), mb.Microblock()).solve(load=1.0)
     mesh = MakeStructured2DMesh(nx=8, ny=4, mapping=lambda x, y: (2 * x - 1, y - 1))
     loose = mb.Body(mesh, SOLID, 2, fixed={"u1": "bottom", "u2": "left"}, contact="top")  # a hinge

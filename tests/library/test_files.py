@@ -33,7 +33,7 @@ def on_grid(law=TURNED, obstacle=mb.Sphere(R=1.0), period=None):
 def in_space(law=TURNED, method=None):
     x = meshes3d.graded(reach=0.6, step=0.3, far=3.0, growth=2.0)
     sides = meshes3d.supports("bottom", x1="left", x2="front")
-    body = mb.Body3D(meshes3d.block(x, x, -x[::-1], reach=0.6), SOLID, fixed=sides)
+    body = mb.Body(meshes3d.block(x, x, -x[::-1], reach=0.6), SOLID, 1, fixed=sides)
     return solved(body, law, method, mb.Sphere(R=10), 0.1)
 
 

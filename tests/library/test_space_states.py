@@ -298,7 +298,7 @@ def test_forces_that_displace_nothing_do_not_end_the_search():
     """On few facets microblocks have forces that displace nothing: a step along them has no curvature, and
     was taken as if the load were lost in rounding. Newton's method has the same energy.
     """
-    body = mb.Body3D(mesh_of("bent"), mb.Cosserat(E=80.0, nu=0.3, ell=0.25, beta=1.0), 1, fixed="bottom")
+    body = mb.Body(mesh_of("bent"), mb.Cosserat(E=80.0, nu=0.3, ell=0.25, beta=1.0), 1, fixed="bottom")
     touching = body, FUNCTIONS["raised bowl"], mb.Microblock()
     states = [mb.Contact(*touching, *method).solve(load=2.0) for method in ((), (mb.Newton(),))]
     assert states[0].energy == pytest.approx(states[1].energy, rel=1e-6)

@@ -26,7 +26,7 @@ def on_mesh(height=1.0, order=1):
 def in_space():
     x = meshes3d.graded(reach=0.6, step=0.3, far=3.0, growth=2.0)
     fixed = meshes3d.supports("bottom", x1="left", x2="front")
-    return mb.Body3D(meshes3d.block(x, x, -x[::-1], reach=0.6), SOLID, fixed=fixed)
+    return mb.Body(meshes3d.block(x, x, -x[::-1], reach=0.6), SOLID, 1, fixed=fixed)
 
 
 BODY, SPACE = on_mesh(), in_space()
