@@ -119,7 +119,9 @@ def make_panels(problem, zones, order):
     singular = {*edges, *problem.kinks, *sizes}
     for corner, intervals in zones.items():
         for left, right in intervals:
-            start = 0.0 if half_line(problem) else left
+            if half_line(problem) and right < 0:
+                continue
+            start = max(left, 0.0) if half_line(problem) else left
             breaks = sorted({start, right, *(x for x in singular if start < x < right)})
             for pair in zip(breaks, breaks[1:]):
                 roots = tuple(x in singular for x in pair)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.halfplane import line_solver
+from microblock.halfplane import search
 from microblock.halfplane.kernels import short_waves
 from microblock.model.picture import picture
 from microblock.model.problem import Problem
@@ -142,7 +142,7 @@ def test_cells_answer_where_panels_do_not(monkeypatch):
 
     here = contact(cylinders(1.5), BLOCKS)
     panels = here.solve(load=1.0, rtol=1e-4)
-    monkeypatch.setattr(line_solver.LineSolver, "solve", fails)
+    monkeypatch.setattr(search, "solve", fails)
     state = here.solve(load=1.0, rtol=1e-2)
     assert panels.method == "panels" and "uniform cells instead of panels (no zones fit)" in str(
         state.warnings
