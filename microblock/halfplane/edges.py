@@ -143,7 +143,7 @@ def fit(problem, load, zones, order, tolerance):
         (q,), (approach,), noise = solve_zones(problem, panels, (load,))
         unit = load / (MISSED * np.sqrt(np.ptp(zone_edges(problem.all_zones(zones)))))
         further, missed, before = _moved(problem, load, zones, panels, q, before, tolerance * unit)
-        estimate = Estimate(None, missed / unit, _share(panels, noise, q))
+        estimate = Estimate(None, float(missed / unit), _share(panels, noise, q))
         state = PanelSolution(
             problem, load, zones, panels, q, float(approach), iterations, estimate, further=further
         )
