@@ -10,6 +10,7 @@ from ..model.quadrature import gauss_rule
 from ..model.zones import runs
 from .counter import counter_flexibility
 from .kernels import cell_rule, kernels
+from .panels import short_enough
 
 CELLS = 48  # of an interval that could touch, at least
 RESOLVED = 3  # cells of a zone or a hole, at least
@@ -34,10 +35,14 @@ def first_zones(problem, load):
         raise NotConverged(
             f"more than {MOST} cells of varied size would be needed to see all features of the obstacle"
         )
-    for _ in range(2 * ROUNDS):
+    for number in range(ROUNDS):
         forces, closed = _pressed(problem, load, cells, closed)
         split = _unresolved(closed)
-        if not split.any() or len(cells) + (PARTS - 1) * np.count_nonzero(split) > most:
+        if (
+            not split.any()
+            or number == ROUNDS - 1
+            or len(cells) + (PARTS - 1) * np.count_nonzero(split) > most
+        ):
             split = _changing(closed)
             zones = {corner: _zones(cells, *own) for corner, own in enumerate(zip(forces, closed))}
             yield zones, float((cells[:, 1] - cells[:, 0])[split].max(initial=0.0))
@@ -52,18 +57,12 @@ def _first_cells(problem):
     and cut at its ends.
     """
     ends = np.array([end for corner in range(len(problem.shifts)) for end in problem.ends_of(corner)])
-    found = []
+    cells = []
     for left, right in problem.stretches:
-        edges = np.union1d(np.linspace(left, right, CELLS + 1), ends[(left < ends) & (ends < right)])
-        found += list(zip(edges, edges[1:]))
-    cells = np.array(found)
-    while len(cells) <= MOST:
-        longest = np.array([problem.scale(left, right) for left, right in cells])
-        split = (cells[:, 1] - cells[:, 0] > longest) & (cells[:, 1] - cells[:, 0] > problem.least_scale)
-        if not split.any():
-            break
-        cells = _divided(cells, np.where(split, 2, 1))
-    return cells
+        edges = np.union1d(np.linspace(left, right, CELLS + 1), ends[(left < ends) & (ends < right)]).tolist()
+        for start, end in zip(edges, edges[1:]):
+            cells += [(x, x + width) for x, width, _ in short_enough(problem, start, end - start, False)]
+    return np.array(cells)
 
 
 def _divided(cells, parts):

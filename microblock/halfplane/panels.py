@@ -136,7 +136,7 @@ def make_panels(problem, zones, order):
                 rows += [
                     (corner, *part)
                     for row in _between(*pair, roots, first)
-                    for part in _short_enough(problem, *row)
+                    for part in short_enough(problem, *row)
                 ]
     corner, e, h, root = map(np.array, zip(*rows))
     log_size = [sizes.get(anchor, {}).get(number, 0.0) for number, anchor in zip(corner, e)]
@@ -166,12 +166,12 @@ def _between(left, right, roots, first):
     return found
 
 
-def _short_enough(problem, anchor, length, root):
+def short_enough(problem, anchor, length, root):
     """A panel, or the parts of one that is longer than the obstacle's features ask for."""
     if abs(length) <= problem.least_scale or abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
         return [(anchor, length, root)]
     half = length / 2
-    return _short_enough(problem, anchor, half, root) + _short_enough(problem, anchor + half, half, False)
+    return short_enough(problem, anchor, half, root) + short_enough(problem, anchor + half, half, False)
 
 
 def response(problem, panels, x, lever, kernel):
