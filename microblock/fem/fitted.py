@@ -24,7 +24,6 @@ that is returned on the surface beyond the contact boundary as well.
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import islice
 
 import numpy as np
 
@@ -51,7 +50,6 @@ LEVELS = ((4, 3), (5, 4), (7, 4), (9, 5), (11, 6), (13, 7))
 # a logarithm, or at an end 1/sqrt(r), between two nodes: sqrt(RATIO) a level in L2; levels of equal depth
 # would share that error and not see it
 LEVELS_AT_CORNERS = tuple((order, order) for order in range(4, 13))
-FINER = 4  # times, at most, that cells of a half-plane get smaller at the edges of zones
 # width of a partial zone over ell as ell -> 0 (2.39 at nu = 0.3, beta = 1): a first guess
 PARTIAL = 2.4
 COARSE = 12, 3  # elements over the reach and order of the first mesh, which knows no edges
@@ -332,7 +330,7 @@ class FittedSolver(MeshFitter):
         of meshes.
         """
         if not self._plain:
-            zones, cell = list(islice(first_zones(self.problem, load), FINER))[-1]
+            zones, cell = list(first_zones(self.problem, load))[-1]
             return self._set_apart(zones, cell), 0
         outer = self.first_guess(load)
         for passes in range(1, 13):

@@ -199,7 +199,9 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
             if K1 > 0:
                 rows[-1][2] = _not_past(problem, edge, -side * 2 * K0 / K1)
             elif abs(K0) > tolerance:
-                rows[-1][2] = edge - side * np.copysign(other, K0) / 2
+                # half way to the next edge: outwards there may be none
+                room = other if K0 < 0 or not 0 <= i - side < len(edges) else (edge - edges[i - side]) * side
+                rows[-1][2] = edge - side * np.copysign(room, K0) / 2
     missed = max((abs(K0) for _, K0 in known.values()), default=0.0)
     return _sorted_out(problem, load, rows), missed, known
 

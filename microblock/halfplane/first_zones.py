@@ -15,7 +15,7 @@ from .panels import short_enough
 CELLS = 48  # of an interval that could touch, at least
 RESOLVED = 3  # cells of a zone or a hole, at least
 PARTS = 4  # of a cell that is divided
-ROUNDS = 6
+ROUNDS, TRIALS = 10, 4  # of division, and of zones
 MOST = 2000  # cells, of all corners together
 FAR = 2.9  # lengths of a cell, beyond which two Gauss points are enough on it; no distance of equal ones
 
@@ -35,21 +35,23 @@ def first_zones(problem, load):
         raise NotConverged(
             f"more than {MOST} cells of varied size would be needed to see all features of the obstacle"
         )
+    trials = 0
     for number in range(ROUNDS):
         forces, closed = _pressed(problem, load, cells, closed)
-        split = _unresolved(closed)
-        if (
-            not split.any()
-            or number == ROUNDS - 1
-            or len(cells) + (PARTS - 1) * np.count_nonzero(split) > most
-        ):
-            split = _changing(closed)
+        split, changing = _unresolved(closed), _changing(closed)
+        if not split.any() or number == ROUNDS - 1 or _many(cells, split) > most:
             zones = {corner: _zones(cells, *own) for corner, own in enumerate(zip(forces, closed))}
-            yield zones, float((cells[:, 1] - cells[:, 0])[split].max(initial=0.0))
-            if len(cells) + (PARTS - 1) * np.count_nonzero(split) > most:
+            yield zones, float((cells[:, 1] - cells[:, 0])[changing].max(initial=0.0))
+            trials, split = trials + 1, changing
+            if trials == TRIALS or _many(cells, split) > most:
                 return
         parts = np.where(split, PARTS, 1)
         cells, closed = _divided(cells, parts), np.repeat(closed, parts, axis=1)
+
+
+def _many(cells, split):
+    """The number of cells when some of them are divided."""
+    return len(cells) + (PARTS - 1) * np.count_nonzero(split)
 
 
 def _first_cells(problem):
