@@ -14,17 +14,9 @@ import math
 
 import numpy as np
 
-import microblock as mb
+from cases.hertz import P, a_Hz, problem
 
-E, nu, beta, R, P = 100.0, 0.3, 1.0, 10.0, 1.0
-a_Hz, p_Hz = mb.hertz_scales(mb.Cosserat(E=E, nu=nu, ell=1.0, beta=beta), R, P)
 paper = 0.8874  # alpha_mid of the paper
-
-
-def problem(alpha, law=mb.Microblock()):
-    """Returns a cylinder on blocks of side alpha a_Hz."""
-    solid = mb.Cosserat(E=E, nu=nu, ell=alpha * a_Hz, beta=beta)
-    return mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R), law)
 
 
 def solve(alpha=0.25, wide=1.0, thin=0.05, rtol=1e-4):
@@ -38,9 +30,9 @@ def solve(alpha=0.25, wide=1.0, thin=0.05, rtol=1e-4):
     """
     state = problem(alpha).solve(load=P, rtol=rtol)
     alpha_mid = alpha * math.sqrt(P / problem(alpha).path(load=P, rtol=rtol).events[-1].load)
-    laws = mb.Microblock(), mb.Unilateral()
-    corners, plain = (a_Hz / problem(wide, law).solve(load=P, rtol=rtol).half_width for law in laws)
-    layers = [problem(thin, law).solve(load=P, rtol=rtol) for law in laws]
+    laws = "microblock", "unilateral"
+    corners, plain = (a_Hz / problem(wide, contact=law).solve(load=P, rtol=rtol).half_width for law in laws)
+    layers = [problem(thin, contact=law).solve(load=P, rtol=rtol) for law in laws]
     x1, x2 = np.full(2, 0.3 * a_Hz), -thin * a_Hz * np.array((0.5, 1.5))
     upper, lower = np.subtract(*(layer.fields(x1, x2).psi for layer in layers))
     sentences = (

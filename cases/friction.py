@@ -23,9 +23,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import microblock as mb
+from cases.hertz import LAWS
 
 P = math.pi / 4  # the load with a_Hz = 1
-LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 
 
 def history(shears, alpha=0.25, contact="microblock", friction=0.3, nu=0.3, beta=1.0, rtol=0.1):

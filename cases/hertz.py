@@ -25,20 +25,17 @@ import microblock as mb
 
 E, nu, beta, R, P = 100.0, 0.3, 1.0, 10.0, 1.0
 a_Hz, p_Hz = mb.hertz_scales(mb.Cosserat(E=E, nu=nu, ell=1.0, beta=beta), R, P)
+LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 
 # %%
 # The contact problem, and its states at some loads: each starts from the state before
 
 
-def problem(alpha=0.25, psi0_deg=0.0, contact="microblock"):
+def problem(alpha=0.25, psi0_deg=0.0, contact="microblock", beta=beta):
     """Returns the contact problem of a cylinder on blocks of side alpha a_Hz."""
     solid = mb.Cosserat(E=E, nu=nu, ell=alpha * a_Hz, beta=beta)
-    laws = {
-        "microblock": mb.Microblock(psi0=math.radians(psi0_deg)),
-        "unilateral": mb.Unilateral(),
-        "microclamped": mb.Microclamped(),
-    }
-    return mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R), laws[contact])
+    law = mb.Microblock(psi0=math.radians(psi0_deg)) if contact == "microblock" else LAWS[contact]()
+    return mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R), law)
 
 
 def solve(

@@ -58,9 +58,10 @@ def profiles(alpha, positions, nu=0.3, beta=1.0, x2=None):
 
 
 def fit(x2, values, alpha):
-    """Lengths (2,), ascending, amplitudes, relative deviations of the lengths, and relative residual in L2.
+    """Lengths (2,), amplitudes, relative deviations of the lengths, and relative residual in L2.
 
-    Lengths lie between alpha/20 and 20 a_Hz; a deviation is infinite where the values do not see the length.
+    Lengths lie between alpha/20 and 20 a_Hz, the shorter one goes first, but for a part too faint to be seen.
+    A deviation is infinite where the values do not see the length.
     """
     bounds, largest = np.log((alpha / 20, 20)), np.abs(values).max()
 
@@ -69,40 +70,47 @@ def fit(x2, values, alpha):
         amplitudes = np.linalg.lstsq(shapes, values / largest, rcond=None)[0]
         return shapes @ amplitudes - values / largest, amplitudes
 
-    search = least_squares(
-        lambda logarithms: misfit(logarithms)[0],
-        best_pair(x2, values / largest, bounds),
-        method="lm",
-        xtol=1e-8,
-        ftol=1e-12,
-    )
-    amplitudes, order = misfit(search.x)[1], np.argsort(search.x)
+    def distances(logarithms):
+        return misfit(logarithms)[0]
+
+    start = min(valleys(x2, values / largest, bounds), key=lambda start: np.sum(distances(start) ** 2))
+    search = least_squares(distances, start, method="lm", xtol=1e-8, ftol=1e-12)
+    amplitudes = misfit(search.x)[1]
+    faint = np.abs(amplitudes) <= 1e-6  # those are errors of the states
+    order = np.lexsort((search.x, faint))
     sizes = np.maximum(np.linalg.norm(search.jac, axis=0), 1e-300)
     cosine = np.prod(search.jac / sizes, axis=1).sum()
     deviations = np.sqrt(2 * search.cost / (len(x2) - 4) / max(1 - cosine**2, 1e-300)) / sizes
-    # amplitudes below 1e-6 are errors of the states
-    lost = (search.x <= bounds[0]) | (search.x >= bounds[1]) | (np.abs(amplitudes) <= 1e-6)
+    lost = (search.x <= bounds[0]) | (search.x >= bounds[1]) | faint
     residual = np.sqrt(2 * search.cost) / np.linalg.norm(values / largest)
     lengths = np.exp(np.clip(search.x, *bounds))
     return lengths[order], largest * amplitudes[order], np.where(lost, np.inf, deviations)[order], residual
 
 
-def best_pair(x2, values, bounds):
-    """The best of a grid of pairs of logarithms, by the normal equations of their amplitudes."""
-    short, long = np.linspace(*bounds, 300), np.linspace(*bounds, 30)
-    first, second = (np.exp(np.divide.outer(x2, np.exp(trials))) for trials in (short, long))
+def valleys(x2, values, bounds):
+    """Pairs of logarithms at which the misfit has its valleys, by the normal equations of the amplitudes.
+
+    On a grid, fine in one length and coarse in the other: where one of the parts is weak, be it the shorter
+    or the longer one, the valley in the length of the other is narrower than the coarse grid.
+    """
+    fine, coarse = np.linspace(*bounds, 300), np.linspace(*bounds, 30)
+    first, second = (np.exp(np.divide.outer(x2, np.exp(trials))) for trials in (fine, coarse))
     a, b, c = np.sum(first**2, axis=0)[:, None], first.T @ second, np.sum(second**2, axis=0)
     p, q = (first.T @ values)[:, None], second.T @ values
     explained = (c * p**2 - 2 * b * p * q + a * q**2) / np.maximum(a * c - b**2, 1e-300)
-    explained[long - short[:, None] < 0.05] = 0
-    # where the long part is weak, the valley in the short length is narrower than the grid: its bottom is
-    # that of a parabola
+    apart = coarse - fine[:, None]
+    explained[np.abs(apart) < 0.05] = 0
+    # in the fine length the bottom is that of a parabola
     left, top, right = explained[:-2], explained[1:-1], explained[2:]
-    peak = (right > 0) & (top >= left) & (top >= right) & (left - 2 * top + right < 0)
+    peak = (np.minimum(left, right) > 0) & (top >= np.maximum(left, right)) & (left - 2 * top + right < 0)
     bend = np.where(peak, left - 2 * top + right, -1.0)
-    bottom = np.where(peak, top - (right - left) ** 2 / (8 * bend), 0)
-    i, j = np.unravel_index(np.argmax(bottom), bottom.shape)
-    return short[1 + i] + (left - right)[i, j] / (2 * bend[i, j]) * (short[1] - short[0]), long[j]
+    step, bottom = (left - right) / (2 * bend), top - (right - left) ** 2 / (8 * bend)
+    for side in (1, -1):  # the fine length is the shorter, or the longer one
+        best = np.where(peak & (side * apart[1:-1] > 0), bottom, 0)
+        rows = np.argmax(best, axis=0)
+        most = np.pad(best.max(axis=0), 1)
+        for j in np.flatnonzero((most[1:-1] > most[:-2]) & (most[1:-1] >= most[2:])):
+            yield fine[1 + rows[j]] + step[rows[j], j] * (fine[1] - fine[0]), coarse[j]
 
 
 def between(x2, values, alpha, start, stop):
@@ -148,15 +156,7 @@ def solve(
     nu=0.3,
     beta=1.0,
 ):
-    """Layer lengths below the positions.
-
-    Parameters
-    ----------
-    alphas : length scales of the material over a_Hz
-    positions : abscissae x1 > 0 of the vertical lines over a_Hz
-    nu : Poisson's ratio, -1 < nu < 1/2
-    beta : coupling number 2 eta/(1 + eta), 0 < beta < 2
-    """
+    """Layer lengths below the positions x1 > 0 for each ell, alphas; all of them over a_Hz."""
     layers = []
     for alpha in alphas:
         x2, microblock, unilateral, modes = profiles(alpha, positions, nu, beta)

@@ -15,24 +15,13 @@ import math
 import matplotlib.pyplot as plt
 import numpy as np
 
-import microblock as mb
+from cases.hertz import P, a_Hz, problem
 
 # %%
-# Scales of Hertz' contact (50), and the two laws
-
-E, nu, R, P = 100.0, 0.3, 10.0, 1.0
-LAWS = {"microblock": mb.Microblock(), "unilateral": mb.Unilateral()}
-
-
-def problem(alpha, beta=1.0, law="microblock"):
-    """Returns the contact problem of a cylinder on blocks of side alpha a_Hz."""
-    a_Hz, _ = mb.hertz_scales(mb.Cosserat(E=E, nu=nu, ell=1.0, beta=beta), R, P)
-    solid = mb.Cosserat(E=E, nu=nu, ell=alpha * a_Hz, beta=beta)
-    return mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R), LAWS[law])
-
-
-# %%
+# The problems are those of `hertz` under two laws.
 # Hardness from the states: over the width between the outermost edges, and over the length in contact
+
+LAWS = "microblock", "unilateral"
 
 
 def solve(alphas=(0.01, 0.03, 0.1, 0.25, 0.5, 0.7, 0.8, 0.83, 0.84, 0.9, 1.0, 1.25), beta=1.0, rtol=1e-4):
@@ -45,12 +34,11 @@ def solve(alphas=(0.01, 0.03, 0.1, 0.25, 0.5, 0.7, 0.8, 0.83, 0.84, 0.9, 1.0, 1.
     rtol : relative error of pressure and micromoment
     """
     # zones of contact scale with the load, so the load at which they meet gives alpha_mid
-    meeting = problem(0.5, beta).path(load=P, rtol=rtol).events[-1]
+    meeting = problem(0.5, beta=beta).path(load=P, rtol=rtol).events[-1]
     result = {"alpha_mid": 0.5 * math.sqrt(P / meeting.load), "alphas": np.array(alphas)}
     for law in LAWS:
-        states = [problem(alpha, beta, law).solve(load=P, rtol=rtol) for alpha in alphas]
+        states = [problem(alpha, contact=law, beta=beta).solve(load=P, rtol=rtol) for alpha in alphas]
         lengths = [sum(right - left for left, right in state.zones["contact"]) for state in states]
-        a_Hz = mb.hertz_scales(states[0].solid, R, P)[0]
         result[law] = {
             "half_width": np.array([state.half_width / a_Hz for state in states]),
             "apparent": np.array([a_Hz / state.half_width for state in states]),

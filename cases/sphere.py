@@ -20,12 +20,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import microblock as mb
+from cases.hertz import LAWS
 
 # %%
 # Scales of Hertz's contact of a sphere, and the contact problem.
 
 a_Hz = (3 / 4) ** (1 / 3)
-LAWS = {"microblock": mb.Microblock, "unilateral": mb.Unilateral, "microclamped": mb.Microclamped}
 
 
 def problem(alpha, contact, nu=0.3, beta=1.0, method=None, period=None, **curvatures):

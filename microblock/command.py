@@ -17,6 +17,7 @@ import shutil
 import sys
 import textwrap
 import time
+import traceback
 import types
 import typing
 from difflib import get_close_matches
@@ -136,8 +137,8 @@ def options(function):
     ]
 
 
-def parser(program, module):
-    """Returns the parser of a command, with all its options."""
+def parser(program, module, known):
+    """Returns the parser of a command with the options `known` of its `solve`."""
     head, _, rest = inspect.getdoc(module).partition("\n")
     command = OneLineParser(
         prog=program,
@@ -146,7 +147,7 @@ def parser(program, module):
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    for option in options(module.solve):
+    for option in known:
         option.add_to(command)
     folder = getattr(module, "OUT", None)
     command.add_argument(
@@ -185,9 +186,9 @@ def run(program, module, words, setup=0.0):
     setup : float
         Seconds that the import of the module took.
     """
-    top = parser(program, module)
-    given, unknown = top.parse_known_args(words)
     known = {option.name: option for option in options(module.solve)}
+    top = parser(program, module, known.values())
+    given, unknown = top.parse_known_args(words)
     if unknown:
         wrong = next((word for word in unknown if word.startswith("-")), unknown[0])
         flags = [*map(flag, known), "--json", "--out", "--help"]
@@ -223,9 +224,10 @@ def run(program, module, words, setup=0.0):
         return _fail(2, program, _complaint(failure, known, named))
     except MicroblockError as failure:
         return _fail(1, program, failure)
-    # NGSolve's own errors are RuntimeErrors
-    except (MemoryError, OSError, RuntimeError, ArithmeticError) as failure:
-        return _fail(1, program, f"stopped by {type(failure).__name__}: {failure}")
+    except Exception as failure:  # of a script with its options, of NGSolve, of the machine
+        place = traceback.extract_tb(failure.__traceback__)[-1]
+        where = f"{Path(place.filename).name}, line {place.lineno}"
+        return _fail(1, program, f"stopped by {type(failure).__name__} in {where}: {failure}")
     return 0
 
 

@@ -4,10 +4,8 @@ Each run is a process of its own: imports, a warm-up on the first level, then th
 the resident set during the run over what was resident before it.
 """
 
-import json
-import os
-import subprocess
-import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import pandas as pd
@@ -23,7 +21,6 @@ LEVELS = {
 }
 STEEPEST = {"seconds": 1.4, "megabytes": 1.25}  # exponents over unknowns, for what the next level may cost
 LONGEST, SPARE = 190.0, 0.7  # seconds, and share of the free memory, that a run may be expected to take
-THREADS = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")
 
 
 def line_of(file, name):
@@ -50,11 +47,11 @@ def measure(name, setting):
 
 def apart(name, setting):
     """`measure` in a process of its own; a failed run says why."""
-    words = [sys.executable, "-m", __name__, name, json.dumps(setting)]
-    child = subprocess.run(words, capture_output=True, text=True, env={**os.environ, **THREADS})
-    if child.returncode:
-        return {"failure": f"status {child.returncode}: {child.stderr.strip()[-200:]}"}
-    return json.loads(child.stdout.splitlines()[-1])
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
+        try:
+            return process.submit(measure, name, setting).result()
+        except Exception as failure:  # whatever it is, also a process that dies
+            return {"failure": f"{type(failure).__name__}: {failure}"[:200]}
 
 
 def solve(quick=False):
@@ -75,7 +72,3 @@ def solve(quick=False):
                 break
         rows += own
     return pd.DataFrame(rows)
-
-
-if __name__ == "__main__":
-    print(json.dumps(measure(sys.argv[1], json.loads(sys.argv[2]))))

@@ -38,7 +38,7 @@ CURVES = {
     "contact states": ("states", "method != 'plain'"),
     "augmented Lagrangian": ("newton", "kind_of == 'al'"),
 }
-PARAMETERS = dict.fromkeys(axis.name for one in MAPS for axis in one.axes if axis.name != "kind")
+PARAMETERS = dict.fromkeys(axis.name for one in MAPS for axis in one.axes if axis.name != "kind_of")
 MEASURES = (*Outcome.__dataclass_fields__, "kind", "message", "spent")
 
 
@@ -62,7 +62,7 @@ def solve(quick=False, only: tuple[str, ...] = (), share=1.0, seed=1, limit=60.0
     ]
     rows = records([(one.run, setting) for one, setting, _ in work], workers, limit)
     frame = pd.DataFrame(
-        {"map": one.name, **_renamed(setting), "near": near, **row}
+        {"map": one.name, **setting, "near": near, **row}
         for (one, setting, near), row in zip(work, tqdm(rows, total=len(work), unit="run", disable=None))
     )
     frame = frame.reindex(columns=["map", *PARAMETERS, "kind_of", "near", *MEASURES])
@@ -70,11 +70,6 @@ def solve(quick=False, only: tuple[str, ...] = (), share=1.0, seed=1, limit=60.0
     if out:
         frame.to_csv(out / "limits.csv", index=False)
     return frame
-
-
-def _renamed(setting):
-    """A parameter `kind` stands beside the kind of outcome."""
-    return {"kind_of" if name == "kind" else name: value for name, value in setting.items()}
 
 
 def fails(frame):

@@ -83,15 +83,15 @@ def asked(method, contact, strictness, nu, eta, alpha, psi0, slope):
     return compared(state, true, rtol + true.error_estimate, judge=true.method)
 
 
-def event(kind, distance, strictness, psi0, alpha):
+def event(kind_of, distance, strictness, psi0, alpha):
     """A load next to an event: two zones apart or joined, or the second corner of rotated blocks touches."""
     rtol, load, law = 1e-2 * 1e-6**strictness, LOAD, mb.Microblock()
-    if kind == "touching":
+    if kind_of == "touching":
         law = mb.Microblock(psi0)
     else:
-        alpha = ALPHA_MID * (1 + distance * (1 if kind == "apart" else -1))
+        alpha = ALPHA_MID * (1 + distance * (1 if kind_of == "apart" else -1))
     problem = mb.Contact(mb.HalfPlane(solid_of(alpha)), mb.Cylinder(RADIUS), law)
-    if kind == "touching":
+    if kind_of == "touching":
         path = problem.path(load=LOAD + 50 * RADIUS * alpha * psi0)
         births = [one.load for one in path.events if one.kind == "born" and one.zone in "AB" and one.load > 0]
         load = (1 + distance) * min(births, default=path.last)
@@ -211,22 +211,22 @@ def stretched(shape, order, aspect, spacing, alpha):
     return Outcome(state.solution.difference(true.solution.pressure))
 
 
-def newton(kind, rho, spacing, alpha):
+def newton(kind_of, rho, spacing, alpha):
     """A monolithic method on the paper's block, rho over (lambda + 2 mu)/a_Hz: the penalty beside the
     half-plane, the augmented Lagrangian beside the condensed body, which is the same discrete problem.
     """
     solid = solid_of(alpha)
     problem = mb.Contact(mb.Block(solid, DOMAIN), mb.Cylinder(RADIUS), mb.Microblock())
-    way = mb.Newton(kind, rho * (solid.lam + 2 * solid.mu))
+    way = mb.Newton(kind_of, rho * (solid.lam + 2 * solid.mu))
     state = problem.with_(method=mb.Uniform(h=spacing, newton=way, reach=REACH)).solve(load=LOAD)
-    if kind == "penalty":
+    if kind_of == "penalty":
         return compared(state, problem.with_(body=mb.HalfPlane(solid)).solve(load=LOAD, rtol=1e-5))
     same = problem.with_(method=mb.Uniform(h=spacing, reach=REACH)).solve(load=LOAD)
     p, true = (np.array(list(one.pressures.values())) for one in (state, same))
     return Outcome(float(np.linalg.norm(p - true) / np.linalg.norm(true)), WORST)
 
 
-def strip(kind, order, elements, ell_over_h, nu, eta, rho):
+def strip(kind_of, order, elements, ell_over_h, nu, eta, rho):
     """The strip in partial contact, ell over the length of an element: largest relative error of traction,
     micromoment and layer lengths beside the closed form.
     """
@@ -239,7 +239,7 @@ def strip(kind, order, elements, ell_over_h, nu, eta, rho):
     body = mb.Body(meshes.line(1.0, elements), solid, order, fixed={"u1": "middle", "u2": "middle"})
     exact = Strip(solid.ell, psi0, nu, solid.beta, 1.0)
     exact = Strip(solid.ell, psi0, nu, solid.beta, 0.5 * exact.delta_fc)
-    way = mb.Newton(kind, rho * (solid.lam + 2 * solid.mu))
+    way = mb.Newton(kind_of, rho * (solid.lam + 2 * solid.mu))
     plane = mb.Plane(solid.ell / 2 * psi0)
     state = mb.Contact(body, plane, mb.Microblock(psi0), way).solve(approach=exact.delta)
     top = body.mesh(0.0)
@@ -312,8 +312,8 @@ MAPS = (
         Axis("method", names=tuple(RTOLS)), Axis("contact", names=ASKED), STRICT, NU, ETA, ALPHA, PSI0,
         Axis("slope", 1e-4, 1.0, ends=(0,)))),
     Map("event", event, 100, (
-        Axis("kind", names=("apart", "joined", "touching")), Axis("distance", 1e-1, 1e-10, ends=(1,)), STRICT,
-        Axis("psi0", 1e-3, 0.1), Axis("alpha", 0.1, 2.0))),
+        Axis("kind_of", names=("apart", "joined", "touching")),
+        Axis("distance", 1e-1, 1e-10, ends=(1,)), STRICT, Axis("psi0", 1e-3, 0.1), Axis("alpha", 0.1, 2.0))),
     Map("states", states, 240, (
         Axis("problem", names=("ill-conditioned", "copies", "no gaps", "rank", "weights")),
         Axis("method", names=("plain", "pivoting", "path")), Axis("degree", 0.0, 1.0, "linear", ends=(1,)),
@@ -326,11 +326,11 @@ MAPS = (
         Axis("shape", names=("quadrilaterals", "triangles")), Axis("order", 1, 6, "whole"),
         Axis("aspect", 1e-2, 1e4, ends=(0, 1)), SPACING, ALPHA)),
     Map("newton", newton, 120, (
-        Axis("kind", names=("penalty", "al")), Axis("rho", 1e-4, 1e8, ends=(0, 1)), SPACING, ALPHA)),
+        Axis("kind_of", names=("penalty", "al")), Axis("rho", 1e-4, 1e8, ends=(0, 1)), SPACING, ALPHA)),
     Map("strip", strip, 160, (
-        Axis("kind", names=("penalty", "al")), Axis("order", 1, 6, "whole"), Axis("elements", 1, 64, "whole"),
-        Axis("ell_over_h", 0.01, 100.0, ends=(0,)), Axis("nu", 0.0, 0.45, "linear"), Axis("eta", 0.03, 20.0),
-        Axis("rho", 1e-4, 1e8, ends=(0, 1)))),
+        Axis("kind_of", names=("penalty", "al")), Axis("order", 1, 6, "whole"),
+        Axis("elements", 1, 64, "whole"), Axis("ell_over_h", 0.01, 100.0, ends=(0,)),
+        Axis("nu", 0.0, 0.45, "linear"), Axis("eta", 0.03, 20.0), Axis("rho", 1e-4, 1e8, ends=(0, 1)))),
     Map("supported", supported, 120, (
         Axis("solver", names=("no contact", "condensed", "al", "penalty")),
         Axis("supports", names=tuple(SUPPORTS)), Axis("eta", 1e-12, 1e6, ends=(0, 1)),

@@ -17,6 +17,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import microblock as mb
+from cases.hertz import LAWS
 from microblock.errors import BadArgument, at_most, require_positive, require_tolerance
 from microblock.model.refinement import refine
 from microblock.model.zones import half_widths, largest
@@ -161,12 +162,8 @@ def problem(options, method=None):
         obstacle = mb.Wedge(slope)
     else:
         obstacle = mb.Punch(options.punch_half_width * options.a_Hz, slope)
-    laws = {
-        "microblock": mb.Microblock(math.radians(options.psi0_deg), PSI0_IN[options.psi0_reading]),
-        "unilateral": mb.Unilateral(),
-        "microclamped": mb.Microclamped(),
-    }
-    law = laws[options.contact]
+    rotated = math.radians(options.psi0_deg), PSI0_IN[options.psi0_reading]
+    law = LAWS[options.contact](*(rotated if options.contact == "microblock" else ()))
     if options.model == "halfplane":
         panels = mb.Panels(order=options.order, fallback=False)
         return mb.Contact(mb.HalfPlane(options.solid), obstacle, law, panels)

@@ -49,7 +49,6 @@ def solve(
     if period is not None and period <= 2:
         raise BadArgument("period", period, "must be larger than 2")
     require_positive(alpha=alpha, beta=beta)
-    mb.Cosserat(E=1.0, nu=nu, ell=alpha, beta=beta)  # names nu where E = 1 - nu^2 would be at fault
     if cells is not None:
         require_whole(32, 2048, cells=cells)
         if rtol is not None:

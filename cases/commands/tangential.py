@@ -11,6 +11,7 @@ import numpy as np
 
 import microblock as mb
 from cases import friction as script
+from cases.hertz import LAWS
 from microblock.errors import BadArgument, require_positive
 from microblock.model.plain_data import plain_data
 
@@ -51,12 +52,11 @@ def solve(
     histories = []
     for size in alpha:
         require_positive(alpha=size)
-        mb.Cosserat(E=1.0, nu=nu, ell=size, beta=beta)  # names nu where E = 1 - nu^2 would be at fault
         solid, other = mb.Cosserat(1 - nu**2, nu, size, beta=beta), second_solid(second, nu, beta, size)
         E_star = 1.0 if other is None else 1 / (1 + 1 / other.E_star)
         cylinder = mb.Cylinder(R=1.0)
         obstacle = cylinder if other is None else mb.Deformable(mb.HalfPlane(other), cylinder)
-        problem = mb.Contact(mb.HalfPlane(solid), obstacle, script.LAWS[contact](friction=friction))
+        problem = mb.Contact(mb.HalfPlane(solid), obstacle, LAWS[contact](friction=friction))
         P = normal * math.pi / 4 * E_star
         pairs = [(P, share * friction * P) for share in (0.0, *shear)]
         histories.append(problem.history(pairs, coupled=coupled == "yes", rtol=rtol))

@@ -14,9 +14,8 @@ from pathlib import Path
 import numpy as np
 
 import microblock as mb
+from cases.hertz import P, R, a_Hz, p_Hz, problem
 
-E, nu, beta, R, P = 100.0, 0.3, 1.0, 10.0, 1.0
-a_Hz, p_Hz = mb.hertz_scales(mb.Cosserat(E=E, nu=nu, ell=1.0, beta=beta), R, P)
 ALPHAS = np.geomspace(0.05, 2.0, 56)
 PSI0S = np.linspace(0.0, 1.1, 42)  # degrees; the mirror image has negative ones
 NODES = (1 - np.cos(np.pi * np.arange(20) / 19)) / 2  # between the ends, where pressures vanish
@@ -26,9 +25,7 @@ CHECKS, SEED = 200, 1
 
 def solve(alpha, psi0, initial=None):
     """Returns the state for blocks of side alpha a_Hz that are rotated by psi0 (degrees)."""
-    solid = mb.Cosserat(E=E, nu=nu, ell=alpha * a_Hz, beta=beta)
-    law = mb.Microblock(psi0=math.radians(psi0))
-    return mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R), law).solve(load=P, rtol=1e-3, initial=initial)
+    return problem(alpha, psi0).solve(load=P, rtol=1e-3, initial=initial)
 
 
 def row(state, before):

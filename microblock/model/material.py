@@ -83,10 +83,10 @@ class Cosserat(Shown):
         require_finite(
             E=E, nu=nu, ell=ell, curvature=curvature, alpha_prime=alpha_prime, beta_prime=beta_prime
         )
+        if not -1 < nu < 0.5:  # before E, which may be a multiple of 1 - nu^2
+            raise Inadmissible("nu", nu, "must satisfy -1 < nu < 1/2")
         if not E > 0:
             raise Inadmissible("E", E, "must be positive")
-        if not -1 < nu < 0.5:
-            raise Inadmissible("nu", nu, "must satisfy -1 < nu < 1/2")
         if not ell > 0:
             raise BadArgument("ell", ell, "must be positive")
         if not curvature > 0:

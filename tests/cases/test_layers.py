@@ -67,9 +67,11 @@ def test_null_where_the_fit_is_not_determined(shape, reason, lost):
     assert reason in row["reason"] and tuple(name for name in FITTED if row[name] is None) == lost
 
 
-@pytest.mark.parametrize("alpha, x1, nu, beta", [(0.01, 0.2, 0.45, 1.8), (0.1, 0.7, 0.3, 1.0)])
+@pytest.mark.parametrize("alpha, x1, nu, beta", [
+    (0.01, 0.2, 0.45, 1.8), (0.1, 0.7, 0.3, 1.0), (0.2, 0.9, 0.3, 1.0), (0.02, 0.95, 0.3, 0.5),
+])  # fmt: skip
 def test_no_start_leads_to_a_better_fit(alpha, x1, nu, beta):
-    """The valleys are narrow for a small alpha, the lengths nearly equal for a large one."""
+    """Valleys are narrow for a small alpha, lengths nearly equal for a large one; or the shorter is weak."""
     x2, microblock, unilateral, _ = script.profiles(alpha, (x1,), nu, beta)
     values = (microblock - unilateral)[0] / np.abs(microblock - unilateral).max()
 
@@ -83,6 +85,16 @@ def test_no_start_leads_to_a_better_fit(alpha, x1, nu, beta):
         for b in (1.2, 3, 10, 50)
     )
     assert script.fit(x2, values, alpha)[3] ** 2 * np.sum(values**2) / 2 <= best * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("alpha, x1, nu, beta", [
+    (0.2, 0.9, 0.3, 1.0), (0.5, 0.1, 0.3, 1.0), (0.5, 0.5, 0.3, 1.0), (0.02, 0.95, 0.3, 0.5),
+])  # fmt: skip
+def test_a_length_that_depends_on_the_depths_is_null(alpha, x1, nu, beta):
+    """In some of the windows the best fit has a weak part with a fraction of the length of the other one."""
+    x2, microblock, unilateral, _ = script.profiles(alpha, (x1,), nu, beta)
+    row = script.layer(x2, (microblock - unilateral)[0], alpha)
+    assert row["L_bl_over_ell"] is None and row["reason"].startswith("L_bl moves")
 
 
 def test_meshes_agree_with_the_modes(monkeypatch):

@@ -77,14 +77,11 @@ def by_elements(problem, load, rtol):
 
 def by_period(problem, height, load, name):
     """A `Case.verify` by the second code of a period."""
-    solid = problem.solid
-    line = period.Line(
-        height, problem.body.period, PERIOD_CELLS, (solid.E, solid.nu, solid.beta, solid.ell), name
-    )
+    s, long = problem.solid, problem.body.period
 
     def verify(state):
-        forces, _ = line.solve(load)
-        wrong = np.array([state.pressure_at(line.x, corner) for corner in state.pressures]) - forces
+        x, forces = period.pressures(height, long, PERIOD_CELLS, (s.E, s.nu, s.beta, s.ell), name, load)
+        wrong = np.array([state.pressure_at(x, corner) for corner in state.pressures]) - forces
         levers = (0.5, -0.5) if len(wrong) == 2 else (0.0,)
         apart = max(np.linalg.norm(wrong.sum(0)), np.linalg.norm(np.dot(levers, wrong)))
         return apart / np.linalg.norm(forces.sum(0)), state.error_estimate, PERIOD_BAR
@@ -134,17 +131,15 @@ def drawn(method, k):
     solid = mb.Cosserat(E=E, nu=nu, beta=beta, ell=ell)
     problem = mb.Contact(mb.HalfPlane(solid), obstacle, laws.get(name, mb.Microblock(psi0 * a)))
     verify = by_panels(problem, load, features=features, window=(-12 * a, 12 * a))
-    if method == "panels":
-        problem = problem.with_(method=mb.Panels(fallback=False))
-    elif method == "cells":
-        problem = problem.with_(method=mb.Cells())
-    elif method == "fitted":
-        problem = problem.with_(body=mb.Block(solid, inf), method=mb.Fitted())
-    else:
+    if method == "body":
         ground = meshes.Ground(far=8 * a, reach=(-2 * a, 2 * a), half=False)
         block = problem.with_(body=mb.Block(solid, 8 * a), method=mb.Fitted())
         verify = by_elements(block, load, rtols[method] / 30)
-        problem = problem.with_(body=mb.Body(meshes.uniform(ground, a / 2), solid, order=3, fixed="bottom"))
+        way = {"body": mb.Body(meshes.uniform(ground, a / 2), solid, order=3, fixed="bottom")}
+    else:
+        ways = {"panels": mb.Panels(fallback=False), "cells": mb.Cells(), "fitted": mb.Fitted()}
+        way = {"method": ways[method]} | ({"body": mb.Block(solid, inf)} if method == "fitted" else {})
+    problem = problem.with_(**way)
     words = f"{kind:9s}{name:13s}ell/a {ell / a:.1e} nu {nu:.2f} beta {beta:.2f} psi0 {psi0:+.3f}"
     return words, problem, load, rtols[method], verify
 
@@ -152,10 +147,8 @@ def drawn(method, k):
 def _obstacle(rng, a, kind):
     """(obstacle, features) of a contact of half-width about a."""
     R, shift = 10.0, a * rng.uniform(-3, 3)
-    if kind == "cylinder":
-        return mb.Cylinder(R), ()
-    if kind == "wedge":
-        return mb.Wedge(a / R), ()
+    if kind in ("cylinder", "wedge"):
+        return mb.Cylinder(R) if kind == "cylinder" else mb.Wedge(a / R), ()
     if kind == "punch":
         return mb.Punch(a, a / R * rng.uniform(0, 0.1)), ()
     if kind == "twins":

@@ -15,13 +15,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 from math import inf, pi, sqrt
 
 import numpy as np
 from scipy.fft import irfft2, next_fast_len, rfft2
 from scipy.interpolate import CubicSpline
-from scipy.sparse import coo_matrix
-from scipy.sparse.linalg import splu
 from scipy.special import jn_zeros, jv, yv
 
 CURVATURE = 2.0  # gamma' of (12); alpha' = beta' = 0
@@ -73,26 +72,19 @@ def _element(degree):
 
 def compliance(hessian, k, top, degree=DEGREE):
     """Values of the fields `top` at the surface under unit loads conjugate to them; the bottom is clamped
-    at 20/k.
+    at 20/k, and each element is condensed to its upper end, the deepest first.
     """
     edges = [0.0, min(1.0, 1.0 / k)]
     while edges[-1] < 20 / k:  # what reaches the bottom is exp(-40) of what counts
         edges.append(2 * edges[-1])
-    value, slope, w = _element(degree)
-    rows, columns, data = [], [], []
-    for e, h in enumerate(np.diff(edges)):
+    (value, slope, w), below, size = _element(degree), np.zeros((0, 0)), 3 * degree
+    for h in np.diff(edges)[::-1]:
         b = np.stack([value, -slope / h])  # depth counts downwards, x3 upwards
         block = np.einsum("aqi,bqj,afbg,q->ifjg", b, b, hessian.reshape(2, 3, 2, 3), w * h, optimize=True)
-        number = 3 * (e * degree + np.arange(degree + 1))[:, None] + np.arange(3)
-        i, j = np.meshgrid(number.ravel(), number.ravel(), indexing="ij")
-        rows.append(i.ravel()), columns.append(j.ravel()), data.append(block.ravel())
-    size = 3 * degree * (len(edges) - 1)
-    keep = (rows := np.concatenate(rows)) < size
-    keep &= (columns := np.concatenate(columns)) < size
-    matrix = coo_matrix((np.concatenate(data)[keep], (rows[keep], columns[keep])), (size, size)).tocsc()
-    loads = np.zeros((size, len(top)), complex)
-    loads[top, range(len(top))] = 1
-    return splu(matrix).solve(loads)[top]
+        block = block.reshape(size + 3, size + 3)[: size + len(below), : size + len(below)]
+        block[size:, size:] += below
+        below = block[:3, :3] - block[:3, 3:] @ np.linalg.solve(block[3:, 3:], block[3:, :3])
+    return np.linalg.inv(below)[np.ix_(top, top)]
 
 
 def symbol(k, nu, beta):
@@ -218,9 +210,8 @@ def cell_kernels(table, n, sides, moments):
     if not moments:
         return u[None, None]
     iso = total["W", 0] + total["W", 1]
-    psi1, psi2 = -total["phi", 1], total["phi", 0]
-    w11, w22, w12 = iso + total["same", 0], iso + total["same", 1], total["other", 0]
-    return np.array([[u, -psi1, -psi2], [psi1, w11, w12], [psi2, w12, w22]])
+    w = iso + total["same", 0], iso + total["same", 1], total["other", 0]
+    return tensor(u, -total["phi", 1], total["phi", 0], *w)
 
 
 def point_kernels(table, x, y, moments):
@@ -229,11 +220,13 @@ def point_kernels(table, x, y, moments):
     (_, _, _, turn), (fr, phir, wr, tr) = table(r, derivative=True)
     if not moments:
         return (fr / r)[None, None]
-    psi1, psi2 = -phir * y / r, phir * x / r
-    c, s = x / r, y / r
-    rest = tr - turn / r
-    w11, w22, w12 = wr / r + turn / r + c * c * rest, wr / r + turn / r + s * s * rest, c * s * rest
-    return np.array([[fr / r, -psi1, -psi2], [psi1, w11, w12], [psi2, w12, w22]])
+    c, s, rest, iso = x / r, y / r, tr - turn / r, (wr + turn) / r
+    return tensor(fr / r, -phir * s, phir * c, iso + c * c * rest, iso + s * s * rest, c * s * rest)
+
+
+def tensor(u, psi1, psi2, w11, w22, w12):
+    """(w, psi1, psi2) under (p, M1, M2); a moment moves the surface as a pressure turns it."""
+    return np.array([[u, -psi1, -psi2], [psi1, w11, w12], [psi2, w12, w22]])
 
 
 # ---- islands ----
@@ -314,24 +307,22 @@ class Island:
 
 
 class Sheet:
-    """All cells of a period; without a mean displacement."""
+    """All cells of a period, n x n, or a row of (n, 1); without a mean displacement."""
 
     def __init__(self, period, n, nu, beta, law):
-        self.n, self.sides, self.area = (n, n), (period / n, period / n), (period / n) ** 2
-        self.x = self.y = (np.arange(n) + 0.5) * period / n
-        waves = np.fft.fftfreq(n, 1 / n)
-        total = 0.0
-        for i in (-1, 0, 1):  # three by three aliases of the cells' edges
-            for j in (-1, 0, 1):
-                a, b = waves[:, None] + i * n, waves[None, : n // 2 + 1] + j * n
-                total = total + self._symbols(
-                    2 * pi / period * a, 2 * pi / period * b, nu, beta, law
-                ) * np.sinc(a / n) * np.sinc(b / n)
+        self.n = (n1, n2) = np.broadcast_to(n, 2).tolist()
+        self.area = period**2 / n1 / n2
+        self.x, self.y = ((np.arange(each) + 0.5) * period / each for each in self.n)
+        waves, across = np.fft.fftfreq(n1, 1 / n1)[:, None], np.fft.rfftfreq(n2, 1 / n2)
+        total, aliases = 0.0, 3 if n2 == 1 else 1  # on either side, of the cells' edges
+        for i, j in product(range(-aliases, aliases + 1), (-1, 0, 1)):
+            a, b = waves + i * n1, across + j * n2
+            symbols_ = self._symbols(2 * pi / period * a, 2 * pi / period * b, nu, beta, law)
+            total = total + symbols_ * np.sinc(a / n1) * np.sinc(b / n2)
         total[:, :, 0, 0] = 0
         if law == "microblock":  # a uniform moment turns all blocks alike
             total[1, 1, 0, 0] = total[2, 2, 0, 0] = symbols(nu, beta)(1e-6)[3]
-        self.kernel = total
-        self.scale = period / n
+        self.kernel, self.scale = total, period / n1
 
     @staticmethod
     def _symbols(k1, k2, nu, beta, law):
@@ -340,15 +331,8 @@ class Sheet:
         if law != "microblock":
             return np.array([[clamped if law == "microclamped" else u]])
         c, s = k1 / k, k2 / k
-        psi1, psi2 = -1j * v * s, 1j * v * c
-        cross = (along - w) * c * s
-        return np.array(
-            [
-                [u, -psi1, -psi2],
-                [psi1, w * s * s + along * c * c, cross],
-                [psi2, cross, w * c * c + along * s * s],
-            ]
-        )
+        turns = w * s * s + along * c * c, w * c * c + along * s * s, (along - w) * c * s
+        return tensor(u, -1j * v * s, 1j * v * c, *turns)
 
     def own(self, loads):
         return irfft2(np.einsum("abij,bij->aij", self.kernel, rfft2(loads)), self.n)
@@ -377,25 +361,19 @@ class Model:
             for i, first in enumerate(self.islands):
                 for j, other in enumerate(self.islands[:i]):
                     self.far[i, j] = self._coupling(table, first, other, moments)
-        self.height = [self._heights(height, each) for each in self.islands]
+        self.height = [np.array([height(*xy) for xy in self.places(each)]) for each in self.islands]
 
     def _cells(self, box, n, features):
         """At least n/6 cells across the narrowest feature (x, y, width) in the box, if 400 are enough."""
+        reach = 0.5 if len(self.corners) > 1 else 0.0
         widths = [
-            w
-            for x, y, w in features
-            if abs(x - box.x) < box.a + self.reach and abs(y - box.y) < box.b + self.reach
+            w for x, y, w in features if abs(x - box.x) < box.a + reach and abs(y - box.y) < box.b + reach
         ]
         return min(4 * n, max(n, int(n / 6 * 2 * max(box.a, box.b) / min(widths, default=inf))))
 
-    @property
-    def reach(self):
-        return 0.5 if len(self.corners) > 1 else 0.0
-
-    def _heights(self, height, island):
-        return np.array(
-            [height(*np.meshgrid(island.x + a / 2, island.y + b / 2, indexing="ij")) for a, b in self.corners]
-        )
+    def places(self, island):
+        """x1 and x2 of the cells of an island at each corner."""
+        return [np.meshgrid(island.x + a / 2, island.y + b / 2, indexing="ij") for a, b in self.corners]
 
     def _coupling(self, table, first, other, moments):
         """Kernel from nodes or cells of `other` to those of `first`: of the smaller box nodes, of the
@@ -424,23 +402,14 @@ class Model:
         nodes = [island.gathered(load) for island, load in zip(self.islands, loads)]
         at_nodes = [np.zeros_like(each) for each in nodes]
         for (i, j), kernel in self.far.items():
-            self._far(i, j, kernel, nodes, loads, at_nodes, fields)
+            for to, of, way in ((i, j, "abts,bs->at"), (j, i, "abts,at->bs")):
+                source, target = (kernel.shape[3 if k == j else 2] == NODES**2 for k in (of, to))
+                cells = (loads[of] * self.islands[of].area).reshape(len(loads[of]), -1)
+                values = np.einsum(way, kernel, nodes[of] if source else cells, optimize=True)
+                into = at_nodes if target else fields
+                into[to] += values.reshape(into[to].shape)
         fields = [f + island.spread(v) for f, island, v in zip(fields, self.islands, at_nodes)]
         return [self._at_corners(f) for f in fields]
-
-    def _far(self, i, j, kernel, nodes, loads, at_nodes, fields):
-        def source(k):
-            cells = kernel.shape[3 if k == j else 2] != NODES**2
-            return (loads[k] * self.islands[k].area).reshape(len(loads[k]), -1) if cells else nodes[k]
-
-        def add(k, values):
-            if values.shape[1] != NODES**2:
-                fields[k] += values.reshape(fields[k].shape)
-            else:
-                at_nodes[k] += values
-
-        add(i, np.einsum("abts,bs->at", kernel, source(j), optimize=True))
-        add(j, np.einsum("abts,at->bs", kernel, source(i), optimize=True))
 
     def _resultants(self, force):
         if len(self.corners) == 1:
@@ -465,16 +434,14 @@ class Solved:
     gaps: list
     approach: float
     residual: float
-    iterations: int
 
-    def load(self, where):
-        """Force of corners at places where(x, y)."""
-        total = 0.0
-        for island, force in zip(self.model.islands, self.forces):
-            for (a, b), f in zip(self.model.corners, force):
-                x, y = np.meshgrid(island.x + a / 2, island.y + b / 2, indexing="ij")
-                total += island.area * f[where(x, y)].sum()
-        return total
+    def loads(self, summits, period):
+        """Force of the corners that are nearest to each of the summits."""
+        return sum(
+            island.area * np.bincount(nearest(*corner, summits, period).ravel(), f.ravel(), len(summits))
+            for island, force in zip(self.model.islands, self.forces)
+            for corner, f in zip(self.model.places(island), force)
+        )
 
     @property
     def peak(self):
@@ -512,29 +479,27 @@ def gradients(model, load, tolerance=3e-6, limit=500):
     """Polonsky and Keer's projected conjugate gradients, on pressures scaled by each island's own
     compliance.
     """
-    finite = [np.isfinite(h) for h in model.height]
-    height = np.concatenate([np.where(f, h, 0).ravel() for f, h in zip(finite, model.height)])
-    open_ = np.concatenate([f.ravel() for f in finite])
-    size = [h.size for h in model.height]
-    area = np.repeat([i.area for i in model.islands], size)
-    scale = np.repeat([sqrt(i.area / i.scale) for i in model.islands], size) / np.sqrt(
-        area
-    )  # of sqrt(area) p
-    shapes, cuts = [h.shape for h in model.height], np.cumsum(size)[:-1]
+    height, size = np.concatenate([h.ravel() for h in model.height]), [h.size for h in model.height]
+    open_ = np.isfinite(height)
+    height[~open_] = 0
+    # p = metric * dual: steepest descent sees equal stiffness everywhere
+    area, metric = (
+        np.repeat([f(i) for i in model.islands], size) for f in (lambda i: i.area, lambda i: 1 / i.scale)
+    )
 
     def split(p):
-        return [part.reshape(s) for part, s in zip(np.split(p, cuts), shapes)]
+        parts = np.split(p, np.cumsum(size)[:-1])
+        return [part.reshape(h.shape) for part, h in zip(parts, model.height)]
 
     def times(p):
         return np.concatenate([d.ravel() for d in model.response(split(p))])
 
-    metric = scale**2  # p = metric * dual: steepest descent sees equal stiffness everywhere
     low = height[open_].min()
     reach = np.sort(height[open_])[min(open_.sum() - 1, max(8, open_.sum() // 8))] - low
     p = np.where(open_, np.sqrt(np.maximum(reach - (height - low), 0)) + (height <= low), 0.0)
     p *= load / (area @ p)
     t, before, delta = np.zeros_like(p), 1.0, 0.0
-    for step in range(limit):  # noqa: B007
+    for _ in range(limit):
         displacement = times(p)
         gap = displacement + height
         on = p > 0
@@ -557,18 +522,18 @@ def gradients(model, load, tolerance=3e-6, limit=500):
         delta = 0.0 if more.any() else 1.0
         p[more] -= tau * (metric * g)[more]
         p *= load / (area @ p)
-    return Solved(model, split(p), split(g), level, max(error, worst), step)
+    return Solved(model, split(p), split(g), level, max(error, worst))
 
 
 # ---- answers ----
 
 
-def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, features=(), fixed=False):
+def answer(height, boxes, load, solid, law, summits=(), period=None, n=96, features=(), fixed=False):
     """The state under height(x1, x2) at places that `boxes` contain, all of them: (x, y, half-widths) of
     obstacle points.
 
     Returns approach, L2 norm and peak of the pressure, load on each summit, and `bars` of what is not known
-    of them: solid = (E, nu, beta, ell); owner(x, y) is the number of the summit that a place belongs to. Bars
+    of them: solid = (E, nu, beta, ell); loads are those of the corners nearest to a summit (x, y). Bars
     come from grids of n/2 and n cells along each box, which is made to fit what presses unless it is `fixed`.
     """
     E, nu, beta, ell = solid
@@ -577,8 +542,8 @@ def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, featu
     def scaled(x, y):
         return height(ell * x, ell * y) / ell
 
+    features, peaks = ([tuple(v / ell for v in each) for each in some] for some in (features, summits))
     sites = [Box(*(v / ell for v in box)) for box in boxes]
-    features = [tuple(v / ell for v in each) for each in features]
     if law == "microblock":
         sites = [Box(s.x - a / 2, s.y - b / 2, s.a, s.b) for s in sites for a in (-1, 1) for b in (-1, 1)]
 
@@ -598,7 +563,15 @@ def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, featu
                 break
             sites = boxes
         pair.append(found)
-    coarse, fine = (_figures(s, owner, mu, ell) for s in pair)
+    coarse, fine = (
+        {
+            "approach": s.approach * ell,
+            "norm": s.norm * mu * ell,
+            "peak": s.peak * mu,
+            "loads": (s.loads(peaks, period and period / ell) * mu * ell**2).tolist() if summits else [],
+        }
+        for s in pair
+    )
     bars = {name: abs(coarse[name] / fine[name] - 1) for name in ("approach", "norm", "peak")}
     shares = np.abs(np.subtract(coarse["loads"], fine["loads"])) / load
     bars["loads"] = shares.max(initial=0.0)
@@ -607,12 +580,11 @@ def answer(height, boxes, load, solid, law, owner=None, period=None, n=96, featu
     return fine | {"bars": bars, "residual": max(s.residual for s in pair)}
 
 
-def _figures(s, owner, mu, ell):
-    loads = [
-        float(s.load(lambda x, y, k=k: owner(ell * x, ell * y) == k) * mu * ell**2)
-        for k in range(owner.count if owner else 0)
-    ]
-    return {"approach": s.approach * ell, "norm": s.norm * mu * ell, "peak": s.peak * mu, "loads": loads}
+def nearest(x, y, summits, period=None):
+    """The number of the summit that is nearest to each place."""
+    period = period or 1e300
+    ways = [(x - a, y - b) for a, b in summits]
+    return np.argmin([sum((d - period * np.round(d / period)) ** 2 for d in way) for way in ways], axis=0)
 
 
 def hertz(E, nu, R, load):

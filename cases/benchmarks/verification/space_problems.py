@@ -43,18 +43,6 @@ class Scene:
     note: str = ""
 
 
-class Owner:
-    """The number of the summit that is nearest to a place."""
-
-    def __init__(self, summits, period=None):
-        self.summits, self.count, self.period = summits, len(summits), period
-
-    def __call__(self, x, y):
-        period = self.period or 1e300
-        ways = [(x - a, y - b) for a, b in self.summits]
-        return np.argmin([sum((d - period * np.round(d / period)) ** 2 for d in way) for way in ways], axis=0)
-
-
 def paraboloids(summits, radii, levels):
     def height(x, y):
         x, y = np.broadcast_arrays(np.asarray(x, float), y)
@@ -80,7 +68,7 @@ def _reach(solid, radii, levels, load):
     """
     E, nu = solid[:2]
     depth = min(z + space.hertz(E, nu, r, load)[2] for r, z in zip(radii, levels))
-    return [sqrt(2 * r * max(depth - z, 0)) for r, z in zip(radii, levels)], depth
+    return [sqrt(2 * r * max(depth - z, 0)) for r, z in zip(radii, levels)]
 
 
 def _boxes(summits, reach):
@@ -102,18 +90,9 @@ def summits(rng):
         spread *= 1.02
     depth = min(space.hertz(*solid[:2], r, load / count)[2] for r in radii)
     levels = [rng.uniform(0, 0.5) * depth if rng.random() < 0.4 else 0.0 for _ in range(count)]
-    reach, _ = _reach(solid, radii, levels, load)
-    height = paraboloids(places, radii, levels)
-    return Scene(
-        "summits",
-        height,
-        _boxes(places, reach),
-        load,
-        solid,
-        law,
-        tuple(places),
-        note=f"{count} in {spread / a:.0f} a",
-    )
+    height, boxes = paraboloids(places, radii, levels), _boxes(places, _reach(solid, radii, levels, load))
+    note = f"{count} in {spread / a:.0f} a"
+    return Scene("summits", height, boxes, load, solid, law, tuple(places), note=note)
 
 
 def _outside(r, a):
@@ -173,21 +152,13 @@ def ridge(rng):
 def saddle(rng):
     a, load, solid, law = _base(rng, 0.01, 0.1)
     draw, k = rng.random(), log(rng, 0.01, 1)
-    if draw < 0.4:
-        return Scene(
-            "saddle", lambda x, y: x * x / 2 - k * y * y / 2, None, load, solid, law, note="falls for ever"
-        )
     if draw < 0.6:
-        m = log(rng, 1e-2, 1) * a**2
-        return Scene(
-            "saddle",
-            lambda x, y: np.minimum((x * x + y * y) / 2, m),
-            None,
-            load,
-            solid,
-            law,
-            note="rises to a level",
-        )
+        note, m = ("falls for ever", -inf) if draw < 0.4 else ("rises to a level", log(rng, 1e-2, 1) * a**2)
+
+        def unbounded(x, y):
+            return x * x / 2 - k * y * y / 2 if draw < 0.4 else np.minimum((x * x + y * y) / 2, m)
+
+        return Scene("saddle", unbounded, None, load, solid, law, note=note)
     b = a * log(rng, 2, 200)  # two summits of curvature 1 and k, a saddle between them
 
     def height(x, y):
@@ -210,13 +181,9 @@ def saddle(rng):
 
 
 def _sphere(rng, kind, a, solid, law, **more):
-    load = 4 / 3 * solid[0] / (1 - solid[1] ** 2) * a**3
-
-    def height(x, y):
-        return (x * x + y * y) / 2
-
-    reach, _ = _reach(solid, [1.0], [0.0], load)
-    return Scene(kind, height, _boxes([(0.0, 0.0)], reach), load, solid, law, **more)
+    load, middle = 4 / 3 * solid[0] / (1 - solid[1] ** 2) * a**3, [(0.0, 0.0)]
+    boxes = _boxes(middle, _reach(solid, [1.0], [0.0], load))
+    return Scene(kind, paraboloids(middle, [1.0], [0.0]), boxes, load, solid, law, **more)
 
 
 def light(rng):
@@ -242,20 +209,13 @@ def wavy(rng):
     height_, law = log(rng, 1e-3, 0.1), space.LAWS[rng.integers(3)]
     ell = log(rng, 0.003, 0.1)
     x0, y0 = rng.uniform(-0.5, 0.5, 2)
-    product = rng.random() < 0.4
-    if product:
+    product, R = rng.random() < 0.4, 1 / (4 * pi**2 * height_)
 
-        def height(x, y):
-            return height_ * (1 - np.cos(2 * pi * (x - x0)) * np.cos(2 * pi * (y - y0)))
+    def height(x, y):
+        c, d = np.cos(2 * pi * (x - x0)), np.cos(2 * pi * (y - y0))
+        return height_ * (1 - c * d if product else 2 - c - d)
 
-        places = ((x0, y0), (x0 + 0.5, y0 + 0.5))
-        R = 1 / (4 * pi**2 * height_)
-    else:
-
-        def height(x, y):
-            return height_ * (2 - np.cos(2 * pi * (x - x0)) - np.cos(2 * pi * (y - y0)))
-
-        places, R = ((x0, y0),), 1 / (4 * pi**2 * height_)
+    places = ((x0, y0), (x0 + 0.5, y0 + 0.5))[: 2 if product else 1]
     a = log(rng, 1e-3, 0.3)
     load = 4 / 3 * E / (1 - nu**2) * a**3 / R * len(places)
     return Scene(
@@ -275,36 +235,24 @@ def ends(rng):
     a, load, solid, law = _base(rng, 0.02, 0.2)
     x0, y0 = a * rng.uniform(-50, 50, 2)
     draw, c = rng.random(), a * rng.uniform(0.5, 1.2)
-    if draw < 0.3:
-
-        def height(x, y):
-            return np.where(np.hypot(x - x0, y - y0) <= c, 0.0, inf)
-
-        name = "round punch"
-    elif draw < 0.55:
-
-        def height(x, y):
-            return np.where(np.maximum(abs(x - x0), abs(y - y0)) <= c, 0.0, inf)
-
-        name = "square punch"
-    elif draw < 0.8:
-
-        def height(x, y):
-            return np.where(x - x0 <= c / 2, ((x - x0) ** 2 + (y - y0) ** 2) / 2, inf)
-
-        name = "sphere cut by a plane"
-    else:
-
-        def height(x, y):
-            return np.where(np.hypot(x - x0, y - y0) <= c / 2, ((x - x0) ** 2 + (y - y0) ** 2) / 2, inf)
-
-        name = "sphere cut round"
-    side = c if "punch" in name else c / 2  # boxes end where the obstacle does: cells of any size fit it
-    box = (
-        (x0 - 0.75 * a + side / 2, y0, 0.75 * a + side / 2, 1.5 * a)
-        if "plane" in name
-        else (x0, y0, side, side)
+    name, size, face = next(
+        face
+        for until, *face in (
+            (0.3, "round punch", c, np.hypot),
+            (0.55, "square punch", c, lambda x, y: np.maximum(abs(x), abs(y))),
+            (0.8, "sphere cut by a plane", c / 2, lambda x, y: x + 0 * y),
+            (1, "sphere cut round", c / 2, np.hypot),
+        )
+        if draw < until
     )
+
+    def height(x, y):
+        x, y = x - x0, y - y0
+        return np.where(face(x, y) <= size, 0.0 if "punch" in name else (x**2 + y**2) / 2, inf)
+
+    box = x0, y0, size, size  # boxes end where the obstacle does: cells of any size fit it
+    if "plane" in name:
+        box = x0 - 0.75 * a + size / 2, y0, 0.75 * a + size / 2, 1.5 * a
     return Scene("ends", height, [box], load, solid, law, ((x0, y0),), norm=False, note=name)
 
 
@@ -340,9 +288,9 @@ def truth(s):
     """The second code's figures, or None where no state exists."""
     if s.boxes is None:
         return None
-    n, owner = (64 if s.norm else 160) if s.boxes else 256, Owner(s.summits, s.period)
+    n = (64 if s.norm else 160) if s.boxes else 256
     return space.answer(
-        s.height, s.boxes, s.load, s.solid, s.law, owner, s.period, n, s.features, fixed=not s.norm
+        s.height, s.boxes, s.load, s.solid, s.law, s.summits, s.period, n, s.features, fixed=not s.norm
     )
 
 
@@ -373,12 +321,11 @@ def figures(state, s):
     """Approach, norm of the pressure and loads on the summits, in the scene's units."""
     stress, length = s.unit
     x, y = (places.ravel() / length for places in np.meshgrid(state.x1, state.x2, indexing="ij"))
-    area, owner = np.ravel(state.weights) / length**2, Owner(s.summits, s.period)
-    loads = np.zeros(owner.count)
+    area, loads = np.ravel(state.weights) / length**2, np.zeros(len(s.summits))
     for name, force in state.pressures.items():
         arm = [{"-": -0.5, "+": 0.5}[c] * s.solid[3] for c in name] if len(name) == 2 else (0.0, 0.0)
-        corner = owner(x + arm[0], y + arm[1])
-        loads += np.bincount(corner, np.ravel(force) / stress * area, owner.count)
+        corner = space.nearest(x + arm[0], y + arm[1], s.summits, s.period)
+        loads += np.bincount(corner, np.ravel(force) / stress * area, len(loads))
     norm = np.sqrt(area @ (np.ravel(state.pressure) / stress) ** 2)
     return {"approach": float(state.approach) / length, "norm": float(norm), "loads": loads.tolist()}
 
