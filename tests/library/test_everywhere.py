@@ -122,6 +122,31 @@ def test_a_narrow_bump_between_two_contacts_is_found_as_soon_as_it_touches():
         assert len(bump.zones["contact"]) == count
 
 
+class Valleys:
+    even = True
+
+    def height(self, x):
+        return (np.asarray(x) ** 2 - 0.25) ** 2 / 5
+
+
+@pytest.mark.parametrize("law", [UNILATERAL, mb.Microclamped()], ids=str)
+def test_a_half_line_has_zones_off_the_axis(law):
+    """The same obstacle without its symmetry is solved on the whole line; both to rtol."""
+    half, whole = (contact(one, law).solve(load=0.2, rtol=1e-5) for one in (Valleys(), Valleys().height))
+    assert half.method == whole.method == "panels" and len(half.zones["contact"]) == 2
+    assert missed(whole, half) < half.error_estimate + whole.error_estimate
+
+
+def test_zones_of_both_corners_are_born_at_once():
+    """Beside a cylinder a lower one just touches: the zone of one corner alone lets the other one overlap, so
+    that nothing seems gained by it.
+    """
+    obstacle = lambda x: np.minimum(x**2 / 20, (x - 1) ** 2 / 8 + 0.02)  # noqa: E731
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+    state = contact(obstacle, BLOCKS, solid=solid).solve(load=1.8051549, rtol=1e-4)
+    assert state.method == "panels" and all(len(state.zones[corner]) == 2 for corner in "AB")
+
+
 @pytest.mark.parametrize("load", [1e-4, 1e-6])
 def test_two_equal_valleys_of_a_smooth_obstacle_carry_small_loads(load):
     """A quarter each under a parabola of the curvature 2/5 at the lowest places: Hertz, with the stiffness
