@@ -29,10 +29,9 @@ import numpy as np
 
 from ..corners import active_set
 from ..errors import BadArgument, NotConverged, out_of_reach
-from ..halfplane import topology
-from ..halfplane.graded_cells import of_corners, trial_zones
+from ..halfplane.first_zones import first_zones
 from ..halfplane.kernels import HalfPlane
-from ..halfplane.line_solver import LooksTooNear
+from ..halfplane.search import LooksTooNear
 from ..model import picture
 from ..model.methods import Panels
 from ..model.problem import Problem
@@ -51,6 +50,8 @@ LEVELS = ((4, 3), (5, 4), (7, 4), (9, 5), (11, 6), (13, 7))
 # a logarithm, or at an end 1/sqrt(r), between two nodes: sqrt(RATIO) a level in L2; levels of equal depth
 # would share that error and not see it
 LEVELS_AT_CORNERS = tuple((order, order) for order in range(4, 13))
+# width of a partial zone over ell as ell -> 0 (2.39 at nu = 0.3, beta = 1): a first guess
+PARTIAL = 2.4
 COARSE = 12, 3  # elements over the reach and order of the first mesh, which knows no edges
 RATE = 0.5, -0.15  # digits that an order adds, and that order 0 lacks: where refinement begins, no more
 # of rtol, to which panels of a half-plane find the first zones; and the least that they are asked for
@@ -352,8 +353,8 @@ class FittedSolver(MeshFitter):
         of meshes.
         """
         if not self._plain:
-            zones, cell = list(trial_zones(self.problem, load))[-1]
-            return topology.set_apart(self.problem, of_corners(self.problem, zones), cell), 0
+            zones, cell = list(first_zones(self.problem, load))[-1]
+            return self._set_apart(zones, cell), 0
         outer = self.first_guess(load)
         for passes in range(1, 13):
             ground = self._around(outer)
@@ -382,7 +383,7 @@ class FittedSolver(MeshFitter):
         """
         if len(zones) == 1 or not all(zones.values()):
             return zones
-        apart = topology.PARTIAL * self.solid.ell
+        apart = PARTIAL * self.solid.ell
         a, b = (list(map(list, zones[corner])) for corner in (0, 1))
         if abs(a[-1][1] - b[-1][1]) < cell and apart < 2 * cell:
             b[-1][1] = a[-1][1] - apart
@@ -415,10 +416,7 @@ class FittedSolver(MeshFitter):
     def _read(self, mesh, p, edge, inward, way, length):
         """K0 and K1 at an edge, read beyond the element there: it cannot follow 1/sqrt(r), and swings."""
         r, beside = (mesh.x - edge) * inward, mesh.length_at(edge, inward)
-        reach, furthest = (
-            FITTED * min(way, topology.PARTIAL * self.solid.layer_length),
-            FURTHEST * min(way, length),
-        )
+        reach, furthest = (FITTED * min(way, PARTIAL * self.solid.layer_length), FURTHEST * min(way, length))
         beyond = np.count_nonzero((r > beside) & (r < reach)) > TERMS
         return _coefficients(r, p, mesh.body.weights, beside if beyond else 0.0, reach, furthest)
 
@@ -497,7 +495,7 @@ class FittedSolver(MeshFitter):
 
     def _pulled(self, state, trial):
         """Places at which the zones of a pass put a corner in tension that has to be open."""
-        tips, reach = [*trial.tips, *zone_edges(trial.zones)], topology.PARTIAL * self.solid.layer_length
+        tips, reach = [*trial.tips, *zone_edges(trial.zones)], PARTIAL * self.solid.layer_length
         return between.pulled_at_valleys(self.problem, state.all_zones, trial.x, trial.on_zones, tips, reach)
 
     def _hidden(self, trial):

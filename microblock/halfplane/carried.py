@@ -8,7 +8,6 @@ fainter by a factor each (docs/theory/two_bodies.md).
 
 import numpy as np
 
-from ..model.problem import half_line
 from ..model.zones import zone_edges
 from .kernels import coalescence_exponent, counter_short_waves, short_waves
 
@@ -96,11 +95,7 @@ def log_sizes(problem, zones, order):
     U and k W for k -> infinity (docs/theory/halfplane.md, "Contact line"). A second body joins those of
     different corners at the same place of its surface.
     """
-    whole = (
-        {**zones, 1: [(-right, -left) for left, right in zones[0]]}
-        if problem.mirror and not half_line(problem)
-        else zones
-    )
+    whole = problem.all_zones(zones)
     found = {kink: {} for kink in problem.kinks}
     for kink, jumps in problem.kinks.items():
         most = MOST if decay(problem) else 0  # its end is none of the problem's

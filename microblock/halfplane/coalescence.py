@@ -1,5 +1,5 @@
-"""The load at which two symmetric zones of partial contact meet on the axis: its limit, and by fitted finite
-elements.
+"""The load at which two symmetric zones of partial contact meet on the axis: its limit, on panels or by
+fitted finite elements.
 
 The inner edge is prescribed and the load left free: on one mesh the coefficients of the pressure at the edges
 are affine in the load, and the load is right where K0 of the inner edge vanishes. With the edge at the
@@ -26,16 +26,21 @@ def coalescence(solver, order=9, levels=5):
     """
     if not solver.symmetric or len(solver.law.corners) != 2:
         raise BadArgument("problem", solver.contact, "must be a symmetric one of microblocks")
-    return extrapolated(
-        lambda inner, outer: load_at_inner_edge(solver, inner, outer, order, levels),
-        solver.solid,
-        INNER_EDGES,
-        OUTER_AT_TOUCH * solver.solid.ell,
-        lambda outer: coalescence_exponent(solver.solid),
-    )
+    solid, coefficients = solver.solid, on_meshes(solver, order, levels)
+    return extrapolated(coefficients, solid, INNER_EDGES, lambda outer: coalescence_exponent(solid))
 
 
-def extrapolated(load_at, solid, inner_edges, outer, exponent):
+def on_meshes(solver, order, levels):
+    """`coefficients` of `load_at_inner_edge` of a FittedSolver."""
+
+    def coefficients(inner, outer, loads):
+        zones = {0: ((max(inner, 0.0), outer),), 1: ((0.0, -inner),) if inner < 0 else ()}
+        return solver.edge_coefficients(zones, loads, order, levels)
+
+    return coefficients
+
+
+def extrapolated(coefficients, solid, inner_edges, exponent):
     """Limit of the load for an inner edge on the axis, and its error.
 
     Two Richardson steps, from the side of a gap and from that of an overlap; the error is the larger of the
@@ -43,16 +48,15 @@ def extrapolated(load_at, solid, inner_edges, outer, exponent):
 
     Parameters
     ----------
-    load_at : (inner edge, first guess of the outer one) -> (load, outer edge)
+    coefficients : as of `load_at_inner_edge`
     inner_edges : -log10 of the inner edges over ell, equally spaced
-    outer : first guess of the outer edge (length)
     exponent : outer edge -> s of p ~ x^s at coalescence
     """
-    limits, corrections = [], []
+    limits, corrections, outer = [], [], OUTER_AT_TOUCH * solid.ell
     for side in (1, -1):
         column = []
         for digits in inner_edges:
-            load, outer = load_at(side * solid.ell * 10.0**-digits, outer)
+            load, outer = load_at_inner_edge(coefficients, solid, side * solid.ell * 10.0**-digits, outer)
             column.append(load)
         for power in (2, 4):
             ratio = 10.0 ** (-power * exponent(outer) * (inner_edges[1] - inner_edges[0]))
@@ -62,22 +66,23 @@ def extrapolated(load_at, solid, inner_edges, outer, exponent):
     return sum(limits) / 2, max(*corrections, abs(limits[0] - limits[1]))
 
 
-def load_at_inner_edge(solver, inner, outer, order, levels):
+def load_at_inner_edge(coefficients, solid, inner, outer):
     """Load at which the inner edge of corner A is `inner` from the axis (> 0: a gap, < 0: an overlap), and
-    the outer edge.
+    the outer edge, from a first guess of it.
+
+    `coefficients` gives ((K0, K1) of the inner edge at each load, the same of the outer one) for (inner,
+    outer, loads); they are affine in the load.
     """
-    unit = solver.solid.E_star * outer
+    load = solid.E_star * outer
     for _ in range(STEPS):
-        zones = {0: ((max(inner, 0.0), outer),), 1: ((0.0, -inner),) if inner < 0 else ()}
-        inner_K, outer_K = (
-            np.array(values) for values in solver.edge_coefficients(zones, (unit, 2 * unit), order, levels)
-        )
+        inner_K, outer_K = np.array(coefficients(inner, outer, (load, 2 * load)))
         share = inner_K[0, 0] / (inner_K[0, 0] - inner_K[1, 0])
         K0, K1 = outer_K[0] + share * (outer_K[1] - outer_K[0])
         step = 2 * K0 / K1
         outer += float(np.clip(step, -0.3 * outer, 0.3 * outer))
+        load = abs(load * (1 + share))
         if abs(step) < OUTER_STEP * outer:
-            return float(unit * (1 + share)), outer
+            return float(load), outer
     raise NotConverged(
         f"the outer edge still moves by {step:.1e} at the inner edge {inner:g}", iterations=STEPS
     )

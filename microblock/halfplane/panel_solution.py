@@ -92,9 +92,7 @@ class PanelSolution(LineSolution):
 
         A law without corners has 0 alone; `zones_by_name` has the same by name.
         """
-        if not self.problem.mirror or half_line(self.problem):
-            return self.zones
-        return {0: self.zones[0], 1: tuple((-right, -left) for left, right in reversed(self.zones[0]))}
+        return self.problem.all_zones(self.zones)
 
     def moved_on(self, earlier, share):
         """With the zones moved on, if they are alike in both states and none is inverted."""

@@ -12,13 +12,12 @@ from ..model.deformable import body_of, shape_of
 from ..model.methods import PANEL_ORDERS
 from ..model.problem import Problem
 from ..model.solver import Solver
-from . import contact_line
+from . import search
 from .cells_instead import OFFERED, by_cells, cells_follow
-from .coalescence import OUTER_AT_TOUCH
 from .counter import require_same_period
+from .edges import coalescence
 from .friction_panels import FrictionPanels
 from .kernels import HalfPlane
-from .line_solver import LineSolver, LooksTooNear
 from .panel_solution import PanelSolution
 
 PICTURED = 4.0  # factor of the load for which one picture of the obstacle serves
@@ -113,7 +112,8 @@ class PanelSolver(Solver):
 
     def _picture(self, load, wider=1):
         """The obstacle's Picture, made once for many loads; `wider`: times farther looked at."""
-        bracket = PICTURED ** math.ceil(math.log(load) / math.log(PICTURED) - 1e-9)
+        unit = self.problem.E_star * self.problem.ell
+        bracket = unit * PICTURED ** math.ceil(math.log(load / unit) / math.log(PICTURED) - 1e-9)
         if (bracket, wider) not in self._pictures:
             try:
                 self._pictures[bracket, wider] = picture.picture(self.problem, bracket, picture.BOUND * wider)
@@ -163,9 +163,9 @@ class PanelSolver(Solver):
 
     def _solved(self, load, rtol, order, near, wider=1):
         try:
-            found = LineSolver(self._pictured_problem(load, wider), self.body, load).solve(rtol, order, near)
+            found = search.solve(self._pictured_problem(load, wider), load, rtol, order, near)
             return replace(found, solver=self)
-        except LooksTooNear:
+        except search.LooksTooNear:
             if wider > WIDEST:
                 raise NotConverged(
                     f"at load {load:g} the half-plane touches the obstacle farther and farther away"
@@ -203,4 +203,4 @@ class PanelSolver(Solver):
                 self.contact,
                 "must be a symmetric one of microblocks under an obstacle without ends",
             )
-        return contact_line.coalescence(self.problem, OUTER_AT_TOUCH * self.body.solid.ell, order)
+        return coalescence(self.problem, order)

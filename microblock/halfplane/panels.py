@@ -119,7 +119,9 @@ def make_panels(problem, zones, order):
     singular = {*edges, *problem.kinks, *sizes}
     for corner, intervals in zones.items():
         for left, right in intervals:
-            start = 0.0 if half_line(problem) else left
+            if half_line(problem) and right < 0:
+                continue
+            start = max(left, 0.0) if half_line(problem) else left
             breaks = sorted({start, right, *(x for x in singular if start < x < right)})
             for pair in zip(breaks, breaks[1:]):
                 roots = tuple(x in singular for x in pair)
@@ -134,7 +136,7 @@ def make_panels(problem, zones, order):
                 rows += [
                     (corner, *part)
                     for row in _between(*pair, roots, first)
-                    for part in _short_enough(problem, *row)
+                    for part in short_enough(problem, *row)
                 ]
     corner, e, h, root = map(np.array, zip(*rows))
     log_size = [sizes.get(anchor, {}).get(number, 0.0) for number, anchor in zip(corner, e)]
@@ -164,12 +166,12 @@ def _between(left, right, roots, first):
     return found
 
 
-def _short_enough(problem, anchor, length, root):
+def short_enough(problem, anchor, length, root):
     """A panel, or the parts of one that is longer than the obstacle's features ask for."""
     if abs(length) <= problem.least_scale or abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
         return [(anchor, length, root)]
     half = length / 2
-    return _short_enough(problem, anchor, half, root) + _short_enough(problem, anchor + half, half, False)
+    return short_enough(problem, anchor, half, root) + short_enough(problem, anchor + half, half, False)
 
 
 def response(problem, panels, x, lever, kernel):

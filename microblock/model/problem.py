@@ -15,7 +15,7 @@ from ..errors import BadArgument
 from .law import ACTS_IN, has_constant_levers
 from .material import joint_modulus
 from .obstacles import heights
-from .types import AngledLaw, Array, Interval, LawLike, ObstacleLike
+from .types import AngledLaw, Array, CornerZones, Interval, LawLike, ObstacleLike
 from .zones import joined
 
 if TYPE_CHECKING:
@@ -170,12 +170,27 @@ class Problem:
         """{corner: (left, right)}, the contact points beyond which it meets no obstacle; empty if there are
         none.
         """
+        return {corner: own for corner in self.corners if (own := self.ends_of(corner))}
+
+    def ends_of(self, corner: int) -> tuple[float, ...]:
+        """Returns the same of one corner, computed or known by symmetry."""
         places: tuple[float, ...] = getattr(self.obstacle, "ends", ())
-        return {
-            corner: tuple(self._one_place(place + self.shifts[corner]) for place in places)
-            for corner in self.corners
-            if places
-        }
+        return tuple(self._one_place(place + self.shifts[corner]) for place in places)
+
+    def all_zones(self, zones: CornerZones) -> CornerZones:
+        """Returns the zones of all corners {corner: ((left, right), ...)} from those that are computed."""
+        if not self.mirror or half_line(self):
+            return zones
+        return {0: zones[0], 1: tuple((-right, -left) for left, right in reversed(zones[0]))}
+
+    def computed(self, zones: CornerZones) -> CornerZones:
+        """Returns of the zones of all corners those that are computed; on a half-line with the mirror images
+        of those on the right.
+        """
+        if not half_line(self):
+            return {corner: zones[corner] for corner in self.corners}
+        right = [(max(left, 0.0), right) for left, right in zones[0] if right > 0]
+        return {0: tuple(joined([*right, *((-right, -left) for left, right in right)]))}
 
     def levers(self, x: Array) -> Array:
         """Returns the levers of (29) of all corners at x, array (corners, ...); 0 where psi is prescribed."""

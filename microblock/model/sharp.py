@@ -39,7 +39,8 @@ def unbounded(state: State) -> list[float]:
     """Returns the places x1 within the contact at which the pressure is infinite: where a corner meets an end
     or an edge of the obstacle.
     """
-    kinks, jumps, ends = (getattr(shape_of(state.obstacle), name, ()) for name in ("kinks", "jumps", "ends"))
+    seen = state.solution.problem.obstacle  # with the places that nobody has named
+    kinks, jumps, ends = (getattr(seen, name, ()) for name in ("kinks", "jumps", "ends"))
     return touched(state, (*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends))
 
 

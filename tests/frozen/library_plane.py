@@ -11,7 +11,7 @@ from microblock.halfplane import (
     carried,
     coalescence,
     convolution,
-    graded_cells,
+    first_zones,
     kernels,
     shear_cells,
 )
@@ -98,7 +98,7 @@ def of_averages():
             },
             **{f"cells {name}{words} cross entry": way.cross[2, 4] for words, way in ways.items()},
             f"counter flexibility {name}": digest(counter_flexibility(problem, even, np.full(7, 0.05))),
-            f"graded flexibility {name}": digest(graded_cells._flexibility(problem, middle, width)),
+            f"graded flexibility {name}": digest(first_zones._flexibility(problem, middle, width)),
         }
     return found
 
@@ -326,7 +326,8 @@ def of_ways():
             yield f"{name} warnings", len(state.warnings), "outcome"
             yield f"{name} force", state.weights @ state.pressure, "discrete"
     fitted = mb.Contact(mb.Block(solid_of()), cylinder, law)
-    load, _ = coalescence.load_at_inner_edge(fitted.solver, 1e-3 * fitted.solid.ell, 0.1, 4, 2)
+    coefficients = coalescence.on_meshes(fitted.solver, 4, 2)
+    load, _ = coalescence.load_at_inner_edge(coefficients, fitted.solid, 1e-3 * fitted.solid.ell, 0.1)
     yield "coalescence fitted", load, "estimated", 1e-6  # a root, found to less
 
 

@@ -2,13 +2,11 @@
 zones that are born far from the others, on states and on paths.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import microblock as mb
-from microblock.halfplane import graded_cells, line_solver
+from microblock.halfplane import search
 from microblock.halfplane.kernels import short_waves
 from microblock.model.picture import picture
 from microblock.model.problem import Problem
@@ -58,24 +56,6 @@ def missed(state, cells):
 
 
 # --- states
-
-
-def test_equal_cells_are_the_last_way_to_zones(monkeypatch):
-    usual = contact(hill).solve(load=1.0, rtol=1e-3)
-    monkeypatch.setattr(line_solver, "trial_zones", lambda *given: ())
-    last = contact(hill).solve(load=1.0, rtol=1e-3)
-    # two states whose edges are off by the discretisation alone
-    assert np.ravel(last.zones["contact"]) == pytest.approx(np.ravel(usual.zones["contact"]), abs=1e-3)
-
-
-def test_cells_of_trial_zones_shrink_at_the_edges_alone():
-    """To some 1e-4 of the half-width: five rounds of quarters, from a tenth of it."""
-    plain = Problem(SOLID, UNILATERAL, mb.Cylinder(R=10))
-    problem = replace(plain, picture=picture(plain, 1.0))
-    *_, (zones, cell) = graded_cells.trial_zones(problem, 1.0)
-    assert cell < 1e-3 * HERTZ
-    edge = contact(mb.Cylinder(R=10)).solve(load=1.0).zones["contact"][0][1]
-    assert zones[0][0][1] == pytest.approx(edge, abs=0.02 * edge)  # cells of constant pressure
 
 
 @EVERY_LAW
@@ -142,6 +122,31 @@ def test_a_narrow_bump_between_two_contacts_is_found_as_soon_as_it_touches():
         assert len(bump.zones["contact"]) == count
 
 
+class Valleys:
+    even = True
+
+    def height(self, x):
+        return (np.asarray(x) ** 2 - 0.25) ** 2 / 5
+
+
+@pytest.mark.parametrize("law", [UNILATERAL, mb.Microclamped()], ids=str)
+def test_a_half_line_has_zones_off_the_axis(law):
+    """The same obstacle without its symmetry is solved on the whole line; both to rtol."""
+    half, whole = (contact(one, law).solve(load=0.2, rtol=1e-5) for one in (Valleys(), Valleys().height))
+    assert half.method == whole.method == "panels" and len(half.zones["contact"]) == 2
+    assert missed(whole, half) < half.error_estimate + whole.error_estimate
+
+
+def test_zones_of_both_corners_are_born_at_once():
+    """Beside a cylinder a lower one just touches: the zone of one corner alone lets the other one overlap, so
+    that nothing seems gained by it.
+    """
+    obstacle = lambda x: np.minimum(x**2 / 20, (x - 1) ** 2 / 8 + 0.02)  # noqa: E731
+    solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+    state = contact(obstacle, BLOCKS, solid=solid).solve(load=1.8051549, rtol=1e-4)
+    assert state.method == "panels" and all(len(state.zones[corner]) == 2 for corner in "AB")
+
+
 @pytest.mark.parametrize("load", [1e-4, 1e-6])
 def test_two_equal_valleys_of_a_smooth_obstacle_carry_small_loads(load):
     """A quarter each under a parabola of the curvature 2/5 at the lowest places: Hertz, with the stiffness
@@ -162,7 +167,7 @@ def test_cells_answer_where_panels_do_not(monkeypatch):
 
     here = contact(cylinders(1.5), BLOCKS)
     panels = here.solve(load=1.0, rtol=1e-4)
-    monkeypatch.setattr(line_solver.LineSolver, "solve", fails)
+    monkeypatch.setattr(search, "solve", fails)
     state = here.solve(load=1.0, rtol=1e-2)
     assert panels.method == "panels" and "uniform cells instead of panels (no zones fit)" in str(
         state.warnings

@@ -11,7 +11,7 @@ import pytest
 
 import microblock as mb
 from cases.benchmarks.verification import SEED
-from microblock.halfplane import contact_line, panel_solution
+from microblock.halfplane import coalescence, edges, panel_solution
 from microblock.halfplane.kernels import coalescence_exponent, symbol
 from tests.states import apart
 
@@ -69,7 +69,7 @@ def test_the_estimate_of_edges_is_what_they_miss():
     """Edges off by 1e-4 of the zone, on purpose, against the fitted ones: K0/sqrt(r), cut off somewhere."""
     fitted = problem(0.25, mb.Microblock(), order=14).solve(load=P).solution
     moved = {0: tuple((left, right * (1 + 1e-4)) for left, right in fitted.zones[0])}
-    off = contact_line.fit(fitted.problem, P, moved, order=14, tolerance=1.0)
+    off = edges.fit(fitted.problem, P, moved, order=14, tolerance=1.0)
     missed = panel_solution.difference(replace(off, zones=fitted.zones), fitted)
     assert 0.1 < missed / off.estimate.edges < 1.5
 
@@ -118,8 +118,9 @@ def test_zones_meet_at_alpha_mid():
     (first, error), (second, other) = (here.solver.coalescence(order) for order in (10, 14))
     assert abs(first - second) <= error + other and max(error, other) < 1e-8 * first
     assert 1 / np.sqrt(2 * first / np.pi) == pytest.approx(0.83431323, abs=2e-8)
+    coefficients = edges.at_inner_edge(here.solver.problem, 14)
     loads = [
-        contact_line.load_at_inner_edge(here.solver.problem, 10.0**-digits, 1.4, 14)[0]
+        coalescence.load_at_inner_edge(coefficients, here.body.solid, 10.0**-digits, 1.4)[0]
         for digits in (4.0, 4.5, 5.0)
     ]
     observed = np.log10((loads[0] - loads[1]) / (loads[1] - loads[2]))

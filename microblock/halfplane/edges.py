@@ -1,0 +1,300 @@
+"""Contact of a half-plane on its contact line alone: the edges of the zones, by Newton's method.
+
+On trial zones the gaps of the corners in contact are closed at all Gauss points (collocation). At a free edge
+the pressure must vanish; with ``p = K0/sqrt(r) + K1 sqrt(r)`` at a trial edge the solution has ``dK0_i/de_j =
+-delta_ij K1_i/2``, so that moving each edge outwards by ``2 K0/K1`` is Newton's method without a Jacobian.
+Edges of one corner that meet annihilate: a zone vanishes, or a hole closes. Edges of two corners pass each
+other: they come to stand half as far apart, the other way round, so that going to and fro is a bisection.
+"""
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+
+from ..errors import NotConverged
+from ..model.problem import half_line
+from ..model.progress import counted
+from ..model.zones import zone_edges
+from ..threads import released
+from .carried import decay, meeting_exponent
+from .coalescence import extrapolated
+from .counter import counter_log_response, counter_response
+from .kernels import gap_kernel
+from .panel_solution import Estimate, PanelSolution
+from .panels import log_response, make_panels, response
+
+TABLE_ERROR = 5e-15  # of the kernels as a rule, 2e-14 at most: see `kernels.Kernels`
+PATIENCE = 6  # steps that do not halve the error of the edges, after which the best state is returned
+# -log10 of inner edges over ell, extrapolated to coalescence
+INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)
+# norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
+MISSED = 4.0
+
+
+def tolerated(order):
+    """Error of the pressure that panels of an order leave where obstacles are rough."""
+    return 10 ** (-(order + 6) / 4)
+
+
+def solve_zones(problem, panels, loads):
+    """q and approach with the gaps closed on given zones, at each of the loads, and the noise of the first q.
+
+    Returns
+    -------
+    (arrays (loads, m), array (loads,), array (m,)); the noise is q under gaps off by TABLE_ERROR of the sum
+    of their terms, up and down from node to node.
+    """
+    panel, _, x, weights = panels.nodes
+    count, sides, corner = len(x), 2 if problem.mirror else 1, panels.corner[panel]
+    lever = problem.lever(corner, x)
+    system, right = np.zeros((count + 1, count + 1)), np.zeros((count + 1, len(loads) + 1))
+    system[:count, :count] = response(problem, panels, x, lever, gap_kernel)
+    raised = log_response(problem, panels, x, lever, gap_kernel)
+    if problem.counter is not None:
+        pressed = x - np.array(problem.shifts)[corner]
+        system[:count, :count] += counter_response(problem, panels, pressed)
+        raised = raised + counter_log_response(problem, panels, pressed)
+    system[:count, count] = -1.0
+    system[count, :count] = sides * weights
+    right[:count, :-1] = -(problem.initial_gap(corner, x) + raised)[:, None]
+    right[count, :-1] = loads - sides * panels.log_size @ np.abs(panels.h)
+    terms = np.abs(system[:count, :count]).max(axis=1) / weights.max() * loads[0]
+    right[:count, -1] = TABLE_ERROR * terms * (-1.0) ** np.arange(count)
+    try:
+        with released(count):
+            solution = np.linalg.solve(system, right)
+    except np.linalg.LinAlgError as failure:
+        raise NotConverged(
+            f"singular system on zones from {panels.e.min():g} to {panels.e.max():g} at load {loads[0]:g}"
+        ) from failure
+    return solution[:-1, :-1].T, solution[-1, :-1], solution[:-1, -1]
+
+
+def _share(panels, part, whole):
+    """Relative L2 size over x of one q beside another."""
+    panel, v, _, weights = panels.nodes
+    weights = weights / panels.slope(panel, v)
+    return float(np.sqrt(weights @ part**2 / (weights @ whole**2)))
+
+
+def edge_coefficients(panels, q):
+    """{(corner, edge, side): (K0, K1)} of ``p = K0/sqrt(r) + K1 sqrt(r)`` at the anchors of all root panels.
+
+    side is +1 where the panel lies right of its anchor.
+    """
+    # Legendre series by the Gauss rule itself; value and half the second derivative at v = 0
+    points, weights = panels.points
+    k = np.arange(panels.order)
+    series = (2 * k + 1)[:, None] * legvander(2 * points - 1, panels.order - 1).T * weights
+    return _read(
+        panels, q, np.array(((-1.0) ** k, (-1.0) ** k * (k - 1) * k * (k + 1) * (k + 2) / 4)) @ series
+    )
+
+
+def mean_coefficients(panels, q):
+    """The same by the best two terms over each panel: K0 is less good, K1 safe where the panel is too smooth
+    for the pressure.
+    """
+    points, weights = panels.points
+    terms = np.column_stack((np.ones_like(points), points**2))
+    return _read(panels, q, np.linalg.solve(terms.T * weights @ terms, terms.T * weights))
+
+
+def _read(panels, q, basis):
+    """The coefficients from functionals of q on a panel: its value at v = 0, and what stands before v^2."""
+    found = {}
+    for number in np.flatnonzero(panels.root):
+        constant, quadratic = basis @ q[number * panels.order : (number + 1) * panels.order]
+        h = abs(panels.h[number])
+        key = int(panels.corner[number]), float(panels.e[number]), 1 if panels.h[number] > 0 else -1
+        found[key] = constant / (2 * np.sqrt(h)), quadratic / (2 * h**1.5)
+    return found
+
+
+def fit(problem, load, zones, order, tolerance):
+    """The PanelSolution with the free edges moved from trial zones until p vanishes there, to a tolerance
+    of the edges' share in the relative L2 error of the pressure; the best one, if it is not reached but the
+    root of what the order leaves is.
+
+    An edge where the obstacle ends stays while it is pressed.
+
+    Parameters
+    ----------
+    problem : Problem
+    load : float, resultant force per thickness
+    zones : {corner number: ((left, right), ...)}
+    order : Gauss points on a panel
+    tolerance : float
+
+    Raises
+    ------
+    NotConverged
+        If no zone is left, edges do not settle, or zones open again and again at those of a second body.
+    """
+    best, idle, iterations, before = None, 0, 0, {}
+    zones = _sorted_out(
+        problem,
+        load,
+        [(corner, edge, edge, False) for corner, own in zones.items() for edge in np.ravel(own)],
+    )
+    while idle < PATIENCE:
+        counted()
+        iterations += 1
+        panels = make_panels(problem, zones, order)
+        (q,), (approach,), noise = solve_zones(problem, panels, (load,))
+        unit = load / (MISSED * np.sqrt(np.ptp(zone_edges(problem.all_zones(zones)))))
+        further, missed, before = _moved(problem, load, zones, panels, q, before, tolerance * unit)
+        estimate = Estimate(None, float(missed / unit), _share(panels, noise, q))
+        state = PanelSolution(
+            problem, load, zones, panels, q, float(approach), iterations, estimate, further=further
+        )
+        least = best.estimate.edges if best else np.inf
+        idle = 0 if estimate.edges < least / 2 else idle + 1
+        # next to the load at which edges meet, one more step tells how they lie
+        settled = estimate.edges <= tolerance and _arranged(problem, zones) == _arranged(problem, further)
+        best, zones = state if settled or not least <= estimate.edges else best, further
+        if settled:
+            break
+    if not best.estimate.edges <= max(tolerance, np.sqrt(tolerated(order))):
+        raise NotConverged(
+            f"edges of the zones still off by {best.estimate.edges:.1e} of the pressure at load {load:g}",
+            iterations=iterations,
+        )
+    _require_finite_chain(problem, best.zones)
+    return best
+
+
+def _arranged(problem, zones):
+    """The corners of all edges, from left to right."""
+    edges = [(edge, corner) for corner, own in problem.all_zones(zones).items() for edge in np.ravel(own)]
+    return [corner for _, corner in sorted(edges)]
+
+
+def _moved(problem, load, zones, panels, q, before, tolerance):
+    """Zones with each free edge moved by 2 K0/K1, the largest |K0| of an edge, and {(corner, how many, which
+    edge): (its place, K0)}.
+
+    K1 comes from how K0 has changed on the way of an edge where that is known and K0 falls slowly: next to
+    an edge an obstacle may be less smooth than the panel's polynomial takes it for.
+    """
+    found, known, rows = edge_coefficients(panels, q), {}, []
+    forces = q.reshape(-1, panels.order) @ panels.points[1] + panels.log_size * np.abs(panels.h)
+    middle = panels.e + panels.h / 2
+    for corner, intervals in zones.items():
+        edges = np.ravel(intervals).tolist()
+        for i, edge in enumerate(edges):
+            side, number = 1 - 2 * (i % 2), (corner, len(edges), i)
+            along, other = (middle - edge) * side, (edges[i + side] - edge) * side
+            inside = (panels.corner == corner) & (along > 0) & (along < other)
+            rows.append([corner, edge, edge, forces[inside].sum() > 0])
+            key = corner, edge, side
+            key = key if key in found else (corner, -edge, -side)  # of a half-line
+            K0, K1 = found[key]
+            if K0 >= 0 and edge in problem.ends.get(corner, ()):
+                continue
+            known[number] = edge, K0
+            place, last = before.get(number, (edge, np.inf))
+            if K1 <= 0 or abs(K0) > abs(last) / 2:
+                K1 = 2 * (last - K0) * side / (place - edge) if place != edge else 0.0
+                K1 = K1 if K1 > 0 else mean_coefficients(panels, q)[key][1]
+            if K1 > 0:
+                rows[-1][2] = _not_past(problem, edge, -side * 2 * K0 / K1)
+            elif abs(K0) > tolerance:
+                # half way to the next edge: outwards there may be none
+                room = other if K0 < 0 or not 0 <= i - side < len(edges) else (edge - edges[i - side]) * side
+                rows[-1][2] = edge - side * np.copysign(room, K0) / 2
+    missed = max((abs(K0) for _, K0 in known.values()), default=0.0)
+    return _sorted_out(problem, load, rows), missed, known
+
+
+def _not_past(problem, edge, move):
+    """The place of an edge after a move: beyond a kink, where K0 and K1 are others, no farther than it came
+    from.
+    """
+    kinks = np.array([*problem.kinks, *(-kink for kink in problem.kinks if problem.mirror)])
+    ahead = (kinks - edge) * np.sign(move)
+    return edge + np.sign(move) * min(abs(move), 2 * ahead[ahead > 0].min(initial=np.inf))
+
+
+def _sorted_out(problem, load, rows):
+    """The zones of edges (corner, place before, place after, whether their zone is pressed): within the
+    obstacle, without neighbours of one corner that have met, those of two corners passed.
+    """
+    edges = np.array(rows, float)
+    for corner in problem.corners:
+        ends, own = problem.ends_of(corner) or problem.reach, edges[:, 0] == corner
+        edges[own, 2] = np.clip(edges[own, 2], *np.clip(ends, *problem.reach))
+    edges = _annihilated(edges)
+    if problem.mirror and not half_line(problem):
+        edges = np.concatenate((edges, (edges * (-1, -1, -1, 1) + (1, 0, 0, 0))[::-1]))
+    order = np.argsort(edges[:, 1], kind="stable")
+    for i, j in zip(order, order[1:]):
+        (one, start, end, _), (other, stop, reached, _) = edges[i], edges[j]
+        if one != other and start < stop and end > reached:
+            edges[[i, j], 2] = (end + reached + (stop - start) / 2 * np.array((1, -1))) / 2
+    edges = _annihilated(edges)
+    if not len(edges):
+        raise NotConverged(f"no zone is left at load {load:g}")
+    places = {corner: edges[edges[:, 0] == corner, 2].reshape(-1, 2) for corner in problem.corners}
+    return problem.computed({corner: tuple(map(tuple, own.tolist())) for corner, own in places.items()})
+
+
+def _annihilated(edges):
+    """Edges, rows as above of one corner after the other, without neighbours of one corner that have met, the
+    farthest past each other first; a zone that is pressed becomes half as wide.
+    """
+    while True:
+        same = edges[1:, 0] == edges[:-1, 0]
+        ways = np.where(same, np.diff(edges[:, 2]), np.inf)
+        if not len(ways) or ways.min() > 0:
+            return edges
+        i = int(np.argmin(ways))
+        (corner, left, one, pressed), (_, right, other, _) = edges[i : i + 2]
+        opens = np.count_nonzero(edges[:i, 0] == corner) % 2 == 0
+        if opens and pressed and left < right:
+            half = (right - left) / 4
+            middle = np.clip((one + other) / 2, left + half, right - half)
+            edges[i : i + 2, 2:] = (middle - half, 0), (middle + half, 0)
+        else:
+            edges = np.delete(edges, (i, i + 1), axis=0)
+
+
+def _require_finite_chain(problem, zones):
+    """NotConverged where a corner touches an edge of the second body: what it carries of the pressure without
+    bound there opens a zone a block's side away, whose edges open the next, and so on.
+    """
+    touched = [
+        edge
+        for corner, intervals in zones.items()
+        for edge in np.ravel(intervals)
+        if edge in problem.ends.get(corner, ())
+    ]
+    if touched and decay(problem):
+        raise NotConverged(
+            f"at the edge of the second body at x = {touched[0]:g} zones open again and again, a block's "
+            "side apart, which panels do not follow: take Cells()"
+        )
+
+
+def at_inner_edge(problem, order):
+    """`coefficients` of `coalescence.load_at_inner_edge` for a symmetric problem on panels of an order."""
+
+    def coefficients(inner, outer, loads):
+        panels = make_panels(problem, {0: ((inner, outer),)}, order)
+        found = [edge_coefficients(panels, q) for q in solve_zones(problem, panels, loads)[0]]
+        return [[each[key] for each in found] for key in ((0, float(inner), 1), (0, float(outer), -1))]
+
+    return coefficients
+
+
+def coalescence(problem, order=14):
+    """Load at which two symmetric zones of partial contact touch: (load, its error).
+
+    With the inner edge at the distance b the load misses it by b^(2 s) and b^(4 s), where p ~ x^s at
+    coalescence (`kernels.coalescence_exponent`), so that the limit is extrapolated
+    (`coalescence.extrapolated`).
+    """
+
+    def exponent(outer):
+        return meeting_exponent(problem, {0: ((0.0, outer),), 1: ((-outer, 0.0),)}, 0.0)
+
+    return extrapolated(at_inner_edge(problem, order), problem.solid, INNER_EDGES, exponent)
