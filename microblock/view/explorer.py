@@ -78,6 +78,8 @@ class Explorer(Shown):
     'microblock'
     """
 
+    RANGE = 30**-0.5, 30**0.5  # of a value, the ends of its slider
+
     @bounded
     def __init__(self, problem, load, rtol=None):
         require_kind(Contact, "a Contact", problem=problem)
@@ -172,7 +174,6 @@ class Explorer(Shown):
     @bounded
     def png(self):
         """The figure as a PNG, bytes: what has not changed since the last call is not drawn again."""
-        self.frames.draw()
         return self.frames.png()
 
     def _changed(self, changes):
@@ -201,7 +202,6 @@ class Explorer(Shown):
         self.frames = self._drawn[corners]
         if self.figure.compared != self._compared:
             self.figure.compare(self._compared)
-            self.frames.renew()
         self.figure.update(self.state)
 
     def compare(self, shown):
