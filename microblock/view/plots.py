@@ -4,9 +4,9 @@ import io
 from contextlib import contextmanager
 from pathlib import Path
 from textwrap import fill
+from types import SimpleNamespace
 
 import matplotlib
-import numpy as np
 from matplotlib import mathtext
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -50,17 +50,14 @@ def styled():
     matplotlib has no setting for the latter; where it no longer has the constant they are as small as
     elsewhere.
     """
-    layout = getattr(mathtext, "_mathtext", None)
-    before = getattr(layout, "SHRINK_FACTOR", None)
-    with matplotlib.rc_context(STYLE):
-        if before is None:
-            yield
-            return
+    layout = getattr(mathtext, "_mathtext", SimpleNamespace())
+    before = vars(layout).get("SHRINK_FACTOR")
+    try:
         layout.SHRINK_FACTOR = SCRIPTS
-        try:
+        with matplotlib.rc_context(STYLE):
             yield
-        finally:
-            layout.SHRINK_FACTOR = before
+    finally:
+        layout.SHRINK_FACTOR = before
 
 
 class Drawing(Figure):
@@ -111,12 +108,6 @@ def in_place(axis, **size):
     return axis.figure, axis
 
 
-def letter(axes, *titles):
-    """Titles "(a) ..." of panels, at their left."""
-    for axis, name, title in zip(np.ravel(axes), "abcdefghijkl", titles or [""] * np.size(axes)):
-        axis.set_title(f"({name})  {title}".strip(), loc="left")
-
-
-def legend_below(axis, columns=2, title=None):
+def legend_below(axis):
     """A legend under the panel and its label, where it cannot cover data."""
-    axis.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=BELOW, ncols=columns, title=title)
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, 0), borderaxespad=BELOW, ncols=2)
