@@ -13,6 +13,7 @@ from ..model.summary import Row, Shown, Summary, number
 from ..threads import bounded
 from .friction_figure import FrictionFigure, slip_and_shear
 
+ROUNDING = 1e-9  # of the end of a slider whose scale is logarithmic
 SEEN = 0.5  # of f P, to either side: shear loads whose edges say where cells have to be small
 
 
@@ -98,11 +99,11 @@ class FrictionExplorer(Shown):
         shear = self.choice.shear if shear is None else shear
         require_positive(load=load)
         require_finite(shear=shear)
-        if load > self._first:
+        if load > self._first * (1 + ROUNDING):
             raise BadArgument("load", load, f"must be at most the first one, {self._first}")
         if not abs(shear) <= 1:
             raise BadArgument("shear", shear, "must lie between -1 and 1: it is Q/(f P)")
-        return self._step(Loads(float(load), float(shear)))
+        return self._step(Loads(min(float(load), self._first), float(shear)))
 
     def _step(self, choice):
         start, self.choice = time.perf_counter(), choice

@@ -11,6 +11,7 @@ from PIL import Image
 import microblock as mb
 from microblock.view import widgets
 from microblock.view.explorer import Explorer
+from microblock.view.friction_explorer import FrictionExplorer
 
 R, LOAD = 10.0, 1.0
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
@@ -182,3 +183,22 @@ def test_without_ipywidgets_the_error_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "ipywidgets", None)  # as if it were not installed
     with pytest.raises(mb.MicroblockError, match=r"ipywidgets.*pip install 'microblock\[notebook\]'"):
         mb.explore(problem(), LOAD)
+
+
+def test_sliders_of_friction_walk_the_loop_and_begin_anew():
+    """Back at its end, a slider of the load is the first load, of which the logarithm is rounded."""
+    law, load = mb.Unilateral(friction=0.3), 0.7
+    panel = widgets.Panel(FrictionExplorer(problem(law), load), pytest.importorskip("ipywidgets"))
+    first = bytes(panel.picture.value)
+    for name, value in (("shear", 0.5), ("load", 0.5), ("shear", 0.0), ("load", load * (1 + 1e-15))):
+        panel.controls[name].value = value
+        assert not panel.told.value
+    explorer = panel.explorer
+    assert len(explorer.loop) == 5 and explorer.state.load == pytest.approx(load)
+    assert bytes(panel.picture.value) != first
+    panel.again.click()
+    assert len(explorer.loop) == 1 and panel.controls["shear"].value == 0
+    assert bytes(panel.picture.value) == first
+    panel.controls["shear"].value = 1.0
+    with pytest.raises(mb.BadArgument, match="^load = 0.71"):
+        explorer.update(load=0.71)
