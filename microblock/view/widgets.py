@@ -151,7 +151,8 @@ class Panel:
             return self._widgets.Dropdown(options=list(LAWS), value=value, description=LABELS[name])
         words = {"description": LABELS[name], "continuous_update": self.explorer.seconds < TOO_SLOW}
         if name in EITHER_SIDE:
-            value, side, step = value * UNITS.get(name, 1.0), *EITHER_SIDE[name]
+            side, step = EITHER_SIDE[name]
+            value = value * UNITS.get(name, 1.0)
             return self._widgets.FloatSlider(
                 value=value, min=value - side, max=value + side, step=step, **words
             )
