@@ -152,7 +152,7 @@ def row(load, state):
         "load": load,
         "contact_length": sum(right - left for left, right in contact),
         "zones": len(contact),
-        "pressure_max": "unbounded" if unbounded(state.solution) else float(state.pressure.max()),
+        "pressure_max": "unbounded" if unbounded(state) else float(state.pressure.max()),
         "approach": state.approach,
         "error_estimate": state.error_estimate,
     }

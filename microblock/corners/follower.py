@@ -46,8 +46,9 @@ ROUNDING = 1e-12  # of the largest value or rate: below it a sign means nothing
 AT_LIMIT = 1e-9  # of the largest bound: a node that is so near to its own slips or begins to
 SINGULAR = 1e-12  # pivots below it are rounding; flexibilities are over the largest one
 TURNED = -1e-8  # pivots below it are negative beyond rounding
-PATIENCE = 3, 50  # exchanges of all violated without fewer of them; then of one alone, before chance decides
-ROUNDS = 1000  # of exchanges at one load
+PATIENCE = 3  # exchanges of all violated without fewer of them, before single ones
+SINGLE = 50, 3  # of them, and for each pair at a limit, before chance decides
+ROUNDS = 20  # times 50 and the number of pairs: exchanges at one load
 EVENTS = 60  # times the number of corners and nodes, on one leg
 PENDING = 48  # pivots that are not yet in the tableau
 UNIQUE = "the friction may be too large for a unique answer: try a smaller one, or coupled=False"
@@ -517,7 +518,7 @@ class Follower:
         the way to it.
         """
         random, fewest, idle = np.random.default_rng(0), np.inf, 0
-        for _ in range(ROUNDS):
+        for _ in range(ROUNDS * (SINGLE[0] + len(self.x))):
             dx, dy, value, fall, limit = self._look(way)
             passing, violated = -dy[self._nodes], np.flatnonzero(limit & (fall > 0))
             if not len(violated):
@@ -529,14 +530,14 @@ class Follower:
                 first = int(np.argmin(steps))
                 return dx, dy, int(falling[first]), float(steps[first])
             idle = 0 if len(violated) < fewest else idle + 1
-            fewest = min(fewest, len(violated))
-            if idle >= PATIENCE[0]:
+            fewest, patience = min(fewest, len(violated)), SINGLE[0] + SINGLE[1] * int(limit.sum())
+            if idle >= PATIENCE:
                 violated = violated[:1]
-            if idle >= sum(PATIENCE):
+            if idle >= patience:
                 pool = violated if random.random() < 0.5 else np.flatnonzero(limit)
                 violated, passing = random.choice(pool, 1), 0 * passing
             if not any([self._exchange(int(each), passing) for each in violated]):
-                idle = sum(PATIENCE)
+                idle = patience
         raise NotConverged(f"no rates were found; {UNIQUE}")
 
     def _require_unique(self, limit: Numbers, way: Array, passing: Array) -> None:

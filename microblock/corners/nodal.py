@@ -11,7 +11,7 @@ from ..model.deformable import body_of, shape_of
 from ..model.events import Event, LoadPath
 from ..model.problem import Problem
 from ..model.solver import Solver
-from ..model.state import Solution
+from ..model.state import Solution, corner_gaps
 from ..model.zones import contact_zones, interrupted, runs, zone_changes
 from ..threads import bounded
 from . import active_set
@@ -71,13 +71,9 @@ class AtNodes(Solution):
             for values in (self.points[:, 1], *self.normals.T, self.displacement, self.psi)
         )
         points, normals = np.column_stack((x, x2)), np.column_stack((n1, n2)) / np.hypot(n1, n2)[:, None]
-        gaps = self.law.initial_gaps(points, normals, self.problem.ell, self.problem.obstacle)
-        initial = list(gaps.values())[corner]
-        lever = list(self.law.levers(x).values())[corner]
-        found = initial - self.approach * normals[:, 1] + displacement + self.problem.ell / 2 * lever * psi
-        if self.problem.counter is not None:
-            found += self.counter_displacement(x - self.problem.shift(corner) * n2) * n2
-        return found
+        counter = None if self.problem.counter is None else self.counter_displacement
+        where = self.problem, self.approach, points, normals
+        return corner_gaps(*where, displacement, psi, counter)[corner]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -104,10 +100,6 @@ class NodalSolution(AtNodes):
     iterations: int
 
     method = "nodes"
-
-    @property
-    def solid(self):
-        return self.solver.solid
 
     @property
     def compliance(self):

@@ -21,10 +21,6 @@ from .meshes import require_sound
 
 FIELDS = ("u1", "u2", "u3", "psi1", "psi2", "psi3")
 PARTS = "xyz"  # what NGSolve calls the components of a vector space
-NO_RULE = (
-    "must be 1 where triangles are in contact: of higher orders they have no nodal rule with "
-    "positive weights; take hexahedra, or prisms with quadrilaterals on top"
-)
 HELD = (
     "are rigid motions fixed, and psi where beta = 0? With alpha' and beta' (13) does not make "
     "the energy of a body with a free surface positive"
@@ -81,9 +77,8 @@ class Body3D(MeshBody):
     Raises
     ------
     BadArgument
-        If an argument is out of range, a boundary is unknown, the contact boundary has triangles of an order
-        above 1, the mesh has elements without volume or of the other orientation, or the solid lets short
-        waves of a free surface turn by themselves.
+        If an argument is out of range, a boundary is unknown, the mesh has elements without volume or of the
+        other orientation, or the solid lets short waves of a free surface turn by themselves.
 
     Examples
     --------
@@ -116,10 +111,8 @@ class Body3D(MeshBody):
         self.width = self.space.ndof // len(
             FIELDS
         )  # unknowns of one field: numbers of field i begin at i width
-        if contact != USUAL_CONTACT or contact in mesh.GetBoundaries():
-            facets = self.boundary(contact, "contact").Elements()
-            if order > 1 and any(facet.type != ng.ET.QUAD for facet in facets):
-                raise BadArgument("order", order, NO_RULE)
+        if contact != USUAL_CONTACT:
+            self.boundary(contact, "contact")
         self.derived: dict = {}  # what costs a factorisation, see `once`
 
     def _vectors(self, name):

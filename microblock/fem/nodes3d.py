@@ -2,7 +2,7 @@
 
 On quadrilaterals they are the tensor products of the Gauss-Lobatto points of the elements' order, on
 triangles of order 1 the vertices. On triangles of higher order such rules have weights that vanish or are
-negative, or have other points than the elements' unknowns: a `Body3D` refuses them.
+negative, or have other points than the elements' unknowns: they are refused.
 """
 
 from functools import cached_property
@@ -44,7 +44,8 @@ class ContactNodes3D:
     Raises
     ------
     BadArgument
-        If a facet does not face upwards, or supports hold u3 on all of the boundary.
+        If a facet does not face upwards, is a triangle of an order above 1, or supports hold u3 on all of the
+        boundary.
 
     Examples
     --------
@@ -79,6 +80,13 @@ class ContactNodes3D:
         """BadArgument unless all facets are horizontal, above their elements, and have a rule."""
         mesh, contact = self.body.mesh, self.body.contact
         kinds = {facet.type for facet in self.region.Elements()}
+        if kinds != {ng.ET.QUAD} and self.body.order > 1:
+            raise BadArgument(
+                "order",
+                self.body.order,
+                "must be 1 where triangles are in contact: of higher orders they have no nodal rule with "
+                "positive weights; take hexahedra, or prisms with quadrilaterals on top",
+            )
         corners = ng.IntegrationRule([(0, 0), (1, 0), (0, 1)], [0.0] * 3)  # of both kinds of facets
         places = mesh.MapToAllElements({kind: corners for kind in kinds}, self.region)
         normals = np.asarray(ng.specialcf.normal(3)(places)).reshape(-1, 3)

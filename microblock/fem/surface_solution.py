@@ -10,8 +10,9 @@ from functools import cached_property
 import numpy as np
 
 from ..errors import BadArgument
+from ..model.problem import level_surface
 from ..model.solver import Solver
-from ..model.state import ErrorParts, LineSolution
+from ..model.state import ErrorParts, LineSolution, corner_gaps
 from ..model.zones import distance, distance_to_ends, joined, moved_on
 from .condensation import ContactNodes
 from .mesh_fields import BelowOnMesh
@@ -78,10 +79,6 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     @property
     def problem(self):
         return self.solver.problem
-
-    @property
-    def order(self):
-        return self.body.body.order
 
     def remarks(self):
         return (
@@ -208,20 +205,18 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         """
         if not np.all((x >= self.x[0]) & (x <= self.x[-1])):
             raise BadArgument("x", x, f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}")
-        side, number = np.abs(x) if self.problem.mirror else x, np.full(len(x), corner)
-        raised, psi = (self.body.interpolate(own, side) for own in (self._raised, self.computed_psi))
-        psi = np.where(x < 0, -psi, psi) if self.problem.mirror else psi
-        return (
-            self.problem.initial_gap(number, x)
-            - self.approach
-            - raised
-            + self.problem.ell / 2 * self.problem.lever(number, x) * psi
-        )
+        raised, psi = self._between(self._raised, x, 1), self._between(self.computed_psi, x, -1)
+        return corner_gaps(self.problem, self.approach, *level_surface(x), -raised, psi)[corner]
 
     def clamping(self, x):
         """The reaction to psi = 0 at x, array (n,)."""
-        inside = self.body.interpolate(self._clamping, np.abs(x) if self.problem.mirror else x)
-        return np.where(x < 0, -inside, inside) if self.problem.mirror else inside
+        return self._between(self._clamping, x, -1)
+
+    def _between(self, values, x, sign):
+        """Values of the whole line at x from those of the computed part, even (sign 1) or odd about x = 0."""
+        if not self.problem.mirror:
+            return self.body.interpolate(values, x)
+        return np.where(x < 0, sign, 1) * self.body.interpolate(values, np.abs(x))
 
     def _unfold(self, values, sign):
         """Values of the whole line from those of the computed part, even (sign 1) or odd about x = 0."""

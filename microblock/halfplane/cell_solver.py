@@ -11,10 +11,10 @@ from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
 from ..model.deformable import body_of, shape_of
 from ..model.obstacles import heights
-from ..model.problem import Problem
+from ..model.problem import Problem, level_surface
 from ..model.quadrature import gauss_rule
 from ..model.solver import Solver
-from ..model.state import Solution
+from ..model.state import Solution, corner_gaps
 from ..model.zones import contact_zones, distance_to_ends, runs
 from .cells import CellGrid
 from .counter import require_same_period
@@ -147,14 +147,8 @@ class CellSolution(Solution):
             )
         place = _folded(x, period)
         raised, psi = (_polygon(place, self.x, own, period) for own in (self.displacement, self.psi))
-        number = np.full(len(x), corner)
-        return (
-            self.problem.initial_gap(number, x)
-            - self.approach
-            + raised
-            + self.problem.ell / 2 * self.problem.lever(number, x) * psi
-            + self.counter_displacement(x - self.problem.shift(corner))
-        )
+        where = self.problem, self.approach, *level_surface(x)
+        return corner_gaps(*where, raised, psi, self.counter_displacement)[corner]
 
     def counter_displacement(self, x):
         """As of every solution: a polygon through what is known under the corners."""

@@ -18,6 +18,7 @@ from ..model.zones import runs
 # the cells
 FEWEST, NARROWEST = 6, 0.05
 SAME = 1e-9  # shares of a leg that are one
+NODES = "stick", "slip", "leave"
 
 
 def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Array) -> list[HistoryEvent]:
@@ -29,8 +30,11 @@ class _Story:
     def __init__(self, changes: Sequence[Change], friction: float, edges: Array, pairs: Array) -> None:
         self.changes, self.friction, self.edges, self.pairs = changes, friction, edges, pairs
         self.x = edges.mean(axis=1)
-        self.stick: Flags = np.zeros(len(edges), bool)
-        self.slip: Flags = np.zeros(len(edges), bool)
+        # where corners have tangential forces of their own, each counts
+        last = max((one.index for one in changes if one.kind in NODES), default=0)
+        self.each = np.zeros((2, 1 + last // len(edges), len(edges)), bool)
+        self.stick: Flags = self.each[0].any(axis=0)
+        self.slip: Flags = self.stick
         self.zones: list[Flags] = []
         self.found: list[HistoryEvent] = []
         self.slipped, self.direction = False, 0.0
@@ -57,8 +61,11 @@ class _Story:
 
     def _after(self, leg: int, share: float, group: list[Change]) -> None:
         for one in group:
-            if one.kind in ("stick", "slip", "leave"):
-                self.stick[one.index], self.slip[one.index] = one.kind == "stick", one.kind == "slip"
+            if one.kind in NODES:
+                corner, cell = divmod(one.index, len(self.x))
+                self.each[:, corner, cell] = one.kind == "stick", one.kind == "slip"
+        self.stick = np.asarray(self.each[0].any(axis=0))
+        self.slip = self.each[1].any(axis=0) & ~self.stick
         if not self.slipped and self.slip.any():
             self.slipped = True
             self._note(leg, share, "first slip", "slip", self.x[self.slip][0])

@@ -201,16 +201,13 @@ class PanelFriction(Solution):
         return [(share - after, self.plain.at(load)) for load, share, after in steps if share != after]
 
     @property
+    def holders(self):
+        """This, the loads, and the state without friction."""
+        return self, self.memory, self._own
+
+    @property
     def problem(self):
         return self._own.problem
-
-    @property
-    def load(self):
-        return self.memory.load
-
-    @property
-    def shear(self):
-        return self.memory.shear
 
     @property
     def approach(self):
@@ -233,16 +230,8 @@ class PanelFriction(Solution):
         """Of the states of the sum, of the loads, and of what friction allows over the largest pressure."""
         p, q, w = self.pressures[0], self.shear_traction, self.weights
         beyond = (np.abs(q) - float(self.solver.law.friction) * p).max() / p.max()
-        missing = max(abs(w @ p - self.load), abs(w @ q - self.shear)) / self.load
+        missing = max(abs(w @ p - self.memory.load), abs(w @ q - self.memory.shear)) / self.memory.load
         return float(max(*(one.residual for one in self._states), beyond, missing))
-
-    @property
-    def iterations(self):
-        return self._own.iterations
-
-    @property
-    def unknowns(self):
-        return self._own.unknowns
 
     @cached_property
     def _rule(self):
@@ -308,7 +297,7 @@ class PanelFriction(Solution):
         share of its zone is off by more than that share, and has that of its zone's width to the power 3/2.
         """
         errors = {}
-        for one in (self.plain.at(load) for load in (self.memory.stuck, self.load) if load):
+        for one in (self.plain.at(load) for load in (self.memory.stuck, self.memory.load) if load):
             zones = one.zones_by_name["contact"]
             size = zones[-1][1] - zones[0][0]
             for zone in zones:

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from tqdm.auto import tqdm
 
 from .. import cost
-from ..corners import active_set
-from ..corners.follower import Follower, FrictionalContact, Moment
-from ..errors import BadArgument, NotConverged, at_least, out_of_reach
+from ..corners.follower import AT_LIMIT, Follower, FrictionalContact, Moment
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
 from ..model.history import History, HistoryEvent, OfMoment, change
 from ..model.problem import Problem
@@ -42,9 +41,6 @@ NARROWEST = 0.25  # times the square of the fineness: cells at edges, below whic
 JUMP = 0.5  # of the pressure, by which q/f jumps from one cell to the next where cells must be smaller
 DOUBTS = 4.0  # about the place of an edge, to which cells are as small as at it
 FASTEST = 8.0  # ratio of the changes of successive levels, at most
-# of a corner's tangential compliance, for itself: beside a stiff second body the sum of a block's two forces
-# alone has one, and the rest is rounding, 1e-7
-APART = 1e-4
 USUAL_RTOL = 1e-2
 SAMPLES = 4  # Gauss points on a cell, for the mean of the initial gap
 
@@ -56,11 +52,9 @@ class Errors(ErrorParts):
     Attributes
     ----------
     discretisation : float, change from the level before, or what is lost where q/f jumps if that is more
-    shares : float, what a shear force of its own for each corner changes where blocks drag a second body
     """
 
     discretisation: float
-    shares: float
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,7 +73,6 @@ class FrictionCells(OfMoment):
     estimate : Errors or None
     before : dict or None, zones of the level before
     notes : tuple of str, why cells were taken
-    dissipated : float or None, dissipation (energy) where each corner has a shear force of its own
     """
 
     solver: Solver
@@ -93,7 +86,6 @@ class FrictionCells(OfMoment):
     estimate: Errors | None = None
     before: Zones | None = None
     notes: tuple[str, ...] = ()
-    dissipated: float | None = None
 
     method = "cells"
     tangential_approach = None
@@ -144,7 +136,8 @@ class FrictionCells(OfMoment):
     @property
     def unknowns(self) -> int:
         """Corner forces and tangential forces."""
-        return self.moment.normal.size + len(self.x)
+        corners = self.moment.normal.size
+        return corners + (len(self.x) if self.problem.counter is None else corners)
 
     @cached_property
     def _fitted(self) -> tuple[Zones, dict[float, float]]:
@@ -247,19 +240,6 @@ class FrictionCells(OfMoment):
         initial = self.problem.initial_gap(np.full(len(x), corner), x) - self.approach
         return initial + np.interp(x, self.x, over)
 
-    def remarks(self) -> list[str]:
-        """Says what the corners' shares in a second body's shear stand for."""
-        if self.problem.counter is None or len(self.problem.law.corners) == 1:
-            return []
-        dissipated = (
-            "" if self.dissipated is None else f", and the dissipation would be {self.dissipated:.2g}"
-        )
-        return [
-            "the shear on the second body is shared by the corners as without friction at the largest normal "
-            "force: a force of its own for each corner changes the tractions by what error_parts say"
-            f"{dissipated}"
-        ]
-
 
 @dataclass(frozen=True, eq=False)
 class _Level:
@@ -303,7 +283,7 @@ class FrictionSolver:
             If rtol is out of reach.
         """
         rtol = USUAL_RTOL if rtol is None else rtol
-        level, best, shares = None, np.inf, np.zeros((len(self.pairs), 2))
+        level, best = None, np.inf
         for number in tqdm(range(len(FINENESS)), unit=" levels", disable=not progress):
             try:
                 finer = self.level(number, level)
@@ -312,19 +292,16 @@ class FrictionSolver:
                     raise
                 raise out_of_reach(rtol, best, f" ({failure})") from failure
             if level is not None:
-                shares = self._worth_of_shares(finer) if number == 1 else shares
-                finer = self._compared(finer, level, shares)
+                finer = self._compared(finer, level)
                 best = min(best, max(cast(float, one.error_estimate) for one in finer.solutions))
             level = finer
             if best <= rtol:
                 states = [State(one) for one in level.solutions]
                 return History(self.solver.contact, states, level.events)
             left = len(FINENESS) - 1 - number
-            if shares[:, 0].max() > rtol or np.isfinite(best) and best > rtol * FASTEST**left:
+            if np.isfinite(best) and best > rtol * FASTEST**left:
                 break  # the levels that are left would not do
-        worth = shares[:, 0].max()
-        worth = f" (the corners' shares in the shear are worth {at_least(worth)})" if worth else ""
-        raise out_of_reach(rtol, best, worth)
+        raise out_of_reach(rtol, best)
 
     def level(self, number: int, before: _Level | None) -> _Level:
         """Returns the history on one level; its cells are small at the edges of the level before."""
@@ -339,7 +316,9 @@ class FrictionSolver:
             features += known
             reach = (known[0].place, known[-1].place) if known else None
         edges = cells(self.problem, fineness if before else first / a, features, reach)
-        cost.require_history(len(edges), (len(self.problem.law.corners) + 1) * len(edges), len(self.pairs))
+        corners = len(self.problem.law.corners)
+        forces = corners + (1 if self.problem.counter is None else corners)
+        cost.require_history(len(edges), forces * len(edges), len(self.pairs))
         solutions, found = self._follow(edges)
         return _Level(edges, solutions, found, first if before is None else smallest)
 
@@ -360,39 +339,7 @@ class FrictionSolver:
         places = edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * points
         gaps = self.problem.initial_gaps(places.ravel()).reshape(-1, *places.shape) @ weights
         own = frictional_contact(self.problem, edges, gaps, self.coupled)
-        return own, with_counter(own, self.problem, edges, self._shares(own, edges))
-
-    def _shares(self, contact: FrictionalContact, edges: Array) -> Array:
-        """Shares of the corners in the shear that a second body carries: array (corners, n).
-
-        Its compliance depends on them. They stay as they are without shear at the largest normal force, so
-        that it has an energy.
-        """
-        count, load = len(self.problem.law.corners), float(self.pairs[:, 0].max())
-        if self.problem.counter is None or count == 1:
-            return np.ones((count, len(edges)))
-        whole = with_counter(contact, self.problem, edges, np.full((count, len(edges)), 1 / count))
-        forces = active_set.solve(whole.normal, whole.gaps, load=load).forces.reshape(count, -1)
-        total = forces.sum(axis=0)
-        return np.where(total > 0, forces / np.where(total > 0, total, 1.0), 1 / count)
-
-    def _worth_of_shares(self, level: _Level) -> Array:
-        """(relative L2 change, dissipation) of the states of a level where each corner has a shear force of
-        its own; the changes are the same on all levels to some hundredths.
-        """
-        if self.problem.counter is None or len(self.problem.law.corners) == 1:
-            return np.zeros((len(self.pairs), 2))
-        own, _ = self.on(level.edges)
-        each = with_counter(own, self.problem, level.edges)
-        softer = each.tangential + APART * np.diag(np.diag(each.tangential))
-        path, found = Follower(replace(each, tangential=softer)), []
-        for one in level.solutions:
-            moment = path.to(one.load, one.shear)
-            moment = replace(moment, tangential=moment.tangential.reshape(-1, len(level.edges)).sum(axis=0))
-            *_, moments = surface(self.problem, level.edges, own, moment)
-            other = replace(one, moment=moment, micromoment=moments)
-            found.append((_difference(other, one), moment.dissipation))
-        return np.array(found)
+        return own, with_counter(own, self.problem, edges)
 
     def require_inside(self, edges: Array, moment: Moment) -> None:
         """NotConverged where a corner touches at the end of the cells and the obstacle goes on."""
@@ -409,16 +356,15 @@ class FrictionSolver:
                         f"the contact reaches x = {place:g}, beyond which no contact was expected"
                     )
 
-    def _compared(self, finer: _Level, coarser: _Level, shares: Array) -> _Level:
-        """The finer level with its changes from the coarser one, and what the corners' shares are worth."""
+    def _compared(self, finer: _Level, coarser: _Level) -> _Level:
+        """The finer level with its changes from the coarser one."""
         changed = [
             replace(
                 one,
-                estimate=Errors(max(_difference(one, other), one.lost_in_jumps), float(worth)),
+                estimate=Errors(max(_difference(one, other), one.lost_in_jumps)),
                 before=other.zones_by_name,
-                dissipated=float(dissipated) if worth else None,
             )
-            for one, other, (worth, dissipated) in zip(finer.solutions, coarser.solutions, shares)
+            for one, other in zip(finer.solutions, coarser.solutions)
         ]
         return replace(
             finer, solutions=changed, events=_with_errors(finer.events, coarser.events, self.pairs)
@@ -460,6 +406,26 @@ def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: 
     return found
 
 
+def _by_cell(moment: Moment, n: int) -> Moment:
+    """The same of cells, where corners have tangential forces of their own: a cell sticks where one of its
+    corners does, and is at its limit where all are, in one direction; slip is the mean over the pressure.
+    """
+    t, closed = moment.tangential.reshape(-1, n), moment.closed.reshape(-1, n)
+    if len(t) == 1:
+        return moment
+    normal, still = moment.normal.reshape(-1, n), moment.stick.reshape(-1, n)
+    slip = (normal * moment.slip.reshape(-1, n)).sum(axis=0) / np.maximum(normal.sum(axis=0), 1e-300)
+    limit = np.all(moment.at_limit.reshape(-1, n) | ~closed, axis=0) & closed.any(axis=0)
+    together = np.abs(t.sum(axis=0)) >= (1 - AT_LIMIT) * np.abs(t).sum(axis=0)
+    return replace(
+        moment,
+        tangential=t.sum(axis=0),
+        slip=slip,
+        stick=np.asarray(still.any(axis=0)),
+        at_limit=limit & together,
+    )
+
+
 class Walk:
     """A history on given cells that goes on from where it is.
 
@@ -480,16 +446,16 @@ class Walk:
 
     def to(self, load: float, shear: float) -> FrictionCells:
         """Returns the solution at the next pair (P, Q), straight on from the last one."""
-        moment = self.path.to(load, shear)
-        self._solver.require_inside(self._edges, moment)
-        problem = self._solver.problem
-        displacement, psi, moments = surface(problem, self._edges, self._own, moment)
-        raised = None
+        corners, n = self.path.to(load, shear), len(self._edges)
+        self._solver.require_inside(self._edges, corners)
+        problem, own, raised = self._solver.problem, self._own, None
+        moment = _by_cell(corners, n)
+        displacement, psi, moments = surface(problem, self._edges, own, moment)
         if problem.counter is not None:
             both = self.path.contact
-            raised = (both.normal - self._own.normal) @ moment.normal
-            raised += (both.cross - self._own.cross).T @ moment.tangential
-            raised = raised.reshape(-1, len(self._edges))
+            raised = (both.normal - own.normal) @ corners.normal
+            raised += (both.cross - np.tile(own.cross, (both.nodes // n, 1))).T @ corners.tangential
+            raised = raised.reshape(-1, n)
         return FrictionCells(
             self._solver.solver, problem, self._edges, moment, psi, displacement, moments, raised
         )

@@ -143,27 +143,24 @@ def frictional_contact(problem, edges, gaps, coupled=True):
     return FrictionalContact(normal, cross, tangential, np.ravel(gaps), law.friction, coupled)
 
 
-def with_counter(contact, problem, edges, shares=None):
-    """A FrictionalContact with the second body of a problem, if there is one.
-
-    `shares`, array (corners, n), are those of the corners in the shear of a cell. Without them each corner
-    has a tangential force of its own, and a row of the cross and tangential compliances.
+def with_counter(contact, problem, edges):
+    """A FrictionalContact with the second body of a problem, if there is one: each corner drags it where it
+    stands, and so has a tangential force of its own, a row of the cross and tangential compliances.
     """
     if problem.counter is None:
         return contact
     corners = len(problem.law.corners)
-    normal, cross, tangential = _counter(problem, edges, shares)
-    repeated = corners if shares is None else 1
+    normal, cross = _counter(problem, edges)
     return replace(
         contact,
         normal=contact.normal + normal,
-        cross=np.tile(contact.cross, (repeated, 1)) + cross,
-        tangential=np.tile(contact.tangential, (repeated, repeated)) + tangential,
+        cross=np.tile(contact.cross, (corners, 1)) + cross,
+        tangential=np.tile(contact.tangential, (corners, corners)) + normal,
     )
 
 
-def _counter(problem, edges, shares):
-    """What a second body adds to the three compliances: each corner presses and drags it where it stands."""
+def _counter(problem, edges):
+    """What a second body adds to the normal, which is also the tangential, and to the cross compliance."""
     n, places = len(edges), [-shift for shift in problem.shifts]
     count = len(places)
     normal, cross = np.empty((2, count, n, count, n))
@@ -172,11 +169,7 @@ def _counter(problem, edges, shares):
             normal[i, :, j], cross[i, :, j] = averages(problem.counter, edges, (0, 5), own - other)
     whole = normal.reshape(count * n, -1)
     whole = (whole + whole.T) / 2
-    if shares is None:
-        return whole, cross.reshape(count * n, -1), whole
-    tangential = np.einsum("in,injm,jm->nm", shares, normal, shares)
-    along = np.einsum("in,injm->njm", shares, cross).reshape(n, -1)
-    return whole, along, (tangential + tangential.T) / 2
+    return whole, cross.reshape(count * n, -1)
 
 
 def surface(problem, edges, own, moment):

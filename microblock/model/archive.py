@@ -23,6 +23,7 @@ from .summary import short
 from .types import AnyArray, Interval, Zones
 
 PACKAGE = __name__.partition(".")[0]
+OTHERS = AttributeError, BadZipFile
 # of a result of each kind, what is written
 NAMES: dict[Any, Iterable[str]] = {
     State: tuple({*State.names()} - {"solution"}),
@@ -95,7 +96,7 @@ def load(file: str | os.PathLike[str]) -> State | LoadPath | History:
         with np.load(file) as found:
             arrays = dict(found)
         result: State | LoadPath | History = _unpacked(json.loads(arrays["text"].item()), arrays)
-    except (OSError, ValueError, TypeError, KeyError, AttributeError, EOFError, BadZipFile) as failure:
+    except (OSError, ValueError, TypeError, LookupError, ImportError, EOFError, *OTHERS) as failure:
         raise BadArgument("file", file, f"must be one that save() has written ({failure})") from failure
     return result
 
@@ -145,14 +146,14 @@ def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
     if "dict" in tree:
         found = {name: _unpacked(one, arrays) for name, one in tree["dict"]}
         return found if tree["of"] is None else Named(tree["of"], found)
-    for kind in (list, tuple):
-        if kind.__name__ in tree:
-            return kind(_unpacked(one, arrays) for one in tree[kind.__name__])
+    for sequence in (list, tuple):
+        if sequence.__name__ in tree:
+            return sequence(_unpacked(one, arrays) for one in tree[sequence.__name__])
     (module, name), parts = tree["class"], tree["parts"]
     parts = {name: _unpacked(one, arrays) for name, one in parts.items()}
-    if not module.startswith(f"{PACKAGE}."):
-        raise ValueError(f"{module}.{name} is not of {PACKAGE}")
-    kind = getattr(import_module(module), name)
+    kind: Any = getattr(import_module(module), name) if module.startswith(f"{PACKAGE}.") else None
+    if not isinstance(kind, type) or kind.__module__ != module:
+        raise ValueError(f"{module}.{name} is no class of {PACKAGE}")
     return MADE.get(kind, kind)(**parts)
 
 

@@ -24,41 +24,28 @@ SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what 
 
 
 class OfMoment(Solution):
-    """Base of solutions with the shear and the energies of a `corners.follower.Moment`, `moment`."""
+    """Base of solutions at a pair of loads, whose shear and energies are those of a `moment` of a path.
+
+    The energy and the work are known up to a constant where the rigid motion is arbitrary.
+    """
 
     moment: Any
 
     @property
-    def shear(self) -> float:
-        """Q."""
-        return float(self.moment.shear)
+    def holders(self) -> tuple[Any, ...]:
+        """This, and what is known of the moment: shear, slip, work and dissipation."""
+        return self, self.moment
+
+    @property
+    def energy(self) -> float:
+        """Elastic energy, also of the shear."""
+        return float(self.moment.energy)
 
     @property
     def shear_traction(self) -> Array:
         """q, array (n,)."""
         traction: Array = self.moment.tangential / self.weights
         return traction
-
-    @property
-    def slip(self) -> Array:
-        """Relative tangential displacement since first contact, array (n,)."""
-        slip: Array = self.moment.slip
-        return slip
-
-    @property
-    def energy(self) -> float:
-        """Elastic energy, up to a constant where the rigid motion is arbitrary."""
-        return float(self.moment.energy)
-
-    @property
-    def work(self) -> float:
-        """Work of the loads, up to the same constant."""
-        return float(self.moment.work)
-
-    @property
-    def dissipation(self) -> float:
-        """Since the beginning."""
-        return float(self.moment.dissipation)
 
 
 def change(finer: Solution, coarser: Solution, weights: Array, ell: float, friction: float) -> float:

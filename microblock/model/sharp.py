@@ -11,16 +11,18 @@ from .obstacles import Samples
 from .types import Array
 
 if TYPE_CHECKING:
-    from .state import Solution
+    from .state import State
 
 NEAR = 1e-6  # of ell, to which the edge of a zone is at an end of the obstacle
 
 
-def touched(solution: Solution, places: tuple[float, ...], within: float = 0.0) -> list[float]:
+def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> list[float]:
     """Returns the contact points x1 at which a corner is closed at one of the places of the obstacle,
     ascending; up to `within` (length) beside a zone.
     """
-    law, ell, zones = solution.problem.law, solution.problem.ell, solution.zones_by_name
+    if not places:  # of a state from a file, whose law may be a name alone
+        return []
+    law, ell, zones = state.law, getattr(state.solid, "ell", 0.0), state.solution.zones_by_name
     two, margin = len(law.corners) == 2, max(NEAR * ell, within)
     return sorted(
         {
@@ -33,31 +35,30 @@ def touched(solution: Solution, places: tuple[float, ...], within: float = 0.0) 
     )
 
 
-def unbounded(solution: Solution) -> list[float]:
+def unbounded(state: State) -> list[float]:
     """Returns the places x1 within the contact at which the pressure is infinite: where a corner meets an end
     or an edge of the obstacle.
     """
-    kinks, jumps, ends = (getattr(solution.problem.obstacle, name, ()) for name in ("kinks", "jumps", "ends"))
-    return touched(solution, (*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends))
+    kinks, jumps, ends = (getattr(shape_of(state.obstacle), name, ()) for name in ("kinks", "jumps", "ends"))
+    return touched(state, (*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends))
 
 
-def of_samples(solution: Solution) -> list[str]:
+def of_samples(state: State) -> list[str]:
     """Returns sentences on a contact with samples: that it reaches the last one, which was hardly meant, and
     that the straight lines between them have edges.
     """
-    samples, found = shape_of(solution.solver.contact.obstacle), []
+    samples, found = shape_of(state.obstacle), []
     if not isinstance(samples, Samples) or not np.any(samples.jumps):  # a level or tilted face is a punch
         return []
-    whole = solution.period is not None and np.ptp(samples.ends) >= solution.period * (1 - NEAR)
+    period = state.solution.period
+    whole = period is not None and np.ptp(samples.ends) >= period * (1 - NEAR)
     for end in () if whole else samples.ends:  # over a whole period the next one begins there
-        if touched(solution, (end,), _spacing(solution, end)):
+        if touched(state, (end,), _spacing(state, end)):
             found.append(
                 f"the contact reaches the last sample at x = {end:g}, taken as a sharp edge: measure "
                 "farther, or check the sign of the heights, which grow away from the body"
             )
-    edges = {
-        kink for kink, jump in zip(samples.kinks, samples.jumps) if jump > 0 and touched(solution, (kink,))
-    }
+    edges = {kink for kink, jump in zip(samples.kinks, samples.jumps) if jump > 0 and touched(state, (kink,))}
     if edges:
         found.append(
             f"straight lines between {len(samples.x)} samples: the pressure is unbounded at {len(edges)} of "
@@ -66,8 +67,8 @@ def of_samples(solution: Solution) -> list[str]:
     return found
 
 
-def _spacing(solution: Solution, place: float) -> float:
+def _spacing(state: State, place: float) -> float:
     """Returns the distance of the points of the surface next to a place: zones on nodes end so near to it."""
-    x: Array = solution.x
+    x: Array = state.x
     after = int(np.clip(np.searchsorted(x, place), 1, len(x) - 1))
     return float(x[after] - x[after - 1])

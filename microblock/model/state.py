@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
     from .problem import Problem
 
+OF_PROBLEM = "obstacle", "law", "solid"  # what a state has of its problem
 LARGE_ROTATION = math.radians(10)  # of a block: the small-angle form (41) misses 1.5 % there
 ROUGH = 0.1  # error estimate from which a state says that it is rough
 # slope of the surface: beyond small strain, and of a cylinder beyond its parabola
@@ -112,30 +113,42 @@ def surface(
     """Returns the Surface of a state of a problem, from its fields at the points; `counter` is the
     displacement along x2 of a second body's surface, a function of x1.
     """
-    law, ell, x = problem.law, problem.ell, points[:, 0]
-    initial = np.array(list(law.initial_gaps(points, normals, ell, problem.obstacle).values()))
-    levers = np.array(list(law.levers(x).values()))
-    gaps = initial - approach * normals[:, 1] + displacement + ell / 2 * levers * psi
     over = gap(problem.obstacle, points, normals) - approach * normals[:, 1]
     if counter is not None:
-        upwards = normals[:, 1]
-        gaps = gaps + [counter(x - shift * upwards) * upwards for shift in law.shifts(ell)]
-        over = over + counter(x) * upwards
-    rotation = law.initial_rotation(x) + psi
+        over = over + counter(points[:, 0]) * normals[:, 1]
     return Surface(
         points,
         normals,
         np.asarray(pressures),
-        gaps,
+        corner_gaps(problem, approach, points, normals, displacement, psi, counter),
         micromoment,
         psi,
-        rotation,
+        problem.law.initial_rotation(points[:, 0]) + psi,
         displacement,
         over,
-        law.corners,
-        ell,
+        problem.law.corners,
+        problem.ell,
         apart,
     )
+
+
+def corner_gaps(
+    problem: Problem,
+    approach: float,
+    points: Array,
+    normals: Array,
+    displacement: Array,
+    psi: Array,
+    counter: Function | None = None,
+) -> Array:
+    """Returns the gaps (22) of all corners of blocks at points of a surface, array (corners, n)."""
+    law, ell, x, upwards = problem.law, problem.ell, points[:, 0], normals[:, 1]
+    initial = np.array(list(law.initial_gaps(points, normals, ell, problem.obstacle).values()))
+    levers = np.array(list(law.levers(x).values()))
+    gaps = initial - approach * upwards + displacement + ell / 2 * levers * psi
+    if counter is not None:
+        gaps = gaps + [counter(x - shift * upwards) * upwards for shift in law.shifts(ell)]
+    return gaps
 
 
 class ErrorParts:
@@ -181,6 +194,11 @@ class Solution:
 
         def __getattr__(self, name: str) -> Any:
             """What a method gives."""
+
+    @property
+    def holders(self) -> tuple[Any, ...]:
+        """The objects from which a State takes its fields: from the first that has one."""
+        return (self,)
 
     @property
     def error_estimate(self) -> float | None:
@@ -398,6 +416,9 @@ class State(Shown, PlainData):
     """
 
     solution: Any
+    obstacle: ObstacleLike
+    law: LawLike
+    solid: Cosserat
     load: float
     residual: float
     iterations: int
@@ -451,8 +472,11 @@ class State(Shown, PlainData):
             entry = self.__dataclass_fields__.get(name)
             if entry is None or "solution" not in vars(self):
                 raise AttributeError(f"a State has no {name}")
-            known = "None" not in entry.type or getattr_static(self.solution, name, None) is not None
-            value = getattr(self.solution, name) if known else None
+            holders = (self.problem,) if name in OF_PROBLEM else self.solution.holders
+            known = [one for one in holders if getattr_static(one, name, None) is not None]
+            if not known and "None" not in entry.type:
+                raise AttributeError(f"{type(self.solution).__name__} has no {name}")
+            value = getattr(known[0], name) if known else None
             if isinstance(value, np.ndarray):
                 value = _to_read(value)
             vars(self)[name] = value.item() if isinstance(value, np.generic) else value
@@ -480,21 +504,6 @@ class State(Shown, PlainData):
     def problem(self) -> ContactLike:
         """The contact problem."""
         return cast("ContactLike", self.solution.solver.contact)
-
-    @cached_property
-    def obstacle(self) -> ObstacleLike:
-        """The obstacle of the problem."""
-        return self.problem.obstacle
-
-    @cached_property
-    def law(self) -> LawLike:
-        """The contact law of the problem."""
-        return self.problem.law
-
-    @cached_property
-    def solid(self) -> Cosserat:
-        """The solid of the body."""
-        return self.problem.solid
 
     @cached_property
     def approach(self) -> float | None:
@@ -565,7 +574,7 @@ class State(Shown, PlainData):
     def warnings(self) -> list[str]:
         """Sentences on what limits the validity of the state."""
         known = [*self.solution.remarks(), *self.solution.notes]
-        return [*((*self._beyond_small_strain(), *of_samples(self.solution)) if self.flat else ()), *known]
+        return [*((*self._beyond_small_strain(), *of_samples(self)) if self.flat else ()), *known]
 
     def _beyond_small_strain(self) -> list[str]:
         """Returns sentences on the rotations, slopes and sizes of a state of the plane."""

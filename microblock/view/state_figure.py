@@ -155,7 +155,7 @@ class StateFigure:
             self._hertz.set_data(places, hertz(places, state.load, half))
         # a surface on a mesh may end sooner
         ends = max(wide[0], surface.x[0]), min(wide[1], surface.x[-1])
-        self._limit(surface, sums, contact, ends, unbounded(state.solution))
+        self._limit(surface, sums, contact, ends, unbounded(state))
         self.blocks.show(blocks.blocks(surface, contact, blocks.within(near, surface)))
         return self
 

@@ -88,10 +88,8 @@ def of_averages():
         problem = Problem(solid_of(), law, mb.Cylinder(R=10.0), counter=solid_of(**problems.BEHIND))
         corners, even = len(law.corners), np.linspace(-0.2, 0.2, 7)
         own = shear_cells.frictional_contact(problem, edges, np.zeros(corners * len(edges)))
-        shares = np.full((corners, len(edges)), 1 / corners)
         each = shear_cells.with_counter(own, problem, edges)
         ways = {"": own, " with a body, a force for each corner": each}
-        ways[" with a body"] = shear_cells.with_counter(own, problem, edges, shares)
         found |= {
             **{
                 f"cells {name}{words} {part}": digest(getattr(way, part))

@@ -74,7 +74,6 @@ class RightToLeft(Law):
 REFUSED = {
     "support": (lambda: mb.Body(PRESS, SOLID, fixed="botom"), "fixed", "botom"),
     "prescribed": (lambda: mb.Body(PRESS, SOLID, prescribed={"u1": {"botom": 0}}), "prescribed", "botom"),
-    "tetrahedra": (lambda: mb.Body3D(CUBE, SOLID, 2, fixed="bottom", contact="top"), "order", "must be 1"),
     "cylinder": (lambda: mb.Contact(CUBOID, mb.Cylinder(R=10), mb.Microblock()), "obstacle", "x**2/20 + 0*y"),
     "sliding": (
         lambda: mb.Contact(

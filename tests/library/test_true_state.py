@@ -1,13 +1,14 @@
 """What comes with every result: data, labelled data sets, files and back, pictures; one class of states."""
 
 import doctest
+import json
 import pickle
 
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from test_files import KINDS, SOLID
+from test_files import KINDS, SOLID, in_space, on_grid
 
 import microblock as mb
 from microblock.model.plain_data import PlainData
@@ -50,7 +51,7 @@ def test_a_result_comes_back_from_its_file_digit_by_digit(name, tmp_path):
     back = mb.load(tmp_path / "result")
     assert back.to_dict() == made.to_dict() and str(back) == str(made)
     assert back.to_xarray().identical(made.to_xarray())
-    back.to_xarray().to_dict()
+    back.to_xarray().to_netcdf(tmp_path / "result.nc", engine="scipy")
     for state, other in zip(states, back.states if isinstance(made, mb.History) else [back]):
         for key in {*mb.State.names()} - {"solution", "problem", "body", "obstacle", "law"}:
             assert_same(getattr(other, key), getattr(state, key))
@@ -85,9 +86,13 @@ def test_of_what_is_no_data_a_file_has_the_name(tmp_path):
 
 
 def test_files_that_are_none_of_ours_are_refused(tmp_path):
-    np.savez(tmp_path / "other.npz", text='{"class": ["os", "system"], "parts": {}}')
+    names = "os.system", "microblock.model.archive.import_module", "microblock.no.Thing"
+    for number, name in enumerate(names):
+        kind = list(name.rpartition(".")[::2])
+        text = json.dumps({"class": kind, "parts": {"name": "antigravity"}})
+        np.savez(tmp_path / f"{number}.npz", text=text)
     (tmp_path / "words").write_text("words")
-    for name in ("other.npz", "words", "none"):
+    for name in ("0.npz", "1.npz", "2.npz", "words", "none"):
         with pytest.raises(mb.BadArgument, match="^file = "):
             mb.load(tmp_path / name)
     with pytest.raises(mb.BadArgument, match="^file = "):
@@ -134,3 +139,31 @@ def test_an_elastic_solid_is_the_classical_one_at_every_size(size):
     assert state.pressure_at(0.0) == pytest.approx(p, rel=1e-4)  # ten times rtol, for a value at a place
     with pytest.raises(mb.BadArgument, match="^law = "):
         mb.Contact(mb.HalfPlane(solid), CYLINDER, mb.Microblock())
+
+
+@pytest.mark.parametrize("kind", ["half-space", "mesh"])
+def test_pressures_of_three_dimensions_are_known_between_the_points(kind):
+    """They are those of the points there, to rounding, the mean of neighbours half way, and 0 far away; what
+    only a state of the plane has is refused by name.
+    """
+    state = on_grid() if kind == "half-space" else in_space()
+    close = 1e-12 * state.pressure.max()
+    assert state.pressure_at(state.points) == pytest.approx(state.pressure, abs=close)
+    for name, own in state.pressures.items():
+        assert state.pressure_at(state.points[:, :2], name) == pytest.approx(own, abs=close)
+    middle = np.argmax(state.pressure)
+    other = np.argsort(np.linalg.norm(state.points - state.points[middle], axis=1))[1]
+    half_way = state.points[[middle, other]].mean(axis=0)
+    mean = state.pressure[[middle, other]].mean()
+    assert state.pressure_at([half_way])[0] == pytest.approx(mean, abs=close)
+    assert state.pressure_at([(1e3, 0.0)])[0] == 0 and state.zones is None and state.half_width is None
+    for asked in (
+        lambda: state.gap_at(next(iter(state.pressures)), 0.0),
+        lambda: state.surface(),
+        lambda: state.plot_below(),
+        lambda: state.plot_body(),
+        lambda: state.plot(window=(-1, 1)),
+        lambda: state.pressure_at([0.0]),
+    ):
+        with pytest.raises(mb.BadArgument):
+            asked()

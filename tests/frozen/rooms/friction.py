@@ -53,7 +53,7 @@ def rows_of_estimates(problem):
         forces = {"normal force": w @ state.pressure, "shear force": w @ state.shear_traction}
         forces["energies"] = (state.energy + state.dissipation) / state.work
         errors = [edge for pairs in state.zone_errors.values() for pair in pairs or () for edge in pair]
-        counts = {"error_estimate": state.error_estimate, "shares": state.error_parts.shares}
+        counts = {"error_estimate": state.error_estimate}
         counts["zone errors"] = max(errors)
         zones = " ".join(f"{len(state.zones[name])} {name}" for name in ("A", "B", "contact"))
         yield f"{row} zones", zones, "outcome"
