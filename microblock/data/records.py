@@ -155,42 +155,6 @@ def read_records(path: str | os.PathLike) -> list[dict]:
         return [{name: _number(cell) for name, cell in row.items()} for row in csv.DictReader(table)]
 
 
-def column(rows: Sequence[Mapping[str, object]], name: str) -> list:
-    """Return one column of records.
-
-    Parameters
-    ----------
-    rows : sequence of mappings
-        The records.
-    name : str
-        The column.
-
-    Returns
-    -------
-    list
-        Its values, one a row.
-    """
-    return [row[name] for row in rows]
-
-
-def grouped(rows: Sequence[Mapping[str, object]], name: str) -> dict[object, list]:
-    """Return records by the values of one column.
-
-    Parameters
-    ----------
-    rows : sequence of mappings
-        The records.
-    name : str
-        The column.
-
-    Returns
-    -------
-    dict
-        {value: the records that have it}, in the order in which the values come.
-    """
-    return {value: [row for row in rows if row[name] == value] for value in dict.fromkeys(column(rows, name))}
-
-
 def _number(cell):
     if cell == "":
         return None

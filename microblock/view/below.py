@@ -76,7 +76,7 @@ def _contours(axis, triangulation, values, signed, shown):
     low, high = values[shown].min(), values[shown].max()
     size = max(abs(low), abs(high))
     levels = MaxNLocator(LEVELS).tick_values(-size if signed else low, size if signed else high)
-    beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+    beyond = ("neither", "min"), ("max", "both")
     # dashed where it is negative: the two ends of the colours are equally dark in print. At 0 is only noise
     if signed:
         axis.tricontour(
@@ -87,7 +87,7 @@ def _contours(axis, triangulation, values, signed, shown):
         values,
         levels,
         cmap=DIVERGING if signed else SEQUENTIAL,
-        extend=beyond[bool(values.min() < levels[0]), bool(values.max() > levels[-1])],
+        extend=beyond[int(values.max() > levels[-1])][int(values.min() < levels[0])],
     )
 
 
@@ -101,17 +101,9 @@ def half_plane_grid(box):
         -depth * (FIRST + (1 - FIRST) * np.linspace(0, 1, DOWN) ** 2),
     )
     x1, x2 = (part.ravel() for part in np.meshgrid(across, down))
-    corners = (np.arange(DOWN - 1)[:, None] * ACROSS + np.arange(ACROSS - 1)).ravel()
-    return (
-        x1,
-        x2,
-        np.concatenate(
-            [
-                np.column_stack((corners + i, corners + j, corners + k))
-                for i, j, k in ((0, 1, ACROSS), (1, ACROSS + 1, ACROSS))
-            ]
-        ),
-    )
+    first = (np.arange(DOWN - 1)[:, None] * ACROSS + np.arange(ACROSS - 1)).reshape(-1, 1)
+    halves = np.array((0, 1, ACROSS)), np.array((1, ACROSS + 1, ACROSS))
+    return x1, x2, np.concatenate([first + half for half in halves])
 
 
 def values(psi, stress, quantity):

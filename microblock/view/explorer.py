@@ -7,7 +7,7 @@ data.
 
 import math
 import time
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 
 from ..contact import Contact
 from ..errors import (
@@ -78,6 +78,8 @@ class Explorer(Shown):
     'microblock'
     """
 
+    RANGE = 30**-0.5, 30**0.5  # of a value, the ends of its slider
+
     @bounded
     def __init__(self, problem, load, rtol=None):
         require_kind(Contact, "a Contact", problem=problem)
@@ -118,15 +120,12 @@ class Explorer(Shown):
         law = LAWS[choice.law]()
         if choice.law == "microblock":
             law = self._microblock if choice.psi0 is None else replace(self._microblock, psi0=choice.psi0)
-        solid = (
-            problem.solid
-            if choice.alpha == now.alpha
-            else replace(problem.solid, ell=choice.alpha * self.reference)
-        )
-        obstacle = (
-            problem.obstacle if choice.radius == now.radius else replace(problem.obstacle, R=choice.radius)
-        )
-        return problem.with_(solid=solid, obstacle=obstacle, law=law)
+        changed = {"law": law}
+        if choice.alpha != now.alpha:
+            changed["solid"] = replace(problem.solid, ell=choice.alpha * self.reference)
+        if choice.radius != now.radius:
+            changed["obstacle"] = replace(problem.obstacle, R=choice.radius)
+        return problem.with_(**changed)
 
     @bounded
     def solve(self, **changes):
@@ -172,19 +171,17 @@ class Explorer(Shown):
     @bounded
     def png(self):
         """The figure as a PNG, bytes: what has not changed since the last call is not drawn again."""
-        self.frames.draw()
         return self.frames.png()
 
+    def _known(self):
+        """{name: value} of the parameters that the problem has."""
+        return {name: value for name, value in asdict(self.choice).items() if value is not None}
+
     def _changed(self, changes):
-        known = {entry.name for entry in fields(Choice)}
         for name, value in changes.items():
-            if name not in known or getattr(self.choice, name) is None:
-                raise BadArgument(
-                    name,
-                    value,
-                    "is not a parameter of this problem; it has "
-                    + ", ".join(each for each in sorted(known) if getattr(self.choice, each) is not None),
-                )
+            if name not in self._known():
+                words = f"is not a parameter of this problem; it has {', '.join(sorted(self._known()))}"
+                raise BadArgument(name, value, words)
             if name == "law":
                 require_choice(LAWS, law=value)
             if name in ("load", "radius", "alpha"):
@@ -201,7 +198,6 @@ class Explorer(Shown):
         self.frames = self._drawn[corners]
         if self.figure.compared != self._compared:
             self.figure.compare(self._compared)
-            self.frames.renew()
         self.figure.update(self.state)
 
     def compare(self, shown):
@@ -220,14 +216,10 @@ class Explorer(Shown):
         self.show()
 
     def summary(self):
-        shown = [(entry.name, getattr(self.choice, entry.name)) for entry in fields(Choice)]
-        rows = tuple(Row(name, "", value) for name, value in shown if value is not None)
-        return Summary(
-            "Explorer",
-            ", ".join(f"{name} {number(value)}" for name, value in shown if value is not None),
-            rows,
-            tuple(self.state.warnings),
-        )
+        known = self._known()
+        rows = tuple(Row(name, "", value) for name, value in known.items())
+        brief = ", ".join(f"{name} {number(value)}" for name, value in known.items())
+        return Summary("Explorer", brief, rows, tuple(self.state.warnings))
 
 
 def reference_length(problem, load):

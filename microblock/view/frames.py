@@ -2,7 +2,6 @@
 
 import struct
 import zlib
-from contextlib import contextmanager
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -11,78 +10,30 @@ from . import plots
 
 DPI = 96
 LIGHT = 1  # compression of the PNG: higher takes longer than it saves
-SAME = 1e-9  # of the ends of an axis: rounding
-PAD = 1.02  # of a panel with its labels: next ones may be a little longer
 
 
 class Frames:
-    """Draws a figure with `drawing`, `axes`, `still` and `moving` again and again."""
+    """Draws a figure with `drawing`, `still` and `moving` again and again."""
 
     def __init__(self, figure, dpi=DPI):
-        self.figure = figure
+        self.figure, self._look, self._background = figure, None, None
         figure.drawing.set_dpi(dpi)
         self.canvas = FigureCanvasAgg(figure.drawing)
-        self._still = None
+        for artist in figure.moving:
+            artist.set_animated(True)  # matplotlib leaves it out, but of files
 
-    def draw(self):
-        """Draw the figure as it is; a panel's axes and labels anew only if they have changed."""
-        if self._still is None:
-            self._draw_all()
-        looks = self.figure.still
-        changed = [name for name in looks if not _alike(looks[name], self._drawn[name])]
-        self.canvas.restore_region(self._still)
-        if changed:
-            self._draw_panels(changed)
-            self._drawn = {**self._drawn, **{name: looks[name] for name in changed}}
-        for axis, artist in self.figure.moving:
-            axis.draw_artist(artist)
-
-    def renew(self):
-        """Draw all of it anew the next time: its legends have changed."""
-        self._still = None
-
-    def _draw_all(self):
-        with plots.styled(), self._without_moving():
-            self.canvas.draw()
-            # laid out once; later the panels stay where they are
-            self.figure.drawing.set_layout_engine("none")
-            renderer = self.canvas.get_renderer()
-            boxes = {
-                name: axis.get_tightbbox(renderer).expanded(PAD, PAD)
-                for name, axis in self.figure.axes.items()
-            }
-            self._still, self._drawn = (
-                self.canvas.copy_from_bbox(self.figure.drawing.bbox),
-                dict(self.figure.still),
-            )
-            renderer.clear()
-            self.figure.drawing.patch.draw(renderer)  # white, or letters would lie on nothing
-            self._blank = {name: self.canvas.copy_from_bbox(box) for name, box in boxes.items()}
-
-    def _draw_panels(self, names):
-        with plots.styled(), self._without_moving():
-            for name in names:
-                self.canvas.restore_region(self._blank[name])
-                self.figure.axes[name].draw(self.canvas.get_renderer())
-        self._still = self.canvas.copy_from_bbox(self.figure.drawing.bbox)
-
-    @contextmanager
-    def _without_moving(self):
-        moving = self.figure.moving
-        for _, artist in moving:
-            artist.set_visible(False)
-        yield
-        for _, artist in moving:
-            artist.set_visible(True)
-
+    @plots.styled()
     def png(self):
-        """The picture as last drawn, bytes."""
+        """The picture of the figure as it is, bytes."""
+        drawing, look = self.figure.drawing, self.figure.still
+        if look != self._look:
+            self.canvas.draw()
+            drawing.set_layout_engine("none")  # laid out once: later the panels stay in place
+            self._background, self._look = self.canvas.copy_from_bbox(drawing.bbox), look
+        self.canvas.restore_region(self._background)
+        for artist in self.figure.moving:
+            artist.axes.draw_artist(artist)
         return png(np.asarray(self.canvas.buffer_rgba())[..., :3])
-
-
-def _alike(look, other):
-    (ends, words), (others, before) = look, other
-    return words == before and np.allclose(ends, others, rtol=SAME, atol=0)
 
 
 def png(pixels):
@@ -94,16 +45,8 @@ def png(pixels):
     height, width, _ = pixels.shape
     rows = np.zeros((height, 1 + 3 * width), np.uint8)
     rows[:, 1:] = pixels.reshape(height, -1)
-    eight_bits_of_three_colours = 8, 2, 0, 0, 0
+    header = struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)  # eight bits of three colours
+    chunks = b"IHDR" + header, b"IDAT" + zlib.compress(rows, LIGHT), b"IEND"
     return b"\x89PNG\r\n\x1a\n" + b"".join(
-        _chunk(*each)
-        for each in (
-            (b"IHDR", struct.pack(">2I5B", width, height, *eight_bits_of_three_colours)),
-            (b"IDAT", zlib.compress(rows, LIGHT)),
-            (b"IEND", b""),
-        )
+        struct.pack(">I", len(chunk) - 4) + chunk + struct.pack(">I", zlib.crc32(chunk)) for chunk in chunks
     )
-
-
-def _chunk(kind, content):
-    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))

@@ -1,5 +1,8 @@
 """A contact with friction that is led on load by load, with the loop that it walks."""
 
+import time
+from dataclasses import dataclass
+
 from ..contact import Contact
 from ..errors import BadArgument, require_finite, require_kind, require_positive
 from ..halfplane.friction_solver import FrictionSolver
@@ -10,7 +13,16 @@ from ..model.summary import Row, Shown, Summary, number
 from ..threads import bounded
 from .friction_figure import FrictionFigure, slip_and_shear
 
+ROUNDING = 1e-9  # of the end of a slider whose scale is logarithmic
 SEEN = 0.5  # of f P, to either side: shear loads whose edges say where cells have to be small
+
+
+@dataclass(frozen=True)
+class Loads:
+    """What may be changed: load (force per thickness), shear over friction times load."""
+
+    load: float
+    shear: float
 
 
 class FrictionExplorer(Shown):
@@ -26,7 +38,8 @@ class FrictionExplorer(Shown):
 
     Attributes
     ----------
-    load, shear : float, P (force per thickness) and Q/(f P)
+    choice : Loads, `load` P (force per thickness) and `shear` Q/(f P)
+    seconds : float, what the last step took
     state : State
     loop : list of (mean slip with the pressure as weight, Q/(f P)), one for each step
 
@@ -46,6 +59,8 @@ class FrictionExplorer(Shown):
     >>> len(explorer.loop), explorer.loop[3][0] > explorer.loop[1][0]      # slip that remains
     (4, True)
     """
+
+    RANGE = 0.05, 1.0  # of the first load, the ends of its slider
 
     @bounded
     def __init__(self, problem, load):
@@ -67,8 +82,7 @@ class FrictionExplorer(Shown):
     def restart(self):
         """Goes back to the first load without shear; returns the state."""
         self._walk, self.loop = self._solver.walk(), []
-        self.load, self.shear = self._first, 0.0
-        return self._step()
+        return self._step(Loads(self._first, 0.0))
 
     @bounded
     def update(self, load=None, shear=None):
@@ -81,19 +95,21 @@ class FrictionExplorer(Shown):
         NotConverged
             If the answer is not unique.
         """
-        load, shear = self.load if load is None else load, self.shear if shear is None else shear
+        load = self.choice.load if load is None else load
+        shear = self.choice.shear if shear is None else shear
         require_positive(load=load)
         require_finite(shear=shear)
-        if load > self._first:
+        if load > self._first * (1 + ROUNDING):
             raise BadArgument("load", load, f"must be at most the first one, {self._first}")
         if not abs(shear) <= 1:
             raise BadArgument("shear", shear, "must lie between -1 and 1: it is Q/(f P)")
-        self.load, self.shear = float(load), float(shear)
-        return self._step()
+        return self._step(Loads(min(float(load), self._first), float(shear)))
 
-    def _step(self):
-        friction = self.problem.law.friction
-        self.state = State(self._walk.to(self.load, self.shear * friction * self.load))
+    def _step(self, choice):
+        start, self.choice = time.perf_counter(), choice
+        shear = choice.shear * self.problem.law.friction * choice.load
+        self.state = State(self._walk.to(choice.load, shear))
+        self.seconds = time.perf_counter() - start
         self.loop.append(slip_and_shear(self.state))
         self.figure.update(self.state, self.loop)
         return self.state
@@ -103,6 +119,7 @@ class FrictionExplorer(Shown):
         return self.figure.drawing._repr_png_()
 
     def summary(self):
-        rows = (Row("load", "P", self.load), Row("shear", "Q/(fP)", self.shear))
-        brief = f"load {number(self.load)}, shear {number(self.shear)} f P, {len(self.loop)} steps"
+        load, shear = self.choice.load, self.choice.shear
+        rows = (Row("load", "P", load), Row("shear", "Q/(fP)", shear))
+        brief = f"load {number(load)}, shear {number(shear)} f P, {len(self.loop)} steps"
         return Summary("Explorer of friction", brief, rows, tuple(self.state.warnings))

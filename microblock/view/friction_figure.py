@@ -17,48 +17,35 @@ class FrictionFigure:
     drawing : matplotlib figure
     """
 
+    @plots.styled()
     def __init__(self):
-        with plots.styled():
-            self.drawing, (self._tractions, self._loop) = plots.figure(2, 1, height=2.2)
-            colours = plots.COLOURS
-            (self._shear,) = self._tractions.plot([], [], color=colours[1], label="shear traction $q$")
-            self._bounds = [
-                self._tractions.plot([], [], ":", color="0.4", label=label)[0]
-                for label in (r"friction allows $\pm f p$", None)
-            ]
-            self._stick = None
-            (self._way,) = self._loop.plot([], [], color=colours[0])
-            (self._now,) = self._loop.plot([], [], "o", color=colours[0], ms=4)
-            self._tractions.set(xlabel="$x_1$", ylabel="stress")
-            self._loop.set(xlabel="mean slip, weighted by pressure", ylabel="$Q/(fP)$", ylim=(-1.1, 1.1))
-            plots.legend_below(self._tractions)
-            plots.letter((self._tractions, self._loop), "shaded: stick", "the way so far")
+        self.drawing, (self._tractions, self._loop) = plots.figure(2, 1, height=2.2)
 
+    @plots.styled()
     def update(self, state, loop):
         """Shows a state with friction, and the way to it: pairs (slip, shear over f P)."""
+        self._tractions.clear()
+        self._loop.clear()
         bound = state.law.friction * state.pressure
-        self._shear.set_data(state.x, state.shear_traction)
-        for line, sign in zip(self._bounds, (1, -1)):
-            line.set_data(state.x, sign * bound)
         left, right = state.zones["contact"][0][0], state.zones["contact"][-1][1]
         beside, top = ROOM * (right - left), HEADROOM * float(bound.max())
-        self._tractions.set(xlim=(left - beside, right + beside), ylim=(-top, top))
-        if self._stick is not None:
-            self._stick.remove()
-        self._stick = self._tractions.fill_between(
-            state.x,
-            -top,
-            top,
-            where=contains(state.zones["stick"], state.x),
-            color="0.9",
-            linewidth=0,
-            zorder=0,
+        stick, words = contains(state.zones["stick"], state.x), r"friction allows $\pm f p$"
+        self._tractions.fill_between(state.x, -top, top, where=stick, color="0.9", linewidth=0)
+        self._tractions.plot(
+            state.x, state.shear_traction, color=plots.COLOURS[1], label="shear traction $q$"
         )
-        slip, shear = np.transpose(loop)
-        self._way.set_data(slip, shear)
-        self._now.set_data(slip[-1:], shear[-1:])
-        span = np.ptp(slip) or right - left  # one point alone
-        self._loop.set_xlim(slip.min() - 0.05 * span, slip.max() + 0.05 * span)
+        self._tractions.plot(state.x, bound, ":", color="0.4", label=words)
+        self._tractions.plot(state.x, -bound, ":", color="0.4")
+        self._tractions.set(xlabel="$x_1$", ylabel="stress", ylim=(-top, top))
+        self._tractions.set_xlim(left - beside, right + beside)
+        self._tractions.set_title("(a)  shaded: stick", loc="left")
+        plots.legend_below(self._tractions)
+        draw_loop(self._loop, loop)
+        self._loop.plot(*loop[-1], "o", color=plots.COLOURS[0])
+        self._loop.set_title("(b)  the way so far", loc="left")
+        slips = [slip for slip, _ in loop]
+        span = np.ptp(slips) or right - left  # one point alone
+        self._loop.set(xlim=(min(slips) - 0.05 * span, max(slips) + 0.05 * span), ylim=(-1.1, 1.1))
         return self
 
 

@@ -44,25 +44,19 @@ def draw(state, axis=None):
         )
     ell = state.solid.ell
     x1, x2 = _places(state, ell)
-    found = {
-        name: _between(state, values, x1, x2)
-        for name, values in (("psi1", state.psi[:, 0]), ("psi2", state.psi[:, 1]), ("u", state.displacement))
-    }
-    turned = np.hypot(found["psi1"], found["psi2"]).max()
-    magnified = min(TURNED / max(turned, 1e-300), LOWERED * ell / max(np.abs(found["u"]).max(), 1e-300))
+    psi1, psi2, u = (_at(state, values, x1, x2) for values in (*state.psi.T, state.displacement))
+    turned = np.hypot(psi1, psi2).max()
+    magnified = min(TURNED / max(turned, 1e-300), LOWERED * ell / max(np.abs(u).max(), 1e-300))
     tilt = law.tilt(x1, x2)  # (-psi0_2, psi0_1)
-    psi = np.array((found["psi1"] + tilt[1], found["psi2"] - tilt[0])) * magnified
-    corners = _corners(x1, x2, found["u"] * magnified, psi, ell)
-    closed = state.closed.reshape(state.shape)[_nearest(state.x1, x1), _nearest(state.x2, x2)]
+    psi = magnified * np.column_stack((psi1 + tilt[1], psi2 - tilt[0], np.zeros_like(u)))
+    middle = np.column_stack((x1, x2, -ell / 2 - magnified * u))
+    corners = middle[:, None] + ell * CUBE + np.cross(psi[:, None], ell * CUBE[None])  # (n, 8, 3)
+    closed = _at(state, state.closed, x1, x2, "nearest").astype(int)
 
-    words = f"Displacement and rotation are drawn {magnified:.2g} times as large."
     if axis is None:
-        figure = plots.Drawing(figsize=(plots.COLUMN, 3.0), layout="constrained").captioned(words)
-        axis = figure.add_subplot(projection="3d")
-    else:
-        require_kind(Axes3D, "an Axes of matplotlib in three dimensions", ax=axis)
-        figure = axis.figure
-        axis.set_title(words)
+        axis = plots.Drawing((plots.COLUMN, 3.0), layout="constrained").add_subplot(projection="3d")
+    require_kind(Axes3D, "an Axes of matplotlib in three dimensions", ax=axis)
+    axis.set_title(f"displacement and rotation {magnified:.2g} times as large")
     look = colours_of(len(law.names))
     colours = look["cmap"](np.arange(len(law.names) + 1))
     faces = np.concatenate([corners[:, members] for members in FACES.values()])
@@ -72,14 +66,14 @@ def draw(state, axis=None):
         Poly3DCollection(faces, facecolors=shown, edgecolors="0.25", linewidths=0.3, clip_on=False)
     )
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-    axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axis.set(**dict(zip(("xlim", "ylim", "zlim"), zip(low, high))))
     axis.set(xlabel="$x_1$", ylabel="$x_2$", zticks=())
     axis.locator_params(nbins=4)
     axis.set_box_aspect(high - low, zoom=ZOOM)
     axis.view_init(*SEEN)
-    bar = figure.colorbar(ScalarMappable(**look), ax=axis, shrink=0.6, pad=0.02, label="closed corners")
+    bar = axis.figure.colorbar(ScalarMappable(**look), ax=axis, shrink=0.6, pad=0.02, label="closed corners")
     numbered(bar, len(law.names))
-    return figure
+    return axis.figure
 
 
 def _places(state, ell):
@@ -96,19 +90,7 @@ def _places(state, ell):
     return x1.ravel(), x2.ravel()
 
 
-def _between(state, values, x1, x2):
+def _at(state, values, x1, x2, method="linear"):
     """Values of cells at places between their centres, array (n,)."""
-    return RegularGridInterpolator((state.x1, state.x2), values.reshape(state.shape))((x1, x2))
-
-
-def _nearest(x, places):
-    """Numbers of the cells in which places are."""
-    return np.clip(np.rint((places - x[0]) / (x[1] - x[0])).astype(int), 0, len(x) - 1)
-
-
-def _corners(x1, x2, lowered, psi, ell):
-    """Places of the eight corners of each block, array (n, 8, 3)."""
-    middle = np.column_stack((x1, x2, np.full_like(x1, -ell / 2) - lowered))
-    r = ell * CUBE
-    rotation = np.column_stack((*psi, np.zeros_like(x1)))
-    return middle[:, None] + r + np.cross(rotation[:, None], r[None])
+    cells = values.reshape(state.shape).astype(float)
+    return RegularGridInterpolator((state.x1, state.x2), cells, method)((x1, x2))

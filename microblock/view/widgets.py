@@ -8,6 +8,7 @@ import statistics
 import time
 from base64 import b64encode
 from collections import defaultdict, deque
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from ..errors import BadArgument, MicroblockError, MissingExtra, require_kind, require_positive
@@ -19,15 +20,23 @@ if TYPE_CHECKING:
 
     from ..contact import Contact
 
-RANGE = 30.0  # between the ends of a slider on a logarithmic scale
-STEPS = 200  # of such a slider
-MOST_PSI0, STEP_PSI0 = 3.0, 0.01  # degrees: to either side, and from one value to the next
+STEPS = 200  # of a slider on a logarithmic scale
+# from the first value to either end, and from one value to the next: whole steps, or the browser moves it
+EITHER_SIDE = {"psi0": (3.0, 0.01), "shear": (1.0, 0.01)}
+UNITS = {"psi0": math.degrees(1)}  # of sliders, over those of the problem
 SAME = 1e-6  # of a value: what the browser sends of a slider that has not been moved is rounded
 SLOW = 0.3  # seconds from a slider's value to its picture, from which on it waits until it is let go
 TOO_SLOW = 1.0  # seconds of the first state, from which on no slider begins to follow while it moves
 FRAMES = 3  # the last ones of a slider, of which the median counts
 REST = 0.25  # seconds without a change, after which the field below is drawn
-LABELS = {"load": "load P", "psi0": "ψ₀ (°)", "radius": "radius R", "alpha": "α = ℓ/a", "law": "law"}
+LABELS = {
+    "shear": "Q/(fP)",
+    "load": "load P",
+    "psi0": "ψ₀ (°)",
+    "radius": "radius R",
+    "alpha": "α = ℓ/a",
+    "law": "law",
+}
 # Sliders and numbers beside the picture where the notebook's column is wide enough, else above and below it;
 # the picture may be smaller than it is, never of another shape. In the narrow column beside the picture the
 # numbers are without symbols and units, which would break their lines.
@@ -99,129 +108,122 @@ def explore(problem: Contact, load: float, rtol: float | None = None) -> Box:
         raise MissingExtra("explore()", "ipywidgets", "notebook") from failure
     if getattr(problem.law, "friction", 0.0):
         from .friction_explorer import FrictionExplorer
-        from .friction_widgets import FrictionPanel
 
         if rtol is not None:
             raise BadArgument("rtol", rtol, "is not for steps with friction: Contact.history takes it")
-        return FrictionPanel(FrictionExplorer(problem, load), ipywidgets).box
+        return Panel(FrictionExplorer(problem, load), ipywidgets).box
     return Panel(Explorer(problem, load, rtol), ipywidgets).box
 
 
-class Pace:
-    """Whether the pictures of a slider come soon enough to follow it while it moves.
-
-    The first picture of a slider does not count: it may have to set up what the later ones use.
-    """
-
-    def __init__(self, quick):
-        self.quick, self._warm, self._seconds = quick, False, deque(maxlen=FRAMES)
-
-    def took(self, seconds):
-        """Take in what a picture took; returns `quick` as it is then."""
-        if self._warm:
-            self._seconds.append(seconds)
-            self.quick = statistics.median(self._seconds) < SLOW
-        self._warm = True
-        return self.quick
-
-
 class Panel:
-    """The widgets of one Explorer; `box` holds them all."""
+    """The widgets of one Explorer or FrictionExplorer; `box` holds them all."""
 
     def __init__(self, explorer, ipywidgets):
         self.explorer, self._widgets, self._awaited = explorer, ipywidgets, None
-        self._paces = defaultdict(lambda: Pace(explorer.seconds < TOO_SLOW))
+        self._seconds = defaultdict(lambda: deque(maxlen=FRAMES))
+        values = asdict(explorer.choice)
         self.controls = {
-            name: self._control(name) for name in LABELS if getattr(explorer.choice, name) is not None
+            name: self._control(name, values[name]) for name in LABELS if values.get(name) is not None
         }
         self.picture = ipywidgets.Image(value=explorer.png(), format="png")
         self.table, self.told = ipywidgets.HTML(explorer.state._repr_html_()), ipywidgets.HTML()
-        self.hertz = ipywidgets.ToggleButton(description="Hertz", tooltip="pressure of a classical cylinder")
+        narrow = {"width": "92px"}
+        self.hertz = ipywidgets.ToggleButton(
+            description="Hertz", tooltip="pressure of a classical cylinder", layout=narrow
+        )
         self.beneath = ipywidgets.ToggleButton(
-            description="field below", tooltip="the field below the surface"
+            description="field below", tooltip="the field below the surface", layout=narrow
         )
         self.quantity = ipywidgets.Dropdown(options=list(QUANTITIES), layout={"width": "80px"})
+        self.again = ipywidgets.Button(description="from the beginning")
         self.below = ipywidgets.Image(format="png", layout={"display": "none"})
         for name, control in self.controls.items():
             control.observe(lambda change, name=name: self._changed(name, change["new"]), names="value")
         self.hertz.observe(lambda change: self._compare(change["new"]), names="value")
         for control in (self.beneath, self.quantity):
             control.observe(lambda _: self._show_below(), names="value")
+        self.again.on_click(lambda _: self._restart())
         self.box = self._arranged()
 
-    def _control(self, name):
-        value, words = getattr(self.explorer.choice, name), {"description": LABELS[name]}
+    def _control(self, name, value):
+        """The slider or the list of a parameter."""
         if name == "law":
-            return self._widgets.Dropdown(options=list(LAWS), value=value, **words)
-        shown = {"continuous_update": self._paces[name].quick, **words}
-        if name == "psi0":
-            degrees = math.degrees(value)
-            # whole steps to either side: the browser would move the value to a step, and tell so
-            down, up = (max(math.ceil((MOST_PSI0 + side) / STEP_PSI0), 0) for side in (degrees, -degrees))
-            ends = {"min": degrees - down * STEP_PSI0, "max": degrees + up * STEP_PSI0}
-            return self._widgets.FloatSlider(value=degrees, step=STEP_PSI0, **ends, **shown)
-        ends = math.log10(value / math.sqrt(RANGE)), math.log10(value * math.sqrt(RANGE))
-        return self._widgets.FloatLogSlider(
-            value=value,
-            min=ends[0],
-            max=ends[1],
-            step=(ends[1] - ends[0]) / STEPS,
-            readout_format=".3g",
-            **shown,
-        )
+            return self._widgets.Dropdown(options=list(LAWS), value=value, description=LABELS[name])
+        words = {"description": LABELS[name], "continuous_update": self.explorer.seconds < TOO_SLOW}
+        if name in EITHER_SIDE:
+            side, step = EITHER_SIDE[name]
+            value = value * UNITS.get(name, 1.0)
+            return self._widgets.FloatSlider(
+                value=value, min=value - side, max=value + side, step=step, **words
+            )
+        low, high = (math.log10(share * value) for share in self.explorer.RANGE)
+        words |= {"step": (high - low) / STEPS, "readout_format": ".3g"}
+        return self._widgets.FloatLogSlider(value=value, min=low, max=high, **words)
 
     def _arranged(self):
-        """All widgets in a box that arranges them by the width it is given."""
-        toggles = [self.hertz] if self.explorer.choice.radius is not None else []
+        """All widgets in a box that arranges them by the width it is given; where no widgets can be, the
+        picture is shown.
+        """
+        toggles = [self.hertz] if "radius" in self.controls else []
         if hasattr(self.explorer.state.solution, "fields_below"):
             toggles += [self.beneath, self.quantity]
-        for toggle in toggles:
-            toggle.layout.width = toggle.layout.width or "92px"
+        toggles += [self.again] if hasattr(self.explorer, "restart") else []
         parts = {
             "controls": [*self.controls.values(), self._widgets.HBox(toggles), self.told],
             "picture": [self.picture],
             "below": [self.below],
             "numbers": [self.table],
         }
-        return arranged(self._widgets, parts, self.picture)
+        boxes = [classed(self._widgets.Box(own), f"microblock-{name}") for name, own in parts.items()]
+        within = [self._widgets.HTML(STYLE), classed(self._widgets.Box(boxes), "microblock-panel")]
+        return classed(shown_with_still(self._widgets)(within, self.picture), "microblock-explore")
+
+    def _tried(self, work):
+        """Whether it could be done; else the pictures stay and a line says why."""
+        try:
+            work()
+        except MicroblockError as failure:
+            self.told.value = f"<span style='color:#a04000'>{failure}</span>"
+            return False
+        self.told.value = ""
+        return True
 
     def _changed(self, name, value):
-        """A new state; where there is none the picture stays and a line says why."""
-        start, control = time.perf_counter(), self.controls[name]
-        value = math.radians(value) if name == "psi0" else value
-        if name != "law" and math.isclose(
-            value, getattr(self.explorer.choice, name), rel_tol=SAME, abs_tol=SAME * math.radians(STEP_PSI0)
-        ):
-            return
-        try:
-            self.explorer.update(**{name: value})
-        except MicroblockError as failure:
-            self.told.value = refusal(failure)
+        """A new state, shown."""
+        start, before = time.perf_counter(), getattr(self.explorer.choice, name)
+        if name != "law":
+            value = value / UNITS.get(name, 1.0)
+            if math.isclose(value, before, rel_tol=SAME, abs_tol=SAME / 100):
+                return
+        if not self._tried(lambda: self.explorer.update(**{name: value})):
             return
         self.picture.value = self.explorer.png()
-        if name != "law":
-            control.continuous_update = self._paces[name].took(time.perf_counter() - start)
+        seconds = self._seconds[name]
+        seconds.append(time.perf_counter() - start)
+        if name != "law" and len(seconds) == FRAMES:
+            self.controls[name].continuous_update = statistics.median(seconds) < SLOW
         # the picture is on its way: the numbers follow
-        self.told.value, self.table.value = "", self.explorer.state._repr_html_()
+        self.table.value = self.explorer.state._repr_html_()
         self._at_rest(self._show_below)
+
+    def _restart(self):
+        self.explorer.restart()
+        for name, control in self.controls.items():
+            control.value = getattr(self.explorer.choice, name)
+        self.picture.value, self.table.value = self.explorer.png(), self.explorer.state._repr_html_()
 
     def _compare(self, shown):
         self.explorer.compare(shown)
         self.picture.value = self.explorer.png()
 
     def _show_below(self):
-        if self.beneath.value:
-            self._draw_below()
-        else:
+        if not self.beneath.value:
             self.below.layout.display = "none"
+        elif self._tried(self._draw_below):
+            self.below.layout.display = ""
 
     def _draw_below(self):
-        try:
-            self.below.value = self.explorer.state.plot_below(self.quantity.value)._repr_png_()
-        except MicroblockError as failure:
-            self.told.value = refusal(failure)
-            return
-        self.below.layout.display = ""
+        self.below.value = self.explorer.state.plot_below(self.quantity.value)._repr_png_()
 
     def _at_rest(self, work):
         """Do it when nothing has changed for a while, so that no slider waits for it; without a kernel at
@@ -239,20 +241,6 @@ def classed(box, name):
     """A box with the name of a class, by which STYLE finds it."""
     box.add_class(name)
     return box
-
-
-def arranged(ipywidgets, parts, picture):
-    """Widgets {part: [widget, ...]} in a box that arranges the parts by the width it is given; where no
-    widgets can be, the picture is shown.
-    """
-    boxes = [classed(ipywidgets.Box(own), f"microblock-{name}") for name, own in parts.items()]
-    within = [ipywidgets.HTML(STYLE), classed(ipywidgets.Box(boxes), "microblock-panel")]
-    return classed(shown_with_still(ipywidgets)(within, picture), "microblock-explore")
-
-
-def refusal(failure):
-    """The line that says why there is no new state, as HTML."""
-    return f"<span style='color:#a04000'>{failure}</span>"
 
 
 def shown_with_still(ipywidgets):

@@ -4,12 +4,11 @@ import io
 
 import numpy as np
 import pytest
-from matplotlib.text import Text
 from PIL import Image
 
 import microblock as mb
 from microblock.model.summary import Row, Summary, html, intervals, number
-from microblock.view import blocks, plots
+from microblock.view import blocks
 from microblock.view.state_figure import StateFigure
 
 SOLID = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.085)
@@ -158,15 +157,3 @@ def test_tables_take_text_as_text():
     assert "<script>" not in html(summary) and "&lt;b&gt;" in html(summary) and "0.3333" in html(summary)
     assert number(None) == "-" and number(3) == "3" and intervals([]) == "none"
     assert intervals([(k, k + 0.5) for k in range(6)]) == "6 intervals, 3 together"
-
-
-# the style
-
-
-@pytest.mark.parametrize("right", [-4, 4])
-def test_a_label_stands_beside_its_point(right):
-    drawing, axis = plots.figure(height=4)
-    text = plots.label(axis, 0.5, 0.5, "some words", shift=(right, 0))
-    drawing.draw_without_rendering()
-    place, extent = axis.transData.transform((0.5, 0.5))[0], Text.get_window_extent(text)
-    assert extent.x0 > place if right > 0 else extent.x1 < place
