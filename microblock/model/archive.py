@@ -16,6 +16,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from ..errors import BadArgument, Named, require_place, writing
+from .deformable import shape_of
 from .events import LoadPath
 from .history import History
 from .state import State, Surface
