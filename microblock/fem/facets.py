@@ -189,7 +189,7 @@ class ContactNodes:
                 points[own, 1], weights[own] = place.point[0], 1.0
                 normals[own, 1] = ng.specialcf.normal(1)(place)
             return points, normals, weights
-        sides, self._by_rule = outward_sides(mesh, self.region), np.zeros(count)
+        sides, self._by_rule, points[:] = outward_sides(mesh, self.region), np.zeros(count), np.inf
         kinds = np.array([facet.type == ng.ET.TRIG for facet in elements])
         for order in set(self.orders):
             rules = {facet.type: nodal_rule(facet.type, order) for facet in elements}
@@ -199,7 +199,7 @@ class ContactNodes:
                 here = np.flatnonzero((kinds == triangular) & (np.array(self.orders) == order))
                 there = np.array([members[i].ravel() for i in here])
                 flat = starts[here, None] + np.arange(there.shape[1])
-                points[there] = places[flat]
+                np.minimum.at(points, there, places[flat])  # of a period its left end
                 outward = sides[here, None, None] * outwards[flat]
                 if triangular:
                     shares = sizes[flat] / 6

@@ -159,7 +159,7 @@ def _unpacked(tree: Any, arrays: dict[str, AnyArray]) -> Any:
 
 
 def _state(along: Surface | None, zones_by_name: Zones | None, **parts: Any) -> State:
-    seen = Absent("what a state sees of its obstacle", obstacle=shape_of(parts["problem"].obstacle))
+    seen = Absent("what a state sees of its obstacle", obstacle=shape_of(parts["obstacle"]))
     known = {"surface": partial(_written, along), "zones_by_name": zones_by_name, "problem": seen}
     return State(Absent("what lies between the points of a state", **known), **parts)
 

@@ -56,7 +56,7 @@ def test_kinks_between_samples_are_named_with_a_curve_that_has_none(body, method
 
 PRESS = MakeStructured2DMesh(nx=4, ny=4, mapping=lambda x, y: (2 * x - 1, y - 1))
 CUBE = MakeStructured3DMesh(hexes=False, nx=2, mapping=lambda x, y, z: (x, y, z - 1))
-CUBOID = mb.Body(CUBE, SOLID, fixed="bottom", contact="top")
+CUBOID = mb.Body(CUBE, SOLID, 1, fixed="bottom", contact="top")
 
 
 class RightToLeft(Law):
@@ -84,7 +84,7 @@ REFUSED = {
     ),
     "in space": (
         lambda: mb.Contact(
-            mb.Body(CUBE, SOLID, fixed={"u3": "bottom"}, contact="top"), mb.Sphere(10.0), mb.Microblock()
+            mb.Body(CUBE, SOLID, 1, fixed={"u3": "bottom"}, contact="top"), mb.Sphere(10.0), mb.Microblock()
         ).solve(load=1.0),
         "fixed",
         "u1 is not fixed on any boundary",
