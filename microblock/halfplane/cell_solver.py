@@ -342,13 +342,8 @@ class CellSolver(Solver):
 
     def _state(self, cells, flexibility, gaps, found):
         half, pressures = self.body.solid.ell / 2, found.forces / cells.width
-        displacement, phi = flexibility.surface(found.forces)
-        if len(pressures) == 2:
-            moment = half * (flexibility.levers * pressures).sum(axis=0)
-        elif self.law.clamps_rotation:
-            moment, phi = half * flexibility.aside(pressures)[0], np.zeros(cells.count)
-        else:
-            moment, phi = np.zeros(cells.count), flexibility.aside(found.forces)[0]
+        surface = flexibility.surface(found.forces)
+        phi, m = flexibility.turned(found.forces, surface)
         depth = np.where(found.forces > 0, found.approach - gaps, 0)
         energy = float(np.sum(depth * found.forces) / 2)
         return CellSolution(
@@ -356,9 +351,9 @@ class CellSolver(Solver):
             cells.x,
             np.full(cells.count, cells.width),
             pressures,
-            moment,
-            phi / half,
-            displacement,
+            half * np.ravel(m) / cells.width,
+            np.ravel(phi) / half,
+            surface[0],
             found.load,
             found.approach,
             energy,

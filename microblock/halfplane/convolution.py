@@ -17,13 +17,13 @@ not mind. So every line that is transformed stays in the cache, and threads have
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
-from scipy.fft import fft, irfft, next_fast_len, rfft
+from scipy.fft import fft, ifft, irfft, next_fast_len, rfft, rfftn
 from scipy.linalg import toeplitz
 
 from ..model.types import AnyArray as Array
@@ -31,6 +31,7 @@ from ..threads import workers
 
 LONG = 2**16  # cells of a doubled period from which `Halves` is faster; of another 4 times as many
 ROWS = 256  # of a transform in two steps, at most: its columns are read in long pieces
+WAVES = 2**14  # that are multiplied at once
 BESIDE = 8  # values left free beside a row: columns at a distance of a power of two evict each other
 # values whose rows are transformed at once: they stay in the cache; enough to be shared by threads
 SLAB, SHARED = 2**14, 2**17
@@ -48,8 +49,8 @@ def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Call
 
     Parameters
     ----------
-    spectrum : (U, iV, W), or (U,) or (iV,) for one field, arrays (length//2 + 1,)
-        Of the kernels at the wavenumbers of the period, real or imaginary.
+    spectrum : (U, V, W), or (U,) for one field, arrays (length//2 + 1,)
+        At the wavenumbers of the period.
     length : int
         Cells of the period.
     doubled : bool
@@ -61,30 +62,74 @@ def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Call
     """
     parts = 2 if doubled else 1
     if len(spectrum) < 3 or length < (LONG if doubled else 4 * LONG) or length % parts:
-        return Waves(spectrum, length)
+        return Waves((length,), [spectrum[:2], spectrum[1:]] if len(spectrum) > 1 else [spectrum])
     return Halves.of(spectrum, length, parts)
 
 
 @dataclass(frozen=True)
 class Waves:
-    """By real transforms of the whole period; see `convolution`."""
+    """By real transforms of the whole period, of fields on cells along a line or on a surface.
 
-    spectrum: tuple[Array, ...]
-    length: int
+    In Fourier space what answers is D R D^H of the fields, R real and D = 1 or -i.
+
+    Attributes
+    ----------
+    length : tuple of int
+        Cells of the transforms along each axis.
+    spectrum : rows of arrays (..., length//2 + 1)
+        R, or a part of it.
+    even : (int, int)
+        Number of its first rows, and columns, that belong to p and u: the others turn by -i and i.
+    """
+
+    length: tuple[int, ...]
+    spectrum: Sequence[Sequence[Array]]
+    even: tuple[int, int] = (1, 1)
 
     def __call__(self, values: Array) -> Array:
-        """Returns the responses to fields, arrays (2 or 1, n)."""
-        waves = rfft(values, self.length)
-        if len(self.spectrum) == 1:
-            waves *= self.spectrum[0]
-        else:
-            U, iV, W = self.spectrum
-            crossed = iV * waves
-            waves[0] *= U
-            waves[1] *= W
-            waves[0] += crossed[1]
-            waves[1] -= crossed[0]
-        return cast(Array, irfft(waves, self.length, overwrite_x=True)[:, : values.shape[1]])
+        """Returns the responses to fields on cells, arrays (k, ...)."""
+        shape, threads = values.shape[1:], {"workers": workers(values[0].size), "overwrite_x": True}
+        waves = rfft(values, self.length[-1], **threads)  # then along others: rows beyond the cells are 0
+        for axis, length in enumerate(self.length[:-1], start=1):
+            waves = fft(waves, length, axis=axis, **threads)
+        found = waves
+        if len(waves) > 1 or len(self.spectrum) > 1:
+            found = np.empty((len(self.spectrum), *waves.shape[1:]), complex)
+        step = max(1, WAVES // waves[0, 0].size)
+        for first in range(0, len(waves[0]), step):  # which stays in the processor's cache
+            slab = slice(first, first + step)
+            wave = waves[:, slab]
+            wave[self.even[1] :] *= 1j
+            for own, row in zip(found[:, slab], self.spectrum):
+                np.multiply(row[0][slab], wave[0], out=own)
+                for part, other in zip(row[1:], wave[1:]):
+                    own += part[slab] * other
+            found[self.even[0] :, slab] *= -1j
+        for axis, count in enumerate(shape[:-1], start=1):
+            found = ifft(found, axis=axis, **threads)[(slice(None),) * axis + (slice(count),)]
+        answer: Array = irfft(found, self.length[-1], **threads)[..., : shape[-1]]
+        return answer
+
+    def matrices(self, count: int) -> Array:
+        """Returns the matrices of the products along a line, array (fields, fields, count, count)."""
+        turns = np.array([[1, 1j], [-1j, 1]])
+        pairs = zip(self.spectrum, turns)
+        return np.array(
+            [[toeplitz_of(a * b, self.length[0], count) for a, b in zip(*pair)] for pair in pairs]
+        )
+
+
+def embedded(part: Array, length: int, *odd: bool) -> Array:
+    """Returns the transform of responses at distances of (i, ...) cells, array (count, ...), even or odd
+    along each axis, in a period of the length: its real part, or less its imaginary one where that is all.
+    """
+    count, column = len(part), np.zeros((length,) * part.ndim)
+    column[(slice(count),) * part.ndim] = part
+    for axis, sign in enumerate(odd):
+        along = np.moveaxis(column, axis, 0)
+        along[:-count:-1] = (-1) ** sign * along[1:count]
+    waves = rfftn(column, overwrite_x=True)
+    return -waves.imag if sum(odd) % 2 else waves.real.copy()
 
 
 def toeplitz_of(spectrum: Array, length: int, count: int) -> Array:
@@ -102,13 +147,13 @@ class Halves:
     @classmethod
     def of(cls, spectrum: tuple[Array, ...], length: int, parts: int) -> Halves:
         """Returns the halves of a spectrum, see `convolution`."""
-        U, iV, W = spectrum
+        U, V, W = spectrum
         made = []
         for first in range(parts):
             number = np.arange(first, length, parts)
             place, sign = np.minimum(number, length - number), np.where(2 * number > length, -1.0, 1.0)
             normal, rotation = U[place] / length, W[place] / length
-            A = (normal + rotation) / 2 + sign / length * iV[place].imag
+            A = (normal + rotation) / 2 + sign / length * V[place]
             both = (one.reshape(-1, _rows(len(A))).T for one in (A, (normal - rotation) / 2))
             made.append(Half(first, *map(np.ascontiguousarray, both)))
         return cls(tuple(made))

@@ -62,9 +62,9 @@ class CounterCells:
         """The same product as a matrix, (corners count, corners count)."""
         return np.block([[toeplitz_of(one, self.length, count) for one in row] for row in self.spectra])
 
-    def added(self, U, iV, W):
+    def added(self, U, V, W):
         """The symbol of a body with corners half a block to the left and to the right, and of this one."""
         cosine, sine = np.cos(self.phase), np.sin(self.phase)
         sine[-1:] *= self.back % 2  # odd: not seen at the shortest wave
         half = self.smooth / 2
-        return U + half * (1 + cosine), iV + 1j * half * sine, W + half * (1 - cosine)
+        return U + half * (1 + cosine), V + half * sine, W + half * (1 - cosine)

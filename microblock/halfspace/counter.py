@@ -29,13 +29,14 @@ import numpy as np
 from scipy.fft import next_fast_len
 from scipy.sparse import csr_array
 
+from ..corners.on_cells import NONE
 from ..errors import BadArgument
+from ..halfplane.convolution import Waves, embedded
 from ..halfplane.kernels import is_classical, normal_symbol, short_waves
 from ..model.material import Cosserat
 from ..model.types import AnyArray as Array
-from .cells import Waves, embedded, wavenumbers
+from .cells import wavenumbers
 from .kernels import kernels
-from .surface_law import NONE
 
 NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an odd number sees all waves
 OWN = 0.28  # of a cell's width, the distance at which a point displaces as the cell does its own centre
@@ -226,7 +227,7 @@ def _without_images(solid: Cosserat, count: int, width: float) -> Array:
     else:
         scale = (1 - solid.nu) / solid.mu / solid.ell
         quarter = _table(solid).cells(count, width / solid.ell)[0] * scale
-    return embedded(quarter, next_fast_len(2 * count, real=True))
+    return embedded(quarter, next_fast_len(2 * count, real=True), False, False)
 
 
 def _love(x: Array, y: Array) -> Array:

@@ -24,6 +24,7 @@ from scipy.sparse import csr_array
 from tqdm.auto import tqdm
 
 from ..corners import projected_gradients
+from ..corners.on_cells import Flexibility
 from ..errors import NOT_YET, BadArgument, NotConverged, out_of_reach
 from ..halfplane.counter import require_same_period
 from ..halfplane.kernels import is_classical
@@ -33,7 +34,7 @@ from ..model.solver import Solver
 from ..model.state import State, in_space
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
-from .cells import Flexibility, flexibility
+from .cells import flexibility
 from .counter import Counter
 from .half_space import HalfSpace
 from .kernels import kernels
@@ -107,7 +108,6 @@ class SurfaceSolver(Solver):
         if options.nodes is not None and options.nodes > 2 * MOST:
             raise BadArgument("nodes", options.nodes, f"counts along each axis: at most {2 * MOST}")
         self._require_repeating()
-        self._kept: dict[Grid, Flexibility] = {}
 
     def _require_repeating(self) -> None:
         """Raises BadArgument unless obstacle and psi0 fit the period: what is cut off must go on where it
@@ -230,6 +230,10 @@ class SurfaceSolver(Solver):
         best = np.inf if len(hidden) else state.error_estimate or 0.0  # where places are left out
         return out_of_reach(goal, best, why, ", or ".join(ways), load=state.load)
 
+    @cached_property
+    def _kept(self) -> dict[Grid, Flexibility]:
+        return {}
+
     def _flexibility(self, grid: Grid) -> Flexibility:
         own, period = Grid(grid.count, grid.width, (0.0, 0.0)), self.period
         law = self.surface_law
@@ -263,7 +267,8 @@ class SurfaceSolver(Solver):
         if H.counter is None:
             forces = self.surface_law.of_least_norm(forces, closed)
         pressures = forces / area
-        psi, moment = self._turned(H, forces, surface, area)
+        half, (phi, m) = self.solid.ell / 2, H.turned(forces, surface)
+        psi, moment = np.array((phi[1], -phi[0])) / half, np.array((m[1], -m[0])) / area * half
         return SurfaceCells(
             self,
             found.load,
@@ -280,18 +285,6 @@ class SurfaceSolver(Solver):
             found.kkt,
             found.products,
         )
-
-    def _turned(self, H: Flexibility, forces: Array, surface: Array, area: float) -> tuple[Array, Array]:
-        """Returns psi and M, arrays (2, n, n): phi = (-psi2, psi1) ell/2 and m = (-M2, M1) 2/ell."""
-        half = self.solid.ell / 2
-        if len(surface) == 3:
-            m = H.resultants(forces)[1:] / area
-            return np.array((surface[2], -surface[1])) / half, np.array((m[1], -m[0])) * half
-        nothing = np.zeros((2, *surface.shape[1:]))
-        beside = H.beside(forces)
-        if self.surface_law.clamped:
-            return nothing, np.array((beside[1], -beside[0])) / area * half
-        return np.array((beside[1], -beside[0])) / half, nothing
 
     # the window
 

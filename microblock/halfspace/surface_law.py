@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..corners.on_cells import NONE, of_least_norm, twisted
 from ..errors import BadArgument
 from ..model.law import ACTS_IN, Microblock, surface_tilt
 from ..model.types import AnyArray as Array
@@ -24,7 +25,6 @@ from ..model.types import LawLike, Tilt
 from .obstacles import heights
 
 CORNERS = {"--": (-1, -1), "-+": (-1, 1), "+-": (1, -1), "++": (1, 1)}
-NONE = np.array((1.0, -1.0, -1.0, 1.0))  # forces on them that have neither a resultant nor a moment
 
 
 @dataclass(frozen=True)
@@ -83,14 +83,7 @@ class SurfaceLaw:
         """
         if len(forces) != len(NONE):
             return forces
-        free = closed.all(axis=0)
-        signs = NONE.reshape(-1, *[1] * free.ndim)
-        least = (
-            np.where(signs > 0, forces, np.inf).min(axis=0),
-            np.where(signs < 0, forces, np.inf).min(axis=0),
-        )
-        share = np.clip(-(signs * forces).sum(axis=0) / len(NONE), -least[0], least[1])
-        return np.maximum(forces + np.where(free, share, 0.0) * signs, 0.0)
+        return twisted(forces, of_least_norm(forces), np.all(closed, axis=0))
 
 
 def closed_corners(forces: Array, closed: Array) -> Array:

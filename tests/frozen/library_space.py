@@ -317,7 +317,7 @@ def of_products():
         for where, periodic in (("alone", False), ("on a period", True)):
             H = flexibility(solid, law.offsets, tilt, 0.11, periodic, law.clamped)
             parts = {"gap": H @ own, "preconditioned": H.precondition(own)}
-            beside = {} if len(own) > 1 else dict(enumerate(H.beside(own)[:, 3, 5], 1))
+            beside = {} if len(own) > 1 else dict(enumerate(H.aside(own)[:, 3, 5], 1))
             values = {f"{part} {i}": one[3, 5] for part, each in parts.items() for i, one in enumerate(each)}
             values |= {f"beside {i}": value for i, value in beside.items()}
             found |= {f"flexibility {name} {where} {part}": value for part, value in values.items()}

@@ -1,0 +1,190 @@
+"""Corner forces to corner gaps on equal cells of a half-plane or of a half-space, matrix-free.
+
+With u the normal displacement into the body, phi its rotations times ell/2, s the places of a block's corners
+over ell/2, t the tilt of the blocks, and p and m the sums of the forces on a cell and of their levers,
+
+    p = sum f_c,   m = sum (t - s_c) f_c,      gap_c = u + (t - s_c).phi
+
+is the flexibility H of (a) in `microblock.corners.active_set`; t may differ from cell to cell. From (p, m) to
+(u, phi) it is a convolution. Four corners of a block over a surface act in three degrees of freedom: H has a
+null space, forces up and down in turn. A second body adds to the gaps, and leaves none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..model.types import AnyArray as Array
+
+FEW = 256  # corners whose flexibility is also kept as a matrix: some factorisations are faster up to there
+SAME = 1e-12  # of the initial gaps: less than that is rounding of them
+NONE = np.array((1.0, -1.0, -1.0, 1.0))  # forces on four corners that have neither a resultant nor a moment
+
+
+@dataclass(frozen=True)
+class Flexibility:
+    """H on cells as a product, and a preconditioner for it.
+
+    Attributes
+    ----------
+    offsets : array (corners, d)
+        s, signs; 0 of one corner. d is 1 on a half-plane and 2 on a half-space.
+    tilt : array (d, ...)
+        t at the cells; without components (0, ...) for one corner.
+    response : function of arrays (1 + d, ...), or (1, ...)
+        `microblock.halfplane.convolution.Waves`, or what is faster on many cells: from (p, m) to
+        (u, phi), or from p to u alone for one corner.
+    back : function without arguments
+        Returns the function that goes approximately back; called when that is first needed.
+    aside : function of arrays (1, ...), or None
+        Of one corner: from p to phi, or to the m that holds psi = 0.
+    clamped : bool
+        Whether psi = 0 on the whole surface.
+    counter : object or None
+        What a second body adds to the gaps, by ``@``; `back` knows of it.
+    short : array (1 + d,), or (2 + d,) with a counter
+        Of four corners, displacement, what the second body twists, and rotations under short waves.
+    """
+
+    offsets: Array
+    tilt: Array
+    response: Any
+    back: Callable[[], Callable[[Array], Array]]
+    aside: Callable[[Array], Array] | None
+    clamped: bool
+    counter: Any = None
+    short: Any = None
+
+    def __matmul__(self, forces: Array) -> Array:
+        """Returns gaps from forces, arrays (corners, ...)."""
+        found: Array = np.tensordot(self._rows, surface := self.surface(forces), 1)
+        found += (self.tilt * surface[1:]).sum(axis=0)
+        return found if self.counter is None else found + self.counter @ forces
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of forces and gaps."""
+        return len(self.offsets), *self.tilt.shape[1:]
+
+    @cached_property
+    def _rows(self) -> Array:
+        """(1, -s) of each corner, array (corners, 1 + d); of one corner (1,)."""
+        ones = np.ones((len(self.offsets), 1))
+        return ones if len(ones) == 1 else np.hstack((ones, -self.offsets))
+
+    def surface(self, forces: Array) -> Array:
+        """Returns (u, phi), or u alone of one corner, from forces: array (1 + d or 1, ...)."""
+        return self.response(self.resultants(forces))
+
+    def resultants(self, forces: Array) -> Array:
+        """Returns (p, m), or p alone of one corner, from forces: array (1 + d or 1, ...)."""
+        found: Array = np.tensordot(self._rows.T, forces, 1)
+        found[1:] += self.tilt * found[0]
+        return found
+
+    def turned(self, forces: Array, surface: Array) -> tuple[Array, Array]:
+        """Returns phi and m, arrays (d, ...), from forces and from `surface` of them."""
+        if self.aside is None:
+            return surface[1:], self.resultants(forces)[1:]
+        beside = self.aside(forces)
+        both = np.zeros_like(beside), beside
+        return both if self.clamped else both[::-1]
+
+    @cached_property
+    def matrix(self) -> Array | None:
+        """H of the corners along a line, all of the first one before those of the second, for at most FEW;
+        else None.
+        """
+        corners, n = self.shape[0], self.shape[-1]
+        if self.tilt.ndim > 2 or corners * n > FEW:
+            return None
+        whole = self.response.matrices(n)
+        matrix = u = whole[0][0]
+        if corners > 1:
+            (_, v), (_, w) = whole
+            levers = (self._rows[:, 1:] + self.tilt)[..., None]
+            matrix = np.block([[u + v * b.T + a * (w * b.T - v) for b in levers] for a in levers])
+        return matrix if self.counter is None else matrix + self.counter.matrix(n)
+
+    def precondition(self, gaps: Array) -> Array:
+        """Returns forces, of least norm, that leave about these gaps."""
+        return self.on_face(np.ones(gaps.shape, bool))(gaps)
+
+    def on_face(self, there: Array) -> Callable[[Array], Array]:
+        """Returns the preconditioner of the corners that are there, boolean (corners, ...), alone; of fewer
+        than four corners that of all.
+
+        Of E = (1, -s) with the rows of the corners that a block has there, C^-1 acts between
+        B = D E^T (E D E^T)^+ and its transpose: with all of them it is the inverse, with some of them it is
+        so for short waves, where C is like D. With a second body E = (1, a b, -a, -b) for s = (a, b).
+        """
+        inverse = self.back()
+        if len(self.offsets) == 1:
+            return inverse
+        back = np.linalg.inv(self._rows) if len(there) < len(NONE) else self._backs_of(there)
+
+        def precondition(gaps: Array) -> Array:
+            surface = np.einsum("sc...,c...->s...", back, gaps)
+            surface[0] -= (self.tilt * surface[-len(self.tilt) :]).sum(axis=0)
+            found = inverse(surface)
+            found[-len(self.tilt) :] -= self.tilt * found[0]
+            return np.einsum("sc...,s...->c...", back, found)
+
+        return precondition
+
+    def _backs_of(self, there: Array) -> Array:
+        """Returns B of the corners that are there, array (3 or 4, corners, ...), the cells side by side."""
+        return np.take(self._backs, np.tensordot(2 ** np.arange(len(there)), there, 1), axis=2)
+
+    @cached_property
+    def _backs(self) -> Array:
+        """B of each set of corners, by the sum of their powers of two: array (3 or 4, corners, 16)."""
+        sets = np.arange(16)[:, None] >> np.arange(4) & 1
+        return np.stack([self._back(there) for there in sets], axis=2)
+
+    def _back(self, there: Array) -> Array:
+        rows = self._rows if self.counter is None else np.insert(self._rows, 1, NONE, axis=1)
+        D, E = np.diag(self.short), rows * there[:, None]
+        return D @ E.T @ np.linalg.pinv(E @ D @ E.T)
+
+    @property
+    def settling_displaces(self) -> bool:
+        """Whether what `settled` changes is felt, by a second body."""
+        return self.counter is not None and len(self.offsets) == len(NONE)
+
+    def settled(self, forces: Array, g0: Array, slope: Array | None = None) -> Array:
+        """Returns forces with the same resultants and the least work on the initial gaps.
+
+        The forces 1, -1, -1, 1 of a block do nothing but that work. It is g0-- - g0-+ - g0+- + g0++ for each,
+        which no displacement changes: where it is positive, "--" or "++" is open; where it is 0 all four may
+        be closed, and the forces of least norm are taken. On a second body they do something, and g0 is the
+        slope then: they take a step down it, which lowers the energy whatever other blocks do.
+        """
+        if len(forces) != len(NONE):
+            return forces
+        with np.errstate(invalid="ignore"):
+            work = np.tensordot(NONE, g0, 1)
+        known = np.isfinite(work)
+        if self.settling_displaces and slope is not None:
+            return twisted(forces, -np.tensordot(NONE, slope, 1) / (16 * self.counter.twisted), known)
+        size = SAME * np.abs(g0[:, known]).max(initial=0.0)
+        down = np.where(np.abs(work) > size, -np.copysign(np.inf, work), of_least_norm(forces))
+        return twisted(forces, down, known)
+
+
+def of_least_norm(forces: Array) -> Array:
+    """Returns the share of NONE that leaves forces of the least norm, arrays (4, ...) and (...)."""
+    return -np.tensordot(NONE, forces, 1) / len(NONE)
+
+
+def twisted(forces: Array, share: Array, where: Array) -> Array:
+    """Returns forces, array (4, ...), with a share of NONE besides at some blocks, arrays (...): as much of
+    it as leaves none negative.
+    """
+    share = np.clip(share, -np.minimum(forces[0], forces[3]), np.minimum(forces[1], forces[2]))
+    return np.maximum(forces + np.multiply.outer(NONE, np.where(where, share, 0.0)), 0.0)
