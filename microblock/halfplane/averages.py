@@ -1,59 +1,92 @@
-"""The normal displacement of a half-plane under cells of constant pressure, averaged over cells.
+"""Kernels of a half-plane averaged over the cell that is loaded and over the one that answers.
 
-Averages over both cells, of the pressure and of the displacement, make a matrix that is positive definite
-whatever the distances of the cells: corners press a second body at places that are no multiples of a cell
-apart. Near a load U is -c_u/pi log|x|, far away -c/pi log|x|; both logarithms are averaged in closed form,
-with a complex distance x + i L for what one has more than the other, and what is left by Gauss points.
+The average is a second difference of the kernel's second antiderivative F. Over x^2 that is smooth in log x,
+and is tabulated like the kernels; far away, where the difference would cancel, Gauss points replace it.
+Averages over both cells make a matrix that is symmetric and positive definite, whatever the distances of the
+cells: corners press a second body at places that are no multiples of a cell apart. Formulas:
+docs/theory/friction.md.
 """
+
+from functools import partial
+from itertools import product
 
 import numpy as np
 
 from ..model.quadrature import gauss_rule
-from .kernels import NEAREST, is_classical, normal_kernel, short_waves
+from .kernels import NEAREST, Kernels, is_classical, kernels, laplace_weights, step
 
-FAR = 100.0  # cells, beyond which two terms of a series average a logarithm, to 1e-10
-NEAR, GAUSS = 4.0, 4  # cells and layers within which what is left is averaged, by so many points on a cell
-TINY = 1e-300
+FAR = 16.0  # widths of the larger cell, beyond which two Gauss points on either leave 1e-9
+SMALL = 1e-3  # below it the difference in the second antiderivative is a series
+
+
+class SecondAntiderivatives(Kernels):
+    """F of the kernels of `Kernels`, F'' = K and F(0) = F'(0) = 0, over x^2; it is even where K is.
+
+    Parameters
+    ----------
+    nu, beta, curvature : float, as of `Cosserat`
+    """
+
+    @staticmethod
+    def _values(solid, x):
+        t, weights, level = laplace_weights(solid)
+        values = np.empty((len(weights), x.size))
+        for block in np.array_split(np.arange(x.size), 1 + x.size // 256):
+            values[:, block] = weights @ _twice(np.outer(t, x[block]))
+        values[[0, 3]] -= level / 2
+        values[[5, 7]] += step(solid.nu) / 2
+        return values
+
+
+def _twice(y):
+    """(exp(-y) - 1 + y)/y^2 of an array."""
+    small = np.minimum(y, SMALL)
+    large = np.maximum(y, SMALL)
+    series = 1 / 2 - small / 6 + small**2 / 24 - small**3 / 120 + small**4 / 720
+    return np.where(y < SMALL, series, (np.expm1(-large) + large) / large / large)
+
+
+def _tables(solid):
+    """Functions of (x/ell, numbers of kernels): the kernels over c, and F/x^2; of a classical solid those of
+    U and Y alone.
+    """
+    if not is_classical(solid):
+        material = solid.nu, solid.beta, solid.curvature
+        return kernels(*material), kernels(*material, SecondAntiderivatives)
+
+    def table(x, which, twice):
+        x, share = np.asarray(x, float), step(solid.nu)
+        logs = np.log(np.maximum(np.abs(x), NEAREST))
+        even, odd = (-(logs / 2 - 0.75) / np.pi, share / 2) if twice else (-logs / np.pi, share)
+        return np.array([even if number == 0 else odd * np.sign(x) for number in which])
+
+    return partial(table, twice=False), partial(table, twice=True)
+
+
+def averaged(solid, apart, source, target, which):
+    """Kernels averaged over cells of the widths `source` and `target` at distances, arrays of one shape.
+
+    Returns
+    -------
+    array (len(which), *shape)
+        Lengths per force (per thickness).
+    """
+    once, twice = _tables(solid)
+    apart, source, target = (one / solid.ell for one in np.broadcast_arrays(apart, source, target))
+    found, far = np.zeros((len(which), *apart.shape)), np.abs(apart) > FAR * np.maximum(source, target)
+    own, other, middle = target[~far], source[~far], apart[~far]
+    for sign_own, sign_other in product((-1, 1), repeat=2):
+        place = middle + sign_own * own / 2 - sign_other * other / 2
+        found[:, ~far] -= sign_own * sign_other * place**2 * twice(place, which) / (own * other)
+    points, weights = gauss_rule(2)
+    for (one, share), (another, part) in product(tuple(zip(points - 0.5, weights)), repeat=2):
+        place = apart[far] + one * target[far] - another * source[far]
+        found[:, far] += share * part * once(place, which)
+    return (1 - solid.nu) / solid.mu * found
 
 
 def normal_averages(solid, distance, source, target):
     """`kernels.normal_kernel` averaged over cells of the widths `source` and `target` at distances, arrays
     of one shape: lengths per force.
     """
-    distance, source, target = np.broadcast_arrays(np.asarray(distance, float), source, target)
-    near, level = short_waves(solid)[0] / np.pi, np.log(solid.ell)
-    found = -near * (_log_average(distance, source, target) - level)
-    if is_classical(solid):
-        return found
-    layer, more = solid.layer_length, (1 - solid.nu) / solid.mu / np.pi - near
-    found -= more * (_log_average(distance, source, target, layer) - level)
-
-    def left(x):
-        x = np.maximum(np.abs(x), NEAREST * solid.ell)
-        logarithms = near * np.log(x / solid.ell) + more * np.log(np.hypot(x, layer) / solid.ell)
-        return normal_kernel(solid, x) + logarithms
-
-    close = np.abs(distance) < NEAR * np.maximum(np.maximum(source, target), layer)
-    points, weights = gauss_rule(GAUSS)
-    ways = source[close, None, None] * (points - 0.5) - target[close, None, None] * (points[:, None] - 0.5)
-    found[close] += (left(distance[close, None, None] + ways) @ weights) @ weights
-    found[~close] += left(distance[~close])
-    return found
-
-
-def _log_average(distance, source, target, depth=0.0):
-    """Averages of log|x + i depth|."""
-    z, half = distance + 1j * depth, (source + target) / 2
-    far = np.abs(z) > FAR * np.maximum(source, target)
-    found = np.empty(distance.shape)
-    away = z[far]
-    found[far] = np.log(np.abs(away)) - ((source[far] ** 2 + target[far] ** 2) / 24 / away**2).real
-    z, half, less = z[~far], half[~far], ((source - target) / 2)[~far]
-    whole = _twice(z + half) + _twice(z - half) - _twice(z + less) - _twice(z - less)
-    found[~far] = whole / (source * target)[~far]
-    return found
-
-
-def _twice(z):
-    """Real part of the second integral of log z."""
-    return (z**2 * (np.log(np.where(z == 0, TINY, z)) / 2 - 0.75)).real
+    return averaged(solid, distance, source, target, (0,))[0]

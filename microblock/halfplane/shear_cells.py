@@ -1,71 +1,19 @@
-"""Compliances between cells of any width, with shear: kernels averaged over the cell that is loaded and over
-the one that answers.
+"""Compliances between cells of any width, with shear.
 
-The average is a second difference of the kernel's second antiderivative F. Over x^2 that is smooth in log x,
-and is tabulated like the kernels; far away, where the difference would cancel, Gauss points replace it.
-Averages over both cells keep the matrix symmetric and positive definite, so that the work of the loads is
-energy and dissipation to rounding. Formulas: docs/theory/friction.md.
+Averages over both cells (`averages`) keep the matrix symmetric and positive definite, so that the work of the
+loads is energy and dissipation to rounding. Formulas: docs/theory/friction.md.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
-from itertools import product
 
 import numpy as np
 
 from ..corners.follower import FrictionalContact
-from ..model.quadrature import gauss_rule
 from ..threads import bounded
-from .kernels import ALL_ODD, NEAREST, Kernels, is_classical, kernels, laplace_weights, step
-
-FAR = 16.0  # widths of the larger cell, beyond which two Gauss points on either leave 1e-9
-SMALL = 1e-3  # below it the difference in the second antiderivative is a series
-
-
-class SecondAntiderivatives(Kernels):
-    """F of the kernels of `Kernels`, F'' = K and F(0) = F'(0) = 0, over x^2; it is even where K is.
-
-    Parameters
-    ----------
-    nu, beta, curvature : float, as of `Cosserat`
-    """
-
-    @staticmethod
-    def _values(solid, x):
-        t, weights, level = laplace_weights(solid)
-        values = np.empty((len(weights), x.size))
-        for block in np.array_split(np.arange(x.size), 1 + x.size // 256):
-            values[:, block] = weights @ _twice(np.outer(t, x[block]))
-        values[[0, 3]] -= level / 2
-        values[[5, 7]] += step(solid.nu) / 2
-        return values
-
-
-def _twice(y):
-    """(exp(-y) - 1 + y)/y^2 of an array."""
-    small = np.minimum(y, SMALL)
-    large = np.maximum(y, SMALL)
-    series = 1 / 2 - small / 6 + small**2 / 24 - small**3 / 120 + small**4 / 720
-    return np.where(y < SMALL, series, (np.expm1(-large) + large) / large / large)
-
-
-def _tables(solid):
-    """Functions of (x/ell, numbers of kernels): the kernels over c, and F/x^2; of a classical solid those of
-    U and Y alone.
-    """
-    if not is_classical(solid):
-        material = solid.nu, solid.beta, solid.curvature
-        return kernels(*material), kernels(*material, SecondAntiderivatives)
-
-    def table(x, which, twice):
-        x, share = np.asarray(x, float), step(solid.nu)
-        logs = np.log(np.maximum(np.abs(x), NEAREST))
-        even, odd = (-(logs / 2 - 0.75) / np.pi, share / 2) if twice else (-logs / np.pi, share)
-        return np.array([even if number == 0 else odd * np.sign(x) for number in which])
-
-    return partial(table, twice=False), partial(table, twice=True)
+from .averages import averaged
+from .kernels import ALL_ODD, kernels
 
 
 @bounded
@@ -87,27 +35,12 @@ def averages(solid, edges, which, shift=0.0):
     array (len(which), n, n)
         Lengths per force (per thickness).
     """
-    once, twice = _tables(solid)
-    c, ell = (1 - solid.nu) / solid.mu, solid.ell
-    left, right = edges.T / ell
-    width = right - left
-    apart = (left + right)[:, None] / 2 - (left + right) / 2 + shift / ell
-    far = np.abs(apart) > FAR * np.maximum(width[:, None], width)
-    found = np.zeros((len(which), *apart.shape))
-    rows, columns = np.nonzero(~far)
-    own, other, middle = width[rows], width[columns], apart[rows, columns]
-    for sign_own, sign_other in product((-1, 1), repeat=2):
-        place = middle + sign_own * own / 2 - sign_other * other / 2
-        found[:, rows, columns] -= sign_own * sign_other * place**2 * twice(place, which) / (own * other)
-    rows, columns = np.nonzero(far)
-    points, weights = gauss_rule(2)
-    for (one, share), (another, part) in product(tuple(zip(points - 0.5, weights)), repeat=2):
-        place = apart[rows, columns] + one * width[rows] - another * width[columns]
-        found[:, rows, columns] += share * part * once(place, which)
+    middle, width = edges.mean(axis=1), np.ptp(edges, axis=1)
+    found = averaged(solid, middle[:, None] - middle + shift, width, width[:, None], which)
     if not shift:
         for number, matrix in zip(which, found):  # rounding apart they are
             matrix[...] = (matrix - matrix.T) / 2 if number in ALL_ODD else (matrix + matrix.T) / 2
-    return c * found
+    return found
 
 
 def frictional_contact(problem, edges, gaps, coupled=True):
