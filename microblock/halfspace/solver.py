@@ -271,7 +271,7 @@ class SurfaceSolver(Solver):
         psi, moment = np.array((phi[1], -phi[0])) / half, np.array((m[1], -m[0])) / area * half
         return SurfaceCells(
             self,
-            found.load,
+            found.load if load is None else load,
             found.approach,
             x1,
             x2,
