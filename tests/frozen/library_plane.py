@@ -48,7 +48,7 @@ def of_shear_kernels():
     for name, solid in solids.items():
         own = solid.nu, solid.beta, solid.curvature
         table = enumerate(kernels.kernels(*own)(places, range(3, 9)), 3)
-        twice = kernels.kernels(*own, shear_cells.SecondAntiderivatives)(places, range(9))
+        twice = kernels.kernels(*own, averages.SecondAntiderivatives)(places, range(9))
         cells = zip("UVWYE", kernels.HalfPlane(solid).cells(5000, 0.003, (0, 1, 2, 3, 4)))
         found |= {
             **{f"kernel {name} {i} at x/ell={x:g}": v for i, values in table for x, v in zip(places, values)},
