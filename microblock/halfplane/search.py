@@ -74,7 +74,7 @@ def _trials(problem, load, near):
 def _climb(problem, load, zones, rtol):
     """The state to rtol, from trial zones on; the order rises until two neighbours agree."""
     coarse, best = None, np.inf
-    for order in ORDERS:
+    for order in ORDERS if problem.picture.simple else ORDERS[1:]:  # 6 shows nothing of rough obstacles
         tolerance = rtol * (EDGE_SHARE if coarse else COARSE_SHARE)
         if rtol < resolved(order):  # and its neighbour will not agree
             tolerance = max(tolerance, np.sqrt(resolved(order)))
