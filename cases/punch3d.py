@@ -72,7 +72,7 @@ def figure(result):
     for number, (nodes, cells, scale, words) in enumerate(
         (
             (block.pressure[row], cut["pressure"], area, "$p A/P$"),
-            (block.micromoment[1][row], cut["m2"], area / ell, r"$M_2 A/(P\ell)$"),
+            (block.micromoment[row, 1], cut["m2"], area / ell, r"$M_2 A/(P\ell)$"),
         )
     ):
         below.plot(cut["x1"], scale * cells, color=f"C{number}", label=f"{words}, half-space")
