@@ -47,7 +47,7 @@ class Unbounded(Shown):
 
 @dataclass(frozen=True, repr=False)
 class Block(Shown):
-    """A square block, x1 from -size to size and x2 from -size to 0, whose bottom is constrained; the program
+    """A block, x1 from -size to size and x2 from -size to 0, whose bottom is constrained; the program
     makes its mesh.
 
     Parameters

@@ -932,12 +932,11 @@ class State(Shown, PlainData):
         >>> figure = state.plot("state.pdf")
         >>> _ = state.plot(ax=figure.axes[0])
         """
-        from ..view import nodes_figure, state_figure, surface_figure  # here: not without a picture
+        from ..view import state_figure, surface_figure  # here: not without a picture
 
         window = self._window(window)
         if not self.flat:
-            drawn = (nodes_figure if self.shape is None else surface_figure).draw(self, ax)
-            return self._saved(drawn, file, ax)
+            return self._saved(surface_figure.draw(self, ax), file, ax)
         if ax is not None:
             return self._saved(state_figure.draw_pressures(ax, self, window), file, ax)
         figure = state_figure.StateFigure(tuple(self.pressures)).update(self, window)
