@@ -53,7 +53,6 @@ LEVELS_AT_CORNERS = tuple((order, order) for order in range(4, 13))
 # width of a partial zone over ell as ell -> 0 (2.39 at nu = 0.3, beta = 1): a first guess
 PARTIAL = 2.4
 COARSE = 12, 3  # elements over the reach and order of the first mesh, which knows no edges
-RATE = 0.5, -0.15  # digits that an order adds, and that order 0 lacks: where refinement begins, no more
 # of rtol, to which panels of a half-plane find the first zones; and the least that they are asked for
 START, FINEST = 0.1, 1e-7
 # refinement level on which edges are looked for by elements of one order: order 4 locks as low orders do
@@ -276,8 +275,8 @@ class FittedSolver(MeshFitter):
         return LEVELS_AT_CORNERS if sharp else LEVELS
 
     def _first_level(self, rtol):
-        """Number of the level before the one that may reach rtol."""
-        order = math.ceil((-math.log10(rtol) + RATE[1]) / RATE[0])
+        """Number of the level before the one that may reach rtol: an order adds half a digit."""
+        order = math.ceil(2 * (-math.log10(rtol) - 0.15))
         return min(sum(own < order for own, _ in self._levels[1:]), len(self._levels) - 2)
 
     def _settled(self, load, zones, passes):

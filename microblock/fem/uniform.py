@@ -17,13 +17,12 @@ from .body import Body
 from .condensation import Condensed
 from .facets import ContactFacets
 from .friction_levels import history_to
-from .ground import GroundSolver
+from .ground import FAR, GroundSolver
 from .meshes import Ground, uniform
 from .newton import PENALTY, MonolithicNewton
 from .newton_path import load_path
 from .surface_solution import SurfaceSolution, surface_solution
 
-FAR = 1000.0  # size of an unbounded block over the region of equal squares
 # half-width and depth of their region, less a block, over the half-width of a classical contact
 EQUAL_SQUARES = 2.0
 ROUGH = 1e-3  # of the logarithm of a load that chooses the region of equal squares for an approach
