@@ -36,7 +36,7 @@ from ..model import picture
 from ..model.methods import Panels
 from ..model.problem import Problem
 from ..model.progress import counted
-from ..model.zones import joined, runs, without, zone_edges
+from ..model.zones import common, joined, runs, without, zone_edges
 from . import between
 from .fitted_mesh import MEETING, MeshFitter, _FittedMesh
 from .fitted_path import FittedPath
@@ -206,13 +206,12 @@ class FittedSolver(MeshFitter):
             found = contact.solver.at(load, max(START * rtol, FINEST), fallback=False)
         except (BadArgument, NotConverged):
             return None
-        zones = {corner: tuple(own) for corner, own in found.all_zones.items()}
-        if not self.symmetric:
-            return zones
-        return {
-            corner: tuple((max(left, 0.0), right) for left, right in own if right > 0)
-            for corner, own in zones.items()
-        }
+        return self._computed(found.all_zones)
+
+    def _computed(self, zones):
+        """The part of zones on the whole line that is computed."""
+        part = [(0.0 if self.symmetric else -math.inf, math.inf)]
+        return {corner: tuple(common(own, part)) for corner, own in zones.items()}
 
     def _refined(self, load, rtol, zones, passes, known=False):
         """The state to rtol from trial zones; of `known` ones, the edges are as good as rtol asks for."""
@@ -353,7 +352,7 @@ class FittedSolver(MeshFitter):
         """
         if not self._plain:
             zones, cell = list(first_zones(self.problem, load))[-1]
-            return self._set_apart(zones, cell), 0
+            return self._set_apart(self._computed(zones), cell), 0
         outer = self.first_guess(load)
         for passes in range(1, 13):
             ground = self._around(outer)

@@ -67,7 +67,8 @@ class MeshFitter(GroundSolver):
         most, (left, right), clusters = WITHIN * self.domain, self.problem.reach, _clusters(zones)
         reach = np.clip((min(left, clusters[0][0]), max(right, clusters[-1][1])), -most, most).tolist()
         far = FAR * max(map(abs, reach)) if self.domain == math.inf else self.domain
-        return Ground(far, tuple(reach), False)
+        reach[0] = 0.0 if self.symmetric else reach[0]
+        return Ground(far, tuple(reach), self.symmetric)
 
     @property
     def _furthest(self):
