@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -175,10 +176,8 @@ def _rough(
     error[there.mean(axis=1) < 0.6] = 0.0  # nothing there but at an end of the piece, perhaps
     change, eps = np.ptp(values, axis=1), np.finfo(float).eps
     place = np.maximum(np.abs(left), np.abs(right)) / length
-    allowed: Array = (
-        (1e-8 + 4 * eps * place) * change + 40 * eps * np.abs(values).max(axis=1) + floor * length
-    )
-    return error / np.maximum(allowed, 1e-300)
+    allowed = (1e-8 + 4 * eps * place) * change + 40 * eps * np.abs(values).max(axis=1) + floor * length
+    return cast(Array, error / np.maximum(allowed, 1e-300))
 
 
 def _pinned(function: Function, left: Array, right: Array, least: float) -> list[tuple[float, float]]:
