@@ -12,10 +12,10 @@ from ..errors import BadArgument
 from ..halfplane.kernels import coalescence_exponent
 from ..model.deformable import body_of
 from .body import Body
-from .body_solution import BodySolution
 from .condensation import condensed, require_pressed
 from .counter_body import CounterBody
-from .friction_solution import of_body
+from .friction import history
+from .mesh_solution import of_condensed
 from .recovery import refine_until
 
 
@@ -26,7 +26,7 @@ class BodySolver(NodalSolver):
     boundary; a law that prescribes psi adds psi = 0 on the contact boundary to the supports.
     """
 
-    solution = BodySolution
+    solution = staticmethod(of_condensed)
     counter_bodies = (Body,)
 
     def __init__(self, contact, options):
@@ -70,7 +70,7 @@ class BodySolver(NodalSolver):
         return NodalPath(contact, last, None)
 
     def history(self, pairs, coupled, rtol, progress=False):
-        return of_body(self, pairs, coupled, rtol)
+        return history(self, pairs, coupled, rtol, "condensed")
 
     @property
     def crossing(self):

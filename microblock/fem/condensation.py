@@ -31,10 +31,10 @@ from .facets import ContactNodes
 FILLED = 0.5
 LINKED = 6 * 27  # entries of a row for elements of order 1, and about as many for each order more
 FACTOR_ENTRY = 20  # bytes of each, with what builds them: 20 were seen
-ADVICE = {  # where there is no room, by dimension
-    2: "take longer elements, a lower order or a larger rtol, or name less of the surface as "
+ADVICE = {  # where there is no room, in space or not
+    False: "take longer elements, a lower order or a larger rtol, or name less of the surface as "
     "contact boundary",
-    3: "take longer elements, a smaller contact boundary, or Newton(...), which iterates",
+    True: "take longer elements, a smaller contact boundary, or Newton(...), which iterates",
 }
 
 
@@ -78,18 +78,25 @@ class Condensed(ContactNodes):
     @bounded
     def __init__(self, body, boundary="contact"):
         require_kind(Body, "a Body", body=body)
-        require_pressed(body, boundary, condensed=True)
+        self._require_pressed(body, boundary)
         super().__init__(body, boundary)
         self.unknowns = body.space.FreeDofs().NumSet()
-        self._advice = ADVICE[self.dim]
+        self._advice = ADVICE[self.dim == 3]
         self._require_room()
         self.form = body.bulk(symmetric=True, condense=True)
         self._bulk = Bulk(self.form, self.onto.indices, self._advice, HELD3D if self.dim == 3 else HELD)
         self.factor, self.rows = self._bulk.block, self.onto[:, self._bulk.contact]
-        if self.dim == 2:
-            self.compliance = Compliance(
-                self.points, self.normals, self.weights, self._matrix(), body.solid.ell, self.apart
-            )
+        if self.dim < 3:
+            surface, apart = (self.points, self.normals, self.weights), getattr(self, "apart", None)
+            self.compliance = Compliance(*surface, self._matrix(), body.solid.ell, apart)
+
+    def _require_pressed(self, body, boundary):
+        require_pressed(body, boundary, condensed=True)
+
+    @property
+    def twins(self):
+        """Nodes whose corners move together, as psi is held: boolean array (n,)."""
+        return self.compliance.constrained
 
     def _require_room(self):
         """NotConverged where factors and compliance need more memory than is there."""
@@ -116,12 +123,12 @@ class Condensed(ContactNodes):
         return (matrix + matrix.T) / 2
 
     @bounded
-    def fields(self, *loads):
-        """Fields under nodal loads that belong to the rows of R, arrays, by one back-substitution: forces
-        along n and moments, arrays (n,), in space an array (3, n).
+    def fields(self, loads):
+        """Fields under nodal loads that belong to the rows of R, array, by one back-substitution: forces
+        along n and moments, array (2 n,), in space an array (3, n).
         """
         state = ng.GridFunction(self.body.space)
-        exerted = self._bulk.solve(self.onto.T @ np.concatenate(loads).ravel(), state)
+        exerted = self._bulk.solve(self.onto.T @ np.ravel(loads), state)
         return Fields(self.body, state.components, exerted)
 
     @bounded
@@ -212,15 +219,13 @@ def require_pressed(body, boundary, condensed=False):
     return pressed
 
 
-def condensed(body, boundary=None, clamped=False):
-    """A body as `Condensed`, made once and kept with the body; if `clamped`, psi is constrained on the
-    contact.
+def condensed(body, boundary=None, clamped=False, kind=Condensed):
+    """A body as `Condensed` or another kind, made once and kept with the body; if `clamped`, psi is
+    constrained on the contact.
     """
     boundary = body.contact if boundary is None else boundary
-    key = "condensed", boundary, clamped
-    return body.once(
-        key, lambda: Condensed(with_psi_constrained(body, boundary) if clamped else body, boundary)
-    )
+    key = kind.__name__, boundary, clamped
+    return body.once(key, lambda: kind(with_psi_constrained(body, boundary) if clamped else body, boundary))
 
 
 def with_psi_constrained(body, boundary):

@@ -16,11 +16,11 @@ from .. import cost
 from ..errors import BadArgument, NotConverged, require_choice, require_finite, require_kind, require_positive
 from ..model import law
 from ..model.progress import counted
-from ..model.summary import Row, Shown, Summary, number
 from ..threads import bounded
 from .body import FIELDS, Body, Fields, Loads
 from .bulk import as_csr
 from .facets import FLAT, ContactFacets
+from .mesh_solution import MeshSolution
 
 METHODS = ("al", "penalty")
 CONTROLS = ("approach", "load")
@@ -37,7 +37,7 @@ UNSOLVED = 0.1  # of a right-hand side that a direct solve leaves if the matrix 
 
 
 @dataclass(frozen=True, repr=False)
-class NodalState(Shown):
+class NodalState:
     """One converged contact state.
 
     Attributes
@@ -57,7 +57,7 @@ class NodalState(Shown):
     iterations : int
     kkt : float
         Largest relative residual of equilibrium, closed gaps, open multipliers and load.
-    vector : NGSolve vector of all unknowns, to start from; None in a copy, whose mesh numbers edges anew
+    forces : array (corners, n), forces along -n of the corners that carry them, twins not shared
 
     Examples
     --------
@@ -71,8 +71,6 @@ class NodalState(Shown):
     >>> state = MonolithicNewton(body, facets).solve(0.01)
     >>> state.approach, bool((state.traction < 0).all()), float(np.abs(state.micromoment).max())
     (0.01, True, 0.0)
-    >>> "largest nodal pressure" in state._repr_html_()      # what a notebook shows
-    True
     """
 
     level: float
@@ -87,46 +85,7 @@ class NodalState(Shown):
     micromoment: np.ndarray
     iterations: int
     kkt: float
-    vector: object
-
-    def __getstate__(self):
-        return vars(self) | {"vector": None}
-
-    def reaction(self, boundary):
-        """Force and moment about the origin that the body's supports on a boundary exert on it
-        (`Fields.reaction`).
-        """
-        return self.fields.reaction(boundary)
-
-    def summary(self):
-        """Load, approach, pressure, closed corners and residual, for a notebook."""
-        per = "area" if self.fields.body.mesh.dim == 1 else "thickness"
-        pressure, moment = float(np.max(-self.traction)), float(np.abs(self.micromoment).max())
-        closed = dict(self.closed)
-        if len(closed) > 1:
-            closed["all"] = np.logical_and.reduce(list(self.closed.values()))
-        counts = {corner: f"{np.count_nonzero(nodes)} of {len(nodes)}" for corner, nodes in closed.items()}
-        rows = (
-            Row("load", "P", self.load, f"force per {per}"),
-            Row("approach", "d", self.approach, "length"),
-            Row("largest nodal pressure", "p", pressure, "stress"),
-            Row("largest nodal micromoment", "|M|", moment, "stress x length"),
-            *(
-                Row(
-                    "all corners closed" if corner == "all" else f"corner {corner} closed",
-                    "",
-                    count,
-                    "contact nodes",
-                )
-                for corner, count in counts.items()
-            ),
-            Row("largest relative residual", "", self.kkt),
-            Row("iterations", "", self.iterations),
-        )
-        told = ", ".join(f"{corner} closed at {counts[corner]} nodes" for corner in self.closed)
-        return Summary(
-            "Newton state", f"load {number(self.load)}, approach {number(self.approach)}, {told}", rows
-        )
+    forces: np.ndarray
 
 
 class MonolithicNewton:
@@ -221,8 +180,8 @@ class MonolithicNewton:
         ----------
         level : float
             Approach (length), or load (force per thickness), by `control`.
-        start : NodalState, optional
-            The first guess.
+        start : NodalState or MeshSolution, optional
+            A state of the same body, as first guess.
 
         Raises
         ------
@@ -233,7 +192,7 @@ class MonolithicNewton:
         """
         require_finite(level=level)
         if start is not None:
-            require_kind(NodalState, "a NodalState", start=start)
+            require_kind((NodalState, MeshSolution), "a NodalState", start=start)
         if self.control == "load" and level <= 0:
             return self._first_touch(level)
         unknowns, visits, factor, best = self._first_guess(level, start), {}, None, None
@@ -288,16 +247,16 @@ class MonolithicNewton:
         unknowns = ng.GridFunction(self.space)
         self.body.prescribe(unknowns.components)
         if start is not None:  # supports keep the values of this body
-            free = np.array(self.free)
-            unknowns.vec.FV().NumPy()[free] = start.vector.FV().NumPy()[free]
+            free, stresses = np.array(self.free), -start.forces / self.facets.weights
+            lams = [self.facets.field(own).vec.FV().NumPy() for own, _ in zip(stresses, self._multipliers)]
+            values = np.concatenate((start.fields.values, *lams, [start.approach - self._first]))
+            unknowns.vec.FV().NumPy()[free] = values[free]
         if self.control == "approach":
             unknowns.vec[self._approach] = level - self._first
             return unknowns
         self._load.Set(level)
-        if start is None or not any(mask.any() for mask in start.closed.values()):
+        if start is None or not start.forces.any():
             self._touch(unknowns)
-        else:
-            unknowns.vec[self._approach] = start.approach - self._first
         return unknowns
 
     def _touch(self, unknowns):
@@ -445,7 +404,7 @@ class MonolithicNewton:
             micromoment=law.micromoment(carried, facets.levers, self.body.solid.ell),
             iterations=iterations,
             kkt=now.kkt,
-            vector=kept.vec,
+            forces=-now.forces * facets.weights,
         )
 
 

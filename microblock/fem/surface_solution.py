@@ -168,11 +168,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     @cached_property
     def fields(self):
         """Fields of the computed part by one back-substitution, with values at points of the whole body."""
-        found = (
-            self.found_fields
-            if self.found_fields is not None
-            else self.body.fields(*np.split(self._loads, 2))
-        )
+        found = self.found_fields if self.found_fields is not None else self.body.fields(self._loads)
         return found.unfolded() if self.mirrored else found
 
     @cached_property

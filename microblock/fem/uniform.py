@@ -16,7 +16,7 @@ from ..model import methods, picture
 from .body import Body
 from .condensation import Condensed
 from .facets import ContactFacets
-from .friction_levels import history_to
+from .friction import history_to
 from .ground import GroundSolver
 from .meshes import Ground, uniform
 from .newton import PENALTY, MonolithicNewton
