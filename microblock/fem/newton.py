@@ -7,7 +7,8 @@ conjugate to the load under load control. An iteration is a step of the primal-d
 method; it has converged when the set of closed corners stays the same *and* the residual is small.
 """
 
-from dataclasses import dataclass, replace
+from collections import Counter
+from dataclasses import dataclass
 
 import ngsolve as ng
 import numpy as np
@@ -22,18 +23,11 @@ from .bulk import as_csr
 from .facets import FLAT, ContactFacets
 from .mesh_solution import MeshSolution
 
-METHODS = ("al", "penalty")
-CONTROLS = ("approach", "load")
 MAX_ITERATIONS = 60
 RESIDUAL = 1e-11  # relative, at which an iterate counts as converged
 WORST = 1e-6  # relative, that may be accepted where rounding keeps from RESIDUAL (high rho)
-ROUNDED = 1e-15  # relative, below which a refinement has nothing to gain
 ROUNDING = 1e-14  # some rounding errors of double precision
 PENALTY = 1e4  # penalty stiffness over that of the body: penetrations of some 1e-4 of the compression
-# steps of one factorisation that do not halve the residual, before it counts as stalled in rounding
-STALLED = 6
-MAX_VISITS = 3  # of one active set, which rounding excuses where a corner is just about to close
-UNSOLVED = 0.1  # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
 
 
 @dataclass(frozen=True, repr=False)
@@ -117,8 +111,8 @@ class MonolithicNewton:
     """
 
     def __init__(self, body, facets, *, loads=Loads(), method="al", rho=None, control="approach"):
-        require_choice(METHODS, method=method)
-        require_choice(CONTROLS, control=control)
+        require_choice(("al", "penalty"), method=method)
+        require_choice(("approach", "load"), control=control)
         require_kind(Body, "a Body", body=body)
         require_kind(ContactFacets, "ContactFacets of the body", facets=facets)
         require_kind(Loads, "Loads", loads=loads)
@@ -148,13 +142,12 @@ class MonolithicNewton:
         self._load = ng.Parameter(0.0)
         *unknown, approach = self.space.TrialFunction()
         contact = facets.contact(unknown[:fields], unknown[fields:], approach, self.rho)
-        self._loaded = loads != Loads()
         if self.control == "load":
             contact -= facets.integral(self._load / facets.weights.sum() * approach)
         self._contact = ng.BilinearForm(self.space)
         self._contact += ng.Variation(contact)
         self._bulk = Tangent(body, self.space, facets, body.acting(loads))
-        self._inverse = None
+        self._inverse = self._magnitudes = None
         self.free = ng.BitArray(self.space.FreeDofs())
         self.free[self._approach] = self.control == "load"
         self._free_fields = np.array([self.free[i] for i in range(body.space.ndof)])
@@ -166,11 +159,6 @@ class MonolithicNewton:
     def unknowns(self):
         """Number of free unknowns, multipliers and approach included."""
         return sum(self.free)
-
-    @property
-    def matrix(self):
-        """The tangent that was factorised last."""
-        return self._bulk.matrix
 
     @bounded
     def solve(self, level, start=None):
@@ -188,59 +176,43 @@ class MonolithicNewton:
         NotConverged
             If the active set cycles, the residual stalls or the matrix is singular.
         BadArgument
-            If the load is negative.
+            If the load is not positive.
         """
         require_finite(level=level)
         if start is not None:
             require_kind((NodalState, MeshSolution), "a NodalState", start=start)
         if self.control == "load" and level <= 0:
-            return self._first_touch(level)
-        unknowns, visits, factor, best = self._first_guess(level, start), {}, None, None
+            raise BadArgument("load", level, "must be positive: contact cannot pull")
+        unknowns, visits, active, best = self._first_guess(level, start), Counter(), None, None
+        advice = "a rho whose rounding leaves more digits, or less stretched elements"
         for iteration in range(MAX_ITERATIONS + 1):
             counted()
             now = self._look(unknowns, level)
             if self.control == "load" and not any(now.active):
                 self._touch(unknowns)  # else the approach would be free
                 now = self._look(unknowns, level)
-            if best and now.kkt > best.kkt / 2:
+            if best and now.kkt >= best.kkt / 2:
                 return best
-            if now.kkt <= self._tolerance(factor, unknowns, now.force):  # then refined while that helps
+            if now.kkt <= self._tolerance(unknowns, now.force):  # then refined while that helps
                 best = self._state(unknowns, now, level, iteration)
-                if now.kkt <= ROUNDED:
-                    return best
-            if factor is None or factor.active != now.active:
-                visits.setdefault(now.active, []).append(iteration)
-                if len(visits[now.active]) > MAX_VISITS:
-                    if best:
-                        return best
-                    period = iteration - visits[now.active][-2]
-                    raise self._failure(
-                        level,
-                        iteration,
-                        now.kkt,
-                        f"the active set cycles with period {period}; take a smaller step, or another rho",
-                    )
-                factor = self._factorise(unknowns, now.active, level)
-                last, lowest = iteration, now.kkt
-            elif now.kkt < lowest / 2:
-                last, lowest = iteration, now.kkt
-            elif iteration - last >= STALLED:
+            if now.active != active:
+                visits[now.active] += 1
+                if visits[now.active] > 3:  # rounding excuses some where a corner is just about to close
+                    advice = "as the active set cycles, another rho"
+                    break
+                active = now.active
+                self._factorise(unknowns, level)
+            step = (self._inverse * now.residual).Evaluate()
+            if not self._solves(step, now.residual):
+                best, advice = None, "as the matrix is singular, look whether the body is supported"
                 break
-            step = factor.inverse * now.residual
-            if not self._solves(step.Evaluate(), now.residual):
-                raise self._failure(
-                    level,
-                    iteration,
-                    now.kkt,
-                    "the matrix is singular; is the body supported, and is something in contact?",
-                )
             unknowns.vec.data -= step
-        raise self._failure(
-            level,
-            iteration,
-            now.kkt,
-            "the residual stalls; take a smaller step, "
-            "a rho whose rounding leaves more digits, or less stretched elements",
+        if best:
+            return best
+        raise NotConverged(
+            f"Newton stopped at {self.control} {level:g} after {iteration} iterations, relative residual "
+            f"{now.kkt:.1e}: take a smaller step, or {advice}",
+            iterations=iteration,
         )
 
     def _first_guess(self, level, start):
@@ -261,29 +233,11 @@ class MonolithicNewton:
 
     def _touch(self, unknowns):
         """Lower the obstacle until the nearest corner has just closed, the body staying as it is."""
-        ahead = self._touches(unknowns)
-        unknowns.vec[self._approach] = ahead.min() + 1e-9 * max(np.ptp(ahead), self.body.solid.ell)
-
-    def _touches(self, unknowns):
-        """Approaches at which the corners that can touch would close, the body staying as it is."""
         unknowns.vec[self._approach] = 0.0
         ahead = self._augmented(unknowns)[0] / (self.rho * self.facets.normals[:, 1])
-        if self.facets.nodal:
-            return ahead[np.isfinite(self.facets.g0)]
-        return np.concatenate([self.facets.at_rule(values) for values in ahead])
-
-    def _first_touch(self, load):
-        """The state of load 0: the unloaded body just touched."""
-        if load < 0:
-            raise BadArgument("load", load, "must not be negative: contact cannot pull")
-        if self._loaded:
-            raise BadArgument("load", load, "must be positive if other loads act: else the approach is free")
-        unknowns = ng.GridFunction(self.space)
-        self.body.prescribe(unknowns.components)
-        unknowns.vec[self._approach] = self._touches(unknowns).min()
-        self._load.Set(0.0)
-        now = self._look(unknowns, 0.0)
-        return self._state(unknowns, replace(now, closed=np.zeros_like(now.closed), kkt=0.0), 0.0, 0)
+        ahead = np.concatenate([self.facets.at_rule(values) for values in ahead])
+        ahead = ahead[np.isfinite(ahead)]
+        unknowns.vec[self._approach] = ahead.min() + 1e-9 * max(np.ptp(ahead), self.body.solid.ell)
 
     def _look(self, unknowns, level):
         """Gaps, effective multipliers, active set and residual of an iterate."""
@@ -299,13 +253,9 @@ class MonolithicNewton:
         parts = [_ratio(values[:count][self._free_fields], force)]
         if self.method == "al":
             # the largest length in the gaps: the scale of the corner gaps
-            length = max(
-                abs(unknowns.vec[self._approach]),
-                *(
-                    size * np.abs(part).max()
-                    for size, part in zip((1, self.body.solid.ell), self._raised(unknowns))
-                ),
-            )
+            u2, psi = self._raised(unknowns)
+            lengths = unknowns.vec[self._approach], *u2, *(self.body.solid.ell * psi)
+            length = np.abs(lengths).max()
             if facets.nodal:
                 parts += [_ratio(gaps[closed], length), _ratio(own - forces, np.abs(forces).max())]
             else:  # (40) holds in the mean over each multiplier's function
@@ -330,16 +280,16 @@ class MonolithicNewton:
         """u2 and psi at the nodes, arrays (n,)."""
         return [self.facets.traces[FIELDS[i]] @ unknowns.components[i].vec.FV().NumPy() for i in (1, 2)]
 
-    def _tolerance(self, factor, unknowns, force):
+    def _tolerance(self, unknowns, force):
         """RESIDUAL, or what the rounding of the sum of all |K_ij x_j| leaves beside the forces if that is
         more.
         """
-        if factor is None:
+        if self._magnitudes is None:
             return RESIDUAL
-        terms = factor.magnitudes @ np.abs(unknowns.vec.FV().NumPy())
+        terms = self._magnitudes @ np.abs(unknowns.vec.FV().NumPy())
         return max(RESIDUAL, min(WORST, ROUNDING * terms.max() / max(force, 1e-300)))
 
-    def _factorise(self, unknowns, active, level):
+    def _factorise(self, unknowns, level):
         self._contact.AssembleLinearization(unknowns.vec)
         matrix = self._bulk.add(self._contact.mat)
         cost.require_room(
@@ -358,23 +308,16 @@ class MonolithicNewton:
                 f"no factorisation at {self.control} {level:g}: {failure}; "
                 "is the body supported, and is something in contact?"
             ) from failure
-        return _Factor(active, self._inverse, abs(as_csr(matrix))[: len(self._free_fields)])
+        self._magnitudes = abs(as_csr(matrix))[: len(self._free_fields)]
 
     def _solves(self, step, residual):
-        """Whether a step of the direct solver satisfies its equations: UMFPACK does not report every
-        singular matrix.
+        """Whether a step of the direct solver leaves less than a tenth of its right-hand side: UMFPACK does
+        not report every singular matrix.
         """
-        left, right = (self.matrix * step - residual).Evaluate(), residual.Copy()
+        left, right = (self._bulk.matrix * step - residual).Evaluate(), residual.Copy()
         for vector in (left, right):
             ng.Projector(self.free, True).Project(vector)
-        return left.Norm() <= UNSOLVED * right.Norm()
-
-    def _failure(self, level, iteration, kkt, advice):
-        return NotConverged(
-            f"Newton stopped at {self.control} {level:g} after {iteration} iterations, "
-            f"relative residual {kkt:.1e}: {advice}",
-            iterations=iteration,
-        )
+        return left.Norm() <= 0.1 * right.Norm()
 
     def _resultant(self, forces):
         return float(-self.facets.weights * self.facets.normals[:, 1] @ forces.sum(axis=0))
@@ -417,13 +360,6 @@ class _Iterate:
     residual: object
     force: float  # the largest internal nodal one, reactions included: the scale of equilibrium
     kkt: float
-
-
-@dataclass(frozen=True)
-class _Factor:
-    active: bytes
-    inverse: object
-    magnitudes: object
 
 
 class Tangent:

@@ -70,7 +70,7 @@ def load_path(newton, levels, *, start=None):
     """
     if not hasattr(newton, "solve"):
         raise BadArgument("newton", newton, "must be a MonolithicNewton")
-    reached = 0.0 if start is None else start.level
+    reached = 0.0 if start is None else getattr(start, newton.control)
     for target in require_values(levels=levels)[0]:
         require_finite(level=target)
         step = whole = target - reached

@@ -41,9 +41,9 @@ class NewtonSolver(Solver):
             )
         newton = self.newton("load" if approach is None else "approach")
         known = isinstance(initial, MeshSolution) and initial.fields.body is newton.body
+        known = known and len(initial.forces) == len(self.law.corners)
         level, start = load if approach is None else approach, initial if known else None
-        states = load_path(newton, [level]) if start is None and level else [newton.solve(level, start)]
-        return of_newton(self, *states, newton.unknowns)
+        return of_newton(self, *load_path(newton, [level], start=start), newton.unknowns)
 
     def history(self, pairs, coupled, rtol, progress=False):
         if self.options.kind != "al":
