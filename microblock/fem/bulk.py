@@ -4,12 +4,12 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ..errors import NotConverged
+from ..model.solver import SOLVED
 from . import factors
 
 # of a diagonal entry, below which what is left of it is rounding: 1e-12 and less without supports, 1e-6 for
 # beta = 2 - 1e-6 and nu = 0.4999 with them
 CANCELLED = 1e-11
-UNSOLVED = 1e-6  # of a right-hand side that a direct solve leaves if the matrix is singular to rounding
 
 
 class Bulk:
@@ -57,7 +57,7 @@ class Bulk:
         vector = state.vec.FV().NumPy()
         vector[:] = self._factors.solve(right)
         left = np.where(self._free, right - self.matrix @ vector, 0.0)
-        if not np.linalg.norm(left) <= UNSOLVED * np.linalg.norm(right):
+        if not np.linalg.norm(left) <= SOLVED * np.linalg.norm(right):
             raise NotConverged(f"singular matrix of the bulk; {self._held}")
         vector += self._factors.solve(left)  # one step of refinement
         forces = self.matrix @ vector - right  # inside the elements nothing acts

@@ -26,11 +26,10 @@ from .body import HELD, HELD3D, Body, Fields
 from .bulk import Bulk
 from .facets import ContactNodes
 
-# entries of the factors L and L^T of n unknowns in three dimensions, over n^(4/3) times the entries of a row:
-# 0.37 to 0.51 were seen
-FILLED = 0.5
 LINKED = 6 * 27  # entries of a row for elements of order 1, and about as many for each order more
-FACTOR_ENTRY = 20  # bytes of each, with what builds them: 20 were seen
+# bytes of the factors of n unknowns in three dimensions, over n^(4/3) times the entries of a row: 20 for each
+# entry, of which there are 0.37 to 0.51
+FACTOR_ENTRIES = 10
 ADVICE = {  # where there is no room, in space or not
     False: "take longer elements, a lower order or a larger rtol, or name less of the surface as "
     "contact boundary",
@@ -189,7 +188,7 @@ class Flexibility3D:
 
 def of_factors(rows, entries):
     """Bytes to factorise the matrix of a body in three dimensions with so many rows and entries in a row."""
-    return FACTOR_ENTRY * FILLED * entries * rows ** (4 / 3)
+    return FACTOR_ENTRIES * entries * rows ** (4 / 3)
 
 
 def _solved(factor, right):

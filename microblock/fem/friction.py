@@ -23,8 +23,6 @@ from .condensation import Condensed, condensed
 from .facets import FLAT
 from .mesh_solution import MeshSolution
 
-LEVELS = 4  # meshes, of which the last has squares an eighth as long as the first
-
 
 class SlipNodes(Condensed):
     """Body of one or two dimensions condensed to its contact nodes, with u.t as a third field, t = (n2, -n1).
@@ -255,7 +253,7 @@ def history(solver, pairs, coupled, rtol, method):
 
 
 def history_to(rtol, follow):
-    """The History on the first mesh of which the error estimate is rtol at most, from the third on.
+    """The History on the first of four meshes with an error estimate of rtol at most, from the third on.
 
     The largest changes between three meshes have an order, from which follows what the last one lacks
     (Richardson). As the changes of one state are uneven, half of that before the last counts as well. Edges
@@ -274,7 +272,7 @@ def history_to(rtol, follow):
         If the last mesh does not do.
     """
     coarser, before, best = follow(0), None, np.inf
-    for number in range(1, LEVELS):
+    for number in (1, 2, 3):
         finer = follow(number)
         pairs = zip(finer.states, coarser.states)
         last = np.array(

@@ -17,8 +17,6 @@ from . import between, meshes
 from .body import Fields
 from .mesh_fields import BelowOnMesh
 
-ADRIFT = "no support holds u1: displacements along x1 hold up to a translation"
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeshSolution(BelowOnMesh, AtNodes):
@@ -168,7 +166,8 @@ class MeshSolution(BelowOnMesh, AtNodes):
         Most of it on a mesh that was prescribed alone: an estimate speaks for itself.
         """
         found = self.overlap() if self.solver.penalizes else []
-        found += [ADRIFT] * ("u1" not in self.nodes.body.fixed)
+        if "u1" not in self.nodes.body.fixed:
+            found.append("no support holds u1: displacements along x1 hold up to a translation")
         if not self.has_edges:
             return found
         found += self.few_nodes("ask for rtol= of Condensed(), or take smaller elements")

@@ -25,17 +25,13 @@ from . import contact_term
 from .body import FIELDS3D, HELD3D, Fields
 from .condensation import LINKED, of_factors, require_pressed, with_psi_constrained
 from .facets import ContactNodes
-from .newton import Tangent
+from .newton import MAX_ITERATIONS, Tangent
 from .solver3d import RESIDUAL, Solver3D
 from .state3d import SurfaceNodes
 
 RHO = {"al": 8.0, "penalty": 1e3}  # times lambda + 2 mu over the length of a facet
-LINEAR = 1e-2  # residual of the linear systems, relative, over that of the contact conditions so far
-LOOSEST, TIGHTEST = 1e-4, 1e-10  # the same at most and at least
+TIGHTEST = 1e-10  # residual of the linear systems, relative, at least
 LINEAR_STEPS = 3000  # of conjugate gradients
-COPIES = 2  # of the matrix of the bulk, with what builds it
-NEWTON_STEPS = 60  # for one set of multipliers
-UPDATES = 60  # of the multipliers
 
 
 class NewtonSolver3D(Solver3D):
@@ -70,20 +66,20 @@ class NewtonSolver3D(Solver3D):
         first = g0.min() + 1e-9 * np.ptp(g0[np.isfinite(g0)])
         unknowns[-1] = first if approach is None else approach
         updated = self.options.kind == "al"
-        for _ in range(UPDATES):
-            linear = min(max(LINEAR * kkt, TIGHTEST), LOOSEST) if updated else TIGHTEST
+        for _ in range(MAX_ITERATIONS):
+            linear = np.clip(kkt / 100, TIGHTEST, 1e-4) if updated else TIGHTEST
             unknowns, taken = self._newton(term, unknowns, linear)
             steps += taken
             gaps = term.gaps(unknowns)
             pressed = contact_term.effective(gaps, term.multipliers, rho)
             left = np.where(pressed < 0, np.abs(gaps), np.maximum(-gaps, 0.0)).max()
             kkt = left / np.abs(nodes.traces["u3"] @ unknowns[nodes.body.unknowns_of("u3")]).max()
-            if not updated or kkt <= RESIDUAL and linear <= 10 * LINEAR * RESIDUAL:
+            if not updated or kkt <= RESIDUAL and linear <= RESIDUAL / 10:
                 return self._finished(unknowns, -pressed * w, gaps, kkt, steps)
             term.update(pressed)
         raise NotConverged(
-            f"gaps of {kkt:.1e} of the displacement are left after {UPDATES} updates of the multipliers: "
-            "take a larger rho",
+            f"gaps of {kkt:.1e} of the displacement are left after {MAX_ITERATIONS} updates of the "
+            "multipliers: take a larger rho",
             iterations=steps,
         )
 
@@ -95,7 +91,7 @@ class NewtonSolver3D(Solver3D):
     def _newton(self, term, unknowns, linear):
         """(Unknowns and approach, steps) for these multipliers."""
         seen, before = set(), None
-        for step in range(NEWTON_STEPS + 1):
+        for step in range(MAX_ITERATIONS + 1):
             counted()
             wanted = term.multipliers + term.rho * term.gaps(unknowns)
             closed = wanted <= 0
@@ -204,7 +200,7 @@ class Systems:
     def __init__(self, nodes):
         self.nodes, body = nodes, nodes.body
         rows, linked = body.space.FreeDofs().NumSet(), LINKED * body.order
-        needed = COPIES * cost.ENTRY * rows * linked + len(FIELDS3D) * of_factors(rows / 6, linked / 6)
+        needed = 2 * cost.ENTRY * rows * linked + len(FIELDS3D) * of_factors(rows / 6, linked / 6)
         cost.require_room(needed, f"a body of {rows} unknowns", "take longer elements or a lower order")
         self.space = body.space * ng.NumberSpace(body.mesh, definedon=nodes.region)
         self.tangent = Tangent(body, self.space, nodes, body.acting())

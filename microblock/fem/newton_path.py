@@ -6,8 +6,6 @@ import numpy as np
 
 from ..errors import BadArgument, NotConverged, require_finite, require_values
 
-SMALLEST_STEP = 1e-4  # of the whole way to a target, before load stepping gives up
-
 
 @dataclass(frozen=True)
 class NodalEvent:
@@ -51,8 +49,8 @@ def next_event(first, second):
 def load_path(newton, levels, *, start=None):
     """States at the `levels` of the control parameter, one after the other (a generator).
 
-    A step at which Newton fails is halved; a target is approached as closely as SMALLEST_STEP of
-    its distance before NotConverged is raised, with `reached` the last level that converged.
+    A step at which Newton fails is halved; NotConverged is raised where it is 1e-4 of the way, with `reached`
+    the last level that converged.
 
     Examples
     --------
@@ -80,7 +78,7 @@ def load_path(newton, levels, *, start=None):
                 start, reached = newton.solve(trial, start), trial
             except NotConverged as failure:
                 step /= 2
-                if abs(step) < SMALLEST_STEP * abs(whole) or whole == 0:
+                if abs(step) < 1e-4 * abs(whole) or whole == 0:
                     raise NotConverged(
                         f"load stepping stopped at {newton.control} {reached} on the way to "
                         f"{target:g}: {failure}",

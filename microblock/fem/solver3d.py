@@ -9,13 +9,12 @@ import numpy as np
 from ..corners import projected_gradients
 from ..errors import NOT_YET, BadArgument
 from ..halfspace.surface_law import closed_corners, on_surface
-from ..model.solver import Solver
+from ..model.solver import SOLVED, Solver
 from ..model.state import in_space
 from .condensation import condensed
 from .state3d import SurfaceNodes
 
 RESIDUAL = 1e-9  # relative, of the contact conditions
-TOUCHING = 1e-6  # of the largest displacement, by which an obstacle lies in a node that cannot move
 
 
 class Solver3D(Solver):
@@ -120,7 +119,7 @@ class Solver3D(Solver):
         """BadArgument where the obstacle lies in nodes whose displacement supports hold."""
         held = ~self.nodes.free["u3"]
         gaps = (self.initial_gaps + added)[:, held] - state.approach
-        if gaps.size and gaps.min() < -TOUCHING * np.abs(state.displacement).max():
+        if gaps.size and gaps.min() < -SOLVED * np.abs(state.displacement).max():
             raise BadArgument(
                 "obstacle",
                 self.obstacle,

@@ -17,10 +17,6 @@ from .meshes import locking, longest_element
 if TYPE_CHECKING:
     from .facets import ContactNodes
 
-FEWEST = 25  # nodes in contact, below which a state says that they are few
-BETWEEN = 0.05  # of the largest displacement, penetration between nodes from which on a state says so
-BESIDE = 1e-3  # the same at vertices beside the contact boundary
-
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SurfaceNodes(Solution):
@@ -127,7 +123,7 @@ class SurfaceNodes(Solution):
 
     def _few(self) -> str:
         count = int(np.count_nonzero(self.closed))
-        return f"only {count} nodes in contact and no error estimate: take a finer mesh" * (count < FEWEST)
+        return f"only {count} nodes in contact and no error estimate: take a finer mesh" * (count < 25)
 
     def _long(self) -> str:
         """Whether the elements below the contact are too long for the layer at the surface."""
@@ -153,14 +149,14 @@ class SurfaceNodes(Solution):
         return (
             f"beside the contact boundary the obstacle reaches {inside:.2g} into the surface: name all that "
             "it may touch"
-        ) * bool(inside > BESIDE * np.abs(self.displacement).max())
+        ) * bool(inside > 1e-3 * np.abs(self.displacement).max())
 
     def _between(self) -> str:
         """Whether the obstacle reaches into the surface between the nodes."""
         places, values = self.nodes.between
         inside = -self._gaps(places, np.array([values @ part for part in self.moved])).min()
         words = f"between nodes the obstacle reaches {inside:.2g} into the surface: take a finer mesh"
-        return words * bool(inside > BETWEEN * np.abs(self.displacement).max())
+        return words * bool(inside > 0.05 * np.abs(self.displacement).max())
 
     def _gaps(self, places: Array, surface: Array) -> Array:
         """Gaps of all corners at places, array (k, 3), with this (u, phi1, phi2), array (3, k)."""
