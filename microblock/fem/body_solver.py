@@ -1,8 +1,5 @@
-"""Contact of a body on a mesh with an obstacle: condensed once, every state and event from its contact
-nodes.
-
-On the body's own mesh the states are exact for the discrete problem, and so are the path and its events. With
-an rtol the mesh is refined first, where `recovery.estimate` asks for it.
+"""Contact of a body on a mesh: exact on its own mesh, refined by `recovery.estimate` where an rtol is
+asked.
 """
 
 from functools import cached_property
@@ -20,11 +17,7 @@ from .recovery import refine_until
 
 
 class BodySolver(NodalSolver):
-    """States of a two-dimensional body on its contact nodes.
-
-    All rigid motions of the body have to be supported, with the value 0, and u2 nowhere on the contact
-    boundary; a law that prescribes psi adds psi = 0 on the contact boundary to the supports.
-    """
+    """States of a two-dimensional body, all of whose rigid motions are supported, on its contact nodes."""
 
     solution = staticmethod(of_condensed)
     counter_bodies = (Body,)

@@ -1,12 +1,9 @@
 """A body condensed to the nodes of a contact boundary: its compliance, and the fields of any contact state.
 
-The bulk is assembled once; the interiors of the elements are eliminated while that is done. What is left is
-factorised with the unknowns of the contact boundary last, in a fill-reducing order for the others: the
-trailing block L of the Cholesky factor is that of their Schur complement, ``S = L L^T``, with no solve at
-all. In the plane, with R the values of u.n and psi at the contact nodes, the compliance is ``R S^-1 R^T``. In
-space R has the values of (u, phi1, phi2): the surface answers nodal loads (F, m1, m2) by ``R S^-1 R^T``, two
-triangular solves, and nodal loads follow from a surface by ``R^-T S R^-1``, which is what conjugate gradients
-are preconditioned with; the compliance itself is never formed.
+The interiors of elements are eliminated on assembly. The rest is factorised with the contact unknowns last:
+the trailing block L of the Cholesky factor is that of their Schur complement, ``S = L L^T``. In the plane,
+with R the values of u.n and psi at the nodes, the compliance is ``R S^-1 R^T``. In space R has (u, phi1,
+phi2), and the compliance is applied, not formed; conjugate gradients are preconditioned with ``R^-T S R^-1``.
 """
 
 from dataclasses import dataclass
@@ -48,16 +45,15 @@ class Condensed(ContactNodes):
     Attributes
     ----------
     compliance : Compliance, in the plane
-    form : BilinearForm of the bulk, with the interiors of the elements eliminated
+    form : BilinearForm of the bulk, interiors of elements eliminated
     unknowns : int, free unknowns of the bulk
-    factor : array (m, m), lower triangular, of the Schur complement of the unknowns that corners see
+    factor : array (m, m), lower triangular, of the Schur complement
     rows : sparse array (n k, m), R
 
     Raises
     ------
     NotConverged
-        If the supports leave a rigid motion free, the energy is not positive, or matrices would need more
-        memory than there is.
+        If a rigid motion is free, the energy is not positive, or there is no memory.
     BadArgument
         If a support prescribes values other than 0, or holds u2 on the contact boundary, or none holds u1 or
         u2; for a periodic body; as of `ContactNodes`.
@@ -65,13 +61,11 @@ class Condensed(ContactNodes):
     Examples
     --------
     >>> from microblock.fem import meshes
+    >>> from microblock.fem.condensation import Condensed
     >>> mesh = meshes.uniform(meshes.Ground(far=2.0, reach=(-1.0, 1.0), half=False), 0.5)
     >>> body = mb.Body(mesh, mb.Cosserat(E=100, nu=0.3, ell=0.1, beta=1), order=2, fixed="bottom")
-    >>> from microblock.fem.condensation import Condensed
-    >>> nodes = Condensed(body)
-    >>> nodes.compliance.matrix.shape == (2*len(nodes.points), 2*len(nodes.points)),
-    ...     round(float(nodes.weights.sum()), 9)
-    (True, 4.0)
+    >>> round(float(Condensed(body).weights.sum()), 9)
+    4.0
     """
 
     @bounded
@@ -123,9 +117,7 @@ class Condensed(ContactNodes):
 
     @bounded
     def fields(self, loads):
-        """Fields under nodal loads that belong to the rows of R, array, by one back-substitution: forces
-        along n and moments, array (2 n,), in space an array (3, n).
-        """
+        """Fields under nodal loads on the rows of R, array, by one back-substitution."""
         state = ng.GridFunction(self.body.space)
         exerted = self._bulk.solve(self.onto.T @ np.ravel(loads), state)
         return Fields(self.body, state.components, exerted)
@@ -136,7 +128,7 @@ class Condensed(ContactNodes):
         return self.moments_of("psi", self._bulk.matrix @ fields.values)
 
     def flexibility(self, directions):
-        """H of corners with these (1, lever) at the nodes, array (corners, 3, n), as a product, in space."""
+        """The Flexibility3D of corners with these (1, lever), array (corners, 3, n)."""
         return Flexibility3D(directions, self.factor, self.rows.tocsr())
 
 
@@ -187,7 +179,7 @@ class Flexibility3D:
 
 
 def of_factors(rows, entries):
-    """Bytes to factorise the matrix of a body in three dimensions with so many rows and entries in a row."""
+    """Bytes to factorise the matrix of a body in space: rows, and entries in a row."""
     return FACTOR_ENTRIES * entries * rows ** (4 / 3)
 
 
@@ -198,9 +190,7 @@ def _solved(factor, right):
 
 
 def require_pressed(body, boundary, condensed=False):
-    """The region of the contact boundary of a body that can be pressed there, and `condensed`; else
-    BadArgument.
-    """
+    """The region of a contact boundary that can be pressed, and `condensed`; else BadArgument."""
     if body.mesh.dim == 1:
         raise BadArgument("body", body, "must be two-dimensional")
     if body.periodic:  # its ends are one node; as two they would share their force at random
@@ -219,16 +209,14 @@ def require_pressed(body, boundary, condensed=False):
 
 
 def condensed(body, boundary=None, clamped=False, kind=Condensed):
-    """A body as `Condensed` or another kind, made once and kept with the body; if `clamped`, psi is
-    constrained on the contact.
-    """
+    """A body as `Condensed` or another kind, kept with it; if `clamped`, psi is fixed on the contact."""
     boundary = body.contact if boundary is None else boundary
     key = kind.__name__, boundary, clamped
     return body.once(key, lambda: kind(with_psi_constrained(body, boundary) if clamped else body, boundary))
 
 
 def with_psi_constrained(body, boundary):
-    """A body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary besides its own supports."""
+    """A body with psi = 0, in space psi1 = psi2 = 0, on its contact boundary, too."""
     names = ("psi1", "psi2") if body.mesh.dim == 3 else ("psi",)
     more = {name: "|".join(filter(None, (body.fixed.get(name), boundary))) for name in names}
     return body.on(body.mesh, fixed={**body.fixed, **more})

@@ -1,8 +1,4 @@
-"""A solution on the contact nodes of a body on a mesh of one or two dimensions.
-
-Nodes lie on a straight or curved contact boundary in the order of x1; nothing is mirrored, the load is that
-of the body.
-"""
+"""A solution on the contact nodes of a body on a mesh of one or two dimensions, in the order of x1."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,16 +21,15 @@ class MeshSolution(BelowOnMesh, AtNodes):
     Attributes
     ----------
     solver : Solver with the `nodes` of the body
-    load, approach : float, resultant force per thickness and approach of the obstacle
-    forces, gaps : arrays (corners, n), forces along -n and initial gaps, inf where a corner cannot touch
+    load, approach : float, resultant force per thickness and approach
+    forces, gaps : arrays (corners, n), along -n, and initial ones, inf where a corner cannot touch
     closed : boolean array (corners, n)
     displacement, psi : arrays (n,), -u.n and microrotation
-    residual : float, largest relative residual
+    residual : float
     iterations, unknowns : int
     method : "condensed" or "newton"
     found : Fields, or None where they follow from the forces
-    error_estimate : float, relative error of pressures and fields (`recovery.estimate`); None on a mesh that
-        was prescribed
+    error_estimate : float, as of `recovery.estimate`; None on a mesh that was prescribed
     """
 
     solver: Solver
@@ -67,7 +62,7 @@ class MeshSolution(BelowOnMesh, AtNodes):
 
     @property
     def weights(self):
-        """Lengths of the surface, curved or not: pressures act along -n; the load is ``weights @ (p*n2)``."""
+        """Lengths of the surface: the load is ``weights @ (p*n2)``."""
         return self.nodes.weights
 
     @property
@@ -76,7 +71,7 @@ class MeshSolution(BelowOnMesh, AtNodes):
 
     @property
     def apart(self):
-        """Whether the boundary is interrupted between a node and the next; None where it has no edges."""
+        """Whether the boundary is interrupted between a node and the next."""
         return self.nodes.apart if self.has_edges else None
 
     @property
@@ -95,7 +90,7 @@ class MeshSolution(BelowOnMesh, AtNodes):
 
     @cached_property
     def micromoment(self):
-        """M of (29); where the law or supports of the contact boundary hold psi, the reaction to it."""
+        """M of (29); where psi is held on the contact boundary, the reaction to it."""
         moments, nodes = self._moments, self.nodes
         if self._psi_held:
             moments = moments + nodes.moments_of("psi", self.fields.forces)
@@ -114,7 +109,7 @@ class MeshSolution(BelowOnMesh, AtNodes):
 
     @cached_property
     def zones_by_name(self):
-        """Zones of the nodes, within a period of a body that repeats, per unit length of a 1D one."""
+        """Zones of the nodes, within a period of a body that repeats."""
         return zones_of(self.x, self.closed, self.law, self.apart, self.end)
 
     @cached_property
@@ -133,9 +128,7 @@ class MeshSolution(BelowOnMesh, AtNodes):
         return self.found or self.nodes.fields(loads)
 
     def interpolated(self, values, x):
-        """Values at the nodes, between them at x, array (n,): of a condensed body on each facet the
-        polynomial through its nodes, else a polygon.
-        """
+        """Nodal values at x, array (n,): polynomials on facets of a condensed body, else a polygon."""
         if self.method == "condensed":
             return self.nodes.interpolate(values, x)
         return np.interp(x, self.x, values, period=self.period)
@@ -153,18 +146,12 @@ class MeshSolution(BelowOnMesh, AtNodes):
         return found
 
     def tamed(self, x):
-        """1; near ends of the obstacle, where the pressure is infinite, the distance from them over half of
-        its width.
-        """
+        """1; near ends of the obstacle the distance from them over half of its width."""
         shifts = self.law.shifts(self.solver.solid.ell)
         return distance_to_ends(x, getattr(self.solver.obstacle, "ends", ()), shifts)
 
     def remarks(self):
-        """Where nodes are few or miss features of the obstacle, where elements do not resolve the layer below
-        the contact, and where a penalty or a translation is left.
-
-        Most of it on a mesh that was prescribed alone: an estimate speaks for itself.
-        """
+        """What nodes and elements miss, on a prescribed mesh; what a penalty or a free translation leaves."""
         found = self.overlap() if self.solver.penalizes else []
         if "u1" not in self.nodes.body.fixed:
             found.append("no support holds u1: displacements along x1 hold up to a translation")
@@ -186,9 +173,7 @@ class MeshSolution(BelowOnMesh, AtNodes):
 
     @cached_property
     def _missed(self):
-        """What is wrong, in a list of sentences, where the obstacle has features that the nodes do not
-        see: worth 3 % of the pressure or more.
-        """
+        """A list of a sentence where nodes miss features of the obstacle worth 3 % of the pressure."""
         try:
             square = between.of_body(self).sum()
         except BadArgument as failure:

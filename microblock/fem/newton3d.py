@@ -1,14 +1,11 @@
-"""Contact of a body in three dimensions by penalty (31) or augmented Lagrangian (37), without factorisation.
+"""Contact of a body in space by penalty (31) or augmented Lagrangian (37), without factorisation.
 
-The functional is minimised over the fields and the approach at once, the multipliers being given: a piecewise
-quadratic, convex problem, of which Newton's method solves a linear system for each set of closed corners,
-those with ``lambda + rho g <= 0``. Its residual and tangent are those of the contact term
-(`microblock.fem.contact_term`) and of the bulk. When the set stays, the multipliers become (40), until no gap
-of a closed corner is left; the penalty method ends with the first set that stays. Corner forces that are not
-unique do no harm: the matrix is positive definite whatever they are.
+For given multipliers the functional is minimised over fields and approach by Newton's method: a linear system
+for each set of closed corners, ``lambda + rho g <= 0``. When the set stays, the multipliers become (40),
+until no gap of a closed corner is left. The matrix is positive definite even where corner forces are not
+unique.
 
-Systems are solved by conjugate gradients. Their preconditioner takes each field by itself, as a scalar
-problem with its own springs, by the Cholesky factor of a sixth of the unknowns: a 36th of the memory. Korn's
+Systems are solved by conjugate gradients, preconditioned by Cholesky factors of each field by itself. Korn's
 inequality bounds the number of steps, whatever the mesh.
 """
 
@@ -39,7 +36,7 @@ class NewtonSolver3D(Solver3D):
 
     @property
     def nodes(self):
-        """The contact nodes of the body, of which a law that prescribes psi fixes psi1 and psi2."""
+        """The contact nodes, psi1 and psi2 fixed there if the law prescribes psi."""
         body, clamped = self.body, self.surface_law.clamped
         require_pressed(body, body.contact, condensed=True)
         own = with_psi_constrained(body, body.contact) if clamped else body
@@ -47,7 +44,7 @@ class NewtonSolver3D(Solver3D):
 
     @property
     def system(self):
-        """The linear systems of the body; its matrix and preconditioner are made once."""
+        """The Systems of the body, made once."""
         return self.nodes.body.once("systems", lambda: Systems(self.nodes))
 
     @bounded
@@ -144,24 +141,16 @@ class NewtonSolver3D(Solver3D):
 
 
 class Penalised:
-    """The contact term of nodes with given multipliers, on the unknowns of the body and the approach.
+    """The contact term with given multipliers, on the unknowns of the body and the approach.
 
     Parameters
     ----------
     nodes : ContactNodes
     space : product of the body's space and that of the approach
-    g0 : array (corners, n)
-        Initial gaps; inf where a corner cannot touch.
+    g0 : array (corners, n), initial gaps; inf out of reach
     law : Law
-    rho : float
-        Regularisation (stress per length).
-    load : float or None
-        Under approach control None.
-
-    Attributes
-    ----------
-    multipliers : array (corners, n)
-    form : BilinearForm, the term's variations
+    rho : float, regularisation (stress per length)
+    load : float, or None under approach control
     """
 
     def __init__(self, nodes, space, g0, law, rho, load):
@@ -190,12 +179,7 @@ class Penalised:
 
 
 class Systems:
-    """The linear systems of a body with springs at its contact nodes, solved by conjugate gradients.
-
-    Parameters
-    ----------
-    nodes : ContactNodes
-    """
+    """The linear systems of a body with springs at its ContactNodes, by conjugate gradients."""
 
     def __init__(self, nodes):
         self.nodes, body = nodes, nodes.body
@@ -230,14 +214,8 @@ class Systems:
         return self.tangent.internal(self._vectors[0])
 
     def solve(self, term, closed, unknowns, linear):
-        """Unknowns and approach at which the functional is stationary for this set of closed corners.
-
-        Parameters
-        ----------
-        term : Penalised
-        closed : boolean array (corners, n)
-        unknowns : array (unknowns + 1,), that have this set
-        linear : float, residual relative to the internal forces
+        """Unknowns and approach, array, at which the functional is stationary for closed corners, boolean
+        array (corners, n), to the residual `linear` over the internal forces.
         """
         free, stiff = self._free.copy(), term.rho * np.sum(closed * self.nodes.weights)
         free[-1] = term.load is not None

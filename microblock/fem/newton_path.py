@@ -28,8 +28,7 @@ class NodalEvent:
 def next_event(first, second):
     """The first corner to change its contact state beyond two states of one path, or None.
 
-    Between events everything is affine in the level for a linear body, so two states with the same
-    active set, `second` at the higher level, give the event exactly.
+    Between events all is affine in the level, so two states with the same active set give the event exactly.
     """
     changed = [corner for corner in first.closed if np.any(first.closed[corner] != second.closed[corner])]
     if changed or not second.level > first.level:
@@ -55,14 +54,12 @@ def load_path(newton, levels, *, start=None):
     Examples
     --------
     >>> from microblock.fem import meshes
-    >>> body = mb.Body(meshes.column(depth=1.0, elements=2),
-    ...                mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1), order=4,
-    ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
     >>> from microblock.fem.facets import ContactFacets
     >>> from microblock.fem.newton import MonolithicNewton
     >>> from microblock.fem.newton_path import load_path
-    >>> facets = ContactFacets(body, mb.Unilateral(), mb.Plane())
-    >>> newton = MonolithicNewton(body, facets, control="load")
+    >>> body = mb.Body(meshes.line(depth=1.0, elements=2), mb.Cosserat(E=2.6, nu=0.3, ell=0.2, beta=1),
+    ...                order=4, fixed="middle")
+    >>> newton = MonolithicNewton(body, ContactFacets(body, mb.Unilateral(), mb.Plane()), control="load")
     >>> [round(state.load, 9) for state in load_path(newton, [0.01, 0.02])]
     [0.01, 0.02]
     """

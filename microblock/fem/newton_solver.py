@@ -13,11 +13,7 @@ from .newton_path import load_path
 
 
 class NewtonSolver(Solver):
-    """States of a body on a mesh, also a periodic or a one-dimensional one; its `options` are `Newton`.
-
-    A law that prescribes psi adds psi = 0 on the contact boundary to the supports, where these do not
-    prescribe it.
-    """
+    """States of a body on a mesh of one or two dimensions, also a periodic one."""
 
     verifies = True
 

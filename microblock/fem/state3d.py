@@ -20,28 +20,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False, eq=False)
 class SurfaceNodes(Solution):
-    """A solution on the contact nodes of a body in space.
-
-    On a part of a symmetric body load, energy and nodes are those of the part.
+    """A solution on the contact nodes of a body in space; on a part of a symmetric body, that of the part.
 
     Attributes
     ----------
     solver : Solver3D
     load, approach : float
-        Force, and approach of the obstacle (length).
     nodes : ContactNodes
     pressures : array (corners, n)
-    moved : array (3, n)
-        Normal displacement u into the body and phi = (-psi2, psi1) ell/2 (lengths).
-    loads : array (3, n)
-        Nodal forces, and moments in the measure of phi, that act on the body (force).
-    closed : array (n,) of int
-        Number of closed corners at each node: those with a force, and all four where no gap is open.
+    moved : array (3, n), displacement u into the body and phi = (-psi2, psi1) ell/2 (lengths)
+    loads : array (3, n), nodal forces, and moments in the measure of phi, on the body (force)
+    closed : array (n,) of int, closed corners: those with a force, and all four where no gap is open
     residual, iterations : float, int
-        Largest relative residual, and products with the flexibility, or steps of Newton's method.
     method : "condensed" or "newton"
-    found : Fields or None
-        The fields, where the method has them.
+    found : Fields, where the method has them
     """
 
     solver: Any
@@ -79,9 +71,7 @@ class SurfaceNodes(Solution):
         return int(self.nodes.body.space.FreeDofs().NumSet())
 
     def pressure(self, corner: int, places: Array) -> Array:
-        """Returns the pressure of a corner, by its number, at places, array (k, 2) or (k, 3): linear on
-        triangles between nodes, 0 beyond the contact boundary.
-        """
+        """Returns the pressure of a corner at places, (k, 2) or (k, 3): linear on triangles, 0 beyond."""
         from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
 
         x1, x2, _ = self.nodes.points.T
@@ -89,7 +79,7 @@ class SurfaceNodes(Solution):
         return np.ma.filled(between(*places.T[:2]), 0.0)
 
     def reaction_on(self, boundary: str) -> Any:
-        """Returns force and moment (3 components each) that the body's supports on a boundary exert on it."""
+        """Returns force and moment (3 components each) of the supports on a boundary."""
         return self.fields.reaction(boundary)
 
     @property

@@ -1,8 +1,4 @@
-"""A solution on the surface of a condensed body along x1: pressures, micromoment, zones, fields.
-
-What it offers is what a solution on the contact line of a half-plane offers, so that one set of observables
-serves both.
-"""
+"""A solution on the surface of a condensed body along x1, of a symmetric problem computed on one half."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,10 +20,10 @@ class Estimate(ErrorParts):
 
     Attributes
     ----------
-    discretisation : float, distance to the next coarser level of meshes; None where the mesh was prescribed
-    edges : float, what moving the edges by the next step of Newton's method would change
-    truncation : float, what cutting the half-plane off changes at most; 0 where the block is bounded
-    obstacle : float, what the nodes miss of heights and overlaps between them (`between`)
+    discretisation : float, distance to the next coarser level; None where the mesh was prescribed
+    edges : float, what the next step of the edges would change
+    truncation : float, of a half-plane that is cut off
+    obstacle : float, what the nodes miss of the obstacle (`between`)
     """
 
     discretisation: float | None
@@ -43,17 +39,16 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     Attributes
     ----------
     solver : FittedSolver or UniformSolver
-    body : ContactNodes or Condensed; of a symmetric problem the half x1 > 0
-    load, approach : float, resultant force per thickness (of the whole body) and approach of the obstacle
+    body : ContactNodes or Condensed; of a symmetric problem the half x1 > 0, the computed part
+    load, approach : float, resultant force per thickness (of the whole body) and approach
     forces : array (corners, nodes), of the computed part
     zones : {corner number: ((left, right), ...)} of the computed part
-    iterations : int, linear or contact problems that were solved on the way
-    residual : float, largest relative residual
+    iterations, unknowns : int
+    residual : float
     estimate : Estimate, or None where the mesh does not follow the edges
-    unknowns : int, free unknowns of the bulk, and what the method adds
-    computed_psi : array (nodes,), microrotation of the computed part
-    found_fields : Fields of the computed part where the method has them; `fields` has them always
-    predicted : bool, whether the zones are those that a next state is expected to have (`moved_on`)
+    computed_psi : array (nodes,), of the computed part
+    found_fields : Fields of the computed part where the method has them
+    predicted : bool, whether the zones are those expected of a next state (`moved_on`)
     """
 
     solver: Solver
@@ -94,9 +89,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
 
     @property
     def _raised(self):
-        """u.n at the nodes of the computed part; Newton's methods have it in their fields, without a
-        compliance.
-        """
+        """u.n at the nodes of the computed part."""
         if self.found_fields is not None:
             return self.body.values("u2", self.found_fields)
         return self.body.compliance.matrix[: len(self._x)] @ self._loads
@@ -112,18 +105,13 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
 
     @cached_property
     def _computed(self):
-        """Pressures at the nodes of the computed part, array (corners, n); on the axis both corners share
-        what one carries.
-        """
+        """Pressures of the computed part, array (corners, n); on the axis corners share one."""
         found = self.forces / self.body.weights
         return np.where(self._x == 0, found.mean(axis=0), found) if self.problem.mirror else found
 
     @cached_property
     def all_zones(self):
-        """{corner number: ((left, right), ...)} on the whole line: 0 is A (left), 1 is B (right).
-
-        A law without corners has 0 alone; `zones_by_name` has the same by name.
-        """
+        """{corner number: ((left, right), ...)} on the whole line: 0 is A (left), 1 is B (right)."""
         if not self.problem.mirror:
             return self.zones
         found = {}
@@ -192,13 +180,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         )
 
     def gap(self, corner, x):
-        """Gap of a corner at x, array (n,): displacement and rotation are polynomials on each facet.
-
-        Raises
-        ------
-        BadArgument
-            For x beyond the contact boundary.
-        """
+        """Gap of a corner at x, array (n,); BadArgument beyond the contact boundary."""
         if not np.all((x >= self.x[0]) & (x <= self.x[-1])):
             raise BadArgument("x", x, f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}")
         raised, psi = self._between(self._raised, x, 1), self._between(self.computed_psi, x, -1)
@@ -209,13 +191,13 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         return self._between(self._clamping, x, -1)
 
     def _between(self, values, x, sign):
-        """Values of the whole line at x from those of the computed part, even (sign 1) or odd about x = 0."""
+        """Values of the whole line at x from the computed ones, even (sign 1) or odd."""
         if not self.problem.mirror:
             return self.body.interpolate(values, x)
         return np.where(x < 0, sign, 1) * self.body.interpolate(values, np.abs(x))
 
     def _unfold(self, values, sign):
-        """Values of the whole line from those of the computed part, even (sign 1) or odd about x = 0."""
+        """Values of the whole line from the computed ones, even (sign 1) or odd."""
         return np.concatenate((sign * values[:0:-1], values)) if self.problem.mirror else np.array(values)
 
 
@@ -241,9 +223,8 @@ def surface_solution(solver, body, load, found, zones, iterations, estimate=None
 
 
 def difference(coarse, fine):
-    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, between two solutions of one problem.
-
-    Next to an end of the obstacle, where the pressure is infinite, the distance from the end is the weight.
+    """max(|dp|, |dM|/ell)/|p| in L2 over the contact; beside an end of the obstacle its distance is the
+    weight.
     """
     x, ell = fine.x, fine.problem.solid.ell
     shifts = fine.problem.law.shifts(ell)
