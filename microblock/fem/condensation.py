@@ -6,13 +6,10 @@ with R the values of u.n and psi at the nodes, the compliance is ``R S^-1 R^T``.
 phi2), and the compliance is applied, not formed; conjugate gradients are preconditioned with ``R^-T S R^-1``.
 """
 
-from dataclasses import dataclass
-
 import ngsolve as ng
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg import cho_solve
 from scipy.linalg.lapack import dpotri
-from scipy.sparse import csr_matrix
 from scipy.sparse.linalg import splu
 
 from .. import cost
@@ -122,36 +119,25 @@ class Condensed(ContactNodes):
         exerted = self._bulk.solve(self.onto.T @ np.ravel(loads), state)
         return Fields(self.body, state.components, exerted)
 
-    @bounded
-    def reaction(self, fields):
-        """Nodal moments, array (n,), that hold psi = 0 where it is prescribed on the contact boundary."""
-        return self.moments_of("psi", self._bulk.matrix @ fields.values)
-
     def flexibility(self, directions):
         """The Flexibility3D of corners with these (1, lever), array (corners, 3, n)."""
         return Flexibility3D(directions, self.factor, self.rows.tocsr())
 
 
-@dataclass(frozen=True)
 class Flexibility3D:
     """Gaps of corners from their forces on contact nodes, for `microblock.corners.projected_gradients`.
 
-    Attributes
+    Parameters
     ----------
-    directions : array (corners, 3, n)
-        (1, lever) of each corner at the nodes.
+    directions : array (corners, 3, n), (1, lever) of each corner at the nodes
     factor, rows : as of `Condensed`
     """
 
-    directions: np.ndarray
-    factor: np.ndarray
-    rows: csr_matrix
-
-    def __post_init__(self):
-        there = np.diff(self.rows.indptr) > 0  # not where supports hold a field
-        back = np.linalg.pinv(np.moveaxis(self.directions, -1, 0))  # (n, 3, corners)
-        for name, value in (("_there", there), ("_inverse", splu(self.rows[there].tocsc())), ("_back", back)):
-            object.__setattr__(self, name, value)
+    def __init__(self, directions, factor, rows):
+        self.directions, self.factor, self.rows = directions, factor, rows
+        self._there = np.diff(rows.indptr) > 0  # not where supports hold a field
+        self._inverse = splu(rows[self._there].tocsc())
+        self._back = np.linalg.pinv(np.moveaxis(directions, -1, 0))  # (n, 3, corners)
 
     def __matmul__(self, forces):
         """Gaps from forces, arrays (corners, n)."""
@@ -167,7 +153,7 @@ class Flexibility3D:
 
     def surface(self, loads):
         """(u, phi1, phi2) at the nodes under nodal loads, arrays (3, n)."""
-        return (self.rows @ _solved(self.factor, self.rows.T @ loads.ravel())).reshape(3, -1)
+        return (self.rows @ cho_solve((self.factor, True), self.rows.T @ loads.ravel())).reshape(3, -1)
 
     def precondition(self, gaps):
         """Forces of least norm that leave about these gaps."""
@@ -181,12 +167,6 @@ class Flexibility3D:
 def of_factors(rows, entries):
     """Bytes to factorise the matrix of a body in space: rows, and entries in a row."""
     return FACTOR_ENTRIES * entries * rows ** (4 / 3)
-
-
-def _solved(factor, right):
-    """(L L^T)^-1 right."""
-    half = solve_triangular(factor, right, lower=True)
-    return solve_triangular(factor, half, lower=True, trans="T")
 
 
 def require_pressed(body, boundary, condensed=False):

@@ -190,7 +190,7 @@ class Systems:
         self.tangent = Tangent(body, self.space, nodes, body.acting())
         self._free = np.array(self.space.FreeDofs(), bool)
         self._parts = {name: self._factors(name) for name in FIELDS3D}
-        self._prepared, self.products = b"", 0
+        self._prepared = b""
         self._vectors = [self.tangent.matrix.CreateColVector() for _ in range(2)]
 
     def _factors(self, name):
@@ -232,7 +232,6 @@ class Systems:
         blocks = sum(list(self._parts.values())[1:], list(self._parts.values())[0])
 
         def product(vector):
-            self.products += 1
             return np.where(free, self._applied(matrix, np.where(free, vector, 0.0)), 0.0)
 
         def precondition(vector):

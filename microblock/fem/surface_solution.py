@@ -161,7 +161,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
 
     @cached_property
     def _clamping(self):
-        moment = self.body.reaction(self.fields) / self.body.weights
+        moment = self.body.moments_of("psi", self.fields.forces) / self.body.weights
         if self.problem.mirror:
             moment[0] = 0.0  # there the axis takes the reaction of its own
         else:

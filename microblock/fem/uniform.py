@@ -122,10 +122,8 @@ class UniformSolver(GroundSolver):
             flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
             return nodes, flexibility, self._within(nodes, gaps), share
         facets = ContactFacets(body, self.law, self.obstacle, rule=self.options.rule)
-        # the bulk's matrix gives the reaction
-        nodes = Condensed(body) if self.law.clamps_rotation else facets
         rho = self.options.newton.rho or self._rho()
-        return nodes, facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
+        return facets, facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
 
     def _body(self):
         if self.reach is None:
