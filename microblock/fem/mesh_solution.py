@@ -157,9 +157,10 @@ class MeshSolution(BelowOnMesh, AtNodes):
             found.append("no support holds u1: displacements along x1 hold up to a translation")
         if not self.has_edges:
             return found
-        found += self.few_nodes("ask for rtol= of Condensed(), or take smaller elements")
+        condensed = self.method == "condensed"
+        found += self.few_nodes("ask for rtol=" if condensed else "take smaller elements")
         found += self.locking(self.nodes)
-        if self.method != "condensed":
+        if not condensed:
             return found
         coarse = [] if self.error_estimate is not None else [*self._unresolved(), *self._missed]
         return [*self._far_inside(), *found, *coarse]

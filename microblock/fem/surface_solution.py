@@ -85,7 +85,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     @cached_property
     def displacement(self):
         """-u.n at `x`."""
-        return self._unfold(-self._raised, 1)
+        return self._unfold(-self._raised, -self._raised)
 
     @property
     def _raised(self):
@@ -115,21 +115,20 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         if not self.problem.mirror:
             return self.zones
         found = {}
-        for corner in self.zones:
-            other = len(self.zones) - 1 - corner
-            mirrored = [(-right, -left) for left, right in self.zones[other]]
-            found[corner] = tuple(joined([*mirrored, *self.zones[corner]]))
+        for corner, own in self.zones.items():
+            other = self.zones[len(self.zones) - 1 - corner]
+            found[corner] = tuple(joined([*((-right, -left) for left, right in other), *own]))
         return found
 
     @cached_property
     def x(self):
         """Contact nodes of the whole line, ascending."""
-        return self._unfold(self._x, -1)
+        return self._unfold(self._x, -self._x)
 
     @cached_property
     def weights(self):
         """Weights at `x`: their sum with the pressure is the load."""
-        weights = self._unfold(self.body.weights, 1)
+        weights = self._unfold(self.body.weights, self.body.weights)
         if self.problem.mirror:
             weights[len(self._x) - 1] *= 2
         return weights
@@ -137,17 +136,15 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     @cached_property
     def pressures(self):
         """Pressure of each corner at `x`, array (corners, n)."""
-        if not self.problem.mirror:
-            return self._computed
-        return np.column_stack((self._computed[::-1, :0:-1], self._computed))
+        return self._unfold(self._computed, self._computed[::-1])
 
     def _reaction_at_nodes(self):
-        return self._unfold(self._clamping, -1)
+        return self._unfold(self._clamping, -self._clamping)
 
     @cached_property
     def psi(self):
         """Microrotation at `x`."""
-        return self._unfold(self.computed_psi, -1)
+        return self._unfold(self.computed_psi, -self.computed_psi)
 
     @property
     def mirrored(self):
@@ -171,34 +168,31 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
 
     def pressure(self, corner, x):
         """Pressure of a corner at x, array (n,): on each facet the polynomial through its nodes."""
-        x = np.asarray(x, float)
-        if not self.problem.mirror:
-            return self.body.interpolate(self._computed[corner], x)
-        opposite = self._computed[len(self._computed) - 1 - corner]
-        return np.where(
-            x < 0, self.body.interpolate(opposite, -x), self.body.interpolate(self._computed[corner], x)
-        )
+        return self._between(self._computed[corner], self._computed[::-1][corner], x)
 
     def gap(self, corner, x):
         """Gap of a corner at x, array (n,); BadArgument beyond the contact boundary."""
         if not np.all((x >= self.x[0]) & (x <= self.x[-1])):
             raise BadArgument("x", x, f"must lie on the contact boundary, from {self.x[0]} to {self.x[-1]}")
-        raised, psi = self._between(self._raised, x, 1), self._between(self.computed_psi, x, -1)
+        raised, psi = (
+            self._between(one, sign * one, x) for one, sign in ((self._raised, 1), (self.computed_psi, -1))
+        )
         return corner_gaps(self.problem, self.approach, *level_surface(x), -raised, psi)[corner]
 
     def clamping(self, x):
         """The reaction to psi = 0 at x, array (n,)."""
-        return self._between(self._clamping, x, -1)
+        return self._between(self._clamping, -self._clamping, x)
 
-    def _between(self, values, x, sign):
-        """Values of the whole line at x from the computed ones, even (sign 1) or odd."""
+    def _between(self, values, mirrored, x):
+        """Values at x from those at the nodes of the computed part, on the other half from the mirrored."""
         if not self.problem.mirror:
             return self.body.interpolate(values, x)
-        return np.where(x < 0, sign, 1) * self.body.interpolate(values, np.abs(x))
+        return np.where(x < 0, self.body.interpolate(mirrored, -x), self.body.interpolate(values, x))
 
-    def _unfold(self, values, sign):
-        """Values of the whole line from the computed ones, even (sign 1) or odd."""
-        return np.concatenate((sign * values[:0:-1], values)) if self.problem.mirror else np.array(values)
+    def _unfold(self, values, mirrored):
+        """Values at `x` from those of the computed part, arrays (..., n), on the other half mirrored."""
+        parts = (mirrored[..., :0:-1], values) if self.problem.mirror else (values,)
+        return np.concatenate(parts, axis=-1)
 
 
 def surface_solution(solver, body, load, found, zones, iterations, estimate=None, method="fitted"):
