@@ -3,6 +3,7 @@ asked.
 """
 
 from functools import cached_property
+from typing import Any
 
 from ..corners.nodal import NodalPath, NodalSolver
 from ..errors import BadArgument
@@ -19,7 +20,7 @@ from .recovery import refine_until
 class BodySolver(NodalSolver):
     """States of a two-dimensional body, all of whose rigid motions are supported, on its contact nodes."""
 
-    solution = staticmethod(of_condensed)
+    solution: Any = staticmethod(of_condensed)
     counter_bodies = (Body,)
 
     def __init__(self, contact, options):
