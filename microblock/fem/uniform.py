@@ -16,7 +16,7 @@ from ..model import methods, picture
 from .body import Body
 from .condensation import Condensed
 from .facets import ContactFacets
-from .friction_levels import history_to
+from .friction import history_to
 from .ground import FAR, GroundSolver
 from .meshes import Ground, uniform
 from .newton import PENALTY, MonolithicNewton
@@ -121,10 +121,8 @@ class UniformSolver(GroundSolver):
             flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
             return nodes, flexibility, self._within(nodes, gaps), share
         facets = ContactFacets(body, self.law, self.obstacle, rule=self.options.rule)
-        # the bulk's matrix gives the reaction
-        nodes = Condensed(body) if self.law.clamps_rotation else facets
         rho = self.options.newton.rho or self._rho()
-        return nodes, facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
+        return facets, facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
 
     def _body(self):
         if self.reach is None:
