@@ -116,6 +116,7 @@ class ZonePath(LoadPath):
         return found
 
     @cached_property
+    @bounded  # here: whatever is read first, `first` or `events`, begins with it
     def _scan(self) -> list[PanelSolution]:
         """States at geometric loads, ascending, coarse."""
         states = [self._coarse(self.last)]
