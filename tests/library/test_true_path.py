@@ -1,6 +1,5 @@
 """Events of a load path: what was read before does not change them, and their errors hold."""
 
-import pytest
 from threadpoolctl import threadpool_limits
 
 import microblock as mb
