@@ -27,7 +27,7 @@ from .model.events import Event, LoadPath, require_on_path
 from .model.problem import Problem, half_line
 from .model.state import State
 from .model.types import Array, ContactLike, Interval, Zones
-from .model.zones import contact_zones, lowest, without, zone_changes
+from .model.zones import contact_zones, lowest, moved_on, without, zone_changes
 from .threads import bounded
 
 if TYPE_CHECKING:
@@ -51,6 +51,7 @@ BENT = 0.02
 NARROW = 1e-5  # of the load: several events within are given as one bracket
 ORDERS = (10, 14)  # of the panels that see an event, and of those that tell their error
 EDGES = 1e-9  # to which their edges are driven: rounding
+SETTLED = 1e-6  # the same where the two corners' edges nearly meet
 CLOSE = 1e-3  # of the load: distance of the states from the event between which it is interpolated
 VALLEY = 1e-12  # of the width: of a gap at a valley of the obstacle that is not resolved
 CURVED = 1e-5  # of the range of a gap: smaller second differences are rounding
@@ -243,7 +244,7 @@ class ZonePath(LoadPath):
             else:
                 known = {state.load: measured(state) for state in (low, high) if not state.iterations}
                 load, error = self._root(low, high, states, measured, known)
-                x = _gaps(_nearest(states, load))[pair][1]
+                x = _gaps(_nearest(states, load)[0])[pair][1]
             kinds = ("born", "merged") if meets else ("vanished", "split")
             found += [Event(load, error, kind, zone, x) for kind, zone in zip(kinds, ("full", "contact"))]
         return found
@@ -308,15 +309,22 @@ class ZonePath(LoadPath):
             If its zones change on the way.
         """
         self._bar.update()
-        near = _nearest(states, load)
-        state = fit(problem, load, near.zones, order, EDGES)
-        if [*map(len, _opened(state).values())] != [*map(len, _opened(near).values())]:
-            raise NotConverged(f"the zones change on the way to load {load:g}")
-        return state
+        known = _nearest(states, load)
+        for near, other in zip(known, [*known[1:], known[0]]):
+            share = (load - near.load) / (near.load - other.load) if near.load != other.load else 0.0
+            zones = moved_on(near.zones, other.zones, share) or near.zones
+            state = fit(problem, load, zones, order, EDGES)
+            if state.estimate.edges < SETTLED and _counts(state) == _counts(near):
+                return state
+        raise NotConverged(f"zones or their edges change on the way to load {load:g}")
 
 
-def _nearest(states: dict[float, PanelSolution], load: float) -> PanelSolution:
-    return states[min(states, key=lambda other: abs(other - load))]
+def _nearest(states: dict[float, PanelSolution], load: float) -> list[PanelSolution]:
+    return [states[other] for other in sorted(states, key=lambda other: abs(other - load))]
+
+
+def _counts(state: PanelSolution) -> list[int]:
+    return [*map(len, _opened(state).values())]
 
 
 def _interpolated(points: Sequence[tuple[float, float]]) -> float:
@@ -350,7 +358,7 @@ def _changes(low: PanelSolution, high: PanelSolution) -> list[Change]:
         for kind, x in zone_changes(before[corner], after[corner])
         if not half_line(problem) or x >= -SAME * _width(high)
     ]
-    alike = [*map(len, before.values())] == [*map(len, after.values())]
+    alike = _counts(low) == _counts(high)
     # a zone that is just born has not moved to where it will be
     return [] if alike and not (low.iterations and high.iterations) else found
 
