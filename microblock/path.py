@@ -2,10 +2,10 @@
 vanish.
 
 Topologies are compared on a geometric scan of loads, from where the contact is small against a block. Of the
-two topologies beside an event, the one with fewer edges is continued past it: there the least gap where a zone
-is born, or the least pressure where two merge, changes its sign, as a smooth function of the load. Where edges
-of the two corners pass each other the gap between them does so; to the power 2 s, with the exponent s of
-coalescence, it is linear in the load.
+topologies beside an event the one with fewer edges is continued past it: there the least gap where a zone is
+born, or the least pressure where two merge, changes its sign, smoothly with the load. Where edges of the two
+corners pass each other the gap between them does; to the power 2 s, with the exponent s of coalescence, it is
+smooth as well.
 """
 
 from __future__ import annotations
@@ -14,48 +14,41 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import product
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
-from tqdm.auto import tqdm
 
 from .errors import NotConverged
 from .halfplane.carried import meeting_exponent
 from .halfplane.edges import fit
+from .halfplane.search import FIXED_ORDER_EDGES
 from .halfplane.survey import survey
 from .model.events import Event, LoadPath, require_on_path
 from .model.problem import Problem, half_line
+from .model.progress import counting
 from .model.state import State
-from .model.types import Array, ContactLike, Interval, Zones
-from .model.zones import contact_zones, lowest, moved_on, without, zone_changes
+from .model.types import ContactLike, Interval, Zones
+from .model.zones import contact_zones, lowest, moved_on, without, zone_changes, zone_edges
 from .threads import bounded
 
 if TYPE_CHECKING:
     from .halfplane.panel_solution import PanelSolution
     from .halfplane.panel_solver import PanelSolver
 
-Change: TypeAlias = tuple[int, str, float]  # corner, kind, place
-Gaps: TypeAlias = dict[tuple[int, int], tuple[float, float]]
-
 FACTOR = 2.5  # between the loads of the scan
 START = 0.2  # of ell: the contact is that narrow where the scan begins
-LEAST = 1e-9  # of the last load, if it never is
 SKIPPED = 2  # loads of the scan, at most, at which no state is found before it goes on
 FOLLOWED = 1e-2  # of the last load: if no smaller state is found below it, the path begins there
-STILL = 1e-4  # of the width: between two loads of the scan no edge moves more, as under a flat punch
-SAME = 1e-9  # of the width: places nearer to each other are one
-TWINS = 1e-3  # of the width: changes whose places mirror each other as well as that happen at once
-UNSEEN = 1e-3  # of the load: a zone that is born and merges within is not seen
 # of the load: steps are halved down to it where a gap is concave, so that a zone may be born and merge there
 BENT = 0.02
-NARROW = 1e-5  # of the load: several events within are given as one bracket
+# of the load: events nearer to each other, if zones cannot be followed, may be missed by states of ORDERS[0]
+BLURRED = 1e-2
+NEAR = (
+    1e-3  # of a load or a width: within, zones that are born and merge are not seen, and twins are mirrored
+)
+FINE = 1e-5  # of a load, a width or a gap: less is not told apart
+SAME = 1e-9  # of a load or a width: less is nothing
 ORDERS = (10, 14)  # of the panels that see an event, and of those that tell their error
-EDGES = 1e-9  # to which their edges are driven: rounding
-SETTLED = 1e-6  # the same where the two corners' edges nearly meet
-CLOSE = 1e-3  # of the load: distance of the states from the event between which it is interpolated
-VALLEY = 1e-12  # of the width: of a gap at a valley of the obstacle that is not resolved
-CURVED = 1e-5  # of the range of a gap: smaller second differences are rounding
-FINE = 1e-5  # of a zone's width: to which the place of a least gap or pressure is found
 SAMPLES = 33  # over a zone, between which its lowest point is searched
 
 
@@ -69,183 +62,117 @@ class ZonePath(LoadPath):
     last : float
         Load at the end of the path (force per thickness).
     rtol : float, optional
-        Relative error of the states as of `Contact.solve`, without it the usual one; events have their own
-        `load_error`.
+        Relative error of the states as of `Contact.solve`, without it the usual one.
     progress : bool
-        Whether a bar counts the solutions.
+        Whether a bar counts the steps to the events.
     """
 
     def __init__(self, problem: ContactLike, last: float, rtol: float | None, progress: bool = False) -> None:
         self._solver, self._progress = cast("PanelSolver", problem.solver), progress
-        self._rtol: float = self._solver.usual_rtol if rtol is None else rtol
-        super().__init__(problem, last, self._rtol)
+        super().__init__(problem, last, self._solver.usual_rtol if rtol is None else rtol)
 
     @bounded
     def at(self, load: float) -> State:
         """Returns the State at a load on the path; see `LoadPath.at`."""
         require_on_path(load, self.last)
         near = min(self._scan, key=lambda one: abs(np.log(one.load / load)))
-        return State(self._solver.at(load, self._rtol, near=near))
-
-    @cached_property
-    def _bar(self) -> Any:  # of tqdm, which has no types
-        return tqdm(desc="load path", unit=" states", disable=not self._progress)
-
-    def _coarse(self, load: float, near: PanelSolution | None = None) -> PanelSolution:
-        """Returns the coarse solution at a load, from a neighbour."""
-        self._bar.update()
-        return self._solver.at(load, order=ORDERS[0], near=near)
+        return State(self._solver.at(load, self.rtol, near=near))
 
     @cached_property
     @bounded  # here: whatever is read first, `first` or `events`, begins with it
     def _scan(self) -> list[PanelSolution]:
         """States at geometric loads, ascending, coarse."""
-        states = [self._coarse(self.last)]
-        while not self._is_small(states[0]) and states[0].load > LEAST * self.last:
-            state = self._smaller(states[0])
-            if state is None:
-                break
-            states.insert(0, state)
-            if _is_still(*states[:2]):
-                break
+        states, skipped, still = [self._coarse(self.last)], 0, False
+        while not (still or _is_small(states[0])) and states[0].load > SAME * self.last:
+            try:
+                state = self._coarse(states[0].load / FACTOR ** (1 + skipped), states[0])
+                still, skipped = _is_still(state, states[0]), 0
+                states.insert(0, state)
+            except NotConverged:
+                skipped += 1
+                if skipped > SKIPPED and states[0].load > FOLLOWED * self.last:
+                    raise
+                if skipped > SKIPPED:
+                    break
         return states
 
-    def _smaller(self, state: PanelSolution) -> PanelSolution | None:
-        """Returns the next state of the scan; None where the path may begin with the one before.
-
-        Raises
-        ------
-        NotConverged
-            If none is found, and the contact is not yet small.
-        """
-        for skipped in range(1 + SKIPPED):
-            try:
-                return self._coarse(state.load / FACTOR ** (1 + skipped), state)
-            except NotConverged as failure:
-                last = failure
-        if state.load > FOLLOWED * self.last:
-            raise last
-        return None
+    def _coarse(self, load: float, near: PanelSolution | None = None) -> PanelSolution:
+        return self._solver.at(load, order=ORDERS[0], near=near)
 
     @property
     def first(self) -> float:
         """Load from which zones are followed; see `LoadPath`."""
         return self._scan[0].load
 
-    def _is_small(self, state: PanelSolution) -> bool:
-        zones = _zones(state)
-        narrow = all(right - left < START * state.problem.solid.ell for left, right in zones["contact"])
-        return narrow and not zones["full"] and all(event.load == 0 for event in self._births(state))
-
     @cached_property
     @bounded
     def events(self) -> list[Event]:
         """All events, ascending in load."""
-        found = self._births(self._scan[0])
-        for low, high in zip(self._scan, self._scan[1:]):
-            found += self._between(low, high)
+        with counting("load path", self._progress):
+            found = _births(self._scan[0])
+            for low, high in zip(self._scan, self._scan[1:]):
+                found += self._between(low, high)
         return sorted(found, key=lambda event: event.load)
 
-    def _births(self, first: PanelSolution) -> list[Event]:
-        """Returns events up to the first load of the scan: at first touch for the nearest corners, else
-        before that.
-        """
-        found, lows, names = [], _lowest_of_zones(first), first.problem.law.corners
-        most = min(gap for _, _, gap, _ in lows) + SAME * _width(first)
-        for name, intervals in _zones(first).items():
-            for left, right in intervals:
-                places = [
-                    x
-                    for corner, (a, b), gap, x in lows
-                    if name in (names[corner], "contact") and left <= a and b <= right and gap <= most
-                ]
-                x = places[0] if len(places) == 1 and places[0] is not None else (left + right) / 2
-                late = 0.0 if places else first.load / 2
-                found.append(Event(late, late, "born", name, x))
-        return found
-
     def _between(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
-        """Returns events between two states, ascending in load."""
-        changes = _changes(low, high)
+        """Returns events between two states, ascending in load but for those of edges that pass."""
+        changes, half = _changes(low, high), (high.load - low.load) / 2
         try:
             if not changes and not _hides(low, high):
-                return self._crossings(low, high)
+                return self._passings(low, high)
             if changes and (sides := self._sides(low, high, changes)):
                 before, after, error = sides
                 now = _events(before, after, before.load, error)
                 return [*self._between(low, before), *now, *self._between(after, high)]
-        except NotConverged:  # so far, no topology can be continued: nearer states are nearer in zones
+        except NotConverged:  # of no topology as far as that: states in between have nearer zones
             pass
-        half = (high.load - low.load) / 2
         try:
-            if half > NARROW * high.load:
+            if half > FINE * high.load:
                 between = self._coarse(float(np.sqrt(low.load * high.load)), low if low.iterations else high)
                 return [*self._between(low, between), *self._between(between, high)]
-        except NotConverged:  # what is known is the bracket
+        except NotConverged:  # the two are all that is known
             pass
-        return _events(low, high, low.load + half, half)
+        return _events(low, high, low.load + half, half + BLURRED * high.load)
 
     def _sides(
-        self, low: PanelSolution, high: PanelSolution, changes: Sequence[Change]
+        self, low: PanelSolution, high: PanelSolution, changes: Sequence[tuple[int, str, float]]
     ) -> tuple[PanelSolution, PanelSolution, float] | None:
-        """Returns the zones at the load of the only change between two states, before and after it, and the
-        load's error; None if there are several changes. Two that mirror each other happen at once.
+        """Returns the zones before and after the only change between two states, at its load, and the error
+        of that; None if there are several changes. Two that mirror each other happen at once.
         """
-        (_, kind, x), *others = changes
-        twins = [each for each in others if each[1] == kind and abs(each[2] + x) < TWINS * _width(high)]
-        if len(changes) > 2 or len(twins) < len(others):
+        kind, places = changes[0][1], [x for _, _, x in changes]
+        twins = len(changes) == 2 and changes[1][1] == kind and abs(sum(places)) < NEAR * _width(high)
+        if len(changes) > 1 and not twins:
             return None
         touches, grows = kind in ("born", "vanished"), kind in ("born", "split")
         fewer, more = (low, high) if grows else (high, low)
-        states = {fewer.load: fewer}
-        margins = [
-            partial(_margin, corner=corner, touches=touches, span=_span(more, corner, place, touches))
-            for corner, _, place in changes
-        ]
-        found = [
-            self._root(low, high, states, lambda state, margin=margin: margin(state)[0], {})
-            for margin in margins
-        ]
-        load, error = max(found, key=lambda one: one[1])
-        if any(abs(other - load) > error + NARROW * load for other, _ in found):
+        states, found = {fewer.load: fewer}, []
+        for corner, _, x in changes:
+            margin = partial(_margin, corner=corner, touches=touches, span=_span(more, corner, x, touches))
+            found.append((*self._root(low, high, states, margin), corner))
+        load, error, *_ = found[0]
+        if any(abs(other - load) > error + FINE * load for other, *_ in found):
             return None
         state = self._continued(states, high.problem, load, ORDERS[0])
-        places = [margin(state)[1] for margin in margins]
-        gone = [
-            (corner, x, gap)
-            for corner, x, gap in survey(state).least
-            if all(abs(x - place) > TWINS * _width(state) for place in places)
-        ]
-        zones, half = dict(state.zones), SAME * _width(state)
-        for (corner, _, _), x in zip(changes, places):
-            parts = without(zones[corner], x - half, x + half)
-            zones[corner] = tuple(sorted([*parts, (x - half, x + half)]) if touches else parts)
-        state = replace(state, iterations=0, least=tuple(gone))  # no fit any more
+        width, zones, least = _width(state), dict(state.zones), survey(state).least
+        for _, _, x, corner in found:
+            least = [each for each in least if abs(each[1] - x) > NEAR * width]
+            tiny = x - SAME * width, x + SAME * width
+            zones[corner] = tuple(sorted([*without(zones[corner], *tiny), *([tiny] if touches else [])]))
+        state = replace(state, iterations=0, least=tuple(least))  # of an event, no fit
         other = replace(state, zones=state.problem.computed(zones))
         return (state, other, error) if grows else (other, state, error)
 
-    def _crossings(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
-        """Returns events between two states whose corners have zones alike: edges of the two corners pass
-        each other.
-        """
-        gaps, later, found = _gaps(low), _gaps(high), []
-        states = {state.load: state for state in (low, high) if state.iterations}
-        for pair in [pair for pair in gaps if gaps[pair][0] * later[pair][0] < 0]:
-            x = later[pair][1]
-            power = 2 * meeting_exponent(low.problem, low.all_zones, x)
-
-            def measured(state: PanelSolution, pair: tuple[int, int] = pair, power: float = power) -> float:
-                gap = _gaps(state)[pair][0]
-                return float(np.copysign(abs(gap) ** power, gap))
-
-            meets = gaps[pair][0] > 0
-            if meets and abs(x) < SAME * _width(low) and self._solver.may_meet_on_axis:
-                load, error = self._solver.coalescence()
-            else:
-                known = {state.load: measured(state) for state in (low, high) if not state.iterations}
-                load, error = self._root(low, high, states, measured, known)
-                x = _gaps(_nearest(states, load)[0])[pair][1]
-            kinds = ("born", "merged") if meets else ("vanished", "split")
+    def _passings(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
+        """Returns events between two states with zones alike: edges of the two corners pass each other."""
+        before, after, found = _gaps(low), _gaps(high), []
+        fits = {state.load: state for state in (low, high) if state.iterations}
+        for pair in [pair for pair, (gap, _) in before.items() if gap * after[pair][0] < 0]:
+            power = 2 * meeting_exponent(low.problem, low.all_zones, after[pair][1])
+            passed = partial(_passed, pair=pair, power=power)
+            ends = {state.load: passed(state) for state in (low, high) if not state.iterations}
+            load, error, x = self._root(low, high, fits, passed, ends)
+            kinds = ("born", "merged") if before[pair][0] > 0 else ("vanished", "split")
             found += [Event(load, error, kind, zone, x) for kind, zone in zip(kinds, ("full", "contact"))]
         return found
 
@@ -254,17 +181,18 @@ class ZonePath(LoadPath):
         low: PanelSolution,
         high: PanelSolution,
         states: dict[float, PanelSolution],
-        measured: Callable[[PanelSolution], float],
-        values: dict[float, float],
-    ) -> tuple[float, float]:
-        """Returns the load at which what is measured of continued states changes its sign, and its error.
+        measured: Callable[[PanelSolution], tuple[float, float]],
+        ends: dict[float, tuple[float, float]] | None = None,
+    ) -> tuple[float, float, float]:
+        """Returns the load at which what is measured of continued states changes its sign, its error and the
+        place.
 
         Parameters
         ----------
-        low, high : states of the two loads between which it lies
+        low, high : states between whose loads it lies
         states : {load: state} from which the topology is continued; more are added
-        measured : function of a state
-        values : {load: number} where it is known: at an event, where a zone is too small to be fitted
+        measured : function of a state: (number, place)
+        ends : {load: (number, place)} at events, next to which a zone may be too small to be fitted
 
         Raises
         ------
@@ -273,30 +201,32 @@ class ZonePath(LoadPath):
         """
         from scipy.optimize import brentq  # here: half a second that states do without
 
-        ends, at_end = [*values], next(iter(values.values()), None)
+        ends = ends or {}
 
-        def value(load: float) -> float:
-            if load not in values:
-                try:
-                    if load not in states:
-                        states[load] = self._continued(states, high.problem, load, ORDERS[0])
-                    values[load] = measured(states[load])
-                except NotConverged:
-                    if at_end is None:
-                        raise
-                    values[load] = at_end  # as small as there
-            return values[load]
+        def value(load: float) -> tuple[float, float]:
+            if load not in states:
+                states[load] = self._continued(states, high.problem, load, ORDERS[0])
+            return measured(states[load])
 
-        if not value(low.load) * value(high.load) < 0:
+        def about(load: float) -> float:
+            try:
+                return (ends[load] if load in ends else value(load))[0]
+            except NotConverged:
+                if not ends:
+                    raise
+                return next(iter(ends.values()))[0]  # as at the event
+
+        if about(low.load) * about(high.load) >= 0:
             raise NotConverged(f"nothing changes between loads {low.load:g} and {high.load:g}")
-        about = brentq(value, low.load, high.load, xtol=SAME * high.load, rtol=CLOSE)
-        step = min([CLOSE * about, *(abs(about - end) / 4 for end in ends)])
-        around = {load: value(load) for load in (about + step * np.array((-1, 1, -3, 3))).tolist()}
-        load, other = (_interpolated([*around.items()][:number]) for number in (4, 3))
-        (one, first), (two, second), *_ = around.items()
-        finer = measured(self._continued({one: states[one]}, high.problem, one, ORDERS[1]))
-        shift = (first - finer) * (two - one) / (second - first)
-        return float(np.clip(load + shift, low.load, high.load)), abs(load - other) + abs(shift)
+        load = brentq(about, low.load, high.load, xtol=SAME * high.load, rtol=NEAR)
+        step = min([NEAR * load, *(abs(load - end) / 4 for end in ends)])
+        loads = [load - step, load + step, load - 3 * step, load + 3 * step]
+        (one, x), (two, y), *_ = points = [value(each) for each in loads]
+        load, other = (_interpolated(loads[:count], [each for each, _ in points[:count]]) for count in (4, 3))
+        finer, _ = measured(self._continued({loads[0]: states[loads[0]]}, high.problem, loads[0], ORDERS[1]))
+        shift = (one - finer) * 2 * step / (two - one)
+        error, load = abs(load - other) + abs(shift), float(np.clip(load + shift, low.load, high.load))
+        return load, error, x + (y - x) * (load - loads[0]) / (2 * step)
 
     def _continued(
         self, states: dict[float, PanelSolution], problem: Problem, load: float, order: int
@@ -306,31 +236,58 @@ class ZonePath(LoadPath):
         Raises
         ------
         NotConverged
-            If its zones change on the way.
+            If zones come or go on the way, or edges do not settle.
         """
-        self._bar.update()
-        known = _nearest(states, load)
+        known = [states[other] for other in sorted(states, key=lambda other: abs(other - load))]
         for near, other in zip(known, [*known[1:], known[0]]):
-            share = (load - near.load) / (near.load - other.load) if near.load != other.load else 0.0
+            share = (load - near.load) / (near.load - other.load) if len(known) > 1 else 0.0
             zones = moved_on(near.zones, other.zones, share) or near.zones
-            state = fit(problem, load, zones, order, EDGES)
-            if state.estimate.edges < SETTLED and _counts(state) == _counts(near):
+            state = fit(problem, load, zones, order, FIXED_ORDER_EDGES)
+            counts = ([*map(len, _opened(each).values())] for each in (near, state))
+            if state.estimate.edges < 1e3 * FIXED_ORDER_EDGES and next(counts) == next(counts):
                 return state
-        raise NotConverged(f"zones or their edges change on the way to load {load:g}")
+        raise NotConverged(f"zones are others, or edges do not settle, on the way to load {load:g}")
 
 
-def _nearest(states: dict[float, PanelSolution], load: float) -> list[PanelSolution]:
-    return [states[other] for other in sorted(states, key=lambda other: abs(other - load))]
+def _is_small(state: PanelSolution) -> bool:
+    """Returns whether the path may begin with a state: all that touches is narrow, and did so at first."""
+    narrow = START * state.problem.solid.ell
+    return all(right - left < narrow for left, right in _zones(state)["contact"]) and not any(
+        event.load for event in _births(state)
+    )
 
 
-def _counts(state: PanelSolution) -> list[int]:
-    return [*map(len, _opened(state).values())]
+def _is_still(low: PanelSolution, high: PanelSolution) -> bool:
+    """Returns whether the contact does not shrink any more on the way to load 0, as under a flat punch."""
+    edges, others = zone_edges(low.all_zones), zone_edges(high.all_zones)
+    return len(edges) == len(others) and np.allclose(edges, others, rtol=0, atol=FINE * _width(low))
 
 
-def _interpolated(points: Sequence[tuple[float, float]]) -> float:
-    """Returns the load at which a value vanishes, by the polynomial of the value through (load, value)."""
-    shares = [np.prod([w / (w - v) for _, w in points if w != v]) for _, v in points]
-    return float(sum(share * load for share, (load, _) in zip(shares, points)))
+def _births(first: PanelSolution) -> list[Event]:
+    """Returns events up to the first load of the scan: at first touch for the nearest corners, else before
+    that.
+    """
+    problem, lows, found = first.problem, [], []
+    for corner, intervals in _opened(first).items():
+        for left, right in intervals:
+            kinks = [x for x, jumps in problem.kinks.items() if corner in jumps and left <= x <= right]
+            low = lowest(
+                lambda x, corner=corner: problem.initial_gap(np.full(len(x), corner), x),
+                np.union1d(np.linspace(left, right, SAMPLES), kinks),
+            )
+            lows.append((problem.law.corners[corner], left, right, *low))
+    most = min(gap for *_, gap, _ in lows) + SAME * _width(first)
+    for name, intervals in _zones(first).items():
+        for left, right in intervals:
+            places = [
+                x
+                for own, a, b, gap, x in lows
+                if name in (own, "contact") and left <= a and b <= right and gap <= most
+            ]
+            x = places[0] if len(places) == 1 and places[0] is not None else (left + right) / 2
+            late = 0.0 if places else first.load / 2
+            found.append(Event(late, late, "born", name, x))
+    return found
 
 
 def _zones(state: PanelSolution) -> Zones:
@@ -342,25 +299,25 @@ def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
     """Returns the zones of all corners by number. Under a valley of the obstacle the pressure is never
     positive: with the load the gap only gets too narrow to matter.
     """
-    found, half = dict(state.all_zones), VALLEY * _width(state)
+    found, tiny = dict(state.all_zones), SAME * _width(state)
     for place, jumps in state.problem.kinks.items():
         for corner in [each for each, jump in jumps.items() if jump < 0 and each in found]:
-            found[corner] = tuple(without(found[corner], place - half, place + half))
+            found[corner] = tuple(without(found[corner], place - tiny, place + tiny))
     return found
 
 
-def _changes(low: PanelSolution, high: PanelSolution) -> list[Change]:
+def _changes(low: PanelSolution, high: PanelSolution) -> list[tuple[int, str, float]]:
     """Returns what happens to the zones of each corner that is computed: [(corner, kind, x), ...]."""
-    before, after, problem = _opened(low), _opened(high), high.problem
-    found = [
+    before, after = _opened(low), _opened(high)
+    fits, right = low.iterations and high.iterations, half_line(high.problem)
+    return [
         (corner, kind, x)
-        for corner in problem.corners
+        for corner in high.problem.corners
+        # what is just born has not moved to where it will be
+        if fits or len(before[corner]) != len(after[corner])
         for kind, x in zone_changes(before[corner], after[corner])
-        if not half_line(problem) or x >= -SAME * _width(high)
+        if not right or x >= -SAME * _width(high)
     ]
-    alike = _counts(low) == _counts(high)
-    # a zone that is just born has not moved to where it will be
-    return [] if alike and not (low.iterations and high.iterations) else found
 
 
 def _events(low: PanelSolution, high: PanelSolution, load: float, error: float) -> list[Event]:
@@ -374,29 +331,20 @@ def _events(low: PanelSolution, high: PanelSolution, load: float, error: float) 
 
 
 def _hides(low: PanelSolution, high: PanelSolution) -> bool:
-    """Returns whether zones may be born and merge between two states with zones alike.
-
-    Where a gap has a minimum out of contact before, and is closed afterwards, a zone may have been born
-    there; halving the step shows it, or an edge that comes so near that the minimum is gone. Where the gap is
-    concave before, such a minimum may still arise.
+    """Returns whether zones may be born and merge between two states with zones alike: where a gap has a
+    minimum before and is closed afterwards, or is concave, so that a minimum may still arise.
     """
-    closed, step = high.all_zones, (high.load - low.load) / high.load
-    arisen = [x for corner, x, _ in low.least if any(left < x < right for left, right in closed[corner])]
-    return bool(arisen and step > UNSEEN) or step > BENT and _concave(low, high)
-
-
-def _concave(low: PanelSolution, high: PanelSolution) -> bool:
-    """Returns whether a gap of the first solution is concave somewhere on what only the second has closed."""
-    for corner, intervals in high.all_zones.items():
-        own = sorted(low.all_zones.get(corner, ()))
-        for left, right in intervals:
-            ends = [left, *(edge for pair in own for edge in pair if left < edge < right), right]
-            for a, b in zip(ends, ends[1:]):
-                if any(first <= (a + b) / 2 <= last for first, last in own):
-                    continue
-                gaps = low.gaps(corner, np.linspace(a, b, SAMPLES))
-                if np.diff(gaps, 2).min() < -CURVED * np.ptp(gaps):
-                    return True
+    step = (high.load - low.load) / high.load
+    for corner, parts in high.all_zones.items():
+        least = [x for each, x, _ in low.least if each == corner]
+        if step > NEAR and any(left < x < right for left, right in parts for x in least):
+            return True
+        for left, right in low.all_zones[corner]:
+            parts = tuple(without(parts, left, right))
+        for left, right in parts if step > BENT else ():
+            gaps = low.gaps(corner, np.linspace(left, right, SAMPLES))
+            if np.diff(gaps, 2).min() < -FINE * np.ptp(gaps):
+                return True
     return False
 
 
@@ -410,12 +358,17 @@ def _span(state: PanelSolution, corner: int, x: float, touches: bool) -> Interva
 def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) -> tuple[float, float]:
     """Returns the least gap of a corner near a span where it does not touch, or its least pressure where it
     does, over what it grows like from the edges beside it; and its place.
+
+    Raises
+    ------
+    NotConverged
+        If the zones of the state are not beside the span.
     """
     (left, right), zones = span, [-np.inf, *np.ravel(state.zones[corner]), np.inf]
     number = int(np.searchsorted(zones, (left + right) / 2))
     start, end = zones[number - 1 : number + 1]
     if number % 2 != touches:
-        raise NotConverged(f"the zones leave x = {(left + right) / 2:g} at load {state.load:g}")
+        raise NotConverged(f"zones leave x = {(left + right) / 2:g} at load {state.load:g}")
     values, power = (state.gaps, 1.5) if touches else (state.pressure, 0.5)
     width = half = right - left
     while half > FINE * width:
@@ -424,13 +377,13 @@ def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) ->
         x = np.union1d(x, [kink for kink in state.problem.kinks if x[0] < kink < x[-1]])
         ratios = values(corner, x) / np.minimum(1, np.minimum(x - start, end - x) / width) ** power
         i = int(np.argmin(ratios))
-        on = (i == 0 and x[0] == left) or (i == len(x) - 1 and x[-1] == right)  # the slope goes on beyond
+        on = x[i] in (left, right)  # it goes on falling beyond
         half = (right - left) / (2 if on else SAMPLES - 1)
         left, right = x[i] - half, x[i] + half
     return float(ratios[i]), float(x[i])
 
 
-def _gaps(state: PanelSolution) -> Gaps:
+def _gaps(state: PanelSolution) -> dict[tuple[int, int], tuple[float, float]]:
     """Returns {(number of a zone of A, of one of B): (gap between them, below 0 where they overlap, its
     middle)}; empty where there is one corner.
     """
@@ -441,31 +394,16 @@ def _gaps(state: PanelSolution) -> Gaps:
     return found
 
 
-def _lowest_of_zones(state: PanelSolution) -> list[tuple[int, Interval, float, float | None]]:
-    """Returns (corner number, interval, least initial gap there, its x or None) of all zones."""
-    problem: Problem = state.problem
-    found = []
-    for corner, intervals in _opened(state).items():
-
-        def gap(x: Array, corner: int = corner) -> Array:
-            return problem.initial_gap(np.full(len(x), corner), x)
-
-        for left, right in intervals:
-            kinks = [
-                place for place, jumps in problem.kinks.items() if corner in jumps and left <= place <= right
-            ]
-            x = np.unique((*np.linspace(left, right, SAMPLES), *kinks))
-            found.append((corner, (left, right), *lowest(gap, x)))
-    return found
+def _passed(state: PanelSolution, pair: tuple[int, int], power: float) -> tuple[float, float]:
+    """Returns the gap between a pair of zones to a power, with its sign, and its middle."""
+    gap, x = _gaps(state)[pair]
+    return float(np.copysign(abs(gap) ** power, gap)), x
 
 
-def _is_still(low: PanelSolution, high: PanelSolution) -> bool:
-    """Whether the contact does not shrink any more on the way to load 0."""
-    one, other = low.all_zones, high.all_zones
-    if any(len(one[corner]) != len(other[corner]) for corner in one):
-        return False
-    edges, others = (np.ravel([pair for own in zones.values() for pair in own]) for zones in (one, other))
-    return bool(np.abs(edges - others).max() <= STILL * _width(low))
+def _interpolated(loads: Sequence[float], values: Sequence[float]) -> float:
+    """Returns the load at which a value vanishes, by the polynomial of the value through all."""
+    shares = [np.prod([w / (w - v) for w in values if w != v]) for v in values]
+    return float(np.dot(shares, loads))
 
 
 def _width(state: PanelSolution) -> float:
