@@ -14,26 +14,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import product
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 
 from .errors import NotConverged
 from .halfplane.carried import meeting_exponent
 from .halfplane.edges import fit
+from .halfplane.panel_solution import PanelSolution
+from .halfplane.panel_solver import PanelSolver
 from .halfplane.search import FIXED_ORDER_EDGES
 from .halfplane.survey import survey
 from .model.events import Event, LoadPath, require_on_path
-from .model.problem import Problem, half_line
+from .model.problem import Problem
 from .model.progress import counting
 from .model.state import State
-from .model.types import ContactLike, Interval, Zones
+from .model.types import Array, ContactLike, Interval, Zones
 from .model.zones import contact_zones, lowest, moved_on, without, zone_changes, zone_edges
 from .threads import bounded
-
-if TYPE_CHECKING:
-    from .halfplane.panel_solution import PanelSolution
-    from .halfplane.panel_solver import PanelSolver
 
 FACTOR = 2.5  # between the loads of the scan
 START = 0.2  # of ell: the contact is that narrow where the scan begins
@@ -68,7 +66,7 @@ class ZonePath(LoadPath):
     """
 
     def __init__(self, problem: ContactLike, last: float, rtol: float | None, progress: bool = False) -> None:
-        self._solver, self._progress = cast("PanelSolver", problem.solver), progress
+        self._solver, self._progress = cast(PanelSolver, problem.solver), progress
         super().__init__(problem, last, self._solver.usual_rtol if rtol is None else rtol)
 
     @bounded
@@ -97,7 +95,7 @@ class ZonePath(LoadPath):
         return states
 
     def _coarse(self, load: float, near: PanelSolution | None = None) -> PanelSolution:
-        return self._solver.at(load, order=ORDERS[0], near=near)
+        return cast(PanelSolution, self._solver.at(load, order=ORDERS[0], near=near))
 
     @property
     def first(self) -> float:
@@ -149,9 +147,10 @@ class ZonePath(LoadPath):
         states, found = {fewer.load: fewer}, []
         for corner, _, x in changes:
             margin = partial(_margin, corner=corner, touches=touches, span=_span(more, corner, x, touches))
-            found.append((*self._root(low, high, states, margin), corner))
-        load, error, *_ = found[0]
-        if any(abs(other - load) > error + FINE * load for other, *_ in found):
+            found.append((*self._root(low, high, states, margin, {}), corner))
+        load, error, *_ = max(found, key=lambda one: one[1])
+        apart = max(abs(other - load) for other, *_ in found)
+        if apart > FINE * load:
             return None
         state = self._continued(states, high.problem, load, ORDERS[0])
         width, zones, least = _width(state), dict(state.zones), survey(state).least
@@ -160,20 +159,22 @@ class ZonePath(LoadPath):
             tiny = x - SAME * width, x + SAME * width
             zones[corner] = tuple(sorted([*without(zones[corner], *tiny), *([tiny] if touches else [])]))
         state = replace(state, iterations=0, least=tuple(least))  # of an event, no fit
-        other = replace(state, zones=state.problem.computed(zones))
-        return (state, other, error) if grows else (other, state, error)
+        other = replace(state, zones=dict(state.problem.computed(zones)))
+        return (state, other, error + apart) if grows else (other, state, error + apart)
 
     def _passings(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
         """Returns events between two states with zones alike: edges of the two corners pass each other."""
-        before, after, found = _gaps(low), _gaps(high), []
+        corners, found = _opened(low).values(), []
         fits = {state.load: state for state in (low, high) if state.iterations}
-        for pair in [pair for pair, (gap, _) in before.items() if gap * after[pair][0] < 0]:
-            power = 2 * meeting_exponent(low.problem, low.all_zones, after[pair][1])
-            passed = partial(_passed, pair=pair, power=power)
-            ends = {state.load: passed(state) for state in (low, high) if not state.iterations}
-            load, error, x = self._root(low, high, fits, passed, ends)
-            kinds = ("born", "merged") if before[pair][0] > 0 else ("vanished", "split")
-            found += [Event(load, error, kind, zone, x) for kind, zone in zip(kinds, ("full", "contact"))]
+        for pair in product(*(range(len(own)) for own in corners)) if len(corners) == 2 else ():
+            (gap, _), (later, x) = _passed(low, pair), _passed(high, pair)
+            if gap * later < 0:
+                power = 2 * meeting_exponent(low.problem, low.all_zones, x)
+                passed = partial(_passed, pair=pair, power=power)
+                ends = {state.load: passed(state) for state in (low, high) if not state.iterations}
+                load, error, x = self._root(low, high, fits, passed, ends)
+                kinds = ("born", "merged") if gap > 0 else ("vanished", "split")
+                found += [Event(load, error, kind, zone, x) for kind, zone in zip(kinds, ("full", "contact"))]
         return found
 
     def _root(
@@ -182,7 +183,7 @@ class ZonePath(LoadPath):
         high: PanelSolution,
         states: dict[float, PanelSolution],
         measured: Callable[[PanelSolution], tuple[float, float]],
-        ends: dict[float, tuple[float, float]] | None = None,
+        ends: dict[float, tuple[float, float]],
     ) -> tuple[float, float, float]:
         """Returns the load at which what is measured of continued states changes its sign, its error and the
         place.
@@ -201,8 +202,6 @@ class ZonePath(LoadPath):
         """
         from scipy.optimize import brentq  # here: half a second that states do without
 
-        ends = ends or {}
-
         def value(load: float) -> tuple[float, float]:
             if load not in states:
                 states[load] = self._continued(states, high.problem, load, ORDERS[0])
@@ -218,15 +217,19 @@ class ZonePath(LoadPath):
 
         if about(low.load) * about(high.load) >= 0:
             raise NotConverged(f"nothing changes between loads {low.load:g} and {high.load:g}")
-        load = brentq(about, low.load, high.load, xtol=SAME * high.load, rtol=NEAR)
-        step = min([NEAR * load, *(abs(load - end) / 4 for end in ends)])
-        loads = [load - step, load + step, load - 3 * step, load + 3 * step]
-        (one, x), (two, y), *_ = points = [value(each) for each in loads]
-        load, other = (_interpolated(loads[:count], [each for each, _ in points[:count]]) for count in (4, 3))
-        finer, _ = measured(self._continued({loads[0]: states[loads[0]]}, high.problem, loads[0], ORDERS[1]))
-        shift = (one - finer) * 2 * step / (two - one)
-        error, load = abs(load - other) + abs(shift), float(np.clip(load + shift, low.load, high.load))
-        return load, error, x + (y - x) * (load - loads[0]) / (2 * step)
+        middle = brentq(about, low.load, high.load, xtol=SAME * high.load, rtol=NEAR)
+        step = min([NEAR * middle, *(abs(middle - end) / 4 for end in ends)])
+        ways = np.array((-1, 1, -3, 3))
+        values, places = np.transpose([value(each) for each in (middle + step * ways).tolist()])
+        # the polynomial of the value through all and through three
+        way, other = (np.polyfit(values[:count], ways[:count], count - 1)[-1] for count in (4, 3))
+        one = middle - step
+        fine = self._continued({one: states[one]}, high.problem, one, ORDERS[1])
+        off = [measured(state)[0] - values[0] for state in (fine, replace(fine, zones=fine.further))]
+        shift, noise = -off[0] * 2 / (values[1] - values[0]), (off[1] - off[0]) * 2 / (values[1] - values[0])
+        error = step * (abs(way - other) + abs(shift) + abs(noise))
+        load = np.clip(middle + step * (way + shift), low.load, high.load)
+        return float(load), float(error), float(np.interp(way, ways[:2], places[:2]))
 
     def _continued(
         self, states: dict[float, PanelSolution], problem: Problem, load: float, order: int
@@ -242,9 +245,9 @@ class ZonePath(LoadPath):
         for near, other in zip(known, [*known[1:], known[0]]):
             share = (load - near.load) / (near.load - other.load) if len(known) > 1 else 0.0
             zones = moved_on(near.zones, other.zones, share) or near.zones
-            state = fit(problem, load, zones, order, FIXED_ORDER_EDGES)
-            counts = ([*map(len, _opened(each).values())] for each in (near, state))
-            if state.estimate.edges < 1e3 * FIXED_ORDER_EDGES and next(counts) == next(counts):
+            state: PanelSolution = fit(problem, load, zones, order, FIXED_ORDER_EDGES)
+            alike = [*map(len, _opened(near).values())] == [*map(len, _opened(state).values())]
+            if alike and state.estimate.edges < 1e3 * FIXED_ORDER_EDGES:
                 return state
         raise NotConverged(f"zones are others, or edges do not settle, on the way to load {load:g}")
 
@@ -272,7 +275,7 @@ def _births(first: PanelSolution) -> list[Event]:
         for left, right in intervals:
             kinks = [x for x, jumps in problem.kinks.items() if corner in jumps and left <= x <= right]
             low = lowest(
-                lambda x, corner=corner: problem.initial_gap(np.full(len(x), corner), x),
+                partial(problem.initial_gap, np.array(corner)),
                 np.union1d(np.linspace(left, right, SAMPLES), kinks),
             )
             lows.append((problem.law.corners[corner], left, right, *low))
@@ -309,14 +312,12 @@ def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
 def _changes(low: PanelSolution, high: PanelSolution) -> list[tuple[int, str, float]]:
     """Returns what happens to the zones of each corner that is computed: [(corner, kind, x), ...]."""
     before, after = _opened(low), _opened(high)
-    fits, right = low.iterations and high.iterations, half_line(high.problem)
     return [
         (corner, kind, x)
         for corner in high.problem.corners
         # what is just born has not moved to where it will be
-        if fits or len(before[corner]) != len(after[corner])
+        if low.iterations and high.iterations or len(before[corner]) != len(after[corner])
         for kind, x in zone_changes(before[corner], after[corner])
-        if not right or x >= -SAME * _width(high)
     ]
 
 
@@ -369,13 +370,15 @@ def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) ->
     start, end = zones[number - 1 : number + 1]
     if number % 2 != touches:
         raise NotConverged(f"zones leave x = {(left + right) / 2:g} at load {state.load:g}")
-    values, power = (state.gaps, 1.5) if touches else (state.pressure, 0.5)
+    values: Callable[[int, Array], Array] = state.gaps if touches else state.pressure
     width = half = right - left
     while half > FINE * width:
         inset = FINE * (right - left)
         x = np.linspace(max(left, start + inset), min(right, end - inset), SAMPLES)
         x = np.union1d(x, [kink for kink in state.problem.kinks if x[0] < kink < x[-1]])
-        ratios = values(corner, x) / np.minimum(1, np.minimum(x - start, end - x) / width) ** power
+        ratios = values(corner, x) / np.minimum(1, np.minimum(x - start, end - x) / width) ** (
+            1.5 if touches else 0.5
+        )
         i = int(np.argmin(ratios))
         on = x[i] in (left, right)  # it goes on falling beyond
         half = (right - left) / (2 if on else SAMPLES - 1)
@@ -383,27 +386,13 @@ def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) ->
     return float(ratios[i]), float(x[i])
 
 
-def _gaps(state: PanelSolution) -> dict[tuple[int, int], tuple[float, float]]:
-    """Returns {(number of a zone of A, of one of B): (gap between them, below 0 where they overlap, its
-    middle)}; empty where there is one corner.
+def _passed(state: PanelSolution, pair: Sequence[int], power: float = 1.0) -> tuple[float, float]:
+    """Returns the gap between a zone of A and one of B, given by their numbers, below 0 where they overlap,
+    with its size to a power; and its middle.
     """
-    zones, found = [*_opened(state).values()], {}
-    for (i, a), (j, b) in product(*map(enumerate, zones)) if len(zones) == 2 else ():
-        left, right = max((b[1], a[0]), (a[1], b[0]), key=lambda edges: edges[1] - edges[0])
-        found[i, j] = right - left, (left + right) / 2
-    return found
-
-
-def _passed(state: PanelSolution, pair: tuple[int, int], power: float) -> tuple[float, float]:
-    """Returns the gap between a pair of zones to a power, with its sign, and its middle."""
-    gap, x = _gaps(state)[pair]
-    return float(np.copysign(abs(gap) ** power, gap)), x
-
-
-def _interpolated(loads: Sequence[float], values: Sequence[float]) -> float:
-    """Returns the load at which a value vanishes, by the polynomial of the value through all."""
-    shares = [np.prod([w / (w - v) for w in values if w != v]) for v in values]
-    return float(np.dot(shares, loads))
+    a, b = (zones[number] for zones, number in zip(_opened(state).values(), pair))
+    left, right = max((b[1], a[0]), (a[1], b[0]), key=lambda edges: edges[1] - edges[0])
+    return float(np.copysign(abs(right - left) ** power, right - left)), (left + right) / 2
 
 
 def _width(state: PanelSolution) -> float:
