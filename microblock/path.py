@@ -39,11 +39,8 @@ SKIPPED = 2  # loads of the scan, at most, at which no state is found before it 
 FOLLOWED = 1e-2  # of the last load: if no smaller state is found below it, the path begins there
 # of the load: steps are halved down to it where a gap is concave, so that a zone may be born and merge there
 BENT = 0.02
-# of the load: events nearer to each other, if zones cannot be followed, may be missed by states of ORDERS[0]
-BLURRED = 1e-2
-NEAR = (
-    1e-3  # of a load or a width: within, zones that are born and merge are not seen, and twins are mirrored
-)
+# of a load: coarse states miss events by less, and zones that are born and merge within; of a width: twins
+NEAR = 1e-3
 FINE = 1e-5  # of a load, a width or a gap: less is not told apart
 SAME = 1e-9  # of a load or a width: less is nothing
 ORDERS = (10, 14)  # of the panels that see an event, and of those that tell their error
@@ -130,7 +127,7 @@ class ZonePath(LoadPath):
                 return [*self._between(low, between), *self._between(between, high)]
         except NotConverged:  # the two are all that is known
             pass
-        return _events(low, high, low.load + half, half + BLURRED * high.load)
+        return _events(low, high, low.load + half, half + NEAR * high.load)
 
     def _sides(
         self, low: PanelSolution, high: PanelSolution, changes: Sequence[tuple[int, str, float]]
@@ -218,7 +215,7 @@ class ZonePath(LoadPath):
         if about(low.load) * about(high.load) >= 0:
             raise NotConverged(f"nothing changes between loads {low.load:g} and {high.load:g}")
         middle = brentq(about, low.load, high.load, xtol=SAME * high.load, rtol=NEAR)
-        step = min([NEAR * middle, *(abs(middle - end) / 4 for end in ends)])
+        step = min([NEAR * middle, (high.load - low.load) / 2, *(abs(middle - end) / 4 for end in ends)])
         ways = np.array((-1, 1, -3, 3))
         values, places = np.transpose([value(each) for each in (middle + step * ways).tolist()])
         # the polynomial of the value through all and through three
