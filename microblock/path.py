@@ -222,11 +222,11 @@ class ZonePath(LoadPath):
         way, other = (np.polyfit(values[:count], ways[:count], count - 1)[-1] for count in (4, 3))
         one = middle - step
         fine = self._continued({one: states[one]}, high.problem, one, ORDERS[1])
-        off = [measured(state)[0] - values[0] for state in (fine, replace(fine, zones=fine.further))]
-        shift, noise = -off[0] * 2 / (values[1] - values[0]), (off[1] - off[0]) * 2 / (values[1] - values[0])
-        error = step * (abs(way - other) + abs(shift) + abs(noise))
-        load = np.clip(middle + step * (way + shift), low.load, high.load)
-        return float(load), float(error), float(np.interp(way, ways[:2], places[:2]))
+        (finer, x), (moved, _) = (measured(each) for each in (fine, replace(fine, zones=fine.further)))
+        slope = (values[1] - values[0]) / 2
+        error = step * (abs(way - other) + (abs(finer - values[0]) + abs(moved - finer)) / abs(slope))
+        load = np.clip(middle + step * (way - (finer - values[0]) / slope), low.load, high.load)
+        return float(load), float(error), float(np.interp(way, ways[:2], places[:2]) + x - places[0])
 
     def _continued(
         self, states: dict[float, PanelSolution], problem: Problem, load: float, order: int
