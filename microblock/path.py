@@ -1,11 +1,9 @@
-"""A load path on fitted states: any state on it, and the events at which zones are born, meet, part or
-vanish.
+"""A load path on fitted states, and its events: zones are born, meet, part or vanish.
 
-Topologies are compared on a geometric scan of loads, from where the contact is small against a block. Of the
-topologies beside an event the one with fewer edges is continued past it: there the least gap where a zone is
-born, or the least pressure where two merge, changes its sign, smoothly with the load. Where edges of the two
-corners pass each other the gap between them does; to the power 2 s, with the exponent s of coalescence, it is
-smooth as well.
+Zones are compared on a geometric scan of loads. Of the topologies beside an event the one with fewer edges is
+continued past it: there the least gap where a zone is born, or the least pressure where two merge, changes
+its sign. Where edges of the two corners pass each other the gap between them does; to the power 2 s, with the
+exponent s of coalescence, it is smooth as well.
 """
 
 from __future__ import annotations
@@ -48,7 +46,7 @@ SAMPLES = 33  # over a zone, between which its lowest point is searched
 
 
 class ZonePath(LoadPath):
-    """The load path on fitted panels, whose solutions have the edges of the zones as unknowns.
+    """The load path on fitted panels.
 
     Parameters
     ----------
@@ -57,7 +55,7 @@ class ZonePath(LoadPath):
     last : float
         Load at the end of the path (force per thickness).
     rtol : float, optional
-        Relative error of the states as of `Contact.solve`, without it the usual one.
+        Relative error of the states as of `Contact.solve`.
     progress : bool
         Whether a bar counts the steps to the events.
     """
@@ -76,7 +74,7 @@ class ZonePath(LoadPath):
     @cached_property
     @bounded  # here: whatever is read first, `first` or `events`, begins with it
     def _scan(self) -> list[PanelSolution]:
-        """States at geometric loads, ascending, coarse."""
+        """States at geometric loads, ascending."""
         states, skipped, still = [self._coarse(self.last)], 0, False
         while not (still or _is_small(states[0])) and states[0].load > SAME * self.last:
             try:
@@ -110,7 +108,7 @@ class ZonePath(LoadPath):
         return sorted(found, key=lambda event: event.load)
 
     def _between(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
-        """Returns events between two states, ascending in load but for those of edges that pass."""
+        """Returns events between two states."""
         changes, half = _changes(low, high), (high.load - low.load) / 2
         try:
             if not changes and not _hides(low, high):
@@ -133,7 +131,7 @@ class ZonePath(LoadPath):
         self, low: PanelSolution, high: PanelSolution, changes: Sequence[tuple[int, str, float]]
     ) -> tuple[PanelSolution, PanelSolution, float] | None:
         """Returns the zones before and after the only change between two states, at its load, and the error
-        of that; None if there are several changes. Two that mirror each other happen at once.
+        of that; None if there are several. Two that mirror each other happen at once.
         """
         kind, places = changes[0][1], [x for _, _, x in changes]
         twins = len(changes) == 2 and changes[1][1] == kind and abs(sum(places)) < NEAR * _width(high)
@@ -160,7 +158,7 @@ class ZonePath(LoadPath):
         return (state, other, error + apart) if grows else (other, state, error + apart)
 
     def _passings(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
-        """Returns events between two states with zones alike: edges of the two corners pass each other."""
+        """Returns events between states with zones alike: edges of the two corners pass each other."""
         corners, found = _opened(low).values(), []
         fits = {state.load: state for state in (low, high) if state.iterations}
         for pair in product(*(range(len(own)) for own in corners)) if len(corners) == 2 else ():
@@ -183,19 +181,14 @@ class ZonePath(LoadPath):
         ends: dict[float, tuple[float, float]],
     ) -> tuple[float, float, float]:
         """Returns the load at which what is measured of continued states changes its sign, its error and the
-        place.
+        place; raises NotConverged where it does not, or they cannot be continued.
 
         Parameters
         ----------
         low, high : states between whose loads it lies
-        states : {load: state} from which the topology is continued; more are added
+        states : {load: state} of the topology; more are added
         measured : function of a state: (number, place)
         ends : {load: (number, place)} at events, next to which a zone may be too small to be fitted
-
-        Raises
-        ------
-        NotConverged
-            If the topology cannot be continued, or nothing changes its sign.
         """
         from scipy.optimize import brentq  # here: half a second that states do without
 
@@ -231,12 +224,8 @@ class ZonePath(LoadPath):
     def _continued(
         self, states: dict[float, PanelSolution], problem: Problem, load: float, order: int
     ) -> PanelSolution:
-        """Returns the state at a load with the topology of others, whether or not it violates (26).
-
-        Raises
-        ------
-        NotConverged
-            If zones come or go on the way, or edges do not settle.
+        """Returns the state at a load with the topology of others, whether or not it violates (26); raises
+        NotConverged where zones come or go on the way.
         """
         known = [states[other] for other in sorted(states, key=lambda other: abs(other - load))]
         for near, other in zip(known, [*known[1:], known[0]]):
@@ -250,7 +239,7 @@ class ZonePath(LoadPath):
 
 
 def _is_small(state: PanelSolution) -> bool:
-    """Returns whether the path may begin with a state: all that touches is narrow, and did so at first."""
+    """Returns whether all that touches is narrow, and did so at first."""
     narrow = START * state.problem.solid.ell
     return all(right - left < narrow for left, right in _zones(state)["contact"]) and not any(
         event.load for event in _births(state)
@@ -258,15 +247,13 @@ def _is_small(state: PanelSolution) -> bool:
 
 
 def _is_still(low: PanelSolution, high: PanelSolution) -> bool:
-    """Returns whether the contact does not shrink any more on the way to load 0, as under a flat punch."""
+    """Returns whether the contact does not shrink towards load 0, as under a flat punch."""
     edges, others = zone_edges(low.all_zones), zone_edges(high.all_zones)
     return len(edges) == len(others) and np.allclose(edges, others, rtol=0, atol=FINE * _width(low))
 
 
 def _births(first: PanelSolution) -> list[Event]:
-    """Returns events up to the first load of the scan: at first touch for the nearest corners, else before
-    that.
-    """
+    """Returns events up to a load: at first touch for the nearest corners, else between it and 0."""
     problem, lows, found = first.problem, [], []
     for corner, intervals in _opened(first).items():
         for left, right in intervals:
@@ -296,8 +283,8 @@ def _zones(state: PanelSolution) -> Zones:
 
 
 def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
-    """Returns the zones of all corners by number. Under a valley of the obstacle the pressure is never
-    positive: with the load the gap only gets too narrow to matter.
+    """Returns the zones of all corners by number. Under a valley the pressure is never positive: with the
+    load the gap only gets too narrow to matter.
     """
     found, tiny = dict(state.all_zones), SAME * _width(state)
     for place, jumps in state.problem.kinks.items():
@@ -307,7 +294,7 @@ def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
 
 
 def _changes(low: PanelSolution, high: PanelSolution) -> list[tuple[int, str, float]]:
-    """Returns what happens to the zones of each corner that is computed: [(corner, kind, x), ...]."""
+    """Returns what happens to the zones of the corners that are computed: [(corner, kind, x), ...]."""
     before, after = _opened(low), _opened(high)
     return [
         (corner, kind, x)
@@ -319,7 +306,7 @@ def _changes(low: PanelSolution, high: PanelSolution) -> list[tuple[int, str, fl
 
 
 def _events(low: PanelSolution, high: PanelSolution, load: float, error: float) -> list[Event]:
-    """Returns what happens to the zones by name from one state to the other, at one load."""
+    """Returns what happens to the zones by name, at one load."""
     before, after = _zones(low), _zones(high)
     return [
         Event(load, error, kind, name, x)
@@ -329,8 +316,8 @@ def _events(low: PanelSolution, high: PanelSolution, load: float, error: float) 
 
 
 def _hides(low: PanelSolution, high: PanelSolution) -> bool:
-    """Returns whether zones may be born and merge between two states with zones alike: where a gap has a
-    minimum before and is closed afterwards, or is concave, so that a minimum may still arise.
+    """Returns whether zones may be born and merge between states with zones alike: a gap has a minimum that
+    is closed afterwards, or is concave, so that one may arise.
     """
     step = (high.load - low.load) / high.load
     for corner, parts in high.all_zones.items():
@@ -347,20 +334,15 @@ def _hides(low: PanelSolution, high: PanelSolution) -> bool:
 
 
 def _span(state: PanelSolution, corner: int, x: float, touches: bool) -> Interval:
-    """Returns the zone of a corner around x, or, if not `touches`, the gap between two."""
+    """Returns the zone of a corner around x, or the gap between two."""
     zones = _opened(state)[corner]
     spans = zones if touches else [(a[1], b[0]) for a, b in zip(zones, zones[1:])]
     return min(spans, key=lambda span: abs(span[0] + span[1] - 2 * x))
 
 
 def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) -> tuple[float, float]:
-    """Returns the least gap of a corner near a span where it does not touch, or its least pressure where it
-    does, over what it grows like from the edges beside it; and its place.
-
-    Raises
-    ------
-    NotConverged
-        If the zones of the state are not beside the span.
+    """Returns (least gap of a corner near a span that does not touch, or least pressure in one that does,
+    over what it grows like from the edges beside it; place); raises NotConverged if these are elsewhere.
     """
     (left, right), zones = span, [-np.inf, *np.ravel(state.zones[corner]), np.inf]
     number = int(np.searchsorted(zones, (left + right) / 2))
@@ -384,8 +366,8 @@ def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) ->
 
 
 def _passed(state: PanelSolution, pair: Sequence[int], power: float = 1.0) -> tuple[float, float]:
-    """Returns the gap between a zone of A and one of B, given by their numbers, below 0 where they overlap,
-    with its size to a power; and its middle.
+    """Returns the gap between a zone of A and one of B, below 0 where they overlap, to a power; and its
+    middle.
     """
     a, b = (zones[number] for zones, number in zip(_opened(state).values(), pair))
     left, right = max((b[1], a[0]), (a[1], b[0]), key=lambda edges: edges[1] - edges[0])
