@@ -15,8 +15,11 @@ from microblock.corners import active_set
 from microblock.fem import meshes
 from microblock.fem.body import Loads
 from microblock.fem.newton import WORST
-from microblock.model.zones import distance, layer_lengths, zone_edges
+from microblock.model.closed_forms import Strip
+from microblock.model.zones import distance, zone_edges
 
+from .. import layers
+from .. import strip as script
 from .sampling import Axis, Map, Outcome
 from .verification import NoAnswer, lines, panels
 
@@ -236,26 +239,14 @@ def strip(kind_of, order, elements, ell_over_h, nu, eta, rho):
     """The strip in partial contact, ell over the length of an element: largest relative error of traction,
     micromoment and layer lengths beside the closed form.
     """
-    from microblock.model.closed_forms import Strip  # verifies only: the computation does without
-
-    solid, psi0 = (
-        mb.Cosserat(E=2 * (1 + nu), nu=nu, ell=ell_over_h / elements, beta=2 * eta / (1 + eta)),
-        2e-3,
-    )
-    body = mb.Body(meshes.line(1.0, elements), solid, order, fixed={"u1": "middle", "u2": "middle"})
-    exact = Strip(solid.ell, psi0, nu, solid.beta, 1.0)
-    exact = Strip(solid.ell, psi0, nu, solid.beta, 0.5 * exact.delta_fc)
-    way = mb.Newton(kind_of, rho * (solid.lam + 2 * solid.mu))
-    plane = mb.Plane(solid.ell / 2 * psi0)
-    state = mb.Contact(body, plane, mb.Microblock(psi0), way).solve(approach=exact.delta)
-    top = body.mesh(0.0)
-    lengths = layer_lengths(
-        solid, state.fields.psi(top), state.fields.u1(top), state.micromoment[0], -state.pressure[0]
-    )
-    pairs = zip(
-        (-state.pressure[0], state.micromoment[0], *lengths),
-        (exact.traction, exact.micromoment, exact.L_psi, exact.L_u),
-    )
+    ell, beta = ell_over_h / elements, 2 * eta / (1 + eta)
+    contact = script.problem(ell, math.degrees(2e-3), nu, beta, order=order, elements=elements)
+    way = mb.Newton(kind_of, rho * (contact.solid.lam + 2 * contact.solid.mu))
+    delta_fc = Strip(ell, contact.law.psi0, nu, beta, 1.0).delta_fc
+    state = contact.with_(method=way).solve(approach=0.5 * delta_fc)
+    exact, values = script.closed_form(state), (-state.pressure[0], state.micromoment[0])
+    true = exact.traction, exact.micromoment, exact.L_psi, exact.L_u
+    pairs = zip((*values, *script.lengths(state)), true)
     return Outcome(float(max(abs(one / other - 1) for one, other in pairs)))
 
 
@@ -300,8 +291,6 @@ def friction(body, friction, alpha, contact):
 
 def layer(alpha, x1, beta):
     """The length of the layer by the fit (51) below x1, beside that of the micropolar mode."""
-    from ..commands import layers  # a case of its own
-
     (row,) = layers.solve(alphas=(alpha,), positions=(x1,), beta=beta)["layers"]
     if None in (row["L_bl_over_ell"], row["mode_length_over_ell"]):
         raise mb.NotConverged(row["reason"])

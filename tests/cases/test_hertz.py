@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from cases import hertz, size_effect
+from cases.commands import hertz as hertz_command
 from cases.commands import size_effect as sizes
 
 ALPHA_MID = 0.8343132323  # to ten digits, from two sides of coalescence
@@ -82,6 +83,16 @@ def test_elements_agree_with_panels(answer):
     # one discrete problem
     assert paper["profile"]["pressure"] == pytest.approx(condensed["profile"]["pressure"], abs=1e-9)
     assert paper["error_estimate"] is None and paper["unknowns"] > condensed["unknowns"]
+
+
+def test_error_of_the_nominal_hardness_is_of_two_meshes():
+    """The mesh that reaches 1e-1 reaches 1e-2, too: their distance would be that of rounding."""
+    (value, error), (exact, own) = (
+        sizes.nominal_hardness(hertz_command.resolved(alpha=0.5, model="fe", rtol=rtol))
+        for rtol in (1e-2, 1e-4)
+    )
+    # a value is nearer to the limit than its error says, which is that of the coarser mesh
+    assert abs(value - exact) <= error and own < error < 1e-3 * value
 
 
 @pytest.mark.slow
