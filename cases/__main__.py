@@ -34,16 +34,12 @@ def cases():
 
 def main(words=None):
     """Run the case that the words name; the exit status."""
-    from microblock import __version__
     from microblock.command import did_you_mean, run
 
     words = sys.argv[1:] if words is None else words
     known = cases()
     if not words or words[0] in ("-h", "--help"):
         print("\n".join(f"{name:12} {headline}" for name, (_, headline) in known.items()))
-        return 0
-    if words[0] == "--version":
-        print(f"microblock {__version__}")
         return 0
     if words[0] not in known:
         print(f"{PROGRAM}: {words[0]}: no such case{did_you_mean(words[0], known)}", file=sys.stderr)

@@ -81,8 +81,7 @@ def figure(states, P=P, a_Hz=a_Hz, p_Hz=p_Hz):
 if __name__ == "__main__":
     states = solve()
     for state in states:
-        width, error = state.half_width / a_Hz, state.error_estimate
-        print(f"P = {state.load:5.2f}  half-width {width:.5f} a_Hz  error {error:.0e}")
+        print(f"P = {state.load:5.2f}  half-width {state.half_width / a_Hz:.5f} a_Hz")
     meeting = problem().path(load=P).events[-1]
     print(f"the strips meet at P = {meeting.load:.6f}; reference {(0.25 / 0.8343132323) ** 2:.6f}")
     figure(states)

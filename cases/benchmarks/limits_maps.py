@@ -6,6 +6,7 @@ half-width 1. `eta` is mu_c/mu: beta = 2 eta/(1 + eta) vanishes with it and tend
 """
 
 import math
+from types import SimpleNamespace
 
 import ngsolve as ng
 import numpy as np
@@ -111,7 +112,7 @@ def positive(rng, size, decades):
 
 
 def plain(H, gaps, load):
-    """Forces and sets tried by the primal-dual active set as it is written most often."""
+    """The state by the primal-dual active set as it is written most often."""
     closed, seen = gaps - gaps.min() <= 0, set()
     while closed.tobytes() not in seen and closed.any():
         seen.add(closed.tobytes())
@@ -124,7 +125,7 @@ def plain(H, gaps, load):
         size = np.abs(gaps) + np.abs(H) @ np.abs(forces)
         wanted = np.where(closed, forces > 0, now < -1e-13 * size)
         if np.array_equal(wanted, closed):
-            return forces, solution[-1]
+            return SimpleNamespace(forces=forces, approach=solution[-1], followed=False)
         closed = wanted
     raise mb.NotConverged(f"the plain active set cycles after {len(seen)} sets; active_set.solve does not")
 
@@ -145,24 +146,20 @@ def states(problem, method, degree, size, start, seed):
     elif problem == "weights":  # some corners stand for next to no surface
         c = np.where(rng.random(size) < 0.5, tiny, 1.0)
         H, gaps = H * c * c[:, None], gaps * c
-    note = None
     if method == "plain":
-        forces, approach = plain(H / c / c[:, None], gaps / c, 1.0)
-        forces = forces / c
+        H, gaps, c = H / c / c[:, None], gaps / c, np.ones(size)
+        state = plain(H, gaps, 1.0)
     elif method == "path":
         state = active_set.path(H, gaps, [1 / 7, 1.0], c=c).states[1]
     else:
         first = active_set.solve(H, gaps, load=1.0, c=c)
         closed = {"nothing": None, "absurd": ~first.closed, "random": rng.random(size) < 0.5}[start]
         state = active_set.solve(H, gaps, load=1.0, c=c, start=closed)
-        note = "load path" if state.followed else None
-    if method != "plain":
-        forces, approach = state.forces, state.approach
-    H, gaps, forces = H / c / c[:, None], gaps / c, c * forces
-    now = gaps - approach + H @ forces
-    length = (np.abs(gaps) + abs(approach) + np.abs(H) @ np.abs(forces))[forces > 0].max()
-    work = np.abs(forces * now).sum() / length
-    return Outcome(max(-now.min() / length, work, -forces.min(), abs(forces.sum() - 1)), KKT, fallback=note)
+    H, gaps, forces = H / c / c[:, None], gaps / c, c * state.forces
+    now = gaps - state.approach + H @ forces
+    length = (np.abs(gaps) + abs(state.approach) + np.abs(H) @ np.abs(forces))[forces > 0].max()
+    wrong = np.abs(forces * now).sum() / length, -now.min() / length, -forces.min(), abs(forces.sum() - 1)
+    return Outcome(max(wrong), KKT, fallback="load path" if state.followed else None)
 
 
 # ---- finite elements

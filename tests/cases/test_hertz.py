@@ -6,6 +6,7 @@ import pytest
 from cases import hertz, size_effect
 from cases.commands import hertz as hertz_command
 from cases.commands import size_effect as sizes
+from cases.paper import fig08_10
 
 ALPHA_MID = 0.8343132323  # to ten digits, from two sides of coalescence
 STATE = {
@@ -38,6 +39,13 @@ def test_laws_have_opposite_size_effects():
     assert np.all(np.diff(result["unilateral"]["half_width"]) < 0)
     assert result["alpha_mid"] == pytest.approx(ALPHA_MID, rel=1e-6)  # events to 1e-7 of the load
     assert result["microblock"]["real"][2] > result["microblock"]["apparent"][2]
+
+
+def test_table_of_figures_8_to_10_has_scaled_columns():
+    (state,) = hertz.solve(alpha=0.5, loads=(0.5,))
+    row = fig08_10.row(state)
+    assert (row["alpha"], row["psi0_deg"], row["load"]) == pytest.approx((0.5, 0.0, 0.5))
+    assert 0.7 < row["half_width"] < 0.9 and 0.5 < row["pressure_max"] < 0.7  # Hertz: 0.71 and 0.71
 
 
 def test_command_returns_the_contract(answer):
