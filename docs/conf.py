@@ -56,7 +56,8 @@ for stale in (SCRIPTS, *([] if (MADE / DIGEST).exists() else [MADE])):
     shutil.rmtree(stale, ignore_errors=True)
 (MADE / DIGEST).mkdir(parents=True, exist_ok=True)
 for folder, heading in {
-    "": "Gallery\n=======",
+    "": "Gallery\n=======\n\nScripts that import ``cases`` run in the root of the checkout, for example "
+    "``python -m cases.sphere``. The others run wherever microblock is installed.",
     "plane": "In the plane\n------------",
     "space": "In space\n--------",
     "the_paper": "The figures of the paper\n------------------------",
