@@ -68,7 +68,12 @@ for path in FILES:
     text = path.read_text()
     if path.parent.name in ("cases", "paper") and "    plt.show()" in text:
         plane = "space" if re.search("HalfSpace|meshes3d", text) else "plane"
-        shutil.copy(path, SCRIPTS / {"paper": "the_paper"}.get(path.parent.name, plane))
+        if re.search(r"^(from|import) cases\b", text, re.M):  # who downloads it has to know
+            module = ".".join(path.relative_to(DOCS.parent).with_suffix("").parts)
+            text = text.replace(
+                '\n"""', f'\n:Runs:      in the root of the checkout, ``python -m {module}``\n"""', 1
+            )
+        (SCRIPTS / {"paper": "the_paper"}.get(path.parent.name, plane) / path.name).write_text(text)
 # README links to it
 shutil.copytree(
     SCRIPTS.parents[1] / "cases/playground",

@@ -6,6 +6,7 @@ an approach: --model fe returns it on the paper's domain of 18 a_Hz.
 """
 
 import math
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -14,6 +15,7 @@ import microblock as mb
 from microblock.corners import active_set
 
 from .. import size_effect
+from ..layers import problems
 from . import hertz
 
 LAWS = "microblock", "unilateral"
@@ -99,14 +101,9 @@ def classical_hardness(common):
     return 2 * fine - coarse, 2 * fine_error + coarse_error
 
 
-def _solid(nu, beta, ell=1.0):
-    """A solid with E* = 2, for which a_Hz^2 = 2 P R/pi."""
-    return mb.Cosserat(E=2 * (1 - nu**2), nu=nu, ell=ell, beta=beta)
-
-
 def by_panels(nu, beta):
     """((alpha_mid, its error), [(Gauss spacing over a_Hz of a panel of length ell, alpha_mid)])."""
-    problem = mb.Contact(mb.HalfPlane(_solid(nu, beta)), mb.Cylinder(1.0), mb.Microblock())
+    problem, _ = problems(1.0, nu, beta)
     loads = {order: problem.solver.coalescence(order) for order in ORDERS}
     alphas = {order: 1 / math.sqrt(2 * load / math.pi) for order, (load, _) in loads.items()}
     finest, (load, error) = alphas[ORDERS[-1]], loads[ORDERS[-1]]
@@ -121,7 +118,7 @@ def by_elements(nu, beta):
     """
     from microblock.halfplane.coalescence import coalescence
 
-    problem = mb.Contact(mb.Block(_solid(nu, beta)), mb.Cylinder(1.0), mb.Microblock())
+    problem, _ = problems(1.0, nu, beta, mb.Block)
     (coarse, _), (load, error) = (coalescence(problem.solver, *mesh) for mesh in ((7, 4), (9, 5)))
     alpha = 1 / math.sqrt(2 * load / math.pi)
     return (alpha, alpha * (error + abs(load - coarse)) / load / 2), bilinear(nu, beta)
@@ -129,12 +126,11 @@ def by_elements(nu, beta):
 
 def bilinear(nu, beta, squares=(0.2, 0.1, 0.05, 0.025)):
     """[(h over a_Hz, alpha_mid)] of bilinear elements on uniform meshes; a_Hz is that of the load."""
-    body, of_h = mb.Block(_solid(nu, beta, NEAR), float(DOMAIN)), []
-    for h in squares:
-        problem = mb.Contact(body, mb.Cylinder(1.0), mb.Microblock(), mb.Uniform(h=h, reach=2.0))
-        a_Hz = math.sqrt(2 * axis_closes(problem.solver) / math.pi)
-        of_h.append((h / a_Hz, NEAR / a_Hz))
-    return of_h
+    square = partial(mb.Block, size=float(DOMAIN))
+    meshes = {h: mb.Uniform(h=h, reach=2.0) for h in squares}
+    loads = {h: axis_closes(problems(NEAR, nu, beta, square, mesh)[0].solver) for h, mesh in meshes.items()}
+    a_Hz = {h: math.sqrt(2 * load / math.pi) for h, load in loads.items()}
+    return [(h / a, NEAR / a) for h, a in a_Hz.items()]
 
 
 def axis_closes(solver):
