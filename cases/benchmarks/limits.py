@@ -27,7 +27,6 @@ from .questions import QUESTIONS
 from .sampling import KINDS, Outcome, records
 
 RECORD = Path(__file__).parent / "results" / "limits.csv"
-QUICK = 2  # runs of a map
 TOO_FAR = 0.1  # relative error of an answer that is of no use, where nothing is promised
 # curves of the profile: runs that were promised something
 CURVES = {
@@ -61,7 +60,7 @@ def solve(quick=False, only: tuple[str, ...] = (), share=1.0, seed=1, limit=60.0
         (one, setting, near)
         for one in MAPS
         if not only or one.name in only
-        for setting, near in one.settings(QUICK if quick else max(QUICK, round(share * one.runs)), seed)
+        for setting, near in one.settings(2 if quick else max(2, round(share * one.runs)), seed)
     ]
     rows = records([(one.run, setting) for one, setting, _ in work], workers, limit)
     frame = pd.DataFrame(
