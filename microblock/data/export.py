@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import BadArgument, MissingExtra, require_numbers, require_place, writing
 from ..model.events import Event, LoadPath
-from ..model.history import History, HistoryEvent
+from ..model.history import History
 from ..model.state import State
 from ..model.zones import contains, zone_edges
 from .records import write_records, write_text
@@ -62,8 +62,7 @@ def profile(state: State) -> dict[str, np.ndarray]:
 
 
 def to_csv(
-    what: State | History | LoadPath | Sequence[State | Event | HistoryEvent | Mapping[str, object]],
-    path: str | os.PathLike,
+    what: State | History | LoadPath | Sequence[State | Event | Mapping[str, object]], path: str | os.PathLike
 ) -> None:
     """Write states, events or the rows of a study as CSV, with the versions in each row.
 
@@ -120,7 +119,7 @@ def _same_columns(what):
     rows = what if isinstance(what, (list, tuple)) else ()
     if all(isinstance(row, State) for row in rows):
         rows = [{"state": number, **row} for number, state in enumerate(rows) for row in _nodes(state)]
-    rows = [asdict(row) if isinstance(row, (Event, HistoryEvent)) else row for row in rows]
+    rows = [asdict(row) if isinstance(row, Event) else row for row in rows]
     if not rows or not all(isinstance(row, Mapping) for row in rows):
         raise BadArgument(
             "what",

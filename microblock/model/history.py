@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import BadArgument
+from .events import Event
 from .plain_data import PlainData
 from .state import Solution, State
 from .summary import Row, Shown, Summary, number, saved
@@ -66,43 +66,6 @@ def change(finer: Solution, coarser: Solution, weights: Array, ell: float, frict
     return distance(weights, p, M, fields[0][0], q)
 
 
-@dataclass(frozen=True)
-class HistoryEvent:
-    """What happens on the way from one pair of loads to the next.
-
-    Attributes
-    ----------
-    pair : int
-        Number of the pair that is on the way, from 0.
-    normal, shear : float
-        P and Q at which it happens (forces per thickness).
-    error : float or None
-        Error of that place as a share of the way from one pair to the next; None where it is not known.
-    kind : str
-        "first slip", "full slip", "reversal", "born" or "vanished".
-    zone : str
-        "slip" or "stick".
-    x : float
-        Abscissa x1 (length).
-
-    Examples
-    --------
-    >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
-    >>> problem = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Unilateral(friction=0.3))
-    >>> history = problem.history([(1.0, 0.0), (1.0, 0.3), (1.0, 0.0)], rtol=0.05)
-    >>> [event.pair for event in history.events if event.kind == "reversal"]
-    [2]
-    """
-
-    pair: int
-    normal: float
-    shear: float
-    error: float | None
-    kind: str
-    zone: str
-    x: float
-
-
 class History(Shown, PlainData):
     """The states of a frictional problem along a history of loads.
 
@@ -111,7 +74,7 @@ class History(Shown, PlainData):
     problem : Contact
     states : list of State
         One for each pair of loads, in the given order.
-    events : list of HistoryEvent
+    events : list of Event
         What happens on the way, in order.
     warnings : list of str
         What its states warn of, each sentence once.
@@ -127,7 +90,7 @@ class History(Shown, PlainData):
 
     _keys = "states", "events", "warnings"
 
-    def __init__(self, problem: ContactLike, states: Sequence[State], events: Sequence[HistoryEvent]) -> None:
+    def __init__(self, problem: ContactLike, states: Sequence[State], events: Sequence[Event]) -> None:
         self.problem, self.states, self.events = problem, list(states), list(events)
 
     @property
@@ -170,7 +133,7 @@ class History(Shown, PlainData):
             for index, one in enumerate(self.states)
         ]
         rows += [
-            Row(f"{event.zone}: {event.kind}", "P, Q", f"{number(event.normal)}, {number(event.shear)}")
+            Row(f"{event.zone}: {event.kind}", "P, Q", f"{number(event.load)}, {number(event.shear)}")
             for event in self.events
         ]
         words = f"{len(self.states)} pairs, {len(self.events)} events"

@@ -14,7 +14,7 @@ from .state import State
 
 FORCE, LENGTH, STRESS, MOMENT = "force per thickness", "length", "stress", "stress x length"
 UNITS = {
-    **dict.fromkeys(("load", "load_error", "normal", "shear"), FORCE),
+    **dict.fromkeys(("load", "load_error", "shear"), FORCE),
     **dict.fromkeys(("approach", "half_width", "contact_area", "x", "weights", "displacement"), LENGTH),
     **dict.fromkeys(
         (
@@ -59,7 +59,8 @@ def data_set(result: State | LoadPath | History) -> Any:
     events = [asdict(event) for event in result.events]
     for name in events[0] if events else ():
         unit = {"units": UNITS[name]} if name in UNITS else {}
-        together[f"event_{name}"] = "event", [event[name] for event in events], unit
+        values = [np.nan if event[name] is None else event[name] for event in events]
+        together[f"event_{name}"] = "event", values, unit
     return together
 
 
