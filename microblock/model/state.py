@@ -16,7 +16,7 @@ from ..errors import BadArgument, Named, at_least, require_choice, require_numbe
 from .deformable import body_of
 from .material import Cosserat, Elastic, hertz_scales
 from .obstacles import Cylinder, gap, returned
-from .plain_data import PlainData, plain_data
+from .plain_data import QUANTITIES, PlainData, plain_data
 from .sharp import of_samples
 from .summary import Row, Shown, Summary, call, intervals, number, saved
 from .types import (
@@ -448,20 +448,6 @@ class State(Shown, PlainData):
     shear_traction: Array | None
     slip: Array | None
 
-    _keys = (
-        *("load", "approach", "half_width", "contact_area", "zones", "energy", "error_estimate"),
-        *("error_parts", "residual", "iterations", "unknowns", "method", "warnings"),
-        *("x", "weights", "pressure", "pressures", "micromoment", "psi"),
-    )
-    _of_friction = (
-        *("shear", "dissipation", "work", "tangential_approach", "zone_errors", "shear_traction", "slip"),
-    )
-    _in_space = (
-        *("load", "approach", "contact_area", "energy", "error_estimate", "residual", "iterations"),
-        *("unknowns", "method", "warnings", "seen_width", "width", "shape", "x1", "x2", "points", "weights"),
-        *("pressure", "pressures", "micromoment", "psi", "displacement", "opposite", "closed"),
-    )
-
     def __init__(self, solution: Any, **given: Any) -> None:
         """The state of a solution; what is not given is taken from that when it is first asked for."""
         vars(self).update(given, solution=solution)
@@ -496,9 +482,8 @@ class State(Shown, PlainData):
     @property
     def listed(self) -> tuple[str, ...]:
         """Names of what `to_dict` has."""
-        if not self.flat:
-            return self._in_space
-        return self._keys if self.shear is None else (*self._keys, *self._of_friction)
+        kinds = {"space"} if not self.flat else {"plane"} if self.shear is None else {"plane", "friction"}
+        return tuple(name for name, own in QUANTITIES.items() if kinds & {*own.listed.split()})
 
     @cached_property
     def problem(self) -> ContactLike:
