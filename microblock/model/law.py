@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ..errors import BadArgument, MicroblockError, make_plain, require_choice, require_finite, shortened
+from ..errors import BadArgument, make_plain, require_choice, require_finite
 from . import obstacles
 from .summary import is_told
 from .types import Array, Function, ObstacleLike, Tilt
@@ -181,11 +181,13 @@ class Microblock(_Coulomb):
                 self.friction,
                 "must be 0 where psi0 is other than 0: the two corners of a block then slip differently",
             )
-        if isinstance(self.psi0, tuple):
-            _check_pair(self.psi0)
-        elif not callable(self.psi0):
-            require_finite(psi0=self.psi0)
-            self.angle(np.zeros(1))
+        parts: tuple[Any, ...] = self.psi0 if isinstance(self.psi0, tuple) else (self.psi0,)
+        if len(parts) != 2 and parts is self.psi0:
+            raise BadArgument("psi0", self.psi0, "must be a pair of rotations, about x1 and x2")
+        for part in parts:
+            if not callable(part):
+                require_finite(psi0=part)
+                rotation(part, np.zeros(1))
 
     @property
     def even(self) -> bool:
@@ -227,29 +229,7 @@ class Microblock(_Coulomb):
             raise BadArgument(
                 "psi0", self.psi0, "must be a number or a function of x1: a pair belongs to a HalfSpace"
             )
-        if not callable(self.psi0) and abs(self.psi0) < 1:
-            return np.full(np.shape(x), float(self.psi0))
-        if not np.size(x):
-            return np.zeros(np.shape(x))
-        try:
-            values = self.psi0(np.array(x)) if callable(self.psi0) else self.psi0
-            psi0 = np.broadcast_to(obstacles.real(values), np.shape(x))
-        except MicroblockError:
-            raise
-        except Exception as failure:  # whatever the user's function does
-            raise BadArgument(
-                "psi0",
-                self.psi0,
-                f"must take an array of x and return as many numbers ({shortened(repr(failure))})",
-            ) from failure
-        if not np.all(np.isfinite(psi0)) or not np.all(np.abs(psi0) < 1):
-            raise BadArgument(
-                "psi0",
-                self.psi0,
-                "must be finite and below 1 in absolute value (radians): "
-                "beyond it the levers of (41) change sign",
-            )
-        return np.array(psi0)
+        return rotation(self.psi0, x)
 
     def levers(self, x: Array) -> dict[str, Array]:
         """Returns n.(S + N) of corner A and n.(S - N) of corner B at the abscissae x, arrays (n,)."""
@@ -334,39 +314,39 @@ class Microclamped(Unilateral):
     clamps_rotation = True
 
 
-def _check_pair(psi0: tuple[Tilt, ...]) -> None:
-    """Raises BadArgument unless these are two functions, or numbers below 1 in absolute value."""
-    numbers = [each for each in psi0 if not callable(each)]
-    for each in numbers:
-        require_finite(psi0=each)
-    if len(psi0) != 2 or not all(abs(each) < 1 for each in numbers):
-        raise BadArgument("psi0", psi0, "must be two rotations, each below 1 in absolute value (radians)")
-
-
 def surface_tilt(psi0: Any, x1: Array, x2: Array) -> Array:
     """Returns t = (-psi0_2, psi0_1) of blocks over a surface, array (2, ...), of a pair or, about -e2, of a
     number; raises BadArgument if a function fails, or is not below 1 in absolute value.
     """
     about = psi0 if isinstance(psi0, tuple) else (0.0, -psi0)
-    return np.array([-_angle(about[1], x1, x2), _angle(about[0], x1, x2)])
+    return np.array([-rotation(about[1], x1, x2), rotation(about[0], x1, x2)])
 
 
-def _angle(psi0: Tilt, x1: Array, x2: Array) -> Array:
-    """Returns a rotation at places, array like x1."""
-    try:
-        values = psi0(np.array(x1), np.array(x2)) if callable(psi0) else psi0
-        found = np.broadcast_to(np.asarray(values, float), np.shape(x1))
-    except MicroblockError:
-        raise
-    except Exception as failure:  # whatever the user's function does
+def rotation(psi0: Any, *x: Array) -> Array:
+    """Returns a rotation psi0, a number or a function, at places: an array of their shape (radians).
+
+    Raises
+    ------
+    BadArgument
+        If the function fails, or a rotation is not below 1 in absolute value.
+    """
+    shape = np.shape(x[0])
+    angles = np.full(shape, 0.0 if callable(psi0) else float(psi0))
+    if callable(psi0):
+        angles = obstacles.evaluated(
+            lambda *x: np.array(np.broadcast_to(obstacles.real(psi0(*x)), shape)),
+            *x,
+            name="psi0",
+            given=psi0,
+            allowed="must take an array for each coordinate and return as many numbers",
+        )
+    if not np.all(np.abs(angles) < 1):  # nor NaN
         raise BadArgument(
             "psi0",
             psi0,
-            f"must take arrays of x1 and x2 and return as many numbers ({shortened(repr(failure))})",
-        ) from failure
-    if not np.all(np.abs(found) < 1):  # nor NaN
-        raise BadArgument("psi0", psi0, "must be finite and below 1 in absolute value (radians)")
-    return found
+            "must be finite and below 1 in absolute value (radians): beyond it levers (41) change sign",
+        )
+    return angles
 
 
 def tangents(normals: Array) -> Array:

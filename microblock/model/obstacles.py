@@ -524,26 +524,35 @@ def returned(obstacle: ObstacleLike, x: Array) -> Array:
     height = getattr(obstacle, "height", obstacle)
     if not callable(height):
         raise BadArgument("obstacle", obstacle, "must have a method height(x), or be a callable height(x)")
-    if not np.size(x):
-        return np.zeros(np.shape(x))
-    try:
-        with np.errstate(all="ignore"):  # `heights` raises an error where it is no number
-            found = real(height(np.array(x)))  # a copy: a user's function may write into it
+
+    def above(x: Array) -> Array:
+        found = real(height(x))
         left, right = getattr(obstacle, "ends", None) or (-np.inf, np.inf)
         return np.where((x < left) | (x > right), np.inf, found) if np.shape(found) == np.shape(x) else found
+
+    return evaluated(
+        above,
+        x,
+        name="obstacle",
+        given=obstacle,
+        allowed="its height(x) must take an array of x; np.vectorize(height, otypes=[float]) serves a "
+        "function of one number, a HalfSpace one of (x1, x2)",
+    )
+
+
+def evaluated(function: Callable[..., Array], *x: Array, name: str, given: object, allowed: str) -> Array:
+    """Returns what a user's function returns at places, arrays of one shape; raises BadArgument, by the name
+    of what was given, where the function fails.
+    """
+    if not np.size(x[0]):  # np.vectorize without `otypes` fails for no places
+        return np.zeros(np.shape(x[0]))
+    try:
+        with np.errstate(all="ignore"):  # callers look at what is no number
+            return function(*map(np.array, x))  # copies: a user's function may write into them
     except MicroblockError:
         raise
-    except (TypeError, ValueError) as failure:
-        raise BadArgument(
-            "obstacle",
-            obstacle,
-            f"its height(x) must take an array of x ({shortened(str(failure))}); "
-            "np.vectorize(height, otypes=[float]) serves a function of one number, "
-            "a HalfSpace one of (x1, x2)",
-        ) from failure
     except Exception as failure:  # whatever the user's function does
-        words = f"its height(x) failed: {shortened(repr(failure))}"
-        raise BadArgument("obstacle", obstacle, words) from failure
+        raise BadArgument(name, given, f"{allowed} ({shortened(repr(failure))})") from failure
 
 
 def real(values: ArrayLike) -> Array:
