@@ -167,16 +167,16 @@ def _rough(
     values[~there] = 0.0
     series = values[:, :NODES] @ _coefficients.T
     error = np.abs(values[:, :NODES] @ _between.T - values[:, NODES:]).max(axis=1)
-    piece = np.maximum(np.searchsorted(left, x, side="right") - 1, 0)
-    inside = (left[piece] <= x) & (x <= right[piece]) & np.isfinite(h)
-    piece, length = piece[inside], right - left
-    along = (2 * x[inside] - left[piece] - right[piece]) / length[piece]
-    np.maximum.at(error, piece, np.abs(chebval(along, series.T[:, piece], tensor=False) - h[inside]))
     error[~there.all(axis=1)] = np.inf
-    error[there.mean(axis=1) < 0.6] = 0.0  # nothing there but at an end of the piece, perhaps
-    change, eps = np.ptp(values, axis=1), np.finfo(float).eps
+    change, length, eps = np.ptp(values, axis=1), right - left, np.finfo(float).eps
     place = np.maximum(np.abs(left), np.abs(right)) / length
     allowed = (1e-8 + 4 * eps * place) * change + 40 * eps * np.abs(values).max(axis=1) + floor * length
+    piece = np.maximum(np.searchsorted(left, x, side="right") - 1, 0)
+    inside = (error <= allowed)[piece] & (left[piece] <= x) & (x <= right[piece]) & np.isfinite(h)
+    piece = piece[inside]
+    along = (2 * x[inside] - left[piece] - right[piece]) / length[piece]
+    np.maximum.at(error, piece, np.abs(chebval(along, series.T[:, piece], tensor=False) - h[inside]))
+    error[there.mean(axis=1) < 0.6] = 0.0  # nothing there but at an end of the piece, perhaps
     return cast(Array, error / np.maximum(allowed, 1e-300))
 
 
