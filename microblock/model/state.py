@@ -245,6 +245,15 @@ class Solution:
         """Returns the displacement along x2 of the surface of a second body at x, array (n,) (length)."""
         return np.zeros(len(x))
 
+    def moment_at(self, x: Array) -> Array:
+        """Returns M at x, array (n,): a polygon through the points, where psi is not prescribed of the
+        contact alone.
+        """
+        pressed = sum(self.pressure(corner, x) for corner in range(len(self.pressures))) > 0
+        return np.where(
+            pressed | self.problem.law.clamps_rotation, np.interp(x, self.x, self.micromoment), 0.0
+        )
+
     def moved_on(self, earlier: Solution, share: float) -> Solution:
         """Returns this solution, moved on by a share of the way from an earlier one if that helps to find the
         next.
@@ -279,6 +288,13 @@ class LineSolution(Solution):
             return cast(Array, self._reaction_at_nodes())
         moments = self.problem.levers(self.x) * self.pressures
         return cast(Array, self.problem.ell / 2 * np.sum(moments, axis=0))
+
+    def moment_at(self, x: Array) -> Array:
+        """Returns M at x, array (n,), from the pressures there, or the reaction to psi = 0."""
+        if self.problem.law.clamps_rotation:
+            return cast(Array, self.reaction(x))
+        pressures = [self.pressure(corner, x) for corner in range(len(self.pressures))]
+        return cast(Array, self.problem.ell / 2 * np.sum(self.problem.levers(x) * pressures, axis=0))
 
     @cached_property
     def energy(self) -> float:
@@ -621,6 +637,37 @@ class State(Shown, PlainData):
         numbers = range(len(self.pressures)) if corner is None else [self._number(corner)]
         found = sum((self.solution.pressure(number, places) for number in numbers), np.zeros(len(places)))
         return _like(x, found) if self.flat else found
+
+    def micromoment_at(self, x: ArrayLike) -> Array:
+        """Returns the micromoment (29) at x, or the reaction to psi where the law prescribes it.
+
+        Parameters
+        ----------
+        x : float or array (n,), in three dimensions array (n, 2) or (n, 3)
+            As of `pressure_at`.
+
+        Returns
+        -------
+        array (n,), or a float for one number; in three dimensions array (n, 2)
+            M, in three dimensions M1 and M2 (stress x length). Of panels and fitted elements it is that of
+            the pressures at x; of other methods linear between their points, as `pressure_at`.
+
+        Raises
+        ------
+        BadArgument
+            If x is no such array of finite numbers.
+
+        Examples
+        --------
+        >>> solid = mb.Cosserat(E=100, nu=0.3, beta=1, ell=0.1)
+        >>> state = mb.Contact(mb.HalfPlane(solid), mb.Cylinder(R=10), mb.Microblock()).solve(load=1.0)
+        >>> state.micromoment_at([-0.2, 0.2, 1.0]).round(4).tolist()
+        [-0.0712, 0.0712, 0.0]
+        """
+        places = self._places(x)
+        if self.flat:
+            return _like(x, self.solution.moment_at(places))
+        return np.column_stack([self.solution.between(one, places) for one in self.solution.micromoment])
 
     def gap_at(self, corner: str, x: ArrayLike) -> Array:
         """Returns the gap (22) of a corner at x.
