@@ -124,9 +124,9 @@ class PlainData:
     def save(self, file: str | PathLike[str]) -> None:
         """Writes the result to a file, from which `load` brings it back digit by digit.
 
-        The file has all attributes, but not what lies between the points: `pressure_at`, `micromoment_at`, `gap_at` and
-        `fields` of what is loaded raise BadArgument. Functions, such as the height of an obstacle, and meshes
-        are no data: of a problem that has one, these parts come back as their name alone.
+        The file has all attributes, but not what lies between the points: `pressure_at`, `micromoment_at`,
+        `gap_at` and `fields` of what is loaded raise BadArgument. Functions and meshes are no data: they come
+        back as their name alone.
 
         Parameters
         ----------
