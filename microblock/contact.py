@@ -225,7 +225,7 @@ class Contact(Shown):
         [0.5, 1.0]
         """
         found: list[State] = []
-        for load in require_values(loads=loads)[0]:
+        for load in require_values(loads=loads):
             near = found[-1] if found else None
             found.append(self.solve(load, rtol=rtol, initial=near, progress=progress))
         return found

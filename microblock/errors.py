@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
 Number: TypeAlias = int | float | np.integer[Any] | np.floating[Any]
 
 LONGEST = 80  # characters of a value in a message
-MANY = 6  # entries of a sequence from which its first FEW are shown
-FEW = 3
-NUMBERS = int, float, np.integer, np.floating
-MOST = 2**62  # whole number where no other limit stands: what arrays are counted by
 NOT_YET = "must be larger: the obstacle touches no node or cell of the body yet"  # of an approach
 BOUNDED = "a flat or low one presses a Body, whose surface ends, or with period= a surface that repeats"
 # of lengths, stresses and loads: products of a few of them stay within 1e+-300
@@ -197,16 +194,15 @@ def out_of_reach(
     )
 
 
-def shown(value: object) -> str:
+def shown(value: Any) -> str:
     """Returns a value on one short line: of a long sequence its length and first entries, of a function its
     name.
     """
     if callable(value) and hasattr(value, "__name__"):
         return f"{'class' if isinstance(value, type) else 'function'} {value.__name__}"
-    if (isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim)) and len(
-        value
-    ) > MANY:
-        return f"{len(value)} entries ({', '.join(shown(one) for one in value[:FEW])}, ...)"
+    sequence = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+    if sequence and len(value) > 6:
+        return f"{len(value)} entries ({', '.join(shown(one) for one in value[:3])}, ...)"
     return shortened(repr(value.item() if isinstance(value, np.generic) else value))
 
 
@@ -220,8 +216,8 @@ def _finite(name: str, value: object) -> Number:
     """Returns a value that is a finite real number of a size that products of it can have; else raises
     BadArgument.
     """
-    infinite = float("inf")
-    if isinstance(value, bool) or not isinstance(value, NUMBERS) or not -infinite < value < infinite:
+    numbers = int, float, np.integer, np.floating
+    if isinstance(value, bool) or not isinstance(value, numbers) or not -float("inf") < value < float("inf"):
         raise BadArgument(name, value, "must be a finite number")
     if value:
         require_size(least=0.0, **{name: value})
@@ -267,7 +263,8 @@ def require_size(least: Number = SMALLEST, **arguments: Number) -> None:
 
 def require_positive(**arguments: object) -> None:
     """Raises BadArgument for the first argument that is no positive number of a size to compute with."""
-    for name, value in {name: _finite(name, value) for name, value in arguments.items()}.items():
+    require_finite(**arguments)
+    for name, value in cast("dict[str, Number]", arguments).items():
         if not value > 0:
             raise BadArgument(name, value, "must be positive")
         require_size(**{name: value})
@@ -284,17 +281,10 @@ def require_whole(least: int, most: int | None = None, **arguments: object) -> N
     there is one.
     """
     for name, value in arguments.items():
-        if (
-            not isinstance(value, (int, np.integer))
-            or isinstance(value, bool)
-            or not least <= value <= (MOST if most is None else most)
-        ):
-            raise BadArgument(
-                name,
-                value,
-                "must be a whole number"
-                + (f", at least {least}" if most is None else f" between {least} and {most}"),
-            )
+        whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+        if not whole or not least <= cast(int, value) <= (most or sys.maxsize):
+            words = f", at least {least}" if most is None else f" between {least} and {most}"
+            raise BadArgument(name, value, f"must be a whole number{words}")
 
 
 def require_place(
@@ -346,15 +336,13 @@ def require_kind(kinds: type | tuple[type, ...], words: str, **arguments: object
             raise BadArgument(name, value, f"must be {words}")
 
 
-def require_values(**arguments: Iterable[Any]) -> list[list[Any]]:
-    """Returns the list of values of each argument; raises BadArgument for the first that is no sequence."""
-    found = []
-    for name, value in arguments.items():
-        try:
-            found.append(list(value))
-        except TypeError as failure:
-            raise BadArgument(name, value, "must be a sequence") from failure
-    return found
+def require_values(**arguments: Iterable[Any]) -> list[Any]:
+    """Returns the list of values of the one argument; raises BadArgument if it is no sequence."""
+    ((name, values),) = arguments.items()
+    try:
+        return list(values)
+    except TypeError as failure:
+        raise BadArgument(name, values, "must be a sequence") from failure
 
 
 def require_flag(**arguments: object) -> None:

@@ -237,7 +237,7 @@ def _points(over):
             if isinstance(values, (str, Mapping)) or not np.iterable(values):
                 raise BadArgument("over", {name: values}, "must give each argument a list of values")
         return [dict(zip(over, values)) for values in product(*over.values())]
-    (points,) = require_values(over=over)
+    points = require_values(over=over)
     for point in points:
         if not isinstance(point, Mapping):
             raise BadArgument("over", point, "must be {argument: values} or a list of {argument: value}")
