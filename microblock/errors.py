@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias, cast
 
@@ -232,10 +233,24 @@ def plain(value: Any) -> Any:
     return value.item() if scalar else value
 
 
-def make_plain(one: Any) -> None:
-    """Replaces numbers of numpy by Python's in the fields of a dataclass, frozen or not."""
-    for field in fields(one):
-        object.__setattr__(one, field.name, plain(getattr(one, field.name)))
+class Checked:
+    """Base of dataclasses whose numbers become Python's; what a field has as metadata "check" is called with
+    the field's value by its name, but for None where that is the default.
+    """
+
+    def __post_init__(self) -> None:
+        for one in fields(cast(Any, self)):
+            value = plain(getattr(self, one.name))
+            object.__setattr__(self, one.name, value)
+            if "check" in one.metadata and (value is not None or one.default is not None):
+                one.metadata["check"](**{one.name: value})
+
+
+def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable[..., object]]:
+    """Returns the metadata of a field of a `Checked` class: a function such as `require_positive`, and what
+    it takes before the argument.
+    """
+    return {"check": partial(check, *limits)}
 
 
 def require_finite(**arguments: object) -> None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
-from ..errors import make_plain, plain, require_kind, require_positive
+from ..errors import Checked, checked, plain, require_kind, require_positive
 from .material import Cosserat
 from .methods import Fitted, Uniform
 from .summary import Row, Shown, Summary
@@ -46,7 +46,7 @@ class Unbounded(Shown):
 
 
 @dataclass(frozen=True, repr=False)
-class Block(Shown):
+class Block(Checked, Shown):
     """A block, x1 from -size to size and x2 from -size to 0, whose bottom is constrained; the program
     makes its mesh.
 
@@ -71,14 +71,13 @@ class Block(Shown):
     (True, True)
     """
 
-    solid: Cosserat
+    solid: Cosserat = field(metadata=checked(require_kind, Cosserat, "a Cosserat"))
     size: float = math.inf
 
     methods = (Fitted, Uniform)
 
     def __post_init__(self) -> None:
-        make_plain(self)
-        require_kind(Cosserat, "a Cosserat", solid=self.solid)
+        super().__post_init__()
         if not (isinstance(self.size, float) and self.size == math.inf):
             require_positive(size=self.size)
 

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from ..errors import BadArgument, make_plain, require_choice, require_finite
+from ..errors import BadArgument, Checked, checked, require_choice, require_finite
 from . import obstacles
 from .summary import is_told
 from .types import Array, Function, ObstacleLike, Tilt
@@ -115,7 +115,7 @@ class Law:
         return arms
 
 
-class _Coulomb(Law):
+class _Coulomb(Law, Checked):
     """Base of the laws that take Coulomb friction."""
 
     friction: float = 0.0
@@ -125,15 +125,16 @@ class _Coulomb(Law):
         listed = [f"{name}={value!r}" for name, value, each in known if is_told(each, value)]
         return f"{type(self).__name__}({', '.join(listed)})"
 
-    def _check_friction(self) -> None:
-        require_finite(friction=self.friction)
-        if self.friction < 0:
-            raise BadArgument("friction", self.friction, "must be 0 or positive")
+
+def _not_negative(friction: float) -> None:
+    require_finite(friction=friction)
+    if friction < 0:
+        raise BadArgument("friction", friction, "must be 0 or positive")
 
 
 def _coefficient() -> float:
     """The field `friction`, which a law tells of itself only where there is any."""
-    return field(default=0.0, metadata={"told": "if other than usual"})
+    return field(default=0.0, metadata={"told": "if other than usual"} | checked(_not_negative))
 
 
 @dataclass(frozen=True, repr=False)
@@ -166,15 +167,13 @@ class Microblock(_Coulomb):
     """
 
     psi0: float | Function | tuple[Tilt, Tilt] = 0.0
-    psi0_in: str = "gaps and levers"
+    psi0_in: str = field(default=ACTS_IN[0], metadata=checked(require_choice, ACTS_IN))
     friction: float = _coefficient()
 
     corners = ("A", "B")
 
     def __post_init__(self) -> None:
-        make_plain(self)
-        require_choice(ACTS_IN, psi0_in=self.psi0_in)
-        self._check_friction()
+        super().__post_init__()
         if self.friction and not self.even:
             raise BadArgument(
                 "friction",
@@ -276,10 +275,6 @@ class Unilateral(_Coulomb):
 
     even = True
 
-    def __post_init__(self) -> None:
-        make_plain(self)
-        self._check_friction()
-
     def levers(self, x: Array) -> dict[str, Array]:
         """Returns 0: the contact point has no lever."""
         return {"C": np.zeros(np.shape(x))}
@@ -352,11 +347,6 @@ def rotation(psi0: Any, *x: Array) -> Array:
 def tangents(normals: Array) -> Array:
     """Returns the unit tangents n x e3 of unit normals, arrays (n, 2)."""
     return np.column_stack((normals[:, 1], -normals[:, 0]))
-
-
-def traction(multipliers: Mapping[str, Array]) -> Array | float:
-    """Returns t_n of (29) from the multipliers of all corners, arrays (n,); 0 without corners."""
-    return sum(multipliers.values())
 
 
 def micromoment(multipliers: Mapping[str, Array], levers: Mapping[str, Array], ell: float) -> Array | float:

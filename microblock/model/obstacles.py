@@ -14,9 +14,9 @@ even       True: the obstacle is symmetric about x1 = 0
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,8 +24,9 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import (
     LARGEST,
     BadArgument,
+    Checked,
     MicroblockError,
-    make_plain,
+    checked,
     require_finite,
     require_numbers,
     require_positive,
@@ -36,13 +37,12 @@ from .types import Array, Interval, ObstacleLike
 
 SCALES = np.geomspace(1e-3, 1e5, 65)  # of ell, at which an obstacle of a half-plane is sampled
 TAIL = 9  # outermost of them, over which an obstacle without a lowest point falls all the way
-MOST_WAVES = 10**6
 ROUNDING = 8 * float(np.finfo(float).eps)  # of four heights, two to a slope, and of the abscissae
 STEEPEST = 0.5  # n2 of the steepest surface that can touch
 
 
 @dataclass(frozen=True)
-class Plane:
+class Plane(Checked):
     """Horizontal plane at x2 = level.
 
     Parameters
@@ -61,14 +61,10 @@ class Plane:
     [0.1, 0.1]
     """
 
-    level: float = 0.0
+    level: float = field(default=0.0, metadata=checked(require_finite))
 
     even = True
     formulas = True
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_finite(level=self.level)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
@@ -76,7 +72,7 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(Checked):
     """Cylinder as the parabola x^2/(2 R), section 4.2.
 
     Parameters
@@ -95,14 +91,10 @@ class Cylinder:
     [0.0, 0.05]
     """
 
-    R: float
+    R: float = field(metadata=checked(require_positive))
 
     even = True
     formulas = True
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(R=self.R)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
@@ -110,7 +102,7 @@ class Cylinder:
 
 
 @dataclass(frozen=True)
-class Wedge:
+class Wedge(Checked):
     """Blunt wedge of the height ``slope*abs(x1)``.
 
     Parameters
@@ -129,7 +121,7 @@ class Wedge:
     [0.1, 0.0]
     """
 
-    slope: float
+    slope: float = field(metadata=checked(require_positive))
 
     kinks = (0.0,)
 
@@ -140,10 +132,6 @@ class Wedge:
 
     even = True
     formulas = True
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(slope=self.slope)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
@@ -185,7 +173,6 @@ class Obstacle:
     jumps: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        make_plain(self)
         if not callable(self.height):
             raise BadArgument("height", self.height, "must be a function of an array of x1")
         kinks = () if self.kinks is None else _tuple(self.kinks)
@@ -224,7 +211,7 @@ def _tuple(values: Iterable[float] | float) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True)
-class Punch:
+class Punch(Checked):
     """Flat punch -half_width <= x1 <= half_width of the height ``tilt*x1``.
 
     Parameters
@@ -245,8 +232,8 @@ class Punch:
     [0.0, inf]
     """
 
-    half_width: float
-    tilt: float = 0.0
+    half_width: float = field(metadata=checked(require_positive))
+    tilt: float = field(default=0.0, metadata=checked(require_finite))
 
     @property
     def ends(self) -> Interval:
@@ -259,11 +246,6 @@ class Punch:
         return self.tilt == 0
 
     formulas = True
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(half_width=self.half_width)
-        require_finite(tilt=self.tilt)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths); inf beside the punch."""
@@ -296,7 +278,7 @@ class Samples:
     """
 
     x: Array
-    z: Array | None = None
+    z: Array
 
     @property
     def kinks(self) -> tuple[float, ...]:
@@ -306,7 +288,7 @@ class Samples:
     @property
     def jumps(self) -> tuple[float, ...]:
         """By how much the slope jumps at each of them; 0 where that is rounding of the heights."""
-        jumps, rounding = np.diff(np.diff(self._z) / np.diff(self.x)), ROUNDING * np.abs(self._z).max()
+        jumps, rounding = np.diff(np.diff(self.z) / np.diff(self.x)), ROUNDING * np.abs(self.z).max()
         return tuple(np.where(np.abs(jumps) * np.diff(self.x).min() > rounding, jumps, 0.0))
 
     @property
@@ -314,15 +296,9 @@ class Samples:
         """The first and the last sample."""
         return self.x[0], self.x[-1]
 
-    @property
-    def _z(self) -> Array:
-        assert self.z is not None  # `__post_init__` raises an error without it
-        return self.z
-
     formulas = True
 
     def __post_init__(self) -> None:
-        make_plain(self)
         for name, values in (("x", self.x), ("z", self.z)):
             if callable(values):
                 raise BadArgument(
@@ -346,18 +322,18 @@ class Samples:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Samples):
             return NotImplemented
-        return np.array_equal(self.x, other.x) and np.array_equal(self._z, other._z)
+        return np.array_equal(self.x, other.x) and np.array_equal(self.z, other.z)
 
     def __hash__(self) -> int:
-        return hash((self.x.tobytes(), self._z.tobytes()))
+        return hash((self.x.tobytes(), self.z.tobytes()))
 
     def height(self, x: Array) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths); inf outside the samples."""
-        return np.interp(x, self.x, self._z, left=np.inf, right=np.inf)
+        return np.interp(x, self.x, self.z, left=np.inf, right=np.inf)
 
 
 @dataclass(frozen=True)
-class Wave:
+class Wave(Checked):
     """Wavy surface, whose lowest points are at 0, +-wavelength, ...
 
     Parameters
@@ -376,17 +352,13 @@ class Wave:
     [0.0, 0.0]
     """
 
-    amplitude: float
-    wavelength: float
+    amplitude: float = field(metadata=checked(require_positive))
+    wavelength: float = field(metadata=checked(require_positive))
 
     @property
     def period(self) -> float:
         """The wavelength, as obstacles that repeat name it."""
         return self.wavelength
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(amplitude=self.amplitude, wavelength=self.wavelength)
 
     def height(self, x: ArrayLike) -> Array:
         """Returns the height at the abscissae x, array (n,) (lengths)."""
@@ -394,7 +366,32 @@ class Wave:
 
 
 @dataclass(frozen=True)
-class Rough:
+class SelfAffine(Checked):
+    """Base of self-affine heights of a period; `most` waves to the period are the shortest that may be."""
+
+    period: float = field(metadata=checked(require_positive))
+    slope: float = field(metadata=checked(require_positive))
+    hurst: float = field(default=0.8, metadata=checked(require_finite))
+    waves: tuple[int, int] = (4, 256)
+    seed: int = field(default=1, metadata=checked(require_whole, 0))
+
+    most = 10**6
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0 <= self.hurst <= 1:
+            raise BadArgument("hurst", self.hurst, "must lie between 0 and 1")
+        try:
+            longest, shortest = self.waves
+            require_whole(1, waves=longest)
+            require_whole(longest, self.most, waves=shortest)
+        except (TypeError, ValueError) as failure:
+            words = f"must be two whole numbers, 1 <= longest <= shortest <= {self.most}"
+            raise BadArgument("waves", self.waves, words) from failure
+
+
+@dataclass(frozen=True)
+class Rough(SelfAffine):
     """Self-affine profile of a period: cosines of random phases, amplitudes like (wavenumber)^-(hurst + 1/2).
 
     Parameters
@@ -423,15 +420,6 @@ class Rough:
     True
     """
 
-    period: float
-    slope: float
-    hurst: float = 0.8
-    waves: tuple[int, int] = (4, 256)
-    seed: int = 1
-
-    def __post_init__(self) -> None:
-        check_self_affine(self, MOST_WAVES)
-
     @cached_property
     def amplitudes(self) -> NDArray[np.complex128]:
         """Complex amplitudes of exp(2 pi i m x/period), m from the longest to the shortest wave."""
@@ -450,26 +438,6 @@ class Rough:
         for amplitude in self.amplitudes[::-1]:
             total = total * phase + amplitude
         return cast(Array, (total * phase ** self.waves[0]).real)
-
-
-def check_self_affine(rough: Any, most: int) -> None:
-    """Makes the arguments of a self-affine surface plain numbers; raises BadArgument where they are out of
-    range, such as a shortest wave beyond `most` to the period.
-    """
-    make_plain(rough)
-    require_positive(period=rough.period, slope=rough.slope)
-    require_finite(hurst=rough.hurst)
-    if not 0 <= rough.hurst <= 1:
-        raise BadArgument("hurst", rough.hurst, "must lie between 0 and 1")
-    try:
-        longest, shortest = rough.waves
-        require_whole(1, waves=longest)
-        require_whole(longest, most, waves=shortest)
-    except (TypeError, ValueError) as failure:
-        raise BadArgument(
-            "waves", rough.waves, f"must be two whole numbers, 1 <= longest <= shortest <= {most}"
-        ) from failure
-    require_whole(0, seed=rough.seed)
 
 
 def heights(obstacle: ObstacleLike, x: Array) -> Array:
