@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import reduce
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,10 +15,6 @@ if TYPE_CHECKING:
     from .material import Cosserat
 
 NEGLIGIBLE = 1e-13  # of the natural scale: some hundred rounding errors
-# of the way between two samples, to which a minimum is found: a parabola shows it no better
-REFINED = 1e-9
-FURTHEST = 2.0  # of the way between two states, by which zones are moved on
-SAME_END = 1e-9  # of a period, to which intervals reach its ends
 
 
 def layer_lengths(
@@ -106,7 +102,7 @@ def common(first: Iterable[Interval], second: Sequence[Interval]) -> list[Interv
 
 def over_the_end(intervals: Sequence[Interval], period: float) -> list[Interval]:
     """Returns intervals within one period, those at its two ends as one that goes on beyond it."""
-    if len(intervals) < 2 or intervals[-1][1] - intervals[0][0] < period * (1 - SAME_END):
+    if len(intervals) < 2 or intervals[-1][1] - intervals[0][0] < period * (1 - 1e-9):
         return list(intervals)
     (_, right), *others, (left, _) = intervals
     return [*others, (left, right + period)]
@@ -165,30 +161,29 @@ def zone_changes(before: Sequence[Interval], after: Sequence[Interval]) -> list[
     return changes
 
 
-def largest(function: Function, x: Array, tolerance: float = 1e-7) -> tuple[float, list[float]]:
-    """Returns (largest value, [x, ...]) of a function of arrays, refined between samples x (ascending)."""
+def _refined(function: Function, x: Array, i: Any, tolerance: float) -> tuple[float, float]:
+    """Returns the smallest value of a function of arrays beside the sample number i, and its place."""
     from scipy.optimize import minimize_scalar  # here: half a second that most states do without
 
-    values = function(x)
-    peaks = []
+    found = minimize_scalar(
+        lambda place: function(np.array([place]))[0],
+        bounds=(x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]),
+        method="bounded",
+        options={"xatol": tolerance},
+    )
+    value, place = min((found.fun, found.x), (function(x[i : i + 1])[0], x[i]))
+    return float(value), float(place)
+
+
+def largest(function: Function, x: Array, tolerance: float = 1e-7) -> tuple[float, list[float]]:
+    """Returns (largest value, [x, ...]) of a function of arrays, refined between samples x (ascending)."""
+    values, span = function(x), x[-1] - x[0]
     padded = np.concatenate(([-np.inf], values, [-np.inf]))
     tops = (values >= padded[:-2]) & (values >= padded[2:]) & (values >= values.max() * (1 - 1e-3))
-    for i in np.flatnonzero(tops).tolist():
-        left, right = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
-        found = minimize_scalar(
-            lambda place: -function(np.array([place]))[0],
-            bounds=(left, right),
-            method="bounded",
-            options={"xatol": tolerance * (x[-1] - x[0])},
-        )
-        place = np.array([found.x, x[i]])
-        best = function(place)
-        peaks.append((float(best.max()), float(place[np.argmax(best)])))
-    top = max(value for value, _ in peaks)
-    places = sorted(place for value, place in peaks if value >= top * (1 - 1e-9))
-    near = 1e-6 * (x[-1] - x[0])
-    apart = [place for i, place in enumerate(places) if i == 0 or place - places[i - 1] > near]
-    return top, apart
+    peaks = [_refined(lambda place: -function(place), x, i, tolerance * span) for i in np.flatnonzero(tops)]
+    top = -min(value for value, _ in peaks)
+    places = sorted(place for value, place in peaks if -value >= top * (1 - 1e-9))
+    return top, [place for i, place in enumerate(places) if i == 0 or place - places[i - 1] > 1e-6 * span]
 
 
 def lowest(function: Function, x: Array) -> tuple[float, float | None]:
@@ -196,8 +191,6 @@ def lowest(function: Function, x: Array) -> tuple[float, float | None]:
 
     The place is None where the function is flat there, or equally low elsewhere; inf is passed over.
     """
-    from scipy.optimize import minimize_scalar  # here: half a second that most states do without
-
     values = function(x)
     x, values = x[np.isfinite(values)], values[np.isfinite(values)]
     i, noise = int(np.argmin(values)), NEGLIGIBLE * np.abs(values).max()
@@ -205,14 +198,10 @@ def lowest(function: Function, x: Array) -> tuple[float, float | None]:
     low = x[values <= values[i] + noise]
     if len(low) > 2 or low[0] < left or low[-1] > right:
         return float(values[i]), None
-    found = minimize_scalar(
-        lambda place: function(np.array([place]))[0],
-        bounds=(left, right),
-        method="bounded",
-        options={"xatol": REFINED * (right - left)},
-    )
-    if found.fun < values[i] - noise:
-        return float(found.fun), float(found.x)
+    # a parabola shows its lowest place no better than to 1e-9
+    value, place = _refined(function, x, i, 1e-9 * (right - left))
+    if value < values[i] - noise:
+        return value, place
     return float(values[i]), float(x[i]) if len(low) == 1 else None
 
 
@@ -237,7 +226,7 @@ def moved_on(own: CornerZones, earlier: CornerZones, share: float) -> CornerZone
     """Returns zones moved on by a share of the way from those of an earlier state; None if they are not alike
     in both, if one would be inverted, or if that is too far.
     """
-    if not abs(share) <= FURTHEST or any(
+    if not abs(share) <= 2 or any(
         len(earlier.get(corner, ())) != len(zones) for corner, zones in own.items()
     ):
         return None
