@@ -23,11 +23,6 @@ from ..model.state import State
 from ..model.zones import contains, zone_edges
 from .records import write_records, write_text
 
-ACROSS, DOWN = 81, 41  # points of the grid below a contact, if none is given
-REACH = 1.5  # of the contact: width and depth of that grid
-FINEST = 3  # halvings of an element at most
-TABLES = "csv", "txt", "dat"  # endings of tables
-
 
 def profile(state: State) -> dict[str, np.ndarray]:
     """Return what a state has on the contact surface.
@@ -95,7 +90,7 @@ def to_csv(
     >>> round(sum(row["weight"]*row["pressure"] for row in rows), 9)
     1.0
     """
-    require_place(path, endings=TABLES)
+    require_place(path, endings=("csv", "txt", "dat"))
     if isinstance(what, State):
         rows = _nodes(what)
     elif isinstance(what, LoadPath):
@@ -253,9 +248,9 @@ def _lines(state, x1):
 def _grid(state, x1, x2):
     """Abscissae and depths of the grid, those that are given or the usual ones."""
     edges = zone_edges({"contact": state.zones["contact"]})
-    middle, reach = (edges[-1] + edges[0]) / 2, REACH * (edges[-1] - edges[0]) / 2
-    across = middle + reach * np.linspace(-1, 1, ACROSS) if x1 is None else require_numbers(x1=x1)
-    return across, -2 * reach * np.linspace(1, 0, DOWN) ** 2 if x2 is None else require_numbers(x2=x2)
+    middle, reach = (edges[-1] + edges[0]) / 2, 1.5 * (edges[-1] - edges[0]) / 2
+    across = middle + reach * np.linspace(-1, 1, 81) if x1 is None else require_numbers(x1=x1)
+    return across, -2 * reach * np.linspace(1, 0, 41) ** 2 if x2 is None else require_numbers(x2=x2)
 
 
 def _write_grid(fields, path, x1, x2):
@@ -285,7 +280,7 @@ def _write_mesh(fields, path):
     import ngsolve as ng  # here, for half-planes do without it
 
     body = fields.body
-    pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), FINEST)
+    pieces = min(math.ceil(math.log2(max(body.order, body.order_psi))), 3)
     stress, couples = (
         ng.CF(tuple(one[i, j] for i in range(one.dims[0]) for j in range(one.dims[1])))
         if len(one.dims) == 2

@@ -27,7 +27,6 @@ from ..errors import BadArgument
 from .records import software
 
 PACKAGES = "microblock", "cases"  # all their files count, whatever a function imports
-SCRIPTS = "__main__", "__mp_main__"  # their functions count one by one, and not their file
 INSTALLED = tuple(
     Path(folder).resolve()
     for folder in (
@@ -249,7 +248,8 @@ def _distributions():
 def _followed(name):
     """Whether a loaded module is the user's, whose files count one by one."""
     top = name.partition(".")[0]
-    if top in (*PACKAGES, *SCRIPTS, *sys.stdlib_module_names) or name not in sys.modules:
+    scripts = "__main__", "__mp_main__"  # their functions count one by one, and not their file
+    if top in (*PACKAGES, *scripts, *sys.stdlib_module_names) or name not in sys.modules:
         return False
     file = getattr(sys.modules[name], "__file__", None) or getattr(sys.modules.get(top), "__file__", None)
     return file is None or not _installed(file)

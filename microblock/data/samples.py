@@ -9,8 +9,6 @@ from pathlib import Path
 from ..errors import LARGEST, BadArgument, shown
 from ..model.obstacles import Obstacle, Samples
 
-BETWEEN = re.compile(r"\s*[,;]\s*|\s+")  # the columns
-
 
 def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
     """Returns the obstacle through the samples of a text file of two columns, x and height.
@@ -50,7 +48,7 @@ def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
     lines = [(place, line) for place, line in lines if line and line[0] != "#"]
     samples: list[tuple[float, ...]] = []
     for place, line in lines:
-        values = [_number(cell) for cell in BETWEEN.split(line)]
+        values = [_number(cell) for cell in re.split(r"\s*[,;]\s*|\s+", line)]
         if (place, line) == lines[0] and values.count(None) == len(values):
             continue  # a header
         numbers = tuple(value for value in values if value is not None and abs(value) <= LARGEST)

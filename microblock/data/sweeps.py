@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from pebble import ProcessPool
 
 OWN = ("seconds", "error")  # columns that each row has besides the point's and the answer's
-PINNED = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL")}
 
 
 def sweep(
@@ -158,8 +157,9 @@ def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
     """
     with _extra():
         from pebble import ProcessPool
-    before = {name: os.environ.get(name) for name in PINNED}
-    os.environ.update(PINNED)  # for the processes, before they import numpy
+    names = "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(dict.fromkeys(names, "1"))  # for the processes, before they import numpy
     spawn = get_context("spawn")  # forked ones share NGSolve's locks
     pool = ProcessPool(workers or os.cpu_count() or 1, context=spawn)
     try:

@@ -65,12 +65,9 @@ class Deformable:
         return cast(ArrayLike, height(*x))
 
     def __getattr__(self, name: str) -> Any:
-        if name in OF_SHAPE:
+        if name in ("kinks", "jumps", "ends", "formulas", "even", "period"):
             return getattr(self.shape, name)
         raise AttributeError(f"{type(self).__name__} has no attribute {name!r}")
-
-
-OF_SHAPE = "kinks", "jumps", "ends", "formulas", "even", "period"  # attributes that are those of the shape
 
 
 def shape_of(obstacle: ObstacleLike) -> ObstacleLike:

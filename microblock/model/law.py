@@ -29,7 +29,6 @@ from .summary import is_told
 from .types import Array, Function, ObstacleLike, Tilt
 
 ACTS_IN = ("gaps and levers", "levers")  # where psi0 may act
-SIGNS = (-1, 1)  # of the places of corners along x1 and along x2
 
 
 class Law:
@@ -205,7 +204,7 @@ class Microblock(_Coulomb):
         """
         if points.shape[1] == 3:
             t1, t2 = surface_tilt(self.psi0, *points.T[:2])
-            places = [(a - t1, b - t2, 1 + a * t1 + b * t2) for a in SIGNS for b in SIGNS]
+            places = [(a - t1, b - t2, 1 + a * t1 + b * t2) for a in (-1, 1) for b in (-1, 1)]
             return np.moveaxis(np.array(places), 1, 2) / 2
         psi0, along = self.angle(points[:, 0])[:, None], tangents(normals)
         across, up = along + psi0 * normals, normals - psi0 * along

@@ -24,9 +24,8 @@ from .types import Interval
 
 PANEL_ORDERS = 2, 100  # least and most that may be fixed
 ELEMENT_ORDER = 20  # most that may be fixed
-MOST_CELLS = 2**26  # that may be given: some 20 GB
-SHAPES = ("quadrilaterals", "triangles")
 RULES = ("nodal", "gauss")
+SHAPES = ("quadrilaterals", "triangles")
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,7 @@ class Cells(Checked):
     Parameters
     ----------
     nodes : int, optional
-        Number of cells, at least 32; without it rtol chooses.
+        Number of cells, at least 32 and at most 2**26 (some 20 GB); without it rtol chooses.
     window : (left, right), optional
         Where the obstacle may touch (length); without it wherever it is low enough at the load. Not on a
         period.
@@ -92,7 +91,7 @@ class Cells(Checked):
     256
     """
 
-    nodes: int | None = field(default=None, metadata=checked(require_whole, 32, MOST_CELLS))
+    nodes: int | None = field(default=None, metadata=checked(require_whole, 32, 2**26))
     window: Interval | None = None
     residual: float = field(default=1e-9, metadata=checked(require_positive))
 

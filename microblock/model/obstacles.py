@@ -35,10 +35,8 @@ from ..errors import (
 )
 from .types import Array, Interval, ObstacleLike
 
-SCALES = np.geomspace(1e-3, 1e5, 65)  # of ell, at which an obstacle of a half-plane is sampled
-TAIL = 9  # outermost of them, over which an obstacle without a lowest point falls all the way
-ROUNDING = 8 * float(np.finfo(float).eps)  # of four heights, two to a slope, and of the abscissae
 STEEPEST = 0.5  # n2 of the steepest surface that can touch
+SCALES = np.geomspace(1e-3, 1e5, 65)  # of ell, at which an obstacle of a half-plane is sampled
 
 
 @dataclass(frozen=True)
@@ -288,7 +286,9 @@ class Samples:
     @property
     def jumps(self) -> tuple[float, ...]:
         """By how much the slope jumps at each of them; 0 where that is rounding of the heights."""
-        jumps, rounding = np.diff(np.diff(self.z) / np.diff(self.x)), ROUNDING * np.abs(self.z).max()
+        # of four heights, two to a slope, and of the abscissae
+        rounding = 8 * np.finfo(float).eps * np.abs(self.z).max()
+        jumps = np.diff(np.diff(self.z) / np.diff(self.x))
         return tuple(np.where(np.abs(jumps) * np.diff(self.x).min() > rounding, jumps, 0.0))
 
     @property
@@ -475,7 +475,7 @@ def check_lowest(obstacle: ObstacleLike, ell: float) -> None:
     sides = {side: heights(obstacle, side * ell * SCALES) for side in (-1, 1)}
     for side, above in sides.items():
         with np.errstate(invalid="ignore"):  # inf - inf
-            falls = np.all(np.diff(above[-TAIL:]) < 0)
+            falls = np.all(np.diff(above[-9:]) < 0)
         if falls and above[-1] <= min(each.min() for each in sides.values()):
             raise BadArgument(
                 "obstacle",

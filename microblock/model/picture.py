@@ -4,7 +4,7 @@ A corner touches at x only where the height is below approach plus normal displa
 is, at the distance D from the lowest point, no more than some ``(2 P/(pi E*)) [1 + log(1 + 2 D/a)]`` above
 the lowest height (a: half-width of a classical contact under P; the logarithm is that of the half-plane far
 from its load). So the heights within BOUND times that are sampled, first on all scales, then in the low
-stretches so densely that features as wide as SEEN times a show (`Proxy`).
+stretches so densely that features as wide as 5e-4 a show (`Proxy`).
 """
 
 from __future__ import annotations
@@ -26,10 +26,6 @@ if TYPE_CHECKING:
     from .problem import Problem
 
 BOUND = 2.0  # of what a classical half-plane would ask for
-SCALES = 1e-3, 1e5  # of ell, between which an obstacle is sampled
-SEEN = 5e-4  # of the half-width: distance of the samples of a function in a low stretch
-# of the slope a contact of this load asks for: errors of the height per length that do not matter
-NEGLIGIBLE = 1e-11
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,7 +112,7 @@ def picture(problem: Problem, load: float, bound: float = BOUND) -> Picture:
     """
     obstacle, ell = problem.obstacle, problem.solid.ell
     known: bool = getattr(obstacle, "formulas", False)
-    farthest = SCALES[1] * ell
+    farthest = 1e5 * ell
     while True:
         x, h = _everywhere(obstacle, ell, 24 if known else 400, farthest)
         lowest = float(x[np.argmin(h)])
@@ -154,7 +150,8 @@ def within(
     """Returns the Picture of given stretches, for contacts of this half-width and rise on any body; without
     `lowest` the lowest point is that of the sites.
     """
-    obstacle, floor = problem.obstacle, NEGLIGIBLE * rise
+    # errors of the height per length that do not matter: of the slope that this load asks for
+    obstacle, floor = problem.obstacle, 1e-11 * rise
     known: bool = getattr(obstacle, "formulas", False)
     shape = _known(obstacle, stretches) if known else _sampled(obstacle, stretches, half, floor / half)
     there = np.isfinite(shape["heights"])
@@ -210,9 +207,8 @@ def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: f
     """Returns places on all scales, ascending, and the heights there; around the least of them places are
     denser.
     """
-    scales = np.geomspace(
-        SCALES[0] * ell, farthest, int(per_decade * np.log10(farthest / (SCALES[0] * ell))) + 1
-    )
+    nearest = 1e-3 * ell
+    scales = np.geomspace(nearest, farthest, int(per_decade * np.log10(farthest / nearest)) + 1)
     own: list[float] = [place for name in ("kinks", "ends") for place in getattr(obstacle, name, ())]
     x = np.unique((*-scales, 0.0, *scales, *own))
     h = heights(obstacle, x)
@@ -290,7 +286,7 @@ def _sampled(
 def _first(stretches: Sequence[Interval], half: float, breaks: Iterable[float], given: object) -> list[Array]:
     """Returns the first intervals of each stretch: [edges, ...]."""
     samples = 27  # of an interval, about: see `proxy`
-    wide, spacing = sum(right - left for left, right in stretches), SEEN * half
+    wide, spacing = sum(right - left for left, right in stretches), 5e-4 * half
     spacing = max(spacing, wide / (4000 * samples))
     if spacing > half / 50:
         raise BadArgument(

@@ -22,10 +22,6 @@ if TYPE_CHECKING:
     from .material import Cosserat
     from .picture import Picture
 
-MIRRORED = np.geomspace(1e-3, 1e4, 43)  # of ell: places at which evenness is looked at
-SAME_HEIGHT = 1e-9  # of their size, or of ell: heights that differ by less are the same
-# of the farthest place, or of ell: ell a multiple of the spacing of samples, corners meet them at such ways
-SAME_PLACE = 1e-13
 GROWTH = 4.0  # of panels away from an edge
 
 
@@ -82,7 +78,8 @@ class Problem:
         own += getattr(self.picture, "tips", ())
         angle = getattr(getattr(self.picture, "angle", None), "singular", ())
         places = np.sort([*(place + shift for place in own for shift in self.shifts), *angle])
-        far = np.diff(places) > SAME_PLACE * (np.abs(places).max(initial=0.0) + self.ell)
+        # ell a multiple of the spacing of samples, corners meet them up to rounding
+        far = np.diff(places) > 1e-13 * (np.abs(places).max(initial=0.0) + self.ell)
         return np.concatenate((places[:1], places[1:][far]))
 
     def _one_place(self, place: float) -> float:
@@ -235,11 +232,11 @@ def symmetric(law: LawLike, obstacle: ObstacleLike) -> bool:
 
 def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
     """Raises BadArgument where obstacle or law say that they are symmetric about x1 = 0 and are not."""
-    x = ell * MIRRORED
+    x, same = ell * np.geomspace(1e-3, 1e4, 43), 1e-9
     law.initial_rotation(np.zeros(0))  # which a law of surfaces has not
     if getattr(obstacle, "even", False):
         right, left = heights(obstacle, x), heights(obstacle, -x)
-        apart = ~np.isclose(right, left, rtol=SAME_HEIGHT, atol=SAME_HEIGHT * ell)
+        apart = ~np.isclose(right, left, rtol=same, atol=same * ell)
         if apart.any():
             raise BadArgument(
                 "obstacle",
@@ -249,7 +246,7 @@ def require_even(law: LawLike, obstacle: ObstacleLike, ell: float) -> None:
             )
     if law.even:
         one, other = (list(law.levers(places).values()) for places in (x, -x))
-        if not np.allclose(np.array(one), -np.array(other[::-1]), rtol=SAME_HEIGHT, atol=SAME_HEIGHT):
+        if not np.allclose(np.array(one), -np.array(other[::-1]), rtol=same, atol=same):
             raise BadArgument(
                 "law", law, "says that it is even, but its levers are not those of a mirror image"
             )

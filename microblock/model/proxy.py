@@ -20,12 +20,8 @@ from ..errors import MicroblockError
 from .types import Array, Flags, Function
 
 NODES = 14
-# of the first intervals: features that they show are wider, so that a shorter piece has a singular point
-NARROW = 1 / 64
 LOST = 1e-5  # of all intervals: singular points nearer to each other are one
-MOST = 200  # singular points at a time: more of them are noise
 HALF = 0.5137  # not 1/2: a singular point at a round number shall fall into one of the halves
-KINK = 0.9  # a jump of the slope that shrinks by more on a hundredth of the way is none
 
 _points = chebpts2(NODES)
 _places = np.concatenate((_points, (_points[1:] + _points[:-1]) / 2))  # samples of a piece, in [-1, 1]
@@ -96,12 +92,13 @@ def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[
     Raises
     ------
     TooRough
-        If there are too many pieces, or more than MOST singular points.
+        If there are too many pieces, or more than 200 singular points at a time, as of noise.
     """
     x = np.unique(_spread(edges[:-1], edges[1:]))
     h = _values(function, x)
     given = [*known, *_ends(function, x, np.isfinite(h))]
-    whole, narrow, budget = edges[-1] - edges[0], NARROW * np.median(np.diff(edges)), 8000
+    # features that the first intervals show are wider: a shorter piece has a singular point
+    whole, narrow, budget = edges[-1] - edges[0], np.median(np.diff(edges)) / 64, 8000
     cuts = np.unique((edges[0], *given, edges[-1]))
     left, right = cuts[:-1], cuts[1:]
     done: list[tuple[Array, Array]] = []
@@ -111,7 +108,7 @@ def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[
         rough = _rough(function, left, right, x, h, np.where(short, 0.0, floor)) > 1
         short &= rough
         budget -= len(left)
-        if budget < 0 or np.count_nonzero(short) > MOST:
+        if budget < 0 or np.count_nonzero(short) > 200:
             raise TooRough(f"it changes ever more quickly, next to x = {left[0]:.4g}")
         places += _pinned(function, left[short], right[short], 1e-10 * whole)
         done.append((left[~rough | short], right[~rough | short]))
@@ -220,7 +217,7 @@ def _at_singular(
         power = 1 + np.log(abs(first / second)) / np.log(100)
     if not np.isfinite(first + second) or abs(steep) > 50 * (abs(rise) + abs(second)):
         return place, np.nan, np.nan
-    if abs(second) <= KINK * abs(first):
+    if abs(second) <= 0.9 * abs(first):  # it shrinks with the step
         return place, 0.0, power
     meeting, jump = _meeting(function, place, 1e-3 * width)
     near = abs(meeting - place) < 1e-4 * width

@@ -13,8 +13,6 @@ from .types import Array
 if TYPE_CHECKING:
     from .state import State
 
-NEAR = 1e-6  # of ell, to which the edge of a zone is at an end of the obstacle
-
 
 def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> list[float]:
     """Returns the contact points x1 at which a corner is closed at one of the places of the obstacle,
@@ -23,7 +21,7 @@ def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> lis
     if not places:  # of a state from a file, whose law may be a name alone
         return []
     law, ell, zones = state.law, getattr(state.solid, "ell", 0.0), state.solution.zones_by_name
-    two, margin = len(law.corners) == 2, max(NEAR * ell, within)
+    two, margin = len(law.corners) == 2, max(1e-6 * ell, within)
     return sorted(
         {
             float(place + shift)
@@ -52,7 +50,7 @@ def of_samples(state: State) -> list[str]:
     if not isinstance(samples, Samples) or not np.any(samples.jumps):  # a level or tilted face is a punch
         return []
     period = state.solution.period
-    whole = period is not None and np.ptp(samples.ends) >= period * (1 - NEAR)
+    whole = period is not None and np.ptp(samples.ends) >= period * (1 - 1e-6)
     for end in () if whole else samples.ends:  # over a whole period the next one begins there
         if touched(state, (end,), _spacing(state, end)):
             found.append(

@@ -40,16 +40,7 @@ if TYPE_CHECKING:
 
     from .problem import Problem
 
-OF_PROBLEM = "obstacle", "law", "solid"  # what a state has of its problem
-LARGE_ROTATION = math.radians(10)  # of a block: the small-angle form (41) misses 1.5 % there
-ROUGH = 0.1  # error estimate from which a state says that it is rough
-# slope of the surface: beyond small strain, and of a cylinder beyond its parabola
-STEEP = 0.2
-# nodes across a zone, whose edges half a spacing may misplace by 1/16 of its width
-FEWEST = 9
 NO_FIELDS = "has no fields below the surface; finite elements and panels without friction have"
-# of the contact's width, over which the obstacle's slope at an edge is taken
-NEXT_TO = 1e-6
 
 
 @dataclass(frozen=True)
@@ -267,7 +258,7 @@ class Solution:
         zones = self.zones_by_name["contact"]
         numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
         few = min(numbers, default=0)
-        if self.error_estimate is not None or few >= FEWEST:
+        if self.error_estimate is not None or few > 8:  # half a spacing is 1/16 of the zone then
             return []
         where = "in contact" if len(numbers) < 2 else "in a zone of the contact"
         return [f"only {few} nodes {where} and no error estimate: {advice}"]
@@ -474,7 +465,7 @@ class State(Shown, PlainData):
             entry = self.__dataclass_fields__.get(name)
             if entry is None or "solution" not in vars(self):
                 raise AttributeError(f"a State has no {name}")
-            holders = (self.problem,) if name in OF_PROBLEM else self.solution.holders
+            holders = (self.problem,) if name in ("obstacle", "law", "solid") else self.solution.holders
             known = [one for one in holders if getattr_static(one, name, None) is not None]
             if not known and "None" not in entry.type:
                 raise AttributeError(f"{type(self.solution).__name__} has no {name}")
@@ -581,13 +572,13 @@ class State(Shown, PlainData):
         """Returns sentences on the rotations, slopes and sizes of a state of the plane."""
         ell, found = 0.0 if isinstance(self.solid, Elastic) else self.solid.ell, []
         largest = float(np.abs(self.rotation).max(initial=0.0))
-        if largest > LARGE_ROTATION:
+        if largest > math.radians(10):  # where the small-angle form misses 1.5 %
             angle = math.degrees(largest)
             found.append(f"blocks rotate by {angle:.0f} degrees: beyond the small-angle form (41)")
         slope = self._slope()
-        if slope > STEEP:
+        if slope > 0.2:
             found.append(f"slope {slope:.2g} at the edge of the contact: beyond small strain")
-        if self.error_estimate is not None and self.error_estimate > ROUGH:
+        if self.error_estimate is not None and self.error_estimate > 0.1:
             figure = at_least(self.error_estimate)
             found.append(f"the error estimate is {figure}: ask for a smaller rtol, or more nodes")
         contact = self.zones["contact"]
@@ -600,7 +591,7 @@ class State(Shown, PlainData):
         edges = np.array([edge for interval in self.zones["contact"] for edge in interval], float)
         if not len(edges) or not self.solution.has_edges:
             return 0.0
-        step = NEXT_TO * max(np.ptp(edges), NEXT_TO * self.solid.ell)
+        step = 1e-6 * max(np.ptp(edges), 1e-6 * self.solid.ell)
         around = np.array([returned(self.solution.problem.obstacle, edges + sign * step) for sign in (-1, 1)])
         known = np.isfinite(around).all(axis=0)
         return float(np.abs(np.diff(around[:, known], axis=0) / (2 * step)).max(initial=0.0))

@@ -16,8 +16,6 @@ from .types import Interval, Target
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MOST = 4  # intervals that are listed one by one
-
 
 @dataclass(frozen=True)
 class Row:
@@ -102,7 +100,7 @@ def intervals(pairs: Iterable[Interval]) -> str:
     pairs = [(float(left), float(right)) for left, right in pairs]
     if not pairs:
         return "none"
-    if len(pairs) > MOST:
+    if len(pairs) > 4:
         return f"{len(pairs)} intervals, {number(sum(right - left for left, right in pairs))} together"
     return ", ".join(f"[{number(left)}, {number(right)}]" for left, right in pairs)
 
