@@ -66,7 +66,7 @@ class Compliance:
         return self._flexibility(law), gaps.ravel(), share.ravel()
 
     def _flexibility(self, law):
-        """``onto @ matrix @ onto.T`` of `onto_corners`, whose blocks are diagonal."""
+        """Gaps of the corners, one after the other, per force at each of them: array (corners n, corners n)."""
         n, levers = len(self.weights), law.levers(self.points[:, 0])
         arms = [self.ell / 2 * levers[name] for name in law.corners]
         (displacement, across), (rotation, turned) = [
@@ -83,13 +83,3 @@ class Compliance:
         """Nodal forces along n and nodal moments, array (2 n,), of corner forces, array (corners, n)."""
         levers = np.array(list(law.levers(self.points[:, 0]).values()))
         return np.concatenate((-forces.sum(axis=0), self.ell / 2 * np.sum(levers * forces, axis=0)))
-
-    def onto_corners(self, law):
-        """Changes of the gaps, one corner after the other, from (u.n, psi): array (corners n, 2 n)."""
-        count, levers = len(self.weights), law.levers(self.points[:, 0])
-        return np.vstack(
-            [
-                np.column_stack((np.diag(-np.ones(count)), np.diag(self.ell / 2 * levers[name])))
-                for name in law.corners
-            ]
-        )
