@@ -1,10 +1,9 @@
-"""The obstacle as far as it could touch: one picture of it, from which zones, panels and elements begin.
+"""The obstacle as far as it could touch: from what is known of it zones, panels and elements begin.
 
-A corner touches at x only where the height is below approach plus normal displacement. Under the load P that
-is, at the distance D from the lowest point, no more than some ``(2 P/(pi E*)) [1 + log(1 + 2 D/a)]`` above
-the lowest height (a: half-width of a classical contact under P; the logarithm is that of the half-plane far
-from its load). So the heights within BOUND times that are sampled, first on all scales, then in the low
-stretches so densely that features as wide as 5e-4 a show (`Proxy`).
+Under the load P a corner touches at the distance D from the lowest point only where the height is no more
+than some ``(2 P/(pi E*)) [1 + log(1 + 2 D/a)]`` above the lowest (a: half-width of a classical contact).
+Heights within BOUND times that are sampled, first on all scales, then in the low stretches so densely that
+features as wide as 5e-4 a show (`Proxy`).
 """
 
 from __future__ import annotations
@@ -101,14 +100,9 @@ class Picture:
 
 
 def picture(problem: Problem, load: float, bound: float = BOUND) -> Picture:
-    """Returns the Picture of a Problem's obstacle for loads up to one (force per thickness).
-
-    Raises
-    ------
-    BadArgument
-        If no picture can be made of the obstacle or of psi0, which are noise or have too many features; or if
-        the obstacle stays so low far away that a half-plane touches it without bounds, or does not rise
-        enough to carry the load.
+    """Returns the Picture of a Problem's obstacle for loads up to one (force per thickness); raises
+    BadArgument if the obstacle or psi0 is noise or has too many features, stays so low far away that a
+    half-plane touches it without bounds, or does not rise enough to carry the load.
     """
     obstacle, ell = problem.obstacle, problem.solid.ell
     known: bool = getattr(obstacle, "formulas", False)
@@ -186,7 +180,7 @@ class Seen(Obstacle):
 
 
 def classical(problem: Problem, load: float, centre: float) -> tuple[float, float]:
-    """Returns (half-width, rise): the obstacle rises by the approach of a classical parabolic contact."""
+    """Returns (half-width, rise) of the classical parabolic contact: the obstacle rises by its approach."""
     half = problem.solid.ell * np.geomspace(1e-9, 1e9, 721)
     around = centre + np.outer((-1.0, 0.0, 1.0), half).ravel()
     above = np.minimum(heights(problem.obstacle, around), 1e300).reshape(3, -1)
@@ -204,9 +198,7 @@ def classical(problem: Problem, load: float, centre: float) -> tuple[float, floa
 
 
 def _everywhere(obstacle: ObstacleLike, ell: float, per_decade: int, farthest: float) -> tuple[Array, Array]:
-    """Returns places on all scales, ascending, and the heights there; around the least of them places are
-    denser.
-    """
+    """Returns places on all scales, ascending and denser around the least heights, and the heights there."""
     nearest = 1e-3 * ell
     scales = np.geomspace(nearest, farthest, int(per_decade * np.log10(farthest / nearest)) + 1)
     own: list[float] = [place for name in ("kinks", "ends") for place in getattr(obstacle, name, ())]
@@ -233,9 +225,7 @@ def _named(obstacle: ObstacleLike) -> tuple[dict[float, float], tuple[float, ...
 
 
 def _known(obstacle: ObstacleLike, stretches: Sequence[Interval]) -> dict[str, Any]:
-    """Returns what a Picture has of an obstacle that is a polynomial between its slope discontinuities and
-    edges.
-    """
+    """Returns what a Picture has of an obstacle that is a polynomial between the places that it names."""
     kinks, ends = _named(obstacle)
     own = [place for place in (*kinks, *ends) if any(left <= place <= right for left, right in stretches)]
     sites = np.unique(np.concatenate([np.linspace(*each, 65) for each in stretches] + [own]))

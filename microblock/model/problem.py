@@ -29,19 +29,10 @@ GROWTH = 4.0  # of panels away from an edge
 class Problem:
     """The problem on the line: solid, law and obstacle, in one place.
 
-    Parameters
-    ----------
-    solid : Cosserat
-    law : Microblock, Unilateral or Microclamped
-    obstacle : obstacle or callable
-    mirror : bool
-        Whether obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x
-        >= 0 if the law has one corner only.
-    picture : Picture, optional
-        What is known of the obstacle; without it the obstacle is taken for smooth between its slope
-        discontinuities and edges.
-    counter : Cosserat, optional
-        Solid of the second body, if the obstacle is its shape; without it the obstacle is rigid.
+    With `mirror` obstacle and blocks are symmetric about x = 0; then the first corner alone is computed, on x
+    >= 0 if the law has one corner only. Without a `picture` the obstacle is smooth between the places that it
+    names. `counter` is the solid of a second body, whose shape the obstacle is; without it the obstacle is
+    rigid.
     """
 
     solid: Cosserat
@@ -143,18 +134,14 @@ class Problem:
         return self.shifts[corner]
 
     def sites(self, corner: int) -> Array:
-        """Returns contact points at which a corner is under a site of the picture, or psi0 was evaluated,
-        ascending.
-        """
+        """Returns contact points at which a corner is under a site of the picture, or psi0 was evaluated."""
         assert self.picture is not None
         angle = np.empty(0) if self.picture.angle is None else self.picture.angle.samples
         return np.union1d(self.picture.sites + self.shifts[corner], angle)
 
     def scale(self, left: float, right: float, grading: float = GROWTH - 1) -> float:
-        """Returns how long panels may be on an interval for the sake of heights and psi0 there and beside it.
-
-        A panel is no longer than the pieces on which they are polynomials, and than `grading` times its
-        distance from shorter ones; the length is inf where heights and psi0 are smooth.
+        """Returns how long panels may be on an interval: no longer than pieces on which heights and psi0 are
+        polynomials, and than `grading` times the distance from shorter ones; inf where these are smooth.
         """
         lengths: list[float] = [np.inf]
         for edges, own in self._pieces:
@@ -164,9 +151,7 @@ class Problem:
 
     @cached_property
     def ends(self) -> dict[int, tuple[float, ...]]:
-        """{corner: (left, right)}, the contact points beyond which it meets no obstacle; empty if there are
-        none.
-        """
+        """{corner: (left, right)}, the contact points beyond which it meets no obstacle; empty without any."""
         return {corner: own for corner in self.corners if (own := self.ends_of(corner))}
 
     def ends_of(self, corner: int) -> tuple[float, ...]:
@@ -181,8 +166,8 @@ class Problem:
         return {0: zones[0], 1: tuple((-right, -left) for left, right in reversed(zones[0]))}
 
     def computed(self, zones: CornerZones) -> CornerZones:
-        """Returns of the zones of all corners those that are computed; on a half-line with the mirror images
-        of those on the right.
+        """Returns of the zones of all corners those that are computed; on a half-line with mirror images of
+        those on the right.
         """
         if not half_line(self):
             return {corner: zones[corner] for corner in self.corners}

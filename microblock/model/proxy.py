@@ -1,9 +1,8 @@
 """A function known by its values alone, as polynomials on pieces: where it is smooth and where it ends.
 
-Pieces on which a polynomial of degree NODES - 1 does not follow are halved (the idea of chebfun: Battles and
-Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743). A polynomial follows a smooth function on pieces that are
-short enough, but one with a singular point on none that has it inside. What is narrower than the samples of
-the first intervals, and changes nothing at them, is not seen.
+Pieces on which a polynomial of degree NODES - 1 does not follow are halved (as chebfun does: Battles and
+Trefethen, SIAM J. Sci. Comput. 25 (2004) 1743); with a singular point inside none is short enough. What is
+narrower than the samples of the first intervals, and changes nothing at them, is not seen.
 """
 
 from __future__ import annotations
@@ -62,8 +61,8 @@ class Proxy:
 
     @property
     def lengths(self) -> Array:
-        """Lengths of the pieces, array (n,); inf where a piece is short only because a singular point is
-        beside it, within two and a half lengths.
+        """Lengths of the pieces, array (n,); inf where a piece is short only because of a singular point
+        within two and a half lengths.
         """
         lengths = np.diff(self.edges)
         middle, least = (self.edges[1:] + self.edges[:-1]) / 2, LOST * (self.edges[-1] - self.edges[0])
@@ -72,27 +71,11 @@ class Proxy:
 
 
 def proxy(function: Function, edges: Array, floor: float = 0.0, known: Iterable[float] = ()) -> Proxy:
-    """Returns the Proxy of a function on the intervals between `edges`.
+    """Returns the Proxy of a function of arrays on the intervals between `edges`, inf where there is nothing.
 
-    Parameters
-    ----------
-    function : callable
-        Function of an array (n,); inf where there is nothing.
-    edges : array (n + 1,)
-        Edges, ascending, of intervals that are short enough for the features that shall be seen.
-    floor : float
-        Error per length that does not matter.
-    known : sequence of float
-        Places inside that are known to be singular.
-
-    Returns
-    -------
-    Proxy
-
-    Raises
-    ------
-    TooRough
-        If there are too many pieces, or more than 200 singular points at a time, as of noise.
+    The intervals are short enough for the features that shall be seen; `floor` is an error per length that
+    does not matter, `known` are singular places inside. Raises TooRough if there are too many pieces, or more
+    than 200 singular points at a time, as of noise.
     """
     x = np.unique(_spread(edges[:-1], edges[1:]))
     h = _values(function, x)
@@ -197,13 +180,12 @@ def _pinned(function: Function, left: Array, right: Array, least: float) -> list
 def _at_singular(
     function: Function, place: float, others: Iterable[float], whole: float, exact: bool
 ) -> tuple[float, float, float]:
-    """Returns (place, jump of the slope, power) of a singular point, whose place is known roughly or exactly,
-    from values beside it.
+    """Returns (place, jump of the slope, power of ``abs(x - place)**power``) of a singular point, whose place
+    is known roughly or exactly, from differences beside it.
 
-    The jump is 0 if it shrinks with the step of the differences, nan if it grows: then the function itself
+    The jump is 0 if it shrinks with their step; jump and power are nan if it grows: then the function itself
     jumps. Where the slope jumps the place is where the polynomials of either side meet: a logarithm d beside
-    its place is off by sqrt(d) in L2. The power is that of ``abs(x - place)**power`` from second differences;
-    nan where the function jumps.
+    its place is off by sqrt(d) in L2.
     """
     width = min([whole / 8, *(abs(other - place) / 4 for other in others)])
 

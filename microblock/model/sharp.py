@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 
 def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> list[float]:
-    """Returns the contact points x1 at which a corner is closed at one of the places of the obstacle,
-    ascending; up to `within` (length) beside a zone.
+    """Returns the contact points x1, ascending, at which a corner is closed at one of the places of the
+    obstacle, up to `within` (length) beside a zone.
     """
     if not places:  # of a state from a file, whose law may be a name alone
         return []
@@ -34,17 +34,15 @@ def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> lis
 
 
 def unbounded(state: State) -> list[float]:
-    """Returns the places x1 within the contact at which the pressure is infinite: where a corner meets an end
-    or an edge of the obstacle.
-    """
+    """Returns the places x1 in contact at which the pressure is infinite: at ends and edges of the obstacle."""
     seen = state.solution.problem.obstacle  # with the places that nobody has named
     kinks, jumps, ends = (getattr(seen, name, ()) for name in ("kinks", "jumps", "ends"))
     return touched(state, (*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends))
 
 
 def of_samples(state: State) -> list[str]:
-    """Returns sentences on a contact with samples: that it reaches the last one, which was hardly meant, and
-    that the straight lines between them have edges.
+    """Returns sentences on a contact with samples: that it reaches the last one, and that straight lines have
+    edges.
     """
     samples, found = shape_of(state.obstacle), []
     if not isinstance(samples, Samples) or not np.any(samples.jumps):  # a level or tilted face is a punch
