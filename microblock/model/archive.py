@@ -33,8 +33,8 @@ NAMES: dict[Any, Iterable[str]] = {
 
 
 class Absent:
-    """What is not in a file: a function or a mesh, or what lies between the points of a state. It has what is
-    known of it, and refuses everything else by name.
+    """What is not in a file, such as a function or a mesh: it has what is known of it, and refuses everything
+    else by name.
     """
 
     def __init__(self, text: str, **known: Any) -> None:

@@ -24,9 +24,8 @@ SLIDING = 1e-9  # relative, by which a pair may be beyond f P: rounding of what 
 
 
 class OfMoment(Solution):
-    """Base of solutions at a pair of loads, whose shear and energies are those of a `moment` of a path.
-
-    The energy and the work are known up to a constant where the rigid motion is arbitrary.
+    """Base of solutions at a pair of loads, whose shear and energies are those of a `moment` of a path:
+    energy and work up to a constant where the rigid motion is arbitrary.
     """
 
     moment: Any
@@ -49,14 +48,8 @@ class OfMoment(Solution):
 
 
 def change(finer: Solution, coarser: Solution, weights: Array, ell: float, friction: float) -> float:
-    """Returns the largest relative L2 change of pressure, M/ell and q/f from one discretisation to the next.
-
-    Parameters
-    ----------
-    finer, coarser : Solution
-    weights : array (n,)
-        Of the finer one's nodes (lengths).
-    ell, friction : float
+    """Returns the largest relative L2 change of pressure, M/ell and q/f from one Solution to a finer one,
+    with the weights of its nodes, array (n,) (lengths).
     """
     fields = [
         (one.pressures.sum(axis=0), one.micromoment / ell, one.shear_traction / friction)
@@ -141,12 +134,8 @@ class History(Shown, PlainData):
 
 
 def pairs_of(pairs: ArrayLike, friction: float) -> Array:
-    """Returns pairs (P, Q) as an array (n, 2).
-
-    Raises
-    ------
-    BadArgument
-        Unless they are finite, with P > 0 and |Q| <= f P; a Q beyond f P by rounding becomes f P.
+    """Returns pairs (P, Q) as an array (n, 2); raises BadArgument unless they are finite, with P > 0 and |Q|
+    <= f P, and takes a Q beyond f P by rounding for f P.
     """
     try:
         found = np.array(cast(Any, pairs), float)

@@ -56,12 +56,8 @@ class Law:
         even = False
 
     def levers(self, x: Array) -> dict[str, Array]:
-        """Returns the levers of (29) at the abscissae x, array (n,).
-
-        Returns
-        -------
-        dict of arrays (n,)
-            Dimensionless, by the name of the corner, in the order of `corners`.
+        """Returns the levers of (29) at the abscissae x, array (n,): {corner: array (n,)} in the order of
+        `corners` (dimensionless).
         """
         raise NotImplementedError
 
@@ -77,7 +73,6 @@ class Law:
         ell : float
             Side of a block (length).
         obstacle : obstacle or callable
-            See `microblock.model.obstacles.gap`.
 
         Returns
         -------
@@ -95,17 +90,11 @@ class Law:
         return (0.0,) * len(self.corners)
 
     def arms(self, points: Array, normals: Array) -> Array:
-        """Returns where the corners lie from the centre of their block, over its side.
+        """Returns where the corners lie from the centre of their block, over its side: array (corners, n, 2),
+        in space (corners, n, 3).
 
-        Parameters
-        ----------
-        points, normals : arrays (n, 2), in space (n, 3)
-            Contact points (lengths) and unit normals, in space e3.
-
-        Returns
-        -------
-        array (corners, n, 2), in space (corners, n, 3)
-            Here they follow from the levers; corners that have one lie half a side above the centre.
+        Points (lengths) and unit normals are arrays (n, 2), in space (n, 3) with the normal e3. Here arms
+        follow from the levers; corners that have one lie half a side above the centre.
         """
         levers = np.array(list(self.levers(points[:, 0]).values()))[:, :, None]
         if not levers.any():
@@ -197,10 +186,9 @@ class Microblock(_Coulomb):
         return ell / 2, -ell / 2
 
     def arms(self, points: Array, normals: Array) -> Array:
-        """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``; in space
-        (N + a S1 + b S2)/2 with a, b = -1, 1, of ``S_i = e_i + psi0 x e_i`` and ``N = e3 + psi0 x e3``.
-
-        Parameters and returned values are those of `Law.arms`.
+        """Returns (N - S)/2 and (N + S)/2, (20), of ``S = t + psi0 n`` and ``N = n - psi0 t``; in space (N +
+        a S1 + b S2)/2 with a, b = -1, 1, of ``S_i = e_i + psi0 x e_i`` and ``N = e3 + psi0 x e3``; as of
+        `Law.arms`.
         """
         if points.shape[1] == 3:
             t1, t2 = surface_tilt(self.psi0, *points.T[:2])
@@ -216,12 +204,8 @@ class Microblock(_Coulomb):
         return angle if self.psi0_in == ACTS_IN[0] else np.zeros(np.shape(x))
 
     def angle(self, x: Array) -> Array:
-        """Returns psi0 at the abscissae x, array (n,) (radians).
-
-        Raises
-        ------
-        BadArgument
-            If a function psi0 fails, or is not below 1 in absolute value; or if psi0 is a pair.
+        """Returns psi0 at the abscissae x, array (n,) (radians); raises BadArgument if it is a pair, or a
+        function that fails or is not below 1 in absolute value.
         """
         if isinstance(self.psi0, tuple):
             raise BadArgument(
@@ -239,9 +223,7 @@ class Microblock(_Coulomb):
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
         """Returns the gap over each corner, the corners being at ``x -+ (ell/2) S`` with ``S = s + psi0 n``,
-        (20).
-
-        Parameters and returned values are those of `Law.initial_gaps`.
+        (20); as of `Law.initial_gaps`.
         """
         side = ell / 2 * (tangents(normals) + self.initial_rotation(points[:, 0])[:, None] * normals)
         return {
@@ -281,7 +263,7 @@ class Unilateral(_Coulomb):
     def initial_gaps(
         self, points: Array, normals: Array, ell: float, obstacle: ObstacleLike
     ) -> dict[str, Array]:
-        """Returns the gap over the contact point itself; parameters are those of `Law.initial_gaps`."""
+        """Returns the gap over the contact point itself; as of `Law.initial_gaps`."""
         return {"C": obstacles.gap(obstacle, points, normals)}
 
 
@@ -310,19 +292,15 @@ class Microclamped(Unilateral):
 
 def surface_tilt(psi0: Any, x1: Array, x2: Array) -> Array:
     """Returns t = (-psi0_2, psi0_1) of blocks over a surface, array (2, ...), of a pair or, about -e2, of a
-    number; raises BadArgument if a function fails, or is not below 1 in absolute value.
+    number.
     """
     about = psi0 if isinstance(psi0, tuple) else (0.0, -psi0)
     return np.array([-rotation(about[1], x1, x2), rotation(about[0], x1, x2)])
 
 
 def rotation(psi0: Any, *x: Array) -> Array:
-    """Returns a rotation psi0, a number or a function, at places: an array of their shape (radians).
-
-    Raises
-    ------
-    BadArgument
-        If the function fails, or a rotation is not below 1 in absolute value.
+    """Returns a rotation psi0, a number or a function, at places: an array of their shape (radians); raises
+    BadArgument if the function fails, or a rotation is not below 1 in absolute value.
     """
     shape = np.shape(x[0])
     angles = np.full(shape, 0.0 if callable(psi0) else float(psi0))
@@ -354,7 +332,7 @@ def micromoment(multipliers: Mapping[str, Array], levers: Mapping[str, Array], e
 
 
 def has_constant_levers(law: object) -> bool:
-    """Returns whether levers are known to be the same at all x; of a law that a user adds they are not."""
+    """Returns whether levers are known to be the same at all x; of a user's law they are not."""
     return type(law) in (Microblock, Unilateral, Microclamped) and not callable(getattr(law, "psi0", None))
 
 

@@ -1,6 +1,4 @@
-"""The methods by name: what a user may fix of each, and which solver it stands for.
-
-A method that a user adds is a class with the attribute `solver`, a Solver class or its dotted path below
+"""The methods by name: what a user may fix of each, and its solver, a class or its dotted path below
 microblock.
 """
 

@@ -189,12 +189,8 @@ class Obstacle:
         Parameters
         ----------
         x, z : arrays (n,), n >= 2
-            Abscissae, strictly ascending, and heights (lengths) of the obstacle's lower side, upwards: of a
-            profile z that was measured from above, outwards from its body, they are -z.
-
-        Returns
-        -------
-        Samples
+            Abscissae, strictly ascending, and heights (lengths) of the obstacle's lower side, upwards: -z
+            of a profile z that was measured from above.
 
         Raises
         ------
@@ -257,16 +253,6 @@ class Samples:
 
     The slope is discontinuous at each sample inside, where microblocks have a peak of pressure each: that
     takes seconds to a minute. A smooth curve is better given as a function height(x).
-
-    Parameters
-    ----------
-    x, z : arrays (n,), n >= 2
-        Abscissae, strictly ascending, and heights (lengths).
-
-    Raises
-    ------
-    BadArgument
-        If the samples are not finite, not ascending or not as many.
 
     Examples
     --------
@@ -441,12 +427,9 @@ class Rough(SelfAffine):
 
 
 def heights(obstacle: ObstacleLike, x: Array) -> Array:
-    """Returns the heights of an obstacle at x, arrays (n,) (lengths), ``inf`` where there is none.
-
-    Raises
-    ------
-    BadArgument
-        If it is no obstacle, or its height no function that returns a number, or inf, for each of many x.
+    """Returns the heights of an obstacle at x, arrays (n,) (lengths), ``inf`` where there is none; raises
+    BadArgument if it is no obstacle, or its height no function that returns a number, or inf, for each of
+    many x.
     """
     above = returned(obstacle, x)
     if above.shape != np.shape(x):
@@ -465,7 +448,7 @@ def heights(obstacle: ObstacleLike, x: Array) -> Array:
 
 
 def check(obstacle: ObstacleLike) -> None:
-    """Raises BadArgument unless the obstacle has a height that takes arrays, whatever it is where."""
+    """Raises BadArgument unless the obstacle has a height that takes arrays."""
     if returned(obstacle, np.zeros(2)).shape != (2,):
         heights(obstacle, np.zeros(2))
 
@@ -532,22 +515,12 @@ def real(values: ArrayLike) -> Array:
 
 
 def gap(obstacle: ObstacleLike, points: Array, normals: Array) -> Array:
-    """Returns the initial gap between points of a body's surface and the obstacle, along the surface normal.
+    """Returns the initial gap between points of a body's surface (lengths) and the obstacle along the unit
+    normals, from arrays (n, 2): ``(height(x1) - x2) n2``, the distance along e2 seen along n; for n = e2 that
+    is the gap of section 4.2.
 
-    It is ``(height(x1) - x2) n2``, the distance along e2, in which the obstacle approaches, seen along n; for
-    n = e2 that is the gap of section 4.2.
-
-    Parameters
-    ----------
-    obstacle : object with ``height``, or a callable height
-    points, normals : arrays (n, 2)
-        Points of the surface (lengths), and unit normals.
-
-    Returns
-    -------
-    array (n,)
-        Lengths; ``inf`` where the obstacle has no surface above the point, or the body's surface is steeper
-        than 60 degrees, since there a gap along n is no measure of nearness.
+    It is ``inf`` where there is no obstacle above the point, or the surface is steeper than 60 degrees, where
+    it is no measure of nearness.
     """
     above = heights(obstacle, points[:, 0])
     seen = normals[:, 1] > STEEPEST

@@ -1,6 +1,4 @@
-"""Results as plain data: as JSON has them (dictionaries, lists, texts, numbers, and None where a number does
-not exist), as labelled data sets, and in files that bring them back.
-"""
+"""Results as plain data, as JSON has them, as labelled data sets, and in files that bring them back."""
 
 from __future__ import annotations
 
@@ -17,8 +15,8 @@ if TYPE_CHECKING:
 
 
 class Quantity(NamedTuple):
-    """The states whose dictionary has it ("plane", "friction", "space"), and its unit; in three dimensions
-    another one where `in_space` says so.
+    """The states whose dictionary has it ("plane", "friction", "space"), its unit, and that of three
+    dimensions where it is another.
     """
 
     listed: str = ""

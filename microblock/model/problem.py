@@ -151,7 +151,7 @@ class Problem:
 
     @cached_property
     def ends(self) -> dict[int, tuple[float, ...]]:
-        """{corner: (left, right)}, the contact points beyond which it meets no obstacle; empty without any."""
+        """{corner: (left, right)}, contact points beyond which it meets no obstacle; empty without any."""
         return {corner: own for corner in self.corners if (own := self.ends_of(corner))}
 
     def ends_of(self, corner: int) -> tuple[float, ...]:

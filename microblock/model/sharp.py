@@ -34,15 +34,17 @@ def touched(state: State, places: tuple[float, ...], within: float = 0.0) -> lis
 
 
 def unbounded(state: State) -> list[float]:
-    """Returns the places x1 in contact at which the pressure is infinite: at ends and edges of the obstacle."""
+    """Returns the places x1 in contact at which the pressure is infinite: at ends and
+    edges of the obstacle.
+    """
     seen = state.solution.problem.obstacle  # with the places that nobody has named
     kinks, jumps, ends = (getattr(seen, name, ()) for name in ("kinks", "jumps", "ends"))
     return touched(state, (*(kink for kink, jump in zip(kinks, jumps) if jump > 0), *ends))
 
 
 def of_samples(state: State) -> list[str]:
-    """Returns sentences on a contact with samples: that it reaches the last one, and that straight lines have
-    edges.
+    """Returns sentences on a contact with samples: that it reaches the last one, and that
+    lines have edges.
     """
     samples, found = shape_of(state.obstacle), []
     if not isinstance(samples, Samples) or not np.any(samples.jumps):  # a level or tilted face is a punch

@@ -53,12 +53,8 @@ class Surface:
         Points of the undeformed surface (lengths), and unit normals.
     pressures, gaps : arrays (corners, n)
         Stresses and lengths; a gap is inf where there is no obstacle over the corner.
-    micromoment : array (n,)
-        Couple per area (stress x length).
-    psi, rotation : arrays (n,)
-        Microrotation, and rotation of the blocks (radians): psi, with psi0 where that acts in the gaps.
-    displacement : array (n,)
-        Normal displacement into the body, -u.n (length); of a half-plane up to its additive constant.
+    micromoment, psi, rotation, displacement : arrays (n,)
+        As of `State`.
     obstacle : array (n,)
         Height of the obstacle over the undeformed surface along n at the state's approach (length).
     corners : tuple of str
@@ -143,9 +139,7 @@ def corner_gaps(
 
 
 class ErrorParts:
-    """Base of frozen dataclasses of parts of the relative L2 error of pressure and micromoment; `total` is
-    their sum.
-    """
+    """Base of frozen dataclasses of parts of the relative L2 error; `total` is their sum."""
 
     @property
     def total(self) -> float | None:
@@ -156,13 +150,14 @@ class ErrorParts:
 
 
 class Solution:
-    """What a method computes, and what lies between its points: a State takes its fields from it when they
-    are first asked for, by their names, and asks it for `pressure`, `gap`, `fields` and `surface`.
+    """What a method computes, and what lies between its points: a State takes its fields from it by their
+    names, when they are first asked for, and asks it for `pressure`, `moment_at`, `gap`, `fields` and
+    `surface`.
 
-    A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`, `micromoment`,
-    `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns` and `displacement`, in the plane
-    `x`, and with friction `shear`, `shear_traction`, `slip`, `dissipation`, `work` and, where they are known,
-    `tangential_approach` and `zone_errors`: as attributes, fields or properties.
+    A method gives `solver`, `problem`, `load`, `approach`, `zones_by_name`, `weights`, `psi`,
+    `micromoment`, `pressures` (corners, n), `energy`, `residual`, `iterations`, `unknowns` and
+    `displacement`, in the plane `x`, and with friction `shear`, `shear_traction`, `slip`, `dissipation`,
+    `work` and, where they are known, `tangential_approach` and `zone_errors`.
 
     Attributes
     ----------
@@ -173,7 +168,7 @@ class Solution:
     has_edges : bool
         Whether the contact ends somewhere: not on a body that repeats, or one of the depth alone.
     apart : boolean array (n - 1,) or None
-        Whether the surface is interrupted between a point and the next; None where it nowhere is.
+        As of `State`.
     """
 
     estimate: ErrorParts | None = None
@@ -193,9 +188,7 @@ class Solution:
 
     @property
     def error_estimate(self) -> float | None:
-        """Relative error as of `State`, the sum of the parts of the estimate; None where a mesh or an order
-        was prescribed.
-        """
+        """The sum of the parts of the estimate; None where a mesh or an order was prescribed."""
         return None if self.estimate is None else self.estimate.total
 
     @property
@@ -252,9 +245,7 @@ class Solution:
         return self
 
     def few_nodes(self, advice: str) -> list[str]:
-        """Returns a list of one sentence where a zone of the contact has few nodes and there is no error
-        estimate.
-        """
+        """Returns a list of one sentence where a zone has few nodes and there is no error estimate."""
         zones = self.zones_by_name["contact"]
         numbers = [np.count_nonzero((self.x >= left) & (self.x <= right)) for left, right in zones]
         few = min(numbers, default=0)
@@ -1050,10 +1041,8 @@ class State(Shown, PlainData):
 
 
 def in_space(solution: Any, points: Array, weights: Array, **given: Any) -> State:
-    """Returns a state of three dimensions, at points, array (n, 3), that stand for areas, array (n,).
-
-    Of the solution the `pressures` of corners, `psi` and `micromoment` about x1 and x2, `displacement` and
-    the number of `closed` corners are taken, arrays whose last axes are those of the points.
+    """Returns a state of three dimensions, at points, array (n, 3), that stand for areas, array (n,): of the
+    solution's `pressures`, `psi`, `micromoment`, `displacement` and `closed`, whose last axes are the points.
     """
     names, count = solution.solver.surface_law.names, len(points)
     vectors = {name: getattr(solution, name).reshape(2, count).T for name in ("psi", "micromoment")}
@@ -1076,7 +1065,7 @@ def _like(x: ArrayLike, found: Array) -> Array:
 
 
 def _to_read(values: ArrayLike) -> Array:
-    """Returns an array that cannot be written to: states that begin from this one share its values."""
+    """Returns an array that cannot be written to, since states share values."""
     found = np.asarray(values).view()
     found.flags.writeable = False
     return found

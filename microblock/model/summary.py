@@ -127,8 +127,8 @@ def _cells(row: Row) -> tuple[str, str, str]:
 
 
 def saved(drawing: Any, file: Target = None, warnings: Iterable[str] = (), caption: str = "") -> Figure:
-    """Returns a Figure, with a caption and what a state warns of above it, written to a file if there is one;
-    raises BadArgument where no file can be.
+    """Returns a Figure, with caption and warnings above it, written to a file if there is one; raises
+    BadArgument where no file can be.
     """
     if warnings or caption:
         lines = [caption or drawing.get_suptitle(), *(f"Warning: {text}" for text in warnings)]

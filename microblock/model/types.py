@@ -1,6 +1,4 @@
-"""Types that signatures share: arrays, intervals and zones, and what obstacles, laws, bodies and methods have
-to offer.
-"""
+"""Types that signatures share, and what obstacles, bodies and methods have to offer."""
 
 from __future__ import annotations
 
