@@ -138,13 +138,8 @@ class MissingExtra(MicroblockError, ImportError):
 
 
 class Named(dict[str, Any]):
-    """Values by the names that are known; another name raises BadArgument.
-
-    Parameters
-    ----------
-    what : str
-        What the names are of.
-    values : mapping
+    """Values by the names that are known; another name raises BadArgument, `what` saying what the names are
+    of.
     """
 
     def __init__(self, what: str, values: Any) -> None:
@@ -179,8 +174,7 @@ def out_of_reach(
     approach: float | None = None,
 ) -> NotConverged:
     """Returns the NotConverged of an rtol where the smallest error estimate is `best`, at a load or an
-    approach: it advises an rtol that is met when it is asked for, if there is one below 1, and what `besides`
-    names.
+    approach: it advises an rtol that is met, if there is one below 1, and what `besides` names.
     """
     figure, reached = at_least(best), approach if load is None else load
     where = "" if reached is None else f" at {'approach' if load is None else 'load'} {reached:g}"
@@ -226,16 +220,16 @@ def _finite(name: str, value: object) -> Number:
 
 
 def plain(value: Any) -> Any:
-    """Returns a number of numpy, or an array of no dimension, as Python's: products of narrow integers would
-    overflow. Anything else is returned as it is.
+    """Returns a number of numpy as Python's, since products of narrow integers would overflow; all else as it
+    is.
     """
     scalar = isinstance(value, np.generic) or (isinstance(value, np.ndarray) and not value.ndim)
     return value.item() if scalar else value
 
 
 class Checked:
-    """Base of dataclasses whose numbers become Python's; what a field has as metadata "check" is called with
-    the field's value by its name, but for None where that is the default.
+    """Base of dataclasses whose numbers become Python's; a field's metadata "check" is called with its value
+    by its name, but for None where that is the default.
     """
 
     def __post_init__(self) -> None:
@@ -254,17 +248,13 @@ def checked(check: Callable[..., object], *limits: object) -> dict[str, Callable
 
 
 def require_finite(**arguments: object) -> None:
-    """Raises BadArgument for the first argument that is no finite real number, or larger than products of it
-    can be.
-    """
+    """Raises BadArgument for the first argument that is no finite real number, or too large for products."""
     for name, value in arguments.items():
         _finite(name, value)
 
 
 def require_size(least: Number = SMALLEST, **arguments: Number) -> None:
-    """Raises BadArgument for the first number, other than 0, whose products with others double precision
-    cannot carry.
-    """
+    """Raises BadArgument for the first number, other than 0, whose products double precision cannot carry."""
     for name, value in arguments.items():
         size = abs(value) if isinstance(value, int) else abs(float(value))  # float32 knows no LARGEST
         if not least <= size <= LARGEST:
@@ -292,9 +282,7 @@ def require_tolerance(rtol: object, name: str = "rtol") -> None:
 
 
 def require_whole(least: int, most: int | None = None, **arguments: object) -> None:
-    """Raises BadArgument for the first argument that is no whole number from `least` on, up to `most` if
-    there is one.
-    """
+    """Raises BadArgument for the first argument that is no whole number from `least` on, up to `most`."""
     for name, value in arguments.items():
         whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
         if not whole or not least <= cast(int, value) <= (most or sys.maxsize):
@@ -305,8 +293,8 @@ def require_whole(least: int, most: int | None = None, **arguments: object) -> N
 def require_place(
     path: str | os.PathLike[str], name: str = "path", endings: Collection[str] | None = None
 ) -> None:
-    """Raises BadArgument unless a file can have this path: in a folder that exists and can be written to, no
-    folder itself, and with one of the endings, or none, where they are given.
+    """Raises BadArgument unless a file can have this path: in a folder that can be written to, no folder
+    itself, and with one of the endings, or none, where they are given.
     """
     if not isinstance(path, (str, os.PathLike)) or not str(path) or "\0" in str(path):
         raise BadArgument(name, path, "must name a file")
@@ -343,9 +331,7 @@ def require_choice(known: Collection[str], **arguments: object) -> None:
 
 
 def require_kind(kinds: type | tuple[type, ...], words: str, **arguments: object) -> None:
-    """Raises BadArgument for the first argument that is of none of these classes, `words` saying which they
-    are.
-    """
+    """Raises BadArgument for the first argument that is of none of these classes, which `words` name."""
     for name, value in arguments.items():
         if not isinstance(value, kinds):
             raise BadArgument(name, value, f"must be {words}")
@@ -385,8 +371,8 @@ def require_numbers(**arguments: Any) -> Any:
 
 
 def require_pair(**arguments: tuple[float, float]) -> tuple[float, float]:
-    """Returns the one argument (left, right) as floats; raises BadArgument unless these are two finite
-    numbers, left < right.
+    """Returns the one argument (left, right) as floats; raises BadArgument unless these are finite, left <
+    right.
     """
     ((name, value),) = arguments.items()
     try:

@@ -25,22 +25,12 @@ from .records import write_records, write_text
 
 
 def profile(state: State) -> dict[str, np.ndarray]:
-    """Return what a state has on the contact surface.
+    """Returns what a state has on the contact surface: {name: array (n,)} at the nodes or centres of cells.
 
-    Parameters
-    ----------
-    state : State
-        A state of any body and method.
-
-    Returns
-    -------
-    dict of arrays (n,)
-        Values at the nodes, or at the centres of the cells: "x1", "x2" ("x3" in three dimensions), "weight"
-        (the length or area of the surface that a node stands for), "pressure" of all corners together and of
-        each ("pressure_A", "pressure_--", ...), "micromoment" and "psi" ("m1", "m2", "psi1" and "psi2" in
-        three dimensions), "displacement" into the body; with friction "shear_traction" and "slip", of a
-        second body its "counter_displacement", and in three dimensions the number of corners that are
-        "closed". In the plane they ascend in x1.
+    Names are "x1", "x2" ("x3" in three dimensions), "weight", "pressure" of all corners together and of each
+    ("pressure_A", "pressure_--", ...), "micromoment" and "psi" ("m1", "m2", "psi1" and "psi2" in three
+    dimensions), "displacement" into the body; with friction "shear_traction" and "slip", of a second body its
+    "counter_displacement", and in three dimensions the number of corners that are "closed".
     """
     found = dict(zip(("x1", "x2", "x3"), state.points.T)) | {"weight": state.weights}
     found |= {"pressure": state.pressure}

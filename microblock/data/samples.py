@@ -11,20 +11,11 @@ from ..model.obstacles import Obstacle, Samples
 
 
 def read_samples(path: str | os.PathLike[str], name: str = "path") -> Samples:
-    """Returns the obstacle through the samples of a text file of two columns, x and height.
+    """Returns the obstacle through the samples of a text file of two columns, x (ascending) and height, with
+    a comma, a semicolon or blanks between them; a first line without a number, and lines that begin with
+    #, are left out.
 
-    Parameters
-    ----------
-    path : str or path
-        A file with a sample a line, x ascending; a comma, a semicolon or blanks stand between the columns.
-        The first line may be a header, which has no number in it; lines that begin with # are comments.
-    name : str
-        What the path is called in errors.
-
-    Raises
-    ------
-    BadArgument
-        If there is no such file, or it holds anything else; the message names the line.
+    Raises BadArgument, by `name` and with the line, if there is no such file, or it holds anything else.
 
     Examples
     --------

@@ -1,9 +1,8 @@
 """Parameter studies: a function at many points, on many processes or machines, kept point by point in a file.
 
-The file has a line a point (JSON), which is forced to the disk as soon as the point is known. What stops a
-study (an interruption, a power cut) costs the points that were being computed and no other. A line is used
-again where its key agrees: the digest of the function, the point and the versions
-(`microblock.data.provenance`).
+The file has a line a point (JSON), forced to the disk as soon as it is known: what stops a study costs the
+points that were being computed and no other. A line is used again where its key agrees, the digest of
+function, point and versions (`microblock.data.provenance`).
 """
 
 import fcntl
@@ -137,23 +136,11 @@ def sweep(
 
 @contextmanager
 def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
-    """Start local processes of one thread each, and stop them when the context is left.
+    """Context with a `pebble.ProcessPool` of local processes of one thread each, by default one a core, which
+    are started afresh, not forked.
 
-    Parameters
-    ----------
-    workers : int, optional
-        Their number, by default one a core.
-
-    Yields
-    ------
-    pebble.ProcessPool
-        Its processes are started afresh, not forked. The time that a function's modules take to import does
-        not count towards the timeout of a call; of a `carried` function it does.
-
-    Raises
-    ------
-    MissingExtra
-        If pebble is not installed.
+    The time that modules take to import does not count towards the timeout of a call, but for `carried`
+    functions. Raises MissingExtra if pebble is not installed.
     """
     with _extra():
         from pebble import ProcessPool
@@ -172,24 +159,9 @@ def processes(workers: int | None = None) -> Iterator["ProcessPool"]:
 
 
 def carried(function: Callable[..., object], *arguments: object) -> Callable[[], object]:
-    """Return a call that travels to another process, also of a function of a notebook or within another one.
-
-    Parameters
-    ----------
-    function : callable
-        What is called there. An error while it is read there is an error of the call.
-    arguments : object
-        Its arguments.
-
-    Returns
-    -------
-    callable
-        Without arguments it returns ``function(*arguments)``.
-
-    Raises
-    ------
-    MissingExtra
-        If cloudpickle is not installed.
+    """Returns a call without arguments of a function with these, that travels to another process, also of a
+    function of a notebook or within another one; an error while it is read there is one of the call. Raises
+    MissingExtra if cloudpickle is not installed.
     """
     with _extra():
         import cloudpickle
