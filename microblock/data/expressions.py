@@ -58,14 +58,14 @@ class _Refused(Exception):
 def function_of_x(formula: str, name: str = "formula") -> Callable[[Array], Array]:
     """Returns the function of an array x that a formula says, such as ``"x**2/20"``.
 
-    It returns an array of floats in the shape of x, NaN or inf where the formula has no number. `name` is what
-    errors call the formula.
+    It returns an array of floats in the shape of x, NaN or inf where the formula has no number. `name` is
+    what errors call the formula.
 
     Raises
     ------
     BadArgument
-        If the formula holds what `ALLOWED` does not list, a number above 1e50, an exponent above 100, more than
-        500 characters or 100 terms within each other; the message says what stands at which place.
+        If the formula holds what `ALLOWED` does not list, a number above 1e50, an exponent above 100, more
+        than 500 characters or 100 terms within each other; the message says what stands at which place.
 
     Examples
     --------
