@@ -103,8 +103,10 @@ def row(state, E_star):
 def event_row(event, history, E_star, normal):
     """Returns what the JSON object has of an event."""
     P, law = math.pi / 4 * E_star, history.problem.law
-    loads = {"normal": event.normal / P, "shear": event.shear / (law.friction * normal * P)}
-    return {"alpha": history.problem.solid.ell, **vars(event), **loads}
+    error = None if event.load_error is None else event.load_error / P
+    loads = {"normal": event.load / P, "shear": event.shear / (law.friction * normal * P), "error": error}
+    what = {name: getattr(event, name) for name in ("pair", "kind", "zone", "x")}
+    return {"alpha": history.problem.solid.ell, **what, **loads}
 
 
 def to_dict(result):

@@ -66,7 +66,7 @@ def load_path(newton, levels, *, start=None):
     if not hasattr(newton, "solve"):
         raise BadArgument("newton", newton, "must be a MonolithicNewton")
     reached = 0.0 if start is None else getattr(start, newton.control)
-    for target in require_values(levels=levels)[0]:
+    for target in require_values(levels=levels):
         require_finite(level=target)
         step = whole = target - reached
         while True:

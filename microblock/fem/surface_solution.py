@@ -179,7 +179,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
         )
         return corner_gaps(self.problem, self.approach, *level_surface(x), -raised, psi)[corner]
 
-    def clamping(self, x):
+    def reaction(self, x):
         """The reaction to psi = 0 at x, array (n,)."""
         return self._between(self._clamping, -self._clamping, x)
 
@@ -230,5 +230,5 @@ def difference(coarse, fine):
         levers = np.array([fine.problem.lever(np.full(len(x), corner), x) for corner in range(2)])
         moment = np.sum(levers * (p - fine.pressures), axis=0) / 2
     elif fine.problem.law.clamps_rotation:
-        moment = (coarse.clamping(x) - fine.micromoment) * (total > 0) / ell
+        moment = (coarse.reaction(x) - fine.micromoment) * (total > 0) / ell
     return distance(weights, p.sum(axis=0) - total, moment, total)
