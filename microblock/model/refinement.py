@@ -1,9 +1,11 @@
-"""Ask for an accuracy, not for a mesh: discretisations are refined until the accuracy is reached."""
+"""Levels of refinement: each is solved from the one before, and compared with it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
+
+from tqdm.auto import tqdm
 
 from ..errors import out_of_reach, require_tolerance
 
@@ -11,23 +13,50 @@ Level = TypeVar("Level")
 Result = TypeVar("Result")
 
 
+def levels(
+    solve: Callable[[Level, Result | None], Result],
+    sizes: Sequence[Level],
+    change: Callable[[Result, Result], float],
+    progress: bool = False,
+) -> Iterator[tuple[Level, Result, Result | None, list[float]]]:
+    """Yields (level, result, result before, changes so far) of finer and finer levels.
+
+    Parameters
+    ----------
+    solve : callable
+        Returns the result on a level, from that on the level before, None on the first.
+    sizes : sequence
+        Levels, coarse to fine.
+    change : callable
+        Returns the relative change from one result to the next.
+    progress : bool
+        Whether a bar counts the levels.
+    """
+    before, changes = None, list[float]()
+    for level in tqdm(sizes, unit=" levels", disable=not progress):
+        result = solve(level, before)
+        if before is not None:
+            changes.append(change(before, result))
+        yield level, result, before, changes
+        before = result
+
+
 def refine(
     solve: Callable[[Level], Result],
-    levels: Iterable[Level],
+    sizes: Sequence[Level],
     distance: Callable[[Result, Result], float],
     rtol: float,
     load: float | None = None,
 ) -> tuple[Result, float]:
     """Solves on finer and finer refinement levels until two neighbours agree to rtol.
 
-    The finer of the two is returned; their distance bounds its error as long as each level at least
-    halves the error of the one before.
+    Their distance bounds the error of the finer as long as each level at least halves the error.
 
     Parameters
     ----------
     solve : callable
         Returns the result on a level.
-    levels : iterable
+    sizes : sequence
         Refinement levels, coarse to fine.
     distance : callable
         Returns the relative difference of (coarse result, fine result).
@@ -49,14 +78,9 @@ def refine(
         If the levels end before rtol is reached; `rtol_reached` is the smallest estimate, rounded up.
     """
     require_tolerance(rtol)
-    coarse: Result | None = None
-    best = float("inf")
-    for level in levels:
-        fine = solve(level)
-        if coarse is not None:
-            estimate = distance(coarse, fine)
-            if estimate <= rtol:
-                return fine, estimate
-            best = min(best, estimate)
-        coarse = fine
+    changes = list[float]()
+    for _, result, _, changes in levels(lambda level, _: solve(level), sizes, distance):
+        if changes and changes[-1] <= rtol:
+            return result, changes[-1]
+    best = min(changes, default=float("inf"))
     raise out_of_reach(rtol, best, load=load, besides="fix the discretisation instead")
