@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from tqdm.auto import tqdm
 
@@ -18,7 +18,7 @@ def levels(
     sizes: Sequence[Level],
     change: Callable[[Result, Result], float],
     progress: bool = False,
-) -> Iterator[tuple[Level, Result, Result | None, list[float]]]:
+) -> Iterator[tuple[Level, Result, Any, list[float]]]:
     """Yields (level, result, result before, changes so far) of finer and finer levels.
 
     Parameters
