@@ -164,24 +164,14 @@ def path(H, g0, loads, *, c=None):
     loads = np.sort(require_numbers(loads=loads))
     if not len(loads) or loads[0] < 0:
         raise BadArgument("loads", loads, "must be finite and not negative")
-    singular = None
-    for problem in _problems(H, g0, c, free=True):
-        try:
-            return _follow(problem, loads)
-        except NotConverged as failure:
-            singular = failure  # more of D, then
-    raise singular
-
-
-def _follow(problem, loads):
-    """The Path of one problem."""
+    problem = next(_problems(H, g0, c, free=True))
+    lift = lifted(problem.H)
     none, pieces = np.zeros((0, len(problem.g0))), []
-    contact = FrictionalContact(problem.H + problem.lift, none, none[:, :0], problem.g0, 0.0)
-    follower = Follower(contact)
+    follower = Follower(FrictionalContact(problem.H + lift, none, none[:, :0], problem.g0, 0.0))
     try:
         for share in follower.pieces(loads[-1]):
             load = float(share * loads[-1])
-            pieces.append((load, follower.approach - problem.lift * load, follower.closed.copy()))
+            pieces.append((load, follower.approach - lift * load, follower.closed.copy()))
     except (NotConverged, np.linalg.LinAlgError) as failure:
         reached = pieces[-1][0] if pieces else 0.0
         raise NotConverged(
@@ -189,17 +179,16 @@ def _follow(problem, loads):
             "loads, or for single states",
             reached=reached,
         ) from failure
-    states, events, before = [], [], np.zeros(len(problem.touch), bool)
+    states, events, before = [], [], np.zeros(len(problem.c), bool)
     ends = [load for load, _, _ in pieces[1:]] + [np.inf]
-    for (load, approach, closed), end in zip(pieces, ends, strict=True):
+    for (load, approach, there), end in zip(pieces, ends, strict=True):
+        closed = np.zeros(len(before), bool)
+        closed[problem.touch] = there
         events += [
-            CornerEvent(load, approach, int(problem.touch[i]), "closes" if closed[i] else "opens")
+            CornerEvent(load, approach, int(i), "closes" if closed[i] else "opens")
             for i in np.flatnonzero(closed != before)
         ]
-        try:
-            states += [_state(problem, closed, load=asked) for asked in loads if load <= asked < end]
-        except np.linalg.LinAlgError as failure:
-            raise NotConverged(SINGULAR, reached=load) from failure
+        states += [solve(H, g0, load=asked, c=c, start=closed) for asked in loads if load <= asked < end]
         before = closed
     return Path(states, events)
 

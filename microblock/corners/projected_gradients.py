@@ -73,7 +73,7 @@ class GridForces:
     approach, load : float
     kkt : float, largest penetration, or gap of a corner with force, over the range of H f where corners can
         touch; under a punch, where that is 0, over LEAST times what the load on a single corner would make it
-    products, steps : int, products with H (and as many preconditioners on faces), outer steps
+    products : int, with H, and as many preconditioners on faces
     """
 
     forces: np.ndarray
@@ -82,7 +82,6 @@ class GridForces:
     load: float
     kkt: float
     products: int
-    steps: int
 
 
 @bounded
@@ -114,7 +113,7 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
         rtol = min(rtol, CLEAR * problem.below_full())
     forces = problem.project(problem.first(start))
     slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
-    for step in range(OUTER_STEPS):
+    for _ in range(OUTER_STEPS):
         counted()
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
         forces, slope = problem.settled(forces, slope)
@@ -126,7 +125,7 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
         kkt = problem.residual(forces, slope)
         best = min(best, kkt)
         if kkt <= rtol:
-            return problem.report(forces, slope, kkt, step + 1)
+            return problem.report(forces, slope, kkt)
     raise NotConverged(
         f"relative residual {at_least(best)} instead of {rtol:g} after {OUTER_STEPS} outer steps and "
         f"{problem.count['products']} products on {forces.size} corners; take Cells(residual=...) larger, "
@@ -259,7 +258,7 @@ class _Problem:
         wrong = max(-gaps.min(), (gaps * (forces > 0)).max())
         return max(wrong, 0) / size if size else 0.0
 
-    def report(self, forces, slope, kkt, steps):
+    def report(self, forces, slope, kkt):
         level = self.level(forces, slope)
         if self.load is not None and forces.min() > 0 and self.even is not None:
             level = float(self.even @ self.g0)  # to rounding: an approach below has less load
@@ -272,7 +271,6 @@ class _Problem:
             float(forces.sum()),
             float(kkt),
             self.count["products"],
-            steps,
         )
 
 
@@ -297,7 +295,7 @@ def _problem(flexibility, g0, load, approach):
 
 
 def _unloaded(g0, approach):
-    return GridForces(np.zeros(g0.shape), g0 - approach, float(approach), 0.0, 0.0, 0, 0)
+    return GridForces(np.zeros(g0.shape), g0 - approach, float(approach), 0.0, 0.0, 0)
 
 
 def _gradient_step(problem, forces, slope, alpha):

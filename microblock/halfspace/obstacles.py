@@ -22,8 +22,16 @@ MOST_WAVES = 1024  # to the period, of the shortest: 3 million waves
 TOGETHER = 2**20  # places times wavenumbers along an axis whose powers are kept at once
 
 
+class Lengths:
+    """Base of obstacles whose values are all positive."""
+
+    def __post_init__(self) -> None:
+        make_plain(self)
+        require_positive(**vars(self))
+
+
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(Lengths):
     """Sphere of radius R near its lowest point, the paraboloid ``(x1^2 + x2^2)/(2 R)``.
 
     Parameters
@@ -44,17 +52,13 @@ class Sphere:
 
     R: float
 
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(R=self.R)
-
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns the height at (x1, x2), arrays of one shape (lengths)."""
         return (x1**2 + x2**2) / (2 * self.R)
 
 
 @dataclass(frozen=True)
-class Ellipsoid:
+class Ellipsoid(Lengths):
     """Ellipsoid near its lowest point, ``x1^2/(2 R1) + x2^2/(2 R2)``.
 
     Parameters
@@ -76,17 +80,13 @@ class Ellipsoid:
     R1: float
     R2: float
 
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(R1=self.R1, R2=self.R2)
-
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns the height at (x1, x2), arrays of one shape (lengths)."""
         return x1**2 / (2 * self.R1) + x2**2 / (2 * self.R2)
 
 
 @dataclass(frozen=True)
-class Cone:
+class Cone(Lengths):
     """Blunt cone of the height ``slope*r``.
 
     Parameters
@@ -106,10 +106,6 @@ class Cone:
     """
 
     slope: float
-
-    def __post_init__(self) -> None:
-        make_plain(self)
-        require_positive(slope=self.slope)
 
     def height(self, x1: Array, x2: Array) -> Array:
         """Returns the height at (x1, x2), arrays of one shape (lengths)."""
