@@ -19,6 +19,7 @@ from scipy.sparse.linalg import splu
 from scipy.special import roots_jacobi
 
 from ..errors import BadArgument, require_choice, require_kind
+from ..halfspace.surface_law import on_surface
 from ..model.law import check as check_law
 from ..model.methods import RULES
 from ..model.quadrature import gauss_rule, lagrange
@@ -448,10 +449,9 @@ class ContactFacets(ContactNodes):
     Attributes
     ----------
     points, normals, weights, ... : as of `ContactNodes`
-    corners : names of the law's corners
-    levers, initial_gaps : {corner: array (n,)}
-    can_touch : {corner: boolean array (n,)}; False where there is no obstacle above the corner, and
-        for all corners but the nearest where psi is prescribed, so that the others never get nearer
+    arms : array (corners, n, dim), places of the corners from the centres of their blocks (lengths)
+    g0 : array (corners, n), initial gaps; inf where no obstacle is above the corner, or supports hold the
+        node, and of all corners but the nearest where psi is prescribed, so that the others never get nearer
     twins : boolean array (n,); there all corners have the same gap, and share the nearest one's multiplier
     multipliers : the H1 space of one corner's multiplier
 
@@ -463,8 +463,8 @@ class ContactFacets(ContactNodes):
     ...                fixed={"u1": "middle", "u2": "middle"}, periodic=True)
     >>> from microblock.fem.facets import ContactFacets
     >>> facets = ContactFacets(body, mb.Microblock(psi0=0.02), mb.Plane(level=0.002))
-    >>> sorted(facets.corners), round(float(facets.weights.sum()), 9)
-    (['A', 'B'], 0.5)
+    >>> facets.g0.shape, round(float(facets.weights.sum()), 9)
+    ((2, 4), 0.5)
     """
 
     def __init__(self, body, law, obstacle, boundary="contact", rule="nodal"):
@@ -484,13 +484,12 @@ class ContactFacets(ContactNodes):
             )
         self._made_of = body, law, obstacle, boundary, rule
         super().__init__(body, boundary)
-        self.law, self.corners, self.nodal = law, law.corners, rule == "nodal"
-        ell = body.solid.ell
-        self.levers = law.levers(self.points[:, 0])
-        self.initial_gaps = law.initial_gaps(self.points, self.normals, ell, obstacle)
-        self.can_touch = self._reachable()
-        if not any(mask.any() for mask in self.can_touch.values()):
-            raise BadArgument("obstacle", obstacle, "lies over no point of the contact boundary")
+        self.law, self.nodal = law, rule == "nodal"
+        self.arms = body.solid.ell * law.arms(self.points, self.normals)
+        gaps = initial_gaps(law, self, obstacle)
+        self.g0 = np.where(self._reachable(gaps), gaps, np.inf)
+        if not np.isfinite(self.g0).any():
+            raise BadArgument("obstacle", obstacle, "lies over no node of the contact boundary")
         if not self.nodal:
             self._take_gauss_points()
 
@@ -508,7 +507,7 @@ class ContactFacets(ContactNodes):
             (body.order != body.order_psi, "needs one order for all fields"),
             (np.ptp(self.normals, axis=0).max() > STRAIGHT, "needs a straight contact boundary"),
             (
-                not all(mask.all() for mask in self.can_touch.values()),
+                not np.isfinite(self.g0).all(),
                 "needs an obstacle above all of the contact boundary, and psi free there",
             ),
         ):
@@ -530,8 +529,12 @@ class ContactFacets(ContactNodes):
         """
         return values if self.nodal else self._at_rule @ self._multiplier[1].solve(values)
 
-    def _reachable(self):
-        fixed = ~self.free["psi"]
+    def _reachable(self, gaps):
+        """Whether a corner of these initial gaps can touch, boolean array (corners, n)."""
+        if self.dim == 3:
+            self.twins = np.zeros(gaps.shape[1], bool)
+            return np.isfinite(gaps) & self.free["u3"]
+        fixed, size = ~self.free["psi"], self.body.solid.ell
         if self.law.clamps_rotation and not fixed.all():
             raise BadArgument(
                 "law",
@@ -540,70 +543,44 @@ class ContactFacets(ContactNodes):
             )
         supports = ng.GridFunction(self.body.space)
         self.body.prescribe(supports.components)
-        turn = self.body.solid.ell / 2 * self.traces["psi"] @ supports.components[2].vec.FV().NumPy()
-        gaps = np.array([self.initial_gaps[corner] + self.levers[corner] * turn for corner in self.corners])
-        nearest = np.argmin(gaps, axis=0)
-        spread = np.where(np.isfinite(gaps.max(axis=0)), gaps.max(axis=0), 0) - gaps.min(
-            axis=0, initial=np.inf
-        )
-        self.twins = fixed & (len(self.corners) > 1) & (np.abs(spread) <= SAME_GAP * self.body.solid.ell)
+        turned = gaps - self.displacements(supports.vec.FV().NumPy())
+        nearest = np.arange(len(gaps))[:, None] == np.argmin(turned, axis=0)
+        alike = turned.max(axis=0) <= turned.min(axis=0) + SAME_GAP * size
+        self.twins = fixed & (len(gaps) > 1) & alike
         # between the nodes twins are no twins: both keep their multipliers there, tied at the node
-        if not self.nodal:
-            fixed = fixed & ~self.twins
-        return {
-            corner: np.isfinite(self.initial_gaps[corner]) & (~fixed | (nearest == number))
-            for number, corner in enumerate(self.corners)
-        }
-
-    @property
-    def psi_held(self):
-        """Whether supports hold or prescribe psi on the contact boundary."""
-        return "psi" in self.body.held_on(self.boundary)
+        alone = fixed if self.nodal else fixed & ~self.twins
+        return np.isfinite(gaps) & (~alone | nearest)
 
     @property
     def first_touch(self):
         """Approach at which the first corner touches the undeformed body."""
-        return min(
-            float((self.initial_gaps[corner] / self.normals[:, 1])[mask].min())
-            for corner, mask in self.can_touch.items()
-            if mask.any()
-        )
+        return float((self.g0 / self.normals[:, -1])[np.isfinite(self.g0)].min())
 
     def lowered(self, approach):
         """These facets under the same obstacle, lowered by `approach`."""
         other = copy(self)
-        other.initial_gaps = {
-            corner: gap - approach * self.normals[:, 1] for corner, gap in self.initial_gaps.items()
-        }
+        other.g0 = self.g0 - approach * self.normals[:, -1]
         return other
 
     @cached_property
-    def arms(self):
-        """Places of the corners from the centres of their blocks, array (corners, n, 2) (lengths)."""
-        return self.body.solid.ell * self.law.arms(self.points, self.normals)
+    def _moved(self):
+        """Displacements of corners along the normal from the unknowns of the body, sparse."""
+        return vstack([self.motion(self.normals, arms) for arms in self.arms], format="csr")
 
-    @property
-    def g0(self):
-        """Initial gaps, array (corners, n); inf where a corner cannot touch."""
-        each = [(self.can_touch[corner], self.initial_gaps[corner]) for corner in self.corners]
-        return np.array([np.where(reachable, gaps, np.inf) for reachable, gaps in each])
-
-    @cached_property
-    def moved(self):
-        """[displacement of each corner along the normal], sparse arrays (n, unknowns of the body)."""
-        return [self.motion(self.normals, arms) for arms in self.arms]
+    def displacements(self, fields):
+        """Displacement of each corner along the normal, array (corners, n), from the unknowns of the body."""
+        return (self._moved @ fields).reshape(len(self.arms), -1)
 
     def gaps(self, fields, approach):
         """The gap (22) of each corner, array (corners, n), from the unknowns of the body, array, the obstacle
         lowered by `approach`.
         """
-        initial = np.array(list(self.initial_gaps.values()))
-        return initial - [corner @ fields for corner in self.moved] - approach * self.normals[:, -1]
+        return self.g0 - self.displacements(fields) - approach * self.normals[:, -1]
 
     def contact(self, components, multipliers, approach, rho):
-        """The contact term of (37), or of (31) without multipliers."""
-        lams, vectors = multipliers or [ng.CF(0)] * len(self.corners), self.body.vectors(components)
-        total = contact_term.contact(self, self.g0, self.arms, *vectors, lams, self.lowering(approach), rho)
+        """The contact term of (37), or of (31) where multipliers are 0."""
+        vectors, lowering = self.body.vectors(components), self.lowering(approach)
+        total = contact_term.contact(self, self.g0, self.arms, *vectors, multipliers, lowering, rho)
         if self.nodal or not self.twins.any():
             return total
         # where psi is constrained at a node the gaps determine the sum of its multipliers only: their
@@ -612,6 +589,14 @@ class ContactFacets(ContactNodes):
         tie = self.field(self.twins) * (first - second) ** 2 / (2 * rho)
         rules = {ng.SEGM: nodal_rule(ng.SEGM, self.orders[0])}
         return total - self.integral(tie, rules)
+
+
+def initial_gaps(law, nodes, obstacle):
+    """Initial gaps of all corners at the nodes, array (corners, n); inf where no obstacle is above."""
+    points, ell = nodes.points, nodes.body.solid.ell
+    if nodes.dim == 3:
+        return on_surface(law).initial_gaps(obstacle, ell, *points[:, :2].T) - points[:, 2]
+    return np.array(list(law.initial_gaps(points, nodes.normals, ell, obstacle).values()))
 
 
 def interruptions(mesh, region, x):

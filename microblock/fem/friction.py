@@ -16,7 +16,7 @@ from ..model.history import History, OfMoment, change
 from ..model.state import State
 from .body import Body
 from .condensation import Condensed, condensed
-from .facets import FLAT
+from .facets import FLAT, initial_gaps
 from .mesh_solution import MeshSolution
 
 
@@ -113,7 +113,7 @@ class FrictionFacets:
         self.onto, self.start = sparse.bmat(rows, format="csr"), np.zeros(3 * len(normals))
         if nodes.unloaded is not None:
             self.start = nodes.onto @ nodes.unloaded.values
-        gaps = np.array(list(law.initial_gaps(nodes.points, normals, ell, obstacle).values()))
+        gaps = initial_gaps(law, nodes, obstacle)
         gaps = gaps + (self.onto @ self.start)[: gaps.size].reshape(gaps.shape)
         nearest = np.arange(len(gaps))[:, None] == np.argmin(gaps, axis=0)
         self.gaps = np.where(nodes.twins & ~nearest, np.inf, gaps)

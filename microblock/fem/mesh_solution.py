@@ -210,12 +210,8 @@ def of_condensed(solver, load, approach, forces, gaps, closed, residual, iterati
 
 def of_newton(solver, state, unknowns):
     """The MeshSolution of a NodalState of Newton's method."""
-    nodes, corners = solver.nodes, solver.nodes.corners
-    initial, closed = (
-        np.array([one[corner] for corner in corners]) for one in (nodes.initial_gaps, state.closed)
-    )
-    u1, u2 = (nodes.values(name, state.fields) for name in ("u1", "u2"))
-    inward = -(u1 * nodes.normals[:, 0] + u2 * nodes.normals[:, 1])
-    surface = state.forces, initial, closed, inward, state.psi
+    nodes, fields = solver.nodes, state.fields
+    raised, psi = np.split(nodes.onto @ fields.values, 2)
+    surface = state.forces, nodes.g0, state.closed, -raised, psi
     counts = state.kkt, state.iterations, unknowns
-    return MeshSolution(solver, state.load, state.approach, *surface, *counts, "newton", state.fields)
+    return MeshSolution(solver, state.load, state.approach, *surface, *counts, "newton", fields)

@@ -10,6 +10,7 @@ from ..halfspace.surface_law import closed_corners, on_surface
 from ..model.solver import SOLVED, Solver
 from ..model.state import in_space
 from .condensation import condensed
+from .facets import initial_gaps
 from .state3d import SurfaceNodes
 
 RESIDUAL = 1e-9  # relative, of the contact conditions
@@ -23,8 +24,7 @@ class Solver3D(Solver):
     def __init__(self, contact, options):
         super().__init__(contact, options)
         self.surface_law = on_surface(self.law)
-        x1, x2, x3 = self.nodes.points.T
-        self.initial_gaps = self.surface_law.initial_gaps(self.obstacle, self.solid.ell, x1, x2) - x3
+        self.initial_gaps = initial_gaps(self.law, self.nodes, self.obstacle)
 
     @property
     def nodes(self):

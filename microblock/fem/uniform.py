@@ -20,7 +20,6 @@ from .friction import history_to
 from .ground import FAR, GroundSolver
 from .meshes import Ground, uniform
 from .newton import PENALTY, MonolithicNewton
-from .newton_path import load_path
 from .surface_solution import SurfaceSolution, surface_solution
 
 # half-width and depth of their region, less a block, over the half-width of a classical contact
@@ -143,7 +142,7 @@ class UniformSolver(GroundSolver):
             return self._of_condensed(nodes, found.load / self.share(1.0), found)
         nodes, facets, newton = self.prepare()
         newton = MonolithicNewton(newton.body, facets, method=self.method, rho=newton.rho)
-        (state,) = load_path(newton, [approach])
+        state = newton.solve(approach)
         return self._of_newton(nodes, facets, newton, state.load / self.share(1.0), state)
 
     def _condensed(self, loads):
@@ -164,24 +163,25 @@ class UniformSolver(GroundSolver):
         return np.where(np.tile(beyond, len(self.law.corners)), np.inf, gaps)
 
     def _monolithic(self, loads):
-        nodes, facets, newton = self.prepare()
-        for load, state in zip(loads, load_path(newton, [self.share(load) for load in loads])):
+        (nodes, facets, newton), state = self.prepare(), None
+        for load in loads:
+            state = newton.solve(self.share(load), state)
             yield self._of_newton(nodes, facets, newton, load, state)
 
     def _of_newton(self, nodes, facets, newton, load, state):
-        forces = np.array([-state.multipliers[corner] * facets.weights for corner in facets.corners])
-        closed = np.concatenate([state.closed[corner] for corner in facets.corners])
+        # forces of twin corners, which one multiplier carries, are shared evenly
+        forces = np.where(facets.twins, state.forces.mean(axis=0), state.forces)
         return SurfaceSolution(
             self,
             nodes,
             load,
             state.approach,
             forces,
-            self._zones(nodes, load, closed, forces),
+            self._zones(nodes, load, state.closed, forces),
             state.iterations,
             state.kkt,
             newton.unknowns,
-            state.psi,
+            nodes.values("psi", state.fields),
             None,
             state.fields,
             "uniform",
