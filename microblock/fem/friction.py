@@ -146,14 +146,14 @@ class FrictionFacets:
             moment.load,
             moment.approach,
             moment.normal.reshape(shape),
-            self.gaps,
-            closed | (nodes.twins & closed.any(axis=0)),
             -raised,
             psi,
             moment.residual,
             moment.pieces,
             nodes.unknowns,
             method,
+            gaps=self.gaps,
+            closed=closed | (nodes.twins & closed.any(axis=0)),
             moment=moment,
             loads=loads,
         )
@@ -180,11 +180,6 @@ class FrictionSolution(OfMoment, MeshSolution):
     def tangential_approach(self):
         """Displacement of the obstacle along x1."""
         return self.moment.offset
-
-    @cached_property
-    def fields(self):
-        """Displacement, microrotation and stresses as NGSolve functions, by one back-substitution."""
-        return self.nodes.fields(self.loads)
 
     @property
     def _moments(self):

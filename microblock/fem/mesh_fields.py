@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from ..errors import BadArgument
 from . import meshes
 
 CUTS = 4  # of each side of an element
@@ -36,26 +35,6 @@ class BelowOnMesh:
         return [
             f"corners lie {inside / moved:.1g} of the displacement inside the obstacle: take a larger rho"
         ]
-
-    def reaction_on(self, boundary):
-        """Force (2 components) and moment that the body's supports on a boundary exert on it, from nodal
-        forces.
-
-        Load, supports and, of a law that prescribes psi, the couples on the contact boundary are in
-        equilibrium to rounding.
-        The moment is about the origin, of force stress and couple stress together. Of a state that is the
-        half of a symmetric one this is the reaction of the whole body, of which the axis is no boundary.
-        """
-        found, body = self.fields.reaction(boundary), self.fields.body
-        if not self.mirrored:
-            return found
-        if {
-            name for name, named in zip(body.mesh.GetBoundaries(), body.boundary(boundary).Mask()) if named
-        } == {"axis"}:
-            raise BadArgument(
-                "boundary", boundary, "is the axis of symmetry: nothing supports the whole body there"
-            )
-        return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
 
     def fields_below(self, box):
         """What `draw_below` and `draw_body` ask for, at points of all elements within the box, each cut into

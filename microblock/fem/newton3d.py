@@ -2,13 +2,10 @@
 
 from functools import cached_property
 
-import numpy as np
-
 from .condensation import require_pressed, with_psi_constrained
 from .facets import ContactFacets
 from .newton import MonolithicNewton
 from .solver3d import Solver3D
-from .state3d import SurfaceNodes
 
 
 class NewtonSolver3D(Solver3D):
@@ -31,23 +28,6 @@ class NewtonSolver3D(Solver3D):
             nodes.body, nodes, method=self.options.kind, rho=self.options.rho, control=control
         )
         state = newton.solve(load if approach is None else approach)
-        forces = self.of_least_norm(state.forces, state.closed)
-        loads = np.einsum("cin,cn->in", self.directions(nodes.points), forces)
-        if self.surface_law.clamped:  # but what planes of symmetry exert
-            loads[1:] = self.held_moments(state.fields.forces)
-        found = SurfaceNodes(
-            self,
-            state.load,
-            state.approach,
-            nodes,
-            forces / nodes.weights,
-            (nodes.onto @ state.fields.values).reshape(3, -1),
-            loads,
-            (forces > 0).sum(axis=0),
-            state.kkt,
-            state.iterations,
-            method="newton",
-            found=state.fields,
-        )
-        self.require_clear(found, -nodes.displacements(state.fields.values))
-        return found
+        surface = (nodes.onto @ state.fields.values).reshape(3, -1)
+        reached = state.forces, state.closed, surface, state.kkt, state.iterations
+        return self.solution(state.load, state.approach, *reached, method="newton", found=state.fields)

@@ -20,7 +20,7 @@ from .friction import history_to
 from .ground import FAR, GroundSolver
 from .meshes import Ground, uniform
 from .newton import PENALTY, MonolithicNewton
-from .surface_solution import SurfaceSolution, surface_solution
+from .surface_solution import SurfaceSolution, surface_solution, unfolded
 
 # half-width and depth of their region, less a block, over the half-width of a classical contact
 EQUAL_SQUARES = 2.0
@@ -121,7 +121,7 @@ class UniformSolver(GroundSolver):
             return nodes, flexibility, self._within(nodes, gaps), share
         facets = ContactFacets(body, self.law, self.obstacle, rule=self.options.rule)
         rho = self.options.newton.rho or self._rho()
-        return facets, facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
+        return facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
 
     def _body(self):
         if self.reach is None:
@@ -140,10 +140,10 @@ class UniformSolver(GroundSolver):
             nodes, flexibility, gaps, share = self.prepare()
             found = active_set.solve(flexibility, gaps, approach=approach, c=share)
             return self._of_condensed(nodes, found.load / self.share(1.0), found)
-        nodes, facets, newton = self.prepare()
+        facets, newton = self.prepare()
         newton = MonolithicNewton(newton.body, facets, method=self.method, rho=newton.rho)
         state = newton.solve(approach)
-        return self._of_newton(nodes, facets, newton, state.load / self.share(1.0), state)
+        return self._of_newton(facets, newton, state.load / self.share(1.0), state)
 
     def _condensed(self, loads):
         nodes, flexibility, gaps, share = self.prepare()
@@ -163,29 +163,19 @@ class UniformSolver(GroundSolver):
         return np.where(np.tile(beyond, len(self.law.corners)), np.inf, gaps)
 
     def _monolithic(self, loads):
-        (nodes, facets, newton), state = self.prepare(), None
+        (facets, newton), state = self.prepare(), None
         for load in loads:
             state = newton.solve(self.share(load), state)
-            yield self._of_newton(nodes, facets, newton, load, state)
+            yield self._of_newton(facets, newton, load, state)
 
-    def _of_newton(self, nodes, facets, newton, load, state):
-        # forces of twin corners, which one multiplier carries, are shared evenly
-        forces = np.where(facets.twins, state.forces.mean(axis=0), state.forces)
-        return SurfaceSolution(
-            self,
-            nodes,
-            load,
-            state.approach,
-            forces,
-            self._zones(nodes, load, state.closed, forces),
-            state.iterations,
-            state.kkt,
-            newton.unknowns,
-            nodes.values("psi", state.fields),
-            None,
-            state.fields,
-            "uniform",
-        )
+    def _of_newton(self, nodes, newton, load, state):
+        mirror, fields = self.problem.mirror, state.fields
+        raised, psi = np.split(nodes.onto @ fields.values, 2)
+        surface = state.forces, unfolded(mirror, -raised, -raised), unfolded(mirror, psi, -psi)
+        counts = state.kkt, state.iterations, newton.unknowns
+        zones = self._zones(nodes, load, state.closed, state.forces)
+        how = {"method": "uniform", "found": fields, "body": nodes, "zones": zones}
+        return SurfaceSolution(self, load, state.approach, *surface, *counts, **how)
 
     def _rho(self):
         """As Newton's own, but over the size of the contact: the body may be a thousand times as high."""
