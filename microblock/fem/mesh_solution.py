@@ -2,12 +2,12 @@
 
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..corners.nodal import AtNodes, zones_of
 from ..errors import BadArgument, at_most
-from ..model.solver import Solver
 from ..model.state import Solution
 from ..model.zones import distance_to_ends
 from . import between, meshes
@@ -32,7 +32,7 @@ class OnMesh(Solution):
     nodes : ContactNodes, those of the solver
     """
 
-    solver: Solver
+    solver: Any
     load: float
     approach: float
     forces: np.ndarray
