@@ -27,15 +27,7 @@ from ..model.zones import joined
 from . import contact_term
 from .body import PLACES, Body
 
-SAME_GAP = 1e-12  # of ell: two corner gaps that differ by less are one function
-STRAIGHT = 1e-9  # of the normals: gaps of a boundary that bends more are no polynomials between its nodes
-UPWARDS = 1e-9  # distance of the normal from e3, within which a facet in space is horizontal
-SAME_PLACE = 1e-12  # of the body's size: a node that is so near to a vertex's coordinate has it
-DIGITS = 9  # of coordinates over the body's size, by which nodes in space stand in rows
-VANISHES = 1e-14  # value of a shape function that is 0 but for rounding
-FLAT = 1e-12  # component of a direction below which a displacement along the axis does not enter
-STEEP = 0.5  # component of the normal along e3, from which on a facet beside the contact can be touched
-BETWEEN = 3  # places along a facet, more than its order, at which states look for penetration
+FLAT = 1e-12  # of unit vectors, shape functions and lengths over their scale: differences that are rounding
 TRIANGLE = [(1, 0), (0, 1), (0, 0)]  # reference coordinates of the vertices, in NGSolve's order
 
 
@@ -139,7 +131,7 @@ class ContactNodes:
         corners = ng.IntegrationRule(TRIANGLE, [0.0] * 3)  # of both kinds of facets
         places = mesh.MapToAllElements({kind: corners for kind in kinds}, self.region)
         normals = np.asarray(ng.specialcf.normal(3)(places)).reshape(-1, 3)
-        if not np.all(np.abs(np.abs(normals[:, 2]) - 1) < UPWARDS):
+        if not np.all(np.abs(np.abs(normals[:, 2]) - 1) < 1e-9):
             raise BadArgument("contact", self.boundary, "must be horizontal, its normal e3")
         faces = {facet.faces[0].nr: _heights(mesh, facet) for facet in self.region.Elements()}
         below = {
@@ -166,7 +158,7 @@ class ContactNodes:
         points, normals, weights = self._measured(elements, members, len(known))
         if self.dim == 3:  # rows of x1 one after the other
             points = self._snapped(points)
-            order = np.lexsort(np.round(points / np.ptp(points, axis=0).max(), DIGITS).T)
+            order = np.lexsort(np.round(points / (FLAT * np.ptp(points, axis=0).max())).T)
         else:
             order = np.lexsort(points.T[::-1])
         self.facets = [np.argsort(order)[own] for own in members]
@@ -191,26 +183,21 @@ class ContactNodes:
                 normals[own, 1] = ng.specialcf.normal(1)(place)
             return points, normals, weights
         sides, self._by_rule, points[:] = outward_sides(mesh, self.region), np.zeros(count), np.inf
-        kinds = np.array([facet.type == ng.ET.TRIG for facet in elements])
+        kinds = np.array([facet.type == ng.ET.QUAD for facet in elements])
         for order in set(self.orders):
             rules = {facet.type: nodal_rule(facet.type, order) for facet in elements}
             places, sizes, outwards = at_rules(self.body.mesh, self.region, rules)
             starts = np.cumsum([0, *(len(rules[facet.type]) for facet in elements)])[:-1]
-            for triangular in set(kinds):
-                here = np.flatnonzero((kinds == triangular) & (np.array(self.orders) == order))
+            for tensor in set(kinds):
+                here = np.flatnonzero((kinds == tensor) & (np.array(self.orders) == order))
                 there = np.array([members[i].ravel() for i in here])
                 flat = starts[here, None] + np.arange(there.shape[1])
                 np.minimum.at(points, there, places[flat])  # of a period its left end
                 outward = sides[here, None, None] * outwards[flat]
-                if triangular:
-                    shares = sizes[flat] / 6
-                elif dim == 3:
-                    shares = self._areas(order, len(elements))[here]
-                else:
-                    shares = lobatto(order)[1] * sizes[flat]
+                by_rule = [point.weight for point in rules[elements[here[0]].type]] * sizes[flat]
+                shares = self._areas(order, len(elements))[here] if tensor else by_rule
                 np.add.at(weights, there, shares)
-                rule = [point.weight for point in rules[elements[here[0]].type]]
-                np.add.at(self._by_rule, there, rule * sizes[flat])
+                np.add.at(self._by_rule, there, by_rule)
                 np.add.at(normals, there, shares[..., None] * outward)
         return points, normals, weights
 
@@ -236,7 +223,7 @@ class ContactNodes:
             after = np.clip(np.searchsorted(known, points[:, axis]), 1, len(known) - 1)
             for near in (known[after], known[after - 1]):
                 points[:, axis] = np.where(
-                    np.abs(near - points[:, axis]) < SAME_PLACE * size, near, points[:, axis]
+                    np.abs(near - points[:, axis]) < FLAT * size, near, points[:, axis]
                 )
         return points
 
@@ -249,7 +236,7 @@ class ContactNodes:
             if key not in shapes:
                 fel = space.GetFE(facet)
                 values = np.array([fel.CalcShape(*_place(point)) for point in nodal_rule(facet.type, order)])
-                shapes[key] = np.where(np.abs(values) > VANISHES, values, 0.0)
+                shapes[key] = np.where(np.abs(values) > FLAT, values, 0.0)
             for number, shape in zip(members.ravel(), shapes[key]):
                 rows[number] = own, shape
         found = _rows(rows, space.ndof)
@@ -352,7 +339,7 @@ class ContactNodes:
             if not inside[facet.index]:
                 a, b, c = (np.array(mesh[vertex].point) for vertex in facet.vertices[:3])
                 across = np.cross(b - a, c - a)
-                if abs(across[2]) > STEEP * np.linalg.norm(across):
+                if abs(across[2]) > np.linalg.norm(across) / 2:
                     found |= {vertex.nr for vertex in facet.vertices}
         own = {vertex.nr for facet in self.region.Elements() for vertex in facet.vertices}
         return np.array(sorted(found - own), int)
@@ -363,7 +350,7 @@ class ContactNodes:
         (k, n)).
         """
         order, rows, places = self.orders[0], [], []
-        inner = gauss_rule(order + BETWEEN)[0]
+        inner = gauss_rule(order + 3)[0]
         along = lagrange(lobatto(order)[0], inner)
         square = [(s, t) for s in inner for t in inner], np.kron(along, along)
         for facet, members in zip(self.region.Elements(), self.facets):
@@ -505,7 +492,7 @@ class ContactFacets(ContactNodes):
         for excluded, why in (
             (body.mesh.dim != 2, "needs a 2D body"),
             (body.order != body.order_psi, "needs one order for all fields"),
-            (np.ptp(self.normals, axis=0).max() > STRAIGHT, "needs a straight contact boundary"),
+            (np.ptp(self.normals, axis=0).max() > FLAT, "needs a straight contact boundary"),
             (
                 not np.isfinite(self.g0).all(),
                 "needs an obstacle above all of the contact boundary, and psi free there",
@@ -545,7 +532,7 @@ class ContactFacets(ContactNodes):
         self.body.prescribe(supports.components)
         turned = gaps - self.displacements(supports.vec.FV().NumPy())
         nearest = np.arange(len(gaps))[:, None] == np.argmin(turned, axis=0)
-        alike = turned.max(axis=0) <= turned.min(axis=0) + SAME_GAP * size
+        alike = turned.max(axis=0) <= turned.min(axis=0) + FLAT * size
         self.twins = fixed & (len(gaps) > 1) & alike
         # between the nodes twins are no twins: both keep their multipliers there, tied at the node
         alone = fixed if self.nodal else fixed & ~self.twins

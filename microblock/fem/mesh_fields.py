@@ -4,9 +4,6 @@ import numpy as np
 
 from . import meshes
 
-CUTS = 4  # of each side of an element
-OVERLAP = 0.01  # of the displacement: where pressures of a penalty miss some per cent
-
 
 class BelowOnMesh:
     """Base of states of bodies on meshes, with `fields` of the computed part and `mirrored` if that is its
@@ -30,23 +27,23 @@ class BelowOnMesh:
     def overlap(self):
         """What is wrong, in a list of sentences, where a penalty lets corners far into the obstacle."""
         inside, moved = -self.surface().gaps.min(), np.abs(self.displacement).max()
-        if not self.solver.penalizes or inside <= OVERLAP * moved:
+        if not self.solver.penalizes or inside <= 0.01 * moved:
             return []
         return [
             f"corners lie {inside / moved:.1g} of the displacement inside the obstacle: take a larger rho"
         ]
 
-    def fields_below(self, box):
-        """What `draw_below` and `draw_body` ask for, at points of all elements within the box, each cut into
-        small triangles.
+    def fields_below(self, box, cut=4):
+        """What `draw_below` and `draw_body` ask for, at points of all elements within the box, the sides of
+        each cut in `cut`.
         """
         import ngsolve as ng
 
         fields, mesh = self.fields, self.fields.body.mesh
         rules, cuts = {}, {}
         for kind, points in (
-            (ng.ET.TRIG, [(i, j) for j in range(CUTS + 1) for i in range(CUTS + 1 - j)]),
-            (ng.ET.QUAD, [(i, j) for j in range(CUTS + 1) for i in range(CUTS + 1)]),
+            (ng.ET.TRIG, [(i, j) for j in range(cut + 1) for i in range(cut + 1 - j)]),
+            (ng.ET.QUAD, [(i, j) for j in range(cut + 1) for i in range(cut + 1)]),
         ):
             numbers = {point: number for number, point in enumerate(points)}
             halves = [[(i, j), (i + 1, j), (i, j + 1)] for i, j in points]
@@ -54,7 +51,7 @@ class BelowOnMesh:
             cuts[kind] = np.array(
                 [[numbers[point] for point in half] for half in halves if numbers.keys() >= {*half}]
             )
-            rules[kind] = ng.IntegrationRule([(i / CUTS, j / CUTS) for i, j in points], [0.0] * len(points))
+            rules[kind] = ng.IntegrationRule([(i / cut, j / cut) for i, j in points], [0.0] * len(points))
         places = mesh.MapToAllElements(rules, ng.VOL)
         x1, x2, psi, stress = (
             np.asarray(function(places)) for function in (ng.x, ng.y, fields.psi, fields.stress)

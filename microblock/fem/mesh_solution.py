@@ -233,10 +233,9 @@ def of_condensed(solver, load, approach, forces, gaps, closed, residual, iterati
     return MeshSolution(solver, load, approach, forces, -raised, psi, *counts, gaps=gaps, closed=closed)
 
 
-def of_newton(solver, state, unknowns):
+def of_newton(solver, state):
     """The MeshSolution of a NodalState of Newton's method."""
-    nodes, fields = solver.nodes, state.fields
-    raised, psi = np.split(nodes.onto @ fields.values, 2)
-    surface, counts = (state.forces, -raised, psi), (state.kkt, state.iterations, unknowns)
-    how = {"method": "newton", "found": fields, "gaps": nodes.g0, "closed": state.closed}
+    raised, psi = state.surface
+    surface, counts = (state.forces, -raised, psi), (state.kkt, state.iterations, state.unknowns)
+    how = {"method": "newton", "found": state.fields, "gaps": solver.nodes.g0, "closed": state.closed}
     return MeshSolution(solver, state.load, state.approach, *surface, *counts, **how)

@@ -23,9 +23,7 @@ from .facets import FLAT, ContactFacets
 from .mesh_solution import MeshSolution
 from .newton_systems import ConjugateGradients, Direct
 
-MAX_ITERATIONS = 60
-PENALTY = 1e4  # penalty stiffness over that of the body: penetrations of some 1e-4 of the compression
-RHO3D = {"al": 8.0, "penalty": 1e3}  # times lambda + 2 mu over the length of a facet in space
+MOST = 61  # iterations
 
 
 @dataclass(frozen=True, repr=False)
@@ -37,11 +35,12 @@ class NodalState:
     approach, load : float
         Approach of the obstacle (length) and resultant force (per thickness; per area for a 1D body).
     fields : Fields
+    surface : array (2, n), u.n and psi at the nodes; in space (3, n), (u, phi1, phi2) of `Condensed`
     gaps, forces : arrays (corners, n)
         Gaps (22), inf where a corner cannot touch, and forces along -n, those of (40) times the weights. By
         Gauss's rule forces may be tensile.
     closed : boolean array (corners, n)
-    iterations : int
+    iterations, unknowns : int
     kkt : float, largest relative residual
 
     Examples
@@ -59,10 +58,12 @@ class NodalState:
     approach: float
     load: float
     fields: Fields
+    surface: np.ndarray
     gaps: np.ndarray
     forces: np.ndarray
     closed: np.ndarray
     iterations: int
+    unknowns: int
     kkt: float
 
 
@@ -140,11 +141,6 @@ class MonolithicNewton:
         self._balanced = np.array(self.free)  # unknowns on which forces act
         self._balanced[body.space.ndof : -1] = False
 
-    @property
-    def unknowns(self):
-        """Number of free unknowns, multipliers and approach included."""
-        return sum(self.free)
-
     @bounded
     def solve(self, level, start=None):
         """The contact state at this approach or load.
@@ -170,7 +166,7 @@ class MonolithicNewton:
             raise BadArgument("load", level, "must be positive: contact cannot pull")
         unknowns, visits, active = self._first_guess(level, start), Counter(), None
         best, steps, before, stopped = None, 0, np.inf, "the residual stalls"
-        for iteration in range(MAX_ITERATIONS + 1):
+        for iteration in range(MOST):
             counted()
             now = self._look(unknowns)
             if best is None or now.kkt < best.kkt:
@@ -279,14 +275,17 @@ class MonolithicNewton:
         kept.vec.FV().NumPy()[:] = now.values
         forces = -now.stresses * facets.weights
         exerted = now.vector.FV().NumPy()[: self.body.space.ndof].copy()
+        surface = facets.onto @ now.values[: self.body.space.ndof]
         return NodalState(
             approach=self._first + float(now.values[-1]),
             load=float(facets.normals[:, -1] @ forces.sum(axis=0)),
             fields=Fields(self.body, kept.components, exerted),
+            surface=surface.reshape(-1, len(facets.points)),
             gaps=now.gaps,
             forces=forces,
             closed=now.closed,
             iterations=iterations,
+            unknowns=sum(self.free),
             kkt=now.kkt,
         )
 
@@ -322,15 +321,17 @@ class _Iterate:
         return max(self.residual, self.open)
 
 
-def default_rho(facets, method):
-    """lambda + 2 mu over the body's height, in space over a facet's length, and more for the penalty."""
-    body = facets.body
-    stiffness = body.solid.lam + 2 * body.solid.mu
+def default_rho(facets, method, length=None):
+    """lambda + 2 mu over a length, that of the body's height, in space of a facet; and more for the penalty:
+    penetrations are some 1e-4 of the compression.
+    """
+    body, factor = facets.body, 1 if method == "al" else 1e4
     if body.mesh.dim == 3:
         length = np.sqrt(facets.weights.sum() / len(facets.facets)) / body.order
-        return RHO3D[method] * stiffness / length
-    height = np.ptp([vertex.point[-1] for vertex in body.mesh.vertices])
-    return stiffness / height * (1 if method == "al" else PENALTY)
+        factor = 8 if method == "al" else 1e3
+    elif length is None:
+        length = np.ptp([vertex.point[-1] for vertex in body.mesh.vertices])
+    return factor * (body.solid.lam + 2 * body.solid.mu) / length
 
 
 def _ratio(values, scale):

@@ -28,6 +28,5 @@ class NewtonSolver3D(Solver3D):
             nodes.body, nodes, method=self.options.kind, rho=self.options.rho, control=control
         )
         state = newton.solve(load if approach is None else approach)
-        surface = (nodes.onto @ state.fields.values).reshape(3, -1)
-        reached = state.forces, state.closed, surface, state.kkt, state.iterations
+        reached = state.forces, state.closed, state.surface, state.kkt, state.iterations
         return self.solution(state.load, state.approach, *reached, method="newton", found=state.fields)

@@ -11,8 +11,6 @@ from ..errors import NotConverged
 from .body import FIELDS3D
 from .condensation import LINKED, of_factors
 
-LINEAR_STEPS = 3000  # of conjugate gradients
-
 
 class Systems:
     """Base of linear systems: K of the bulk and the tangent of a contact term.
@@ -125,7 +123,7 @@ class ConjugateGradients(Systems):
 
         right = np.where(self._free, residual.FV().NumPy(), 0.0)
         system, inverse = (LinearOperator((len(right),) * 2, each) for each in (product, precondition))
-        found, _ = cg(system, right, rtol=0, atol=size, maxiter=LINEAR_STEPS, M=inverse)
+        found, _ = cg(system, right, rtol=0, atol=size, maxiter=3000, M=inverse)
         solution = self.matrix.CreateColVector()
         solution.FV().NumPy()[:] = found
         return solution

@@ -84,7 +84,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
 
     def _unfold(self, values, mirrored):
         """Values at `x` from those of the computed part, arrays (..., n), on the other half mirrored."""
-        return unfolded(self.mirrored, values, mirrored)
+        return np.concatenate((mirrored[..., :0:-1], values), axis=-1) if self.mirrored else values
 
     @property
     def loads(self):
@@ -162,20 +162,20 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
         return found._replace(force=np.array((0.0, 2 * found.force[1])), moment=0.0)
 
 
-def unfolded(mirror, values, mirrored):
-    """Values on the whole line from those of x1 >= 0, arrays (..., n), if `mirror`; else as they are."""
-    return np.concatenate((mirrored[..., :0:-1], values), axis=-1) if mirror else values
+def unfolded(solver, body, load, approach, forces, surface, *counts, **how):
+    """The SurfaceSolution of forces and (u.n, psi) at the nodes of the computed part, arrays (2, n)."""
+    raised, psi = surface
+    if solver.problem.mirror:
+        raised, psi = (np.append(sign * one[:0:-1], one) for one, sign in ((raised, 1), (psi, -1)))
+    return SurfaceSolution(solver, load, approach, forces, -raised, psi, *counts, body=body, **how)
 
 
 def surface_solution(solver, body, load, found, zones, iterations, estimate=None, method="fitted"):
     """The SurfaceSolution of a ContactState `found` on a Condensed body."""
-    law, mirror = solver.law, solver.problem.mirror
-    forces = found.forces.reshape(len(law.corners), -1)
-    raised, psi = np.split(body.compliance.matrix @ body.compliance.loads(law, forces), 2)
-    surface = forces, unfolded(mirror, -raised, -raised), unfolded(mirror, psi, -psi)
-    counts = found.kkt, iterations, body.unknowns
-    how = {"body": body, "zones": zones, "estimate": estimate, "method": method}
-    return SurfaceSolution(solver, load, found.approach, *surface, *counts, **how)
+    forces = found.forces.reshape(len(solver.law.corners), -1)
+    surface = np.split(body.compliance.matrix @ body.compliance.loads(solver.law, forces), 2)
+    counts, how = (found.kkt, iterations, body.unknowns), {"estimate": estimate, "method": method}
+    return unfolded(solver, body, load, found.approach, forces, surface, *counts, zones=zones, **how)
 
 
 def difference(coarse, fine):

@@ -19,8 +19,8 @@ from .facets import ContactFacets
 from .friction import history_to
 from .ground import FAR, GroundSolver
 from .meshes import Ground, uniform
-from .newton import PENALTY, MonolithicNewton
-from .surface_solution import SurfaceSolution, surface_solution, unfolded
+from .newton import MonolithicNewton, default_rho
+from .surface_solution import surface_solution, unfolded
 
 # half-width and depth of their region, less a block, over the half-width of a classical contact
 EQUAL_SQUARES = 2.0
@@ -120,7 +120,8 @@ class UniformSolver(GroundSolver):
             flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
             return nodes, flexibility, self._within(nodes, gaps), share
         facets = ContactFacets(body, self.law, self.obstacle, rule=self.options.rule)
-        rho = self.options.newton.rho or self._rho()
+        # the length is that of the contact: the body may be a thousand times as high
+        rho = self.options.newton.rho or default_rho(facets, self.method, self.reach)
         return facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
 
     def _body(self):
@@ -143,7 +144,7 @@ class UniformSolver(GroundSolver):
         facets, newton = self.prepare()
         newton = MonolithicNewton(newton.body, facets, method=self.method, rho=newton.rho)
         state = newton.solve(approach)
-        return self._of_newton(facets, newton, state.load / self.share(1.0), state)
+        return self._of_newton(facets, state.load / self.share(1.0), state)
 
     def _condensed(self, loads):
         nodes, flexibility, gaps, share = self.prepare()
@@ -166,21 +167,13 @@ class UniformSolver(GroundSolver):
         (facets, newton), state = self.prepare(), None
         for load in loads:
             state = newton.solve(self.share(load), state)
-            yield self._of_newton(facets, newton, load, state)
+            yield self._of_newton(facets, load, state)
 
-    def _of_newton(self, nodes, newton, load, state):
-        mirror, fields = self.problem.mirror, state.fields
-        raised, psi = np.split(nodes.onto @ fields.values, 2)
-        surface = state.forces, unfolded(mirror, -raised, -raised), unfolded(mirror, psi, -psi)
-        counts = state.kkt, state.iterations, newton.unknowns
+    def _of_newton(self, nodes, load, state):
         zones = self._zones(nodes, load, state.closed, state.forces)
-        how = {"method": "uniform", "found": fields, "body": nodes, "zones": zones}
-        return SurfaceSolution(self, load, state.approach, *surface, *counts, **how)
-
-    def _rho(self):
-        """As Newton's own, but over the size of the contact: the body may be a thousand times as high."""
-        stiffness = (self.solid.lam + 2 * self.solid.mu) / self.reach
-        return stiffness if self.method == "al" else PENALTY * stiffness
+        where, counts = (load, state.approach, state.forces), (state.kkt, state.iterations, state.unknowns)
+        how = {"zones": zones, "method": "uniform", "found": state.fields}
+        return unfolded(self, nodes, *where, state.surface, *counts, **how)
 
     def _zones(self, nodes, load, closed, forces):
         x, count = nodes.points[:, 0], len(self.law.corners)

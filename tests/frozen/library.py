@@ -148,8 +148,7 @@ def solve(problem):
 
 def by_newton(solver, level, load=None, start=None):
     """The solution of Newton's method at a load, or without at an approach."""
-    newton = solver.newton("approach" if load is None else "load")
-    return of_newton(solver, newton.solve(level, start), newton.unknowns)
+    return of_newton(solver, solver.newton("approach" if load is None else "load").solve(level, start))
 
 
 def estimated(problem):
