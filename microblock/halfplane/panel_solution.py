@@ -12,15 +12,13 @@ from ..model.problem import Problem, half_line, level_surface
 from ..model.quadrature import lagrange
 from ..model.state import ErrorParts, LineSolution, surface
 from ..model.types import CornerZones
-from ..model.zones import contains, distance, moved_on, zone_edges
+from ..model.zones import contains, distance, moved_on
 from ..threads import bounded
 from .carried import carried
 from .counter import counter_log_response, counter_response
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import Panels, log_response, response
 
-LOOKOUTS = 12  # points on either side of an edge at which gaps are looked at, clustered towards it
-JOINT = 1e-12  # of a panel: rounding may leave that between two
 AROUND = 0.6  # of the half-width of the contact, and two blocks, that pictures show on either side
 # points on a stretch of the surface out of contact, clustered towards its ends, where edges are
 OUTSIDE = 30
@@ -79,7 +77,14 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def residual(self):
-        return violation(self)
+        """Largest violation of (26): tensile pressure over the largest pressure, and overlap over the rise of
+        a classical contact.
+        """
+        from .survey import survey
+
+        overlap = max((each.depth for each in survey(self).violations), default=0.0)
+        tension = -float(self.pressures.min()) / float(self.pressures.max())
+        return max(overlap * np.pi * self.problem.E_star / (2 * self.load), tension, 0.0)
 
     @property
     def unknowns(self):
@@ -126,21 +131,13 @@ class PanelSolution(LineSolution):
             x = np.abs(x)
         elif self.problem.mirror and corner == 1:
             return self.pressure(0, -x)
-        found, own = np.zeros_like(x), np.flatnonzero(self.panels.corner == corner)
-        if not len(own):
-            return found
-        e, h = self.panels.e[own], self.panels.h[own]
-        starts = np.minimum(e, e + h)
-        along = np.argsort(starts)
-        here = np.flatnonzero(contains(self.zones[corner], x))
-        number = along[np.maximum(np.searchsorted(starts[along], x[here], side="right") - 1, 0)]
-        on_it = np.abs((x[here] - e[number]) / h[number] - 0.5) <= 0.5 + JOINT
-        here, number = here[on_it], own[number[on_it]]
-        e, h = self.panels.e[number], self.panels.h[number]
-        v = np.maximum(self.panels.parameter(number, e + h * np.abs((x[here] - e) / h)), NEXT_TO)
-        rows = self.q.reshape(-1, self.panels.order)[number]
-        q = np.einsum("ij,ij->i", lagrange(self.panels.points[0], v), rows) - self._anchored[number]
-        found[here] = q / self.panels.slope(number, v) + self.panels.logarithm(number, v)
+        found, here = np.zeros_like(x), np.flatnonzero(contains(self.zones[corner], x))
+        if len(here):
+            number, v = self.panels.at(corner, x[here])
+            v = np.maximum(v, NEXT_TO)
+            rows = self.q.reshape(-1, self.panels.order)
+            q = self.panels.interpolated(rows, number, v) - self._anchored[number]
+            found[here] = q / self.panels.slope(number, v) + self.panels.logarithm(number, v)
         return found
 
     @cached_property
@@ -233,18 +230,6 @@ class PanelSolution(LineSolution):
         where = self.problem, self.panels, x
         return counter_response(*where) @ self.q + counter_log_response(*where)
 
-    def gaps_off_zones(self, x):
-        """{corner: (those x that lie off its zones, its gaps there)} of the corners that are computed;
-        sooner than one by one.
-        """
-        places = {corner: x[~contains(self.zones[corner], x)] for corner in self.problem.corners}
-        sizes = [len(own) for own in places.values()]
-        gaps = np.split(
-            self.gaps(np.repeat(list(places), sizes), np.concatenate(list(places.values()))),
-            np.cumsum(sizes)[:-1],
-        )
-        return {corner: (own, found) for (corner, own), found in zip(places.items(), gaps)}
-
     @bounded
     def surface(self, window=None):
         """The Surface at `x` and out of contact within a window (left, right); without it the contact and
@@ -298,26 +283,6 @@ class PanelSolution(LineSolution):
         x1, x2, triangles = half_plane_grid(box)
         found = self.fields(x1, x2)
         return x1, x2, triangles, found.psi, found.stress
-
-
-def violation(state):
-    """Largest violation of (26): tensile pressure over the largest pressure, and overlap over the size of
-    the gaps.
-    """
-    problem, found = state.problem, 0.0
-    edges = np.array(zone_edges(state.all_zones))
-    width, top = edges[-1] - edges[0], state.pressures.max()
-    steps = width * 0.5 * (np.arange(1, LOOKOUTS + 1) / LOOKOUTS) ** 3
-    around = np.unique(np.concatenate([edge + sign * steps for edge in edges for sign in (1, -1)]))
-    heights = problem.initial_gap(np.zeros(len(around), int), around)
-    heights = heights[np.isfinite(heights)]  # none over a punch narrower than a block
-    size = (np.ptp(heights) if heights.size else 0.0) or width
-    around = around[around > 0] if half_line(problem) else around
-    for corner, (_, gaps) in state.gaps_off_zones(around).items():
-        inside = contains(state.zones[corner], state.x)
-        wrong = np.concatenate((-gaps / size, -state.pressures[corner, inside] / top))
-        found = max(found, wrong.max(initial=0.0))
-    return float(found)
 
 
 def difference(coarse, fine):

@@ -8,14 +8,15 @@ points v. At a kink of the obstacle p has a logarithm of known size: panels that
 well, carry ``p = q/|dx/dv| + log_size log(|h|/|x - e|)``.
 """
 
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache, reduce
 
 import numpy as np
 from scipy.special import beta, betainc, eval_legendre
 
 from ..model.problem import GROWTH, half_line
 from ..model.quadrature import gauss_rule, lagrange
+from ..model.zones import without
 from .carried import carried, carried_edges, log_sizes
 
 # panel lengths within which the kernel's logarithm asks for a quadrature of its own: beyond, the Gauss points
@@ -61,6 +62,23 @@ class Panels:
     def logarithm(self, panel, v):
         """The known part of p at the parameters v > 0 of panels that begin at a kink; 0 on others."""
         return -2 * self.log_size[panel] * np.log(v)
+
+    def at(self, corner, x):
+        """Numbers of the panels of a corner that hold x, or are next to it, and the parameters there: arrays
+        (n,).
+        """
+        own = np.flatnonzero(self.corner == corner)
+        starts = np.minimum(self.e, self.e + self.h)[own]
+        along = np.argsort(starts)
+        here = np.searchsorted(starts[along], x, side="right") - 1
+        number = own[along[np.maximum(here, 0)]]
+        return number, self.parameter(number, x)
+
+    def interpolated(self, values, number, v):
+        """What has `values` (..., panels, order) at the Gauss points, at parameters v of numbered panels:
+        array (..., n).
+        """
+        return np.einsum("nj,...nj->...n", lagrange(self.points[0], v), values[..., number, :])
 
     def of(self, own):
         """Those of these panels that are flagged."""
@@ -110,15 +128,17 @@ def _log_weights(order):
     return weights - bend * (weights @ values + 1 / 4) / (bend @ values)
 
 
-def make_panels(problem, zones, order):
+def make_panels(problem, zones, order, outside=False):
     """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at the kinks of the
-    obstacle.
+    obstacle; or `outside` of them, on all that could touch, where the height of the obstacle does not count.
     """
     rows, sizes, tips = [], log_sizes(problem, zones, order), carried(problem, problem.tips, order)
     edges = carried_edges(problem, zones, order)
-    singular = {*edges, *problem.kinks, *sizes}
+    singular = {*edges, *sizes} if outside else {*edges, *problem.kinks, *sizes}
+    smooth = replace(problem, picture=None) if outside else problem
     for corner, intervals in zones.items():
-        for left, right in intervals:
+        rest = reduce(lambda rest, zone: without(rest, *zone), intervals, [problem.reach]) if outside else ()
+        for left, right in rest if outside else intervals:
             if half_line(problem) and right < 0:
                 continue
             start = max(left, 0.0) if half_line(problem) else left
@@ -136,7 +156,7 @@ def make_panels(problem, zones, order):
                 rows += [
                     (corner, *part)
                     for row in _between(*pair, roots, first)
-                    for part in short_enough(problem, *row)
+                    for part in short_enough(smooth, *row)
                 ]
     corner, e, h, root = map(np.array, zip(*rows))
     log_size = [sizes.get(anchor, {}).get(number, 0.0) for number, anchor in zip(corner, e)]
