@@ -75,16 +75,12 @@ class PanelSolution(LineSolution):
 
     method = "panels"
 
-    @cached_property
+    @property
     def residual(self):
-        """Largest violation of (26): tensile pressure over the largest pressure, and overlap over the rise of
-        a classical contact.
+        """Violations of (26) in the norm of the error: tensile pressures over the pressure, and overlaps of a
+        depth d on a width w as the pressure ``E* d/sqrt(w)``.
         """
-        from .survey import survey
-
-        overlap = max((each.depth for each in survey(self).violations), default=0.0)
-        tension = -float(self.pressures.min()) / float(self.pressures.max())
-        return max(overlap * np.pi * self.problem.E_star / (2 * self.load), tension, 0.0)
+        return self.estimate.conditions
 
     @property
     def unknowns(self):

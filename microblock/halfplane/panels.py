@@ -8,7 +8,7 @@ points v. At a kink of the obstacle p has a logarithm of known size: panels that
 well, carry ``p = q/|dx/dv| + log_size log(|h|/|x - e|)``.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache, reduce
 
 import numpy as np
@@ -16,7 +16,7 @@ from scipy.special import beta, betainc, eval_legendre
 
 from ..model.problem import GROWTH, half_line
 from ..model.quadrature import gauss_rule, lagrange
-from ..model.zones import without
+from ..model.zones import common, contains, joined, without
 from .carried import carried, carried_edges, log_sizes
 
 # panel lengths within which the kernel's logarithm asks for a quadrature of its own: beyond, the Gauss points
@@ -128,39 +128,56 @@ def _log_weights(order):
     return weights - bend * (weights @ values + 1 / 4) / (bend @ values)
 
 
-def make_panels(problem, zones, order, outside=False):
+def make_panels(problem, zones, order):
     """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at the kinks of the
-    obstacle; or `outside` of them, on all that could touch, where the height of the obstacle does not count.
+    obstacle.
     """
-    rows, sizes, tips = [], log_sizes(problem, zones, order), carried(problem, problem.tips, order)
-    edges = carried_edges(problem, zones, order)
-    singular = {*edges, *sizes} if outside else {*edges, *problem.kinks, *sizes}
-    smooth = replace(problem, picture=None) if outside else problem
-    for corner, intervals in zones.items():
-        rest = reduce(lambda rest, zone: without(rest, *zone), intervals, [problem.reach]) if outside else ()
-        for left, right in rest if outside else intervals:
-            if half_line(problem) and right < 0:
-                continue
-            start = max(left, 0.0) if half_line(problem) else left
-            breaks = sorted({start, right, *(x for x in singular if start < x < right)})
-            for pair in zip(breaks, breaks[1:]):
-                roots = tuple(x in singular for x in pair)
-                longest = [
-                    FIRST * problem.solid.ell * (AT_TIP ** ((order - 6) / 4) if x in tips else 1.0)
-                    for x in pair
-                ]
-                first = tuple(
-                    min([most, *(abs(x - edge) for edge in edges if edge != x)])
-                    for x, most in zip(pair, longest)
-                )
-                rows += [
-                    (corner, *part)
-                    for row in _between(*pair, roots, first)
-                    for part in short_enough(smooth, *row)
-                ]
+    sizes = log_sizes(problem, zones, order)
+    rows = [
+        (corner, *part)
+        for corner, intervals in zones.items()
+        for row in _rows(problem, zones, order, {*problem.kinks, *sizes}, intervals)
+        for part in short_enough(problem, *row)
+    ]
     corner, e, h, root = map(np.array, zip(*rows))
     log_size = [sizes.get(anchor, {}).get(number, 0.0) for number, anchor in zip(corner, e)]
     return Panels(corner, e, h, root, np.array(log_size), order)
+
+
+def panels_outside(problem, zones, order):
+    """Panels, all of corner 0, where a corner is out of contact and could touch. The surface is as rough as
+    the obstacle where another corner is in contact, else it is smooth but for singular places.
+    """
+    kinks, touched = log_sizes(problem, zones, order), joined(pair for own in zones.values() for pair in own)
+    rest = [problem.reach]
+    for left, right in reduce(common, zones.values()):
+        rest = without(rest, left, right)
+    rows = []
+    for anchor, length, root in _rows(problem, zones, order, {*kinks}, rest):
+        beside = contains(touched, np.array([anchor + length / 2])).any()
+        rows += short_enough(problem, anchor, length, root) if beside else [(anchor, length, root)]
+    e, h, root = np.reshape(rows, (-1, 3)).T
+    return Panels(np.zeros(len(e), int), e, h, root.astype(bool), np.zeros(len(e)), order)
+
+
+def _rows(problem, zones, order, kinks, intervals):
+    """Yields (anchor, signed length, root) of panels on intervals, broken at edges of zones and at kinks."""
+    tips, edges = carried(problem, problem.tips, order), carried_edges(problem, zones, order)
+    singular = {*edges, *kinks}
+    for left, right in intervals:
+        if half_line(problem) and right < 0:
+            continue
+        start = max(left, 0.0) if half_line(problem) else left
+        breaks = sorted({start, right, *(x for x in singular if start < x < right)})
+        for pair in zip(breaks, breaks[1:]):
+            roots = tuple(x in singular for x in pair)
+            longest = [
+                FIRST * problem.solid.ell * (AT_TIP ** ((order - 6) / 4) if x in tips else 1.0) for x in pair
+            ]
+            first = tuple(
+                min([most, *(abs(x - edge) for edge in edges if edge != x)]) for x, most in zip(pair, longest)
+            )
+            yield from _between(*pair, roots, first)
 
 
 def _between(left, right, roots, first):

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
+from ..model.problem import half_line
 from ..model.zones import contains, runs
-from .panels import make_panels
+from .panels import panels_outside
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,10 @@ class Survey:
 
 def survey(state):
     """The Survey of a PanelSolution."""
-    problem, size = state.problem, np.sqrt(state.weights @ state.pressures.sum(axis=0) ** 2)
-    violations, least, beyond, surface = list(_tensile(state, size)), [], False, _Surface(state)
+    problem, surface = state.problem, _Surface(state)
+    # a violation that is computed stands for its mirror image, too
+    size = np.sqrt(state.weights @ state.pressures.sum(axis=0) ** 2 / (2 if problem.mirror else 1))
+    violations, least, beyond = [*_tensile(state, size), *_at_valleys(state, size)], [], False
     for corner in problem.corners:
         x, gaps, noise = _gaps(state, surface, corner)
         violations += _overlaps(state, corner, x, gaps, noise, problem.E_star / size)
@@ -64,35 +67,32 @@ class _Surface:
     """What the gaps of a state out of contact have more than at first, interpolated on panels there."""
 
     def __init__(self, state):
-        self.problem = problem = state.problem
-        # four points more than in contact: the panels are longer
-        self.panels = panels = make_panels(problem, state.zones, state.panels.order + 4, outside=True)
-        panel, _, x, _ = panels.nodes
-        u, psi = state.displacement_and_rotation(x)
-        u = (
-            u
-            - state.approach
-            + state.counter_displacement(x - np.array(problem.shifts)[panels.corner[panel]])
+        self.problem, self.panels = (
+            state.problem,
+            panels_outside(state.problem, state.zones, 10),
         )
-        self._values = np.array((u, problem.ell / 2 * psi)).reshape(2, -1, panels.order)
+        points, weights = self.panels.points
+        x, order = self.panels.nodes[2], self.panels.order
+        u, psi = state.displacement_and_rotation(x)
+        rises = [u - state.approach + state.counter_displacement(x - shift) for shift in self.problem.shifts]
+        self._values = np.reshape((*rises, self.problem.ell / 2 * psi), (len(rises) + 1, -1, order))
         # the last terms of a Legendre series are the error of the others
-        points, weights = panels.points
-        last = np.arange(panels.order - 2, panels.order)
-        series = (2 * last + 1) * weights[:, None] * legvander(2 * points - 1, panels.order - 1)[:, -2:]
+        last = np.arange(order - 2, order)
+        series = (2 * last + 1) * weights[:, None] * legvander(2 * points - 1, order - 1)[:, -2:]
         self._noise = 4 * np.abs(self._values @ series).sum(axis=(0, 2))
 
     def __call__(self, corner, x):
         """The gaps without the initial ones, and their errors, at x out of contact: arrays (n,)."""
-        number, v = self.panels.at(corner, x)
-        u, phi = self.panels.interpolated(self._values, number, v)
-        return u + self.problem.lever(np.full(len(x), corner), x) * phi, self._noise[number]
+        number, v = self.panels.at(0, x)
+        rise, phi = self.panels.interpolated(self._values[[corner, -1]], number, v)
+        return rise + self.problem.lever(np.full(len(x), corner), x) * phi, self._noise[number]
 
     def places(self, corner):
         """Abscissae at which the gap of a corner is taken: sites of the obstacle, and some on each panel."""
-        panels = self.panels
-        number = np.repeat(np.flatnonzero(panels.corner == corner), 2 * panels.order)
-        v = np.resize((np.arange(2 * panels.order) + 0.5) / (2 * panels.order), len(number))
-        own, sites = panels.x(number, v), self.problem.sites(corner)
+        count = 4 * self.panels.order
+        number = np.repeat(np.arange(len(self.panels.e)), count)
+        own = self.panels.x(number, np.resize((np.arange(count) + 0.5) / count, len(number)))
+        sites = self.problem.sites(corner)
         return np.union1d(own, sites[(sites > own.min(initial=np.inf)) & (sites < own.max(initial=-np.inf))])
 
 
@@ -111,7 +111,7 @@ def _gaps(state, surface, corner):
     known = at(places[~contains(state.zones[corner], places)])
     known = np.concatenate((known, np.array((edges, *np.full((2, len(edges)), np.nan)))), axis=1)
     for _ in range(4):
-        x, gaps, noise = known = known[:, np.argsort(known[0], kind="stable")]
+        x, gaps, _ = known = known[:, np.argsort(known[0], kind="stable")]
         least = _minima(gaps)
         # what a parabola through three neighbours, and twice that, may fall below the middle one
         least = least[2 * gaps[least] < np.maximum(gaps[least - 1], gaps[least + 1])]
@@ -156,30 +156,43 @@ def _overlaps(state, corner, x, gaps, noise, unit):
 
 
 def _tensile(state, size):
-    """Intervals of the zones in which a corner is in tension: at the nodes, and near slope discontinuities.
-
-    Where the slope of the obstacle falls the pressure has the logarithm of an infinite tension: panels that
-    begin there are seen at distances down to rounding.
-    """
-    panels = state.panels
-    valley = np.flatnonzero(panels.log_size < 0)
-    near = (panels.e[valley, None] + panels.h[valley, None] * np.geomspace(1e-12, 0.1, 45)).ravel()
+    """Intervals of the zones in which a corner is in tension."""
+    panel, _, x, _ = state.panels.nodes
     for corner in state.problem.corners:
-        places = np.union1d(state.x, near[np.repeat(panels.corner[valley] == corner, 45)])
+        own = np.flatnonzero(state.panels.corner[panel] == corner)
+        own = own[np.argsort(x[own])]
+        p = state.pressure(corner, x[own])
         for left, right in state.zones[corner]:
-            x = places[(left <= places) & (places <= right)]
-            borders = np.concatenate(([left], (x[1:] + x[:-1]) / 2, [right]))
-            lengths, p = np.diff(borders), state.pressure(corner, x)
-            for first, last in runs(p < 0):
-                own = slice(first, last + 1)
-                worth = float(np.sqrt(lengths[own] @ p[own] ** 2) / size)
+            left = max(left, 0.0) if half_line(state.problem) else left
+            inside = (left <= x[own]) & (x[own] <= right)
+            here = own[inside]
+            borders = np.concatenate(([left], (x[here][1:] + x[here][:-1]) / 2, [right]))
+            for first, last in runs(p[inside] < 0):
+                part = slice(first, last + 1)
+                square = state.panels.rule[here][part] @ p[inside][part] ** 2
+                worth = float(np.sqrt(square) / size)
                 yield Violation(corner, float(borders[first]), float(borders[last + 1]), 0.0, worth)
+
+
+def _at_valleys(state, size):
+    """The same nearer to slope discontinuities than the nodes: where the slope of the obstacle falls the
+    pressure has the logarithm of an infinite tension.
+
+    With ``p = A + K log(|h|/r)``, K < 0, it is negative up to ``r0 = |h| exp(A/K)``; in L2 that is worth
+    sqrt(2 r0) |K|.
+    """
+    panels, v = state.panels, state.panels.points[0][0]
+    for number in np.flatnonzero(panels.log_size < 0):
+        smooth, K = state.q[number * panels.order] / panels.slope(number, v), panels.log_size[number]
+        if smooth + panels.logarithm(number, v) > 0:  # else the nodes show it
+            reach = panels.h[number] * np.exp(smooth / K)
+            left, right = sorted((panels.e[number], panels.e[number] + reach))
+            worth = float(np.sqrt(2 * abs(reach)) * abs(K) / size)
+            yield Violation(int(panels.corner[number]), float(left), float(right), 0.0, worth)
 
 
 def _beyond(problem, corner, surface):
     """Whether the surface comes higher than the picture looks, somewhere out of its stretches."""
-    if problem.picture is None:
-        return False
     x, shift = surface.places(corner), problem.shift(corner)
     x = x[~contains(np.add(problem.picture.stretches, shift), x)]
     rise, noise = surface(corner, x)
