@@ -67,10 +67,7 @@ class _Surface:
     """What the gaps of a state out of contact have more than at first, interpolated on panels there."""
 
     def __init__(self, state):
-        self.problem, self.panels = (
-            state.problem,
-            panels_outside(state.problem, state.zones, 10),
-        )
+        self.problem, self.panels = (state.problem, panels_outside(state.problem, state.zones, 10))
         points, weights = self.panels.points
         x, order = self.panels.nodes[2], self.panels.order
         u, psi = state.displacement_and_rotation(x)
