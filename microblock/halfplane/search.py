@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import NotConverged, out_of_reach
+from ..errors import BadArgument, NotConverged, out_of_reach
 from ..model import picture
 from ..model.problem import half_line
 from ..model.zones import joined, without, zone_edges
@@ -28,10 +28,6 @@ EDGE_SHARE = 0.1  # of rtol, to which the edges are driven
 COARSE_SHARE = 0.5  # the same of the coarser of two orders: the distance between the two has it
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
 BESIDE = 0.05  # of its width: an overlap this near to a zone belongs to it
-
-
-class LooksTooNear(Exception):
-    """Something beyond the obstacle's picture could touch: look farther."""
 
 
 def resolved(order):
@@ -105,7 +101,12 @@ def _amended(state, tolerance):
     while True:
         found = survey(state)
         if found.beyond:
-            raise LooksTooNear
+            raise BadArgument(
+                "obstacle",
+                state.problem.obstacle,
+                f"could touch at load {state.load:g} where it is too high for that under a classical "
+                "half-plane",
+            )
         idle = 0 if found.worth < worth / 2 else idle + 1
         if found.worth < worth:
             parts = replace(state.estimate, conditions=found.worth)
