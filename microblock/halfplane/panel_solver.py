@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 from functools import cached_property
 
-
 from ..errors import BadArgument, MicroblockError, NotConverged, out_of_reach, require_whole
 from ..model import picture
 from ..model.deformable import body_of, shape_of
