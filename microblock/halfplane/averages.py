@@ -1,10 +1,7 @@
 """Kernels of a half-plane averaged over the cell that is loaded and over the one that answers.
 
-The average is a second difference of the kernel's second antiderivative F. Over x^2 that is smooth in log x,
-and is tabulated like the kernels; far away, where the difference would cancel, Gauss points replace it.
-Averages over both cells make a matrix that is symmetric and positive definite, whatever the distances of the
-cells: corners press a second body at places that are no multiples of a cell apart. Formulas:
-docs/theory/friction.md.
+The average is a second difference of the kernel's second antiderivative F, tabulated over x^2; far away Gauss
+points replace it. So matrices are symmetric and positive definite at any distances (docs/theory/friction.md).
 """
 
 from functools import partial
@@ -20,12 +17,7 @@ SMALL = 1e-3  # below it the difference in the second antiderivative is a series
 
 
 class SecondAntiderivatives(Kernels):
-    """F of the kernels of `Kernels`, F'' = K and F(0) = F'(0) = 0, over x^2; it is even where K is.
-
-    Parameters
-    ----------
-    nu, beta, curvature : float, as of `Cosserat`
-    """
+    """F of the kernels of `Kernels`, F'' = K and F(0) = F'(0) = 0, over x^2; it is even where K is."""
 
     @staticmethod
     def _values(solid, x):
@@ -47,9 +39,7 @@ def _twice(y):
 
 
 def _tables(solid):
-    """Functions of (x/ell, numbers of kernels): the kernels over c, and F/x^2; of a classical solid those of
-    U and Y alone.
-    """
+    """Functions of (x/ell, numbers): kernels over c, and F/x^2; of a classical solid for U and Y alone."""
     if not is_classical(solid):
         material = solid.nu, solid.beta, solid.curvature
         return kernels(*material), kernels(*material, SecondAntiderivatives)
@@ -64,12 +54,8 @@ def _tables(solid):
 
 
 def averaged(solid, apart, source, target, which):
-    """Kernels averaged over cells of the widths `source` and `target` at distances, arrays of one shape.
-
-    Returns
-    -------
-    array (len(which), *shape)
-        Lengths per force (per thickness).
+    """Kernels averaged over cells of the widths `source` and `target` at distances, arrays of one shape:
+    array (len(which), ...) of lengths per force (per thickness).
     """
     once, twice = _tables(solid)
     apart, source, target = (one / solid.ell for one in np.broadcast_arrays(apart, source, target))
@@ -86,7 +72,5 @@ def averaged(solid, apart, source, target, which):
 
 
 def normal_averages(solid, distance, source, target):
-    """`kernels.normal_kernel` averaged over cells of the widths `source` and `target` at distances, arrays
-    of one shape: lengths per force.
-    """
+    """`kernels.normal_kernel` averaged as in `averaged`: lengths per force."""
     return averaged(solid, distance, source, target, (0,))[0]

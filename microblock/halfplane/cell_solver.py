@@ -44,18 +44,15 @@ class CellSolution(Solution):
     ----------
     solver : CellSolver
     x, weights : arrays (n,), centres and lengths of the cells
-    pressures : array (corners, n), of each corner
-    micromoment, psi, displacement : arrays (n,), M of (29) (where psi is prescribed the reaction to it), psi,
-        -u2
-    load, approach : force per thickness (and per period), approach over the mean of the surface
-    energy : float, half the work of the forces, up to the same constant
-    residual : float, largest relative residual of (a), see
-        `microblock.corners.projected_gradients.GridForces`
-    iterations : int, products with the flexibility that were spent on this grid
-    change : float, relative L2 error of pressure and micromoment over ell, next to an end of the obstacle,
-        where the pressure is infinite, with the distance from it as weight; None without coarser grids
-    notes : sentences on why cells were taken where panels were asked for
-    raised : array (corners, n), displacement of a second body under each corner; None of a rigid obstacle
+    pressures : array (corners, n)
+    micromoment, psi, displacement : arrays (n,), M of (29) or the reaction to psi = 0, psi, -u2
+    load, approach : force per thickness (and period), approach over the mean of the surface
+    energy : float, half the work of the forces, up to a constant
+    residual : float, see `microblock.corners.projected_gradients.GridForces`
+    iterations : int, products with the flexibility on this grid
+    change : float, the error estimate; None without coarser grids
+    notes : sentences on why cells were taken
+    raised : array (corners, n), displacement of a second body under each corner, or None
     """
 
     solver: Solver
@@ -90,9 +87,7 @@ class CellSolution(Solution):
 
     @property
     def all_zones(self):
-        """{corner number: array (k, 2) of the intervals of cells with pressure}; 0 is A (left), 1 is B
-        (right).
-        """
+        """{corner number: array (k, 2) of the intervals of cells with pressure}."""
         half = self.weights[0] / 2
         return {
             number: np.array(
@@ -110,8 +105,8 @@ class CellSolution(Solution):
         return contact_zones(self.all_zones, self.solver.law.corners)
 
     def pressure(self, corner, x):
-        """Pressure of a corner at x, array (n,): a polygon through the centres of a zone's cells, even from
-        the outer ones to its edges, so that its integral is that of the cells, and 0 outside.
+        """Pressure of a corner at x, array (n,): a polygon through the centres of a zone's cells, constant to
+        its edges.
         """
         x, own = _folded(x, self.period), self.pressures[corner]
         along, last = (x - self.x[0]) / self.weights[0], len(own) - 1
@@ -123,9 +118,7 @@ class CellSolution(Solution):
         return np.where(inside, here + np.abs(along - cell) * slope, 0.0)
 
     def pressure_and_moment(self, x):
-        """Total pressure and micromoment over ell at x, array (2, n): of the corners' pressures there, of a
-        reaction a polygon.
-        """
+        """Total pressure and micromoment over ell at x, array (2, n); a reaction is a polygon."""
         own = np.array([self.pressure(corner, x) for corner in range(len(self.pressures))])
         if len(own) > 1:
             return np.array((own.sum(axis=0), (self.problem.levers(x) * own).sum(axis=0) / 2))
@@ -133,12 +126,8 @@ class CellSolution(Solution):
         return np.array((own[0], reaction / self.problem.ell))
 
     def gap(self, corner, x):
-        """Gap of a corner at x, array (n,): displacement and rotation as polygons through the cells' centres.
-
-        Raises
-        ------
-        BadArgument
-            For x beyond the cells.
+        """Gap of a corner at x, array (n,), with polygons of displacement and rotation; BadArgument beyond
+        the cells.
         """
         period, half = self.period, self.weights[0] / 2
         if period is None and not np.all((x >= self.x[0] - half) & (x <= self.x[-1] + half)):
@@ -151,7 +140,7 @@ class CellSolution(Solution):
         return corner_gaps(*where, raised, psi, self.counter_displacement)[corner]
 
     def counter_displacement(self, x):
-        """As of every solution: a polygon through what is known under the corners."""
+        """A polygon through what is known under the corners."""
         if self.raised is None:
             return np.zeros_like(x)
         places = np.concatenate([self.x - shift for shift in self.problem.shifts])
@@ -179,7 +168,7 @@ class CellSolver(Solver):
             self.require_lowest()
 
     def _require_repeating(self):
-        """BadArgument unless obstacle and psi0 fit the period: what is cut off must go on where it begins."""
+        """BadArgument unless obstacle and psi0 fit the period."""
         period = self.body.period
         own = getattr(self.obstacle, "period", None)
         if own is not None and abs(period / own - round(period / own)) > FITS:
@@ -241,7 +230,7 @@ class CellSolver(Solver):
         raise out_of_reach(rtol, state.error_estimate, why, panels, load=load, approach=approach)
 
     def _with_window(self, load):
-        """The solver on a window: its own, or all places where the obstacle could touch at the load."""
+        """The solver on its window, or on all places where the obstacle could touch at the load."""
         if self.body.period is not None or self.options.window is not None:
             return self
         if load is None:
@@ -267,8 +256,8 @@ class CellSolver(Solver):
         return state if state.error_estimate <= rtol else self.solve(load, None, rtol)
 
     def upto(self, load, rtol, sizes, least=4 * FIRST, approach=None, residual=RESIDUAL, progress=False):
-        """The first state on grids of these sizes that has rtol and at least so many cells, or that of the
-        last grid.
+        """The first state on grids of these sizes that has rtol and at least so many cells, or the
+        last one.
         """
         for state in self._solutions(load, approach, sizes, residual, progress):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= least:
@@ -296,7 +285,7 @@ class CellSolver(Solver):
                 yield replace(state, change=_estimate(changes, state.residual, SLOWEST if ends else FASTEST))
 
     def _end_weights(self, x):
-        """1, and towards ends of the obstacle, where the pressure has no bound, falling with the distance."""
+        """1, and towards ends of the obstacle, where the pressure has no bound, the distance."""
         return distance_to_ends(x, getattr(self.obstacle, "ends", ()), self.law.shifts(self.body.solid.ell))
 
     def _cells(self, nodes):
@@ -309,7 +298,7 @@ class CellSolver(Solver):
         return {}
 
     def prepare(self, nodes):
-        """Cells, flexibility and initial gaps on so many nodes, made once and kept for further loads."""
+        """Cells, flexibility and initial gaps on so many nodes, made once."""
         if nodes not in self._grids:
             cells = self._cells(nodes)
             self._grids[nodes] = (
@@ -364,7 +353,7 @@ class CellSolver(Solver):
 
 
 def difference(finer, coarser, ends):
-    """max(|dp|, |dM|/ell)/|p| in L2 of what two states say at all x, with the weight `ends` of places."""
+    """max(|dp|, |dM|/ell)/|p| in L2 between two states, with the weight `ends` of places."""
     points, _ = gauss_rule(2)  # exact for squares of polygons that break at centres and ends of cells
     size, change = 0.0, 0.0
     for offset in np.concatenate((points - 1, points)):
@@ -376,11 +365,9 @@ def difference(finer, coarser, ends):
 
 
 def _estimate(changes, residual, fastest):
-    """Error of the last state from the changes from grid to grid, a geometric series of a ratio between
-    SLOWEST and the fastest, and from its residual; None without changes.
-
-    The ratio is that of the last LUCK changes in the mean: one that is much less than the change before is
-    luck, where a cell falls on an edge.
+    """Error of the last state from its residual and the changes from grid to grid, a geometric series of a
+    ratio between SLOWEST and the fastest; None without changes. The ratio is that of the last LUCK changes in
+    the mean.
     """
     if not changes:
         return None

@@ -1,6 +1,4 @@
-"""Uniform cells where panels find no zones, or do not reach what was asked for: the larger model where the
-smaller one fails.
-"""
+"""Uniform cells where panels find no zones or do not reach what was asked for."""
 
 from dataclasses import replace
 
@@ -19,13 +17,12 @@ OFFERED = 1e-3  # rtol at which cells are tried before they are advised
 
 
 def by_cells(solver, found, load, rtol, failure):
-    """The CellSolution of a half-plane's problem under an obstacle of this Picture; `failure` says why panels
-    have none.
+    """The CellSolution under an obstacle of this Picture; `failure` says why panels have none.
 
     Raises
     ------
     NotConverged
-        If cells do not reach rtol either: with what they do reach.
+        If cells do not reach rtol either.
     """
     # better than what cells would be tried for
     if failure.rtol_reached is not None and failure.rtol_reached < OFFERED:

@@ -1,10 +1,9 @@
 """The load at which two symmetric zones of partial contact meet on the axis: its limit, on panels or by
 fitted finite elements.
 
-The inner edge is prescribed and the load left free: on one mesh the coefficients of the pressure at the edges
-are affine in the load, and the load is right where K0 of the inner edge vanishes. With the edge at the
-distance b from the axis it misses coalescence by b^(2 s), where p ~ x^s there (docs/theory/halfplane.md):
-two Richardson steps, from the side of a gap and of an overlap.
+The inner edge is prescribed and the load left free: K0 and K1 of the edges are affine in the load, and the
+load is right where K0 of the inner edge vanishes. With the edge b from the axis it misses coalescence by b^(2
+s), where p ~ x^s there (docs/theory/halfplane.md).
 """
 
 import numpy as np
@@ -20,9 +19,7 @@ STEPS = 12
 
 def coalescence(solver, order=9, levels=5):
     """Load (force per thickness) at which the zones of a symmetric problem of a FittedSolver meet, and its
-    error.
-
-    The order's own error is not in it: compare two of them.
+    error, without that of the order.
     """
     if not solver.symmetric or len(solver.law.corners) != 2:
         raise BadArgument("problem", solver.contact, "must be a symmetric one of microblocks")
@@ -41,10 +38,8 @@ def on_meshes(solver, order, levels):
 
 
 def extrapolated(coefficients, solid, inner_edges, exponent):
-    """Limit of the load for an inner edge on the axis, and its error.
-
-    Two Richardson steps, from the side of a gap and from that of an overlap; the error is the larger of the
-    last correction and the distance of the two sides.
+    """Limit of the load for an inner edge on the axis, and its error: the last of two Richardson steps, or
+    the distance of the limits from a gap and from an overlap if that is larger.
 
     Parameters
     ----------
@@ -67,11 +62,10 @@ def extrapolated(coefficients, solid, inner_edges, exponent):
 
 
 def load_at_inner_edge(coefficients, solid, inner, outer):
-    """Load at which the inner edge of corner A is `inner` from the axis (> 0: a gap, < 0: an overlap), and
-    the outer edge, from a first guess of it.
+    """Load at which the inner edge of corner A is `inner` from the axis (> 0: a gap), and the outer edge.
 
     `coefficients` gives ((K0, K1) of the inner edge at each load, the same of the outer one) for (inner,
-    outer, loads); they are affine in the load.
+    outer, loads).
     """
     load = solid.E_star * outer
     for _ in range(STEPS):

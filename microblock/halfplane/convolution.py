@@ -1,18 +1,15 @@
 """Convolutions of one or two real fields on equal cells with kernels that are known in Fourier space.
 
 Two fields p, m answer with u = U p + i V m, phi = -i V p + W m at each wavenumber, U and W even in it, V odd,
-all real; one field answers with an even or an odd kernel. `Waves` does so with real transforms of the period,
-which is best while they stay in the processor's cache. For long periods `Halves` does: with z = p + i m and
-w = u + i phi
+all real; one field answers with an even or an odd kernel. `Waves` does so with real transforms of the period.
+For long periods `Halves` does: with z = p + i m and w = u + i phi
 
-    w = A z + D conj(z at the opposite wavenumber),     A = (U + W)/2 + V,   D = (U - W)/2,
+    w = A z + D conj(z at the opposite wavenumber),     A = (U + W)/2 + V,   D = (U - W)/2.
 
-two real factors and one complex transform instead of two real ones. In a period of twice the length of the
-fields, which those without images need, the even wavenumbers are those of the length itself, and the odd ones
-are those of exp(-i pi t/length) times the field: no padding is transformed. A transform of rows x columns
+In a period of twice the length of the fields the even wavenumbers are those of the length itself, the odd
+ones those of exp(-i pi t/length) times the field: no padding is transformed. A transform of rows x columns
 values is one along the columns, a factor exp(-2 pi i row column/length) and one along the rows (D. H. Bailey,
-J. Supercomput. 4 (1990) 23); the wavenumbers are left in the order in which they come, which the products do
-not mind. So every line that is transformed stays in the cache, and threads have lines to share.
+J. Supercomput. 4 (1990) 23), so that every line that is transformed stays in the cache.
 """
 
 from __future__ import annotations
@@ -45,20 +42,13 @@ def free_period(count: int) -> int:
 
 
 def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Callable[[Array], Array]:
-    """Returns the product with kernels.
+    """Returns the product with kernels, a function of fields (2 or 1, n) that returns the same shape.
 
     Parameters
     ----------
     spectrum : (U, V, W), or (U,) for one field, arrays (length//2 + 1,)
-        At the wavenumbers of the period.
-    length : int
-        Cells of the period.
-    doubled : bool
-        Whether fields take no more than half of the period, as on `free_period`.
-
-    Returns
-    -------
-    function of fields, array (2 or 1, n), that returns an array of the same shape
+    length : int, cells of the period
+    doubled : bool, whether fields take no more than half of the period
     """
     parts = 2 if doubled else 1
     if len(spectrum) < 3 or length < (LONG if doubled else 4 * LONG) or length % parts:
@@ -68,18 +58,14 @@ def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Call
 
 @dataclass(frozen=True)
 class Waves:
-    """By real transforms of the whole period, of fields on cells along a line or on a surface.
-
-    In Fourier space what answers is D R D^H of the fields, R real and D = 1 or -i.
+    """By real transforms of the whole period, of fields on cells along a line or on a surface: D R D^H of the
+    fields in Fourier space, R real and D = 1 or -i.
 
     Attributes
     ----------
-    length : tuple of int
-        Cells of the transforms along each axis.
-    spectrum : rows of arrays (..., length//2 + 1)
-        R, or a part of it.
-    even : (int, int)
-        Number of its first rows, and columns, that belong to p and u: the others turn by -i and i.
+    length : tuple of int, cells of the transforms along each axis
+    spectrum : rows of arrays (..., length//2 + 1), R or a part of it
+    even : (int, int), number of its first rows, and columns, that belong to p and u
     """
 
     length: tuple[int, ...]
@@ -121,7 +107,7 @@ class Waves:
 
 def embedded(part: Array, length: int, *odd: bool) -> Array:
     """Returns the transform of responses at distances of (i, ...) cells, array (count, ...), even or odd
-    along each axis, in a period of the length: its real part, or less its imaginary one where that is all.
+    along each axis, in a period of the length: its real part, or less its imaginary one.
     """
     count, column = len(part), np.zeros((length,) * part.ndim)
     column[(slice(count),) * part.ndim] = part
@@ -184,10 +170,8 @@ class Half:
 
     Attributes
     ----------
-    shift : int
-        0 or 1.
-    A, D : array (rows, columns)
-        Over the number of wavenumbers; number k is at (k % rows, k // rows).
+    shift : int, 0 or 1
+    A, D : array (rows, columns), over the number of wavenumbers; number k is at (k % rows, k // rows)
     """
 
     shift: int
@@ -195,7 +179,7 @@ class Half:
     D: Array
 
     def __call__(self, z: Array) -> Array:
-        """Returns the conjugate of w from z, both arrays (rows, columns) in the order of cells; z is lost."""
+        """Returns the conjugate of w from z, arrays (rows, columns); z is lost."""
         (rows, columns), threads = z.shape, workers(z.size // LARGER)
         turn = _turn(rows, columns, self.shift)
         start = np.exp(-1j * np.pi * self.shift * np.arange(rows) / rows)[:, None]
@@ -211,8 +195,7 @@ class Half:
     def _along_rows(self, z: Array, turn: Array, threads: int) -> None:
         """To the wavenumbers, through A z + D conj(z at the opposite wavenumber), and back.
 
-        What is transformed back is conjugate, so that forward transforms do it. Rows at the same distance
-        from both ends have each other's opposites, but the first one of wavenumbers without shift its own.
+        Rows at the same distance from both ends have each other's opposites.
         """
         if not self.shift:
             own = fft(z[0])
@@ -240,13 +223,13 @@ def _rows(length: int) -> int:
 
 @lru_cache(maxsize=2)
 def _turn(rows: int, columns: int, shift: int) -> Array:
-    """exp(-2 pi i (row + shift/2) column/length), array (rows, columns), of the two halves last used."""
+    """exp(-2 pi i (row + shift/2) column/length), array (rows, columns)."""
     angle = np.outer(np.arange(rows) + shift / 2, np.arange(columns))
     return np.exp(-2j * np.pi / (rows * columns) * angle)
 
 
 def _pieces(count: int, columns: int) -> Any:
-    """Places of so many cells in rows of `columns`, and their numbers: the full rows and the last one."""
+    """Places of so many cells in rows of `columns`, and their numbers: full rows and the last one."""
     whole = count // columns
     yield (slice(whole), slice(None)), slice(whole * columns)
     yield (slice(whole, whole + 1), slice(count - whole * columns)), slice(whole * columns, count)

@@ -1,10 +1,9 @@
 """Contact of a half-plane on its contact line alone: the edges of the zones, by Newton's method.
 
-On trial zones the gaps of the corners in contact are closed at all Gauss points (collocation). At a free edge
-the pressure must vanish; with ``p = K0/sqrt(r) + K1 sqrt(r)`` at a trial edge the solution has ``dK0_i/de_j =
--delta_ij K1_i/2``, so that moving each edge outwards by ``2 K0/K1`` is Newton's method without a Jacobian.
-Edges of one corner that meet annihilate: a zone vanishes, or a hole closes. Edges of two corners pass each
-other: they come to stand half as far apart, the other way round, so that going to and fro is a bisection.
+On trial zones the gaps of the corners in contact are closed at all Gauss points. With ``p = K0/sqrt(r) + K1
+sqrt(r)`` at a trial edge the solution has ``dK0_i/de_j = -delta_ij K1_i/2``, so that moving each edge
+outwards by ``2 K0/K1`` is Newton's method without a Jacobian. Edges of one corner that meet annihilate; edges
+of two corners pass each other and come to stand half as far apart, so that going to and fro is a bisection.
 """
 
 import numpy as np
@@ -36,12 +35,8 @@ def tolerated(order):
 
 
 def solve_zones(problem, panels, loads):
-    """q and approach with the gaps closed on given zones, at each of the loads, and the noise of the first q.
-
-    Returns
-    -------
-    (arrays (loads, m), array (loads,), array (m,)); the noise is q under gaps off by TABLE_ERROR of the sum
-    of their terms, up and down from node to node.
+    """q and approach with the gaps closed on given zones, at each of the loads, and q under gaps off by
+    rounding: (arrays (loads, m), array (loads,), array (m,)).
     """
     panel, _, x, weights = panels.nodes
     count, sides, corner = len(x), 2 if problem.mirror else 1, panels.corner[panel]
@@ -77,9 +72,8 @@ def _share(panels, part, whole):
 
 
 def edge_coefficients(panels, q):
-    """{(corner, edge, side): (K0, K1)} of ``p = K0/sqrt(r) + K1 sqrt(r)`` at the anchors of all root panels.
-
-    side is +1 where the panel lies right of its anchor.
+    """{(corner, edge, side): (K0, K1)} of ``p = K0/sqrt(r) + K1 sqrt(r)`` at the anchors of all root panels;
+    side is 1 where the panel lies right of its anchor, else -1.
     """
     # Legendre series by the Gauss rule itself; value and half the second derivative at v = 0
     points, weights = panels.points
@@ -91,8 +85,8 @@ def edge_coefficients(panels, q):
 
 
 def mean_coefficients(panels, q):
-    """The same by the best two terms over each panel: K0 is less good, K1 safe where the panel is too smooth
-    for the pressure.
+    """The same by the best two terms over each panel: K1 is safe where the panel is too smooth for the
+    pressure.
     """
     points, weights = panels.points
     terms = np.column_stack((np.ones_like(points), points**2))
@@ -111,16 +105,14 @@ def _read(panels, q, basis):
 
 
 def fit(problem, load, zones, order, tolerance):
-    """The PanelSolution with the free edges moved from trial zones until p vanishes there, to a tolerance
-    of the edges' share in the relative L2 error of the pressure; the best one, if it is not reached but the
-    root of what the order leaves is.
-
-    An edge where the obstacle ends stays while it is pressed.
+    """The PanelSolution with the free edges moved from trial zones until p vanishes there, to a tolerance of
+    the edges' share in the relative L2 error of the pressure; the best one, if it reaches the root of what
+    the order leaves. An edge where the obstacle ends stays while it is pressed.
 
     Parameters
     ----------
     problem : Problem
-    load : float, resultant force per thickness
+    load : float, force per thickness
     zones : {corner number: ((left, right), ...)}
     order : Gauss points on a panel
     tolerance : float
@@ -170,11 +162,8 @@ def _arranged(problem, zones):
 
 
 def _moved(problem, load, zones, panels, q, before, tolerance):
-    """Zones with each free edge moved by 2 K0/K1, the largest |K0| of an edge, and {(corner, how many, which
-    edge): (its place, K0)}.
-
-    K1 comes from how K0 has changed on the way of an edge where that is known and K0 falls slowly: next to
-    an edge an obstacle may be less smooth than the panel's polynomial takes it for.
+    """Zones with each free edge moved by 2 K0/K1, the largest |K0|, and {(corner, how many, which edge): (its
+    place, K0)}. K1 comes from how K0 has changed where K0 falls slowly.
     """
     found, known, rows = edge_coefficients(panels, q), {}, []
     forces = q.reshape(-1, panels.order) @ panels.points[1] + panels.log_size * np.abs(panels.h)
@@ -207,9 +196,7 @@ def _moved(problem, load, zones, panels, q, before, tolerance):
 
 
 def _not_past(problem, edge, move):
-    """The place of an edge after a move: beyond a kink, where K0 and K1 are others, no farther than it came
-    from.
-    """
+    """The place of an edge after a move: beyond a kink no farther than it came from."""
     kinks = np.array([*problem.kinks, *(-kink for kink in problem.kinks if problem.mirror)])
     ahead = (kinks - edge) * np.sign(move)
     return edge + np.sign(move) * min(abs(move), 2 * ahead[ahead > 0].min(initial=np.inf))
@@ -239,8 +226,8 @@ def _sorted_out(problem, load, rows):
 
 
 def _annihilated(edges):
-    """Edges, rows as above of one corner after the other, without neighbours of one corner that have met, the
-    farthest past each other first; a zone that is pressed becomes half as wide.
+    """Edges, rows as above, without neighbours of one corner that have met, the farthest past each other
+    first; a zone that is pressed becomes half as wide.
     """
     while True:
         same = edges[1:, 0] == edges[:-1, 0]
@@ -259,8 +246,8 @@ def _annihilated(edges):
 
 
 def _require_finite_chain(problem, zones):
-    """NotConverged where a corner touches an edge of the second body: what it carries of the pressure without
-    bound there opens a zone a block's side away, whose edges open the next, and so on.
+    """NotConverged where a corner touches an edge of the second body, which opens a zone a block's side away,
+    and so on.
     """
     touched = [
         edge
@@ -287,12 +274,7 @@ def at_inner_edge(problem, order):
 
 
 def coalescence(problem, order=14):
-    """Load at which two symmetric zones of partial contact touch: (load, its error).
-
-    With the inner edge at the distance b the load misses it by b^(2 s) and b^(4 s), where p ~ x^s at
-    coalescence (`kernels.coalescence_exponent`), so that the limit is extrapolated
-    (`coalescence.extrapolated`).
-    """
+    """Load at which two symmetric zones of partial contact touch: (load, its error)."""
 
     def exponent(outer):
         return meeting_exponent(problem, {0: ((0.0, outer),), 1: ((-outer, 0.0),)}, 0.0)

@@ -1,6 +1,4 @@
-"""First zones from cells of constant pressure on all of the surface that could touch: a complementarity
-problem on them, so that no contact is left out.
-"""
+"""First zones from cells of constant pressure on all that could touch: a complementarity problem."""
 
 import numpy as np
 
@@ -21,8 +19,8 @@ FAR = 2.9  # lengths of a cell, beyond which two Gauss points are enough on it; 
 
 
 def first_zones(problem, load):
-    """Yields zones {corner number: ((left, right), ...)} of all corners and the longest cell at an edge: by
-    cells that resolve zones and holes, then by smaller ones at all edges, time and again.
+    """Yields zones {corner number: ((left, right), ...)} of all corners and the longest cell at an edge: of
+    cells that resolve zones and holes, then of smaller ones at all edges.
 
     Raises
     ------
@@ -55,9 +53,7 @@ def _many(cells, split):
 
 
 def _first_cells(problem):
-    """Left and right edges of the first cells, array (n, 2): no longer than the obstacle's features ask for,
-    and cut at its ends.
-    """
+    """Left and right edges of the first cells, array (n, 2), as short as the obstacle's features."""
     ends = np.array([end for corner in range(len(problem.shifts)) for end in problem.ends_of(corner)])
     cells = []
     for left, right in problem.stretches:
@@ -122,9 +118,7 @@ def _edge(cells, x, p, first, last, way):
 
 
 def _flexibility(problem, x, widths):
-    """Gaps of all corners at the centres from forces on the cells, made symmetric: array (corners n, corners
-    n).
-    """
+    """Gaps of all corners at the centres from forces on the cells, made symmetric."""
     matrix = _of_body(problem, x, widths)
     if problem.counter is not None:
         matrix = matrix + counter_flexibility(problem, x, widths)
@@ -143,7 +137,7 @@ def _of_body(problem, x, widths):
 
 
 def _averages(problem, x, widths):
-    """U, V, W and the clamped kernel (length per force), at x_i averaged over the cell j: arrays (n, n)."""
+    """U, V, W and the clamped kernel (length per force) at x_i, averaged over the cell j: arrays (n, n)."""
     solid = problem.solid
     table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
     apart = x[:, None] - x

@@ -1,6 +1,4 @@
-"""Cells for a history of frictional contact: small towards the edges of contact and of stick at each pair of
-loads, towards the first touch, and towards slope discontinuities and edges of the obstacle.
-"""
+"""Cells for a history of frictional contact: small towards edges, first touches and slope discontinuities."""
 
 from __future__ import annotations
 
@@ -25,8 +23,8 @@ FIRST_TOUCH, TIP, LOGARITHM = 0.25, 0.01, 3.0
 
 @dataclass(frozen=True)
 class Feature:
-    """A place to which cells get smaller, known to `band`; there they have the length `smallest`, and away
-    from it no more than `growth` times the distance.
+    """A place, known to `band`, at which cells have the length `smallest`, and away from it no more than
+    `growth` times the distance.
     """
 
     place: float
@@ -41,8 +39,7 @@ def cells(
     """Returns left and right edges of cells on all that could touch, array (n, 2).
 
     At the distance r from the nearest feature a cell has the length `fineness` times the root of r a, a the
-    half-width of a classical contact: so pressures that begin like a square root are resolved alike
-    everywhere. Beyond `reach` (left, right), outside of all contact, cells grow with the distance.
+    half-width of a classical contact. Beyond `reach` (left, right) cells grow with the distance.
     """
     assert problem.picture is not None
     a = problem.picture.half_width
@@ -88,16 +85,13 @@ def _size(
 
 
 def fixed(problem: Problem) -> list[float]:
-    """Returns contact points at which a corner is under a slope discontinuity or an edge, ascending."""
+    """Returns contact points at which a corner is under a slope discontinuity or an edge."""
     ends = [place for pair in problem.ends.values() for place in pair]
     return sorted({*problem.kinks, *ends})
 
 
 def touching(problem: Problem, fineness: float) -> list[Feature]:
-    """Returns features at the first touch of each corner, and at slope discontinuities and edges.
-
-    Under a slope discontinuity the pressure is a logarithm: cells there are as long as their distance allows.
-    """
+    """Returns features at the first touch of each corner, and at slope discontinuities and edges."""
     assert problem.picture is not None
     a = problem.picture.half_width
     least = FIRST_TOUCH * fineness**2 * a

@@ -1,11 +1,9 @@
 """Edges of contact, of each corner's zones and of stick below the length of a cell.
 
-Towards an edge of a corner's zone its pressure p falls like the root of the distance r; so does f p - |q|
-in a stick zone that shrinks. In one that grows over what has slipped it falls like r^(3/2), or cells beyond
-would slip against their shear. Means over cells of such a power and of the next ones are fitted to the cells
-next to the edge, but for the first two, which are wrong by as much as the place of the edge in its cell. What
-is fitted is an edge only where it is within one cell of the cells' own, and where few cells and many agree to
-a quarter of one; else the cells' edge stays. docs/theory/friction.md.
+Towards an edge of a corner's zone its pressure p falls like the root of the distance r; so does f p - |q| in
+a stick zone that shrinks. In one that grows over what has slipped it falls like r^(3/2). Means over cells of
+such powers are fitted to the cells next to the edge, but for the first two. What is fitted counts only within
+one cell of the cells' own edge, and where few cells and many agree. docs/theory/friction.md.
 """
 
 from __future__ import annotations
@@ -34,20 +32,13 @@ SAME = 1e-9  # relative, by which an edge may be off the obstacle's
 
 
 def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | None:
-    """Returns how far beyond the near end of the first cell values vanish, and the doubt about it (lengths).
+    """Returns (how far beyond the near end of the first cell values vanish, the doubt about it), or None.
 
     Parameters
     ----------
-    cells : array (n, 2)
-        Near and far ends, as distances from the near end of the first one (lengths).
-    values : array (n,)
-        Means over the cells of what falls like the root of the distance.
-    grows : bool
-        Whether it may also fall like the root's third power.
-
-    Returns
-    -------
-    (shift, doubt), or None where neither fits
+    cells : array (n, 2), near and far ends, as distances from the near end of the first one
+    values : array (n,), means over the cells of what falls like the root of the distance
+    grows : bool, whether it may also fall like the root's third power
     """
     few = slice(SKIPPED, SKIPPED + WINDOWS[0][0])
     if len(values[few]) < WINDOWS[0][0] or not np.all(values[few] > 0):
@@ -69,7 +60,7 @@ def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | No
 
 
 def _fitted(cells: Array, values: Array, power: float, terms: int) -> tuple[float, float]:
-    """(shift, relative residual) of a sum of powers of the distance + shift; inf where there is none."""
+    """(shift, relative residual) of a sum of powers of the distance + shift."""
     unit = cells[-1, 1]
     near, far = cells.T / unit
     powers, shift = power + np.arange(terms)[:, None], 0.0
@@ -94,20 +85,14 @@ class FrictionEdges:
 
     Attributes
     ----------
-    cells : array (n, 2)
-        Left and right edges (lengths).
+    cells : array (n, 2), left and right edges (lengths)
     closed : boolean array (corners, n)
-    stick : boolean array (n,)
-        Cells that stick and are not at the limit.
+    stick : boolean array (n,), cells that stick and are not at the limit
     pressures : array (corners, n)
-    shear : array (n,)
-        q.
+    shear : array (n,), q
     friction : float
-    fixed : sequence of float
-        Edges and slope discontinuities of the obstacle: zones that end there are not fitted.
-    doubts : dict
-        Doubt about each edge of `zones` (length): how far fits to few and to many cells are apart and an
-        eighth of a cell, or a whole one where the edge is that of a cell.
+    fixed : sequence of float, edges and slope discontinuities of the obstacle, which are not fitted
+    doubts : dict, doubt about each edge of `zones` (length)
     """
 
     cells: Array
@@ -138,7 +123,7 @@ class FrictionEdges:
         return {**found, "slip": slip}
 
     def _runs(self, inside: Flags) -> list[tuple[int, int]]:
-        """First and last cell of each zone; a zone ends where the next cell is not the neighbour."""
+        """First and last cell of each zone, which ends where the next cell is no neighbour."""
         found: list[tuple[int, int]] = []
         for first, last in runs(inside):
             cuts = np.flatnonzero(self.cells[first + 1 : last + 1, 0] > self.cells[first:last, 1]) + first
@@ -146,9 +131,8 @@ class FrictionEdges:
         return found
 
     def _is_zone(self, run: tuple[int, int]) -> bool:
-        """Whether a run of sticking cells is a zone: a few that are next to their limit, or between slip one
-        way and slip the other way, stick for the sake of the sum. Where all slips, both ways, the obstacle
-        may be anywhere between two places, and the cell that would turn first holds it.
+        """Whether a run of sticking cells is a zone: a few next to their limit, or between slip one way and
+        the other, stick for the sake of the sum.
         """
         (first, last), touching = run, np.flatnonzero(self.closed.any(axis=0))
         bound = self.friction * self.pressures.sum(axis=0)[first : last + 1]

@@ -1,14 +1,12 @@
 """What the shear traction between equal bodies remembers of its history, in terms of normal forces alone.
 
-Where pressures do not move two surfaces along each other, and shear tractions do what pressures do, the shear
-traction is a sum of pressures without friction, p(x; P) under the load P,
+It is a sum of pressures without friction, p(x; P) under the load P,
 
     q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f.
 
 While the normal force grows and the shear force by no more than f times that, all sticks, and what is new of
-g is dQ/dP. Else slip comes from the edges of contact: g becomes f in its direction from xi = P down to that
-P* with which its integral is Q, and what sticks is the contact of the load P*. So g, Phi of
-docs/theory/friction.md, is constant on layers, whose bounds are loads.
+g is dQ/dP. Else g becomes f in the direction of slip from xi = P down to that P* with which its integral is
+Q, and what sticks is the contact of the load P* (docs/theory/friction.md). So g is constant between loads.
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ ROUNDING = 1e-12  # of the load: thinner layers are none
 
 @dataclass(frozen=True)
 class Slipped:
-    """A layer that slip has changed: its bounds, the change of g, and the loads P at which slip was there."""
+    """A layer that slip has changed: bounds, change of g, and the loads P at which slip was there."""
 
     lower: float
     upper: float
@@ -39,14 +37,10 @@ class Memory:
 
     Attributes
     ----------
-    bounds : tuple of float
-        Loads, ascending from 0 to P.
-    shares : tuple of float
-        g between a bound and the next.
-    stuck : float
-        The load P* whose contact has stuck all the way from the pair before.
-    slipped : tuple of Slipped
-        What slip has changed on that way.
+    bounds : tuple of float, loads, ascending from 0 to P
+    shares : tuple of float, g between a bound and the next
+    stuck : float, the load P* whose contact has stuck
+    slipped : tuple of Slipped, what slip has changed since the pair before
     """
 
     bounds: tuple[float, ...] = (0.0,)
@@ -65,12 +59,8 @@ class Memory:
         return float(np.dot(self.shares, np.diff(self.bounds)))
 
     def to(self, load: float, shear: float, friction: float) -> Memory:
-        """Returns the memory at the next pair, straight on from this one.
-
-        Raises
-        ------
-        BadArgument
-            If the normal force grows, and the shear force by more than friction allows what is new.
+        """Returns the memory at the next pair; BadArgument if the normal force grows, and the shear force by
+        more than friction allows.
         """
         load = self.load if abs(load - self.load) <= ROUNDING * load else load
         grown, change = load - self.load, shear - self.shear

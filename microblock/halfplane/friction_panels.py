@@ -1,7 +1,5 @@
-"""Histories of frictional contact between equal bodies on panels: sums of states without friction.
-
-`friction_memory` says which; every number of them is one of panels fitted to the contact of its load, so that
-edges of stick are found to as many digits as those of contact. docs/theory/friction.md.
+"""Histories of frictional contact between equal bodies on panels: sums of states without friction
+(`friction_memory`, docs/theory/friction.md).
 """
 
 from __future__ import annotations
@@ -47,13 +45,7 @@ def require_superposition(contact: Any, order: int | None) -> None:
 
 
 class FrictionPanels:
-    """Histories of one Contact.
-
-    Parameters
-    ----------
-    solver : PanelSolver
-    pairs : array (n, 2)
-    """
+    """Histories of one Contact of a PanelSolver through pairs, array (n, 2)."""
 
     def __init__(self, solver, pairs):
         require_superposition(solver.contact, solver.options.order)
@@ -61,20 +53,14 @@ class FrictionPanels:
 
     @cached_property
     def memories(self):
-        """The Memory at each pair, and the first one; BadArgument where shear is no sum of pressures."""
+        """The Memory at each pair, and the first one."""
         found = [Memory()]
         for P, Q in self.pairs:
             found.append(found[-1].to(float(P), float(Q), float(self.solver.law.friction)))
         return found
 
     def history(self, rtol):
-        """Returns the History to rtol.
-
-        Raises
-        ------
-        NotConverged
-            If rtol is out of reach.
-        """
+        """Returns the History to rtol; NotConverged if it is out of reach."""
         rtol = USUAL_RTOL if rtol is None else rtol
         friction, memories = float(self.solver.law.friction), self.memories
         solutions, plain = self._solutions(memories, rtol)
@@ -115,7 +101,7 @@ class _Plain:
         return self._known[load]
 
     def require_growing(self):
-        """NotConverged unless the contact of a load holds those of smaller ones: the sums rest on it."""
+        """NotConverged unless the contact of a load holds those of smaller ones."""
         for low, high in pairwise(sorted(self._known)):
             inner, outer = (self._known[load].zones_by_name["contact"] for load in (low, high))
             size = outer[-1][1] - outer[0][0]
@@ -142,7 +128,7 @@ class _Plain:
 
     def rubbed(self, one):
         """Integral of P d' - d(P) + H' over a layer, H that of p times the height: what friction has done
-        there for g = 1. P is the load at which slip passes.
+        there for g = 1.
         """
         low, high = self.scalars(one.lower), self.scalars(one.upper)
         approach, area, height = (after - before for before, after in zip(low, high))
@@ -175,7 +161,7 @@ class PanelFriction(Solution):
     solver : PanelSolver
     plain : _Plain
     memory : Memory
-    first : tuple of Memory, those at which the normal force was larger than ever before
+    first : tuple of Memory, at which the normal force was larger than ever before
     dissipation : float
     """
 
@@ -293,9 +279,7 @@ class PanelFriction(Solution):
 
     @cached_property
     def zone_errors(self):
-        """What the pressure's error leaves to the edges: a root of the distance from an edge that is off by a
-        share of its zone is off by more than that share, and has that of its zone's width to the power 3/2.
-        """
+        """What the pressure's error leaves to the edges, more of narrow zones."""
         errors = {}
         for one in (self.plain.at(load) for load in (self.memory.stuck, self.memory.load) if load):
             zones = one.zones_by_name["contact"]
@@ -320,7 +304,7 @@ class PanelFriction(Solution):
         return found
 
     def _displaced(self, memory):
-        """Relative tangential displacement at `x`, but for what all of the surface shares."""
+        """Relative tangential displacement at `x`, up to a constant."""
         layers = zip(memory.bounds[:-1], memory.bounds[1:], memory.shares)
         gaps = {load: self._gap_under(load) for load in memory.bounds} if any(memory.shares) else {}
         return sum(
@@ -356,7 +340,7 @@ class PanelFriction(Solution):
         return self.energy + self.dissipation
 
     def _of_shear(self, x, target):
-        """Displacement -u.n of the first surface (`target` 0), or ell/2 psi (1), by the shear, array (n,)."""
+        """Displacement -u.n of the first surface (`target` 0), or ell/2 psi (1), by the shear."""
         found, targets = np.zeros_like(x), np.full_like(x, target)
         for factor, one in self._parts:
             where = one.problem, one.panels, x, targets, shear_kernel
@@ -379,9 +363,7 @@ class PanelFriction(Solution):
         return np.zeros_like(self.x)
 
     def counter_displacement(self, x):
-        """Displacement of the second surface at x, array (n,): what shear does to it is what it does to the
-        first one, the other way.
-        """
+        """Displacement of the second surface at x, array (n,), to which shear does the opposite."""
         return self._own.counter_displacement(x) - self._of_shear(x, 0.0)
 
 

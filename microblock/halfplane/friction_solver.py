@@ -1,8 +1,8 @@
 """Histories of frictional contact on a half-plane: cells graded towards all edges, loads from event to event.
 
 Each level follows the whole history on cells that are half as long as those before, and eight times smaller
-at the edges that the level before has found. What changes between two levels is the error estimate. In time
-nothing is discretised (`corners.follower`). docs/theory/friction.md.
+at the edges found before. What changes between two levels is the error estimate. In time nothing is
+discretised (`corners.follower`). docs/theory/friction.md.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Errors(ErrorParts):
 
     Attributes
     ----------
-    discretisation : float, change from the level before, or what is lost where q/f jumps if that is more
+    discretisation : float, change from the level before, or what is lost where q/f jumps
     """
 
     discretisation: float
@@ -67,8 +67,7 @@ class FrictionCells(OfMoment):
     problem : Problem
     edges : array (n, 2), of the cells
     moment : Moment, forces and gaps
-    psi, displacement : arrays (n,), averages over the cells
-    micromoment : array (n,), of corner forces and shear, or the reaction to psi = 0
+    psi, displacement, micromoment : arrays (n,), averages over the cells, or the reaction to psi = 0
     raised : array (corners, n) or None, displacement of a second body where the corners stand
     estimate : Errors or None
     before : dict or None, zones of the level before
@@ -116,7 +115,7 @@ class FrictionCells(OfMoment):
         return self.moment.approach
 
     def counter_displacement(self, x: Array) -> Array:
-        """Returns a polygon through the averages that are known where the corners stand."""
+        """Returns a polygon through the averages where the corners stand."""
         if self.raised is None:
             return np.zeros_like(x)
         places = np.concatenate([self.x - shift for shift in self.problem.shifts])
@@ -161,7 +160,7 @@ class FrictionCells(OfMoment):
     @cached_property
     def _jumping(self) -> NDArray[np.integer[Any]]:
         """Numbers of the cells in contact from which to the next q/f changes by more than half of the
-        pressure: from slip one way to slip the other way, or where such a place has been frozen.
+        pressure.
         """
         p, q = self.pressures.sum(axis=0), self.shear_traction / cast(Any, self.problem.law).friction
         jumping = (p[1:] > 0) & (p[:-1] > 0) & (np.abs(np.diff(q)) > JUMP * (p[1:] + p[:-1]) / 2)
@@ -174,9 +173,7 @@ class FrictionCells(OfMoment):
 
     @property
     def lost_in_jumps(self) -> float:
-        """Relative L2 error of q/f where it jumps: the place is known to a cell, and half of the jump is lost
-        on one to either side of it. Two levels that lose the same do not differ.
-        """
+        """Relative L2 error of q/f where it jumps: half of the jump is lost on a cell to either side."""
         p, f, at = self.pressures.sum(axis=0), cast(Any, self.problem.law).friction, self._jumping
         half = (self.shear_traction[at + 1] - self.shear_traction[at]) / f / 2
         lost = half**2 @ (self.norm[at] + self.norm[at + 1])
@@ -217,21 +214,16 @@ class FrictionCells(OfMoment):
         return number, (x >= self.edges[number, 0]) & (x <= self.edges[number, 1])
 
     def pressure(self, corner: int, x: Array) -> Array:
-        """Pressure of a corner at x, array (n,): a polygon through the centres of cells, as the estimate
-        compares them; 0 where the corner is open.
+        """Pressure of a corner at x, array (n,): a polygon through the centres of cells; 0 where it is
+        open.
         """
         number, inside = self._cell(x)
         closed = self.moment.closed.reshape(-1, len(self.x))[corner][number]
         return np.where(inside & closed, np.interp(x, self.x, self.pressures[corner]), 0.0)
 
     def gap(self, corner: int, x: Array) -> Array:
-        """Gap of a corner at x, array (n,): what it has over the initial one as a polygon through the cells'
-        centres.
-
-        Raises
-        ------
-        BadArgument
-            For x beyond the cells.
+        """Gap of a corner at x, array (n,), what it has over the initial one as a polygon; BadArgument beyond
+        the cells.
         """
         low, high = self.edges[0, 0], self.edges[-1, 1]
         if not np.all((x >= low) & (x <= high)):
@@ -257,8 +249,7 @@ class FrictionSolver:
 
     Parameters
     ----------
-    solver : Solver
-        Of the problem without history, for which its states stand.
+    solver : Solver, of the problem without history
     pairs : array (n, 2)
     coupled : bool
     """
@@ -328,13 +319,13 @@ class FrictionSolver:
         return solutions, events(walk.path.changes, walk.path.contact.friction, edges, self.pairs)
 
     def walk(self) -> Walk:
-        """Returns the contact at the beginning, to be led on pair by pair, on cells that are small at the
-        edges which these pairs have.
+        """Returns the contact at the beginning, on cells that are small at the edges which these pairs
+        have.
         """
         return Walk(self, self.level(1, self.level(0, None)).edges)
 
     def on(self, edges: Array) -> tuple[FrictionalContact, FrictionalContact]:
-        """Returns the problem on cells, without and with what a second body adds to it."""
+        """Returns the problem on cells, without and with a second body."""
         points, weights = gauss_rule(SAMPLES)
         places = edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * points
         gaps = self.problem.initial_gaps(places.ravel()).reshape(-1, *places.shape) @ weights
@@ -372,9 +363,7 @@ class FrictionSolver:
 
 
 def _features(before: _Level, smallest: float) -> list[Feature]:
-    """Edges of a level's zones and jumps of its shear traction, ascending, as far as they are apart by more
-    than `smallest`; edges are known to some doubts.
-    """
+    """Edges of a level's zones and jumps of its shear traction, ascending, apart by more than `smallest`."""
     found: list[Feature] = []
     edges = {edge: doubt for one in before.solutions for edge, doubt in one.doubts.items()}
     edges |= {edge: before.band for one in before.solutions for edge in one.jumps}
@@ -394,7 +383,7 @@ def _difference(finer: FrictionCells, coarser: FrictionCells) -> float:
 
 
 def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: Array) -> list[HistoryEvent]:
-    """The finer level's events with the distance to those of the same kind and order of the coarser one."""
+    """The finer level's events with the distance to those of the coarser one."""
     if [(one.pair, one.kind) for one in finer] != [(one.pair, one.kind) for one in coarser]:
         return finer
     starts = np.concatenate(([[0.0, 0.0]], pairs))
@@ -407,8 +396,8 @@ def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: 
 
 
 def _by_cell(moment: Moment, n: int) -> Moment:
-    """The same of cells, where corners have tangential forces of their own: a cell sticks where one of its
-    corners does, and is at its limit where all are, in one direction; slip is the mean over the pressure.
+    """The same of cells where corners have tangential forces of their own: a cell sticks where one of its
+    corners does, and is at its limit where all are, in one direction.
     """
     t, closed = moment.tangential.reshape(-1, n), moment.closed.reshape(-1, n)
     if len(t) == 1:
@@ -429,11 +418,6 @@ def _by_cell(moment: Moment, n: int) -> Moment:
 class Walk:
     """A history on given cells that goes on from where it is.
 
-    Parameters
-    ----------
-    solver : FrictionSolver
-    edges : array (n, 2), of the cells
-
     Attributes
     ----------
     path : Follower
@@ -445,7 +429,7 @@ class Walk:
         self.path = Follower(contact)
 
     def to(self, load: float, shear: float) -> FrictionCells:
-        """Returns the solution at the next pair (P, Q), straight on from the last one."""
+        """Returns the solution at the next pair (P, Q)."""
         corners, n = self.path.to(load, shear), len(self._edges)
         self._solver.require_inside(self._edges, corners)
         problem, own, raised = self._solver.problem, self._own, None

@@ -1,6 +1,4 @@
-"""A state on panels fitted to the zones of each corner: pressures, micromoment, gaps, what violates (26),
-its error.
-"""
+"""A state on panels fitted to the zones of each corner."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -31,10 +29,10 @@ class Estimate(ErrorParts):
 
     Attributes
     ----------
-    discretisation : float, distance to the next coarser order of panels; None where the order was prescribed
+    discretisation : float, distance to the next coarser order; None where the order was prescribed
     edges : float, what pressures that do not vanish at the edges are worth
-    kernel : float, what errors of the kernel's table do to the pressure at worst
-    conditions : float, what the violations of (26) are worth that are left, see `microblock.halfplane.survey`
+    kernel : float, what errors of the kernel's table do at worst
+    conditions : float, what violations of (26) are worth, see `microblock.halfplane.survey`
     """
 
     discretisation: float | None
@@ -50,14 +48,14 @@ class PanelSolution(LineSolution):
     Attributes
     ----------
     problem : Problem
-    load : float, resultant force per thickness
+    load : float, force per thickness
     zones : {corner number: ((left, right), ...)} of the corners that are computed
     panels, q : the unknowns, see `microblock.halfplane.panels`
     approach : float, up to the additive constant of a half-plane
     iterations : int, steps of Newton's method
-    estimate : Estimate; its discretisation is None where the order of the panels was prescribed
+    estimate : Estimate
     least : ((corner, x, gap), ...), local minima of the gaps out of contact
-    further : zones after one more step of Newton's method, of a state that was fitted
+    further : zones after one more step of Newton's method
     solver : PanelSolver
     """
 
@@ -77,9 +75,7 @@ class PanelSolution(LineSolution):
 
     @property
     def residual(self):
-        """Violations of (26) in the norm of the error: tensile pressures over the pressure, and overlaps of a
-        depth d on a width w as the pressure ``E* d/sqrt(w)``.
-        """
+        """What violations of (26) are worth in the norm of the error."""
         return self.estimate.conditions
 
     @property
@@ -88,11 +84,7 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def all_zones(self) -> CornerZones:
-        """{corner number: ((left, right), ...)} of all corners, also those known by symmetry: 0 is A (left),
-        1 is B (right).
-
-        A law without corners has 0 alone; `zones_by_name` has the same by name.
-        """
+        """{corner number: ((left, right), ...)} of all corners, also those known by symmetry."""
         return self.problem.all_zones(self.zones)
 
     def moved_on(self, earlier, share):
@@ -102,8 +94,8 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def _anchored(self):
-        """q at the anchor of each panel with a square root, but for edges that the obstacle's ends fix: 0 in
-        the limit.
+        """q at the anchor of each panel with a square root, 0 in the limit; but for edges that the obstacle
+        fixes.
         """
         basis = lagrange(self.panels.points[0], np.zeros(1))[0]
         values = self.q.reshape(-1, self.panels.order) @ basis
@@ -114,7 +106,7 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def _at_own_edges(self):
-        """The same at the corner's own edges only; at the other's, taking it off would change the load."""
+        """The same at the corner's own edges only."""
         own = [
             {edge for interval in self.zones[corner] for edge in interval} for corner in self.panels.corner
         ]
@@ -138,7 +130,7 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def x(self):
-        """All Gauss points of the whole line, ascending, those of both corners once."""
+        """All Gauss points of the whole line, ascending."""
         x = self.panels.nodes[2]
         return _distinct(np.concatenate((x, -x)) if self.problem.mirror else x)
 
@@ -154,9 +146,7 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def pressures(self):
-        """Pressure of each corner at `x`, array (corners, n); brought to the load, which the trimmed edges
-        miss by little.
-        """
+        """Pressure of each corner at `x`, array (corners, n), brought to the load."""
         panel, v, x, _ = self.panels.nodes
         p = (self.q - self._at_own_edges[panel]) / self.panels.slope(panel, v) + self.panels.logarithm(
             panel, v
@@ -171,7 +161,7 @@ class PanelSolution(LineSolution):
         return self.reaction(self.x)
 
     def reaction(self, x):
-        """M that holds psi = 0 where it is prescribed on the whole surface, at x, array (n,)."""
+        """M that holds psi = 0 at x, array (n,)."""
         return self._response(x, np.zeros_like(x), clamping_kernel)
 
     @cached_property
@@ -205,7 +195,7 @@ class PanelSolution(LineSolution):
         return response(*where) @ self.q + log_response(*where)
 
     def displacement_at(self, x, lever):
-        """u, or the gap without height and approach of a corner with such levers, at x, arrays (n,)."""
+        """u, or the gap without height and approach of a corner with such levers, at x, array (n,)."""
         return self._response(x, lever, gap_kernel)
 
     def gaps(self, corner, x):
@@ -228,9 +218,7 @@ class PanelSolution(LineSolution):
 
     @bounded
     def surface(self, window=None):
-        """The Surface at `x` and out of contact within a window (left, right); without it the contact and
-        its surroundings.
-        """
+        """The Surface at `x` and out of contact within a window (left, right), or around the contact."""
         contact = self.zones_by_name["contact"]
         margin = AROUND * (contact[-1][1] - contact[0][0]) / 2 + 2 * self.problem.solid.ell
         left, right = window or (contact[0][0] - margin, contact[-1][1] + margin)
@@ -271,9 +259,7 @@ class PanelSolution(LineSolution):
         return FieldsBelow(self)
 
     def fields_below(self, box):
-        """Points, psi and stresses in a box ((left, right), depth) below the surface: what `view.below`
-        draws.
-        """
+        """Points, psi and stresses in a box ((left, right), depth) below the surface."""
         from ..view.below import half_plane_grid
 
         x1, x2, triangles = half_plane_grid(box)

@@ -1,6 +1,4 @@
-"""Contact of a half-plane on panels: pictures of the obstacle, fitted states, and uniform cells where panels
-do not do.
-"""
+"""Contact of a half-plane on panels, and on uniform cells where panels do not do."""
 
 import math
 from dataclasses import replace
@@ -70,9 +68,7 @@ class PanelSolver(Solver):
             return cells_follow(self, pairs, coupled, rtol, progress, failure)
 
     def _neighbour(self, initial):
-        """A neighbouring solution with the zones that this problem computes; None where it has none of
-        use.
-        """
+        """A neighbouring solution with the zones that this problem computes, or None."""
         if not isinstance(initial, PanelSolution) or len(initial.problem.law.corners) != len(
             self.law.corners
         ):
@@ -138,9 +134,7 @@ class PanelSolver(Solver):
             return by_cells(self, self._picture(load), load, rtol, failure)
 
     def _reachable(self, load, rtol, failure):
-        """The failure, with an rtol that has been reached when it was asked for: next to rounding what was
-        reached may be missed again.
-        """
+        """The failure, with an rtol that has been reached when it was asked for."""
         best = failure.rtol_reached or math.inf
         for looser in (each for each in (best, 2 * best, 4 * best) if each < OFFERED):
             try:
@@ -154,8 +148,8 @@ class PanelSolver(Solver):
         return replace(search.solve(self._pictured_problem(load), load, rtol, order, near), solver=self)
 
     def _check_width(self, load):
-        """NotConverged where the contact has more blocks than zones are found for: before minutes are spent
-        on them.
+        """NotConverged, before minutes are spent, where the contact has more blocks than zones are
+        found for.
         """
         if len(self.law.corners) == 1:
             return
@@ -168,14 +162,12 @@ class PanelSolver(Solver):
 
     @property
     def may_meet_on_axis(self):
-        """Whether two zones of partial contact may meet on the axis: corners, symmetric, under an obstacle
-        without ends.
-        """
+        """Whether two zones of partial contact may meet on the axis."""
         return self.symmetric and len(self.law.corners) == 2 and not self.problem.ends
 
     def coalescence(self, order=14):
-        """Load at which the two zones of partial contact touch on the axis, and its error; of symmetric
-        problems only.
+        """Load at which the two zones of partial contact of a symmetric problem touch on the axis, and its
+        error.
         """
         require_whole(*PANEL_ORDERS, order=order)
         if not self.may_meet_on_axis:

@@ -1,11 +1,9 @@
 """Panels on the contact line, fitted to the zones of each corner, and the gaps that pressures on them leave.
 
-A corner's pressure lives on intervals of the contact point x. It starts like the square root of the distance
-from its own edges, and has a square root on one side of the other corner's edges: panels break at all of them
-and run ``x = e + h v^2`` from there, and ``x = e + h v`` elsewhere. The unknown on a panel is ``q = p
-|dx/dv|`` at Gauss
-points v. At a kink of the obstacle p has a logarithm of known size: panels that begin there, with v^2 as
-well, carry ``p = q/|dx/dv| + log_size log(|h|/|x - e|)``.
+A corner's pressure has a square root at its own edges and on one side of the other corner's: panels break at
+all of them and run ``x = e + h v^2`` from there, ``x = e + h v`` elsewhere. The unknown is ``q = p |dx/dv|``
+at Gauss points v. At a kink of the obstacle panels, with v^2 as well, carry ``p = q/|dx/dv| + log_size
+log(|h|/|x - e|)`` of known size.
 """
 
 from dataclasses import dataclass
@@ -60,13 +58,11 @@ class Panels:
         return np.where(self.root[panel], np.sqrt(along), along)
 
     def logarithm(self, panel, v):
-        """The known part of p at the parameters v > 0 of panels that begin at a kink; 0 on others."""
+        """The known part of p at the parameters v > 0."""
         return -2 * self.log_size[panel] * np.log(v)
 
     def at(self, corner, x):
-        """Numbers of the panels of a corner that hold x, or are next to it, and the parameters there: arrays
-        (n,).
-        """
+        """Numbers of the panels of a corner that hold x, or are next to it, and the parameters there."""
         own = np.flatnonzero(self.corner == corner)
         starts = np.minimum(self.e, self.e + self.h)[own]
         along = np.argsort(starts)
@@ -75,9 +71,7 @@ class Panels:
         return number, self.parameter(number, x)
 
     def interpolated(self, values, number, v):
-        """What has `values` (..., panels, order) at the Gauss points, at parameters v of numbered panels:
-        array (..., n).
-        """
+        """What has `values` (..., panels, order) at the Gauss points, at parameters v: array (..., n)."""
         return np.einsum("nj,...nj->...n", lagrange(self.points[0], v), values[..., number, :])
 
     def of(self, own):
@@ -86,7 +80,7 @@ class Panels:
         return Panels(*chosen, self.order)
 
     def with_mirror(self):
-        """These panels and those of the other corner by symmetry, one after the other."""
+        """These panels and those of the other corner by symmetry."""
         return Panels(
             np.concatenate((self.corner, 1 - self.corner)),
             np.concatenate((self.e, -self.e)),
@@ -110,9 +104,7 @@ class Panels:
 
     @property
     def rule(self):
-        """Weights for integrals over x at the nodes, array (m,); where p is logarithmic they are exact for
-        its logarithm.
-        """
+        """Weights for integrals over x at the nodes, array (m,), exact for the logarithms of p."""
         panel, v, _, weights = self.nodes
         return self.slope(panel, v) * np.where(
             (self.log_size != 0)[panel], np.tile(_log_weights(self.order), len(self.e)), weights
@@ -129,7 +121,7 @@ def _log_weights(order):
 
 
 def make_panels(problem, zones, order):
-    """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at the kinks of the
+    """Panels on the zones {corner: ((left, right), ...)}, broken at all edges and at kinks of the
     obstacle.
     """
     sizes = log_sizes(problem, zones, order)
@@ -145,8 +137,8 @@ def make_panels(problem, zones, order):
 
 
 def panels_outside(problem, zones, order):
-    """Panels, all of corner 0, where a corner is out of contact and could touch. The surface is as rough as
-    the obstacle where another corner is in contact, else it is smooth but for singular places.
+    """Panels, all of corner 0, where a corner is out of contact and could touch: the surface is smooth there
+    but where another corner follows the obstacle.
     """
     kinks, touched = log_sizes(problem, zones, order), joined(pair for own in zones.values() for pair in own)
     rest = [problem.reach]
@@ -182,8 +174,7 @@ def _rows(problem, zones, order, kinks, intervals):
 
 def _between(left, right, roots, first):
     """Panels between two breaks, growing away from those that are singular: (anchor, signed length, root).
-
-    The first at a break is as long as `first` says: no longer than ell, nor than the way to the next edge.
+    The first at a break is no longer than `first`.
     """
     if not any(roots):
         return [(left, right - left, False)]
@@ -204,7 +195,7 @@ def _between(left, right, roots, first):
 
 
 def short_enough(problem, anchor, length, root):
-    """A panel, or the parts of one that is longer than the obstacle's features ask for."""
+    """A panel, or parts of one that is longer than the obstacle's features."""
     if abs(length) <= problem.least_scale or abs(length) <= problem.scale(*sorted((anchor, anchor + length))):
         return [(anchor, length, root)]
     half = length / 2
@@ -213,7 +204,6 @@ def short_enough(problem, anchor, length, root):
 
 def response(problem, panels, x, lever, kernel):
     """Integrals of a kernel of the line against q: array (n, m), or (values, n, m) of a kernel with several.
-
     `lever` 0 gives the normal displacement, 1 adds the rotation.
     """
     if not problem.mirror:
@@ -230,7 +220,7 @@ def log_response(problem, panels, x, lever, kernel):
 
 
 def _log_block(problem, panels, x, target, kernel):
-    """In y = (x - e)/h of a panel, cut at the y0 nearest to a near target; both logarithms, at 0 and y0, are
+    """In y = (x - e)/h of a panel, cut at the y0 nearest to a near target; logarithms at 0 and y0 are
     flattened.
     """
     found = np.zeros(len(x))
@@ -259,9 +249,7 @@ def _log_block(problem, panels, x, target, kernel):
 
 @lru_cache(maxsize=64)
 def _both_ends_flat(count):
-    """Gauss rule for [0, 1] through an s whose slope vanishes at both ends like sigma^7: s, 1 - s and
-    weights.
-    """
+    """Gauss rule for [0, 1] through an s whose slope vanishes at both ends: s, 1 - s and weights."""
     sigma, gauss = gauss_rule(count)
     density = (sigma * (1 - sigma)) ** (CLUSTER - 1) / beta(CLUSTER, CLUSTER)
     return betainc(CLUSTER, CLUSTER, sigma), betainc(CLUSTER, CLUSTER, 1 - sigma), gauss * density
@@ -281,12 +269,11 @@ def _block(problem, panels, x, target, kernel):
 
 
 def _near_rows(problem, panels, x, target, panel, kernel):
-    """Integrals of the kernel against the basis of a near panel: array (pairs, order), of several values
-    (values, pairs, order).
+    """Integrals of the kernel against the basis of a near panel: array (pairs, order), or (values, pairs,
+    order).
 
     The panel is cut at the parameter v0 nearest to the target, and ``v = v0 -+ length sigma^CLUSTER``
-    flattens the logarithm on either side. Few values of v0 occur: the ends, and the Gauss points of panels
-    that coincide.
+    flattens the logarithm on either side.
     """
     cut = np.rint(panels.parameter(panel, x) / SAME)
     by_cut = np.argsort(cut, kind="stable")
@@ -320,9 +307,7 @@ def _near_rows(problem, panels, x, target, panel, kernel):
 
 @dataclass(frozen=True)
 class CutRule:
-    """Quadrature on [0, 1] for a logarithm at v0: v - v0, array (n,), and weights times the basis there,
-    array (n, order).
-    """
+    """Quadrature on [0, 1] for a logarithm at v0: v - v0, and weights times the basis, array (n, order)."""
 
     sides: np.ndarray
     basis: np.ndarray

@@ -3,10 +3,8 @@
 1. First zones: a neighbour's, the classical contact's, or those of cells on all that could touch
    (`first_zones`), finer ones if no state comes of them.
 2. The edges move until the pressure vanishes there (`edges.fit`), on panels of higher and higher order.
-3. The state is surveyed (`survey`): what overlaps is added to the zones, what is in tension is taken out, and
-   the edges move again.
-4. Two neighbouring orders agree to what is asked for; what the edges, the kernel's table and the violations
-   that are left are worth stands beside that in the estimate.
+3. The state is surveyed (`survey`): what overlaps is added to the zones, what is in tension is taken out.
+4. Two neighbouring orders agree to what is asked for.
 """
 
 from dataclasses import replace
@@ -42,7 +40,9 @@ def solve(problem, load, rtol, order=None, near=None):
     Raises
     ------
     NotConverged
-        With `rtol_reached`, the best estimate, if zones exist but rtol is out of reach; else no zones fit.
+        With `rtol_reached`, the best estimate, if zones exist; else no zones fit.
+    BadArgument
+        If the obstacle could touch beyond its picture.
     """
     failure = None
     for zones in _trials(problem, load, near):
@@ -68,7 +68,7 @@ def _trials(problem, load, near):
 
 
 def _climb(problem, load, zones, rtol):
-    """The state to rtol, from trial zones on; the order rises until two neighbours agree."""
+    """The state to rtol; the order rises until two neighbours agree."""
     coarse, best = None, np.inf
     for order in ORDERS if problem.picture.simple else ORDERS[1:]:  # 6 shows nothing of rough obstacles
         tolerance = rtol * (EDGE_SHARE if coarse else COARSE_SHARE)
@@ -89,14 +89,12 @@ def _climb(problem, load, zones, rtol):
 
 
 def _beside(coarse, state):
-    """A state whose estimate has its distance to one of a lower order."""
+    """A state with its distance to one of a lower order."""
     return replace(state, estimate=replace(state.estimate, discretisation=difference(coarse, state)))
 
 
 def _amended(state, tolerance):
-    """A state looked at everywhere, its zones amended until nothing is wrong or, twice, that has not halved:
-    what one corner carries more another one may, too.
-    """
+    """A state with its zones amended until nothing is wrong or, twice, that has not halved."""
     best, worth, idle = state, np.inf, 0
     while True:
         found = survey(state)
@@ -122,11 +120,8 @@ def _amended(state, tolerance):
 
 
 def amended(state, found, tolerance):
-    """Zones without what is in tension and with what overlaps on a fitted state with this Survey; None if
-    nothing does.
-
-    Violations next to edges that are worth less than `tolerance`, or than what panels of this order leave,
-    stay: the estimate has them.
+    """Zones of a fitted state without what is in tension and with what overlaps; None if nothing does that is
+    apart from all edges, or worth `tolerance` and what panels of this order leave.
 
     Raises
     ------

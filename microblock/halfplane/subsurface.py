@@ -1,22 +1,18 @@
 """Fields below the surface of the half-plane, from the modes of a state on the contact line.
 
-A classical displacement whose rotation is R exp(|k| x2) and which psi follows, and the micropolar mode
-theta = Theta exp(s x2), s^2 = k^2 + 1/L^2, with u = (g/2)(-theta,2, theta,1), g = gamma' ell^2, solve the
-field equations (docs/theory/halfplane.md). For loads exp(i k x1), k > 0, c = (1 - nu)/mu, G = g mu and D
-as in `kernels`,
+A classical displacement whose rotation is R exp(|k| x2) and which psi follows, and the micropolar mode theta
+= Theta exp(s x2), with u = (g/2)(-theta,2, theta,1), g = gamma' ell^2, solve the field equations
+(docs/theory/halfplane.md). For loads exp(i k x1), k > 0, G = g mu and c, s, D as in `kernels`,
 
     Theta = (M/G + i k c p)/(s D),    R = -i c p + c G k (s - k) Theta,    psi = R exp(k x2) + Theta exp(s
     x2).
 
 The micropolar stresses are sigma_12 = G theta,11, sigma_21 = -G theta,22, sigma_22 = -sigma_11 = G theta,12;
 the classical ones follow from Airy's (A + B x2) exp(k x2), which carries the pressure p + i k s G Theta and
-the shear G k^2 Theta that the micropolar mode leaves.
+the shear G k^2 Theta.
 
 The integral over k is taken along k = tau exp(i pi/4) for sources to the left of the point and along its
-mirror image for those to the right: exp(k x2 + i k |x1 - x|) then decays as fast as it oscillates, in depth
-and along the
-surface, and Gauss points in log tau see every scale from the distant field to the surface. On these paths a
-mode is a product of a part in x1 and one in x2: a whole vertical line costs little more than a point.
+mirror image for those to the right, by Gauss points in log tau: exp(k x2 + i k |x1 - x|) then decays.
 """
 
 from dataclasses import dataclass
@@ -50,9 +46,8 @@ LOWEST = 1e-9  # wavenumber over 1/size below which the rest of the integral is 
 
 @dataclass(frozen=True, eq=False)
 class Fields(PointFields):
-    """Fields at points x2 <= 0; strains and rotations as in section 2 of the paper.
-
-    theta, theta_slope : the micropolar mode's share of psi and its derivative along x2
+    """Fields at points x2 <= 0; strains and rotations as in section 2 of the paper. theta, theta_slope: the
+    micropolar mode's share of psi and its derivative along x2.
     """
 
     theta: np.ndarray
@@ -71,9 +66,8 @@ class FieldsBelow:
 
         Parameters
         ----------
-        x1, x2 : arrays or numbers; x2 <= 0. Points that share x1 share the work.
-        accuracy : Gauss points on a piece of the path of integration; 10 leaves about 1e-8 of the largest
-            values
+        x1, x2 : arrays or numbers; x2 <= 0
+        accuracy : Gauss points on a piece of the path; 10 leaves about 1e-8 of the largest values
 
         Raises
         ------
@@ -96,10 +90,8 @@ class FieldsBelow:
 
     @bounded
     def largest_shear(self, rtol=1e-4):
-        """The largest shear stress below the contact and where: (value, x1, x2).
-
-        The largest value on a grid that is fine near the surface and the edges of all zones, and on finer
-        ones around it until they span rtol of the contact's width.
+        """The largest shear stress below the contact and where: (value, x1, x2), on grids that get finer
+        around it until they span rtol of the contact's width.
         """
         state = self.solution
         edges = np.array(zone_edges(state.all_zones))
@@ -175,10 +167,7 @@ def _rates(solid, k):
 
 
 def _modes(problem, k, p, M):
-    """Amplitudes a, b, d of all fields (a + b x2 + d expm1((s - k) x2)) exp(k x2), arrays (3, k) by name.
-
-    In this form nothing cancels where k is large and both modes are nearly the same.
-    """
+    """Amplitudes a, b, d of all fields (a + b x2 + d expm1((s - k) x2)) exp(k x2), arrays (3, k) by name."""
     solid = problem.solid
     nu, mu, c = solid.nu, solid.mu, (1 - solid.nu) / solid.mu
     g = solid.curvature * solid.ell**2
@@ -209,8 +198,8 @@ def _modes(problem, k, p, M):
 
 
 def _transforms(state, x1, k, nearest, points):
-    """Integrals of p and M times exp(i k |x1 - x|): sum and difference of left and right, of p, then M:
-    array (4, k).
+    """Sum and difference over left and right of the integrals of p, then M, times exp(i k |x1 - x|): array
+    (4, k).
     """
     found = np.zeros((4, len(k)), complex)
     size = np.abs(k)
@@ -226,11 +215,7 @@ def _transforms(state, x1, k, nearest, points):
 
 
 def _sources(state, x1, nearest, points):
-    """Distances from x1 and weights of pressure and micromoment, arrays (m,) and (4, m), from near to far.
-
-    Panels are cut at x1 and at distances from it that grow by CUT, and have Gauss points of their own on each
-    piece.
-    """
+    """Distances from x1 and weights of pressure and micromoment, arrays (m,) and (4, m), from near to far."""
     panels, rows = _all_panels(state)
     v0, direction, start, end = _halves(panels, x1)
     count = max(0, int(np.ceil(np.log(end.max() / nearest) / np.log(CUT))))

@@ -1,10 +1,9 @@
 """The conditions (26) on a fitted state, wherever a corner could touch: gaps on all of the surface, pressures
 in all zones.
 
-Out of contact the surface is smooth between the edges. Its displacement and rotation are interpolated there
-on panels like those in contact, which open the square roots at the edges. The obstacle is not so smooth: the
-gap is taken at all sites of its picture. A violation is measured as the state's error is, in L2 of the
-pressure over that of the state: an overlap d on a width w as ``E* d/sqrt(w)``.
+Displacement and rotation are interpolated out of contact on panels like those in contact, gaps are taken at
+all sites of the obstacle's picture. A violation is measured as the state's error is, in L2 of the pressure
+over that of the state: an overlap d on a width w as ``E* d/sqrt(w)``.
 """
 
 from dataclasses import dataclass
@@ -19,9 +18,7 @@ from .panels import panels_outside
 
 @dataclass(frozen=True)
 class Violation:
-    """An interval of x in which a corner overlaps the obstacle (depth > 0, a length) or is in tension (depth
-    0).
-
+    """An interval in which a corner overlaps the obstacle (depth > 0, a length) or is in tension (depth 0);
     `worth` is its share of the error.
     """
 
@@ -34,8 +31,9 @@ class Violation:
 
 @dataclass(frozen=True)
 class Survey:
-    """What was seen of a state: `violations`, `least`: [(corner, x, gap)] of the local minima of the gaps,
-    `beyond`: whether something beyond the obstacle's picture could touch."""
+    """What was seen: `violations`, `least`: [(corner, x, gap)] of the local minima of the gaps, `beyond`:
+    whether something beyond the obstacle's picture could touch.
+    """
 
     violations: list
     least: list
@@ -64,7 +62,7 @@ def survey(state):
 
 
 class _Surface:
-    """What the gaps of a state out of contact have more than at first, interpolated on panels there."""
+    """What the gaps of a state out of contact have more than at first, interpolated."""
 
     def __init__(self, state):
         self.problem, self.panels = (state.problem, panels_outside(state.problem, state.zones, 10))
@@ -85,7 +83,7 @@ class _Surface:
         return rise + self.problem.lever(np.full(len(x), corner), x) * phi, self._noise[number]
 
     def places(self, corner):
-        """Abscissae at which the gap of a corner is taken: sites of the obstacle, and some on each panel."""
+        """Abscissae at which the gap of a corner is taken."""
         count = 4 * self.panels.order
         number = np.repeat(np.arange(len(self.panels.e)), count)
         own = self.panels.x(number, np.resize((np.arange(count) + 0.5) / count, len(number)))
@@ -94,9 +92,8 @@ class _Surface:
 
 
 def _gaps(state, surface, corner):
-    """Places on all of the surface, ascending, the gaps of a corner there and their errors; between the
-    sites of the obstacle as well, if less is there. At the edges of zones, which keep stretches apart, the
-    gaps are nan.
+    """Places, ascending, the gaps of a corner there and their errors; denser at the least. At the edges of
+    zones, which keep stretches apart, gaps are nan.
     """
 
     def at(x):
@@ -120,14 +117,12 @@ def _gaps(state, surface, corner):
 
 
 def _minima(gaps):
-    """Indices of the local minima of gaps that are no end of a stretch."""
+    """Indices of the local minima of gaps."""
     return np.flatnonzero((gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
 
 
 def _stands_out(gaps, i, noise):
-    """Whether the gap at a minimum is less than it is further away on both sides of its stretch, by more than
-    its error.
-    """
+    """Whether a minimum is less than the gap on both sides of its stretch, by more than its error."""
     ends = np.flatnonzero(np.isnan(gaps))
     first, last = np.split(ends, [np.searchsorted(ends, i)])
     left, right = gaps[max(first, default=-1) + 1 : i], gaps[i + 1 : min(last, default=len(gaps))]
@@ -135,9 +130,7 @@ def _stands_out(gaps, i, noise):
 
 
 def _overlaps(state, corner, x, gaps, noise, unit):
-    """Intervals of x in which the gaps are negative; those within their errors are taken anew without
-    interpolation.
-    """
+    """Intervals of x in which the gaps are negative, those within their errors without interpolation."""
     doubtful, gaps = np.abs(gaps) < noise, gaps.copy()
     if doubtful.any():
         gaps[doubtful] = state.gaps(corner, x[doubtful])
@@ -172,11 +165,8 @@ def _tensile(state, size):
 
 
 def _at_valleys(state, size):
-    """The same nearer to slope discontinuities than the nodes: where the slope of the obstacle falls the
-    pressure has the logarithm of an infinite tension.
-
-    With ``p = A + K log(|h|/r)``, K < 0, it is negative up to ``r0 = |h| exp(A/K)``; in L2 that is worth
-    sqrt(2 r0) |K|.
+    """The same nearer to slope discontinuities than the nodes: with ``p = A + K log(|h|/r)``, K < 0, the
+    pressure is negative up to ``r0 = |h| exp(A/K)``, in L2 worth sqrt(2 r0) |K|.
     """
     panels, v = state.panels, state.panels.points[0][0]
     for number in np.flatnonzero(panels.log_size < 0):
@@ -189,7 +179,7 @@ def _at_valleys(state, size):
 
 
 def _beyond(problem, corner, surface):
-    """Whether the surface comes higher than the picture looks, somewhere out of its stretches."""
+    """Whether the surface comes higher than the picture looks."""
     x, shift = surface.places(corner), problem.shift(corner)
     x = x[~contains(np.add(problem.picture.stretches, shift), x)]
     rise, noise = surface(corner, x)
