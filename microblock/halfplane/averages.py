@@ -31,7 +31,6 @@ class SecondAntiderivatives(Kernels):
 
 
 def _twice(y):
-    """(exp(-y) - 1 + y)/y^2 of an array."""
     small = np.minimum(y, SMALL)
     large = np.maximum(y, SMALL)
     series = 1 / 2 - small / 6 + small**2 / 24 - small**3 / 120 + small**4 / 720

@@ -107,7 +107,6 @@ def log_sizes(problem, zones, order):
 
 
 def _sizes(problem, zones, chain, kink, jumps):
-    """{(place, corner): K} on a chain of places, from the jumps at one of them."""
     inside = [
         (x, corner)
         for x in chain

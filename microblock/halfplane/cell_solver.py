@@ -47,12 +47,12 @@ class CellSolution(Solution):
     pressures : array (corners, n)
     micromoment, psi, displacement : arrays (n,), M of (29) or the reaction to psi = 0, psi, -u2
     load, approach : force per thickness (and period), approach over the mean of the surface
-    energy : float, half the work of the forces, up to a constant
+    energy : float, up to a constant
     residual : float, see `microblock.corners.projected_gradients.GridForces`
-    iterations : int, products with the flexibility on this grid
-    change : float, the error estimate; None without coarser grids
+    iterations : int, products with the flexibility
+    change : float, the error estimate, or None
     notes : sentences on why cells were taken
-    raised : array (corners, n), displacement of a second body under each corner, or None
+    raised : array (corners, n), displacement of a second body, or None
     """
 
     solver: Solver
@@ -105,9 +105,7 @@ class CellSolution(Solution):
         return contact_zones(self.all_zones, self.solver.law.corners)
 
     def pressure(self, corner, x):
-        """Pressure of a corner at x, array (n,): a polygon through the centres of a zone's cells, constant to
-        its edges.
-        """
+        """Pressure of a corner at x, array (n,): a polygon through the centres of a zone's cells."""
         x, own = _folded(x, self.period), self.pressures[corner]
         along, last = (x - self.x[0]) / self.weights[0], len(own) - 1
         cell = np.floor(along + 0.5)
@@ -126,9 +124,7 @@ class CellSolution(Solution):
         return np.array((own[0], reaction / self.problem.ell))
 
     def gap(self, corner, x):
-        """Gap of a corner at x, array (n,), with polygons of displacement and rotation; BadArgument beyond
-        the cells.
-        """
+        """Gap of a corner at x, array (n,); BadArgument beyond the cells."""
         period, half = self.period, self.weights[0] / 2
         if period is None and not np.all((x >= self.x[0] - half) & (x <= self.x[-1] + half)):
             raise BadArgument(
@@ -256,16 +252,13 @@ class CellSolver(Solver):
         return state if state.error_estimate <= rtol else self.solve(load, None, rtol)
 
     def upto(self, load, rtol, sizes, least=4 * FIRST, approach=None, residual=RESIDUAL, progress=False):
-        """The first state on grids of these sizes that has rtol and at least so many cells, or the
-        last one.
-        """
+        """The first state on grids of these sizes with rtol and at least so many cells, or the last."""
         for state in self._solutions(load, approach, sizes, residual, progress):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= least:
                 break
         return state
 
     def _solutions(self, load, approach, sizes, residual, progress, start=None):
-        """Solutions on grids of given sizes, each started from the one before, the first from `start`."""
         state, changes = None, []
         total = None if sizes[-1] == MOST else int(sum(sizes))
         with tqdm(total=total, unit=" cells", unit_scale=True, disable=not progress) as bar:
@@ -285,7 +278,6 @@ class CellSolver(Solver):
                 yield replace(state, change=_estimate(changes, state.residual, SLOWEST if ends else FASTEST))
 
     def _end_weights(self, x):
-        """1, and towards ends of the obstacle, where the pressure has no bound, the distance."""
         return distance_to_ends(x, getattr(self.obstacle, "ends", ()), self.law.shifts(self.body.solid.ell))
 
     def _cells(self, nodes):
@@ -365,9 +357,8 @@ def difference(finer, coarser, ends):
 
 
 def _estimate(changes, residual, fastest):
-    """Error of the last state from its residual and the changes from grid to grid, a geometric series of a
-    ratio between SLOWEST and the fastest; None without changes. The ratio is that of the last LUCK changes in
-    the mean.
+    """Error of the last state from its residual and the changes from grid to grid, a geometric series of the
+    mean ratio; None without changes.
     """
     if not changes:
         return None
@@ -404,12 +395,11 @@ def _polygon(x, nodes, values, period):
 
 
 def _folded(x, period):
-    """Abscissae within the period around x1 = 0 that stand for x; x itself without a period."""
+    """Abscissae within the period around x1 = 0 that stand for x."""
     return x if period is None else (x + period / 2) % period - period / 2
 
 
 def _repeated(obstacle, period):
-    """An obstacle's height with a period."""
     height = getattr(obstacle, "height", obstacle)
     if not callable(height):
         return obstacle  # refused by name in `obstacles.gap`

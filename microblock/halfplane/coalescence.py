@@ -1,9 +1,8 @@
-"""The load at which two symmetric zones of partial contact meet on the axis: its limit, on panels or by
-fitted finite elements.
+"""The load at which two symmetric zones of partial contact meet on the axis.
 
-The inner edge is prescribed and the load left free: K0 and K1 of the edges are affine in the load, and the
-load is right where K0 of the inner edge vanishes. With the edge b from the axis it misses coalescence by b^(2
-s), where p ~ x^s there (docs/theory/halfplane.md).
+The inner edge is prescribed: K0 and K1 of the edges are affine in the load, which is right where K0 of the
+inner edge vanishes. With the edge b from the axis it misses coalescence by b^(2 s), where p ~ x^s there
+(docs/theory/halfplane.md).
 """
 
 import numpy as np
@@ -19,7 +18,7 @@ STEPS = 12
 
 def coalescence(solver, order=9, levels=5):
     """Load (force per thickness) at which the zones of a symmetric problem of a FittedSolver meet, and its
-    error, without that of the order.
+    error.
     """
     if not solver.symmetric or len(solver.law.corners) != 2:
         raise BadArgument("problem", solver.contact, "must be a symmetric one of microblocks")
@@ -38,8 +37,8 @@ def on_meshes(solver, order, levels):
 
 
 def extrapolated(coefficients, solid, inner_edges, exponent):
-    """Limit of the load for an inner edge on the axis, and its error: the last of two Richardson steps, or
-    the distance of the limits from a gap and from an overlap if that is larger.
+    """Limit of the load for an inner edge on the axis, and its error: two Richardson steps, from a gap and
+    from an overlap.
 
     Parameters
     ----------
@@ -62,10 +61,8 @@ def extrapolated(coefficients, solid, inner_edges, exponent):
 
 
 def load_at_inner_edge(coefficients, solid, inner, outer):
-    """Load at which the inner edge of corner A is `inner` from the axis (> 0: a gap), and the outer edge.
-
-    `coefficients` gives ((K0, K1) of the inner edge at each load, the same of the outer one) for (inner,
-    outer, loads).
+    """Load at which the inner edge of corner A is `inner` from the axis (> 0: a gap), and the outer edge;
+    `coefficients` of (inner, outer, loads) are the (K0, K1) of both at each load.
     """
     load = solid.E_star * outer
     for _ in range(STEPS):

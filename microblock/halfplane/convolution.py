@@ -1,15 +1,13 @@
 """Convolutions of one or two real fields on equal cells with kernels that are known in Fourier space.
 
 Two fields p, m answer with u = U p + i V m, phi = -i V p + W m at each wavenumber, U and W even in it, V odd,
-all real; one field answers with an even or an odd kernel. `Waves` does so with real transforms of the period.
-For long periods `Halves` does: with z = p + i m and w = u + i phi
+all real. For long periods `Halves` uses z = p + i m and w = u + i phi,
 
     w = A z + D conj(z at the opposite wavenumber),     A = (U + W)/2 + V,   D = (U - W)/2.
 
-In a period of twice the length of the fields the even wavenumbers are those of the length itself, the odd
-ones those of exp(-i pi t/length) times the field: no padding is transformed. A transform of rows x columns
-values is one along the columns, a factor exp(-2 pi i row column/length) and one along the rows (D. H. Bailey,
-J. Supercomput. 4 (1990) 23), so that every line that is transformed stays in the cache.
+On a doubled period the even wavenumbers are those of the length itself, the odd ones those of exp(-i pi
+t/length) times the field. Transforms of rows x columns values are along the columns, then, with exp(-2 pi i
+row column/length), along the rows (D. H. Bailey, J. Supercomput. 4 (1990) 23), and stay in the cache.
 """
 
 from __future__ import annotations
@@ -42,7 +40,7 @@ def free_period(count: int) -> int:
 
 
 def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Callable[[Array], Array]:
-    """Returns the product with kernels, a function of fields (2 or 1, n) that returns the same shape.
+    """Returns the product with kernels, a function of fields (2 or 1, n).
 
     Parameters
     ----------
@@ -58,14 +56,14 @@ def convolution(spectrum: tuple[Array, ...], length: int, doubled: bool) -> Call
 
 @dataclass(frozen=True)
 class Waves:
-    """By real transforms of the whole period, of fields on cells along a line or on a surface: D R D^H of the
-    fields in Fourier space, R real and D = 1 or -i.
+    """By real transforms of the whole period, on a line or a surface: D R D^H of the fields, R real, D = 1 or
+    -i.
 
     Attributes
     ----------
-    length : tuple of int, cells of the transforms along each axis
+    length : tuple of int, cells along each axis
     spectrum : rows of arrays (..., length//2 + 1), R or a part of it
-    even : (int, int), number of its first rows, and columns, that belong to p and u
+    even : (int, int), its first rows, and columns, that belong to p and u
     """
 
     length: tuple[int, ...]
@@ -106,8 +104,8 @@ class Waves:
 
 
 def embedded(part: Array, length: int, *odd: bool) -> Array:
-    """Returns the transform of responses at distances of (i, ...) cells, array (count, ...), even or odd
-    along each axis, in a period of the length: its real part, or less its imaginary one.
+    """Returns the transform of responses at distances of (i, ...) cells, even or odd along each axis, in a
+    period: its real part, or less its imaginary one.
     """
     count, column = len(part), np.zeros((length,) * part.ndim)
     column[(slice(count),) * part.ndim] = part
@@ -166,12 +164,8 @@ class Halves:
 
 @dataclass(frozen=True)
 class Half:
-    """The wavenumbers k + shift/2 of a period; see the module.
-
-    Attributes
-    ----------
-    shift : int, 0 or 1
-    A, D : array (rows, columns), over the number of wavenumbers; number k is at (k % rows, k // rows)
+    """The wavenumbers k + shift/2 of a period; A, D (rows, columns) are over their number, k at (k % rows, k
+    // rows).
     """
 
     shift: int
@@ -193,10 +187,7 @@ class Half:
         return z
 
     def _along_rows(self, z: Array, turn: Array, threads: int) -> None:
-        """To the wavenumbers, through A z + D conj(z at the opposite wavenumber), and back.
-
-        Rows at the same distance from both ends have each other's opposites.
-        """
+        """To the wavenumbers, through A z + D conj(z at the opposite wavenumber), and back."""
         if not self.shift:
             own = fft(z[0])
             z[0] = fft(self.A[0] * own.conj() + self.D[0] * np.roll(own[::-1], 1))
@@ -216,20 +207,18 @@ class Half:
 
 
 def _rows(length: int) -> int:
-    """Rows of a transform in two steps, a divisor of its length."""
     most = min(ROWS, int(np.sqrt(length)))
     return next(rows for rows in range(most, 0, -1) if length % rows == 0)
 
 
 @lru_cache(maxsize=2)
 def _turn(rows: int, columns: int, shift: int) -> Array:
-    """exp(-2 pi i (row + shift/2) column/length), array (rows, columns)."""
     angle = np.outer(np.arange(rows) + shift / 2, np.arange(columns))
     return np.exp(-2j * np.pi / (rows * columns) * angle)
 
 
 def _pieces(count: int, columns: int) -> Any:
-    """Places of so many cells in rows of `columns`, and their numbers: full rows and the last one."""
+    """Places of so many cells in rows of `columns`, and their numbers."""
     whole = count // columns
     yield (slice(whole), slice(None)), slice(whole * columns)
     yield (slice(whole, whole + 1), slice(count - whole * columns)), slice(whole * columns, count)

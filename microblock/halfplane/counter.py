@@ -32,7 +32,6 @@ def counter_log_response(problem, panels, places):
 
 
 def _by_corner(problem, panels, places):
-    """For each corner its panels, as flags, and what to integrate over them."""
     shifts = problem.shifts
     whole = replace(problem, mirror=False)
     for corner, shift in enumerate(shifts):

@@ -1,8 +1,8 @@
 """A second body on equal cells: its displacement under the corners where they stand, by FFT.
 
-The gap of corner a gets U2 at the distance x - s_a - (y - s_b) from the force of corner b at y: in Fourier
-space U2 exp(-i k (s_a - s_b)). In sums and differences of the forces of corners half a block beside the
-contact point that is U2 (1 + cos k ell)/2 for U, U2 sin(k ell)/2 for V and U2 (1 - cos k ell)/2 for W.
+The gap of corner a gets U2 exp(-i k (s_a - s_b)) from the force of corner b. In sums and differences of the
+forces of corners half a block beside the contact point that is U2 (1 + cos k ell)/2 for U, U2 sin(k ell)/2
+for V and U2 (1 - cos k ell)/2 for W.
 """
 
 from __future__ import annotations
@@ -24,9 +24,8 @@ class CounterCells:
     Attributes
     ----------
     length, back : int, cells of the period of products and of a preconditioner
-    spectra : array (corners, corners, length//2 + 1), of gap a from force b (length per force)
-    smooth : array (back//2 + 1,), U2 at the wavenumbers of the preconditioner
-    phase : array (back//2 + 1,), k times the way from the right corner to the left one
+    spectra : array (corners, corners, length//2 + 1), of gap a from force b
+    smooth, phase : arrays (back//2 + 1,), U2 and k times the way between the corners
     """
 
     length: int

@@ -65,7 +65,6 @@ def solve_zones(problem, panels, loads):
 
 
 def _share(panels, part, whole):
-    """Relative L2 size over x of one q beside another."""
     panel, v, _, weights = panels.nodes
     weights = weights / panels.slope(panel, v)
     return float(np.sqrt(weights @ part**2 / (weights @ whole**2)))
@@ -156,7 +155,6 @@ def fit(problem, load, zones, order, tolerance):
 
 
 def _arranged(problem, zones):
-    """The corners of all edges, from left to right."""
     edges = [(edge, corner) for corner, own in problem.all_zones(zones).items() for edge in np.ravel(own)]
     return [corner for _, corner in sorted(edges)]
 

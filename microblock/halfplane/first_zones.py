@@ -48,12 +48,10 @@ def first_zones(problem, load):
 
 
 def _many(cells, split):
-    """The number of cells when some of them are divided."""
     return len(cells) + (PARTS - 1) * np.count_nonzero(split)
 
 
 def _first_cells(problem):
-    """Left and right edges of the first cells, array (n, 2), as short as the obstacle's features."""
     ends = np.array([end for corner in range(len(problem.shifts)) for end in problem.ends_of(corner)])
     cells = []
     for left, right in problem.stretches:
@@ -64,7 +62,6 @@ def _first_cells(problem):
 
 
 def _divided(cells, parts):
-    """Each of the cells, array (n, 2), in so many equal parts."""
     number = np.arange(parts.sum()) - np.repeat(np.cumsum(parts) - parts, parts)
     left, width = np.repeat(cells[:, 0], parts), np.repeat((cells[:, 1] - cells[:, 0]) / parts, parts)
     return np.column_stack((left + number * width, left + (number + 1) * width))
@@ -92,13 +89,11 @@ def _unresolved(closed):
 
 
 def _changing(closed):
-    """Cells beside which a corner's contact begins or ends, flags (n,)."""
     steps = np.any(closed[:, 1:] != closed[:, :-1], axis=0)
     return np.append(steps, False) | np.insert(steps, 0, False)
 
 
 def _zones(cells, pressures, closed):
-    """((left, right), ...) of a corner, from its pressures: their squares grow evenly from an edge."""
     x, found = cells.mean(axis=1), []
     for first, last in runs(closed):
         found.append(
@@ -118,7 +113,6 @@ def _edge(cells, x, p, first, last, way):
 
 
 def _flexibility(problem, x, widths):
-    """Gaps of all corners at the centres from forces on the cells, made symmetric."""
     matrix = _of_body(problem, x, widths)
     if problem.counter is not None:
         matrix = matrix + counter_flexibility(problem, x, widths)
@@ -126,7 +120,6 @@ def _flexibility(problem, x, widths):
 
 
 def _of_body(problem, x, widths):
-    """The same of the body alone, not symmetric."""
     U, V, W, clamped = _averages(problem, x, widths)
     if problem.law.clamps_rotation:
         return clamped

@@ -1,9 +1,8 @@
 """Edges of contact, of each corner's zones and of stick below the length of a cell.
 
 Towards an edge of a corner's zone its pressure p falls like the root of the distance r; so does f p - |q| in
-a stick zone that shrinks. In one that grows over what has slipped it falls like r^(3/2). Means over cells of
-such powers are fitted to the cells next to the edge, but for the first two. What is fitted counts only within
-one cell of the cells' own edge, and where few cells and many agree. docs/theory/friction.md.
+a stick zone that shrinks, and like r^(3/2) in one that grows. Means over cells of such powers are fitted to
+the cells next to the edge (docs/theory/friction.md).
 """
 
 from __future__ import annotations
@@ -36,9 +35,9 @@ def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | No
 
     Parameters
     ----------
-    cells : array (n, 2), near and far ends, as distances from the near end of the first one
-    values : array (n,), means over the cells of what falls like the root of the distance
-    grows : bool, whether it may also fall like the root's third power
+    cells : array (n, 2), near and far ends (lengths)
+    values : array (n,), means over the cells
+    grows : bool, whether values may also fall like the root's third power
     """
     few = slice(SKIPPED, SKIPPED + WINDOWS[0][0])
     if len(values[few]) < WINDOWS[0][0] or not np.all(values[few] > 0):
@@ -86,12 +85,10 @@ class FrictionEdges:
     Attributes
     ----------
     cells : array (n, 2), left and right edges (lengths)
-    closed : boolean array (corners, n)
-    stick : boolean array (n,), cells that stick and are not at the limit
-    pressures : array (corners, n)
-    shear : array (n,), q
+    closed, pressures : arrays (corners, n)
+    stick, shear : arrays (n,), cells that stick and are not at the limit, q
     friction : float
-    fixed : sequence of float, edges and slope discontinuities of the obstacle, which are not fitted
+    fixed : sequence of float, edges and slope discontinuities of the obstacle
     doubts : dict, doubt about each edge of `zones` (length)
     """
 
@@ -123,7 +120,6 @@ class FrictionEdges:
         return {**found, "slip": slip}
 
     def _runs(self, inside: Flags) -> list[tuple[int, int]]:
-        """First and last cell of each zone, which ends where the next cell is no neighbour."""
         found: list[tuple[int, int]] = []
         for first, last in runs(inside):
             cuts = np.flatnonzero(self.cells[first + 1 : last + 1, 0] > self.cells[first:last, 1]) + first
@@ -131,8 +127,8 @@ class FrictionEdges:
         return found
 
     def _is_zone(self, run: tuple[int, int]) -> bool:
-        """Whether a run of sticking cells is a zone: a few next to their limit, or between slip one way and
-        the other, stick for the sake of the sum.
+        """Whether a run of sticking cells is a zone: a few next to their limit stick for the sake of
+        the sum.
         """
         (first, last), touching = run, np.flatnonzero(self.closed.any(axis=0))
         bound = self.friction * self.pressures.sum(axis=0)[first : last + 1]
@@ -142,7 +138,6 @@ class FrictionEdges:
         return last - first + 1 >= FEWEST or not (turns or left.max() < NEXT_TO * bound.max())
 
     def _stick_edge(self, run: tuple[int, int], side: int, zones: Zones) -> float:
-        """An end of a stick zone: where slip begins, or an end of contact."""
         touching, beside = np.asarray(self.closed.any(axis=0)), run[side > 0] + side
         if 0 <= beside < len(touching) and touching[beside]:
             bound = self.friction * self.pressures.sum(axis=0)

@@ -53,7 +53,6 @@ class _Story:
         self.found.append(HistoryEvent(leg, float(P), float(Q), None, kind, zone, float(x)))
 
     def _turn(self, leg: int) -> None:
-        """A leg on which the shear force goes the other way, after slip."""
         change = float(self.pairs[leg + 1, 1] - self.pairs[leg, 1])
         if change * self.direction < 0 and self.slip.any():
             self._note(leg, 0.0, "reversal", "slip", self.x[self.slip].mean())
@@ -92,7 +91,6 @@ class _Story:
         return bool(last - first + 1 >= FEWEST and width >= NARROWEST * extent)
 
     def _end(self, leg: int) -> None:
-        """A pair with Q = f P, at which the last stick zone has vanished."""
         P, Q = self.pairs[leg + 1]
         limit = self.friction * P
         before = self.pairs[leg]

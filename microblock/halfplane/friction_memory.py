@@ -1,12 +1,10 @@
-"""What the shear traction between equal bodies remembers of its history, in terms of normal forces alone.
-
-It is a sum of pressures without friction, p(x; P) under the load P,
+"""What the shear traction between equal bodies remembers of its history: a sum of pressures without friction,
 
     q(x) = integral over 0 < xi < P of g(xi) dp(x; xi)/dxi,     |g| <= f.
 
 While the normal force grows and the shear force by no more than f times that, all sticks, and what is new of
 g is dQ/dP. Else g becomes f in the direction of slip from xi = P down to that P* with which its integral is
-Q, and what sticks is the contact of the load P* (docs/theory/friction.md). So g is constant between loads.
+Q, and the contact of the load P* sticks (docs/theory/friction.md).
 """
 
 from __future__ import annotations
@@ -81,7 +79,6 @@ class Memory:
         return self._after_slip(load, shear, float(np.copysign(friction, missing)))
 
     def _below(self, load: float) -> Memory:
-        """The layers below a load."""
         inner = [bound for bound in self.bounds if bound < load * (1 - ROUNDING)]
         return Memory((*inner, load), self.shares[: len(inner)], load)
 

@@ -90,8 +90,6 @@ class FrictionPanels:
 
 
 class _Plain:
-    """States without friction by their loads, up to the largest, to rtol."""
-
     def __init__(self, solver, largest, rtol):
         self._solver, self._largest, self._rtol, self._known = solver, largest, rtol, {}
 
@@ -176,7 +174,6 @@ class PanelFriction(Solution):
 
     @property
     def _own(self) -> PanelSolution:
-        """The state without friction under the same load."""
         return self.plain.at(self.memory.load)
 
     @cached_property
@@ -304,7 +301,6 @@ class PanelFriction(Solution):
         return found
 
     def _displaced(self, memory):
-        """Relative tangential displacement at `x`, up to a constant."""
         layers = zip(memory.bounds[:-1], memory.bounds[1:], memory.shares)
         gaps = {load: self._gap_under(load) for load in memory.bounds} if any(memory.shares) else {}
         return sum(
@@ -340,7 +336,6 @@ class PanelFriction(Solution):
         return self.energy + self.dissipation
 
     def _of_shear(self, x, target):
-        """Displacement -u.n of the first surface (`target` 0), or ell/2 psi (1), by the shear."""
         found, targets = np.zeros_like(x), np.full_like(x, target)
         for factor, one in self._parts:
             where = one.problem, one.panels, x, targets, shear_kernel
@@ -368,7 +363,6 @@ class PanelFriction(Solution):
 
 
 def _events(memories, plain, friction):
-    """First slip, reversals, full slip, and where the first zone of stick is born, in order."""
     found, slipped, direction = [], False, 0.0
 
     def note(leg, memory, kind, zone, x):

@@ -1,8 +1,7 @@
 """Histories of frictional contact on a half-plane: cells graded towards all edges, loads from event to event.
 
-Each level follows the whole history on cells that are half as long as those before, and eight times smaller
-at the edges found before. What changes between two levels is the error estimate. In time nothing is
-discretised (`corners.follower`). docs/theory/friction.md.
+Cells of each level are half as long as those before, and eight times smaller at the edges; what changes
+between two levels is the error estimate. In time nothing is discretised (docs/theory/friction.md).
 """
 
 from __future__ import annotations
@@ -63,14 +62,12 @@ class FrictionCells(OfMoment):
 
     Attributes
     ----------
-    solver : Solver
-    problem : Problem
+    solver, problem : Solver, Problem
     edges : array (n, 2), of the cells
     moment : Moment, forces and gaps
-    psi, displacement, micromoment : arrays (n,), averages over the cells, or the reaction to psi = 0
-    raised : array (corners, n) or None, displacement of a second body where the corners stand
-    estimate : Errors or None
-    before : dict or None, zones of the level before
+    psi, displacement, micromoment : arrays (n,), averages over the cells
+    raised : array (corners, n) or None, displacement of a second body
+    estimate, before : Errors and zones of the level before, or None
     notes : tuple of str, why cells were taken
     """
 
@@ -140,7 +137,6 @@ class FrictionCells(OfMoment):
 
     @cached_property
     def _fitted(self) -> tuple[Zones, dict[float, float]]:
-        """Zones, and the doubt about each of their edges."""
         edges = FrictionEdges(
             cells=self.edges,
             closed=self.moment.closed.reshape(-1, len(self.x)),
@@ -182,7 +178,7 @@ class FrictionCells(OfMoment):
     @cached_property
     def norm(self) -> Array:
         """Weights of the norm of errors, array (n,): lengths of the cells, next to an edge of the obstacle
-        times the distance from it.
+        times the distance.
         """
         own = self.problem
         ends = distance_to_ends(self.x, getattr(own.obstacle, "ends", ()), own.law.shifts(own.ell))
@@ -235,8 +231,6 @@ class FrictionCells(OfMoment):
 
 @dataclass(frozen=True, eq=False)
 class _Level:
-    """A history on the cells of one level."""
-
     edges: Array
     solutions: list[FrictionCells]
     events: list[HistoryEvent]
@@ -245,13 +239,8 @@ class _Level:
 
 @dataclass(frozen=True)
 class FrictionSolver:
-    """Of one Contact on a half-plane, through pairs of loads, array (n, 2).
-
-    Parameters
-    ----------
-    solver : Solver, of the problem without history
-    pairs : array (n, 2)
-    coupled : bool
+    """Of one Contact on a half-plane, through pairs of loads, array (n, 2); `solver` is that of the problem
+    without history.
     """
 
     solver: Any
@@ -319,9 +308,7 @@ class FrictionSolver:
         return solutions, events(walk.path.changes, walk.path.contact.friction, edges, self.pairs)
 
     def walk(self) -> Walk:
-        """Returns the contact at the beginning, on cells that are small at the edges which these pairs
-        have.
-        """
+        """Returns the contact at the beginning, on cells for these pairs."""
         return Walk(self, self.level(1, self.level(0, None)).edges)
 
     def on(self, edges: Array) -> tuple[FrictionalContact, FrictionalContact]:
@@ -348,7 +335,6 @@ class FrictionSolver:
                     )
 
     def _compared(self, finer: _Level, coarser: _Level) -> _Level:
-        """The finer level with its changes from the coarser one."""
         changed = [
             replace(
                 one,
@@ -377,13 +363,11 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
 
 
 def _difference(finer: FrictionCells, coarser: FrictionCells) -> float:
-    """The largest relative change of pressure, M/ell and q/f."""
     problem: Any = finer.problem
     return change(finer, coarser, finer.norm, problem.ell, float(problem.law.friction))
 
 
 def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: Array) -> list[HistoryEvent]:
-    """The finer level's events with the distance to those of the coarser one."""
     if [(one.pair, one.kind) for one in finer] != [(one.pair, one.kind) for one in coarser]:
         return finer
     starts = np.concatenate(([[0.0, 0.0]], pairs))
@@ -396,8 +380,8 @@ def _with_errors(finer: list[HistoryEvent], coarser: list[HistoryEvent], pairs: 
 
 
 def _by_cell(moment: Moment, n: int) -> Moment:
-    """The same of cells where corners have tangential forces of their own: a cell sticks where one of its
-    corners does, and is at its limit where all are, in one direction.
+    """The same of cells where corners have tangential forces of their own: a cell sticks where a
+    corner does.
     """
     t, closed = moment.tangential.reshape(-1, n), moment.closed.reshape(-1, n)
     if len(t) == 1:

@@ -1,19 +1,17 @@
 """The homogeneous half-plane x2 < 0 without a mesh: its surface response in Fourier space and on the line.
 
-At the surface, for loads exp(i k x1), k > 0, with s^2 = k^2 + 1/L^2, L the layer length, c = (1 - nu)/mu and
-D = 1 + gamma' ell^2 (1 - nu) k^2 (s - k)/s (docs/theory/halfplane.md),
+For loads exp(i k x1), k > 0, with s^2 = k^2 + 1/L^2, L the layer length, c = (1 - nu)/mu, D = 1 + gamma'
+ell^2 (1 - nu) k^2 (s - k)/s, phi = ell psi/2 and m = 2 M/ell (docs/theory/halfplane.md),
 
-    displacement u = -u2: u   = U p + i V m,       U = c/(k D)
-    rotation phi:         phi = -i V p + W m,      V = (c ell/2) (s - k)/(s D)
-                                                   W = (c ell^2/4) [1/(gamma' ell^2 (1 - nu)) + k (s - k)]/(s
-                                                   D)
+    u = -u2 = U p + i V m,       U = c/(k D)
+    phi = -i V p + W m,          V = (c ell/2) (s - k)/(s D)
+                                 W = (c ell^2/4) [1/(gamma' ell^2 (1 - nu)) + k (s - k)]/(s D)
 
-where phi = ell psi/2 and m = 2 M/ell. With a shear q along x1 and the displacement u1, Y = U - 1/(2 mu k),
+and with a shear q along x1, the displacement u1 and Y = U - 1/(2 mu k),
 
     u = U p - i Y q + i V m,     u1 = i Y p + U q - V m,     phi = -i V p - V q + W m
 
-Turning the wavenumber to k = i t makes the kernels on the line Laplace integrals of real weights, which over
-c depend on x/ell, nu, beta and gamma' alone, and are tabulated in log x.
+On the line the kernels are Laplace integrals, k = i t, tabulated in log x.
 """
 
 from __future__ import annotations
@@ -77,7 +75,7 @@ def symbol_of_roots(solid, k, s, s_minus_k):
 
 
 def clamped(U, V, W):
-    """u over p where psi = 0 is prescribed on the whole surface."""
+    """u over p where psi = 0 on the whole surface."""
     return U - V**2 / W
 
 
@@ -88,9 +86,8 @@ def short_waves(solid):
 
 
 def coalescence_exponent(solid: Cosserat) -> float:
-    """Returns s of p ~ x^s at the axis when two zones of partial contact touch there: ``cos(pi s) = (c_u -
-    c_phi)/(c_u + c_phi)`` with the limits of k U and k W (docs/theory/halfplane.md, "Where the corners
-    meet").
+    """Returns s of p ~ x^s where two zones of partial contact touch: ``cos(pi s) = (c_u - c_phi)/(c_u +
+    c_phi)`` with the limits of k U and k W.
     """
     displacement, rotation = short_waves(solid)
     return float(np.arccos((displacement - rotation) / (displacement + rotation)) / np.pi)
@@ -104,15 +101,10 @@ def counter_short_waves(counter: Cosserat | None) -> float:
 class Kernels:
     """The responses on the line to a unit line load, over c = (1 - nu)/mu.
 
-    Number 0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with ``*`` the convolution in x.
-    Where psi = 0 on the whole surface, 3 is u from p and 4, over 1/ell instead of c, is -m from p. Numbers 5
-    to 8 belong to shear, ``u1 = -Y*p + U*q - V'*m``: Y is 5, V' (the even transform of V) is 6; where psi = 0
-    on the whole surface 7 is Y, and 8, over 1/ell, is m from q. V, Y, 4 and 7 are odd. U -> -log(x/ell)/pi
-    for x -> infinity.
-
-    Parameters
-    ----------
-    nu, beta, curvature : float, as of `Cosserat`
+    0 to 2 are U, V, W: ``u = U*p - V*m`` and ``phi = V*p + W*m`` with the convolution ``*``. Where psi = 0 on
+    the whole surface, 3 is u from p and 4, over 1/ell, is -m from p. With shear, ``u1 = -Y*p + U*q - V'*m``,
+    Y is 5, V' (the even transform of V) is 6; where psi = 0 on the whole surface 7 is Y, and 8, over 1/ell, m
+    from q. V, Y, 4 and 7 are odd. U -> -log(x/ell)/pi for x -> infinity.
 
     Raises
     ------
@@ -224,7 +216,7 @@ class HalfPlane(Unbounded):
         return (Panels, Cells) if self.period is None else (Cells,)
 
     def compliance(self, x: ArrayLike, clamped: bool = False) -> Compliance:
-        """Returns the compliance of equal cells of constant pressure and micromoment, at their centres.
+        """Returns the Compliance of equal cells of constant pressure and micromoment.
 
         Parameters
         ----------
@@ -281,7 +273,6 @@ class HalfPlane(Unbounded):
 
 
 def _spans(count):
-    """Lists of (first distance in cells, beyond the last one, Gauss points) that are looked up together."""
     ends = [near for near, _ in CELL_GAUSS[1:]]
     near = [(max(first, 1), min(last, count), order) for (first, order), last in zip(CELL_GAUSS, ends)]
     yield [(0, 1, CELL_GAUSS[0][1]), *(span for span in near if span[0] < span[1])]
@@ -290,7 +281,7 @@ def _spans(count):
 
 
 def cell_rule(near, far, order):
-    """Places in cells and weights of averages over them, arrays ((far - near) order,) and (order,)."""
+    """Places in cells and weights of averages over them."""
     points, gauss = gauss_rule(order)
     if not near:  # over the cell itself x = sigma^8 flattens the logarithm; odd kernels average out
         return points**8 / 2, gauss * 8 * points**7
@@ -325,9 +316,7 @@ def normal_symbol(solid, k):
 
 def laplace_weights(solid):
     """(t, weights, level) of the Laplace integrals of all kernels over c: arrays (m,), (ALL_KERNELS, m),
-    float.
-
-    The integrals of U and number 3 diverge at t = 0 like 1/t; less `level` they are as in `Kernels`.
+    float; those of U and number 3, which diverge at t = 0, are less `level`.
     """
     k, s, s_minus_k, t, dt = _turned_wavenumbers(solid)
     U, V, W = symbol_of_roots(solid, k, s, s_minus_k)
@@ -348,10 +337,9 @@ def _turned_wavenumbers(solid):
     """k = i t on Gauss points, with s on the side reached from real k: arrays k, s, s - k, t and weights of
     t.
 
-    Below the branch point t = rate the points are in t while exp(-t x) is next to 1, then in log t, then in
-    the angle of t = rate sin(angle), above it in the hyperbolic angle of t = rate cosh(angle). With b = 2
-    beta (1 - nu), D = 0 at cos(angle) = b sin(angle)^2 exp(-i angle): no piece is longer than its distance
-    from that root.
+    Points are in t, in log t, then, with t = rate sin(angle) up to the branch point and t = rate cosh(angle)
+    above it, in the angle. With b = 2 beta (1 - nu), D = 0 at cos(angle) = b sin(angle)^2 exp(-i angle): no
+    piece is longer than its distance from that root.
     """
     rate, b = 1 / solid.layer_length, max(0.25, 2 * solid.beta * (1 - solid.nu))
     points, gauss = gauss_rule(GAUSS)

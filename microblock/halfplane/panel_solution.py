@@ -106,7 +106,6 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def _at_own_edges(self):
-        """The same at the corner's own edges only."""
         own = [
             {edge for interval in self.zones[corner] for edge in interval} for corner in self.panels.corner
         ]

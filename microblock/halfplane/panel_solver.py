@@ -68,7 +68,6 @@ class PanelSolver(Solver):
             return cells_follow(self, pairs, coupled, rtol, progress, failure)
 
     def _neighbour(self, initial):
-        """A neighbouring solution with the zones that this problem computes, or None."""
         if not isinstance(initial, PanelSolution) or len(initial.problem.law.corners) != len(
             self.law.corners
         ):
@@ -85,7 +84,6 @@ class PanelSolver(Solver):
         return Problem(self.body.solid, self.law, shape_of(self.obstacle), self.symmetric, counter=solid)
 
     def _pictured_problem(self, load):
-        """The same with the obstacle's picture for a load."""
         found = self._picture(load)
         if found.steps:
             raise BadArgument(
@@ -109,7 +107,6 @@ class PanelSolver(Solver):
 
     @cached_property
     def _pictures(self):
-        """{highest load: Picture}."""
         return {}
 
     def at(self, load, rtol=usual_rtol, order=None, near=None, fallback=True):
@@ -148,9 +145,6 @@ class PanelSolver(Solver):
         return replace(search.solve(self._pictured_problem(load), load, rtol, order, near), solver=self)
 
     def _check_width(self, load):
-        """NotConverged, before minutes are spent, where the contact has more blocks than zones are
-        found for.
-        """
         if len(self.law.corners) == 1:
             return
         blocks = 2 * self._picture(load).half_width / self.solid.ell

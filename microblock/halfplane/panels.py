@@ -113,7 +113,6 @@ class Panels:
 
 @lru_cache(maxsize=64)
 def _log_weights(order):
-    """Gauss weights of [0, 1], bent along the highest polynomial to give the integral -1/4 of v log v."""
     points, weights = gauss_rule(order)
     bend = weights * eval_legendre(order - 1, 2 * points - 1)
     values = points * np.log(points)

@@ -58,7 +58,6 @@ def solve(problem, load, rtol, order=None, near=None):
 
 
 def _trials(problem, load, near):
-    """Trial zones, the likely ones first."""
     if near:
         yield near.zones
     if half_line(problem) and problem.picture.simple:
@@ -68,7 +67,6 @@ def _trials(problem, load, near):
 
 
 def _climb(problem, load, zones, rtol):
-    """The state to rtol; the order rises until two neighbours agree."""
     coarse, best = None, np.inf
     for order in ORDERS if problem.picture.simple else ORDERS[1:]:  # 6 shows nothing of rough obstacles
         tolerance = rtol * (EDGE_SHARE if coarse else COARSE_SHARE)
@@ -89,7 +87,6 @@ def _climb(problem, load, zones, rtol):
 
 
 def _beside(coarse, state):
-    """A state with its distance to one of a lower order."""
     return replace(state, estimate=replace(state.estimate, discretisation=difference(coarse, state)))
 
 

@@ -78,7 +78,6 @@ def with_counter(contact, problem, edges):
 
 
 def _counter(problem, edges):
-    """What a second body adds to the normal, which is also the tangential, and to the cross compliance."""
     n, places = len(edges), [-shift for shift in problem.shifts]
     count = len(places)
     normal, cross = np.empty((2, count, n, count, n))

@@ -1,18 +1,16 @@
 """Fields below the surface of the half-plane, from the modes of a state on the contact line.
 
-A classical displacement whose rotation is R exp(|k| x2) and which psi follows, and the micropolar mode theta
-= Theta exp(s x2), with u = (g/2)(-theta,2, theta,1), g = gamma' ell^2, solve the field equations
-(docs/theory/halfplane.md). For loads exp(i k x1), k > 0, G = g mu and c, s, D as in `kernels`,
+A classical displacement whose rotation is R exp(|k| x2) and the micropolar mode theta = Theta exp(s x2), u =
+(g/2)(-theta,2, theta,1), g = gamma' ell^2, solve the field equations (docs/theory/halfplane.md). For loads
+exp(i k x1), k > 0, G = g mu and c, s, D as in `kernels`,
 
     Theta = (M/G + i k c p)/(s D),    R = -i c p + c G k (s - k) Theta,    psi = R exp(k x2) + Theta exp(s
     x2).
 
 The micropolar stresses are sigma_12 = G theta,11, sigma_21 = -G theta,22, sigma_22 = -sigma_11 = G theta,12;
-the classical ones follow from Airy's (A + B x2) exp(k x2), which carries the pressure p + i k s G Theta and
-the shear G k^2 Theta.
-
-The integral over k is taken along k = tau exp(i pi/4) for sources to the left of the point and along its
-mirror image for those to the right, by Gauss points in log tau: exp(k x2 + i k |x1 - x|) then decays.
+the others follow from Airy's (A + B x2) exp(k x2), with the pressure p + i k s G Theta and the shear G k^2
+Theta. The integral over k is taken along k = tau exp(i pi/4) for sources to the left, along its mirror image
+for those to the right.
 """
 
 from dataclasses import dataclass
@@ -46,8 +44,8 @@ LOWEST = 1e-9  # wavenumber over 1/size below which the rest of the integral is 
 
 @dataclass(frozen=True, eq=False)
 class Fields(PointFields):
-    """Fields at points x2 <= 0; strains and rotations as in section 2 of the paper. theta, theta_slope: the
-    micropolar mode's share of psi and its derivative along x2.
+    """Fields at points x2 <= 0, section 2 of the paper; theta, theta_slope: the micropolar mode's share of
+    psi and its derivative along x2.
     """
 
     theta: np.ndarray
@@ -151,7 +149,6 @@ def _vertical(state, x1, x2, accuracy):
 
 
 def _path(low, high, accuracy):
-    """Wavenumbers tau exp(i pi/4), ascending, and their weights."""
     points, gauss = gauss_rule(accuracy)
     count = int(np.ceil(np.log(high / low)))
     width = np.log(high / low) / count
@@ -160,7 +157,6 @@ def _path(low, high, accuracy):
 
 
 def _rates(solid, k):
-    """s and s - k."""
     rate = 1 / solid.layer_length
     s = np.sqrt(k**2 + rate**2)
     return s, rate / (s + k) * rate
@@ -215,7 +211,7 @@ def _transforms(state, x1, k, nearest, points):
 
 
 def _sources(state, x1, nearest, points):
-    """Distances from x1 and weights of pressure and micromoment, arrays (m,) and (4, m), from near to far."""
+    """Distances from x1 and weights of pressure and micromoment, (m,) and (4, m), from near to far."""
     panels, rows = _all_panels(state)
     v0, direction, start, end = _halves(panels, x1)
     count = max(0, int(np.ceil(np.log(end.max() / nearest) / np.log(CUT))))
@@ -258,14 +254,13 @@ def _mean_slope(v, w, root):
 
 
 def _all_panels(state):
-    """The panels of all corners on the whole line, and the rows of q on them."""
     panels, rows = state.panels, state.q.reshape(-1, state.panels.order)
     return (panels.with_mirror(), np.tile(rows, (2, 1))) if state.problem.mirror else (panels, rows)
 
 
 def _halves(panels, x1):
-    """Panels cut at their points nearest to x1: of each half v there, direction of v, distances there and at
-    its end.
+    """Panels cut at their points nearest to x1: of each half v there, direction, distances there and at its
+    end.
     """
     along, numbers = np.clip((x1 - panels.e) / panels.h, 0, 1), np.arange(len(panels.e))
     v0 = panels.parameter(numbers, x1)

@@ -62,8 +62,6 @@ def survey(state):
 
 
 class _Surface:
-    """What the gaps of a state out of contact have more than at first, interpolated."""
-
     def __init__(self, state):
         self.problem, self.panels = (state.problem, panels_outside(state.problem, state.zones, 10))
         points, weights = self.panels.points
@@ -117,7 +115,6 @@ def _gaps(state, surface, corner):
 
 
 def _minima(gaps):
-    """Indices of the local minima of gaps."""
     return np.flatnonzero((gaps[1:-1] < gaps[:-2]) & (gaps[1:-1] <= gaps[2:])) + 1
 
 
@@ -146,7 +143,6 @@ def _overlaps(state, corner, x, gaps, noise, unit):
 
 
 def _tensile(state, size):
-    """Intervals of the zones in which a corner is in tension."""
     panel, _, x, _ = state.panels.nodes
     for corner in state.problem.corners:
         own = np.flatnonzero(state.panels.corner[panel] == corner)
@@ -179,7 +175,6 @@ def _at_valleys(state, size):
 
 
 def _beyond(problem, corner, surface):
-    """Whether the surface comes higher than the picture looks."""
     x, shift = surface.places(corner), problem.shift(corner)
     x = x[~contains(np.add(problem.picture.stretches, shift), x)]
     rise, noise = surface(corner, x)
