@@ -1,7 +1,7 @@
 """What a second body carries from corner to corner: singular places of the pressures, a block's side apart.
 
-What is singular in p_A at x is so in the gap of B at x - ell, and what is singular in p_B at x in that of A
-at x + ell; so singular places go on by steps of ell, fainter by a factor each (docs/theory/two_bodies.md).
+What is singular in p_A at x is so in the gap of B at x - ell, what is singular in p_B at x in that of A at x
++ ell, fainter by a factor each step (docs/theory/two_bodies.md).
 """
 
 import numpy as np
@@ -44,9 +44,8 @@ def steps(problem, order, share=1.0):
 
 
 def carried_edges(problem, zones, order):
-    """Edges of zones {corner: intervals}, without those by symmetry, and the places they are carried to.
-
-    Two edges of a corner a width w apart are worth sqrt(w) in L2.
+    """Edges of zones {corner: intervals} and the places they are carried to; two edges of a corner a width w
+    apart are worth sqrt(w).
     """
     shares = {}
     whole = np.ptp(zone_edges(zones))
@@ -83,10 +82,8 @@ def _ways(problem, order, share=1.0):
 
 
 def log_sizes(problem, zones, order):
-    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` of the corners in contact there.
-
-    A jump J in the slope of a corner's initial gap needs ``pi J`` from the logarithms through the limits of k
-    U and k W (docs/theory/halfplane.md, "Contact line"), also by way of a second body.
+    """{contact point: {corner: K}} of ``p ~ K log(1/|x - place|)`` of the corners in contact there: a jump J
+    in the slope of a corner's initial gap needs ``pi J`` through the limits of k U and k W.
     """
     whole = problem.all_zones(zones)
     found = {kink: {} for kink in problem.kinks}
@@ -120,9 +117,7 @@ def _sizes(problem, zones, chain, kink, jumps):
 
 
 def _short_waves_between(problem, inside):
-    """Limits of k times the gaps from pressures between pairs (place, corner): array (n, n) of lengths per
-    stress times k.
-    """
+    """Limits of k times the gaps from pressures between pairs (place, corner): array (n, n)."""
     x, corner = np.array([each[0] for each in inside]), np.array([each[1] for each in inside])
     lever = np.array(problem.lever(corner, x), float)
     pressed = x - np.array([problem.shift(each) for each in corner])
@@ -133,10 +128,7 @@ def _short_waves_between(problem, inside):
 
 
 def meeting_exponent(problem, zones, x):
-    """s of p ~ x^s where edges of the two corners meet at x, with these zones of all corners.
-
-    Corners that are closed a block's side away give way through the second body.
-    """
+    """s of p ~ x^s where edges of the two corners meet at x, with these zones."""
     if not decay(problem):
         return coalescence_exponent(problem.solid)
     ways = [way for way in _ways(problem, MEETING) if way]

@@ -136,7 +136,6 @@ class CellSolution(Solution):
         return corner_gaps(*where, raised, psi, self.counter_displacement)[corner]
 
     def counter_displacement(self, x):
-        """A polygon through what is known under the corners."""
         if self.raised is None:
             return np.zeros_like(x)
         places = np.concatenate([self.x - shift for shift in self.problem.shifts])
@@ -164,7 +163,6 @@ class CellSolver(Solver):
             self.require_lowest()
 
     def _require_repeating(self):
-        """BadArgument unless obstacle and psi0 fit the period."""
         period = self.body.period
         own = getattr(self.obstacle, "period", None)
         if own is not None and abs(period / own - round(period / own)) > FITS:
@@ -191,7 +189,6 @@ class CellSolver(Solver):
 
     @cached_property
     def problem(self):
-        """The problem along x1; on a period the obstacle with its images."""
         obstacle, counter = shape_of(self.obstacle), body_of(self.obstacle)
         obstacle = obstacle if self.body.period is None else _repeated(obstacle, self.body.period)
         return Problem(self.solid, self.law, obstacle, counter=None if counter is None else counter.solid)
@@ -226,7 +223,6 @@ class CellSolver(Solver):
         raise out_of_reach(rtol, state.error_estimate, why, panels, load=load, approach=approach)
 
     def _with_window(self, load):
-        """The solver on its window, or on all places where the obstacle could touch at the load."""
         if self.body.period is not None or self.options.window is not None:
             return self
         if load is None:
@@ -239,7 +235,6 @@ class CellSolver(Solver):
         return self.windowed(around(found, self.solid.ell))
 
     def windowed(self, window):
-        """The same solver on a window (left, right)."""
         return CellSolver(self.contact, replace(self.options, window=window))
 
     def follow(self, load, rtol, initial):
@@ -290,7 +285,6 @@ class CellSolver(Solver):
         return {}
 
     def prepare(self, nodes):
-        """Cells, flexibility and initial gaps on so many nodes, made once."""
         if nodes not in self._grids:
             cells = self._cells(nodes)
             self._grids[nodes] = (
@@ -377,7 +371,6 @@ def around(found, ell):
 
 
 def halvings(nodes):
-    """Sizes of the grids below one of so many nodes, and its own, ascending."""
     sizes = [nodes]
     while sizes[-1] > 2 * COARSEST or len(sizes) < 3:
         sizes.append((sizes[-1] + 1) // 2)

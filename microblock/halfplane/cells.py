@@ -33,12 +33,10 @@ class CellGrid:
 
     @property
     def width(self):
-        """Of a cell."""
         return (self.right - self.left) / self.count
 
     @cached_property
     def x(self):
-        """Centres of the cells, array (count,)."""
         return self.left + self.width * (np.arange(self.count) + 0.5)
 
     @property

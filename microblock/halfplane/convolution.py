@@ -71,7 +71,6 @@ class Waves:
     even: tuple[int, int] = (1, 1)
 
     def __call__(self, values: Array) -> Array:
-        """Returns the responses to fields on cells, arrays (k, ...)."""
         shape, threads = values.shape[1:], {"workers": workers(values[0].size), "overwrite_x": True}
         waves = rfft(values, self.length[-1], **threads)  # then along others: rows beyond the cells are 0
         for axis, length in enumerate(self.length[:-1], start=1):
@@ -130,7 +129,6 @@ class Halves:
 
     @classmethod
     def of(cls, spectrum: tuple[Array, ...], length: int, parts: int) -> Halves:
-        """Returns the halves of a spectrum, see `convolution`."""
         U, V, W = spectrum
         made = []
         for first in range(parts):
@@ -143,7 +141,6 @@ class Halves:
         return cls(tuple(made))
 
     def __call__(self, values: Array) -> Array:
-        """Returns the responses to fields, arrays (2, n)."""
         rows, columns = self.halves[0].A.shape
         z = np.zeros((rows, columns + BESIDE), complex)[:, :columns]
         pieces = list(_pieces(values.shape[1], columns))

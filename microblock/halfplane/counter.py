@@ -26,7 +26,6 @@ def counter_response(problem, panels, places):
 
 
 def counter_log_response(problem, panels, places):
-    """The same from the known logarithms: array (n,)."""
     both = panels.with_mirror() if problem.mirror else panels
     return sum(log_response(*where) for _, where in _by_corner(problem, both, places))
 

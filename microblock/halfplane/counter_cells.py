@@ -57,7 +57,6 @@ class CounterCells:
         return irfft(waves, self.length)[:, : forces.shape[1]]
 
     def matrix(self, count):
-        """The same product as a matrix, (corners count, corners count)."""
         return np.block([[toeplitz_of(one, self.length, count) for one in row] for row in self.spectra])
 
     def added(self, U, V, W):

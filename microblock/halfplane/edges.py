@@ -1,9 +1,9 @@
 """Contact of a half-plane on its contact line alone: the edges of the zones, by Newton's method.
 
 On trial zones the gaps of the corners in contact are closed at all Gauss points. With ``p = K0/sqrt(r) + K1
-sqrt(r)`` at a trial edge the solution has ``dK0_i/de_j = -delta_ij K1_i/2``, so that moving each edge
-outwards by ``2 K0/K1`` is Newton's method without a Jacobian. Edges of one corner that meet annihilate; edges
-of two corners pass each other and come to stand half as far apart, so that going to and fro is a bisection.
+sqrt(r)`` at a trial edge the solution has ``dK0_i/de_j = -delta_ij K1_i/2``: moving each edge outwards by ``2
+K0/K1`` is Newton's method. Edges of one corner that meet annihilate; edges of two corners pass each other and
+come to stand half as far apart.
 """
 
 import numpy as np
@@ -36,7 +36,7 @@ def tolerated(order):
 
 def solve_zones(problem, panels, loads):
     """q and approach with the gaps closed on given zones, at each of the loads, and q under gaps off by
-    rounding: (arrays (loads, m), array (loads,), array (m,)).
+    rounding.
     """
     panel, _, x, weights = panels.nodes
     count, sides, corner = len(x), 2 if problem.mirror else 1, panels.corner[panel]
@@ -72,7 +72,7 @@ def _share(panels, part, whole):
 
 def edge_coefficients(panels, q):
     """{(corner, edge, side): (K0, K1)} of ``p = K0/sqrt(r) + K1 sqrt(r)`` at the anchors of all root panels;
-    side is 1 where the panel lies right of its anchor, else -1.
+    side is 1 where the panel lies right of its anchor.
     """
     # Legendre series by the Gauss rule itself; value and half the second derivative at v = 0
     points, weights = panels.points
@@ -84,16 +84,14 @@ def edge_coefficients(panels, q):
 
 
 def mean_coefficients(panels, q):
-    """The same by the best two terms over each panel: K1 is safe where the panel is too smooth for the
-    pressure.
-    """
+    """The same by the best two terms over each panel: safe where it is too smooth for the pressure."""
     points, weights = panels.points
     terms = np.column_stack((np.ones_like(points), points**2))
     return _read(panels, q, np.linalg.solve(terms.T * weights @ terms, terms.T * weights))
 
 
 def _read(panels, q, basis):
-    """The coefficients from functionals of q on a panel: its value at v = 0, and what stands before v^2."""
+    """The coefficients from functionals of q: its value at v = 0, and what stands before v^2."""
     found = {}
     for number in np.flatnonzero(panels.root):
         constant, quadratic = basis @ q[number * panels.order : (number + 1) * panels.order]
@@ -105,8 +103,7 @@ def _read(panels, q, basis):
 
 def fit(problem, load, zones, order, tolerance):
     """The PanelSolution with the free edges moved from trial zones until p vanishes there, to a tolerance of
-    the edges' share in the relative L2 error of the pressure; the best one, if it reaches the root of what
-    the order leaves. An edge where the obstacle ends stays while it is pressed.
+    the edges' share in the relative L2 error; the best one, if it reaches the root of what the order leaves.
 
     Parameters
     ----------
@@ -201,9 +198,7 @@ def _not_past(problem, edge, move):
 
 
 def _sorted_out(problem, load, rows):
-    """The zones of edges (corner, place before, place after, whether their zone is pressed): within the
-    obstacle, without neighbours of one corner that have met, those of two corners passed.
-    """
+    """The zones of edges (corner, place before, place after, whether their zone is pressed)."""
     edges = np.array(rows, float)
     for corner in problem.corners:
         ends, own = problem.ends_of(corner) or problem.reach, edges[:, 0] == corner
@@ -224,9 +219,7 @@ def _sorted_out(problem, load, rows):
 
 
 def _annihilated(edges):
-    """Edges, rows as above, without neighbours of one corner that have met, the farthest past each other
-    first; a zone that is pressed becomes half as wide.
-    """
+    """Edges without neighbours of one corner that have met; a zone that is pressed becomes half as wide."""
     while True:
         same = edges[1:, 0] == edges[:-1, 0]
         ways = np.where(same, np.diff(edges[:, 2]), np.inf)
@@ -244,9 +237,7 @@ def _annihilated(edges):
 
 
 def _require_finite_chain(problem, zones):
-    """NotConverged where a corner touches an edge of the second body, which opens a zone a block's side away,
-    and so on.
-    """
+    """NotConverged where a corner touches an edge of the second body, which opens zone after zone."""
     touched = [
         edge
         for corner, intervals in zones.items()

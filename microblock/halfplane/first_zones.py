@@ -19,8 +19,8 @@ FAR = 2.9  # lengths of a cell, beyond which two Gauss points are enough on it; 
 
 
 def first_zones(problem, load):
-    """Yields zones {corner number: ((left, right), ...)} of all corners and the longest cell at an edge: of
-    cells that resolve zones and holes, then of smaller ones at all edges.
+    """Yields zones {corner number: ((left, right), ...)} of all corners and the longest cell at an edge,
+    finer each time.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def _pressed(problem, load, cells, start):
 
 
 def _unresolved(closed):
-    """Cells of zones and holes of a corner that have few of them, and their neighbours: flags (n,)."""
+    """Cells of zones and holes that have few of them, and their neighbours: flags (n,)."""
     few = np.zeros(closed.shape[1], bool)
     for own in closed:
         # what lies beyond the outermost zones is no hole
@@ -130,7 +130,7 @@ def _of_body(problem, x, widths):
 
 
 def _averages(problem, x, widths):
-    """U, V, W and the clamped kernel (length per force) at x_i, averaged over the cell j: arrays (n, n)."""
+    """U, V, W and the clamped kernel at x_i, averaged over the cell j: arrays (n, n)."""
     solid = problem.solid
     table, c = kernels(solid.nu, solid.beta, solid.curvature), (1 - solid.nu) / solid.mu
     apart = x[:, None] - x

@@ -36,10 +36,8 @@ class Feature:
 def cells(
     problem: Problem, fineness: float, features: Iterable[Feature], reach: tuple[float, float] | None
 ) -> Array:
-    """Returns left and right edges of cells on all that could touch, array (n, 2).
-
-    At the distance r from the nearest feature a cell has the length `fineness` times the root of r a, a the
-    half-width of a classical contact. Beyond `reach` (left, right) cells grow with the distance.
+    """Returns left and right edges of cells on all that could touch, array (n, 2): at the distance r from a
+    feature of the length `fineness` times the root of r a, a the half-width of a classical contact.
     """
     assert problem.picture is not None
     a = problem.picture.half_width

@@ -48,12 +48,10 @@ class Memory:
 
     @property
     def load(self) -> float:
-        """P."""
         return self.bounds[-1]
 
     @property
     def shear(self) -> float:
-        """Q."""
         return float(np.dot(self.shares, np.diff(self.bounds)))
 
     def to(self, load: float, shear: float, friction: float) -> Memory:

@@ -121,7 +121,6 @@ class _Plain:
 
     @property
     def lowest(self):
-        """Where the obstacle touches first."""
         return self._solver._picture(self._largest).lowest
 
     def rubbed(self, one):
@@ -178,14 +177,12 @@ class PanelFriction(Solution):
 
     @cached_property
     def _parts(self):
-        """[(factor, state without friction), ...]: their sum is q."""
         bounds, shares = self.memory.bounds, (*self.memory.shares, 0.0)
         steps = zip(bounds[1:], shares[:-1], shares[1:])
         return [(share - after, self.plain.at(load)) for load, share, after in steps if share != after]
 
     @property
     def holders(self):
-        """This, the loads, and the state without friction."""
         return self, self.memory, self._own
 
     @property
@@ -194,7 +191,6 @@ class PanelFriction(Solution):
 
     @property
     def approach(self):
-        """Up to a constant."""
         return self._own.approach
 
     @property
@@ -238,30 +234,24 @@ class PanelFriction(Solution):
 
     @property
     def x(self):
-        """Gauss points between the ends of all panels in contact."""
         return self._rule[0]
 
     @property
     def weights(self):
-        """Weights at `x`."""
         return self._rule[1]
 
     @cached_property
     def pressures(self):
-        """Pressure, array (1, n)."""
         return self.pressure(0, self.x)[None]
 
     def pressure(self, corner, x):
-        """Pressure at x, array (n,)."""
         return self._own.pressure(corner, x)
 
     def gap(self, corner, x):
-        """Gap at x, array (n,)."""
         return self._own.gap(corner, x)
 
     @cached_property
     def shear_traction(self):
-        """q, array (n,)."""
         return sum((factor * one.pressure(0, self.x) for factor, one in self._parts), np.zeros_like(self.x))
 
     @cached_property
@@ -344,17 +334,14 @@ class PanelFriction(Solution):
 
     @cached_property
     def displacement(self):
-        """-u.n of the first surface at `x`, array (n,)."""
         return self._own.displacement_at(self.x, np.zeros_like(self.x)) + self._of_shear(self.x, 0.0)
 
     @cached_property
     def psi(self):
-        """Microrotation at `x`, array (n,)."""
         return self._own.rotation(self.x) + 2 / self.problem.solid.ell * self._of_shear(self.x, 1.0)
 
     @property
     def micromoment(self):
-        """0: one contact point transmits none."""
         return np.zeros_like(self.x)
 
     def counter_displacement(self, x):

@@ -88,31 +88,25 @@ class FrictionCells(OfMoment):
 
     @cached_property
     def x(self) -> Array:
-        """Centres of the cells."""
         return self.edges.mean(axis=1)
 
     @cached_property
     def weights(self) -> Array:
-        """Lengths of the cells."""
         return self.edges[:, 1] - self.edges[:, 0]
 
     @cached_property
     def pressures(self) -> Array:
-        """Of each corner, array (corners, n)."""
         return self.moment.normal.reshape(-1, len(self.x)) / self.weights
 
     @property
     def load(self) -> float:
-        """P."""
         return self.moment.load
 
     @property
     def approach(self) -> float:
-        """Up to a constant where the rigid motion is arbitrary."""
         return self.moment.approach
 
     def counter_displacement(self, x: Array) -> Array:
-        """Returns a polygon through the averages where the corners stand."""
         if self.raised is None:
             return np.zeros_like(x)
         places = np.concatenate([self.x - shift for shift in self.problem.shifts])
@@ -121,17 +115,14 @@ class FrictionCells(OfMoment):
 
     @property
     def residual(self) -> float:
-        """That of contact, friction and loads."""
         return self.moment.residual
 
     @property
     def iterations(self) -> int:
-        """Pieces of the history, up to here."""
         return self.moment.pieces
 
     @property
     def unknowns(self) -> int:
-        """Corner forces and tangential forces."""
         corners = self.moment.normal.size
         return corners + (len(self.x) if self.problem.counter is None else corners)
 
@@ -150,12 +141,11 @@ class FrictionCells(OfMoment):
 
     @property
     def zones_by_name(self) -> Zones:
-        """Zones of the corners, "contact", "full", "stick" and "slip"."""
         return self._fitted[0]
 
     @cached_property
     def _jumping(self) -> NDArray[np.integer[Any]]:
-        """Numbers of the cells in contact from which to the next q/f changes by more than half of the
+        """Numbers of cells in contact from which to the next q/f changes by more than half of the
         pressure.
         """
         p, q = self.pressures.sum(axis=0), self.shear_traction / cast(Any, self.problem.law).friction
@@ -164,12 +154,11 @@ class FrictionCells(OfMoment):
 
     @property
     def jumps(self) -> list[float]:
-        """Places at which q/f jumps from one cell to the next."""
         return [float(each) for each in self.edges[1:][self._jumping, 0]]
 
     @property
     def lost_in_jumps(self) -> float:
-        """Relative L2 error of q/f where it jumps: half of the jump is lost on a cell to either side."""
+        """Relative L2 error of q/f where it jumps."""
         p, f, at = self.pressures.sum(axis=0), cast(Any, self.problem.law).friction, self._jumping
         half = (self.shear_traction[at + 1] - self.shear_traction[at]) / f / 2
         lost = half**2 @ (self.norm[at] + self.norm[at + 1])
@@ -186,7 +175,6 @@ class FrictionCells(OfMoment):
 
     @property
     def doubts(self) -> dict[float, float]:
-        """Doubt about each edge of `zones_by_name` (lengths)."""
         return self._fitted[1]
 
     @property
@@ -210,17 +198,13 @@ class FrictionCells(OfMoment):
         return number, (x >= self.edges[number, 0]) & (x <= self.edges[number, 1])
 
     def pressure(self, corner: int, x: Array) -> Array:
-        """Pressure of a corner at x, array (n,): a polygon through the centres of cells; 0 where it is
-        open.
-        """
+        """Pressure of a corner at x, array (n,): a polygon through the centres of cells."""
         number, inside = self._cell(x)
         closed = self.moment.closed.reshape(-1, len(self.x))[corner][number]
         return np.where(inside & closed, np.interp(x, self.x, self.pressures[corner]), 0.0)
 
     def gap(self, corner: int, x: Array) -> Array:
-        """Gap of a corner at x, array (n,), what it has over the initial one as a polygon; BadArgument beyond
-        the cells.
-        """
+        """Gap of a corner at x, array (n,); BadArgument beyond the cells."""
         low, high = self.edges[0, 0], self.edges[-1, 1]
         if not np.all((x >= low) & (x <= high)):
             raise BadArgument("x", x, f"must lie within the cells, from {low} to {high}")
@@ -249,19 +233,12 @@ class FrictionSolver:
 
     @cached_property
     def problem(self) -> Problem:
-        """The problem on the line with the obstacle's picture for the largest load."""
         plain: Problem = replace(self.solver.problem, mirror=False)
         found = picture.picture(plain, float(self.pairs[:, 0].max()), picture.BOUND)
         return replace(plain, picture=found)
 
     def history(self, rtol: float | None, progress: bool) -> History:
-        """Returns the History to rtol.
-
-        Raises
-        ------
-        NotConverged
-            If rtol is out of reach.
-        """
+        """Returns the History to rtol; NotConverged if it is out of reach."""
         rtol = USUAL_RTOL if rtol is None else rtol
         level, best = None, np.inf
         for number in tqdm(range(len(FINENESS)), unit=" levels", disable=not progress):
@@ -349,7 +326,6 @@ class FrictionSolver:
 
 
 def _features(before: _Level, smallest: float) -> list[Feature]:
-    """Edges of a level's zones and jumps of its shear traction, ascending, apart by more than `smallest`."""
     found: list[Feature] = []
     edges = {edge: doubt for one in before.solutions for edge, doubt in one.doubts.items()}
     edges |= {edge: before.band for one in before.solutions for edge in one.jumps}
@@ -413,7 +389,6 @@ class Walk:
         self.path = Follower(contact)
 
     def to(self, load: float, shear: float) -> FrictionCells:
-        """Returns the solution at the next pair (P, Q)."""
         corners, n = self.path.to(load, shear), len(self._edges)
         self._solver.require_inside(self._edges, corners)
         problem, own, raised = self._solver.problem, self._own, None

@@ -390,7 +390,6 @@ def gap_kernel(problem, distance, target, source):
 
 
 def both_gap_kernels(problem, distance, target, source):
-    """`gap_kernel` of the levers 0 and 1: array (2, ...)."""
     levers = np.array((0.0, 1.0)).reshape(2, *[1] * np.ndim(distance))
     return gap_kernel(problem, distance, levers, source)
 

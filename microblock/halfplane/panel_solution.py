@@ -30,9 +30,9 @@ class Estimate(ErrorParts):
     Attributes
     ----------
     discretisation : float, distance to the next coarser order; None where the order was prescribed
-    edges : float, what pressures that do not vanish at the edges are worth
-    kernel : float, what errors of the kernel's table do at worst
-    conditions : float, what violations of (26) are worth, see `microblock.halfplane.survey`
+    edges : float, what pressures at the edges are worth
+    kernel : float, what rounding of the kernel does
+    conditions : float, what violations of (26) are worth
     """
 
     discretisation: float | None
@@ -51,11 +51,11 @@ class PanelSolution(LineSolution):
     load : float, force per thickness
     zones : {corner number: ((left, right), ...)} of the corners that are computed
     panels, q : the unknowns, see `microblock.halfplane.panels`
-    approach : float, up to the additive constant of a half-plane
+    approach : float, up to a constant
     iterations : int, steps of Newton's method
     estimate : Estimate
     least : ((corner, x, gap), ...), local minima of the gaps out of contact
-    further : zones after one more step of Newton's method
+    further : zones after one more step
     solver : PanelSolver
     """
 
@@ -88,15 +88,12 @@ class PanelSolution(LineSolution):
         return self.problem.all_zones(self.zones)
 
     def moved_on(self, earlier, share):
-        """With the zones moved on, if they are alike in both states and none is inverted."""
         moved = moved_on(self.all_zones, earlier.all_zones, share)
         return replace(self, zones={corner: moved[corner] for corner in self.zones}) if moved else self
 
     @cached_property
     def _anchored(self):
-        """q at the anchor of each panel with a square root, 0 in the limit; but for edges that the obstacle
-        fixes.
-        """
+        """q at the anchor of each panel with a square root, but for edges that the obstacle fixes."""
         basis = lagrange(self.panels.points[0], np.zeros(1))[0]
         values = self.q.reshape(-1, self.panels.order) @ basis
         ends = [end for ends in self.problem.ends.values() for end in ends]
@@ -112,7 +109,6 @@ class PanelSolution(LineSolution):
         return np.where([e in edges for e, edges in zip(self.panels.e, own)], self._anchored, 0.0)
 
     def pressure(self, corner, x):
-        """Pressure of a corner at x, array (n,)."""
         x = np.asarray(x, float)
         if half_line(self.problem):
             x = np.abs(x)
@@ -129,13 +125,11 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def x(self):
-        """All Gauss points of the whole line, ascending."""
         x = self.panels.nodes[2]
         return _distinct(np.concatenate((x, -x)) if self.problem.mirror else x)
 
     @cached_property
     def weights(self):
-        """Weights at `x`: their sum with the pressure is the load."""
         x, weights = self.panels.nodes[2], self.panels.rule
         if self.problem.mirror:
             x, weights = np.concatenate((x, -x)), np.tile(weights, 2)
@@ -165,16 +159,13 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def psi(self):
-        """Microrotation at `x`."""
         return self.rotation(self.x)
 
     @cached_property
     def displacement(self):
-        """-u.n at `x`."""
         return self.displacement_at(self.x, np.zeros_like(self.x))
 
     def rotation(self, x):
-        """Microrotation of the surface at x, array (n,)."""
         if self.problem.law.clamps_rotation:
             return np.zeros_like(x)
         return self.displacement_and_rotation(x)[1]
@@ -198,7 +189,6 @@ class PanelSolution(LineSolution):
         return self._response(x, lever, gap_kernel)
 
     def gaps(self, corner, x):
-        """Gaps of a corner at x, array (n,)."""
         numbers = np.full(len(x), corner)
         return (
             self.problem.initial_gap(numbers, x)
@@ -252,7 +242,6 @@ class PanelSolution(LineSolution):
 
     @cached_property
     def fields(self):
-        """Fields below the surface, by points (x1, x2)."""
         from .subsurface import FieldsBelow
 
         return FieldsBelow(self)
@@ -285,6 +274,5 @@ def _distinct(x):
 
 
 def _places(sorted_x, x):
-    """Indices of x in sorted_x, up to rounding."""
     right = np.clip(np.searchsorted(sorted_x, x), 1, len(sorted_x) - 1)
     return np.where(np.abs(sorted_x[right - 1] - x) < np.abs(sorted_x[right] - x), right - 1, right)

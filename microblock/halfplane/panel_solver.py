@@ -78,7 +78,6 @@ class PanelSolver(Solver):
 
     @cached_property
     def problem(self):
-        """The problem on the contact line; a symmetric one is solved for one corner."""
         counter = body_of(self.obstacle)
         solid = None if counter is None else counter.solid
         return Problem(self.body.solid, self.law, shape_of(self.obstacle), self.symmetric, counter=solid)

@@ -1,9 +1,8 @@
 """Panels on the contact line, fitted to the zones of each corner, and the gaps that pressures on them leave.
 
-A corner's pressure has a square root at its own edges and on one side of the other corner's: panels break at
-all of them and run ``x = e + h v^2`` from there, ``x = e + h v`` elsewhere. The unknown is ``q = p |dx/dv|``
-at Gauss points v. At a kink of the obstacle panels, with v^2 as well, carry ``p = q/|dx/dv| + log_size
-log(|h|/|x - e|)`` of known size.
+Panels break at all edges and run ``x = e + h v^2`` from where a pressure has a square root, ``x = e + h v``
+elsewhere. The unknown is ``q = p |dx/dv|`` at Gauss points v. At a kink of the obstacle panels, with v^2 as
+well, carry ``p = q/|dx/dv| + log_size log(|h|/|x - e|)`` of known size.
 """
 
 from dataclasses import dataclass
@@ -49,7 +48,6 @@ class Panels:
         return self.e[panel] + self.h[panel] * np.where(self.root[panel], v * v, v)
 
     def slope(self, panel, v):
-        """|dx/dv|."""
         return np.abs(self.h[panel]) * np.where(self.root[panel], 2 * v, 1.0)
 
     def parameter(self, panel, x):
@@ -62,7 +60,7 @@ class Panels:
         return -2 * self.log_size[panel] * np.log(v)
 
     def at(self, corner, x):
-        """Numbers of the panels of a corner that hold x, or are next to it, and the parameters there."""
+        """Numbers of the panels of a corner that hold x, or are next to it, and the parameters."""
         own = np.flatnonzero(self.corner == corner)
         starts = np.minimum(self.e, self.e + self.h)[own]
         along = np.argsort(starts)
@@ -75,12 +73,10 @@ class Panels:
         return np.einsum("nj,...nj->...n", lagrange(self.points[0], v), values[..., number, :])
 
     def of(self, own):
-        """Those of these panels that are flagged."""
         chosen = (each[own] for each in (self.corner, self.e, self.h, self.root, self.log_size))
         return Panels(*chosen, self.order)
 
     def with_mirror(self):
-        """These panels and those of the other corner by symmetry."""
         return Panels(
             np.concatenate((self.corner, 1 - self.corner)),
             np.concatenate((self.e, -self.e)),
@@ -92,7 +88,6 @@ class Panels:
 
     @property
     def points(self):
-        """Gauss points and weights of v on one panel."""
         return gauss_rule(self.order)
 
     @cached_property
@@ -202,8 +197,8 @@ def short_enough(problem, anchor, length, root):
 
 
 def response(problem, panels, x, lever, kernel):
-    """Integrals of a kernel of the line against q: array (n, m), or (values, n, m) of a kernel with several.
-    `lever` 0 gives the normal displacement, 1 adds the rotation.
+    """Integrals of a kernel of the line against q, (n, m) or (values, n, m); `lever` 0 gives the normal
+    displacement, 1 adds the rotation.
     """
     if not problem.mirror:
         return _block(problem, panels, x, lever, kernel)
@@ -212,16 +207,13 @@ def response(problem, panels, x, lever, kernel):
 
 
 def log_response(problem, panels, x, lever, kernel):
-    """Integrals of a kernel against the known logarithms: array (n,)."""
     if not panels.log_size.any():
         return np.zeros(len(x))
     return _log_block(problem, panels.with_mirror() if problem.mirror else panels, x, lever, kernel)
 
 
 def _log_block(problem, panels, x, target, kernel):
-    """In y = (x - e)/h of a panel, cut at the y0 nearest to a near target; logarithms at 0 and y0 are
-    flattened.
-    """
+    """In y = (x - e)/h of a panel, cut at the y0 nearest to a near target."""
     found = np.zeros(len(x))
     for number in np.flatnonzero(panels.log_size):
         e, h, corner = panels.e[number], panels.h[number], panels.corner[number]
@@ -269,10 +261,8 @@ def _block(problem, panels, x, target, kernel):
 
 def _near_rows(problem, panels, x, target, panel, kernel):
     """Integrals of the kernel against the basis of a near panel: array (pairs, order), or (values, pairs,
-    order).
-
-    The panel is cut at the parameter v0 nearest to the target, and ``v = v0 -+ length sigma^CLUSTER``
-    flattens the logarithm on either side.
+    order). The panel is cut at the parameter v0 nearest to the target; ``v = v0 -+ length sigma^8`` flattens
+    the logarithm.
     """
     cut = np.rint(panels.parameter(panel, x) / SAME)
     by_cut = np.argsort(cut, kind="stable")

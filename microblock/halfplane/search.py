@@ -1,10 +1,9 @@
 """A state of a half-plane at one load on fitted panels: cells first, then edges.
 
-1. First zones: a neighbour's, the classical contact's, or those of cells on all that could touch
-   (`first_zones`), finer ones if no state comes of them.
-2. The edges move until the pressure vanishes there (`edges.fit`), on panels of higher and higher order.
-3. The state is surveyed (`survey`): what overlaps is added to the zones, what is in tension is taken out.
-4. Two neighbouring orders agree to what is asked for.
+1. First zones: a neighbour's, the classical contact's, or those of cells (`first_zones`). 2. The edges move
+until the pressure vanishes there (`edges.fit`), on panels of higher and higher order. 3. What overlaps is
+added to the zones, what is in tension is taken out (`survey`). 4. Two neighbouring orders agree to what is
+asked for.
 """
 
 from dataclasses import replace
@@ -29,13 +28,12 @@ BESIDE = 0.05  # of its width: an overlap this near to a zone belongs to it
 
 
 def resolved(order):
-    """Distance of panels of an order to the next one under cylinders."""
     return 10 ** -(0.55 * order + 0.7)
 
 
 def solve(problem, load, rtol, order=None, near=None):
     """The PanelSolution of a Problem, with its picture, at a load (force per thickness), to rtol or of a
-    fixed order, from a neighbour on if there is one.
+    fixed order.
 
     Raises
     ------
@@ -117,13 +115,8 @@ def _amended(state, tolerance):
 
 
 def amended(state, found, tolerance):
-    """Zones of a fitted state without what is in tension and with what overlaps; None if nothing does that is
-    apart from all edges, or worth `tolerance` and what panels of this order leave.
-
-    Raises
-    ------
-    NotConverged
-        If nothing would be left.
+    """Zones without what is in tension and with what overlaps, apart from all edges or worth the tolerance;
+    None if nothing does. NotConverged if nothing would be left.
     """
     least = max(tolerance, tolerated(state.panels.order))
     edges = np.array(zone_edges(state.all_zones))

@@ -14,15 +14,14 @@ from .kernels import ALL_ODD, kernels
 
 @bounded
 def averages(solid, edges, which, shift=0.0):
-    """Kernels averaged over cell i and over cell j, whose places are moved right by `shift`, times c: array
+    """Kernels averaged over cell i and over cell j, whose places are moved right by `shift` (length): array
     (len(which), n, n) of lengths per force.
 
     Parameters
     ----------
     solid : Cosserat
     edges : array (n, 2), left and right edges of the cells (lengths)
-    which : sequence of int, numbers of the kernels, as in `Kernels`
-    shift : float (length)
+    which : sequence of int, as in `Kernels`
     """
     middle, width = edges.mean(axis=1), np.ptp(edges, axis=1)
     found = averaged(solid, middle[:, None] - middle + shift, width, width[:, None], which)
@@ -39,7 +38,7 @@ def frictional_contact(problem, edges, gaps, coupled=True):
     ----------
     problem : Problem, whose law has friction
     edges : array (n, 2), left and right edges of the cells (lengths)
-    gaps : array (corners, n), initial gaps, averaged over the cells (lengths)
+    gaps : array (corners, n), averaged over the cells (lengths)
     coupled : bool, whether shear acts on gaps
 
     Raises

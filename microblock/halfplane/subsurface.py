@@ -88,8 +88,8 @@ class FieldsBelow:
 
     @bounded
     def largest_shear(self, rtol=1e-4):
-        """The largest shear stress below the contact and where: (value, x1, x2), on grids that get finer
-        around it until they span rtol of the contact's width.
+        """The largest shear stress below the contact and where: (value, x1, x2), x1 and x2 to rtol of its
+        width.
         """
         state = self.solution
         edges = np.array(zone_edges(state.all_zones))
@@ -194,9 +194,7 @@ def _modes(problem, k, p, M):
 
 
 def _transforms(state, x1, k, nearest, points):
-    """Sum and difference over left and right of the integrals of p, then M, times exp(i k |x1 - x|): array
-    (4, k).
-    """
+    """Sum and difference over left and right of the integrals of p, then M, times exp(i k |x1 - x|)."""
     found = np.zeros((4, len(k)), complex)
     size = np.abs(k)
     for distance, weights in _sources(state, x1, nearest, points):
@@ -223,7 +221,6 @@ def _sources(state, x1, nearest, points):
     h, root = np.abs(panels.h)[panel, None], panels.root[panel, None]
 
     def steps(distance):
-        """|v - v0| at a distance from x1."""
         share = (distance - start) / h
         other = np.sqrt(np.maximum(v0**2 + direction * share, 0))
         return share / np.maximum(_mean_slope(v0, other, root), TINY)

@@ -1,9 +1,8 @@
-"""The conditions (26) on a fitted state, wherever a corner could touch: gaps on all of the surface, pressures
-in all zones.
+"""The conditions (26) on a fitted state, wherever a corner could touch.
 
 Displacement and rotation are interpolated out of contact on panels like those in contact, gaps are taken at
-all sites of the obstacle's picture. A violation is measured as the state's error is, in L2 of the pressure
-over that of the state: an overlap d on a width w as ``E* d/sqrt(w)``.
+all sites of the obstacle's picture. A violation is measured in L2 of the pressure over that of the state: an
+overlap d on a width w as ``E* d/sqrt(w)``.
 """
 
 from dataclasses import dataclass
@@ -41,7 +40,6 @@ class Survey:
 
     @property
     def worth(self):
-        """Of all violations together."""
         return float(np.sqrt(sum(each.worth**2 for each in self.violations)))
 
 
@@ -90,9 +88,7 @@ class _Surface:
 
 
 def _gaps(state, surface, corner):
-    """Places, ascending, the gaps of a corner there and their errors; denser at the least. At the edges of
-    zones, which keep stretches apart, gaps are nan.
-    """
+    """Places, ascending, the gaps of a corner there, nan at the edges of its zones, and their errors."""
 
     def at(x):
         rise, noise = surface(corner, x)
@@ -119,7 +115,7 @@ def _minima(gaps):
 
 
 def _stands_out(gaps, i, noise):
-    """Whether a minimum is less than the gap on both sides of its stretch, by more than its error."""
+    """Whether a minimum is less than the gap on both sides of its stretch, beyond its error."""
     ends = np.flatnonzero(np.isnan(gaps))
     first, last = np.split(ends, [np.searchsorted(ends, i)])
     left, right = gaps[max(first, default=-1) + 1 : i], gaps[i + 1 : min(last, default=len(gaps))]
@@ -161,8 +157,8 @@ def _tensile(state, size):
 
 
 def _at_valleys(state, size):
-    """The same nearer to slope discontinuities than the nodes: with ``p = A + K log(|h|/r)``, K < 0, the
-    pressure is negative up to ``r0 = |h| exp(A/K)``, in L2 worth sqrt(2 r0) |K|.
+    """Tension nearer to slope discontinuities than the nodes: with ``p = A + K log(|h|/r)``, K < 0, up to
+    ``r0 = |h| exp(A/K)``, in L2 worth sqrt(2 r0) |K|.
     """
     panels, v = state.panels, state.panels.points[0][0]
     for number in np.flatnonzero(panels.log_size < 0):
