@@ -12,9 +12,6 @@ import numpy as np
 from ..model.quadrature import gauss_rule
 from .kernels import NEAREST, Kernels, is_classical, kernels, laplace_weights, step
 
-FAR = 16.0  # widths of the larger cell, beyond which two Gauss points on either leave 1e-9
-SMALL = 1e-3  # below it the difference in the second antiderivative is a series
-
 
 class SecondAntiderivatives(Kernels):
     """F of the kernels of `Kernels`, F'' = K and F(0) = F'(0) = 0, over x^2; it is even where K is."""
@@ -31,10 +28,9 @@ class SecondAntiderivatives(Kernels):
 
 
 def _twice(y):
-    small = np.minimum(y, SMALL)
-    large = np.maximum(y, SMALL)
+    small, large = np.minimum(y, 1e-3), np.maximum(y, 1e-3)  # a series below
     series = 1 / 2 - small / 6 + small**2 / 24 - small**3 / 120 + small**4 / 720
-    return np.where(y < SMALL, series, (np.expm1(-large) + large) / large / large)
+    return np.where(y < large, series, (np.expm1(-large) + large) / large / large)
 
 
 def _tables(solid):
@@ -58,7 +54,8 @@ def averaged(solid, apart, source, target, which):
     """
     once, twice = _tables(solid)
     apart, source, target = (one / solid.ell for one in np.broadcast_arrays(apart, source, target))
-    found, far = np.zeros((len(which), *apart.shape)), np.abs(apart) > FAR * np.maximum(source, target)
+    # beyond 16 widths of the larger cell two Gauss points on either leave 1e-9
+    found, far = np.zeros((len(which), *apart.shape)), np.abs(apart) > 16 * np.maximum(source, target)
     own, other, middle = target[~far], source[~far], apart[~far]
     for sign_own, sign_other in product((-1, 1), repeat=2):
         place = middle + sign_own * own / 2 - sign_other * other / 2

@@ -10,8 +10,6 @@ from ..model.zones import zone_edges
 from .kernels import coalescence_exponent, counter_short_waves, short_waves
 
 MOST = 24  # steps
-COARSE = 4  # points on a panel, and for each four more a digit: where singularities are left to them
-MEETING = 26  # order of panels, as far as which the exponent of a meeting looks
 SAME = 1e-9  # of ell: places this near to each other are one
 
 
@@ -39,7 +37,8 @@ def steps(problem, order, share=1.0):
     factor = decay(problem)
     if not factor:
         return 0
-    enough = 1 - ((order - COARSE) / 4 * np.log(10) + np.log(share)) / np.log(factor)
+    # panels of order 4 leave singularities a share of 1, and for each four points more a digit less
+    enough = 1 - ((order - 4) / 4 * np.log(10) + np.log(share)) / np.log(factor)
     return int(np.clip(np.ceil(enough), 0, MOST))
 
 
@@ -131,7 +130,7 @@ def meeting_exponent(problem, zones, x):
     """s of p ~ x^s where edges of the two corners meet at x, with these zones."""
     if not decay(problem):
         return coalescence_exponent(problem.solid)
-    ways = [way for way in _ways(problem, MEETING) if way]
+    ways = [way for way in _ways(problem, 26) if way]
     others = [
         (x + way * problem.solid.ell, corner)
         for way in ways

@@ -24,16 +24,7 @@ from .kernels import HalfPlane
 FIRST, MOST = 128, 2**21  # cells of the coarsest and finest grid that rtol may ask for
 # at which halving a given number of cells ends, after two halvings at the earliest
 COARSEST = 1024
-COARSE_RESIDUAL = 0.01  # of the coarser grids, over their nodes: far below what the next one changes
-RESIDUAL = 1e-9  # of the state
-PER_RESIDUAL = 10.0  # error of the pressures for a residual; 2 to 40 are met
-ENOUGH = 1e-3  # of rtol: residual of states that only follow others
-AROUND = 0.05  # of the low stretches, left free on either side
 FITS = 1e-6  # of their range, heights at both ends of a period may differ; so may periods
-PLACES = 257  # on a period, at which its range is taken
-# ratio of successive changes from grid to grid, in the mean of so many: 2 is expected, with a logarithm or an
-# end of the obstacle 1.41
-SLOWEST, FASTEST, LUCK = 1.4, 1.75, 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -167,7 +158,7 @@ class CellSolver(Solver):
         own = getattr(self.obstacle, "period", None)
         if own is not None and abs(period / own - round(period / own)) > FITS:
             raise BadArgument("period", period, f"must be a multiple of that of the obstacle, {own}")
-        x = period * np.concatenate(([-0.5, 0.5], np.linspace(-0.5, 0.5, PLACES)))
+        x = period * np.concatenate(([-0.5, 0.5], np.linspace(-0.5, 0.5, 257)))
         above = heights(self.obstacle, x)
         known = above[np.isfinite(above)]
         if np.isfinite(above[:2]).all() and abs(above[1] - above[0]) > FITS * np.ptp(known):
@@ -206,16 +197,18 @@ class CellSolver(Solver):
 
     def solve(self, load, approach, rtol, initial=None, progress=False):
         solver = self._with_window(load)
-        nodes, residual = self.options.nodes, self.options.residual
+        nodes = self.options.nodes
         if nodes is not None and rtol is not None:
             raise BadArgument("rtol", rtol, "chooses the nodes: not together with Cells(nodes=...)")
         if nodes is not None:
             start = initial if isinstance(initial, CellSolution) else None
-            *_, last = solver._solutions(load, approach, halvings(nodes), residual, progress, start)
+            *_, last = solver._solutions(
+                load, approach, halvings(nodes), self.options.residual, progress, start
+            )
             return last
         rtol = self.usual_rtol if rtol is None else rtol
         doublings = FIRST * 2 ** np.arange(int(np.log2(MOST / FIRST)) + 1)
-        state = solver.upto(load, rtol, doublings, approach=approach, residual=residual, progress=progress)
+        state = solver.upto(load, rtol, doublings, approach=approach, progress=progress)
         if state.error_estimate <= rtol:
             return state
         panels = "" if solver.has_level else "take Panels() under a smooth obstacle"  # none on a period
@@ -243,12 +236,12 @@ class CellSolver(Solver):
             return self.solve(load, None, rtol, initial)
         solver, rtol = self._with_window(load), self.usual_rtol if rtol is None else rtol
         sizes = halvings(len(initial.x))
-        *_, state = solver._solutions(load, None, sizes, max(RESIDUAL, ENOUGH * rtol), False)
+        *_, state = solver._solutions(load, None, sizes, max(self.options.residual, 1e-3 * rtol), False)
         return state if state.error_estimate <= rtol else self.solve(load, None, rtol)
 
-    def upto(self, load, rtol, sizes, least=4 * FIRST, approach=None, residual=RESIDUAL, progress=False):
+    def upto(self, load, rtol, sizes, least=4 * FIRST, approach=None, progress=False):
         """The first state on grids of these sizes with rtol and at least so many cells, or the last."""
-        for state in self._solutions(load, approach, sizes, residual, progress):
+        for state in self._solutions(load, approach, sizes, self.options.residual, progress):
             if state.error_estimate is not None and state.error_estimate <= rtol and len(state.x) >= least:
                 break
         return state
@@ -258,7 +251,8 @@ class CellSolver(Solver):
         total = None if sizes[-1] == MOST else int(sum(sizes))
         with tqdm(total=total, unit=" cells", unit_scale=True, disable=not progress) as bar:
             for size in map(int, sizes):
-                enough = residual if size == sizes[-1] else max(residual, COARSE_RESIDUAL / size)
+                # of coarser grids far below what the next one changes
+                enough = residual if size == sizes[-1] else max(residual, 0.01 / size)
                 try:
                     finer = self._solve(size, load, approach, state or start, enough)
                 except BadArgument:  # an approach above the mean height that so few cells see
@@ -269,8 +263,9 @@ class CellSolver(Solver):
                     changes.append(difference(finer, state, self._end_weights))
                 state = finer
                 bar.update(size)
-                ends = len(getattr(self.obstacle, "ends", ()))  # there errors fall by the root of the cells
-                yield replace(state, change=_estimate(changes, state.residual, SLOWEST if ends else FASTEST))
+                # next to ends errors fall by the root of the cells
+                fastest = 1.4 if len(getattr(self.obstacle, "ends", ())) else 1.75
+                yield replace(state, change=_estimate(changes, state.residual, fastest))
 
     def _end_weights(self, x):
         return distance_to_ends(x, getattr(self.obstacle, "ends", ()), self.law.shifts(self.body.solid.ell))
@@ -356,17 +351,17 @@ def _estimate(changes, residual, fastest):
     """
     if not changes:
         return None
-    own = changes[-LUCK:]
+    own = changes[-4:]  # one change that is much less than the one before is luck
     ratio = (own[0] / max(own[-1], np.finfo(float).tiny)) ** (1 / max(len(own) - 1, 1))
-    ratio = float(np.clip(ratio, SLOWEST, fastest))
+    ratio = float(np.clip(ratio, 1.4, fastest))
     last = max(change / ratio**back for back, change in enumerate(own[:-3:-1]))
-    return last / (ratio - 1) + PER_RESIDUAL * residual
+    return last / (ratio - 1) + 10 * residual
 
 
 def around(found, ell):
     """(left, right) of the surface that holds all low stretches of an obstacle's Picture."""
     left, right = found.stretches[0][0] - ell, found.stretches[-1][1] + ell
-    margin = AROUND * (right - left)
+    margin = (right - left) / 20
     return left - margin, right + margin
 
 

@@ -10,9 +10,6 @@ from ..model.methods import Cells
 from ..model.state import State
 from .cell_solver import FIRST, CellSolver, around
 
-MOST = 2**17  # cells: some ten seconds with two corners
-# cells on the shortest piece on which the height is a polynomial, at least: a feature shows on some of them
-FEATURE = 12
 OFFERED = 1e-3  # rtol at which cells are tried before they are advised
 
 
@@ -28,12 +25,16 @@ def by_cells(solver, found, load, rtol, failure):
     if failure.rtol_reached is not None and failure.rtol_reached < OFFERED:
         raise failure from None
     window = around(found, solver.solid.ell)
-    least = FEATURE * (window[1] - window[0]) / min(found.lengths.min(initial=np.inf), window[1] - window[0])
-    sizes = [size for size in FIRST * 2 ** np.arange(12) if size <= MOST]
+    # a feature shows on some of 12 cells on the shortest polynomial; 2^17 cells take some ten seconds
+    most, least = (
+        2**17,
+        12 * (window[1] - window[0]) / min(found.lengths.min(initial=np.inf), window[1] - window[0]),
+    )
+    sizes = [size for size in FIRST * 2 ** np.arange(12) if size <= most]
     cells = CellSolver(solver.contact, Cells(window=window))
-    if least > MOST:
+    if least > most:
         raise NotConverged(
-            f"{failure}; more than {MOST} cells would be needed to see all features of the obstacle"
+            f"{failure}; more than {most} cells would be needed to see all features of the obstacle"
         ) from None
     try:
         state = cells.upto(load, rtol if rtol >= OFFERED / 10 else OFFERED, sizes, max(4 * FIRST, least))

@@ -25,13 +25,6 @@ from ..model.types import AnyArray as Array
 from ..threads import workers
 
 LONG = 2**16  # cells of a doubled period from which `Halves` is faster; of another 4 times as many
-ROWS = 256  # of a transform in two steps, at most: its columns are read in long pieces
-WAVES = 2**14  # that are multiplied at once
-BESIDE = 8  # values left free beside a row: columns at a distance of a power of two evict each other
-# values whose rows are transformed at once: they stay in the cache; enough to be shared by threads
-SLAB, SHARED = 2**14, 2**17
-# times as many values as other transforms need threads take a share: four short ones wait for each other
-LARGER = 8
 
 
 def free_period(count: int) -> int:
@@ -78,8 +71,8 @@ class Waves:
         found = waves
         if len(waves) > 1 or len(self.spectrum) > 1:
             found = np.empty((len(self.spectrum), *waves.shape[1:]), complex)
-        step = max(1, WAVES // waves[0, 0].size)
-        for first in range(0, len(waves[0]), step):  # which stays in the processor's cache
+        step = max(1, 2**14 // waves[0, 0].size)  # waves that stay in the processor's cache
+        for first in range(0, len(waves[0]), step):
             slab = slice(first, first + step)
             wave = waves[:, slab]
             wave[self.even[1] :] *= 1j
@@ -142,7 +135,8 @@ class Halves:
 
     def __call__(self, values: Array) -> Array:
         rows, columns = self.halves[0].A.shape
-        z = np.zeros((rows, columns + BESIDE), complex)[:, :columns]
+        # columns at a distance of a power of two evict each other from the cache
+        z = np.zeros((rows, columns + 8), complex)[:, :columns]
         pieces = list(_pieces(values.shape[1], columns))
         for part, own in zip((z.real, z.imag), values):
             for place, flat in pieces:
@@ -171,7 +165,8 @@ class Half:
 
     def __call__(self, z: Array) -> Array:
         """Returns the conjugate of w from z, arrays (rows, columns); z is lost."""
-        (rows, columns), threads = z.shape, workers(z.size // LARGER)
+        # four short transforms wait for each other: threads take a share of more values than elsewhere
+        (rows, columns), threads = z.shape, workers(z.size // 8)
         turn = _turn(rows, columns, self.shift)
         start = np.exp(-1j * np.pi * self.shift * np.arange(rows) / rows)[:, None]
         if self.shift:
@@ -190,7 +185,8 @@ class Half:
             z[0] = fft(self.A[0] * own.conj() + self.D[0] * np.roll(own[::-1], 1))
         A, D, turn, rest = (one[1 - self.shift :] for one in (self.A, self.D, turn, z))
         count, options = len(rest), {"overwrite_x": True, "workers": threads}
-        step = max(1, (SLAB if threads == 1 else SHARED) // z.shape[1])
+        # rows that stay in the cache, or enough to be shared by threads
+        step = max(1, (2**14 if threads == 1 else 2**17) // z.shape[1])
         for first in range(0, (count + 1) // 2, step):
             last = min(first + step, (count + 1) // 2)
             pair = slice(first, last), slice(count - last, count - first)
@@ -204,7 +200,7 @@ class Half:
 
 
 def _rows(length: int) -> int:
-    most = min(ROWS, int(np.sqrt(length)))
+    most = min(256, int(np.sqrt(length)))  # columns are read in long pieces
     return next(rows for rows in range(most, 0, -1) if length % rows == 0)
 
 

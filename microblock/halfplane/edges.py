@@ -21,13 +21,6 @@ from .kernels import gap_kernel
 from .panel_solution import Estimate, PanelSolution
 from .panels import log_response, make_panels, response
 
-TABLE_ERROR = 5e-15  # of the kernels as a rule, 2e-14 at most: see `kernels.Kernels`
-PATIENCE = 6  # steps that do not halve the error of the edges, after which the best state is returned
-# -log10 of inner edges over ell, extrapolated to coalescence
-INNER_EDGES = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)
-# norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the panels' first points
-MISSED = 4.0
-
 
 def tolerated(order):
     """Error of the pressure that panels of an order leave where obstacles are rough."""
@@ -53,7 +46,7 @@ def solve_zones(problem, panels, loads):
     right[:count, :-1] = -(problem.initial_gap(corner, x) + raised)[:, None]
     right[count, :-1] = loads - sides * panels.log_size @ np.abs(panels.h)
     terms = np.abs(system[:count, :count]).max(axis=1) / weights.max() * loads[0]
-    right[:count, -1] = TABLE_ERROR * terms * (-1.0) ** np.arange(count)
+    right[:count, -1] = 5e-15 * terms * (-1.0) ** np.arange(count)
     try:
         with released(count):
             solution = np.linalg.solve(system, right)
@@ -124,12 +117,13 @@ def fit(problem, load, zones, order, tolerance):
         load,
         [(corner, edge, edge, False) for corner, own in zones.items() for edge in np.ravel(own)],
     )
-    while idle < PATIENCE:
+    while idle < 6:
         counted()
         iterations += 1
         panels = make_panels(problem, zones, order)
         (q,), (approach,), noise = solve_zones(problem, panels, (load,))
-        unit = load / (MISSED * np.sqrt(np.ptp(zone_edges(problem.all_zones(zones)))))
+        # 4 is the norm of 1/sqrt(r) on both sides of an edge, cut off far from it and at the first points
+        unit = load / (4 * np.sqrt(np.ptp(zone_edges(problem.all_zones(zones)))))
         further, missed, before = _moved(problem, load, zones, panels, q, before, tolerance * unit)
         estimate = Estimate(None, float(missed / unit), _share(panels, noise, q))
         state = PanelSolution(
@@ -268,4 +262,5 @@ def coalescence(problem, order=14):
     def exponent(outer):
         return meeting_exponent(problem, {0: ((0.0, outer),), 1: ((-outer, 0.0),)}, 0.0)
 
-    return extrapolated(at_inner_edge(problem, order), problem.solid, INNER_EDGES, exponent)
+    inner_edges = (3.0, 3.5, 4.0, 4.5, 5.0, 5.5)
+    return extrapolated(at_inner_edge(problem, order), problem.solid, inner_edges, exponent)

@@ -10,12 +10,8 @@ from .counter import counter_flexibility
 from .kernels import cell_rule, kernels
 from .panels import short_enough
 
-CELLS = 48  # of an interval that could touch, at least
-RESOLVED = 3  # cells of a zone or a hole, at least
-PARTS = 4  # of a cell that is divided
 ROUNDS, TRIALS = 10, 4  # of division, and of zones
 MOST = 2000  # cells, of all corners together
-FAR = 2.9  # lengths of a cell, beyond which two Gauss points are enough on it; no distance of equal ones
 
 
 def first_zones(problem, load):
@@ -43,19 +39,19 @@ def first_zones(problem, load):
             trials, split = trials + 1, changing
             if trials == TRIALS or _many(cells, split) > most:
                 return
-        parts = np.where(split, PARTS, 1)
+        parts = np.where(split, 4, 1)
         cells, closed = _divided(cells, parts), np.repeat(closed, parts, axis=1)
 
 
 def _many(cells, split):
-    return len(cells) + (PARTS - 1) * np.count_nonzero(split)
+    return len(cells) + 3 * np.count_nonzero(split)
 
 
 def _first_cells(problem):
     ends = np.array([end for corner in range(len(problem.shifts)) for end in problem.ends_of(corner)])
     cells = []
     for left, right in problem.stretches:
-        edges = np.union1d(np.linspace(left, right, CELLS + 1), ends[(left < ends) & (ends < right)]).tolist()
+        edges = np.union1d(np.linspace(left, right, 49), ends[(left < ends) & (ends < right)]).tolist()
         for start, end in zip(edges, edges[1:]):
             cells += [(x, x + width) for x, width, _ in short_enough(problem, start, end - start, False)]
     return np.array(cells)
@@ -84,7 +80,7 @@ def _unresolved(closed):
     for own in closed:
         # what lies beyond the outermost zones is no hole
         for first, last in [*runs(own), *runs(~own & (np.cumsum(own) > 0) & (np.cumsum(own) < own.sum()))]:
-            few[max(first - 1, 0) : last + 2] |= last - first + 1 < RESOLVED
+            few[max(first - 1, 0) : last + 2] |= last - first < 2
     return few
 
 
@@ -141,7 +137,8 @@ def _averages(problem, x, widths):
         places = apart[rows, columns][:, None] - widths[columns][:, None] * points
         return c * table(places / solid.ell, which) @ weights
 
-    near = np.abs(apart) < FAR * np.maximum(widths, widths[:, None])
+    # two Gauss points are enough farther away than 2.9 lengths, which is no distance of equal cells
+    near = np.abs(apart) < 2.9 * np.maximum(widths, widths[:, None])
     for mask, order in ((~near, 2), (near & ~np.eye(len(x), dtype=bool), 10)):
         rows, columns = np.nonzero(mask)
         points, gauss = gauss_rule(order)

@@ -17,17 +17,7 @@ from ..model.zones import common, contact_zones, runs, without
 
 SKIPPED = 2  # cells at the edge that are not fitted to
 WINDOWS = ((6, 2, 5e-2), (16, 3, 2e-2))  # cells, powers, and residual at most, relative to each value
-SHRINKING, GROWING = 0.5, 1.5  # the first power
 STEEP = 0.85, 1.15  # d log y/d log r, below which the first power is 1/2, and above which it is 3/2
-STEPS = 20  # of Gauss and Newton
-SHARP = 1e-4  # of a cell, at which they end
-APART = 3  # cells outside of a zone that must belong to no other of its kind
-AGREE = 1 / 4  # of a cell, to which both fits agree
-# cells of a stick zone, and of its limit what it is below it: less of both is none. The cells of levels that
-# do not sum up to the shear force are 1e-3 off
-FEWEST, NEXT_TO = 6, 1e-2
-LEFT = 1 / 8  # of a cell, at least in doubt: fits may agree and be off together
-SAME = 1e-9  # relative, by which an edge may be off the obstacle's
 
 
 def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | None:
@@ -45,7 +35,7 @@ def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | No
     slope = np.polyfit(np.log(cells[few].mean(axis=1)), np.log(values[few]), 1)[0]
     if STEEP[0] < slope and not (grows and slope > STEEP[1]):
         return None
-    power, found = SHRINKING if slope < STEEP[0] else GROWING, []
+    power, found = 0.5 if slope < STEEP[0] else 1.5, []
     for count, terms, residual in WINDOWS:
         own, y = cells[SKIPPED : SKIPPED + count], values[SKIPPED : SKIPPED + count]
         if len(own) == count and np.all(y > 0):
@@ -53,9 +43,10 @@ def beyond(cells: Array, values: Array, grows: bool) -> tuple[float, float] | No
             if left <= residual:
                 found.append(shift)
     width = float(np.ptp(cells[0]))
-    if not found or np.ptp(found) > AGREE * width or abs(found[-1]) > width:
+    if not found or np.ptp(found) > width / 4 or abs(found[-1]) > width:
         return None
-    return found[-1], LEFT * width + float(np.ptp(found)) if len(found) > 1 else width
+    # fits may agree and be off together
+    return found[-1], width / 8 + float(np.ptp(found)) if len(found) > 1 else width
 
 
 def _fitted(cells: Array, values: Array, power: float, terms: int) -> tuple[float, float]:
@@ -63,7 +54,7 @@ def _fitted(cells: Array, values: Array, power: float, terms: int) -> tuple[floa
     unit = cells[-1, 1]
     near, far = cells.T / unit
     powers, shift = power + np.arange(terms)[:, None], 0.0
-    for _ in range(STEPS):
+    for _ in range(20):  # Gauss and Newton
         a, b = near + shift, far + shift
         if not 0 < a[0] < 2:
             break
@@ -73,7 +64,7 @@ def _fitted(cells: Array, values: Array, power: float, terms: int) -> tuple[floa
         slopes = share @ (b**powers - a**powers) / (b - a) / values
         step = np.linalg.lstsq(np.vstack((means, slopes)).T, left, rcond=None)[0][-1]
         shift += step
-        if abs(step) < SHARP * (far[0] - near[0]):
+        if abs(step) < 1e-4 * (far[0] - near[0]):
             return float(shift * unit), float(np.sqrt(np.mean(left**2)))
     return np.inf, np.inf
 
@@ -135,7 +126,8 @@ class FrictionEdges:
         left = bound - np.abs(self.shear[first : last + 1])
         sides = self.shear[touching[touching < first][-1:]], self.shear[touching[touching > last][:1]]
         turns = all(map(len, sides)) and sides[0][0] * sides[1][0] < 0
-        return last - first + 1 >= FEWEST or not (turns or left.max() < NEXT_TO * bound.max())
+        # the cells of levels that do not sum up to the shear force are 1e-3 off
+        return last - first > 4 or not (turns or left.max() < 1e-2 * bound.max())
 
     def _stick_edge(self, run: tuple[int, int], side: int, zones: Zones) -> float:
         touching, beside = np.asarray(self.closed.any(axis=0)), run[side > 0] + side
@@ -155,9 +147,9 @@ class FrictionEdges:
         """The left (side = -1) or right end (1) of a run of cells, beyond which cells are `outside`."""
         (first, last), end = run, self._end(run, side)
         order = np.arange(last, first - 1, -1) if side > 0 else np.arange(first, last + 1)
-        beside = order[0] + side * np.arange(1, APART + 1)
+        beside = order[0] + side * np.arange(1, 4)
         width = float(np.ptp(self.cells[order[0]]))
-        at_obstacle = any(abs(end - each) <= SAME * max(abs(end), width) for each in self.fixed)
+        at_obstacle = any(abs(end - each) <= 1e-9 * max(abs(end), width) for each in self.fixed)
         shift, doubt = 0.0, 0.0 if at_obstacle else width
         if not at_obstacle and beside.min() >= 0 and beside.max() < len(outside) and outside[beside].all():
             distances = np.sort(side * (end - self.cells[order]), axis=1)

@@ -14,9 +14,6 @@ from ..model.history import SLIDING, HistoryEvent
 from ..model.types import Array, Flags
 from ..model.zones import runs
 
-# cells of a stick zone that is reported, and its width over that of the contact: less may come and go with
-# the cells
-FEWEST, NARROWEST = 6, 0.05
 SAME = 1e-9  # shares of a leg that are one
 NODES = "stick", "slip", "leave"
 
@@ -88,7 +85,7 @@ class _Story:
         touching = np.flatnonzero(self.stick | self.slip)
         extent = self.edges[touching[-1], 1] - self.edges[touching[0], 0]
         width = self.edges[last, 1] - self.edges[first, 0]
-        return bool(last - first + 1 >= FEWEST and width >= NARROWEST * extent)
+        return bool(last - first > 4 and width >= 0.05 * extent)  # less may come and go with the cells
 
     def _end(self, leg: int) -> None:
         P, Q = self.pairs[leg + 1]

@@ -21,12 +21,7 @@ from .kernels import kernels
 from .panel_solution import PanelSolution
 from .panels import log_response, response
 
-USUAL_RTOL = 1e-6
-LESS = 0.25  # of what seems enough, where the states without friction are solved anew
-POINTS = 16  # of the rule between two ends of panels, clustered towards both
-STEADY = 1e-9  # relative change of the load that is none
 NESTED = 1e-3  # of the contact, by which a smaller load's may stand out: edges have errors
-NARROWEST = 1e-12  # of the contact: less is no distance between two ends of panels
 
 
 def require_superposition(contact: Any, order: int | None) -> None:
@@ -61,13 +56,13 @@ class FrictionPanels:
 
     def history(self, rtol):
         """Returns the History to rtol; NotConverged if it is out of reach."""
-        rtol = USUAL_RTOL if rtol is None else rtol
+        rtol = 1e-6 if rtol is None else rtol
         friction, memories = float(self.solver.law.friction), self.memories
         solutions, plain = self._solutions(memories, rtol)
         worst = max(one.error_estimate for one in solutions)
         if worst > rtol:  # shear is a sum of several states
             try:
-                solutions, plain = self._solutions(memories, LESS * rtol * rtol / worst)
+                solutions, plain = self._solutions(memories, rtol * rtol / worst / 4)
             except NotConverged as failure:
                 raise out_of_reach(rtol, worst) from failure
             worst = max(one.error_estimate for one in solutions)
@@ -130,7 +125,7 @@ class _Plain:
         low, high = self.scalars(one.lower), self.scalars(one.upper)
         approach, area, height = (after - before for before, after in zip(low, high))
         P, R, width = one.load_at_lower, one.load_at_upper, one.upper - one.lower
-        if abs(R - P) <= STEADY * R:
+        if abs(R - P) <= 1e-9 * R:
             return R * approach - self.scalars(R)[0] * width + height
         slope = (R - P) / width
         return (
@@ -220,11 +215,11 @@ class PanelFriction(Solution):
         ends = np.concatenate([each for own in panels for each in (own.e, own.e + own.h)])
         ends = np.unique(np.concatenate((ends, np.ravel(contact))))
         size = contact[-1][1] - contact[0][0]
-        ends = ends[np.concatenate(([True], np.diff(ends) > NARROWEST * size))]
+        ends = ends[np.concatenate(([True], np.diff(ends) > 1e-12 * size))]
         middle = (ends[1:] + ends[:-1]) / 2
         inside = contains(contact, middle)
         left, right = ends[:-1][inside, None], ends[1:][inside, None]
-        points, weights = gauss_rule(POINTS)
+        points, weights = gauss_rule(16)  # clustered towards both ends
         x = left + (right - left) * np.sin(np.pi / 2 * points) ** 2
         return x.ravel(), ((right - left) * np.pi / 2 * np.sin(np.pi * points) * weights).ravel()
 

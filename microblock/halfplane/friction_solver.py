@@ -33,15 +33,6 @@ if TYPE_CHECKING:
     from ..model.solver import Solver
 
 FINENESS = (0.16, 0.08, 0.04, 0.02, 0.01)  # length of a cell over the half-width, at that distance of an edge
-FIRST = 0.1  # of the half-width: cells of the first level, which does not know the edges
-FEWEST = 200  # cells of the first level on all that could touch, where that is wide
-SHARPER = 8.0  # times smaller are cells at the edges from level to level
-NARROWEST = 0.25  # times the square of the fineness: cells at edges, below which nothing is gained
-JUMP = 0.5  # of the pressure, by which q/f jumps from one cell to the next where cells must be smaller
-DOUBTS = 4.0  # about the place of an edge, to which cells are as small as at it
-FASTEST = 8.0  # ratio of the changes of successive levels, at most
-USUAL_RTOL = 1e-2
-SAMPLES = 4  # Gauss points on a cell, for the mean of the initial gap
 
 
 @dataclass(frozen=True)
@@ -149,7 +140,7 @@ class FrictionCells(OfMoment):
         pressure.
         """
         p, q = self.pressures.sum(axis=0), self.shear_traction / cast(Any, self.problem.law).friction
-        jumping = (p[1:] > 0) & (p[:-1] > 0) & (np.abs(np.diff(q)) > JUMP * (p[1:] + p[:-1]) / 2)
+        jumping = (p[1:] > 0) & (p[:-1] > 0) & (np.abs(np.diff(q)) > (p[1:] + p[:-1]) / 4)
         return np.flatnonzero(jumping)
 
     @property
@@ -239,7 +230,7 @@ class FrictionSolver:
 
     def history(self, rtol: float | None, progress: bool) -> History:
         """Returns the History to rtol; NotConverged if it is out of reach."""
-        rtol = USUAL_RTOL if rtol is None else rtol
+        rtol = 1e-2 if rtol is None else rtol
         level, best = None, np.inf
         for number in tqdm(range(len(FINENESS)), unit=" levels", disable=not progress):
             try:
@@ -256,8 +247,8 @@ class FrictionSolver:
                 states = [State(one) for one in level.solutions]
                 return History(self.solver.contact, states, level.events)
             left = len(FINENESS) - 1 - number
-            if np.isfinite(best) and best > rtol * FASTEST**left:
-                break  # the levels that are left would not do
+            if np.isfinite(best) and best > rtol * 8.0**left:
+                break  # the levels that are left would not do, at the fastest ratio of changes
         raise out_of_reach(rtol, best)
 
     def level(self, number: int, before: _Level | None) -> _Level:
@@ -265,8 +256,9 @@ class FrictionSolver:
         assert self.problem.picture is not None
         a, fineness = self.problem.picture.half_width, FINENESS[number]
         width = sum(right - left for left, right in self.problem.stretches)
-        first = max(FIRST * a, width / FEWEST)
-        smallest = max(NARROWEST * fineness**2 * a, (first if before is None else before.band) / SHARPER)
+        first = max(a / 10, width / 200)
+        # smaller cells at edges than a quarter of the square of the fineness gain nothing
+        smallest = max(fineness**2 * a / 4, (first if before is None else before.band) / 8)
         features, reach = touching(self.problem, fineness), None
         if before is not None:
             known = _features(before, smallest)
@@ -290,7 +282,7 @@ class FrictionSolver:
 
     def on(self, edges: Array) -> tuple[FrictionalContact, FrictionalContact]:
         """Returns the problem on cells, without and with a second body."""
-        points, weights = gauss_rule(SAMPLES)
+        points, weights = gauss_rule(4)
         places = edges[:, :1] + (edges[:, 1:] - edges[:, :1]) * points
         gaps = self.problem.initial_gaps(places.ravel()).reshape(-1, *places.shape) @ weights
         own = frictional_contact(self.problem, edges, gaps, self.coupled)
@@ -330,7 +322,7 @@ def _features(before: _Level, smallest: float) -> list[Feature]:
     edges = {edge: doubt for one in before.solutions for edge, doubt in one.doubts.items()}
     edges |= {edge: before.band for one in before.solutions for edge in one.jumps}
     for edge, doubt in sorted(edges.items()):
-        band = min(max(DOUBTS * doubt, smallest), before.band)
+        band = min(max(4 * doubt, smallest), before.band)
         if not found or edge - found[-1].place > smallest:
             found.append(Feature(edge, band, smallest))
         else:

@@ -36,18 +36,10 @@ NEAREST, FARTHEST = 1e-16, 1e10  # x/ell between which the kernels are tabulated
 # Chebyshev points on a piece, this wide in log x, from which the table is made: 1e-13
 POINTS, PIECE = 16, 1.4
 PARTS, TERMS = 28, 6  # polynomials of so few terms on parts of it, cheap to look up: 1e-13
-# Gauss points on a piece of width 1 in log t of a Laplace integral: rounding
-GAUSS = 12
-KERNELS, ODD = 5, (1, 4)  # of the normal problem
-# of the problem with shear as well; of them 5 and 7 are odd, and next to x = 0 half of a step
-ALL_KERNELS, ALL_ODD = 9, (1, 4, 5, 7)
+KERNELS, ODD = 9, (1, 4, 5, 7)  # 5 and 7 are next to x = 0 half of a step
 # from this many cells on, Gauss points on a cell: kernels are Laplace integrals, so that at n cells p points
 # leave (4 n)^(-2 p), rounding
 CELL_GAUSS = (0, 24), (16, 6), (256, 3), (4096, 2)
-BLOCK = 2**13  # cells that are looked up at once, which stay in the processor's cache
-# exp(-ONE) is 1, exp(-NOTHING) is 0 beside rounding; places whose Laplace integrals are added together
-ONE, NOTHING, TOGETHER = 1e-18, 80.0, 32
-FAR_TAIL = 40.0  # exp(-40) is nothing
 RATES = 1e-12, 1e12  # ell over the layer length, between which the quadrature is good
 
 
@@ -125,24 +117,23 @@ class Kernels:
         pieces = int(np.ceil(np.log(FARTHEST / NEAREST) / PIECE))
         self._start, self._step, self._parts = np.log(NEAREST), PIECE / PARTS, PARTS * pieces
         logarithms = self._start + PIECE * (np.arange(pieces)[:, None] + (_chebyshev_points(POINTS) + 1) / 2)
-        values = self._values(solid, np.exp(logarithms).ravel()).reshape(ALL_KERNELS, pieces, POINTS)
-        self._table = np.moveaxis(
-            (values @ _parting().T).reshape(ALL_KERNELS, self._parts, TERMS), 2, 1
-        ).copy()
+        values = self._values(solid, np.exp(logarithms).ravel()).reshape(KERNELS, pieces, POINTS)
+        self._table = np.moveaxis((values @ _parting().T).reshape(KERNELS, self._parts, TERMS), 2, 1).copy()
 
     @staticmethod
     def _values(solid, x):
         """All kernels at x > 0, array (n,), by Gauss quadrature of their Laplace integrals:
-        (ALL_KERNELS, n).
+        (KERNELS, n).
         """
         t, weights, level = laplace_weights(solid)
         order = np.argsort(t)
         t, weights = t[order], weights[:, order]
-        below = np.concatenate((np.zeros((ALL_KERNELS, 1)), np.cumsum(weights, axis=1)), axis=1)
-        values = np.empty((ALL_KERNELS, x.size))
-        for block in np.array_split(np.arange(x.size), 1 + x.size // TOGETHER):
+        below = np.concatenate((np.zeros((KERNELS, 1)), np.cumsum(weights, axis=1)), axis=1)
+        values = np.empty((KERNELS, x.size))
+        for block in np.array_split(np.arange(x.size), 1 + x.size // 32):
             own = x[block]
-            first, last = np.searchsorted(t, (ONE / own.max(), NOTHING / own.min()))
+            # exp(-1e-18) is 1, exp(-80) is 0 beside rounding
+            first, last = np.searchsorted(t, (1e-18 / own.max(), 80 / own.min()))
             values[:, block] = weights[:, first:last] @ np.exp(-np.outer(t[first:last], own))
             values[:, block] += below[:, first, None]
         values[[0, 3]] -= level
@@ -162,7 +153,7 @@ class Kernels:
             for row in coefficients[-2::-1]:  # Horner
                 value *= t
                 value += row.take(part)
-            if number in ALL_ODD:
+            if number in ODD:
                 value *= np.sign(x)
         return values
 
@@ -255,7 +246,7 @@ class HalfPlane(Unbounded):
             matrix = np.block([[U[near], sign * V[near] / half], [-sign * V[near] / half, W[near] / half**2]])
         return Compliance(*level_surface(x), np.full(len(x), width[0]), matrix, self.solid.ell)
 
-    def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(KERNELS))) -> Array:
+    def cells(self, count: int, width: float, which: tuple[int, ...] = tuple(range(5))) -> Array:
         """Returns the kernels numbered `which` averaged over a cell of a width (length) at the distances 0,
         1, ... cells: array (len(which), count) of lengths per force.
         """
@@ -276,8 +267,9 @@ def _spans(count):
     ends = [near for near, _ in CELL_GAUSS[1:]]
     near = [(max(first, 1), min(last, count), order) for (first, order), last in zip(CELL_GAUSS, ends)]
     yield [(0, 1, CELL_GAUSS[0][1]), *(span for span in near if span[0] < span[1])]
-    for first in range(ends[-1], count, BLOCK):
-        yield [(first, min(first + BLOCK, count), CELL_GAUSS[-1][1])]
+    block = 2**13  # cells that stay in the processor's cache
+    for first in range(ends[-1], count, block):
+        yield [(first, min(first + block, count), CELL_GAUSS[-1][1])]
 
 
 def cell_rule(near, far, order):
@@ -315,7 +307,7 @@ def normal_symbol(solid, k):
 
 
 def laplace_weights(solid):
-    """(t, weights, level) of the Laplace integrals of all kernels over c: arrays (m,), (ALL_KERNELS, m),
+    """(t, weights, level) of the Laplace integrals of all kernels over c: arrays (m,), (KERNELS, m),
     float; those of U and number 3, which diverge at t = 0, are less `level`.
     """
     k, s, s_minus_k, t, dt = _turned_wavenumbers(solid)
@@ -342,13 +334,13 @@ def _turned_wavenumbers(solid):
     piece is longer than its distance from that root.
     """
     rate, b = 1 / solid.layer_length, max(0.25, 2 * solid.beta * (1 - solid.nu))
-    points, gauss = gauss_rule(GAUSS)
+    points, gauss = gauss_rule(12)
 
     def spread(breaks):
         widths = np.diff(breaks)
         return (breaks[:-1, None] + widths[:, None] * points).ravel(), (widths[:, None] * gauss).ravel()
 
-    low, high = 1e-3 / FARTHEST, FAR_TAIL / NEAREST
+    low, high = 1e-3 / FARTHEST, 40 / NEAREST  # exp(-40) is nothing
     logs, dlogs = spread(np.linspace(np.log(low), np.log(rate / 8), 1 + max(1, int(np.log(rate / 8 / low)))))
     slow, dslow = np.append(low * points, np.exp(logs)), np.append(low * gauss, np.exp(logs) * dlogs)
     pole = -0.5j * np.log((b - 1 + np.sqrt(1 - 4 * b + 0j)) / (b + 2))

@@ -17,11 +17,6 @@ from .counter import counter_log_response, counter_response
 from .kernels import both_gap_kernels, clamping_kernel, gap_kernel
 from .panels import Panels, log_response, response
 
-AROUND = 0.6  # of the half-width of the contact, and two blocks, that pictures show on either side
-# points on a stretch of the surface out of contact, clustered towards its ends, where edges are
-OUTSIDE = 30
-NEXT_TO = 1e-10  # least v at which the pressure is looked at: at an edge or a kink it is 0/0 or infinite
-
 
 @dataclass(frozen=True)
 class Estimate(ErrorParts):
@@ -117,7 +112,7 @@ class PanelSolution(LineSolution):
         found, here = np.zeros_like(x), np.flatnonzero(contains(self.zones[corner], x))
         if len(here):
             number, v = self.panels.at(corner, x[here])
-            v = np.maximum(v, NEXT_TO)
+            v = np.maximum(v, 1e-10)  # at an edge or a kink the pressure is 0/0 or infinite
             rows = self.q.reshape(-1, self.panels.order)
             q = self.panels.interpolated(rows, number, v) - self._anchored[number]
             found[here] = q / self.panels.slope(number, v) + self.panels.logarithm(number, v)
@@ -209,10 +204,10 @@ class PanelSolution(LineSolution):
     def surface(self, window=None):
         """The Surface at `x` and out of contact within a window (left, right), or around the contact."""
         contact = self.zones_by_name["contact"]
-        margin = AROUND * (contact[-1][1] - contact[0][0]) / 2 + 2 * self.problem.solid.ell
+        margin = 0.3 * (contact[-1][1] - contact[0][0]) + 2 * self.problem.solid.ell
         left, right = window or (contact[0][0] - margin, contact[-1][1] + margin)
         ends = [left, *(edge for interval in contact for edge in interval if left < edge < right), right]
-        share = (1 - np.cos(np.pi * np.linspace(0, 1, OUTSIDE))) / 2
+        share = (1 - np.cos(np.pi * np.linspace(0, 1, 30))) / 2
         outside = np.concatenate(
             [
                 one + (other - one) * share

@@ -18,8 +18,6 @@ from .friction_panels import FrictionPanels
 from .kernels import HalfPlane
 from .panel_solution import PanelSolution
 
-WIDE = 2e5  # blocks under a contact, up to which zones are found; at 2e6 none are
-
 
 class PanelSolver(Solver):
     """States of a half-plane without images on fitted panels; its `options` are `Panels`."""
@@ -146,10 +144,11 @@ class PanelSolver(Solver):
     def _check_width(self, load):
         if len(self.law.corners) == 1:
             return
-        blocks = 2 * self._picture(load).half_width / self.solid.ell
-        if blocks > WIDE:
+        # of 2e6 blocks no zones are found
+        most, blocks = 2e5, 2 * self._picture(load).half_width / self.solid.ell
+        if blocks > most:
             raise NotConverged(
-                f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {WIDE:.0g} are in "
+                f"the contact at load {load:g} is some {blocks:.1g} blocks wide, and up to {most:.0g} are in "
                 "reach: take a larger ell, or the unilateral law, from which this one hardly differs there"
             )
 

@@ -16,18 +16,8 @@ from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import common, contains, joined, without
 from .carried import carried, carried_edges, log_sizes
 
-# panel lengths within which the kernel's logarithm asks for a quadrature of its own: beyond, the Gauss points
-# leave at most a tenth of what the panels do, 2e-6 at order 6, 1e-9 at 10 and 1e-12 at 14
-NEAR = 0.5
-LOG_NEAR = 1.0  # the same where p has a logarithm
 # that quadrature puts its points at v0 -+ length sigma^8: logarithms to rounding with 2 order + 8 points
 CLUSTER = 8
-TINY = 1e-300
-SAME = 1e-13  # cuts of a panel this near to each other are one: the quadrature does not see it
-SLIVER = 1e-9  # of a length, that rounding may leave of it
-FIRST = 1.0  # length of a panel at an edge, over ell
-# ... times that at a tip, for each four orders above 6: p has a power of r below 1, which short panels bear
-AT_TIP = 1 / 64
 
 
 @dataclass(frozen=True)
@@ -157,9 +147,8 @@ def _rows(problem, zones, order, kinks, intervals):
         breaks = sorted({start, right, *(x for x in singular if start < x < right)})
         for pair in zip(breaks, breaks[1:]):
             roots = tuple(x in singular for x in pair)
-            longest = [
-                FIRST * problem.solid.ell * (AT_TIP ** ((order - 6) / 4) if x in tips else 1.0) for x in pair
-            ]
+            # at a tip p has a power of r below 1, which short panels bear
+            longest = [problem.solid.ell * (64 ** ((6 - order) / 4) if x in tips else 1.0) for x in pair]
             first = tuple(
                 min([most, *(abs(x - edge) for edge in edges if edge != x)]) for x, most in zip(pair, longest)
             )
@@ -178,7 +167,7 @@ def _between(left, right, roots, first):
         if not root:
             continue
         whole, done, start = abs(meet - end), 0.0, width
-        while whole - done > SLIVER * whole:
+        while whole - done > 1e-9 * whole:
             # no panel is left that is much shorter than its neighbour
             if whole - done - width < width / 2:
                 width = whole - done
@@ -223,10 +212,12 @@ def _log_block(problem, panels, x, target, kernel):
             places = e + h * y
             lever = problem.lever(np.full(places.shape, corner), places)
             values = kernel(problem, (x[rows, None] - (e + h * y0)) - h * step, target[rows, None], lever)
-            found[rows] += amount * np.sum(values * weights * np.log(np.maximum(y, TINY)), axis=1)
+            found[rows] += amount * np.sum(
+                values * weights * np.log(np.maximum(y, np.finfo(float).tiny)), axis=1
+            )
 
         along = (x - e) / h
-        is_near = np.abs(along - 0.5) < 0.5 + LOG_NEAR
+        is_near = np.abs(along - 0.5) < 1.5
         near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
         low, _, slope = _both_ends_flat(2 * panels.order + 8)
         low = np.broadcast_to(low, (len(far), len(low)))
@@ -252,7 +243,8 @@ def _block(problem, panels, x, target, kernel):
     matrix = kernel(problem, x[:, None] - source, target[:, None], lever) * weights
     ends = np.sort(np.array((panels.e, panels.e + panels.h)), axis=0)
     distance = np.maximum(ends[0] - x[:, None], x[:, None] - ends[1])
-    row, near = np.nonzero(distance < NEAR * np.abs(panels.h))
+    # farther away the Gauss points leave at most a tenth of what the panels do, 2e-6 at order 6, 1e-9 at 10
+    row, near = np.nonzero(distance < np.abs(panels.h) / 2)
     columns = near[:, None] * panels.order + np.arange(panels.order)
     if len(row):
         matrix[..., row[:, None], columns] = _near_rows(problem, panels, x[row], target[row], near, kernel)
@@ -264,14 +256,15 @@ def _near_rows(problem, panels, x, target, panel, kernel):
     order). The panel is cut at the parameter v0 nearest to the target; ``v = v0 -+ length sigma^8`` flattens
     the logarithm.
     """
-    cut = np.rint(panels.parameter(panel, x) / SAME)
+    same = 1e-13  # a distance of cuts that the quadrature does not see
+    cut = np.rint(panels.parameter(panel, x) / same)
     by_cut = np.argsort(cut, kind="stable")
     cuts, starts = np.unique(cut[by_cut], return_index=True)
     groups = np.split(by_cut, starts[1:])
-    rules = [_cut_rule(panels.order, float(each) * SAME) for each in cuts]
+    rules = [_cut_rule(panels.order, float(each) * same) for each in cuts]
     of_pairs = [rule.sides for rule, group in zip(rules, groups) for _ in group]
     sides, counts = np.concatenate(of_pairs), [len(own) for own in of_pairs]
-    x, target, panel, v0 = x[by_cut], target[by_cut], panel[by_cut], cut[by_cut] * SAME
+    x, target, panel, v0 = x[by_cut], target[by_cut], panel[by_cut], cut[by_cut] * same
     # x of the panel is x(v0) + sides (slope + bend sides)
     root, h = panels.root[panel], panels.h[panel]
     slope, bend = np.where(root, 2 * v0, 1.0) * h, np.where(root, h, 0.0)

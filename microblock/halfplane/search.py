@@ -20,11 +20,7 @@ from .panel_solution import difference
 from .survey import survey
 
 ORDERS = (6, 10, 14, 18, 22, 26)
-FIXED_ORDER_EDGES = 1e-9  # tolerance of the edges where the order is fixed: rounding
-EDGE_SHARE = 0.1  # of rtol, to which the edges are driven
-COARSE_SHARE = 0.5  # the same of the coarser of two orders: the distance between the two has it
 CONDITIONS_SHARE = 0.3  # of rtol, above which a violation changes the zones
-BESIDE = 0.05  # of its width: an overlap this near to a zone belongs to it
 
 
 def resolved(order):
@@ -47,7 +43,7 @@ def solve(problem, load, rtol, order=None, near=None):
         try:
             if order is None:
                 return _climb(problem, load, zones, rtol)
-            return _amended(fit(problem, load, zones, order, FIXED_ORDER_EDGES), 0.0)
+            return _amended(fit(problem, load, zones, order, 1e-9), 0.0)
         except NotConverged as objection:
             if objection.rtol_reached is not None:  # on zones that hold: others are none
                 raise
@@ -67,7 +63,7 @@ def _trials(problem, load, near):
 def _climb(problem, load, zones, rtol):
     coarse, best = None, np.inf
     for order in ORDERS if problem.picture.simple else ORDERS[1:]:  # 6 shows nothing of rough obstacles
-        tolerance = rtol * (EDGE_SHARE if coarse else COARSE_SHARE)
+        tolerance = rtol * (0.1 if coarse else 0.5)  # the distance to the coarser one has its edges
         if rtol < resolved(order):  # and its neighbour will not agree
             tolerance = max(tolerance, np.sqrt(resolved(order)))
         state = fit(problem, load, zones, order, tolerance)
@@ -128,11 +124,7 @@ def amended(state, found, tolerance):
             continue
         wrong = True
         if each.depth:
-            near = [
-                edge
-                for edge in np.ravel(own)
-                if abs(2 * edge - left - right) < (1 + 2 * BESIDE) * (right - left)
-            ]
+            near = [edge for edge in np.ravel(own) if abs(2 * edge - left - right) < 1.1 * (right - left)]
             zones[each.corner] = joined([*own, (min([left, *near]), max([right, *near]))])
         else:
             zones[each.corner] = sorted(set(without(own, left, right)))

@@ -9,7 +9,7 @@ import numpy as np
 from ..corners.follower import FrictionalContact
 from ..threads import bounded
 from .averages import averaged
-from .kernels import ALL_ODD, kernels
+from .kernels import ODD, kernels
 
 
 @bounded
@@ -27,7 +27,7 @@ def averages(solid, edges, which, shift=0.0):
     found = averaged(solid, middle[:, None] - middle + shift, width, width[:, None], which)
     if not shift:
         for number, matrix in zip(which, found):  # rounding apart they are
-            matrix[...] = (matrix - matrix.T) / 2 if number in ALL_ODD else (matrix + matrix.T) / 2
+            matrix[...] = (matrix - matrix.T) / 2 if number in ODD else (matrix + matrix.T) / 2
     return found
 
 

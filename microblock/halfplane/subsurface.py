@@ -23,23 +23,13 @@ from ..model.fields import PointFields, points
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import zone_edges
 from ..threads import bounded
-from .panels import TINY
 
-TURN = np.exp(0.25j * np.pi)
-# over ell: depth at which fields "at" the surface are taken; less, and rounding shows in theta,2
-SKIN = 1e-7
-ACCURACY = 10  # Gauss points on a piece of width 1 in log tau; sources have SOURCES more on an interval
-SOURCES = 4
 CUT = 3.0  # ratio of distances from the point that an interval of sources spans
 FAR_TAIL = 32.0  # exp(-32/sqrt(2)) = 1.5e-10
-NEAREST_CUT = 0.05  # of the least depth: the sources' interval next to the point
 NAMES = ("psi", "theta", "theta_slope", "u1", "u2", "s11", "s12", "s21", "s22", "m1", "m2")
 ODD = ("psi", "theta", "theta_slope", "u1", "s12", "s21", "m2")  # real symbols of M, imaginary ones of p
-# 0.1^7/7! = 2e-11: moments of sources as far as LONG/|k| serve for their transform
-LONG, MOMENTS = 0.1, 7
+MOMENTS = 7  # of sources as far as 0.1/|k|, which serve for their transform: 0.1^7/7! = 2e-11
 FACTORIALS = np.array([float(factorial(power)) for power in range(MOMENTS)])
-ACROSS, DOWN, NEAR_EDGE, ZOOM = 41, 25, 7, 9  # points of the grids that look for the largest shear
-LOWEST = 1e-9  # wavenumber over 1/size below which the rest of the integral is dropped
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +49,7 @@ class FieldsBelow:
     solution: object
 
     @bounded
-    def __call__(self, x1, x2, accuracy=ACCURACY):
+    def __call__(self, x1, x2, accuracy=10):
         """Fields at points.
 
         Parameters
@@ -76,7 +66,8 @@ class FieldsBelow:
         x1, x2, shape = points(x1, x2)
         if not np.all(x2 <= 0):
             raise BadArgument("x2", x2, "must not be above the surface")
-        depth = np.minimum(x2, -SKIN * self.solution.problem.solid.ell)
+        # nearer to the surface rounding shows in theta,2
+        depth = np.minimum(x2, -1e-7 * self.solution.problem.solid.ell)
         values = np.empty((len(NAMES), len(x1)))
         for place in np.unique(x1):
             here = x1 == place
@@ -95,16 +86,16 @@ class FieldsBelow:
         edges = np.array(zone_edges(state.all_zones))
         edges = np.concatenate((edges, -edges)) if state.problem.mirror else edges
         width, ell = np.ptp(edges), min(state.problem.solid.ell, np.ptp(edges))
-        steps = ell * np.geomspace(1 / 32, 2, NEAR_EDGE)
+        steps = ell * np.geomspace(1 / 32, 2, 7)
         across = np.unique(
             np.concatenate(
                 (
-                    np.linspace(edges.min() - width / 4, edges.max() + width / 4, ACROSS),
+                    np.linspace(edges.min() - width / 4, edges.max() + width / 4, 41),
                     np.add.outer(edges, np.concatenate((-steps, [0.0], steps))).ravel(),
                 )
             )
         )
-        down = -ell * np.expm1(np.linspace(0, np.log1p(width / ell), DOWN))
+        down = -ell * np.expm1(np.linspace(0, np.log1p(width / ell), 25))
         while True:
             x1, x2 = (part.ravel() for part in np.meshgrid(across, down))
             shear = self(x1, x2).shear
@@ -112,8 +103,8 @@ class FieldsBelow:
             i, j = best % len(across), best // len(across)
             if np.ptp(across) < rtol * width and np.ptp(down) < rtol * width:
                 return float(shear[best]), float(x1[best]), float(x2[best])
-            across = np.linspace(across[max(i - 1, 0)], across[min(i + 1, len(across) - 1)], ZOOM)
-            down = np.linspace(down[max(j - 1, 0)], down[min(j + 1, len(down) - 1)], ZOOM)
+            across = np.linspace(across[max(i - 1, 0)], across[min(i + 1, len(across) - 1)], 9)
+            down = np.linspace(down[max(j - 1, 0)], down[min(j + 1, len(down) - 1)], 9)
 
 
 def _vertical(state, x1, x2, accuracy):
@@ -121,11 +112,9 @@ def _vertical(state, x1, x2, accuracy):
     solid = state.problem.solid
     edges = np.concatenate((state.panels.e, state.panels.e + state.panels.h))
     size = np.abs(x1) + np.abs(edges).max() + np.abs(x2).max() + solid.ell
-    lowest = LOWEST / size
+    lowest = 1e-9 / size  # the rest of the integral is dropped
     k, dk = _path(lowest, FAR_TAIL / np.abs(x2).min(), accuracy)
-    p_sum, p_difference, M_sum, M_difference = _transforms(
-        state, x1, k, NEAREST_CUT * np.abs(x2).min(), accuracy + SOURCES
-    )
+    p_sum, p_difference, M_sum, M_difference = _transforms(state, x1, k, np.abs(x2).min() / 20, accuracy + 4)
     # symbols that are real for real k go with the sum of left and right sources, imaginary ones with their
     # difference
     odd = _modes(state.problem, k, p_difference, M_sum)
@@ -152,7 +141,7 @@ def _path(low, high, accuracy):
     points, gauss = gauss_rule(accuracy)
     count = int(np.ceil(np.log(high / low)))
     width = np.log(high / low) / count
-    k = TURN * low * np.exp(width * (np.arange(count)[:, None] + points)).ravel()
+    k = np.exp(0.25j * np.pi) * low * np.exp(width * (np.arange(count)[:, None] + points)).ravel()
     return k, k * np.tile(width * gauss, count)
 
 
@@ -199,7 +188,7 @@ def _transforms(state, x1, k, nearest, points):
     size = np.abs(k)
     for distance, weights in _sources(state, x1, nearest, points):
         # long waves see moments only; in short ones what is this far away has decayed
-        long, short = np.searchsorted(size, (LONG / distance.max(), FAR_TAIL / distance.min()))
+        long, short = np.searchsorted(size, (0.1 / distance.max(), FAR_TAIL / distance.min()))
         found[:, long:short] += weights @ np.exp(1j * np.outer(distance, k[long:short]))
         powers = np.vander(1j * k[:long] * distance.max(), MOMENTS, increasing=True) / FACTORIALS
         found[:, :long] += (
@@ -223,7 +212,7 @@ def _sources(state, x1, nearest, points):
     def steps(distance):
         share = (distance - start) / h
         other = np.sqrt(np.maximum(v0**2 + direction * share, 0))
-        return share / np.maximum(_mean_slope(v0, other, root), TINY)
+        return share / np.maximum(_mean_slope(v0, other, root), np.finfo(float).tiny)
 
     sigma, gauss = gauss_rule(points)
     low, high = steps(first[level, half, None]), steps(last[level, half, None])
@@ -233,7 +222,9 @@ def _sources(state, x1, nearest, points):
     q = np.einsum("ijn,in->ij", lagrange(panels.points[0], v), rows[panel])
     numbers = panel[:, None]
     force = (
-        (high - low) * gauss * (q + panels.slope(numbers, v) * panels.logarithm(numbers, np.maximum(v, TINY)))
+        (high - low)
+        * gauss
+        * (q + panels.slope(numbers, v) * panels.logarithm(numbers, np.maximum(v, np.finfo(float).tiny)))
     )
     # 1 where the source lies left of x1
     side = np.broadcast_to(-np.sign(panels.h)[panel, None] * direction, v.shape)
