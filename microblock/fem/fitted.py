@@ -31,7 +31,6 @@ from ..corners import active_set
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..halfplane.first_zones import first_zones
 from ..halfplane.kernels import HalfPlane
-from ..halfplane.search import LooksTooNear
 from ..model import picture
 from ..model.methods import Panels
 from ..model.problem import Problem
@@ -79,6 +78,10 @@ OUTSIDE = 60  # places on either side beyond the contact boundary, beside the ob
 # the estimate is asked for; and where the order is fixed, by what edges that are settled leave
 LOWERED, SETTLED = 0.01, 1e-11
 TRUNCATION = 2.0  # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the unilateral law and nu = 0.45
+
+
+class LooksTooNear(Exception):
+    """Something beyond the obstacle's picture could touch: look farther."""
 
 
 class FittedSolver(MeshFitter):
@@ -201,8 +204,8 @@ class FittedSolver(MeshFitter):
 
     def _of_half_plane(self, load, rtol=usual_rtol):
         """Zones of the computed part on panels of a half-plane, to spare meshes; None where it has none."""
-        contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels(fallback=False))
         try:
+            contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels(fallback=False))
             found = contact.solver.at(load, max(START * rtol, FINEST), fallback=False)
         except (BadArgument, NotConverged):
             return None
@@ -488,7 +491,8 @@ class FittedSolver(MeshFitter):
         """Overlaps between open nodes, but for those next to edges, which go with them."""
         tips, hidden = self._hidden(trial)
         sites = [x[~_beside(x, tips, hidden)] for x in self._sites(trial, trial.ground.reach)]
-        known = {"approach": state.approach, "raised": state._raised, "psi": state.computed_psi}
+        raised, psi = (state.computed(values) for values in (-state.displacement, state.psi))
+        known = {"approach": state.approach, "raised": raised, "psi": psi}
         return between.overlaps(*self._nodes(trial), sites, **known)
 
     def _pulled(self, state, trial):
@@ -594,7 +598,7 @@ def _beside(x, tips, hidden):
 
 def _size(state):
     """L2 norm of the pressure of the computed part."""
-    return math.sqrt(state.body.weights @ state._computed.sum(axis=0) ** 2)
+    return math.sqrt(state.body.weights @ state.computed(state.pressures).sum(axis=0) ** 2)
 
 
 def _coefficients(r, p, weights, nearest, reach, furthest):
