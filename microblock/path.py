@@ -163,8 +163,7 @@ class ZonePath(LoadPath):
         for pair in product(*(range(len(own)) for own in corners)) if len(corners) == 2 else ():
             (gap, _), (later, x) = _passed(low, pair), _passed(high, pair)
             if gap * later < 0:
-                power = 2 * meeting_exponent(low.problem, low.all_zones, x)
-                passed = partial(_passed, pair=pair, power=power)
+                passed = partial(_passed, pair=pair)
                 ends = {state.load: passed(state) for state in (low, high) if not state.iterations}
                 load, error, x = self._root(low, high, fits, passed, ends)
                 kinds = ("born", "merged") if gap > 0 else ("vanished", "split")
@@ -364,12 +363,13 @@ def _margin(state: PanelSolution, corner: int, touches: bool, span: Interval) ->
     return float(ratios[i]), float(x[i])
 
 
-def _passed(state: PanelSolution, pair: Sequence[int], power: float = 1.0) -> tuple[float, float]:
-    """Returns the gap between a zone of A and one of B, below 0 where they overlap, to a power; and its
-    middle.
+def _passed(state: PanelSolution, pair: Sequence[int]) -> tuple[float, float]:
+    """Returns the gap between a zone of A and one of B, below 0 where they overlap, to the power that is
+    linear in the load; and its middle.
     """
     a, b = (zones[number] for zones, number in zip(_opened(state).values(), pair))
     left, right = max((b[1], a[0]), (a[1], b[0]), key=lambda edges: edges[1] - edges[0])
+    power = 2 * meeting_exponent(state.problem, state.all_zones, (left + right) / 2)
     return float(np.copysign(abs(right - left) ** power, right - left)), (left + right) / 2
 
 
