@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from itertools import product
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -108,7 +108,8 @@ class ZonePath(LoadPath):
 
     def _between(self, low: PanelSolution, high: PanelSolution) -> list[Event]:
         """Returns events between two states."""
-        changes, half = _changes(low, high), (high.load - low.load) / 2
+        half = (high.load - low.load) / 2
+        changes = [each for each in _changes(low, high, _opened) if each[0] in high.problem.corners]
         try:
             if not changes and not _hides(low, high):
                 return self._passings(low, high)
@@ -291,26 +292,23 @@ def _opened(state: PanelSolution) -> dict[int, Sequence[Interval]]:
     return found
 
 
-def _changes(low: PanelSolution, high: PanelSolution) -> list[tuple[int, str, float]]:
-    """Returns what happens to the zones of the corners that are computed: [(corner, kind, x), ...]."""
-    before, after = _opened(low), _opened(high)
+def _changes(
+    low: PanelSolution, high: PanelSolution, zones: Callable[[PanelSolution], Any]
+) -> list[tuple[Any, str, float]]:
+    """Returns what happens to `zones`, {name: intervals}, between states: [(name, kind, x), ...]."""
+    before, after = zones(low), zones(high)
     return [
-        (corner, kind, x)
-        for corner in high.problem.corners
+        (name, kind, x)
+        for name in before
         # what is just born has not moved to where it will be
-        if low.iterations and high.iterations or len(before[corner]) != len(after[corner])
-        for kind, x in zone_changes(before[corner], after[corner])
+        if low.iterations and high.iterations or len(before[name]) != len(after[name])
+        for kind, x in zone_changes(before[name], after[name])
     ]
 
 
 def _events(low: PanelSolution, high: PanelSolution, load: float, error: float) -> list[Event]:
     """Returns what happens to the zones by name, at one load."""
-    before, after = _zones(low), _zones(high)
-    return [
-        Event(load, error, kind, name, x)
-        for name in before
-        for kind, x in zone_changes(before[name], after[name])
-    ]
+    return [Event(load, error, kind, name, x) for name, kind, x in _changes(low, high, _zones)]
 
 
 def _hides(low: PanelSolution, high: PanelSolution) -> bool:
