@@ -392,25 +392,6 @@ class FittedSolver(MeshFitter):
             for corner, own in ((0, a), (1, b))
         }
 
-    def edge_coefficients(self, zones, loads, order, levels):
-        """((K0, K1) at the innermost edge at each load, the same at the outermost), on one mesh fitted to
-        symmetric zones.
-        """
-        found = self._fit_mesh(zones, order, levels)
-        left = found.zones[0][0][0]
-        inner = (0, left) if left > 0 else (1, found.zones[1][0][1])
-        both = []
-        for corner, edge in (inner, (0, found.zones[0][-1][1])):
-            inward = 1 if corner == 0 and edge == found.zones[0][0][0] else -1
-            way = min(abs(tip - edge) for tip in found.tips if tip != edge)
-            both.append(
-                [
-                    self._read(found, found.pressures(self.share(load))[corner], edge, inward, way, way)
-                    for load in loads
-                ]
-            )
-        return both
-
     def _read(self, mesh, p, edge, inward, way, length):
         """K0 and K1 at an edge, read beyond the element there: it cannot follow 1/sqrt(r), and swings."""
         r, beside = (mesh.x - edge) * inward, mesh.length_at(edge, inward)

@@ -28,7 +28,6 @@ AT_END = 0.7
 COLLAPSED = 1e-5  # of the outer edge: an inner edge this near is none; p^2 there is below 1e-3 of its size
 # half-widths from x1 = 0, within which a simple obstacle is lowest if the first mesh shall find it
 PLAIN = 1.2
-MOST_SIZES = 3000  # places at which features ask for smaller elements
 # of a plain obstacle: its nodes follow from the layer length alone, and memory bounds them
 FEW_TIPS = 12
 MOST_NODES = 2000  # on the contact boundary: the contact problem of two corners on so many takes minutes
@@ -37,8 +36,6 @@ BELOW = 0.4  # grading of meshes with lines, whose fields below the surface are 
 
 class MeshFitter(GroundSolver):
     """What makes fitted meshes; a solver adds the `picture` of the obstacle at a load, `lines` and `even`."""
-
-    _last = None  # arguments of the last mesh, and the mesh
 
     @property
     def _instead(self):
@@ -108,17 +105,11 @@ class MeshFitter(GroundSolver):
         ):
             return ()
         (x, right), found = ground.reach, []
-        while x < right:
+        while x < right and len(found) < 2 * MOST_NODES:  # more are refused
             size = problem.scale(x, x, GRADING)
             if size < longest:
                 found.append((x, size))
             x += min(size, longest) / 2
-            if len(found) > MOST_SIZES:
-                raise NotConverged(
-                    f"the obstacle has features so small or many that more than {MOST_SIZES} elements "
-                    "would be "
-                    f"needed to see them: {self._instead}"
-                )
         return tuple(found)
 
     def _condense(self, ground, tips, spacing, levels, order):
@@ -126,7 +117,8 @@ class MeshFitter(GroundSolver):
         self._require_few(ground, tips, spacing, levels, order)
         sizes = self._sizes(ground, max(length for _, _, length in spacing))
         grading = BELOW if self.lines else GRADING
-        mesh = self._mesh(ground, (*tips, *self.lines), spacing, levels, grading, sizes)
+        edges = (*tips, *self.lines)
+        mesh = graded(ground, edges, spacing=spacing, levels=levels, grading=grading, sizes=sizes)
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact|free"
@@ -134,14 +126,6 @@ class MeshFitter(GroundSolver):
             np.full(mesh.ne, order) if self.even or not levels else falling_orders(mesh, ground, tips, order)
         )
         return Condensed(Body(mesh, self.solid, orders, fixed=supports))
-
-    def _mesh(self, ground, tips, *sizes):
-        """The graded mesh of these arguments; the last one is kept, for other orders on it."""
-        if self._last is None or self._last[0] != (ground, tips, *sizes):
-            names = ("spacing", "levels", "grading", "sizes")
-            mesh = graded(ground, tips, **dict(zip(names, sizes)))
-            self._last = (ground, tips, *sizes), mesh
-        return self._last[1]
 
     def _require_few(self, ground, tips, spacings, levels, order):
         """NotConverged for more contact nodes than a contact problem is solved on in reasonable time."""
