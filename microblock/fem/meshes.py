@@ -272,7 +272,7 @@ def graded(ground, edges, *, spacing, levels, grading=GRADING, sizes=()):
     count = sum((right - left) / length for left, right, length in parts) + len(sizes)
     _require_room("spacing", least, lambda length: (count * least / length, GRADED * count * least / length))
     unit = max(abs(x) for x in ground.reach) / MESHED
-    tips = _distinct(edges, SLIVER * surface)
+    tips = apart(edges, SLIVER * surface)
     scaled = Ground(_rounded(ground.far, unit), tuple(_rounded(x, unit) for x in ground.reach), ground.half)
     places, parts = (
         [_rounded(tip, unit) for tip in tips],
@@ -456,9 +456,10 @@ def _elements(mesh):
     )
 
 
-def _distinct(places, apart):
+def apart(places, least):
+    """Places, ascending, each farther than `least` from the one before."""
     found = []
     for place in sorted(places):
-        if not found or place - found[-1] > apart:
+        if not found or place - found[-1] > least:
             found.append(float(place))
     return found
