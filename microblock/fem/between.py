@@ -23,7 +23,7 @@ from ..model.zones import joined, runs
 LOW = 2.0  # times the approach: above a higher gap a body is not looked at
 AWAY = 0.4  # of the way from a valley to the next singular place: up to there its logarithm is read
 CLOSE = 0.02  # of that: nearer to the valley nodes do not follow the logarithm
-ROUNDED = 9  # digits of the places of nodes on a facet: those of straight facets of one order are alike
+ROUNDED = 12  # digits of the places of nodes on a facet: those of straight facets of one order are alike
 LOOKED_AT = 40  # places on each facet, from which that is seen
 
 
@@ -40,7 +40,8 @@ class Overlap:
 
 
 class Facets:
-    """The facets of a contact boundary that face upwards, from left to right, and functions of x1 on them.
+    """The facets of a contact boundary from left to right, but for those that are steeper than corners can
+    touch, or than n2 = `steepest`; and functions of x1 on them.
 
     Attributes
     ----------
@@ -49,12 +50,12 @@ class Facets:
     left, right : arrays (facets,)
     """
 
-    def __init__(self, nodes):
+    def __init__(self, nodes, steepest=STEEPEST):
         self.nodes, x = nodes, nodes.points[:, 0]
         upper = [
             i
             for i, own in enumerate(nodes.facets)
-            if nodes.normals[own, 1].min() > STEEPEST and np.ptp(x[own]) > 0
+            if nodes.normals[own, 1].min() > steepest and np.ptp(x[own]) > 0
         ]
         self.numbers = np.array(sorted(upper, key=lambda i: x[nodes.facets[i]].min()), int)
         self.members = [nodes.facets[i][np.argsort(x[nodes.facets[i]])] for i in self.numbers]
@@ -67,13 +68,13 @@ class Facets:
         return np.where((self.left[place] <= x) & (x <= self.right[place]), place, -1)
 
     def interpolate(self, values, x):
-        """Nodal values, arrays (..., nodes), at places on the facets, (..., n): on each the polynomial
-        through its nodes.
+        """Nodal values, arrays (..., nodes), at places, (..., n): on each facet the polynomial through its
+        nodes, 0 beyond them.
         """
         found, place = np.zeros((*np.shape(values)[:-1], len(x))), self.below(x)
         along = (x - self.left[place]) / (self.right - self.left)[place]
         for shape, number, members in self._alike:
-            here = number[place] >= 0
+            here = (place >= 0) & (number[place] >= 0)
             if here.any():
                 own = members[number[place[here]]]
                 found[..., here] = np.sum(values[..., own] * lagrange(shape, along[here]), axis=-1)

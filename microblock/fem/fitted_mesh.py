@@ -222,7 +222,9 @@ class FittedMesh:
         """
         r, furthest = (self.x - edge) * inward, FURTHEST * min(way, length)
         reach = FITTED * min(way, LAYERS * self.solver.solid.layer_length)
-        beside = self._element_at(edge, inward)
+        left, right = self.body.along.left, self.body.along.right
+        number = np.argmin(np.abs((left if inward > 0 else right) - edge))
+        beside = (1 + 1e-9) * (right[number] - left[number])
         if np.count_nonzero((r > beside) & (r < reach)) <= TERMS:
             beside = 0.0
         while np.count_nonzero((r > 1e-3 * reach) & (r < reach)) <= TERMS and reach < furthest:
@@ -235,12 +237,6 @@ class FittedMesh:
         powers = (r[here, None] / reach) ** (np.arange(terms) - 0.5) * scale[:, None]
         K = np.linalg.lstsq(powers, p[here] * scale, rcond=None)[0]
         return float(K[0] * math.sqrt(reach)), float(K[1] / math.sqrt(reach))
-
-    def _element_at(self, edge, inward):
-        """Length of the element at an edge, with a margin of rounding."""
-        ends = np.array([(left, right) for left, right, _ in self.body.interpolation])
-        left, right = ends[np.argmin(np.abs(ends[:, 0 if inward > 0 else 1] - edge))]
-        return (1 + 1e-9) * (right - left)
 
     def beside_tips(self, x):
         """Whether places are so near to a tip that a wrong set there is no other topology, boolean array."""

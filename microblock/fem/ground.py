@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import BOUNDED, BadArgument, NotConverged, require_finite
+from ..errors import BadArgument, NotConverged, require_finite
 from ..model.obstacles import heights
 from ..model.problem import Problem
 from ..model.solver import Solver
@@ -138,18 +138,6 @@ class GroundSolver(Solver):
     def share(self, load):
         """Load of the computed part."""
         return load / 2 if self.symmetric else load
-
-    def first_guess(self, load):
-        """Half-width of a classical contact that would carry the load, and a block more."""
-        width = self.solid.ell / 100
-        for _ in range(200):
-            rise = np.ptp(np.minimum(heights(self.obstacle, np.linspace(-width, width, 9)), 1e300))
-            if 1.3 * self.solid.E_star * rise >= load:
-                return 1.2 * width + self.solid.ell
-            width *= 1.3
-        raise BadArgument(
-            "obstacle", self.obstacle, f"does not rise enough to carry the load {load:g}: {BOUNDED}"
-        )
 
     def runs(self, x, closed, pressures):
         """{corner: intervals} of closed nodes, their ends where p^2, continued linearly, vanishes."""
