@@ -141,7 +141,9 @@ class FittedSolver(MeshFitter):
 
     def _from_trials(self, load, rtol, near):
         """The state from a neighbour's zones, else from those of a half-plane."""
-        refined = FittedSolver._refined if self.options.order is None else FittedSolver._of_order
+        refined = FittedSolver._refined
+        if self.options.order is not None:  # whose state is the same from wherever it is asked for
+            refined, near = FittedSolver._of_order, None
         if near is not None:
             with suppress(NotConverged):  # too far
                 return refined(self, load, rtol, near.zones)
@@ -330,6 +332,19 @@ class FittedSolver(MeshFitter):
         ground, _ = solver.surface(solver.first_zones(load))
         parts = ((*ground.reach, max(map(abs, ground.reach)) / count),)
         return solver.condense(ground, solver.features(ground), parts, 0, order)
+
+    def edge_coefficients(self, zones, loads, order, levels):
+        """((K0, K1) at the innermost edge at each load, the same at the outermost), on one mesh fitted to
+        symmetric zones.
+        """
+        mesh, both = FittedMesh(self, loads[0], zones, order, levels), []
+        (left, _), (_, outer) = mesh.zones[0][0], mesh.zones[0][-1]
+        inner = (0, left, 1) if left > 0 else (1, mesh.zones[1][0][1], -1)
+        for corner, edge, inward in (inner, (0, outer, -1)):
+            way = mesh.way(edge)
+            pressures = [mesh.pressures_under(self.share(load))[corner] for load in loads]
+            both.append([mesh.read(p, edge, inward, way, way) for p in pressures])
+        return both
 
 
 def _size(state):

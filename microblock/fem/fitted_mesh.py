@@ -78,7 +78,7 @@ class MeshFitter(GroundSolver):
         sizes = self._sizes(ground, max(length for _, _, length in parts))
         elements = sum((b - a) / length for a, b, length in parts) + (2 * levels + 1) * len(tips)
         count = (elements + len(sizes) / 2) * order
-        if count > MOST_NODES and not self.picture.simple:
+        if count > MOST_NODES and not getattr(self.picture, "simple", True):
             instead = "take HalfPlane(solid) with Cells()"
             if self.domain < math.inf:
                 instead = "ask for a larger rtol, or take a Body on a mesh of yours"
@@ -153,24 +153,30 @@ class FittedMesh:
         self.zones = _cleaned(solver, zones, self.near)
         edges = zone_edges(self.zones)
         self.ground, parts = solver.surface(self.zones)
-        self.tips = sorted({*solver.features(self.ground), *edges})
-        if solver.symmetric and self.tips[0] == 0 and not self._meeting(edges):
-            self.tips = self.tips[1:]
+        tips = {*solver.features(self.ground), *edges}
+        if solver.symmetric:
+            tips = {
+                *solver.features(self.ground),
+                *(edge for edge in edges if edge > 0),
+                *self._meeting(edges),
+            }
+        self.tips = sorted(tips)
         self.body = solver.condense(self.ground, self.tips, parts, levels, order)
         self.system = self.body.compliance.corner_system(solver.law, solver.obstacle)
         self.x, margin = self.body.points[:, 0], 1e-11 * max(-edges[0], edges[-1])
         closed = [contains([(a - margin, b + margin) for a, b in own], self.x) for own in self.zones.values()]
         self.closed = np.array(closed) & np.isfinite(self.system[1]).reshape(len(closed), -1)
-        self.pressures = self._pressures(solver.share(load))
+        self.pressures = self.pressures_under(solver.share(load))
 
     def _meeting(self, edges):
-        """Whether the zones of the two corners are about to meet on the axis: there the pressure is singular
-        too.
+        """{0.0} where the zones of the two corners are about to meet on the axis: there the pressure is
+        singular too.
         """
         near = any(0 < edge < MEETING * edges[-1] for edge in edges)
-        return len(self.zones) > 1 and (near or not self.zones[1] and self.zones[0][0][0] == 0)
+        meet = len(self.zones) > 1 and (near or not self.zones[1] and self.zones[0][0][0] == 0)
+        return {0.0} if meet else set()
 
-    def _pressures(self, load):
+    def pressures_under(self, load):
         """Pressures that close the gaps on the zones and carry the load of the computed part."""
         (flexibility, gaps, share), closed = self.system, self.closed.ravel()
         n = np.count_nonzero(closed)
