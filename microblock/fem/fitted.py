@@ -1,23 +1,17 @@
 """Contact of the ground with a rigid obstacle by finite elements whose mesh follows the edges of the zones.
 
-A pass meshes the ground with vertices at the trial edges, condenses it to the contact nodes and closes the
-gaps of each corner on its zones. At a free edge ``p = K0/sqrt(r) + K1 sqrt(r)``; at the solution ``dK0_i/de_j
-= -delta_ij K1_i/2``, so moving the edges outwards by ``2 K0/K1`` is Newton's method, a mesh a step. The state
-returned is that of the contact-state solver on the last mesh. Mesh and orders are refined level by level
-until the estimate holds, which has four parts:
+A pass closes the gaps of each corner on trial zones, on a mesh with vertices at their edges. At a free edge
+``p = K0/sqrt(r) + K1 sqrt(r)``, and ``dK0_i/de_j = -delta_ij K1_i/2`` at the solution: to move the edges
+outwards by ``2 K0/K1`` is Newton's method. Mesh and orders are refined until the estimate holds:
 
-discretisation   difference of pressure and micromoment between the last two refinement levels, each fitted
-                 for itself
-edges            what moving the edges by the next step would change: p by K1 delta/(2 sqrt r) beside an edge
-truncation       TRUNCATION (outer edge/far)^2: the image of the load bends the surface like 1/far^2
-                 (docs/theory/finite_elements.md)
-obstacle         what nodes miss of the height between them, and of overlaps that are worth less than changing
-                 the zones
+discretisation   difference of pressure and micromoment between two refinement levels
+edges            what the next step of the edges would change: p by K1 delta/(2 sqrt r) beside an edge
+truncation       TRUNCATION (outer edge/far)^2 (docs/theory/finite_elements.md)
+obstacle         what nodes miss of the height, and overlaps that change no zones
 
-The first zones are those of a half-plane: of panels where the obstacle is simple, else of graded cells on
-all low stretches of its `picture`. On each mesh the gaps of all corners are looked at, at all places at which
-the height was looked at, and of the state that is returned on the surface beyond the contact boundary as
-well.
+The first zones are those of a half-plane: of panels where the obstacle is simple, else of cells on all low
+stretches of its `picture`. The gaps of all corners are looked at wherever the height was, those of the state
+that is returned beyond the contact boundary as well.
 """
 
 import math
@@ -60,11 +54,8 @@ TRUNCATION = 2.0  # of (outer edge/far)^2: 0.7 to 1.9 were seen, most for the un
 
 
 class FittedSolver(MeshFitter):
-    """States of a Block on fitted meshes; a half-plane is cut off at FAR times the reach of the contact
-    boundary.
-
-    Its `options` are `Fitted`. `picture` and `obstacle` are those of one load: `_pictured` makes a solver for
-    each.
+    """States of a Block on fitted meshes, with the options of `Fitted`; `picture` and `obstacle` are those of
+    one load, for which `_pictured` makes a solver.
     """
 
     usual_rtol = 1e-3
@@ -105,14 +96,13 @@ class FittedSolver(MeshFitter):
         return FittedPath(self.contact, last, rtol)
 
     def at(self, load, rtol=usual_rtol, near=None):
-        """The SurfaceSolution at a load to a relative L2 error of pressure and micromoment, or of the order
-        that is fixed, from a neighbour's zones on.
+        """The SurfaceSolution at a load to a relative L2 error of pressure and micromoment, from a
+        neighbour's zones on, or of the order that is fixed.
 
         Raises
         ------
         NotConverged
-            If the refinement ends above rtol, or the zones are not found; `rtol_reached` is the smallest
-            estimate, rounded up.
+            With `rtol_reached`, the smallest estimate, if it stays above rtol; else no zones are found.
         """
         alike = isinstance(near, SurfaceSolution) and near.problem.mirror == self.symmetric
         near = near if alike and len(near.zones) == len(self.law.corners) else None
@@ -124,9 +114,7 @@ class FittedSolver(MeshFitter):
         raise NotConverged(f"at load {load:g} the ground touches the obstacle farther and farther away")
 
     def _pictured(self, load, wider=1):
-        """The solver with its obstacle's picture for a load, and the kinks and ends that this shows;
-        `wider`: times farther than a classical half-plane asks for.
-        """
+        """The solver with its obstacle's picture for a load, `wider` than a classical contact asks for."""
         cut_off = self.domain < math.inf
         obstacle = Within(self.obstacle, self.domain) if cut_off else self.obstacle
         problem = Problem(self.solid, self.law, obstacle, self.symmetric)
@@ -175,8 +163,8 @@ class FittedSolver(MeshFitter):
         return {corner: tuple(common(own, part)) for corner, own in zones.items()}
 
     def _levels(self, rtol):
-        """The refinement levels, from the one before the first that may reach rtol on: an order adds half a
-        digit. Where the order is fixed the edges are located on the first of all.
+        """Refinement levels from the one before the first that may reach rtol: an order adds half a digit; or
+        the first of all and that of the fixed order.
         """
         sharp = getattr(self.obstacle, "kinks", ()) or getattr(self.obstacle, "ends", ())
         levels, order = LEVELS_AT_CORNERS if sharp else LEVELS, self.options.order
@@ -204,10 +192,8 @@ class FittedSolver(MeshFitter):
         return state
 
     def _refined(self, load, rtol, zones):
-        """The state to rtol, from trial zones on.
-
-        On the first level edges move until they are located, on each further one until they add little to the
-        estimate. Where the state shows other zones, the level begins anew.
+        """The state to rtol from trial zones: on the first level edges move until they are located, then
+        until they add little to the estimate. Where the state shows other zones, the level begins anew.
         """
         coarse, best, passes = None, math.inf, 0
         for level in self._levels(rtol):
@@ -279,10 +265,8 @@ class FittedSolver(MeshFitter):
         return replace(state, estimate=replace(estimate, obstacle=missed / _size(state))), violations
 
     def _other_zones(self, state, mesh, violations, tolerance):
-        """None if the state is closed on the zones of its mesh, but for a little next to edges; else the
-        zones it shows.
-
-        Violations that are worth more than `tolerance` of the pressure change these.
+        """None if the state is closed on the zones of its mesh, but for a little next to edges; else its own,
+        with violations worth more than `tolerance` of the pressure amended.
         """
         closed = state.forces > 0
         wrong = np.any((closed != mesh.closed) & ~mesh.beside_tips(mesh.x))
@@ -297,8 +281,7 @@ class FittedSolver(MeshFitter):
         return zones
 
     def _outside(self, state, mesh):
-        """None if no corner overlaps the obstacle on the surface beyond the contact boundary; else the zones
-        with those that do.
+        """The zones with overlaps beyond the contact boundary; None without such.
 
         Raises
         ------
@@ -325,18 +308,14 @@ class FittedSolver(MeshFitter):
         return {corner: tuple(joined(own)) for corner, own in zones.items()} if wrong else None
 
     def evenly(self, load, order, count):
-        """The body condensed on `count` even elements over the reach that this load needs, without knowledge
-        of the zones.
-        """
+        """The body condensed on `count` even elements over the reach that a load needs."""
         solver = self._pictured(load)
         ground, _ = solver.surface(solver.first_zones(load))
         parts = ((*ground.reach, max(map(abs, ground.reach)) / count),)
         return solver.condense(ground, solver.features(ground), parts, 0, order)
 
     def edge_coefficients(self, zones, loads, order, levels):
-        """((K0, K1) at the innermost edge at each load, the same at the outermost), on one mesh fitted to
-        symmetric zones.
-        """
+        """((K0, K1) at the innermost edge at each load, the same at the outermost), on one mesh."""
         mesh, both = FittedMesh(self, loads[0], zones, order, levels), []
         (left, _), (_, outer) = mesh.zones[0][0], mesh.zones[0][-1]
         inner = (0, left, 1) if left > 0 else (1, mesh.zones[1][0][1], -1)

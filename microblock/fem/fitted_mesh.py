@@ -43,8 +43,8 @@ class MeshFitter(GroundSolver):
         return 0.99 * WITHIN * self.domain
 
     def surface(self, zones):
-        """The Ground of zones, whose contact boundary covers them and a bit more, and the lengths of elements
-        on parts of it, ((left, right, length), ...).
+        """The Ground whose contact boundary covers zones, and lengths of elements, ((left, right, length),
+        ...).
         """
         intervals = [interval for own in zones.values() for interval in own]
         if self.symmetric:
@@ -60,9 +60,7 @@ class MeshFitter(GroundSolver):
         return Ground(far, (left, right), self.symmetric), tuple(parts)
 
     def features(self, ground):
-        """Abscissae of the contact point, of the computed part and within the reach, at which a corner meets
-        a kink or an end.
-        """
+        """Contact points within the reach at which a corner meets a kink or an end, ascending."""
         left, right = ground.reach
         kinks = [
             kink + shift for kink in getattr(self.obstacle, "kinks", ()) for shift in self.problem.shifts
@@ -71,10 +69,7 @@ class MeshFitter(GroundSolver):
         return sorted(x for x in places if left < x < right or x == 0 == left)
 
     def require_few(self, ground, tips, parts, levels, order):
-        """`_sizes`; NotConverged for more contact nodes than are solved on in reasonable time.
-
-        Those of a simple obstacle follow from the layer length alone, and memory bounds them.
-        """
+        """`_sizes`; NotConverged for too many contact nodes, which of simple obstacles memory bounds."""
         sizes = self._sizes(ground, max(length for _, _, length in parts))
         elements = sum((b - a) / length for a, b, length in parts) + (2 * levels + 1) * len(tips)
         count = (elements + len(sizes) / 2) * order
@@ -114,8 +109,7 @@ class MeshFitter(GroundSolver):
 
 
 class FittedMesh:
-    """A mesh fitted to trial zones, and what the pressures that close the gaps on them under a load say of
-    their edges.
+    """A mesh fitted to trial zones, and the pressures that close the gaps on them under a load.
 
     Parameters
     ----------
@@ -133,8 +127,8 @@ class FittedMesh:
     closed : boolean array (corners, n)
     pressures : array (corners, n)
     near : float
-        An edge nearer to an end of the obstacle is put there: it cannot be resolved by nodes, and need not
-        be. It changes p by as much, the 1/sqrt(r) there by its root.
+        An edge nearer to an end of the obstacle is put there. It changes p by as much, the 1/sqrt(r) there by
+        its root.
 
     Raises
     ------
@@ -169,9 +163,7 @@ class FittedMesh:
         self.pressures = self.pressures_under(solver.share(load))
 
     def _meeting(self, edges):
-        """{0.0} where the zones of the two corners are about to meet on the axis: there the pressure is
-        singular too.
-        """
+        """{0.0} where the zones of two corners are about to meet on the axis, where p is singular then."""
         near = any(0 < edge < MEETING * edges[-1] for edge in edges)
         meet = len(self.zones) > 1 and (near or not self.zones[1] and self.zones[0][0][0] == 0)
         return {0.0} if meet else set()
@@ -223,8 +215,8 @@ class FittedMesh:
     def read(self, p, edge, inward, way, length):
         """K0, K1 of ``p = K0/sqrt(r) + K1 sqrt(r) + K2 r^(3/2) + ...`` at an edge, least squares in L2.
 
-        They are read beyond the element at the edge, which cannot follow 1/sqrt(r) and swings. On coarse
-        meshes the reach grows, and the series gets shorter, until there are more nodes than terms.
+        They are read beyond the element at the edge, which cannot follow 1/sqrt(r). On coarse meshes the
+        reach grows until there are more nodes than terms.
         """
         r, furthest = (self.x - edge) * inward, FURTHEST * min(way, length)
         reach = FITTED * min(way, LAYERS * self.solver.solid.layer_length)
@@ -245,7 +237,7 @@ class FittedMesh:
         return float(K[0] * math.sqrt(reach)), float(K[1] / math.sqrt(reach))
 
     def beside_tips(self, x):
-        """Whether places are so near to a tip that a wrong set there is no other topology, boolean array."""
+        """Whether a wrong set at x is no other topology, so near to a tip, boolean array."""
         tips, (left, right) = np.array(self.tips), self.ground.reach
         apart = np.abs(tips[:, None] - tips) + np.where(np.eye(len(tips)), np.inf, 0)
         hidden = SEEN * np.minimum(apart.min(axis=1), right - left)
@@ -254,8 +246,8 @@ class FittedMesh:
         return np.abs(x - tips[nearest]) <= hidden[nearest]
 
     def violations(self, state):
-        """[Overlap] that the state on this mesh leaves between open nodes and, without depth, of places at
-        which zones put a corner in tension that has to be open; those next to edges go with them.
+        """[Overlap] of the state between open nodes and, without depth, where a corner in tension has to be
+        open; but for those next to edges.
         """
         problem, law, obstacle = self.solver.problem, self.solver.law, self.solver.obstacle
         sites = [x[~self.beside_tips(x)] for x in self._sites]
@@ -287,8 +279,8 @@ class FittedMesh:
 
 
 def _cleaned(solver, zones, near):
-    """Zones as a mesh can have them: edges put on an end of the obstacle that is `near`, on the axis, or on
-    another edge that no mesh tells apart from them; zones and gaps of no width go.
+    """Zones whose edges a mesh tells apart from each other, from the axis and from an end of the obstacle, or
+    that are there; without zones and gaps of no width.
     """
     edges = zone_edges(zones)
     outer, width = max(map(abs, edges)), edges[-1] - edges[0]
@@ -311,9 +303,7 @@ def _cleaned(solver, zones, near):
 
 
 def _clusters(intervals):
-    """[(left, right)] around intervals that are near to each other, ascending: those with gaps no wider than
-    they are.
-    """
+    """[(left, right)] around intervals with gaps no wider than they are, ascending."""
     found = []
     for left, right in joined(intervals):
         if found and left - found[-1][1] <= max(right - left, found[-1][1] - found[-1][0]):

@@ -75,11 +75,7 @@ class GroundSolver(Solver):
 
     def at_approach(self, approach, at, tolerance):
         """The solution `at(load, neighbour)` whose approach is the one given, to `tolerance` of the way since
-        first touch.
-
-        Loads follow by secants of logarithms, each solution from its neighbour. The first load is what the
-        classical modulus asks for, and the first slope 1: a contact gets stiffer as it is pressed, so that
-        the load is met from below where that first one is too small.
+        first touch. Loads follow by secants of logarithms, from that of the classical modulus.
 
         Raises
         ------
@@ -106,7 +102,7 @@ class GroundSolver(Solver):
         raise NotConverged(f"no load was found for the approach {approach:g}", reached=state.approach)
 
     def require_approach(self, approach):
-        """The approach at which the first corner touches the undeformed surface, psi0 included.
+        """The approach at which the first corner touches the undeformed surface.
 
         Raises
         ------

@@ -34,7 +34,7 @@ class Estimate(ErrorParts):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SurfaceSolution(BelowOnMesh, LineSolution):
-    """A solution on the contact nodes of a body whose contact boundary runs along x1.
+    """A solution on contact nodes along x1.
 
     Attributes
     ----------
@@ -48,7 +48,6 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     estimate : Estimate, or None where the mesh does not follow the edges
     computed_psi : array (nodes,), of the computed part
     found_fields : Fields of the computed part where the method has them
-    predicted : bool, whether the zones are those expected of a next state (`moved_on`)
     """
 
     solver: Solver
@@ -64,12 +63,11 @@ class SurfaceSolution(BelowOnMesh, LineSolution):
     estimate: Estimate | None = None
     found_fields: object = None
     method: str = "fitted"
-    predicted: bool = False
 
     def moved_on(self, earlier, share):
         """With the zones moved on, if they are alike in both states and none is inverted."""
         moved = moved_on(self.zones, earlier.zones, share)
-        return replace(self, zones=moved, predicted=True) if moved else self
+        return replace(self, zones=moved) if moved else self
 
     @property
     def problem(self):
