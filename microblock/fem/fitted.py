@@ -25,7 +25,7 @@ from ..corners import active_set
 from ..errors import BadArgument, NotConverged, out_of_reach
 from ..halfplane.first_zones import first_zones
 from ..halfplane.kernels import HalfPlane
-from ..halfplane.search import CONDITIONS_SHARE, LooksTooNear
+from ..halfplane.search import CONDITIONS_SHARE
 from ..model import picture
 from ..model.methods import Panels
 from ..model.problem import Problem
@@ -106,19 +106,13 @@ class FittedSolver(MeshFitter):
         """
         alike = isinstance(near, SurfaceSolution) and near.problem.mirror == self.symmetric
         near = near if alike and len(near.zones) == len(self.law.corners) else None
-        for wider in (1, 2, 4, 8, 16):
-            try:
-                return self._pictured(load, wider)._from_trials(load, rtol, near)
-            except LooksTooNear:
-                continue
-        raise NotConverged(f"at load {load:g} the ground touches the obstacle farther and farther away")
+        return self._pictured(load)._from_trials(load, rtol, near)
 
-    def _pictured(self, load, wider=1):
-        """The solver with its obstacle's picture for a load, `wider` than a classical contact asks for."""
+    def _pictured(self, load):
+        """The solver with its obstacle's picture for a load."""
         cut_off = self.domain < math.inf
         obstacle = Within(self.obstacle, self.domain) if cut_off else self.obstacle
-        problem = Problem(self.solid, self.law, obstacle, self.symmetric)
-        found = picture.picture(problem, load, picture.BOUND * wider)
+        found = picture.picture(Problem(self.solid, self.law, obstacle, self.symmetric), load)
         if cut_off:
             found = obstacle.forgotten(found)
         if found.steps:
@@ -154,8 +148,8 @@ class FittedSolver(MeshFitter):
         """Zones of the computed part as a half-plane has them."""
         zones = None
         if self.picture.simple:
-            contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels(fallback=False))
             with suppress(BadArgument, NotConverged):  # it may touch beyond the ends of a body
+                contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels(fallback=False))
                 zones = contact.solver.at(load, 0.1 * rtol, fallback=False).all_zones
         if zones is None:
             zones, _ = list(first_zones(self.problem, load))[-1]
@@ -285,8 +279,8 @@ class FittedSolver(MeshFitter):
 
         Raises
         ------
-        LooksTooNear
-            If something beyond the obstacle's picture could touch.
+        BadArgument
+            If the obstacle could touch beyond its picture.
         """
         (left, right), away = mesh.ground.reach, np.geomspace(1e-4, 1, 60)
         most = min(mesh.ground.far, 1e3 * max(-left, right)) * (1 - 1e-9)
@@ -301,7 +295,8 @@ class FittedSolver(MeshFitter):
             place = x - self.problem.shift(corner)
             known = np.any([(a <= place) & (place <= b) for a, b in self.picture.stretches], axis=0)
             if np.any(self.picture.allowed(place[~known]) + risen[~known] < 0):
-                raise LooksTooNear
+                words = f"could touch at load {state.load:g} where it is too high for that under a half-plane"
+                raise BadArgument("obstacle", self.contact.obstacle, words)
             for first, last in runs(known & (self.problem.initial_gap(number, x) + risen < 0)):
                 own.append((float(x[max(first - 1, 0)]), float(x[min(last + 1, len(x) - 1)])))
                 wrong = True
@@ -328,4 +323,4 @@ class FittedSolver(MeshFitter):
 
 def _size(state):
     """L2 norm of the pressure of the computed part."""
-    return math.sqrt(state.body.weights @ state._computed.sum(axis=0) ** 2)
+    return math.sqrt(state.body.weights @ state.computed(state.pressures).sum(axis=0) ** 2)

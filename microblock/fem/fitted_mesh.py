@@ -251,7 +251,8 @@ class FittedMesh:
         """
         problem, law, obstacle = self.solver.problem, self.solver.law, self.solver.obstacle
         sites = [x[~self.beside_tips(x)] for x in self._sites]
-        known = {"approach": state.approach, "raised": state._raised, "psi": state.computed_psi}
+        raised, psi = (state.computed(values) for values in (-state.displacement, state.psi))
+        known = {"approach": state.approach, "raised": raised, "psi": psi}
         found = between.overlaps(self._facets, self.closed, law, obstacle, sites, **known)
         tips, reach = [*self.tips, *zone_edges(self.zones)], LAYERS * problem.solid.layer_length
         zones = state.all_zones

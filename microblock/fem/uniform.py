@@ -19,9 +19,8 @@ from .facets import ContactFacets
 from .friction import history_to
 from .ground import FAR, GroundSolver
 from .meshes import Ground, uniform
-from .newton import PENALTY, MonolithicNewton
-from .newton_path import load_path
-from .surface_solution import SurfaceSolution, surface_solution
+from .newton import MonolithicNewton, default_rho
+from .surface_solution import surface_solution, unfolded
 
 # half-width and depth of their region, less a block, over the half-width of a classical contact
 EQUAL_SQUARES = 2.0
@@ -114,8 +113,9 @@ class UniformSolver(GroundSolver):
             flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
             return nodes, flexibility, self._within(nodes, gaps), share
         facets = ContactFacets(body, self.law, self.obstacle, rule=self.options.rule)
-        rho = self.options.newton.rho or self._rho()
-        return facets, facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
+        # the length is that of the contact: the body may be a thousand times as high
+        rho = self.options.newton.rho or default_rho(facets, self.method, self.reach)
+        return facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
 
     def _body(self, half):
         """The body, or its half x1 > 0."""
@@ -131,17 +131,17 @@ class UniformSolver(GroundSolver):
 
     def _solved(self, control, levels):
         """Yields SurfaceSolutions on this mesh at levels of the control, "load" or "approach"."""
-        shares = [self.share(level) if control == "load" else level for level in levels]
+        levels = [self.share(level) if control == "load" else level for level in levels]
         if self.method != "condensed":
-            nodes, facets, newton = self.prepare()
+            (facets, newton), state = self.prepare(), None
             if control == "approach":
                 newton = MonolithicNewton(newton.body, facets, method=self.method, rho=newton.rho)
-            for state in load_path(newton, shares):
-                yield self._of_newton(nodes, facets, newton, state)
+            for level in levels:
+                state = newton.solve(level, state)
+                yield self._of_newton(facets, state)
             return
-        nodes, flexibility, gaps, share = self.prepare()
-        closed = None
-        for level in shares:
+        (nodes, flexibility, gaps, share), closed = self.prepare(), None
+        for level in levels:
             found = active_set.solve(flexibility, gaps, c=share, start=closed, **{control: level})
             closed, load = found.closed, found.load / self.share(1.0)
             zones = self._zones(nodes, load, closed, found.forces)
@@ -152,19 +152,12 @@ class UniformSolver(GroundSolver):
         beyond = np.abs(nodes.points[:, 0]) > self.reach * (1 + 1e-9)
         return np.where(np.tile(beyond, len(self.law.corners)), np.inf, gaps)
 
-    def _of_newton(self, nodes, facets, newton, state):
-        forces = np.array([-state.multipliers[corner] * facets.weights for corner in facets.corners])
-        closed = np.concatenate([state.closed[corner] for corner in facets.corners])
+    def _of_newton(self, nodes, state):
         load = state.load / self.share(1.0)
-        zones = self._zones(nodes, load, closed, forces)
-        counts = state.iterations, state.kkt, newton.unknowns
-        surface = state.psi, None, state.fields, "uniform"
-        return SurfaceSolution(self, nodes, load, state.approach, forces, zones, *counts, *surface)
-
-    def _rho(self):
-        """As Newton's own, but over the size of the contact: the body may be a thousand times as high."""
-        stiffness = (self.solid.lam + 2 * self.solid.mu) / self.reach
-        return stiffness if self.method == "al" else PENALTY * stiffness
+        zones = self._zones(nodes, load, state.closed, state.forces)
+        where, counts = (load, state.approach, state.forces), (state.kkt, state.iterations, state.unknowns)
+        how = {"zones": zones, "method": "uniform", "found": state.fields}
+        return unfolded(self, nodes, *where, state.surface, *counts, **how)
 
     def _zones(self, nodes, load, closed, forces):
         x, count = nodes.points[:, 0], len(self.law.corners)

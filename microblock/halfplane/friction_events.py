@@ -10,18 +10,16 @@ from itertools import groupby
 import numpy as np
 
 from ..corners.follower import Change
-from ..model.history import SLIDING, HistoryEvent
+from ..model.events import Event
+from ..model.history import SLIDING
 from ..model.types import Array, Flags
 from ..model.zones import runs
 
-# cells of a stick zone that is reported, and its width over that of the contact: less may come and go with
-# the cells
-FEWEST, NARROWEST = 6, 0.05
 SAME = 1e-9  # shares of a leg that are one
 NODES = "stick", "slip", "leave"
 
 
-def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Array) -> list[HistoryEvent]:
+def events(changes: Sequence[Change], friction: float, edges: Array, pairs: Array) -> list[Event]:
     """Returns the events on cells, edges of which are an array (n, 2), in order."""
     return _Story(changes, friction, edges, np.concatenate(([[0.0, 0.0]], pairs))).told()
 
@@ -36,10 +34,10 @@ class _Story:
         self.stick: Flags = self.each[0].any(axis=0)
         self.slip: Flags = self.stick
         self.zones: list[Flags] = []
-        self.found: list[HistoryEvent] = []
+        self.found: list[Event] = []
         self.slipped, self.direction = False, 0.0
 
-    def told(self) -> list[HistoryEvent]:
+    def told(self) -> list[Event]:
         for leg in range(len(self.pairs) - 1):
             self._turn(leg)
             own = [one for one in self.changes if one.leg == leg]
@@ -50,10 +48,9 @@ class _Story:
 
     def _note(self, leg: int, share: float, kind: str, zone: str, x: float) -> None:
         P, Q = self.pairs[leg] + share * (self.pairs[leg + 1] - self.pairs[leg])
-        self.found.append(HistoryEvent(leg, float(P), float(Q), None, kind, zone, float(x)))
+        self.found.append(Event(P, None, kind, zone, x, Q, leg))
 
     def _turn(self, leg: int) -> None:
-        """A leg on which the shear force goes the other way, after slip."""
         change = float(self.pairs[leg + 1, 1] - self.pairs[leg, 1])
         if change * self.direction < 0 and self.slip.any():
             self._note(leg, 0.0, "reversal", "slip", self.x[self.slip].mean())
@@ -89,10 +86,9 @@ class _Story:
         touching = np.flatnonzero(self.stick | self.slip)
         extent = self.edges[touching[-1], 1] - self.edges[touching[0], 0]
         width = self.edges[last, 1] - self.edges[first, 0]
-        return bool(last - first + 1 >= FEWEST and width >= NARROWEST * extent)
+        return bool(last - first > 4 and width >= 0.05 * extent)  # less may come and go with the cells
 
     def _end(self, leg: int) -> None:
-        """A pair with Q = f P, at which the last stick zone has vanished."""
         P, Q = self.pairs[leg + 1]
         limit = self.friction * P
         before = self.pairs[leg]
