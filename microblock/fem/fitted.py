@@ -45,7 +45,7 @@ LEVELS = ((4, 3), (5, 4), (7, 4), (9, 5), (11, 6), (13, 7))
 LEVELS_AT_CORNERS = tuple((order, order) for order in range(4, 13))
 STEPS = 6  # of the edges on one refinement level
 LOCATED = 5.0  # of rtol: error of the edges at which more order helps more than another step
-# of rtol: error of the edges, read on the first level, up to which the next one takes them as they are
+# of rtol: error of the edges of the first trial, up to which a mesh of low order reads them less accurately
 CONFIRMED = 0.5
 # of rtol, up to which the last mesh is that of an approach: the pressure errs by as much, a hundredth of what
 # the estimate is asked for; and where the order is fixed, by what edges that are settled leave
@@ -210,11 +210,12 @@ class FittedSolver(MeshFitter):
                     zones, coarse, last = other, None, math.inf
                     continue
                 moved, error = mesh.moved
+                if passes > 1 or error > CONFIRMED * rtol:
+                    zones = moved
                 if coarse is not None:
-                    zones, best = moved, min(best, parts.total)
+                    best = min(best, parts.total)
                     settled = parts.total - parts.edges > rtol
                 else:
-                    zones = mesh.zones if error <= CONFIRMED * rtol else moved
                     settled = error <= LOCATED * rtol or error > last / 2
                 if settled:
                     break
