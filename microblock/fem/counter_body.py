@@ -61,7 +61,7 @@ class CounterBody:
         gauss, weights = gauss_rule(POINTS)
         t = ((np.arange(PIECES)[:, None] + gauss) / PIECES).ravel()
         weights = np.tile(weights, PIECES) / PIECES
-        for left, right, members in body.interpolation:
+        for left, right, members in zip(body.along.left, body.along.right, body.along.members):
             own = (points[members, 0] - left) / (right - left)
             basis = lagrange(own, t) * (weights * (right - left))[:, None]
             upwards = lagrange(own, t) @ body.normals[members, 1]
@@ -71,12 +71,11 @@ class CounterBody:
 
     def _at(self, x):
         """Shares of the nodes in what is at x, array (n, nodes); 0 beyond the boundary."""
-        return np.column_stack([self.nodes.interpolate(each, x) for each in np.eye(len(self.nodes.points))])
+        return self.nodes.interpolate(np.eye(len(self.nodes.points)), x).T
 
     def reaches(self, x):
         """Whether the contact boundary is above x, boolean array (n,)."""
-        ends = np.array([(left, right) for left, right, _ in self.nodes.interpolation])
-        return np.any((ends[:, 0] <= x[:, None]) & (x[:, None] <= ends[:, 1]), axis=1)
+        return self.nodes.along.below(x) >= 0
 
     def flexibility(self, gaps):
         """What forces of the corners add to their gaps: array (corners n, corners n); `gaps`, arrays (corners

@@ -25,6 +25,7 @@ from ..model.methods import RULES
 from ..model.quadrature import gauss_rule, lagrange
 from ..model.zones import joined
 from . import contact_term
+from .between import Facets
 from .body import PLACES, Body
 
 FLAT = 1e-12  # of unit vectors, shape functions and lengths over their scale: differences that are rounding
@@ -303,33 +304,15 @@ class ContactNodes:
         return splu(trace).solve(exerted[self.body.unknowns_of(name)][used])
 
     @cached_property
-    def interpolation(self):
-        """[(left, right, numbers of its nodes)] of the facets of a boundary along x1, all left to right."""
-        found = []
-        for members in self.facets:
-            members = members[np.argsort(self.points[members, 0])]
-            found.append((self.points[members[0], 0], self.points[members[-1], 0], members))
-        return sorted(found, key=lambda facet: facet[0])
+    def along(self):
+        """The Facets of a boundary along x1."""
+        return Facets(self, -np.inf)
 
     def interpolate(self, values, x):
-        """Nodal values (array (nodes,)) at x1 = x: on each facet the polynomial through its nodes, 0 beyond
-        the boundary.
+        """Nodal values (array (..., nodes)) at x1 = x: on each facet the polynomial through its nodes, 0
+        beyond the boundary.
         """
-        found = np.zeros_like(x)
-        facets = self.interpolation
-        place = np.searchsorted([right for _, right, _ in facets], x)
-        for number in np.unique(place[(x >= facets[0][0]) & (place < len(facets))]):
-            left, right, members = facets[number]
-            here = (place == number) & (x >= left)
-            own = values[members]
-            if own.any():
-                found[here] = (
-                    lagrange(
-                        (self.points[members, 0] - left) / (right - left), (x[here] - left) / (right - left)
-                    )
-                    @ own
-                )
-        return found
+        return self.along.interpolate(values, x)
 
     @cached_property
     def beyond(self):

@@ -45,19 +45,17 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
     displacement, psi : arrays (n,), -u.n and microrotation at `x`, on the whole line
     zones : {corner number: ((left, right), ...)} of the computed part
     estimate : Estimate, or None where the mesh does not follow the edges
-    predicted : bool, whether the zones are those expected of a next state (`moved_on`)
     """
 
     _: KW_ONLY
     body: ContactNodes
     zones: dict
     estimate: Estimate | None = None
-    predicted: bool = False
 
     def moved_on(self, earlier, share):
         """With the zones moved on, if they are alike in both states and none is inverted."""
         moved = moved_on(self.zones, earlier.zones, share)
-        return replace(self, zones=moved, predicted=True) if moved else self
+        return replace(self, zones=moved) if moved else self
 
     @property
     def problem(self):

@@ -44,7 +44,8 @@ class UniformSolver(GroundSolver):
         if self.reach is None:
             condensed = UniformSolver(self.contact, replace(self.options, newton=None, rule="nodal"))
             load = condensed.at_approach(approach, lambda load, near: condensed.states([load])[0], ROUGH).load
-        return self._reaching(load)._at(approach)
+        (found,) = self._reaching(load)._solved("approach", [approach])
+        return found
 
     def states(self, loads):
         """SurfaceSolutions at the loads (force per thickness), in their order; from load to load ascending.
@@ -56,8 +57,7 @@ class UniformSolver(GroundSolver):
         """
         ascending = sorted(set(loads))
         solver = self._reaching(ascending[-1])
-        solved = solver._condensed(ascending) if self.method == "condensed" else solver._monolithic(ascending)
-        found = dict(zip(ascending, solved))
+        found = dict(zip(ascending, solver._solved("load", ascending)))
         return [found[load] for load in loads]
 
     def history(self, pairs, coupled, rtol, progress=False):
@@ -68,7 +68,9 @@ class UniformSolver(GroundSolver):
         if rtol is not None:
             return history_to(rtol, lambda number: self._halved(number).history(pairs, coupled, None))
         solver = self._reaching(float(pairs[:, 0].max()))
-        whole = self.contact.with_(body=solver._whole(), method=self.options.newton or methods.Condensed())
+        whole = self.contact.with_(
+            body=solver._body(False), method=self.options.newton or methods.Condensed()
+        )
         found = whole.history(pairs, coupled=coupled)
         outer = max(abs(edge) for state in found.states for zone in state.zones["contact"] for edge in zone)
         solver._require_within(outer, float(pairs[:, 0].max()))
@@ -78,21 +80,12 @@ class UniformSolver(GroundSolver):
         """The solver on squares 2**number times shorter."""
         return UniformSolver(self.contact, replace(self.options, h=self.options.h / 2**number))
 
-    def _whole(self):
-        """The body with both halves, whatever the symmetry: shear has another one."""
-        ground = Ground(self.domain, (-self.reach, self.reach), False)
-        mesh = uniform(ground, self.options.h, self.options.shape == "quadrilaterals")
-        return Body(mesh, self.solid, self.options.order, fixed=dict(ground.supports))
-
     @property
     def reach(self):
         return self.options.reach
 
     def _reaching(self, load):
-        """The solver with a region of equal squares for a load: its own, or one that the contact fits in.
-
-        That is a whole number of squares wide, and made once for all loads that ask for it.
-        """
+        """The solver whose region of equal squares, a whole number of them, holds the contact at a load."""
         if self.reach is not None:
             return self
         half_width, _ = picture.classical(self.problem, load, 0.0)
@@ -114,7 +107,7 @@ class UniformSolver(GroundSolver):
 
     @cached_property
     def _prepared(self):
-        body = self._body()
+        body = self._body(self.symmetric)
         if self.method == "condensed":
             nodes = Condensed(body)
             flexibility, gaps, share = nodes.compliance.corner_system(self.law, self.obstacle)
@@ -124,52 +117,43 @@ class UniformSolver(GroundSolver):
         rho = self.options.newton.rho or default_rho(facets, self.method, self.reach)
         return facets, MonolithicNewton(body, facets, method=self.method, rho=rho, control="load")
 
-    def _body(self):
+    def _body(self, half):
+        """The body, or its half x1 > 0."""
         if self.reach is None:
             raise BadArgument("reach", None, "must be given where no load chooses it: Uniform(reach=...)")
         far = FAR * self.reach if self.domain == math.inf else self.domain
-        ground = Ground(far, (0.0 if self.symmetric else -self.reach, self.reach), self.symmetric)
+        ground = Ground(far, (0.0 if half else -self.reach, self.reach), half)
         supports = dict(ground.supports)
         if self.law.clamps_rotation:
             supports["psi"] += "|contact"
         mesh = uniform(ground, self.options.h, self.options.shape == "quadrilaterals")
         return Body(mesh, self.solid, self.options.order, fixed=supports)
 
-    def _at(self, approach):
-        """The SurfaceSolution at an approach on the mesh of this solver."""
-        if self.method == "condensed":
-            nodes, flexibility, gaps, share = self.prepare()
-            found = active_set.solve(flexibility, gaps, approach=approach, c=share)
-            return self._of_condensed(nodes, found.load / self.share(1.0), found)
-        facets, newton = self.prepare()
-        newton = MonolithicNewton(newton.body, facets, method=self.method, rho=newton.rho)
-        state = newton.solve(approach)
-        return self._of_newton(facets, state.load / self.share(1.0), state)
-
-    def _condensed(self, loads):
-        nodes, flexibility, gaps, share = self.prepare()
-        closed = None
-        for load in loads:
-            found = active_set.solve(flexibility, gaps, load=self.share(load), c=share, start=closed)
-            closed = found.closed
-            yield self._of_condensed(nodes, load, found)
-
-    def _of_condensed(self, nodes, load, found):
-        zones = self._zones(nodes, load, found.closed, found.forces)
-        return surface_solution(self, nodes, load, found, zones, found.iterations, method="uniform")
+    def _solved(self, control, levels):
+        """Yields SurfaceSolutions on this mesh at levels of the control, "load" or "approach"."""
+        levels = [self.share(level) if control == "load" else level for level in levels]
+        if self.method != "condensed":
+            (facets, newton), state = self.prepare(), None
+            if control == "approach":
+                newton = MonolithicNewton(newton.body, facets, method=self.method, rho=newton.rho)
+            for level in levels:
+                state = newton.solve(level, state)
+                yield self._of_newton(facets, state)
+            return
+        (nodes, flexibility, gaps, share), closed = self.prepare(), None
+        for level in levels:
+            found = active_set.solve(flexibility, gaps, c=share, start=closed, **{control: level})
+            closed, load = found.closed, found.load / self.share(1.0)
+            zones = self._zones(nodes, load, closed, found.forces)
+            yield surface_solution(self, nodes, load, found, zones, found.iterations, method="uniform")
 
     def _within(self, nodes, gaps):
         """Initial gaps with inf beyond the region of equal squares: there nothing would be resolved."""
         beyond = np.abs(nodes.points[:, 0]) > self.reach * (1 + 1e-9)
         return np.where(np.tile(beyond, len(self.law.corners)), np.inf, gaps)
 
-    def _monolithic(self, loads):
-        (facets, newton), state = self.prepare(), None
-        for load in loads:
-            state = newton.solve(self.share(load), state)
-            yield self._of_newton(facets, load, state)
-
-    def _of_newton(self, nodes, load, state):
+    def _of_newton(self, nodes, state):
+        load = state.load / self.share(1.0)
         zones = self._zones(nodes, load, state.closed, state.forces)
         where, counts = (load, state.approach, state.forces), (state.kkt, state.iterations, state.unknowns)
         how = {"zones": zones, "method": "uniform", "found": state.fields}
