@@ -163,19 +163,18 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
 
 
 def unfolded(solver, body, load, approach, forces, surface, *counts, **how):
-    """The SurfaceSolution of forces and (u.n, psi) at the nodes of the computed part, arrays (2, n)."""
-    raised, psi = surface
+    """The SurfaceSolution of forces, displacement and psi at the nodes of the computed part."""
     if solver.problem.mirror:
-        raised, psi = (np.append(sign * one[:0:-1], one) for one, sign in ((raised, 1), (psi, -1)))
-    return SurfaceSolution(solver, load, approach, forces, -raised, psi, *counts, body=body, **how)
+        surface = (np.append(sign * one[:0:-1], one) for one, sign in zip(surface, (1, -1)))
+    return SurfaceSolution(solver, load, approach, forces, *surface, *counts, body=body, **how)
 
 
-def surface_solution(solver, body, load, found, zones, iterations, estimate=None, method="fitted"):
-    """The SurfaceSolution of a ContactState `found` on a Condensed body."""
+def surface_solution(solver, body, load, found, zones, iterations, estimate):
+    """The SurfaceSolution of a ContactState `found` on a Condensed body that follows the edges."""
     forces = found.forces.reshape(len(solver.law.corners), -1)
-    surface = np.split(body.compliance.matrix @ body.compliance.loads(solver.law, forces), 2)
-    counts, how = (found.kkt, iterations, body.unknowns), {"estimate": estimate, "method": method}
-    return unfolded(solver, body, load, found.approach, forces, surface, *counts, zones=zones, **how)
+    raised, psi = np.split(body.compliance.matrix @ body.compliance.loads(solver.law, forces), 2)
+    counts, how = (found.kkt, iterations, body.unknowns), {"estimate": estimate, "method": "fitted"}
+    return unfolded(solver, body, load, found.approach, forces, (-raised, psi), *counts, zones=zones, **how)
 
 
 def difference(coarse, fine):
