@@ -124,8 +124,7 @@ def figure(states):
 
 if __name__ == "__main__":
     states = solve()
-    for state in states:
-        print(f"delta = {state.approach:.3f}  psi at the surface {state.psi[0]:.6f}")
+    print("microrotation of the surface", [round(float(state.psi[0]), 6) for state in states])
     print("layer lengths {:.6f} and {:.6f}".format(*lengths(states[0])))
     print(f"full contact from delta = {full_contact(problem()):.6f}")
     figure(states)

@@ -201,8 +201,8 @@ class FittedSolver(MeshFitter):
 
     def _of_half_plane(self, load, rtol=usual_rtol):
         """Zones of the computed part on panels of a half-plane, to spare meshes; None where it has none."""
-        contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels(fallback=False))
         try:
+            contact = self.contact.with_(body=HalfPlane(self.solid), method=Panels(fallback=False))
             found = contact.solver.at(load, max(START * rtol, FINEST), fallback=False)
         except (BadArgument, NotConverged):
             return None

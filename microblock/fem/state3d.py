@@ -41,11 +41,15 @@ class SurfaceNodes(OnMesh):
         return np.einsum("cin,cn->in", self.solver.directions(self.points), self.forces)
 
     def pressure(self, corner: int, places: Array) -> Array:
-        """Returns the pressure of a corner at places, (k, 2) or (k, 3): linear on triangles, 0 beyond."""
+        """Returns the pressure of a corner at places, array (k, 2) or (k, 3)."""
+        return self.between(self.pressures[corner], places)
+
+    def between(self, values: Array, places: Array) -> Array:
+        """Returns values at the nodes at places, (k, 2) or (k, 3): linear on triangles, 0 beyond."""
         from matplotlib.tri import LinearTriInterpolator, Triangulation  # here: it takes its time
 
         x1, x2, _ = self.nodes.points.T
-        between = LinearTriInterpolator(Triangulation(x1, x2, self.nodes.triangles), self.pressures[corner])
+        between = LinearTriInterpolator(Triangulation(x1, x2, self.nodes.triangles), values)
         return np.ma.filled(between(*places.T[:2]), 0.0)
 
     @property

@@ -74,11 +74,15 @@ class SurfaceCells(Solution):
 
     def pressure(self, corner: int, places: Array) -> Array:
         """Returns the pressure of a corner, by its number, at places, array (k, 2) or (k, 3)."""
-        return self.interpolated(self.pressures[corner], *places.T[:2])
+        return self.between(self.pressures[corner], places)
+
+    def between(self, values: Array, places: Array) -> Array:
+        """Returns values on the cells, array (n, n), at places, array (k, 2) or (k, 3)."""
+        return self.interpolated(values, *places.T[:2])
 
     def counter_displacement(self, places: Array) -> Array:
         """Returns the displacement along x3 of the surface of a second body at places, array (k,)."""
-        return self.interpolated(self.opposite, *places.T[:2])
+        return self.between(self.opposite, places)
 
     def interpolated(self, values: Array, x1: Array, x2: Array) -> Array:
         """Returns values on the cells, array (n, n), between their centres; 0 beyond the cells."""
@@ -92,6 +96,12 @@ class SurfaceCells(Solution):
         (a, b), (c, d) = ((each % n, (each + 1) % n) for each in (first, second))
         low, high = (1 - t) * values[a, c] + t * values[a, d], (1 - t) * values[b, c] + t * values[b, d]
         return np.where(inside, (1 - s) * low + s * high, 0.0)
+
+    def nearest(self, x1: Array, x2: Array) -> tuple[Array, ...]:
+        """Returns the numbers along x1 and x2 of the cells that are nearest to these, arrays of int."""
+        places = (x1, self.x1), (x2, self.x2)
+        steps = (np.rint((x - centres[0]) / self.width).astype(int) for x, centres in places)
+        return tuple(np.clip(step, 0, len(self.x1) - 1) for step in steps)
 
     @property
     def unknowns(self) -> int:

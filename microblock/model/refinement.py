@@ -1,9 +1,11 @@
-"""Ask for an accuracy, not for a mesh: discretisations are refined until the accuracy is reached."""
+"""Levels of refinement: each is solved from the one before, and compared with it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import TypeVar
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypeVar
+
+from tqdm.auto import tqdm
 
 from ..errors import out_of_reach, require_tolerance
 
@@ -11,52 +13,51 @@ Level = TypeVar("Level")
 Result = TypeVar("Result")
 
 
-def refine(
-    solve: Callable[[Level], Result],
-    levels: Iterable[Level],
-    distance: Callable[[Result, Result], float],
-    rtol: float,
-    load: float | None = None,
-) -> tuple[Result, float]:
-    """Solves on finer and finer refinement levels until two neighbours agree to rtol.
-
-    The finer of the two is returned; their distance bounds its error as long as each level at least
-    halves the error of the one before.
+def levels(
+    solve: Callable[[Level, Result | None], Result],
+    sizes: Sequence[Level],
+    change: Callable[[Result, Result], float],
+    progress: bool = False,
+) -> Iterator[tuple[Level, Result, Any, list[float]]]:
+    """Yields (level, result, result before, changes so far) of finer and finer levels.
 
     Parameters
     ----------
     solve : callable
-        Returns the result on a level.
-    levels : iterable
-        Refinement levels, coarse to fine.
-    distance : callable
-        Returns the relative difference of (coarse result, fine result).
-    rtol : float
-        Tolerance, between 0 and 1.
-    load : float, optional
-        Load at which that is, for the message.
+        Returns the result on a level, from that on the level before, None on the first.
+    sizes : sequence
+        Levels, coarse to fine.
+    change : callable
+        Returns the relative change from one result to the next.
+    progress : bool
+        Whether a bar counts the levels.
+    """
+    before, changes = None, list[float]()
+    for level in tqdm(sizes, unit=" levels", disable=not progress):
+        result = solve(level, before)
+        if before is not None:
+            changes.append(change(before, result))
+        yield level, result, before, changes
+        before = result
 
-    Returns
-    -------
-    result
-        The finer of the two results.
-    estimate : float
-        Estimate of its relative error.
 
-    Raises
-    ------
-    NotConverged
-        If the levels end before rtol is reached; `rtol_reached` is the smallest estimate, rounded up.
+def refine(
+    solve: Callable[[Level], Result],
+    sizes: Sequence[Level],
+    distance: Callable[[Result, Result], float],
+    rtol: float,
+    load: float | None = None,
+) -> tuple[Result, float]:
+    """Solves on finer and finer levels until two neighbours agree to rtol; returns the finer result, and
+    their relative `distance` as its error, which it bounds as long as a level at least halves the error.
+
+    Raises NotConverged if the levels end before; `rtol_reached` is the smallest estimate, rounded up, and
+    `load` stands in the message.
     """
     require_tolerance(rtol)
-    coarse: Result | None = None
-    best = float("inf")
-    for level in levels:
-        fine = solve(level)
-        if coarse is not None:
-            estimate = distance(coarse, fine)
-            if estimate <= rtol:
-                return fine, estimate
-            best = min(best, estimate)
-        coarse = fine
+    changes = list[float]()
+    for _, result, _, changes in levels(lambda level, _: solve(level), sizes, distance):
+        if changes and changes[-1] <= rtol:
+            return result, changes[-1]
+    best = min(changes, default=float("inf"))
     raise out_of_reach(rtol, best, load=load, besides="fix the discretisation instead")

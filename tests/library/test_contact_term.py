@@ -36,14 +36,13 @@ def test_gaps_are_those_worked_out_on_paper(model, x, obstacle, normal, expected
     assert {corner: gap[0] for corner, gap in gaps.items()} == pytest.approx(expected, abs=1e-15)
 
 
-def test_traction_and_micromoment_are_those_of_29():
-    """t_n = -8 and M = -0.25 (1.02*(-3) + (-0.98)*(-5)) = -0.46; of equal forces M = psi0 ell lambda, where
+def test_micromoment_is_that_of_29():
+    """M = -0.25 (1.02*(-3) + (-0.98)*(-5)) = -0.46; of equal forces M = psi0 ell lambda, where
     the text after fig. 6 has (1 - psi0) on both corners and none.
     """
     for psi0, ell, forces, micromoment in ((0.02, 0.5, (-3.0, -5.0), -0.46), (0.1, 1.0, (-1.0, -1.0), 0.1)):
         multipliers = {name: np.array([force]) for name, force in zip("AB", forces)}
         levers = Microblock(psi0).levers(np.zeros(1))
-        assert law.traction(multipliers) == [sum(forces)]
         assert law.micromoment(multipliers, levers, ell) == pytest.approx([micromoment])
     assert Microblock(-0.1, psi0_in="levers").levers(np.zeros(1)) == {"A": [0.9], "B": [-1.1]}
     assert Unilateral().levers(np.zeros(1)) == Microclamped().levers(np.zeros(1)) == {"C": [0.0]}
