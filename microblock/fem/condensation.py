@@ -1,9 +1,8 @@
 """A body condensed to the nodes of a contact boundary: its compliance, and the fields of any contact state.
 
-The interiors of elements are eliminated on assembly. The rest is factorised with the contact unknowns last:
-the trailing block L of the Cholesky factor is that of their Schur complement, ``S = L L^T``. In the plane,
-with R the values of u.n and psi at the nodes, the compliance is ``R S^-1 R^T``. In space R has (u, phi1,
-phi2), and the compliance is applied, not formed; conjugate gradients are preconditioned with ``R^-T S R^-1``.
+The bulk is factorised with the contact unknowns last: the trailing block L of the Cholesky factor is that of
+their Schur complement, ``S = L L^T``. In the plane, with R the values of u.n and psi at the nodes, the
+compliance is ``R S^-1 R^T``. In space R has (u, phi1, phi2), and the compliance is applied, not formed.
 """
 
 import ngsolve as ng

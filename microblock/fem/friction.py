@@ -38,12 +38,12 @@ class SlipNodes(Condensed):
         """Any body that `Newton` takes is followed."""
 
     def _onto(self):
-        """As of `Condensed`, with rows of u.t."""
+        """R with rows of u.t."""
         along = np.column_stack((self.normals[:, 1], -self.normals[:, 0]))
         return sparse.vstack((super()._onto(), self.motion(along, 0 * along)), format="csr")
 
     def _matrix(self):
-        """The part of the response that `Compliance` has."""
+        """The compliance's part of the response."""
         self.response, n = super()._matrix(), len(self.weights)
         return self.response[: 2 * n, : 2 * n]
 
@@ -198,9 +198,7 @@ class FrictionSolution(OfMoment, MeshSolution):
 
 
 def history(solver, pairs, coupled, rtol, method):
-    """The History of a solver of a body through pairs, array (n, 2); BadArgument for an rtol, or an obstacle
-    that deforms.
-    """
+    """The History of a solver through pairs, array (n, 2); BadArgument for an rtol or a second body."""
     if body_of(solver.obstacle) is not None:
         raise BadArgument(
             "obstacle", solver.obstacle, "deforms: histories on a mesh take rigid obstacles alone"
@@ -222,10 +220,10 @@ def history(solver, pairs, coupled, rtol, method):
 def history_to(rtol, follow):
     """The History on the first of four meshes with an error estimate of rtol at most, from the third on.
 
-    The largest changes between three meshes have an order, from 1/2 to 1, from which follows what the last
-    one lacks (Richardson); half of a state's change before the last counts as well. rtol is that of pressure,
-    micromoment over ell and shear traction over the friction; `follow` returns the History on squares
-    2**number times shorter. Raises NotConverged if the last mesh does not do.
+    What the last mesh lacks follows from the changes between three, of an order from 1/2 to 1 (Richardson);
+    half of a state's change before the last counts as well. rtol is that of pressure, micromoment over ell
+    and shear traction over the friction; `follow` returns the History on squares 2**number times shorter.
+    Raises NotConverged if the last mesh does not do.
     """
     coarser, before, best = follow(0), None, np.inf
     for number in (1, 2, 3):

@@ -68,15 +68,12 @@ class OnMesh(Solution):
 
     @cached_property
     def fields(self):
-        """Displacement, microrotation and stresses as NGSolve functions, by one back-substitution."""
+        """Fields as NGSolve functions, by one back-substitution."""
         return self.found or self.nodes.fields(self.loads)
 
     def reaction_on(self, boundary):
-        """Force and moment (in space 3 components each) that the body's supports on a boundary exert on it,
-        from nodal forces.
-
-        Load, supports and, of a law that prescribes psi, the couples on the contact boundary are in
-        equilibrium to rounding. The moment is about the origin, of force stress and couple stress together.
+        """Force and moment about the origin that the body's supports on a boundary exert on it, from nodal
+        forces: in equilibrium to rounding with the load and, where psi is prescribed, the contact's couples.
         """
         return self.fields.reaction(boundary)
 
@@ -129,7 +126,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
 
     @property
     def _moments(self):
-        """Nodal moments of the corners: what supports exert balances those that carry, not the shares."""
+        """Nodal moments of the corners, with reactions of those that carry, not of the shares."""
         levers = np.array(list(self.law.levers(self.x).values()))
         forces = self.forces if self._psi_held else self.pressures * self.weights
         return self.solver.solid.ell / 2 * np.sum(levers * forces, axis=0)
@@ -154,7 +151,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return self.nodes.compliance.loads(self.law, self.forces)
 
     def interpolated(self, values, x):
-        """Nodal values at x, array (n,): polynomials on facets of a condensed body, else a polygon."""
+        """Nodal values at x, array (n,): polynomials of a condensed body, else a polygon."""
         if self.method == "condensed":
             return self.nodes.interpolate(values, x)
         return np.interp(x, self.x, values, period=self.period)
@@ -177,7 +174,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return distance_to_ends(x, getattr(self.solver.obstacle, "ends", ()), shifts)
 
     def remarks(self):
-        """What nodes and elements miss, on a prescribed mesh; what a penalty or a free translation leaves."""
+        """What nodes and elements miss, and what a penalty or a free translation leaves."""
         found = self.overlap() if self.solver.penalizes else []
         if "u1" not in self.nodes.body.fixed:
             found.append("no support holds u1: displacements along x1 hold up to a translation")

@@ -1,4 +1,4 @@
-"""A solution on the surface of a condensed body along x1, of a symmetric problem computed on one half."""
+"""A solution on the surface of a block along x1, of a symmetric problem computed on one half."""
 
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
@@ -137,7 +137,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
 
     @cached_property
     def fields(self):
-        """Fields of the computed part by one back-substitution, with values at points of the whole body."""
+        """Fields of the computed part, with values at points of the whole body."""
         return super().fields.unfolded() if self.mirrored else super().fields
 
     def interpolated(self, values, x):
@@ -148,9 +148,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
         return np.where(x < 0, self.body.interpolate(self.computed(values[::-1]), -x), right)
 
     def reaction_on(self, boundary):
-        """As of `OnMesh`; of the half of a symmetric body the reaction of the whole one, of which the axis is
-        no boundary.
-        """
+        """As of `OnMesh`; of a symmetric body of the whole, of which the axis is no boundary."""
         found, body = super().reaction_on(boundary), self.fields.body
         if not self.mirrored:
             return found
@@ -178,9 +176,7 @@ def surface_solution(solver, body, load, found, zones, iterations, estimate):
 
 
 def difference(coarse, fine):
-    """max(|dp|, |dM|/ell)/|p| in L2 over the contact; beside an end of the obstacle its distance is the
-    weight.
-    """
+    """max(|dp|, |dM|/ell)/|p| in L2 over the contact, weighted by the distance to ends of the obstacle."""
     x, ell = fine.x, fine.problem.solid.ell
     shifts = fine.problem.law.shifts(ell)
     weights = fine.weights * distance_to_ends(x, getattr(fine.problem.obstacle, "ends", ()), shifts)

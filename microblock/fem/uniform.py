@@ -1,7 +1,6 @@
 """Contact of a block on one mesh of equal squares near the contact, graded outwards (section 4.2).
 
-The same discrete problem is solved condensed to the contact nodes, or monolithically by augmented Lagrangian
-or penalty Newton (`newton.py`), load by load from first touch.
+The discrete problem is solved condensed to the contact nodes, or by Newton's method, load by load.
 """
 
 import math
@@ -88,9 +87,8 @@ class UniformSolver(GroundSolver):
         return self.options.reach
 
     def _reaching(self, load):
-        """The solver with a region of equal squares for a load: its own, or one that the contact fits in.
-
-        That is a whole number of squares wide, and made once for all loads that ask for it.
+        """The solver with a region of equal squares that the contact of a load fits in, made once for all
+        loads that ask for it.
         """
         if self.reach is not None:
             return self
