@@ -543,9 +543,9 @@ class ContactFacets(ContactNodes):
         """Displacement of each corner along the normal, array (corners, n), from the unknowns of the body."""
         return (self._moved @ fields).reshape(len(self.arms), -1)
 
-    def gaps(self, fields, approach):
-        """The gaps (22), array (corners, n), from the unknowns of the body, array, and the approach."""
-        return self.g0 - self.displacements(fields) - approach * self.normals[:, -1]
+    def gaps(self, displacements, approach):
+        """The gaps (22), array (corners, n)."""
+        return self.g0 - displacements - approach * self.normals[:, -1]
 
     def contact(self, components, multipliers, approach, rho):
         """The contact term of (37), or of (31) where multipliers are 0."""

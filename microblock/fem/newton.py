@@ -235,7 +235,7 @@ class MonolithicNewton:
         """The _Iterate of these unknowns."""
         facets, values, count = self.facets, unknowns.vec.FV().NumPy().copy(), self.body.space.ndof
         own, moved = self._corners(unknowns)
-        gaps = facets.g0 - moved - values[-1] * facets.normals[:, -1]
+        gaps = facets.gaps(moved, values[-1])
         wanted = own + self.rho * gaps
         closed = wanted <= 0  # (40)
         stresses = np.where(closed, wanted, 0.0) if facets.nodal else own
