@@ -13,6 +13,7 @@ from ..halfplane.friction_events import events
 from ..model import law as laws
 from ..model.deformable import body_of
 from ..model.history import History, OfMoment, change
+from ..model.refinement import levels
 from ..model.state import State
 from .body import Body
 from .condensation import Condensed, condensed
@@ -225,22 +226,21 @@ def history_to(rtol, follow):
     and shear traction over the friction; `follow` returns the History on squares 2**number times shorter.
     Raises NotConverged if the last mesh does not do.
     """
-    coarser, before, best = follow(0), None, np.inf
-    for number in (1, 2, 3):
-        finer = follow(number)
+
+    def changes(coarser, finer):
         pairs = zip(finer.states, coarser.states)
-        last = np.array(
-            [change(a.solution, b.solution, a.weights, a.solid.ell, a.law.friction) for a, b in pairs]
-        )
-        if before is not None:
+        found = [change(a.solution, b.solution, a.weights, a.solid.ell, a.law.friction) for a, b in pairs]
+        return np.array(found)
+
+    best = np.inf
+    for _, finer, _, known in levels(lambda number, _: follow(number), range(4), changes):
+        if len(known) > 1:
+            before, last = known[-2:]
             order = np.clip(np.log2(before.max() / last.max()), 0.5, 1)
             errors = np.maximum(last, before / 2) / (2**order - 1)
             best = min(best, max(errors))
-            if max(errors) <= rtol:
-                states = [
-                    State(one.solution, error_estimate=float(error))
-                    for one, error in zip(finer.states, errors)
-                ]
+            if best <= rtol:
+                pairs = zip(finer.states, errors)
+                states = [State(one.solution, error_estimate=float(error)) for one, error in pairs]
                 return History(finer.problem, states, finer.events)
-        coarser, before = finer, last
     raise out_of_reach(rtol, best, besides="take shorter squares, Uniform(h=...)")

@@ -20,8 +20,6 @@ from .facets import FLAT, ContactFacets
 from .mesh_solution import MeshSolution
 from .newton_systems import ConjugateGradients, Direct
 
-MOST = 61  # iterations
-
 
 @dataclass(frozen=True, repr=False)
 class NodalState:
@@ -163,7 +161,7 @@ class MonolithicNewton:
             raise BadArgument("load", level, "must be positive: contact cannot pull")
         unknowns, visits, active = self._first_guess(level, start), Counter(), None
         best, steps, before, stopped = None, 0, np.inf, "the residual stalls"
-        for iteration in range(MOST):
+        for iteration in range(61):
             counted()
             now = self._look(unknowns)
             if best is None or now.kkt < best.kkt:

@@ -16,7 +16,7 @@ from .mesh_solution import OnMesh
 
 @dataclass(frozen=True)
 class Estimate(ErrorParts):
-    """Parts of the relative L2 error of pressure and micromoment; `total` is their sum.
+    """Parts of the relative L2 error of pressure and micromoment.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
     predicted: bool = False
 
     def moved_on(self, earlier, share):
-        """With the zones moved on, if they are alike in both states and none is inverted."""
+        """With the zones moved on where these are alike in both states."""
         moved = moved_on(self.zones, earlier.zones, share)
         return replace(self, zones=moved, predicted=True) if moved else self
 
@@ -83,7 +83,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
         return values[..., -len(self.body.weights) :]
 
     def _unfold(self, values, mirrored):
-        """Values at `x` from those of the computed part, arrays (..., n), on the other half mirrored."""
+        """Values at `x` from those of the computed part and mirrored ones, arrays (..., n)."""
         return np.concatenate((mirrored[..., :0:-1], values), axis=-1) if self.mirrored else values
 
     @property
@@ -93,7 +93,7 @@ class SurfaceSolution(BelowOnMesh, LineSolution, OnMesh, AtNodes):
 
     @cached_property
     def all_zones(self):
-        """{corner number: ((left, right), ...)} on the whole line: 0 is A (left), 1 is B (right)."""
+        """{corner number: ((left, right), ...)} on the whole line."""
         if not self.mirrored:
             return self.zones
         found = {}

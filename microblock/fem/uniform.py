@@ -18,10 +18,6 @@ from .meshes import Ground, uniform
 from .newton_solver import NewtonSolver
 from .surface_solution import unfolded
 
-# half-width and depth of their region, less a block, over the half-width of a classical contact
-EQUAL_SQUARES = 2.0
-ROUGH = 1e-3  # of the logarithm of a load that chooses the region of equal squares for an approach
-
 
 class UniformSolver(GroundSolver):
     """States of a Block on one mesh of equal squares; its `options` are `Uniform`."""
@@ -39,7 +35,7 @@ class UniformSolver(GroundSolver):
         self.require_approach(approach)
         if self.reach is None:
             condensed = UniformSolver(self.contact, replace(self.options, newton=None, rule="nodal"))
-            load = condensed.at_approach(approach, lambda load, near: condensed.states([load])[0], ROUGH).load
+            load = condensed.at_approach(approach, lambda load, near: condensed.states([load])[0], 1e-3).load
         solver = self._reaching(load)
         found = solver.on_mesh.solve(None, approach, None)
         return solver._unfolded(found.load / self.share(1.0), found)
@@ -93,7 +89,7 @@ class UniformSolver(GroundSolver):
         if self.reach is not None:
             return self
         half_width, _ = picture.classical(self.problem, load, 0.0)
-        squares = math.ceil((EQUAL_SQUARES * half_width + self.solid.ell) / self.options.h)
+        squares = math.ceil((2 * half_width + self.solid.ell) / self.options.h)
         if squares not in self._solvers:
             self._solvers[squares] = UniformSolver(
                 self.contact, replace(self.options, reach=squares * self.options.h)
