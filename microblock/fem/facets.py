@@ -69,11 +69,9 @@ class ContactNodes:
     weights : array (n,), lengths or areas (1 in 1D)
     facets : list of arrays, the nodes of each facet: from one of its ends to the other, of a quadrilateral
         (k, k) in its tensor product, of a triangle (3,)
-    apart : boolean array (n - 1,), in the plane: whether the boundary is interrupted between a node and the
-        next
+    apart : boolean array (n - 1,), in the plane: whether the boundary is interrupted between nodes
     traces : {field: sparse array (n, unknowns of the field)}, its values at the nodes
-    shares : array (n,), in space: the areas that the nodal rule gives the nodes, on quadrilaterals that are
-        no parallelograms others than `weights`
+    shares : array (n,), in space: areas by the rule, on skew quadrilaterals others than `weights`
 
     Raises
     ------
@@ -299,7 +297,7 @@ class ContactNodes:
 
     @cached_property
     def interpolation(self):
-        """[(left, right, numbers of its nodes)] of the facets of a boundary along x1, all left to right."""
+        """[(left, right, nodes)] of the facets of a boundary along x1, left to right."""
         found = []
         for members in self.facets:
             members = members[np.argsort(self.points[members, 0])]

@@ -1,4 +1,4 @@
-"""A solution on the contact nodes of a body on a mesh of one or two dimensions, in the order of x1."""
+"""Solutions on the contact nodes of a body on a mesh."""
 
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
@@ -63,7 +63,7 @@ class OnMesh(Solution):
 
     @cached_property
     def pressures(self):
-        """Pressure of each corner, array (corners, n); where corners move together each has its share."""
+        """Pressure of each corner, array (corners, n); of corners that move together the mean."""
         return np.where(self.nodes.twins, self.forces.mean(axis=0), self.forces) / self.nodes.weights
 
     @cached_property
@@ -138,7 +138,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
 
     @cached_property
     def energy(self):
-        """Elastic energy per thickness: that of the fields, or half the work of the corner forces."""
+        """Elastic energy per thickness, of the fields or half the work of the corner forces."""
         if self.found is not None:
             return float(self.found.energy())
         pressed = self.forces > 0
@@ -169,7 +169,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return found
 
     def tamed(self, x):
-        """1; near ends of the obstacle the distance from them over half of its width."""
+        """1; near ends of the obstacle their distance over half of its width."""
         shifts = self.law.shifts(self.solver.solid.ell)
         return distance_to_ends(x, getattr(self.solver.obstacle, "ends", ()), shifts)
 
@@ -189,7 +189,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
         return [*self._far_inside(), *found, *coarse]
 
     def _far_inside(self):
-        """A sentence where the obstacle has moved by a tenth of the body's depth: beyond small strain."""
+        """A sentence where the obstacle has moved by a tenth of the body's depth."""
         moved = self.approach - self.gaps.min()
         depth = np.ptp([vertex.point[1] for vertex in self.nodes.body.mesh.vertices])
         if moved >= 0.1 * depth:
@@ -197,7 +197,7 @@ class MeshSolution(BelowOnMesh, OnMesh, AtNodes):
 
     @cached_property
     def _missed(self):
-        """A list of a sentence where nodes miss features of the obstacle worth 3 % of the pressure."""
+        """A list of a sentence where nodes miss 3 % of the pressure."""
         try:
             square = between.of_body(self).sum()
         except BadArgument as failure:

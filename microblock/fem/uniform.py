@@ -41,12 +41,8 @@ class UniformSolver(GroundSolver):
         return solver._unfolded(found.load / self.share(1.0), found)
 
     def states(self, loads):
-        """SurfaceSolutions at the loads (force per thickness), in their order; from load to load ascending.
-
-        Raises
-        ------
-        NotConverged
-            Also where the contact leaves the region of equal squares.
+        """SurfaceSolutions at the loads (force per thickness); NotConverged also where the contact leaves the
+        region of equal squares.
         """
         solver, found, last = self._reaching(max(loads)), {}, None
         for load in sorted(set(loads)):
@@ -102,9 +98,7 @@ class UniformSolver(GroundSolver):
         return {}
 
     def prepare(self):
-        """Mesh and matrices, made once for all loads: condensed the `NodalSolver.system`, or of Newton's
-        method not factorised.
-        """
+        """Mesh and matrices, made once: the `NodalSolver.system`, or Newton's, not factorised."""
         return self.on_mesh.system if self.method == "condensed" else self.on_mesh.newton("load")
 
     @cached_property
