@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 import microblock as mb
-from microblock.halfspace.solver import Grid, _grid, _spread
+from microblock.halfspace.solver import Grid, _grid
 
 RTOL = 0.05
 FINER = 4  # times as many cells along each axis
@@ -92,7 +92,7 @@ def errors(problem, state):
     state = state.solution
     grid = _grid(state)
     fine = Grid(FINER * grid.count, grid.width / FINER, grid.middle)
-    exact = problem.solver._solved(fine, state.load, None, 1e-7, _spread(state, fine))
+    exact = problem.solver._solved(fine, state.load, None, 1e-7, state)
     places = np.meshgrid(*fine.axes, indexing="ij", sparse=True)
     pressure, first, second = (
         np.linalg.norm(state.interpolated(own, *places) - other)

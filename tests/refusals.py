@@ -32,7 +32,7 @@ import cases.__main__ as commands
 import microblock as mb
 from microblock.command import flag, options
 from microblock.corners import active_set, projected_gradients
-from microblock.fem import body, condensation, facets, friction, meshes, meshes3d, newton, newton_path
+from microblock.fem import body, condensation, facets, friction, meshes, meshes3d, newton
 from microblock.halfplane import kernels
 from microblock.view.explorer import Explorer
 from microblock.view.friction_explorer import FrictionExplorer
@@ -115,10 +115,6 @@ def pressed(body=GROUND, obstacle=CYLINDER, law=LAW, method=None, load=0.1):
     return mb.Contact(body, obstacle, law, method).solve(load)
 
 
-def followed(levels):
-    return list(newton_path.load_path(NEWTON, levels))
-
-
 def raising(failure):
     """A function of places that raises this."""
     return Mock(side_effect=failure, __name__="height")
@@ -133,7 +129,6 @@ NAMES = {
     "friction": friction,
     "kernels": kernels,
     "projected_gradients": projected_gradients,
-    "load_path": newton_path.load_path,
     "Loads": body.Loads,
     "Loads3D": body.Loads,  # and bodies, in space
     "Body3D": mb.Body,

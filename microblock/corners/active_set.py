@@ -44,7 +44,7 @@ ROUNDED = 1e-15  # relative residual that no refinement improves
 ACCEPTED = 1e-11  # relative residual at which a state counts as solved
 # D over the largest entry of the row: above the rounding of H and of its factors, m 1e-16; the others for
 # compliances computed less well
-REGULARISATION = (0.0, 1e-12, 1e-10, 1e-8)
+REGULARISATION = 0.0, 1e-12, 1e-10
 FLAT = 1e-13  # of the response of a corner to itself: pivots below are rounding
 # change of the load from one refinement to the next, relative: where rigid corners cannot take an
 # approach the forces grow by as much again each time, and no gap beside H f would show it
@@ -113,8 +113,7 @@ class _Problem:
     g0: np.ndarray
     c: np.ndarray
     touch: np.ndarray
-    level: float  # of regularisation
-    D: np.ndarray
+    D: np.ndarray  # of regularisation
     regular: np.ndarray  # H + D + lift
     lift: float  # rigid level
 
@@ -139,13 +138,7 @@ def solve(H, g0, *, load=None, approach=None, c=None, start=None):
         If pivots are used up at a given approach (at a load the path is followed then: `followed`), or if
         rigid corners cannot take the approach.
     """
-    if (load is None) == (approach is None):
-        raise BadArgument("load", load, "give either load or approach")
-    if approach is not None:
-        require_finite(approach=approach)
-    else:
-        require_finite(load=load)
-        load = _loads(load, "load")[0]
+    require_level(load, approach)
     singular = None
     for problem in _problems(H, g0, c, free=load is not None):
         try:
@@ -168,25 +161,17 @@ def path(H, g0, loads, *, c=None):
     The states are refined by `solve` on the set found. Parameters and errors as there; `reached` is the last
     load.
     """
-    loads = _loads(loads, "loads")
-    singular = None
-    for problem in _problems(H, g0, c, free=True):
-        try:
-            return _follow(problem, loads)
-        except NotConverged as failure:
-            singular = failure  # more of D, then
-    raise singular
-
-
-def _follow(problem, loads):
-    """The Path of one problem."""
+    loads = np.sort(require_numbers(loads=loads))
+    if not len(loads) or loads[0] < 0:
+        raise BadArgument("loads", loads, "must be finite and not negative")
+    problem = next(_problems(H, g0, c, free=True))
+    lift = lifted(problem.H)
     none, pieces = np.zeros((0, len(problem.g0))), []
-    contact = FrictionalContact(problem.H + problem.lift, none, none[:, :0], problem.g0, 0.0)
-    follower = Follower(contact)
+    follower = Follower(FrictionalContact(problem.H + lift, none, none[:, :0], problem.g0, 0.0))
     try:
         for share in follower.pieces(loads[-1]):
             load = float(share * loads[-1])
-            pieces.append((load, follower.approach - problem.lift * load, follower.closed.copy()))
+            pieces.append((load, follower.approach - lift * load, follower.closed.copy()))
     except (NotConverged, np.linalg.LinAlgError) as failure:
         reached = pieces[-1][0] if pieces else 0.0
         raise NotConverged(
@@ -194,17 +179,16 @@ def _follow(problem, loads):
             "loads, or for single states",
             reached=reached,
         ) from failure
-    states, events, before = [], [], np.zeros(len(problem.touch), bool)
+    states, events, before = [], [], np.zeros(len(problem.c), bool)
     ends = [load for load, _, _ in pieces[1:]] + [np.inf]
-    for (load, approach, closed), end in zip(pieces, ends, strict=True):
+    for (load, approach, there), end in zip(pieces, ends, strict=True):
+        closed = np.zeros(len(before), bool)
+        closed[problem.touch] = there
         events += [
-            CornerEvent(load, approach, int(problem.touch[i]), "closes" if closed[i] else "opens")
+            CornerEvent(load, approach, int(i), "closes" if closed[i] else "opens")
             for i in np.flatnonzero(closed != before)
         ]
-        try:
-            states += [_state(problem, closed, load=asked) for asked in loads if load <= asked < end]
-        except np.linalg.LinAlgError as failure:
-            raise NotConverged(SINGULAR, reached=load) from failure
+        states += [solve(H, g0, load=asked, c=c, start=closed) for asked in loads if load <= asked < end]
         before = closed
     return Path(states, events)
 
@@ -227,14 +211,12 @@ def _problems(H, g0, c, free):
     H = (H + H.T) / 2
     rows[rows == 0] = rows.max() or 1.0
     lifts = (0.0, lifted(H)) if free else (0.0,)
-    found = False
-    # where a row is nothing beside the others, its own size does not stand against their rounding
-    for scale, level, lift in product((rows, np.full_like(rows, rows.max())), REGULARISATION, lifts):
-        regular = H + lift
-        regular[np.diag_indices_from(regular)] += level * scale
+    found, lifts = False, (0.0, lifted(H)) if free else (0.0,)
+    for level, lift in product(REGULARISATION, lifts):
+        regular = H + lift + np.diag(level * rows)
         if _is_positive(regular):
             found = True
-            yield _Problem(H, g0, c, touch, level, level * scale, regular, lift)
+            yield _Problem(H, g0, c, touch, level * rows, regular, lift)
     if not found:
         allowed = "where the approach is given; give the load, or add a rigid level tau c c^T"
         allowed = "on vectors with c.f = 0" if free else allowed
@@ -266,11 +248,13 @@ def _start(start, problem):
     return start[problem.touch]
 
 
-def _loads(loads, name):
-    values = np.sort(require_numbers(**{name: loads}))
-    if not len(values) or values[0] < 0:
-        raise BadArgument(name, loads, "must be finite and not negative")
-    return values
+def require_level(load, approach):
+    """Raises BadArgument unless either is given, finite, and the load not negative."""
+    if (load is None) == (approach is None):
+        raise BadArgument("load", load, "give either load or approach")
+    require_finite(**({"load": load} if approach is None else {"approach": approach}))
+    if load is not None and load < 0:
+        raise BadArgument("load", load, "must be finite and not negative")
 
 
 def _state(problem, closed, load=None, approach=None):
@@ -315,7 +299,7 @@ def _report(problem, forces, closed, d, kkt, steps):
         kkt=float(kkt),
         iterations=steps["sets"],
         single_pivots=steps["single"],
-        regularisation=problem.level,
+        regularisation=float(problem.D.max()),
     )
 
 

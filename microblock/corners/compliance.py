@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy import sparse
 
 from ..errors import BadArgument
 
@@ -63,23 +64,15 @@ class Compliance:
         gaps = np.where(constrained & ~nearest, np.inf, gaps)
         # of corners that cannot touch it does not matter
         share = np.where(np.isfinite(gaps), self.normals[:, 1], 1.0)
-        return self._flexibility(law), gaps.ravel(), share.ravel()
-
-    def _flexibility(self, law):
-        """Gaps of the corners, one after the other, per force at each of them: array (corners n, corners n)."""
-        n, levers = len(self.weights), law.levers(self.points[:, 0])
-        arms = [self.ell / 2 * levers[name] for name in law.corners]
-        (displacement, across), (rotation, turned) = [
-            [self.matrix[i : i + n, j : j + n] for j in (0, n)] for i in (0, n)
-        ]
-        return np.block(
-            [
-                [displacement - across * b - a[:, None] * rotation + a[:, None] * turned * b for b in arms]
-                for a in arms
-            ]
-        )
+        onto = self._onto_corners(law)
+        return onto @ (onto @ self.matrix).T, gaps.ravel(), share.ravel()
 
     def loads(self, law, forces):
         """Nodal forces along n and nodal moments, array (2 n,), of corner forces, array (corners, n)."""
-        levers = np.array(list(law.levers(self.points[:, 0]).values()))
-        return np.concatenate((-forces.sum(axis=0), self.ell / 2 * np.sum(levers * forces, axis=0)))
+        return self._onto_corners(law).T @ forces.ravel()
+
+    def _onto_corners(self, law):
+        """Changes of the gaps, one corner after the other, from (u.n, psi): sparse (corners n, 2 n)."""
+        levers, ones = law.levers(self.points[:, 0]), np.ones(len(self.weights))
+        arms = [(-ones, self.ell / 2 * levers[name]) for name in law.corners]
+        return sparse.bmat([[sparse.diags(own) for own in arm] for arm in arms]).tocsr()

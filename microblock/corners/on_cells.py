@@ -21,7 +21,6 @@ import numpy as np
 
 from ..model.types import AnyArray as Array
 
-FEW = 256  # corners whose flexibility is also kept as a matrix: some factorisations are faster up to there
 SAME = 1e-12  # of the initial gaps: less than that is rounding of them
 NONE = np.array((1.0, -1.0, -1.0, 1.0))  # forces on four corners that have neither a resultant nor a moment
 
@@ -94,22 +93,6 @@ class Flexibility:
         beside = self.aside(forces)
         both = np.zeros_like(beside), beside
         return both if self.clamped else both[::-1]
-
-    @cached_property
-    def matrix(self) -> Array | None:
-        """H of the corners along a line, all of the first one before those of the second, for at most FEW;
-        else None.
-        """
-        corners, n = self.shape[0], self.shape[-1]
-        if self.tilt.ndim > 2 or corners * n > FEW:
-            return None
-        whole = self.response.matrices(n)
-        matrix = u = whole[0][0]
-        if corners > 1:
-            (_, v), (_, w) = whole
-            levers = (self._rows[:, 1:] + self.tilt)[..., None]
-            matrix = np.block([[u + v * b.T + a * (w * b.T - v) for b in levers] for a in levers])
-        return matrix if self.counter is None else matrix + self.counter.matrix(n)
 
     def precondition(self, gaps: Array) -> Array:
         """Returns forces, of least norm, that leave about these gaps."""

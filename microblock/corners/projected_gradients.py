@@ -39,10 +39,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import BadArgument, NotConverged, at_least, require_finite
+from ..errors import BadArgument, NotConverged, at_least
 from ..model.progress import counted
 from ..threads import bounded
-from .active_set import faces, lifted
+from .active_set import require_level
 
 # of the decrease of q that the gradient promises; any number in (0, 1/2) is proven to do
 SHARE = 0.1
@@ -50,7 +50,6 @@ SHARE = 0.1
 INNER = 0.5
 FINAL = 1e-3  # the same, where the face is that of the step before
 INNER_STEPS = 60
-FACES = 20  # that are tried where the matrix is at hand; problems that need more are rare
 OUTER_STEPS = 300  # 5 to 40 are met
 SEARCH = 1, 1 / 4, 1 / 16  # parts of the way to the minimum on the face
 ROUNDING = 1e-14  # of the range of the normal displacement, to which products are good
@@ -74,7 +73,7 @@ class GridForces:
     approach, load : float
     kkt : float, largest penetration, or gap of a corner with force, over the range of H f where corners can
         touch; under a punch, where that is 0, over LEAST times what the load on a single corner would make it
-    products, steps : int, products with H (and as many preconditioners on faces), outer steps
+    products : int, with H, and as many preconditioners on faces
     """
 
     forces: np.ndarray
@@ -83,7 +82,6 @@ class GridForces:
     load: float
     kkt: float
     products: int
-    steps: int
 
 
 @bounded
@@ -95,8 +93,7 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     flexibility : object with ``@`` and ``precondition``, both of arrays like g0. It may have
         ``on_face(there)``, which returns the preconditioner of corners that are there alone, and
         ``settled(forces, g0, slope)``, which returns forces of lower q; they have the same gaps unless
-        ``settling_displaces``. Its ``matrix``, if not None, is H on g0.ravel(): then a few factorisations are
-        tried first (`microblock.corners.active_set`)
+        ``settling_displaces``
     g0 : array (corners, n), initial gaps; inf where a corner can never touch
     load, approach : float, one of them
     start : array like g0, forces to begin with; scaled to the load
@@ -115,11 +112,8 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
     if load is None:
         rtol = min(rtol, CLEAR * problem.below_full())
     forces = problem.project(problem.first(start))
-    exact = _exchanged(problem, forces, rtol)
-    if exact is not None:
-        return exact
     slope, alpha, best, face = problem.slope(forces), 1 / problem.unit, np.inf, None
-    for step in range(OUTER_STEPS):
+    for _ in range(OUTER_STEPS):
         counted()
         forces, slope, alpha = _gradient_step(problem, forces, slope, alpha)
         forces, slope = problem.settled(forces, slope)
@@ -131,29 +125,13 @@ def solve(flexibility, g0, *, load=None, approach=None, start=None, rtol=1e-10):
         kkt = problem.residual(forces, slope)
         best = min(best, kkt)
         if kkt <= rtol:
-            return problem.report(forces, slope, kkt, step + 1)
+            return problem.report(forces, slope, kkt)
     raise NotConverged(
         f"relative residual {at_least(best)} instead of {rtol:g} after {OUTER_STEPS} outer steps and "
         f"{problem.count['products']} products on {forces.size} corners; take Cells(residual=...) larger, "
         "an `initial` state, or, where blocks are much smaller than a cell, the unilateral law",
         iterations=OUTER_STEPS,
     )
-
-
-def _exchanged(problem, forces, rtol):
-    """The state by a few factorisations where the matrix is at hand; None where that does not lead to it."""
-    matrix, steps = problem.matrix, Counter()
-    if matrix is None:
-        return None
-    lift = 0.0 if problem.load is None else lifted(matrix)
-    try:
-        forces, _ = faces(matrix + lift, problem.g0, forces > 0, problem.load, lift, steps, np.inf, FACES)
-    except (NotConverged, np.linalg.LinAlgError):
-        return None
-    problem.count["products"] += steps["sets"]
-    slope = problem.g0 + matrix @ forces
-    kkt = problem.residual(forces, slope)
-    return problem.report(forces, slope, kkt, steps["sets"]) if kkt <= rtol else None
 
 
 @dataclass(frozen=True)
@@ -168,15 +146,6 @@ class _Problem:
     all_gaps: np.ndarray  # initial gaps, of all
     unit: float  # range of the normal displacement under a unit force on one corner
     count: Counter
-
-    @property
-    def matrix(self):
-        """H of the corners that can touch as a matrix, None if that is not at hand."""
-        whole = getattr(self.H, "matrix", None)
-        if whole is None or len(whole) == len(self.g0):
-            return whole
-        touch = np.flatnonzero(self.touch)
-        return whole[touch[:, None], touch]
 
     def spread(self, values):
         """Values of the corners that can touch among all, 0 at the others."""
@@ -289,7 +258,7 @@ class _Problem:
         wrong = max(-gaps.min(), (gaps * (forces > 0)).max())
         return max(wrong, 0) / size if size else 0.0
 
-    def report(self, forces, slope, kkt, steps):
+    def report(self, forces, slope, kkt):
         level = self.level(forces, slope)
         if self.load is not None and forces.min() > 0 and self.even is not None:
             level = float(self.even @ self.g0)  # to rounding: an approach below has less load
@@ -302,23 +271,17 @@ class _Problem:
             float(forces.sum()),
             float(kkt),
             self.count["products"],
-            steps,
         )
 
 
 def _problem(flexibility, g0, load, approach):
-    if (load is None) == (approach is None):
-        raise BadArgument("load", load, "give either load or approach")
+    require_level(load, approach)
     g0 = np.asarray(g0, float)
     if np.any(np.isnan(g0) | (g0 == -np.inf)) or not np.any(np.isfinite(g0)):
         raise BadArgument("g0", g0, "must be finite or inf, somewhere finite")
-    require_finite(**({"load": load} if approach is None else {"approach": approach}))
-    if load is not None and load < 0:
-        raise BadArgument("load", load, "must not be negative")
-    touch, matrix = np.isfinite(g0), getattr(flexibility, "matrix", None)
+    touch = np.isfinite(g0)
     one = np.zeros(g0.shape)
     one.ravel()[np.argmax(touch)] = 1
-    response = flexibility @ one if matrix is None else matrix[:, np.argmax(touch)]
     return _Problem(
         flexibility,
         g0[touch] - (approach or 0.0),
@@ -326,13 +289,13 @@ def _problem(flexibility, g0, load, approach):
         load,
         approach,
         g0,
-        float(np.ptp(response)),
+        float(np.ptp(flexibility @ one)),
         Counter(products=1),
     )
 
 
 def _unloaded(g0, approach):
-    return GridForces(np.zeros(g0.shape), g0 - approach, float(approach), 0.0, 0.0, 0, 0)
+    return GridForces(np.zeros(g0.shape), g0 - approach, float(approach), 0.0, 0.0, 0)
 
 
 def _gradient_step(problem, forces, slope, alpha):

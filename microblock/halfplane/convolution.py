@@ -20,11 +20,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from scipy.fft import fft, ifft, irfft, next_fast_len, rfft, rfftn
-from scipy.linalg import toeplitz
 
 from ..model.types import AnyArray as Array
 from ..threads import workers
@@ -110,14 +109,6 @@ class Waves:
         answer: Array = irfft(found, self.length[-1], **threads)[..., : shape[-1]]
         return answer
 
-    def matrices(self, count: int) -> Array:
-        """Returns the matrices of the products along a line, array (fields, fields, count, count)."""
-        turns = np.array([[1, 1j], [-1j, 1]])
-        pairs = zip(self.spectrum, turns)
-        return np.array(
-            [[toeplitz_of(a * b, self.length[0], count) for a, b in zip(*pair)] for pair in pairs]
-        )
-
 
 def embedded(part: Array, length: int, *odd: bool) -> Array:
     """Returns the transform of responses at distances of (i, ...) cells, array (count, ...), even or odd
@@ -130,12 +121,6 @@ def embedded(part: Array, length: int, *odd: bool) -> Array:
         along[:-count:-1] = (-1) ** sign * along[1:count]
     waves = rfftn(column, overwrite_x=True)
     return -waves.imag if sum(odd) % 2 else waves.real.copy()
-
-
-def toeplitz_of(spectrum: Array, length: int, count: int) -> Array:
-    """Returns the matrix (count, count) of the product with one kernel, of its spectrum on a period."""
-    kernel = irfft(spectrum, length)
-    return cast(Array, toeplitz(kernel[:count], kernel[-np.arange(count)]))
 
 
 @dataclass(frozen=True)

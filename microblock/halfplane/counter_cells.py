@@ -14,7 +14,6 @@ import numpy as np
 from scipy.fft import irfft, rfft
 
 from .averages import normal_averages
-from .convolution import toeplitz_of
 from .kernels import normal_symbol
 
 
@@ -57,10 +56,6 @@ class CounterCells:
     def __matmul__(self, forces):
         waves = np.einsum("abk,bk->ak", self.spectra, rfft(forces, self.length))
         return irfft(waves, self.length)[:, : forces.shape[1]]
-
-    def matrix(self, count):
-        """The same product as a matrix, (corners count, corners count)."""
-        return np.block([[toeplitz_of(one, self.length, count) for one in row] for row in self.spectra])
 
     def added(self, U, V, W):
         """The symbol of a body with corners half a block to the left and to the right, and of this one."""

@@ -42,6 +42,7 @@ NODES = np.arange(-2, 3)  # cells about the nearest one that share a force: an o
 OWN = 0.28  # of a cell's width, the distance at which a point displaces as the cell does its own centre
 HELD = 3e-3  # see above
 FLOOR = 1e-3  # of what short waves displace the first body by, for the twist in the preconditioner
+FEW = 48  # squares along an axis, whose loads act as one far away
 WIDEST = 2.0  # windows, beyond which blocks are too large for the cells of the second body
 
 
@@ -134,14 +135,14 @@ class Counter:
         """Returns what the second body adds to the gaps of blocks at (x1, x2), anywhere, under the forces of
         corners on cells with these centres along the axes, taken as points: array (corners, k).
         """
-        pressed = self.pressed(forces)
-        width, places = axes[0][1] - axes[0][0], np.nonzero(pressed)
-        y1, y2 = (x[0] + (place - self.beyond) * width for x, place in zip(axes, places))
+        whole, width = self.pressed(forces), axes[0][1] - axes[0][0]
+        centres = (x[0] + width * (np.arange(len(whole)) - self.beyond) for x in axes)
+        y1, y2, pressed = as_points(*centres, whole)
         found = np.empty((len(self.offsets), len(x1)))
         for own, (a, b) in zip(found, self.ell / 2 * self.offsets):
             for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(y1) // 2**20):
                 r = np.hypot(x1[block, None] + a - y1, x2[block, None] + b - y2)
-                own[block] = kernel(self.solid, np.maximum(r, OWN * width)) @ pressed[places]
+                own[block] = kernel(self.solid, np.maximum(r, OWN * width)) @ pressed
         return found
 
     def smooth(self, length: int, width: float) -> Array:
@@ -175,6 +176,19 @@ class Counter:
         seen = np.array([np.mean(each**2) for each in (v[0], twist, v[1], v[2])])
         seen *= short_waves(self.solid)[0] / displaced
         return np.insert(short, 1, 0.0) + np.maximum(seen, (0, FLOOR, 0, 0))
+
+
+def as_points(x1: Array, x2: Array, forces: Array, *others: Array) -> list[Array]:
+    """Returns loads on cells, arrays (n, n), at fewer points: x1 and x2 of these and sums of loads, arrays
+    (k,); where there are no forces there is no point.
+    """
+    i, j = np.nonzero(forces)
+    part = -(-len(x1) // FEW)
+    which = np.unique(i // part * len(x1) + j // part, return_inverse=True)[1]
+    sums = [
+        np.bincount(which, values) for values in (x1[i], x2[j], *(one[i, j] for one in (forces, *others)))
+    ]
+    return [each / np.bincount(which) for each in sums[:2]] + sums[2:]
 
 
 def kernel(solid: Cosserat, r: Array) -> Array:

@@ -20,8 +20,6 @@ from typing import Any
 
 import numpy as np
 from scipy.ndimage import label, minimum_filter
-from scipy.sparse import csr_array
-from tqdm.auto import tqdm
 
 from ..corners import projected_gradients
 from ..corners.on_cells import Flexibility
@@ -30,12 +28,13 @@ from ..halfplane.counter import require_same_period
 from ..halfplane.kernels import is_classical
 from ..model.deformable import body_of
 from ..model.material import joint_modulus
+from ..model.refinement import levels
 from ..model.solver import Solver
 from ..model.state import State, in_space
 from ..model.types import AnyArray as Array
 from ..model.types import ContactLike
 from .cells import flexibility
-from .counter import Counter
+from .counter import Counter, as_points
 from .half_space import HalfSpace
 from .kernels import kernels
 from .obstacles import heights, repeated
@@ -61,9 +60,7 @@ BLIND = 4.0  # the same at most, while contacts have few cells
 FITS = 1e-6  # of their range, heights and psi0 at both ends of a period may differ; so may periods
 PLACES = 65  # on an edge of a period, at which they are compared
 SHORTEST = 1e4  # over ell, a wavenumber of which only the short waves' stiffness is felt
-NO_WINDOW = (
-    "no window holds the contact after {} tries, the last of side {:g}; give Cells(window=(left, right))"
-)
+NO_WINDOW = f"no window holds the contact after {TRIES} tries; give Cells(window=(left, right))"
 
 
 @dataclass(frozen=True)
@@ -144,16 +141,16 @@ class SurfaceSolver(Solver):
         near, goal = initial if similar else None, self.usual_rtol if rtol is None else rtol
         fixed = self._given_window()
         picture = self._picture(load, approach, fixed)
-        box = _around(picture.deepest)
+        box, window = _around(picture.deepest), fixed
         for _ in range(TRIES):
-            window = fixed or self._window(picture, load, approach, box)
-            if fixed is None:
+            if window is None:
+                window = self._window(picture, load, approach, box)
                 picture.look_about(window)
             state, outside = self._refined(picture, window, load, approach, goal, near, progress)
             if not len(outside):
                 return replace(state, seen_width=SEEN * window.side / FINE)
-            box = _around(np.vstack((box, outside)))
-        raise NotConverged(NO_WINDOW.format(TRIES, window.side))
+            box, window = _around(np.vstack((box, outside))), None
+        raise NotConverged(NO_WINDOW)
 
     def state(self, solution: Any) -> State:
         """Returns the State on cells, row after row."""
@@ -181,40 +178,38 @@ class SurfaceSolver(Solver):
         Which grids and windows are solved before a state does not depend on the goal, so the estimate of
         each can be asked for.
         """
-        nodes, sizes = self.options.nodes, _halvings(self.options.nodes or MOST)
-        state: Any = None
-        before, best, changes = None, None, list[float]()
-        with tqdm(total=len(sizes), unit=" grids", disable=not progress) as bar:
-            for count in sizes:
-                residual = self.options.residual if count == sizes[-1] else COARSE_RESIDUAL / count
-                grid = Grid(count, window.side / count, window.middle)
-                start = _start(state, near, grid)
-                before, state = state, self._solved(grid, load, approach, residual, start)
-                bar.update()
-                if before is not None:
-                    changes.append(_change(before, state, self.solid.ell))
-                    blind = _share_of_spots(before, SPOT)
-                    loose = max(state.residual * count - COARSE_RESIDUAL, 0.0)  # as short waves feel it
-                    state = replace(state, error_estimate=_estimate(changes) + blind + loose)
-                if count != nodes and (nodes is not None or len(changes) < 2):
-                    continue
-                cut = self.period is None and _reaches(state, 1)
-                outside, hidden = self._touching(state, picture)
-                if self._given_window() is None and (cut or len(outside)):
-                    return state, np.vstack((_pressing(state), outside))
-                if count == nodes or (state.error_estimate <= goal and not len(hidden)):
-                    estimate, words = state.error_estimate, _warnings(cut, outside, hidden)
-                    if state.residual > self.options.residual:
-                        start = _spread(state, grid)
-                        state = self._solved(grid, load, approach, self.options.residual, start)
-                    return replace(state, error_estimate=estimate, notes=words), np.empty((0, 2))
-                if not len(hidden) and (best is None or state.error_estimate < best.error_estimate):
-                    best = state
-                finer = np.log2(MOST / count)
-                falls = np.divide(changes[:-1], changes[1:]).max() ** 2 if len(changes) > 2 else FASTEST
-                late = _estimate(changes) > goal * (BLIND if blind else min(falls, FASTEST)) ** finer
-                if late or _share_of_spots(before, SPOT / 2 / 4**finer) > goal:  # out of reach of MOST
-                    break
+        most, best, blind, last = self.options.nodes or MOST, None, 0.0, self.options.residual
+        sizes = [
+            most // part for part in (32, 16, 8, 4, 2, 1) if most % part == 0 and 2 * most >= FIRST * part
+        ]
+
+        def solved(count: int, before: Any) -> Any:
+            grid, residual = Grid(count, window.side / count, window.middle), COARSE_RESIDUAL / count
+            return self._solved(grid, load, approach, last if count == most else residual, before or near)
+
+        for count, state, before, changes in levels(solved, sizes, _change, progress):
+            if before is not None:
+                blind = _share_of_spots(before, SPOT)
+                loose = max(state.residual * count - COARSE_RESIDUAL, 0.0)  # as short waves feel it
+                state = replace(state, error_estimate=_estimate(changes) + blind + loose)
+            if count < most and (self.options.nodes or len(changes) < 2):
+                continue
+            cut = self.period is None and _reaches(state, 1)
+            outside, hidden = self._touching(state, picture)
+            if self._given_window() is None and (cut or len(outside)):
+                return state, np.vstack((_pressing(state), outside))
+            if self.options.nodes or (state.error_estimate <= goal and not len(hidden)):
+                words = {"error_estimate": state.error_estimate, "notes": _warnings(cut, outside, hidden)}
+                if state.residual > last:
+                    state = self._solved(_grid(state), load, approach, last, state)
+                return replace(state, **words), np.empty((0, 2))
+            if not len(hidden) and (best is None or state.error_estimate < best.error_estimate):
+                best = state
+            finer = np.log2(MOST / count)
+            falls = np.divide(changes[:-1], changes[1:]).max() ** 2 if len(changes) > 2 else FASTEST
+            late = _estimate(changes) > goal * (BLIND if blind else min(falls, FASTEST)) ** finer
+            if late or _share_of_spots(before, SPOT / 2 / 4**finer) > goal:  # out of reach of MOST
+                break
         raise self._out_of_reach(picture, best or state, goal)
 
     def _out_of_reach(self, picture: Picture, state: SurfaceCells, goal: float) -> NotConverged:
@@ -249,13 +244,21 @@ class SurfaceSolver(Solver):
         return replace(self._kept[own], tilt=tilt)
 
     def _solved(
-        self, grid: Grid, load: float | None, approach: float | None, residual: float, start: Array | None
+        self,
+        grid: Grid,
+        load: float | None,
+        approach: float | None,
+        residual: float,
+        start: SurfaceCells | None,
     ) -> SurfaceCells:
-        """Returns the state on a grid, begun from pressures of the corners, array (corners, n, n)."""
+        """Returns the state on a grid, begun from another one."""
         x1, x2 = grid.axes
         g0 = self.initial_gaps(x1, x2)
         H, area = self._flexibility(grid), grid.width**2
-        first = None if start is None else start * area
+        first = None
+        if start is not None:
+            i, j = start.nearest(x1, x2)
+            first = area * start.pressures[:, i[:, None], j]
         found = projected_gradients.solve(H, g0, load=load, approach=approach, start=first, rtol=residual)
         if not found.load > 0:
             raise BadArgument("approach", approach, NOT_YET)
@@ -327,7 +330,7 @@ class SurfaceSolver(Solver):
                 side = WIDENED * before
             elif not len(outside) and size >= FILLED * before:
                 return Grid(WINDOW_CELLS, side / WINDOW_CELLS, tuple(middle))
-        raise NotConverged(NO_WINDOW.format(TRIES, side))
+        raise NotConverged(NO_WINDOW)
 
     def _touching(self, state: SurfaceCells, picture: Picture) -> tuple[Array, Array]:
         """Returns places of the picture at which a gap is negative, outside of the window, and between cells
@@ -343,18 +346,9 @@ class SurfaceSolver(Solver):
             r = np.maximum(np.hypot(*away[out].T), state.width)
             gaps = outside[:, 2] + state.load / (np.pi * self.solid.E_star * r)
             outside = outside[np.argpartition(gaps, LOOKED)[:LOOKED]]
-        coarse, least = _coarser(state), picture.lowest[2]
-        u, phi = self._surface_at(coarse, *outside[:, :2].T)
-        beyond: Any = 0.0
-        if body_of(self.obstacle) is not None and len(outside):
-            counter: Any = self._flexibility(_grid(coarse)).counter
-            forces = coarse.pressures * coarse.width**2
-            beyond = counter.at(forces, (coarse.x1, coarse.x2), *outside[:, :2].T)
-        outside = outside[self._overlap(state, least, outside, u, phi, beyond)]
-        i, j = (
-            np.clip(np.rint((x - axis[0]) / state.width).astype(int), 0, grid.count - 1)
-            for x, axis in zip(inside[:, :2].T, grid.axes)
-        )
+        least = picture.lowest[2]
+        outside = outside[self._overlap(state, least, outside, *self._surface_at(state, *outside[:, :2].T))]
+        i, j = state.nearest(*inside[:, :2].T)
         cells = self.initial_gaps(*grid.axes).min(axis=0)
         near = minimum_filter(cells, 3, mode="nearest" if self.period is None else "wrap")[i, j]
         hidden = inside[:, 2] < near - TIP * (state.approach - least)
@@ -363,49 +357,42 @@ class SurfaceSolver(Solver):
         psi1, psi2 = state.psi[:, i, j]
         u = (state.displacement + state.opposite)[i, j]
         phi = np.array((-half * psi2, half * psi1))
-        inside = inside[self._overlap(state, least, inside, u, phi, 0.0)]
+        inside = inside[self._overlap(state, least, inside, u, phi)]
         return outside[:, :2], inside[:, :2]
 
-    def _overlap(
-        self, state: SurfaceCells, least: float, places: Array, u: Array, phi: Array, beyond: Any
-    ) -> Array:
+    def _overlap(self, state: SurfaceCells, least: float, places: Array, u: Array, phi: Array) -> Array:
         """Returns whether a gap is negative at places displaced by u and turned by phi, boolean (k,), of an
         obstacle of a least height.
         """
         law, (x1, x2) = self.surface_law, places[:, :2].T
-        gaps = self._gaps(x1, x2) - state.approach + u - np.tensordot(law.offsets, phi, 1) + beyond
+        gaps = self._gaps(x1, x2) - state.approach + u - np.tensordot(law.offsets, phi, 1)
         gaps += (law.tilt(x1, x2) * phi[: len(law.psi0)]).sum(axis=0)
         return np.asarray(gaps.min(axis=0) < -OVERLAP * (state.approach - least))
 
     def _surface_at(self, state: SurfaceCells, x1: Array, x2: Array) -> tuple[Array, Array]:
-        """Returns u, array (n,), and the phi that corners see, array (2, n), at places outside, under the
-        forces of the cells as points.
+        """Returns u with that of a second body, array (n,) or (corners, n), and the phi that corners see,
+        array (2, n), at places outside, under the forces of the cells as points.
         """
-        solid, corners = self.solid, len(self.surface_law.psi0) > 0
+        solid, law = self.solid, self.surface_law
         table = kernels(solid.nu, solid.beta, solid.curvature, solid.alpha_prime, solid.beta_prime)
-        i, j = np.nonzero(state.total)
-        scale = state.width**2 * (1 - solid.nu) / solid.mu / solid.ell
-        p = scale * state.total[i, j]
-        M1, M2 = state.micromoment[:, i, j]
-        m1, m2 = -2 / solid.ell * scale * M2, 2 / solid.ell * scale * M1
-        u, phi = np.zeros(len(x1)), np.zeros((2, len(x1)))
-        for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(i) // 2**20):
-            away = (x1[block, None] - state.x1[i]) / solid.ell, (x2[block, None] - state.x2[j]) / solid.ell
-            if not corners:
-                u[block] = (table.clamped if self.surface_law.clamped else table.components)(*away)[0] @ p
+        scale, (M1, M2) = (
+            state.width**2 * (1 - solid.nu) / solid.mu / solid.ell,
+            2 / solid.ell * state.micromoment,
+        )
+        y1, y2, p, m1, m2 = as_points(state.x1, state.x2, scale * state.total, -scale * M2, scale * M1)
+        found = np.zeros((3, len(x1)))
+        for block in np.array_split(np.arange(len(x1)), 1 + len(x1) * len(p) // 2**20):
+            away = (x1[block, None] - y1) / solid.ell, (x2[block, None] - y2) / solid.ell
+            if not law.psi0:
+                found[0, block] = (table.clamped if law.clamped else table.components)(*away)[0] @ p
                 continue
             own, v1, v2, w11, w12, w22 = table.components(*away)
-            u[block] = own @ p - v1 @ m1 - v2 @ m2
-            phi[:, block] = v1 @ p + w11 @ m1 + w12 @ m2, v2 @ p + w12 @ m1 + w22 @ m2
+            rows = (own, -v1, -v2), (v1, w11, w12), (v2, w12, w22)
+            found[:, block] = [sum(part @ load for part, load in zip(row, (p, m1, m2))) for row in rows]
+        u, phi = found[0], found[1:]
+        if (counter := self._flexibility(_grid(state)).counter) is not None:
+            u = u + counter.at(state.pressures * state.width**2, (state.x1, state.x2), x1, x2)
         return u, phi
-
-
-def _halvings(nodes: int) -> list[int]:
-    """Returns sizes of grids up to one of so many cells a side, ascending, halves of the next."""
-    sizes = [nodes]
-    while sizes[-1] % 2 == 0 and sizes[-1] // 2 >= FIRST // 2 and len(sizes) < 6:
-        sizes.append(sizes[-1] // 2)
-    return sizes[::-1]
 
 
 def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
@@ -418,43 +405,14 @@ def _repeats(values: Callable[[Array, Array], Array], period: float) -> bool:
     return all(np.allclose(one, other, rtol=0, atol=most) for one, other in pairs)
 
 
-def _start(before: SurfaceCells | None, near: SurfaceCells | None, grid: Grid) -> Array | None:
-    """Returns pressures to begin with on a grid: those of the grid before, with what is finer of a similar
-    state.
-    """
-    if before is None or near is None:
-        known = near if before is None else before
-        return None if known is None else _spread(known, grid)
-    coarse = replace(before, pressures=_spread(near, _grid(before)))
-    return _spread(before, grid) + _spread(near, grid) - _spread(coarse, grid)
-
-
-def _spread(state: SurfaceCells, grid: Grid) -> Array:
-    """Returns pressures of a state as means over the cells of another grid, array (corners, n, n)."""
-    first, second = (_overlaps(old, new) for old, new in zip((state.x1, state.x2), grid.axes))
-    return np.array([first @ one @ second.T for one in state.pressures])
-
-
-def _overlaps(old: Array, new: Array) -> csr_array:
-    """Returns the shares of new cells that lie in old ones, sparse (new, old), of their centres."""
-    width, (first, last) = old[1] - old[0], (1.5 * new[0] - 0.5 * new[1], 1.5 * new[-1] - 0.5 * new[-2])
-    edges = (np.linspace(first, last, len(new) + 1) - old[0]) / width + 0.5  # in old cells
-    cuts = np.unique(np.concatenate((np.clip(edges, 0, len(old)), np.arange(len(old) + 1.0))))
-    middles = (cuts[1:] + cuts[:-1]) / 2
-    within = (middles > edges[0]) & (middles < edges[-1])
-    places = np.searchsorted(edges, middles[within]) - 1, middles[within].astype(int)
-    shares = np.diff(cuts)[within] / (edges[1] - edges[0])
-    return csr_array((shares, places), shape=(len(new), len(old)))
-
-
-def _change(coarse: SurfaceCells, fine: SurfaceCells, ell: float) -> float:
+def _change(coarse: SurfaceCells, fine: SurfaceCells) -> float:
     """Returns max(|dp|, |dM|/ell)/|p| in L2 between two grids, interpolated at the cells of the finer one."""
     places = np.meshgrid(fine.x1, fine.x2, indexing="ij", sparse=True)
     pressure, first, second = (
         np.linalg.norm(coarse.interpolated(one, *places) - other)
         for one, other in zip((coarse.total, *coarse.micromoment), (fine.total, *fine.micromoment))
     )
-    return float(max(pressure, np.hypot(first, second) / ell) / np.linalg.norm(fine.total))
+    return float(max(pressure, np.hypot(first, second) / fine.solver.solid.ell) / np.linalg.norm(fine.total))
 
 
 def _spots(state: SurfaceCells) -> Array:
@@ -512,21 +470,3 @@ def _around(places: Array) -> Array:
 def _reaches(state: SurfaceCells, rim: int) -> bool:
     """Returns whether cells press among so many at the rim."""
     return bool(np.count_nonzero(state.closed[rim:-rim, rim:-rim]) < np.count_nonzero(state.closed))
-
-
-def _coarser(state: SurfaceCells) -> SurfaceCells:
-    """Returns a state with the forces of several cells on one."""
-    n = len(state.x1)
-    parts = max(part for part in range(1, max(n // WINDOW_CELLS, 1) + 1) if n % part == 0)
-
-    def means(values: Array) -> Array:
-        return values.reshape(*values.shape[:-2], n // parts, parts, n // parts, parts).mean(axis=(-3, -1))
-
-    return replace(
-        state,
-        x1=state.x1.reshape(-1, parts).mean(axis=1),
-        x2=state.x2.reshape(-1, parts).mean(axis=1),
-        width=state.width * parts,
-        pressures=means(state.pressures),
-        micromoment=means(state.micromoment),
-    )

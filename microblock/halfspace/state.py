@@ -97,6 +97,12 @@ class SurfaceCells(Solution):
         low, high = (1 - t) * values[a, c] + t * values[a, d], (1 - t) * values[b, c] + t * values[b, d]
         return np.where(inside, (1 - s) * low + s * high, 0.0)
 
+    def nearest(self, x1: Array, x2: Array) -> tuple[Array, ...]:
+        """Returns the numbers along x1 and x2 of the cells that are nearest to these, arrays of int."""
+        places = (x1, self.x1), (x2, self.x2)
+        steps = (np.rint((x - centres[0]) / self.width).astype(int) for x, centres in places)
+        return tuple(np.clip(step, 0, len(self.x1) - 1) for step in steps)
+
     @property
     def unknowns(self) -> int:
         """Corner forces."""

@@ -913,7 +913,7 @@ class State(Shown, PlainData):
         file : str or Path, optional
             File to which the figure is written (PNG, PDF or SVG, by its ending).
         ax : matplotlib.axes.Axes, optional
-            Where to draw the pressures alone, in place of a figure of its own.
+            Where to draw pressures and micromoment alone, in place of a figure of its own.
         window : (left, right), optional
             Interval of x1 in the plane; without it the contact and its surroundings are shown.
 
@@ -934,7 +934,7 @@ class State(Shown, PlainData):
         if not self.flat:
             return self._saved(surface_figure.draw(self, ax), file, ax)
         if ax is not None:
-            return self._saved(state_figure.draw_pressures(ax, self, window), file, ax)
+            return self._saved(state_figure.draw_curves(ax, self, window), file, ax)
         figure = state_figure.StateFigure(tuple(self.pressures)).update(self, window)
         return self._saved(figure.drawing, file, ax)
 
@@ -959,14 +959,12 @@ class State(Shown, PlainData):
             In three dimensions, if the law has no blocks, or the state is one of nodes.
         """
         from ..view import surface_blocks
-        from ..view.state_figure import BlocksFigure
+        from ..view.state_figure import draw_blocks
 
         window = self._window(window)
         if not self.flat:
             return self._saved(surface_blocks.draw(self, ax), file, ax)
-
-        figure = BlocksFigure(tuple(self.pressures), ax).update(self, window)
-        return self._saved(figure.drawing, file, ax)
+        return self._saved(draw_blocks(ax, self, window), file, ax)
 
     def plot_below(self, field: str = "psi", file: Target = None, ax: Axes | None = None) -> Figure:
         """Returns a figure of a field below the contact.

@@ -25,8 +25,6 @@ SYMBOLS = {"pressure": "p", "gap": "g"}
 ABOVE, HEIGHT = 0.08, 0.29  # of the picture of blocks, over its width: above the surface, and all of it
 # of an axis, below which it ends elsewhere; and what more it then has than needed
 LEAST_USE, ROOM = 0.25, 1.7
-# ends of axes, times a power of ten
-STEPS = np.array((1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0))
 CORNER_COLOURS = {"A": plots.COLOURS[0], "B": plots.COLOURS[1], "C": plots.COLOURS[6]}
 # fills of blocks by which of A and B are closed; the colours of the corners are for what is theirs alone
 BLOCK_FILLS = {
@@ -41,7 +39,7 @@ SMALL = 6  # letters that say so, points
 GAP_SHOWN = 0.5  # of the half-width of the contact, beyond it, in which gaps set the end of their axis
 MOST_TOLD = 3  # places that are listed
 HERTZ_POINTS = 101  # of its ellipse
-CLOSED = 1e-6  # of the range of displacements: gaps that are rounding
+TOTAL = {"color": "0.45", "lw": 0.8}  # of the sum of both corners
 
 
 def look_of(corner):
@@ -70,7 +68,7 @@ class StateFigure:
                 label = rf"${symbol}_{{\rm {corner}}}$" if len(corner) > 1 else f"${symbol}_{corner}$"
                 self._lines[kind, corner] = self._curve(kind, label=label, **look_of(corner))
         if len(corners) == 2:  # the sum of both corners; of one it would be the same
-            self._lines["pressure", "sum"] = self._curve("pressure", color="0.45", lw=0.8, label="$p$")
+            self._lines["pressure", "sum"] = self._curve("pressure", label="$p$", **TOTAL)
         for kind in ("micromoment", "turn"):
             self._lines[kind, "sum"] = self._curve(kind, color=plots.COLOURS[2])
         self._hertz = self._curve("pressure", ls=":", color=plots.COLOURS[2], label="Hertz", visible=False)
@@ -176,7 +174,7 @@ class StateFigure:
         wide = max(sum(right - left for left, right in contact), 1e-300)
         most = PEAK * np.trapezoid(sums["pressure"], surface.x) / wide
         gaps = surface.gaps[:, shown]
-        gaps = gaps[np.isfinite(gaps) & (gaps > CLOSED * np.ptp(surface.displacement))]
+        gaps = gaps[np.isfinite(gaps) & (gaps > blocks.CLOSED * np.ptp(surface.displacement))]
         peak = self._hertz.get_ydata().max(initial=0.0) if self.compared else 0.0
         needed = {
             "pressure": (0.0, np.minimum(sums["pressure"][shown], most).max(initial=peak)),
@@ -265,31 +263,31 @@ class BlocksPanel:
         return [self._obstacle, self._squares, self._surface, *self._dots.values()]
 
 
-class BlocksFigure:
-    """The rotated blocks alone; as `StateFigure`."""
-
-    @plots.styled()
-    def __init__(self, corners, axis=None):
-        self.drawing, axis = plots.in_place(axis, width=PAGE[0], height=3.1)
-        self.panel = BlocksPanel(axis, corners)
-
-    @plots.styled()
-    def update(self, state, window=None):
-        contact = state.solution.zones_by_name["contact"]
-        surface = state.surface(window or blocks.window(state.solid.ell, contact))
-        self.panel.show(blocks.blocks(surface, contact, window))
-        return self
+@plots.styled()
+def draw_blocks(axis, state, window=None):
+    """The figure of an axis, or of none a new one, into which the rotated blocks are drawn."""
+    drawing, axis = plots.in_place(axis, width=PAGE[0], height=3.1)
+    contact = state.zones["contact"]
+    surface = state.surface(window or blocks.window(state.solid.ell, contact))
+    BlocksPanel(axis, tuple(state.pressures)).show(blocks.blocks(surface, contact, window))
+    return drawing
 
 
 @plots.styled()
-def draw_pressures(axis, state, window=None):
-    """The figure of an axis, into which the pressures of the corners of a state are drawn."""
+def draw_curves(axis, state, window=None):
+    """The figure of an axis, into which pressures and the micromoment of a state are drawn."""
     drawing, axis = plots.in_place(axis)
     surface = state.surface(window or _around(state.zones["contact"], state.solid.ell))
-    for corner, row in zip(surface.corners, surface.pressures):
-        line = blocks.interrupted(surface, surface.x, row)
-        axis.plot(*line, **look_of(corner), label=rf"$p_{{\rm {corner}}}$")
-    axis.set(xlabel="$x_1$ (length)", ylabel=LABELS["pressure"])
+    curves = {
+        rf"$p_{{\rm {name}}}$": (row, look_of(name)) for name, row in zip(surface.corners, surface.pressures)
+    }
+    if len(curves) > 1:
+        curves["$p$"] = surface.pressures.sum(axis=0), TOTAL
+    curves[r"$M/\ell$"] = surface.micromoment / surface.ell, {"color": plots.COLOURS[2], "linestyle": ":"}
+    for label, (row, look) in curves.items():
+        axis.plot(*blocks.interrupted(surface, surface.x, row), label=label, **look)
+    axis.set(xlabel="$x_1$ (length)", ylabel="stress")
+    axis.legend(loc="lower center", bbox_to_anchor=(0.5, 1), ncols=len(curves))
     return drawing
 
 
@@ -317,11 +315,11 @@ def _both_sides(values):
 
 
 def _nice(value):
-    """The next round number above."""
+    """The next number above of which the second digit is 0 or 5."""
     if not value > 0:
         return 0.0
     decade = 10.0 ** np.floor(np.log10(value))
-    return float(decade * STEPS[np.searchsorted(STEPS, min(1.03 * value / decade, 10.0))])
+    return float(decade * np.ceil(2.06 * value / decade) / 2)
 
 
 def _fill(closed):

@@ -103,6 +103,12 @@ def of_averages():
     return found
 
 
+def as_matrix(flexibility):
+    """A product as a matrix, by unit forces."""
+    forces = np.eye(np.prod(flexibility.shape)).reshape(-1, *flexibility.shape)
+    return np.array([(flexibility @ one).ravel() for one in forces]).T
+
+
 def of_products():
     """Products on equal cells by FFT with and without a period and a second body, and preconditioners."""
     found, bodies = {}, {"": None, " with a body": solid_of(**problems.BEHIND)}
@@ -112,7 +118,11 @@ def of_products():
             forces = np.cos(np.arange(len(law.corners) * count)).reshape(len(law.corners), -1) + 1.1
             for body, second in bodies.items():
                 own = grid.flexibility(law, second)
-                values = {"": own @ forces, " back": own.precondition(own @ forces), " matrix": own.matrix}
+                values = {
+                    "": own @ forces,
+                    " back": own.precondition(own @ forces),
+                    " matrix": as_matrix(own) if count < 300 else None,
+                }
                 values[" aside"] = own.aside and own.aside(forces)
                 row = f"product{words} {name}{body}"
                 found |= {f"{row}{part}": digest(x) for part, x in values.items() if x is not None}
@@ -132,9 +142,10 @@ def of_gradients():
         products = projected_gradients.solve(own, gaps, load=1.0, rtol=1e-13)
         found[f"gradients {name}"] = digest(products.forces)
         found[f"gradients {name} approach"] = products.approach
-        lift = active_set.lifted(own.matrix)
+        matrix = as_matrix(own)
+        lift = active_set.lifted(matrix)
         every = np.ones(gaps.size, bool)
-        faces = active_set.faces(own.matrix + lift, gaps.ravel(), every, 1.0, lift, Counter())
+        faces = active_set.faces(matrix + lift, gaps.ravel(), every, 1.0, lift, Counter())
         found[f"exchange {name}"] = digest(faces[0])
     return found
 

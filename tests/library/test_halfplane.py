@@ -330,15 +330,14 @@ def test_products_are_those_of_the_dense_matrix(name, period):
         M = np.array([H.precondition(one).ravel() for one in unit])
         for square in (matrix, M):
             assert np.abs(square - square.T).max() <= ROUNDING * np.abs(square).max()
-        assert np.abs(H.matrix - matrix).max() <= ROUNDING * np.abs(matrix).max()
         sums = np.eye(len(M)) - 1 / len(M)
         assert np.linalg.eigvalsh(M)[0] > 0 and np.linalg.eigvalsh(sums @ matrix @ sums)[1] > 0
 
 
 @pytest.mark.parametrize("name", CELLS)
 def test_states_of_cells_agree_with_pivoting(name):
-    """Of few corners, which are exchanged, and of many, by gradients alone: 1e-12 times the condition of the
-    matrix on vectors of zero sum, some hundreds; also by the approach, on a period.
+    """Of few corners and of many: 1e-12 times the condition of the matrix on vectors of zero sum, some
+    hundreds; also by the approach, on a period.
     """
     law, solid = CELLS[name], solid_of(0.3, 1.0, 2.0, ell=0.2)
     for count, obstacle in (
