@@ -91,10 +91,7 @@ class Contact(Shown):
             )
         require_same_kind(self.body, self.obstacle)
         check = getattr(self.body, "check", None)  # a body with a surface looks at obstacles over it
-        if check is None:
-            obstacles.check(self.obstacle)
-        else:
-            check(self.obstacle)
+        (check or obstacles.check)(self.obstacle)
         laws.check(self.law)
         solid, law = self.body.solid, self.law
         if isinstance(solid, Elastic) and (len(law.corners) > 1 or law.clamps_rotation):
