@@ -487,9 +487,16 @@ def returned(obstacle: ObstacleLike, x: Array) -> Array:
     )
 
 
-def evaluated(function: Callable[..., Array], *x: Array, name: str, given: object, allowed: str) -> Array:
+def evaluated(
+    function: Callable[..., Array],
+    *x: Array,
+    name: str,
+    given: object,
+    allowed: str,
+    hint: Callable[[], str] = str,
+) -> Array:
     """Returns what a user's function returns at places, arrays of one shape; raises BadArgument, by the name
-    of what was given, where the function fails.
+    of what was given and with a hint where there is one, where the function fails.
     """
     if not np.size(x[0]):  # np.vectorize without `otypes` fails for no places
         return np.zeros(np.shape(x[0]))
@@ -499,7 +506,8 @@ def evaluated(function: Callable[..., Array], *x: Array, name: str, given: objec
     except MicroblockError:
         raise
     except Exception as failure:  # whatever the user's function does
-        raise BadArgument(name, given, f"{allowed} ({shortened(repr(failure))})") from failure
+        words = hint() or shortened(repr(failure))
+        raise BadArgument(name, given, f"{allowed} ({words})") from failure
 
 
 def real(values: ArrayLike) -> Array:
